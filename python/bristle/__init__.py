@@ -15,12 +15,14 @@ Names are those of the input file (``docs/input.md``) and of the result files
   `ContactMetrics`, `Statistics`, `Table`, `Tool`, `SimulationError`, `ResultWarning`
 - Filaments that touch each other: `brush`, `Brush`, `Frames`, `BrushMetrics`
 - Many cases: `study`, `Study`, `Advice`; on clusters, the module `bristle.distributed`
+- Settings from measured forces: `calibrate`, `Calibration`
 - Equations of motion: `accelerations`, `evaluate`, `Evaluation`, `derive`
 - Evidence: `validate`, `Validation`
 """
 
 from bristle._bristle import __version__
 from bristle._brush import Brush, Frames, brush
+from bristle._calibration import Calibration, calibrate
 from bristle._contact import Contact, Shapes, simulate
 from bristle._equations import (
     Evaluation,
@@ -65,6 +67,8 @@ __all__ = [
     "study",
     "Study",
     "Advice",
+    "calibrate",
+    "Calibration",
     "accelerations",
     "evaluate",
     "Evaluation",

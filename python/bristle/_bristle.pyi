@@ -126,6 +126,15 @@ def brush(
     memory: int | None,
     tell: TellShare | None,
 ) -> SimulatedBrush: ...
+def calibrate(
+    input: Input,
+    measured: str,
+    relative_std: float | None,
+    fit: Sequence[str],
+    reach: tuple[float | None, float | None],
+    threads: int | None,
+    tell: TellShare | None,
+) -> tuple[str, str]: ...
 def accelerations(
     input: Input,
     q: _Floats,

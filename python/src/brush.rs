@@ -7,7 +7,7 @@ use bristle::brush::{BrushResult, BrushRun, FilamentResult, RunOptions};
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
-use bristle_grid::brush::{Interaction, NOT_OF_BRUSHES};
+use bristle_grid::brush::{Interaction, NOT_OF_BRUSHES, calibration_band};
 use bristle_grid::thread_count;
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
@@ -73,7 +73,8 @@ impl SimulatedBrush {
     /// What `metrics.json` has.
     fn metrics(&self) -> PyResult<String> {
         let mut text = Vec::new();
-        write_brush_metrics(&mut text, &self.settings, &self.result)?;
+        let band = calibration_band(&self.settings, &self.result.tool);
+        write_brush_metrics(&mut text, &self.settings, &self.result, band.as_ref())?;
         String::from_utf8(text).map_err(of_value)
     }
 

@@ -5,6 +5,7 @@
 
 mod arrays;
 mod brush;
+mod calibration;
 mod contact;
 mod distributed;
 mod equations;
@@ -35,6 +36,7 @@ fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(input::read_input, module)?)?;
     module.add_function(wrap_pyfunction!(contact::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(brush::brush, module)?)?;
+    module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(equations::accelerations, module)?)?;
     module.add_function(wrap_pyfunction!(equations::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(equations::derive, module)?)?;

@@ -24,10 +24,11 @@ pub use next::{Next, Reach};
 pub use parameters::{FitError, Fitted};
 pub use problem::{Forces, Observation, Place, Problem, ProblemError, forces_of};
 use search::Minimum;
+pub use search::STARTS;
 pub use simulator::{Interrupted, Means, Observer, Unwatched};
 use simulator::{Precision, Simulator};
 pub use statistics::{Errors, Undetermined, undetermined};
-pub use words::{estimate, summary};
+pub use words::{estimate, lines, summary};
 
 /// The starts go downhill with filaments alone, of few segments, and as precisely as it takes to find the minima.
 const COARSE: Precision =

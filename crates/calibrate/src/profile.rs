@@ -12,9 +12,9 @@ use crate::simulator::{Interrupted, Precision};
 use crate::statistics::Errors;
 
 /// Relative error of the distance from the minimum at which an end is found.
-const CLOSE: f64 = 0.01;
+const CLOSE: f64 = 0.02;
 /// The most corrections of an end.
-const ROUNDS: usize = 10;
+const ROUNDS: usize = 8;
 /// By how much the distance from the minimum changes at most in one correction.
 const STRETCH: f64 = 2.0;
 

@@ -18,8 +18,8 @@ use basin::{
 };
 
 /// The number of starts besides the values of the file: the best of so many points.
-const STARTS: usize = 8;
-const POINTS: usize = 64;
+pub const STARTS: usize = 8;
+const POINTS: usize = 32;
 /// Seed of their sequence.
 const SEED: u32 = 1;
 /// Root mean square difference of forces, over their standard deviations, up to which two minima are one.
@@ -222,10 +222,13 @@ fn starts(model: &Model<'_>, precision: Precision) -> Result<Vec<Vec<f64>>, Inte
         };
         problem.fitted.iter().enumerate().map(coordinate).collect()
     };
-    let points: Vec<Vec<f64>> = (0..POINTS).map(point).collect();
+    let count = if model.simulator.means.starts > 0 { POINTS } else { 0 };
+    let points: Vec<Vec<f64>> = (0..count).map(point).collect();
     let forces = model.forces(&points, precision)?;
     let squares = forces.iter().map(|forces| model.residuals(forces).norm_squared());
     let mut ranked: Vec<(f64, Vec<f64>)> = squares.zip(points).filter(|(squares, _)| squares.is_finite()).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(std::iter::once(stated.collect()).chain(ranked.into_iter().take(STARTS).map(|(_, point)| point)).collect())
+    Ok(std::iter::once(stated.collect())
+        .chain(ranked.into_iter().take(model.simulator.means.starts).map(|(_, point)| point))
+        .collect())
 }

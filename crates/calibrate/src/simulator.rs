@@ -56,6 +56,8 @@ pub struct Means<'a> {
     pub stop: &'a Stop,
     /// Watches it.
     pub observer: &'a dyn Observer,
+    /// The number of starts besides the stated values, [`STARTS`](crate::STARTS) unless these are known to be near the minimum.
+    pub starts: usize,
 }
 
 /// How precisely a stage simulates, and how its derivatives are taken.
@@ -111,7 +113,7 @@ impl<'a> Simulator<'a> {
         places: &[(Place, Vec<f64>)],
         precision: Precision,
     ) -> Result<Vec<Option<Forces>>, Interrupted> {
-        let Means { resources, stop, observer } = self.means;
+        let Means { resources, stop, observer, .. } = self.means;
         let mut forces: Vec<Option<Forces>> = vec![None; places.len()];
         let (mut positions, mut cases) = (Vec::new(), Vec::new());
         for (position, (place, values)) in places.iter().enumerate() {

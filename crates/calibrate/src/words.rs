@@ -18,7 +18,15 @@ const RIVAL: f64 = 12.0;
 #[must_use]
 pub fn summary(calibration: &Calibration, width: usize) -> String {
     let mut text = String::new();
-    let mut line = |words: &str| wrap(width, &mut text, "", words);
+    lines(calibration).iter().for_each(|line| wrap(width, &mut text, "", line));
+    text
+}
+
+/// The statements of [`summary`].
+#[must_use]
+pub fn lines(calibration: &Calibration) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut line = |words: &str| lines.push(words.to_owned());
     line(&format!("{}{}; {}", values(calibration), correlation(calibration), fit(calibration)));
     for group in &calibration.undetermined {
         line(&format!("not determined: {}", group.statement));
@@ -45,7 +53,7 @@ pub fn summary(calibration: &Calibration, width: usize) -> String {
     if let Some(next) = calibration.next.first() {
         line(&next_words(calibration, next));
     }
-    text
+    lines
 }
 
 /// `E = 2.62 ± 0.05 GPa, µ = 0.198 ± 0.007`, of what is determined.

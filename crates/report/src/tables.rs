@@ -15,7 +15,7 @@ use bristle_insight::slices::spread;
 use bristle_insight::warnings::is_unstable;
 use bristle_text::columns;
 use bristle_text::layout::{aligned, blocks, left, right, wrap};
-use bristle_text::number::{labels, short};
+use bristle_text::number::{labels, short, significant};
 
 /// Number of columns that a table has if there are so many values, in several parts if they do not fit into the terminal.
 const COLUMNS: usize = 12;
@@ -110,6 +110,13 @@ impl Marks {
             (true, true) => UNSTABLE,
         }
     }
+}
+
+/// The band that a calibration leaves the force of a brush, in a line.
+#[must_use]
+pub fn band_line(band: &ForceScatter) -> String {
+    let [lower, upper] = band.band().map(significant);
+    format!("95 % band of F_n,w by the calibration: {lower} to {upper} N\n")
 }
 
 /// The origin of the tool force's scatter, and the number of tools left out.

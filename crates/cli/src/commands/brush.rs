@@ -11,7 +11,7 @@ use std::time::Duration;
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
-use bristle_grid::brush::Interaction;
+use bristle_grid::brush::{Interaction, calibration_band};
 use bristle_grid::check::{FINER_BRUSH, check_text, finer_steps};
 use bristle_grid::thread_count;
 use bristle_input::plausibility::unusual;
@@ -19,7 +19,7 @@ use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings::of_brush;
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
-use bristle_report::tables::{brush_table, check_table};
+use bristle_report::tables::{band_line, brush_table, check_table};
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
 use bristle_store::results::{
     FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts, write_filaments,
@@ -282,11 +282,12 @@ fn write_results(
     figures: &Figures,
 ) -> Result<String, CliError> {
     let mut hashes = FileHashes::new();
+    let band = calibration_band(&settings, &result.tool);
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
         StagedFile::hashed(&arguments.out, name, &mut hashes, write)
     };
     let staged = [
-        stage(METRICS, &|out| write_brush_metrics(out, &settings, &result))?,
+        stage(METRICS, &|out| write_brush_metrics(out, &settings, &result, band.as_ref()))?,
         stage(FILAMENTS, &|out| write_filaments(out, &result.filaments))?,
         stage(HISTORY, &|out| write_brush_history(out, &result.history))?,
         stage(CONTACTS, &|out| write_contacts(out, &result.pairs))?,
@@ -315,5 +316,6 @@ fn write_results(
     remove(&arguments.out.join(CHECK))?;
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
     say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads(), figures)?)?;
-    Ok(brush_table(&result))
+    let band = band.map_or_else(String::new, |band| band_line(&band));
+    Ok(brush_table(&result) + &band)
 }

@@ -10,8 +10,8 @@ use std::time::SystemTime;
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_calibrate::{
-    Calibration, FitError, Fitted, Forces, Frame, Interrupted, Means, Observer, Problem, Reach, calibrate, calibrated,
-    summary,
+    Calibration, FitError, Fitted, Forces, Frame, Interrupted, Means, Observer, Problem, Reach, STARTS, calibrate,
+    calibrated, summary,
 };
 use bristle_grid::Resources;
 use bristle_grid::uncertainty::check;
@@ -118,7 +118,7 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
         memory: arguments.memory.limit(),
     };
     let reach = Reach { max_rpm: arguments.max_rpm, max_depth_m: arguments.max_depth.map(|depth| depth / 1e3) };
-    let outcome = calibrate(problem, reach, Means { resources, stop: &stop, observer: &watch });
+    let outcome = calibrate(problem, reach, Means { resources, stop: &stop, observer: &watch, starts: STARTS });
     let Watch { journal, progress } = watch;
     progress.into_inner().unwrap_or_else(PoisonError::into_inner).end();
     if let Some(journal) = &journal {

@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 
 use bristle_calibrate::{Calibration, estimate};
 use bristle_grid::Setting;
-use bristle_input::measured::Quantity;
 
 use super::Picture;
 use crate::drawing::diagram::{Curve, Diagram, Look};
@@ -75,14 +74,13 @@ fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
         x: Axis::amount(format!("fitted {name} in {unit}")),
         y: Axis::amount(format!("measured {name} in {unit}")),
         curves: vec![
-            Curve::new("95 % of fitted forces", Look::Band, upper.chain(lower).collect()),
-            Curve::new("measured = fitted", Look::Reference, line),
+            Curve::new("", Look::Band, upper.chain(lower).collect()),
+            Curve::new("measured = fitted, ± 1.96 σ of the fit", Look::Reference, line),
             Curve::new(std, Look::Bars, bars.collect()).with_pen(1),
             Curve::new("", Look::Markers, points.iter().map(|[fitted, value, ..]| (*fitted, *value)).collect())
                 .with_pen(1),
         ],
     };
-    debug_assert_eq!(Quantity::FORCES.len(), FORCES.len());
     Picture { name: format!("{FITTED}{word}"), canvas: diagram.draw_in(format) }
 }
 

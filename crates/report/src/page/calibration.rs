@@ -1,6 +1,6 @@
 //! The page of a calibration, without a script.
 
-use bristle_calibrate::{Calibration, estimate, summary};
+use bristle_calibrate::{Calibration, estimate, lines};
 use bristle_grid::{DEPTH, Setting};
 use bristle_input::measured::Speed;
 use bristle_text::number::{short, significant};
@@ -19,15 +19,9 @@ const MOST: usize = 200;
 #[must_use]
 pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
     let name = escape_html(&shown(name, LONGEST_NAME));
-    let lines = summary(calibration, usize::MAX);
-    let mut lines = lines.lines().map(escape_html);
-    let lead = lines.next().unwrap_or_default();
-    let rest: Vec<String> = lines.collect();
-    let warnings: String = calibration
-        .undetermined
-        .iter()
-        .map(|group| format!("  <p class=\"note\">{}</p>\n", escape_html(&group.statement)))
-        .collect();
+    let lines: Vec<String> = lines(calibration).iter().map(|line| escape_html(line)).collect();
+    let (lead, rest) = lines.split_first().expect("values come first");
+    let rest: String = rest.iter().map(|line| format!("<li>{line}</li>")).collect();
     let settings: String = (0..calibration.values.len()).map(|own| setting_row(calibration, own)).collect();
     let next: String = calibration
         .next
@@ -39,17 +33,15 @@ pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
         .collect();
     let figures: String = calibration_figures(calibration, &Format::default()).iter().map(figure).collect();
     let forces: String = (0..calibration.forces.len().min(MOST)).map(|row| force_row(calibration, row)).collect();
-    let fit = rest.join(". ");
     fill(
         TEMPLATE,
         &[
             ("title", &format!("{name}: calibration")),
             ("style", STYLE),
             ("name", &name),
-            ("lead", &lead),
-            ("warnings", &warnings),
+            ("lead", lead),
+            ("rest", &rest),
             ("settings", &settings),
-            ("fit", &fit),
             ("next", &next),
             ("figures", &figures),
             ("forces", &forces),

@@ -10,6 +10,7 @@ use serde::{Serialize, Serializer};
 
 use super::tables::{Cell, cells, cells_of, keys, keys_of, read_records, write_records};
 use bristle_grid::brush::{Interaction, metric_columns, turn_impulses};
+use bristle_grid::uncertainty::ForceScatter;
 use bristle_input::table::{AGAIN, DataError, Source};
 
 bristle::record! {
@@ -160,9 +161,15 @@ impl Serialize for OfBrush<'_> {
         serializer.collect_map(metric_columns(true).map(|column| (column.key, &all[column.key])))
     }
 }
-
+/// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its [`Interaction`] and the band that a calibration
+/// leaves its force, then the work, then the impulses of all turns.
 /// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its [`Interaction`], then the work, then the impulses of all turns.
-pub fn write_brush_metrics(mut out: impl Write, settings: &Settings, result: &BrushResult) -> io::Result<()> {
+pub fn write_brush_metrics(
+    mut out: impl Write,
+    settings: &Settings,
+    result: &BrushResult,
+    band: Option<&ForceScatter>,
+) -> io::Result<()> {
     #[derive(Serialize)]
     struct Flat<'a> {
         brushing_velocity_m_s: f64,
@@ -171,6 +178,8 @@ pub fn write_brush_metrics(mut out: impl Write, settings: &Settings, result: &Br
         metrics: OfBrush<'a>,
         #[serde(flatten)]
         interaction: Interaction,
+        #[serde(flatten)]
+        band: Option<&'a ForceScatter>,
         steps: usize,
         halved_steps: usize,
         newton_iterations: usize,
@@ -183,6 +192,7 @@ pub fn write_brush_metrics(mut out: impl Write, settings: &Settings, result: &Br
         rotational_speed_rpm: settings.rotational_speed_rpm(),
         metrics: OfBrush(metrics),
         interaction,
+        band,
         steps,
         halved_steps,
         newton_iterations: effort.newton_iterations,

@@ -1,0 +1,221 @@
+"""Settings of a brush from measured forces."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from bristle import _arguments as arguments
+from bristle import _bristle
+from bristle._progress import TellShare, of_share
+from bristle._settings import Settings, checked
+from bristle._table import Column, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_SPEEDS = ("brushing_velocity_m_s", "rotational_speed_rpm")
+_DEPTH = "penetration_depth_m"
+_FORCES = ("force_n", "tangential_force_n", "torque_n_m", "power_w")
+_STDS = ("std_n", "tangential_force_std_n", "torque_std_n_m", "power_std_w")
+_UNITS = {
+    "brushing_velocity_m_s": "m/s",
+    "rotational_speed_rpm": "rpm",
+    "penetration_depth_m": "m",
+}
+
+
+class Calibration:
+    """Settings that were fitted to measured forces, from `calibrate`.
+
+    Printed, it is the text of ``bristle calibrate``.
+    """
+
+    def __init__(self, settings: Settings, record: Mapping[str, Any], text: str) -> None:
+        self._stated = settings
+        self._record = record
+        self._text = text
+
+    @property
+    def record(self) -> Mapping[str, Any]:
+        """What ``calibration.json`` has (``docs/calibration.md``)."""
+        return self._record
+
+    @property
+    def keys(self) -> list[str]:
+        """Dotted paths of the fitted settings."""
+        return [parameter["key"] for parameter in self._record["parameters"]]
+
+    @property
+    def values(self) -> dict[str, float | None]:
+        """The value of each setting, in its SI unit; ``None`` if it is not determined."""
+        return self._of_each("value")
+
+    @property
+    def standard_errors(self) -> dict[str, float | None]:
+        """The standard error of each value."""
+        return self._of_each("standard_error")
+
+    @property
+    def intervals_95(self) -> dict[str, tuple[float, float] | None]:
+        """The 95 % interval of each value, by the profile of the sum of squares."""
+        ends = self._of_each("interval_95")
+        return {key: None if pair is None else (pair[0], pair[1]) for key, pair in ends.items()}
+
+    def _of_each(self, name: str) -> dict[str, Any]:
+        return {each["key"]: each[name] for each in self._record["parameters"]}
+
+    @cached_property
+    def covariance(self) -> npt.NDArray[np.float64]:
+        """Of the values, in the order of `Calibration.keys`."""
+        return np.array(self._record["covariance"], dtype=float)
+
+    @cached_property
+    def correlations(self) -> npt.NDArray[np.float64]:
+        """Of the values, in the order of `Calibration.keys`."""
+        return np.array(self._record["correlations"], dtype=float)
+
+    @property
+    def chi_squared(self) -> float:
+        """The sum of squared residuals over their variances."""
+        return float(self._record["chi_squared"])
+
+    @property
+    def undetermined(self) -> list[str]:
+        """What the forces do not determine, in words; empty if all is determined."""
+        return [str(group["statement"]) for group in self._record["undetermined"]]
+
+    @property
+    def next_measurement(self) -> list[Mapping[str, Any]]:
+        """The best points to measure at next, the best first."""
+        return list(self._record["next_measurement"])
+
+    @cached_property
+    def settings(self) -> Settings:
+        """The settings with the fitted values, which carry their errors as ``uncertainty.calibration``.
+
+        Raises:
+            ValueError: If not all settings are determined.
+        """
+        if self.undetermined:
+            raise ValueError(
+                "; ".join(self.undetermined)
+                + ": `Calibration.values` has what is determined"
+            )
+        sections: dict[str, dict[str, Any]] = {}
+        for key, value in self.values.items():
+            section, _, name = key.partition(".")
+            sections.setdefault(section, {})[name] = value
+        sections["uncertainty"] = {
+            "calibration": {
+                "settings": self.keys,
+                "standard_errors": list(self.standard_errors.values()),
+                "correlations": self._record["correlations"],
+            }
+        }
+        return self._stated.replace(**sections)
+
+    @cached_property
+    def residuals(self) -> Table:
+        """One row per force: ``residuals.csv``. ``residual`` is in standard deviations."""
+        rows = self._record["residuals"]
+        columns: dict[str, Column] = {
+            name: np.array([row[name] for row in rows]) for name in rows[0]
+        }
+        units = {name: _UNITS.get(name, "") for name in columns}
+        return Table(columns, units, self._stated)
+
+    def plot(self) -> Figure:
+        """Measured over fitted forces, a diagram for each quantity; matplotlib must be installed.
+
+        Returns:
+            A figure that is not shown; a notebook shows it by itself.
+        """
+        from matplotlib.figure import Figure
+
+        table = self.residuals
+        quantities = list(dict.fromkeys(table["quantity"].tolist()))
+        figure = Figure(figsize=(5.0 * len(quantities), 4.5), layout="constrained")
+        for position, quantity in enumerate(quantities, start=1):
+            rows = table["quantity"] == quantity
+            fitted, measured = table["fitted"][rows], table["measured"][rows]
+            axes = figure.add_subplot(1, len(quantities), position)
+            ends = [float(min(fitted)), float(max(fitted))]
+            axes.plot(ends, ends, color="0.5", linewidth=1, label="measured = fitted")
+            axes.errorbar(fitted, measured, table["std"][rows], fmt="s", mfc="none", capsize=3)
+            axes.set_xlabel(f"fitted {quantity}")
+            axes.set_ylabel(f"measured {quantity}")
+            axes.legend()
+        return figure
+
+    def __str__(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        return self._text
+
+
+def calibrate(
+    settings: Settings,
+    measured: Mapping[str, Any],
+    *,
+    fit: Sequence[str] | Mapping[str, tuple[float, float] | None],
+    relative_std: float | None = None,
+    max_rotational_speed_rpm: float | None = None,
+    max_depth_m: float | None = None,
+    threads: int | None = None,
+    progress: bool | TellShare = True,
+) -> Calibration:
+    """Fits settings to measured forces, as ``bristle calibrate`` does.
+
+    Args:
+        settings: The brush. Velocity and depth are those of the points.
+        measured: A data frame, or columns by their names: ``brushing_velocity_m_s`` or
+            ``rotational_speed_rpm``, ``penetration_depth_m``, and at least one of ``force_n``,
+            ``tangential_force_n``, ``torque_n_m``, ``power_w``, with standard deviations ``std_n``,
+            ``tangential_force_std_n``, ``torque_std_n_m``, ``power_std_w``.
+        fit: Dotted paths of settings, or these with their ranges; ``None`` is the usual range.
+        relative_std: Standard deviation over the value, of what has none of its own.
+        max_rotational_speed_rpm: Largest speed at which can be measured next, in rpm.
+        max_depth_m: Largest depth at which can be measured next, in m.
+        threads: Number of threads, by default one per core; changes no result.
+        progress: Whether to show progress, or a function that is called with the share that is
+            done.
+
+    Raises:
+        SettingsError: If the forces cannot determine the settings.
+    """
+    ranges = fit if isinstance(fit, Mapping) else dict.fromkeys(fit)
+    options = [
+        key if ends is None else f"{key}={float(ends[0])!r}..{float(ends[1])!r}"
+        for key, ends in ranges.items()
+    ]
+    reach = (max_rotational_speed_rpm, max_depth_m)
+    threads = arguments.whole_or_none("threads", threads, 1)
+    with of_share(progress, "the calibration") as tell:
+        record, text = _bristle.calibrate(
+            checked(settings), _table(measured), relative_std, options, reach, threads, tell
+        )
+    return Calibration(settings, json.loads(record), text)
+
+
+def _table(measured: Mapping[str, Any]) -> str:
+    """The text of a table of measured forces. What is not a number is left empty."""
+    names = [name for name in (*_SPEEDS, _DEPTH, *_FORCES, *_STDS) if name in measured]
+    columns = [np.asarray(measured[name], dtype=float).ravel() for name in names]
+    sizes = {column.size for column in columns}
+    if len(sizes) > 1:
+        raise ValueError(f"the columns of `measured` have different lengths: {sorted(sizes)}")
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(names)
+    rows = zip(*columns, strict=True) if columns else ()
+    writer.writerows(["" if np.isnan(cell) else repr(float(cell)) for cell in row] for row in rows)
+    return text.getvalue()

@@ -1,0 +1,59 @@
+//! Settings from measured forces.
+
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use bristle::simulation::Stop;
+use bristle_calibrate::{
+    Calibration, FitError, Fitted, Means, Observer, Problem, Reach, STARTS, calibrate as fitted_to, summary,
+};
+use bristle_grid::Resources;
+use bristle_input::measured::{Format, read_points};
+use pyo3::prelude::*;
+
+use crate::WIDTH;
+use crate::error::{of_input, of_settings};
+use crate::input::Input;
+use crate::interrupt::{on_a_thread_telling, tell_share};
+
+/// Tells how far a calibration is.
+struct Share<'a>(&'a AtomicU64);
+
+impl Observer for Share<'_> {
+    fn done(&self, share: f64) {
+        self.0.store(share.to_bits(), Ordering::Relaxed);
+    }
+}
+
+/// What `calibration.json` has of a calibration of `input` by the table `measured`, and its text. Each of `fit` is a key, or a key and its range.
+#[pyfunction]
+#[pyo3(signature = (input, measured, relative_std, fit, reach, threads, tell))]
+pub fn calibrate(
+    py: Python<'_>,
+    input: &Input,
+    measured: &str,
+    relative_std: Option<f64>,
+    fit: Vec<String>,
+    reach: (Option<f64>, Option<f64>),
+    threads: Option<NonZeroUsize>,
+    tell: Option<Py<PyAny>>,
+) -> PyResult<(String, String)> {
+    let brushes = input.document()?.brushes().map_err(|error| of_input(&error))?;
+    let format = Format { relative_std, ..Format::default() };
+    let points = read_points(measured, "measured", &format).map_err(|error| of_settings(error.to_string()))?;
+    let fit = fit.iter().map(|option| Fitted::parse(option)).collect::<Result<Vec<_>, FitError>>();
+    let fit = fit.map_err(|error| of_settings(error.to_string()))?;
+    let problem = Problem::new(brushes, fit, points).map_err(|error| of_settings(error.to_string()))?;
+    let (stop, done) = (Stop::default(), AtomicU64::default());
+    let tell = |py: Python<'_>| tell_share(py, tell.as_ref(), f64::from_bits(done.load(Ordering::Relaxed)));
+    let resources = Resources { threads, memory: None };
+    let reach = Reach { max_rpm: reach.0, max_depth_m: reach.1 };
+    let found = on_a_thread_telling(py, &stop, tell, || {
+        let means = Means { resources, stop: &stop, observer: &Share(&done), starts: STARTS };
+        fitted_to(problem, reach, means)
+    })?;
+    let found: Option<Calibration> = found.map_err(|error| of_settings(error.to_string()))?;
+    let found = found
+        .ok_or_else(|| of_settings("none of the starts can be simulated: narrow the ranges of `fit`".to_owned()))?;
+    Ok((found.json(), summary(&found, WIDTH)))
+}
