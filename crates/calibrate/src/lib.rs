@@ -16,6 +16,7 @@ mod simulator;
 mod statistics;
 mod words;
 
+use nalgebra::DMatrix;
 use spec_math::cephes64::{chdtrc, stdtri};
 
 pub use calibrated::{Frame, calibrated};
@@ -35,7 +36,7 @@ const COARSE: Precision =
     Precision { tolerance: 1e-3, step: 0.01, central: false, segments: 8, interacts: false, arrival: 3e-3 };
 /// The minimum itself: errors of the derivatives are below 1e-4 (docs/calibration.md).
 const FINE: Precision =
-    Precision { tolerance: 1e-6, step: 2e-3, central: true, segments: usize::MAX, interacts: false, arrival: 1e-4 };
+    Precision { tolerance: 1e-6, step: 1e-3, central: true, segments: usize::MAX, interacts: false, arrival: 1e-5 };
 /// Intervals, and points to measure at next.
 const MIDDLE: Precision = Precision { tolerance: 1e-4, step: 5e-3, ..FINE };
 /// Brushes keep their own tolerance, 1e-3 of the impulse unless a file states another.
@@ -46,6 +47,11 @@ const REFINED: f64 = 4.0;
 const INTERACTION_ROUNDS: usize = 4;
 /// Change of a coordinate at which it does no longer.
 const SETTLED: f64 = 2e-3;
+/// Relative error of derivatives next to a force that bends, how often a minimum moves away from there, and the step of derivatives that look past
+/// bends.
+const BENT: f64 = 5e-3;
+const BENDS: usize = 4;
+const WIDE: f64 = 0.03;
 /// Two-sided probability of an interval.
 const CONFIDENCE: f64 = 0.95;
 
@@ -132,7 +138,7 @@ pub fn calibrate(problem: Problem, reach: Reach, means: Means<'_>) -> Result<Opt
         best = interacting(&mut model, best)?;
         model.precise_jacobian(&best.x, OF_BRUSHES)?
     } else {
-        model.precise_jacobian(&best.x, FINE)?
+        away_from_bends(&model, &mut best)?
     };
     let chi_squared = model.residuals(&best.forces).norm_squared();
     let freedom = problem.observations.len() - problem.fitted.len();
@@ -171,6 +177,25 @@ pub fn calibrate(problem: Problem, reach: Reach, means: Means<'_>) -> Result<Opt
         next,
         problem,
     }))
+}
+
+/// The derivatives at a minimum of filaments alone. Where they tell that a contact begins or ends nearby, the minimum moves to a lower one, if
+/// there is one beyond.
+fn away_from_bends(model: &Model<'_>, best: &mut Minimum) -> Result<(DMatrix<f64>, f64), Interrupted> {
+    for _ in 0..BENDS {
+        let found = model.precise_jacobian(&best.x, FINE)?;
+        if found.1 < BENT {
+            return Ok(found);
+        }
+        let wide = model.jacobian(&best.x, &[], Precision { step: WIDE, ..MIDDLE })?;
+        let Some(lower) = search::lower(model, best, &Errors::of(&wide, 1.0), MIDDLE)? else { return Ok(found) };
+        let Some(refined) = search::refined(model, &lower, FINE)? else { return Ok(found) };
+        if refined.squares >= best.squares {
+            return Ok(found);
+        }
+        *best = refined;
+    }
+    model.precise_jacobian(&best.x, FINE)
 }
 
 /// The minimum with filaments that touch, from that of filaments alone. The forces of filaments alone, times the effect of interaction at

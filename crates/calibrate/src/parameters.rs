@@ -92,7 +92,9 @@ impl Fitted {
         let form = || FitError::Form(text.to_owned());
         let bounds = bounds.map(|bounds| {
             let (low, high) = bounds.split_once("..").ok_or_else(form)?;
-            let number = |text: &str| text.trim().parse().map(|number| unit.to_own(number)).map_err(|_| form());
+            // A key without a unit states a number, not per cent.
+            let to_own = |number: f64| if unit.suffix.is_empty() { number } else { unit.to_own(number) };
+            let number = |text: &str| text.trim().parse().map(to_own).map_err(|_| form());
             Ok([number(low)?, number(high)?])
         });
         Self::new(parameter, bounds.transpose()?)

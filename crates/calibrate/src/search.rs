@@ -12,6 +12,7 @@ use crate::model::Model;
 use crate::parameters::Fitted;
 use crate::problem::Observation;
 use crate::simulator::{Interrupted, Precision};
+use crate::statistics::Errors;
 use basin::{
     BoxBounds, ConstraintDescription, ConstraintSet, ConstraintSolveError, Constraints, CostFunction, DenseMatrix,
     Executor, Jacobian, Residual, TrustRegionReflective,
@@ -138,7 +139,7 @@ fn is_same(model: &Model<'_>, these: &[f64], those: &[f64]) -> bool {
 }
 
 /// Relative change of the coordinates over that of the sum of squares, at which a descent has arrived.
-const STEP_OF_ARRIVAL: f64 = 0.1;
+const STEP_OF_ARRIVAL: f64 = 0.01;
 /// The most steps of a descent.
 const STEPS: u64 = 30;
 
@@ -209,6 +210,44 @@ pub fn minima(model: &Model<'_>, precision: Precision) -> Result<(Vec<Minimum>, 
 pub fn refined(model: &Model<'_>, minimum: &Minimum, precision: Precision) -> Result<Option<Minimum>, Interrupted> {
     let refined = descend(model, &minimum.x, precision, &[])?;
     Ok(refined.and_then(Result::ok).map(|refined| Minimum { starts: minimum.starts, ..refined }))
+}
+
+/// A lower minimum near one where contacts begin or end, which bend the forces: the best of descents from points around it, some standard
+/// errors away. `None` if there is none.
+pub fn lower(
+    model: &Model<'_>,
+    minimum: &Minimum,
+    errors: &Errors,
+    precision: Precision,
+) -> Result<Option<Minimum>, Interrupted> {
+    /// The points that are tried, how far they are, and from how many of them a descent begins.
+    const TRIED: u32 = 48;
+    const REACH: f64 = 4.0;
+    const DESCENTS: usize = 4;
+    /// Least relative fall of the sum of squares that counts.
+    const FALL: f64 = 1e-3;
+    let limits: Vec<[f64; 2]> = model.problem().fitted.iter().map(|fitted| fitted.limits()).collect();
+    let point = |index: u32| -> Vec<f64> {
+        let coordinate = |(dimension, [low, high]): (usize, &[f64; 2])| {
+            let share = 2.0 * f64::from(sobol_burley::sample(index, dimension as u32, SEED)) - 1.0;
+            (minimum.x[dimension] + share * REACH * errors.standard_error(dimension)).clamp(*low, *high)
+        };
+        limits.iter().enumerate().map(coordinate).collect()
+    };
+    let points: Vec<Vec<f64>> = (0..TRIED).map(point).collect();
+    let forces = model.forces(&points, precision)?;
+    let mut ranked: Vec<(f64, Vec<f64>)> =
+        forces.iter().map(|forces| model.residuals(forces).norm_squared()).zip(points).collect();
+    ranked.retain(|(squares, _)| squares.is_finite());
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut best: Option<Minimum> = None;
+    for (_, start) in ranked.iter().take(DESCENTS) {
+        let found = descend(model, start, precision, &[])?.and_then(Result::ok);
+        best = found.into_iter().chain(best).min_by(|a, b| a.squares.total_cmp(&b.squares));
+    }
+    Ok(best
+        .filter(|found| found.squares < (1.0 - FALL) * minimum.squares)
+        .map(|found| Minimum { starts: minimum.starts, ..found }))
 }
 
 /// The values of the file, and the best of points that fill the range.
