@@ -190,6 +190,23 @@ fn how_sure_forces_are_is_as_the_page_says() {
 }
 
 #[test]
+fn a_calibration_finds_what_the_page_says() {
+    let directory = check(&Page {
+        text: include_str!("../../../../docs/calibration.md"),
+        counts: (2, 2),
+        files: &["calibrated/calibration.json", "calibrated/residuals.csv", "calibrated/figures/calibration_force.png"],
+        metrics: &[],
+    });
+    let text = fs::read_to_string(directory.path().join("calibrated/calibrated.toml")).expect("a file");
+    let fitted = text.lines().find(|line| line.starts_with("youngs_modulus_pa")).expect("a setting");
+    assert!(fitted.contains("# E = 2.596 ± 0.018 GPa, fitted on 20"), "{fitted}");
+    assert!(text.contains("file = \"../forces.csv\""), "{text}");
+    // The same table as that of the example.
+    let example = include_str!("../../../../examples/laboratory.csv");
+    assert_eq!(fs::read_to_string(directory.path().join("forces.csv")).expect("a file"), example);
+}
+
+#[test]
 fn what_to_measure_does_what_it_says() {
     check(&Page {
         text: include_str!("../../../../docs/what-to-measure.md"),
