@@ -560,7 +560,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             let loads = GroupLoads { forces: &forces.0[index * (n + 1)..][..=n], changes: None };
             let (q, v, accelerations) = (&motion.q[at.clone()], &motion.v[at.clone()], &mut motion.accelerations[at]);
             if group.activity != Activity::Rests {
-                group.equations.accelerations(&group.clamp, q, v, &loads, accelerations);
+                group.equations.accelerations(group.clamp.holding(q, v), &loads, accelerations);
             }
         }
         motion
@@ -994,7 +994,7 @@ impl Group {
             self.clamp = M::in_lanes(|lane| &filament(lane).motion, Lane::from_lanes(|_| time));
             self.time = Some(time);
         }
-        self.equations.place(&self.clamp, q, v);
+        self.equations.place(self.clamp.holding(q, v));
         (positions[0], velocities[0]) = (self.clamp.position, self.clamp.velocity);
         self.equations.nodes_in_lanes(&mut positions[1..], &mut velocities[1..]);
         if self.equations.form() == Form::Planar {
@@ -1108,7 +1108,8 @@ impl Group {
 
     fn residual(&mut self, [q, v, accelerations]: [&[[Lane; 2]]; 3], forces: &[[Lane; 3]], residual: &mut [[Lane; 2]]) {
         let loads = GroupLoads { forces, changes: None };
-        self.equations.residual(&self.clamp, q, v, accelerations, &loads, residual);
+        let at = self.clamp.holding(q, v);
+        self.equations.residual(at, accelerations, &loads, residual);
         let is_planar = self.equations.form() == Form::Planar;
         let present = LaneSet::first(self.count);
         wide(
@@ -1137,7 +1138,7 @@ impl Group {
         budget: &mut Budget,
     ) {
         let n = self.equations.segments();
-        let energies = self.equations.energies(&self.clamp, q, v);
+        let energies = self.equations.energies(self.clamp.holding(q, v));
         let root_force = sub(self.equations.root_force(), roots);
         let power = dot(root_force, self.clamp.velocity) + energies.clamp_torque_power;
         let energy = energies.kinetic + energies.spring + energies.gravity;
@@ -1166,7 +1167,8 @@ impl Group {
         let [coordinates, rates] = weights.map(|weight| Lane::from_lanes(|_| weight));
         let step = StepWeights { coordinates, rates };
         let loads = GroupLoads { forces, changes: Some(&self.changes) };
-        self.equations.factorise(&self.clamp, q, v, accelerations, &loads, step, LaneSet::first(LANES));
+        let at = self.clamp.holding(q, v);
+        self.equations.factorise(at, accelerations, &loads, step, LaneSet::first(LANES));
     }
 
     /// Displacements of all nodes with a change of the coordinates.

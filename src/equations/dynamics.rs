@@ -13,8 +13,8 @@ use super::recursion::{
 };
 use super::tasks::{ChainDynamics, Factorise, Task};
 use super::{
-    Chain, Clamp, Energies, LANES, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PlanarDynamics, PointLoad,
-    PointTangent, Real, StepWeights, kernels,
+    Chain, ChainState, Clamp, Energies, LANES, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PlanarDynamics,
+    PointLoad, PointTangent, Real, StepWeights, kernels,
 };
 
 /// Equations of motion of one chain, or of one chain per lane, with the memory for their recursions.
@@ -111,8 +111,7 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
         chain: &'a Chain<T>,
         charts: &'a [PolarAxis],
         angles: &'a [[T; 4]],
-        v: &'a [[T; 2]],
-        clamp: &'a Clamp<T>,
+        ChainState { clamp, v, .. }: ChainState<'a, T>,
     ) -> Self {
         let n = chain.segments();
         Self {
@@ -382,8 +381,8 @@ impl<T: Compiled> ChainDynamics<T> for Dynamics<T> {
 
 impl<T: Lanewise> Dynamics<T> {
     /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
-    pub fn energies(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> Energies<T> {
-        let posture = Spatial::new(&self.chain, &self.charts, &self.angles, v, clamp);
+    pub fn energies(&self, at: ChainState<'_, T>) -> Energies<T> {
+        let posture = Spatial::new(&self.chain, &self.charts, &self.angles, at);
         recursion::energies(&self.memory, &posture, posture.clamp_torque_power())
     }
 
@@ -450,7 +449,9 @@ impl Compiled for Lanes<LANES> {
 /// The largest loops have functions of their own: a single one for all would take the compiler several times as long.
 fn run<T: Lanewise>(dynamics: &mut Dynamics<T>, task: Task<'_, T>) {
     match task {
-        Task::Factorise(step) if step.loads.loads_points() => dispatch(Factorisation::<_, true> { dynamics, step }),
+        Task::Factorise(step) if step.trial.loads.loads_points() => {
+            dispatch(Factorisation::<_, true> { dynamics, step })
+        }
         Task::Factorise(step) => dispatch(Factorisation::<_, false> { dynamics, step }),
         task => dispatch(Recursion { dynamics, task }),
     }
@@ -458,7 +459,7 @@ fn run<T: Lanewise>(dynamics: &mut Dynamics<T>, task: Task<'_, T>) {
 
 fn run_planar<T: Lanewise>(dynamics: &mut PlanarDynamics<T>, task: PlanarTask<'_, T>) {
     match task {
-        PlanarTask::Motion(Task::Factorise(step)) if step.loads.loads_points() => {
+        PlanarTask::Motion(Task::Factorise(step)) if step.trial.loads.loads_points() => {
             dispatch(PlanarFactorisation::<_, true> { dynamics, step });
         }
         PlanarTask::Motion(Task::Factorise(step)) => dispatch(PlanarFactorisation::<_, false> { dynamics, step }),
@@ -480,7 +481,7 @@ impl<T: Lanewise, const POINTS: bool> Loop for Factorisation<'_, T, POINTS> {
     #[inline(always)]
     fn run(self) {
         let Dynamics { chain, charts, angles, memory } = self.dynamics;
-        let posture = Spatial::new(&*chain, charts, angles, self.step.v, self.step.clamp);
+        let posture = Spatial::new(&*chain, charts, angles, self.step.trial.at);
         recursion::factorise::<T, _, 2, 3, POINTS>(memory, &posture, &self.step);
     }
 }
@@ -505,6 +506,6 @@ impl<T: Lanewise> Loop for Recursion<'_, T> {
         if let Some(q) = self.task.new_coordinates() {
             T::sines_and_cosines(&q[..n], &mut angles[..n]);
         }
-        recursion::perform(memory, n, |clamp, _, v| Spatial::new(&*chain, charts, angles, v, clamp), self.task);
+        recursion::perform(memory, n, |at| Spatial::new(&*chain, charts, angles, at), self.task);
     }
 }

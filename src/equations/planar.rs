@@ -16,10 +16,10 @@ use super::recursion::{
     self, Energetic, Joint, JointTangent, LoadTangent, Memory, Point, PointChange, Posture, Root, Segment,
     SegmentTangent,
 };
-use super::tasks::{ChainDynamics, Factorise, Task};
+use super::tasks::{ChainDynamics, Factorise, Task, Trial};
 use super::{
-    Chain, Clamp, Compiled, Energies, Lanewise, NodeLoads, NodeTangent, PointDamping, PointLoad, PointTangent, Real,
-    StepWeights, kernels,
+    Chain, ChainState, Clamp, Compiled, Energies, Lanewise, NodeLoads, NodeTangent, PointDamping, PointLoad,
+    PointTangent, Real, StepWeights, kernels,
 };
 
 /// Equations of motion of one planar chain, or of one per lane, with the memory for their recursions.
@@ -84,13 +84,11 @@ impl<T: Compiled> PlanarDynamics<T> {
     /// If a slice is shorter than the chain.
     pub fn lateral_accelerations(
         &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
+        at: ChainState<'_, T>,
         loads: &impl NodeLoads<T>,
         accelerations: &mut [[T; 2]],
     ) {
-        T::run_planar(self, PlanarTask::Lateral { clamp, q, v, loads, result: accelerations });
+        T::run_planar(self, PlanarTask::Lateral(at, loads, accelerations));
     }
 
     /// Solves the factorised equations of the variation, and puts its correction into `correction`, which holds that of `θ̈`.
@@ -101,25 +99,22 @@ impl<T: Compiled> PlanarDynamics<T> {
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
-    #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]
     pub fn solve_variation(
         &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
+        at: ChainState<'_, T>,
         accelerations: &[[T; 2]],
         loads: &impl NodeLoads<T>,
         weights: StepWeights<T>,
         correction: &mut [[T; 2]],
     ) {
-        T::run_planar(self, PlanarTask::Variation { clamp, q, v, accelerations, loads, weights, correction });
+        T::run_planar(self, PlanarTask::Variation(Trial { at, accelerations, loads }, weights, correction));
     }
 }
 
 impl<T: Lanewise> PlanarDynamics<T> {
     /// Energies, dissipation and clamp power at the state `(q, q̇)`, where the nodes were last placed.
-    pub fn energies(&self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> Energies<T> {
-        let posture = Planar::new(&self.chain, &self.angles, q, v, clamp);
+    pub fn energies(&self, at: ChainState<'_, T>) -> Energies<T> {
+        let posture = Planar::new(&self.chain, &self.angles, at);
         recursion::energies(&self.memory, &posture, posture.clamp_torque_power())
     }
 
@@ -165,7 +160,7 @@ struct Planar<'a, T> {
 
 impl<'a, T: Real> Planar<'a, T> {
     #[inline(always)]
-    fn new(chain: &'a Chain<T>, angles: &'a [[T; 2]], q: &'a [[T; 2]], v: &'a [[T; 2]], clamp: &'a Clamp<T>) -> Self {
+    fn new(chain: &'a Chain<T>, angles: &'a [[T; 2]], ChainState { clamp, q, v }: ChainState<'a, T>) -> Self {
         let n = chain.segments();
         let Chain { length, gravity, .. } = *chain;
         Self { length, gravity, links: &chain.links[..n], angles: &angles[..n], q: &q[..n], v: &v[..n], clamp }
@@ -643,23 +638,9 @@ pub enum PlanarTask<'a, T> {
     /// Of the motion and, where it has a part in it, of its variation.
     Motion(Task<'a, T>),
     /// [`PlanarDynamics::lateral_accelerations`]
-    Lateral {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        result: &'a mut [[T; 2]],
-    },
+    Lateral(ChainState<'a, T>, &'a dyn NodeLoads<T>, &'a mut [[T; 2]]),
     /// [`PlanarDynamics::solve_variation`]
-    Variation {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        accelerations: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        weights: StepWeights<T>,
-        correction: &'a mut [[T; 2]],
-    },
+    Variation(Trial<'a, T>, StepWeights<T>, &'a mut [[T; 2]]),
 }
 
 /// A factorisation of the matrices of a motion and of its variation, of a chain with or without loads at points of its segments.
@@ -676,8 +657,7 @@ impl<T: Lanewise, const POINTS: bool> Loop for PlanarFactorisation<'_, T, POINTS
     #[inline(always)]
     fn run(self) {
         let PlanarDynamics { chain, angles, memory, lateral } = self.dynamics;
-        let Factorise { q, v, clamp, .. } = self.step;
-        let posture = Planar::new(&*chain, angles, q, v, clamp);
+        let posture = Planar::new(&*chain, angles, self.step.trial.at);
         recursion::factorise::<T, _, 1, 2, POINTS>(memory, &posture, &self.step);
         let posture = Lateral { planar: posture, motion: memory };
         recursion::factorise::<T, _, 1, 1, POINTS>(lateral, &posture, &self.step);
@@ -704,14 +684,14 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
                 if let Some(q) = task.new_coordinates() {
                     T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
                 }
-                recursion::perform(memory, n, |clamp, q, v| Planar::new(chain, angles, q, v, clamp), task);
+                recursion::perform(memory, n, |at| Planar::new(chain, angles, at), task);
             }
-            PlanarTask::Lateral { clamp, q, v, loads, result } => {
-                let posture = Lateral { planar: Planar::new(chain, angles, q, v, clamp), motion: memory };
+            PlanarTask::Lateral(at, loads, result) => {
+                let posture = Lateral { planar: Planar::new(chain, angles, at), motion: memory };
                 recursion::accelerations(lateral, &posture, loads, result);
             }
-            PlanarTask::Variation { clamp, q, v, accelerations, loads, weights, correction } => {
-                let posture = Planar::new(chain, angles, q, v, clamp);
+            PlanarTask::Variation(Trial { at, accelerations, loads }, weights, correction) => {
+                let posture = Planar::new(chain, angles, at);
                 if !loads.is_empty() {
                     recursion::shift::<T, Planar<'_, T>, 1, 2>(memory, n, correction, weights);
                     recursion::load(memory, &posture, loads);

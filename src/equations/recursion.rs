@@ -14,8 +14,8 @@ use super::linear::{
     add, add_matrices, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
     transposed_product, unrolled, zero, zero_matrix,
 };
-use super::tasks::{Factorise, Task};
-use super::{Clamp, Energies, LaneSet, Lanewise, NodeLoads, Real, StepWeights};
+use super::tasks::{Factorise, Task, Trial};
+use super::{ChainState, Energies, LaneSet, Lanewise, NodeLoads, Real, StepWeights};
 
 /// Kinematics and inertia of one segment; see [`kernels::segment`](super::kernels::segment).
 #[derive(Clone, Copy)]
@@ -284,36 +284,36 @@ impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
 }
 
 /// Carries out `task` on a chain of `n` segments, whose sines and cosines are those of the task. `posture` makes the posture at the
-/// clamp, the coordinates and the rates that it is given.
+/// state that it is given.
 #[inline(always)]
 pub(super) fn perform<'a, T: Lanewise, P: Energetic<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     n: usize,
-    posture: impl FnOnce(&'a Clamp<T>, &'a [[T; 2]], &'a [[T; 2]]) -> P,
+    posture: impl FnOnce(ChainState<'a, T>) -> P,
     task: Task<'a, T>,
 ) {
     match task {
-        Task::Place { clamp, q, v } => place(memory, &posture(clamp, q, v)),
-        Task::Track { clamp, q, v, accelerations } => track(memory, &posture(clamp, q, v), accelerations),
-        Task::Accelerations { clamp, q, v, loads, result } => {
-            let posture = posture(clamp, q, v);
+        Task::Place(at) => place(memory, &posture(at)),
+        Task::Track(at, accelerations) => track(memory, &posture(at), accelerations),
+        Task::Accelerations(at, loads, result) => {
+            let posture = posture(at);
             if !loads.is_empty() {
                 place(memory, &posture);
             }
             accelerations(memory, &posture, loads, result);
         }
-        Task::Residual { clamp, q, v, accelerations, loads, result } => {
-            residual(memory, &posture(clamp, q, v), accelerations, loads, result);
+        Task::Residual(Trial { at, accelerations, loads }, result) => {
+            residual(memory, &posture(at), accelerations, loads, result);
         }
-        Task::Correction { clamp, q, v, accelerations, loads, result } => {
-            correction(memory, &posture(clamp, q, v), accelerations, loads, result);
+        Task::Correction(Trial { at, accelerations, loads }, result) => {
+            correction(memory, &posture(at), accelerations, loads, result);
         }
         Task::Factorise(_) => unreachable!("a factorisation has a function of its own"),
-        Task::Solve { right_side } => solve::<T, P, D, S>(memory, n, right_side),
-        Task::Shift { correction, weights } => shift::<T, P, D, S>(memory, n, correction, weights),
-        Task::Displacements { change, result } => displacements::<T, P, D, S>(memory, n, change, result),
-        Task::Torques { forces, result } => torques::<T, P, D, S>(memory, n, forces, result),
-        Task::Dissipation { clamp, q, v, result } => *result = dissipation(&posture(clamp, q, v)),
+        Task::Solve(right_side) => solve::<T, P, D, S>(memory, n, right_side),
+        Task::Shift(correction, weights) => shift::<T, P, D, S>(memory, n, correction, weights),
+        Task::Displacements(change, result) => displacements::<T, P, D, S>(memory, n, change, result),
+        Task::Torques(forces, result) => torques::<T, P, D, S>(memory, n, forces, result),
+        Task::Dissipation(at, result) => *result = dissipation(&posture(at)),
     }
 }
 
@@ -698,7 +698,7 @@ pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>
 pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const S: usize, const POINTS: bool>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    &Factorise { accelerations, loads, weights, lanes, .. }: &Factorise<'_, T>,
+    &Factorise { trial: Trial { accelerations, loads, .. }, weights, lanes }: &Factorise<'_, T>,
 ) {
     let n = posture.segments();
     let accelerations = &accelerations[..n];

@@ -474,8 +474,9 @@ impl Sampler {
         let clamp = observer.filament.motion.at(step.time(s));
         step.coordinates(s, &mut self.q, &mut self.v);
         equations.set_charts(step.charts());
-        equations.place(&clamp, &self.q, &self.v);
-        equations.energies(&clamp, &self.q, &self.v)
+        let at = clamp.holding(&self.q, &self.v);
+        equations.place(at);
+        equations.energies(at)
     }
 
     fn observe_shapes<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<M, W>) {

@@ -8,11 +8,11 @@ use crate::contact::edge::{EdgeContact, Nodes, Station};
 use crate::contact::{Approach, ContactLaw};
 use crate::equations::linear::{dot, in_lane, zero};
 use crate::equations::{
-    Chain, ChainDynamics, Clamp, Compiled, Energies, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion, NodeTangent,
-    PointDamping, PointLoad, PointTangent, PolarAxis, StepWeights, find_pole, near_pole,
+    Chain, ChainDynamics, ChainState, Clamp, Compiled, Energies, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion,
+    NodeTangent, PointDamping, PointLoad, PointTangent, PolarAxis, StepWeights, find_pole, near_pole,
 };
 use crate::integrate::hermite::Knot;
-use crate::integrate::{SecondOrderSystem, StageSolution, State};
+use crate::integrate::{Point, SecondOrderSystem, StageSolution, State};
 use crate::tool::ClampMotion;
 use crate::workpiece::{Edge, Workpiece};
 
@@ -253,8 +253,8 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
             }
         }
         self.equations.set_charts(&charts);
-        let (equations, clamp, _) = self.parts(time);
-        equations.place(clamp, &q, &v);
+        let (equations, at, _) = self.parts(time, &q, &v);
+        equations.place(at);
         for contact in 0..self.closed.len() {
             let filament = &self.filaments[0];
             let Touch { station, approach, .. } = filament.touch(contact, &self.lane(0), None, time);
@@ -268,8 +268,8 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// Energies at a state.
     pub fn energies(&mut self, state: &FilamentState) -> Energies<f64> {
         self.place(state);
-        let (equations, clamp, _) = self.parts(state.time);
-        equations.energies(clamp, &state.q, &state.v)
+        let (equations, at, _) = self.parts(state.time, &state.q, &state.v);
+        equations.energies(at)
     }
 
     /// Energy stored in the closed contacts at a state, in J.
@@ -285,15 +285,15 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
 
     fn place(&mut self, state: &FilamentState) {
         self.equations.set_charts(&state.charts);
-        let (equations, clamp, _) = self.parts(state.time);
-        equations.place(clamp, &state.q, &state.v);
+        let (equations, at, _) = self.parts(state.time, &state.q, &state.v);
+        equations.place(at);
     }
 
     /// Position, velocity and acceleration of every node at a state.
     pub(super) fn track(&mut self, state: &FilamentState, knots: &mut [Knot<3>]) {
         self.equations.set_charts(&state.charts);
-        let (equations, clamp, _) = self.parts(state.time);
-        equations.track(clamp, &state.q, &state.v, &state.accelerations);
+        let (equations, at, _) = self.parts(state.time, &state.q, &state.v);
+        equations.track(at, &state.accelerations);
         self.nodes(0, knots);
     }
 }
@@ -379,24 +379,24 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         self.equations.nodes(lane, knots);
     }
 
-    /// The clamps at `time`.
-    fn clamp(&mut self, time: T) -> &Clamp<T> {
-        // NaN means that they must be evaluated again: it does not equal any time.
-        if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
-            self.clamp = (time, M::in_lanes(|lane| &self.filaments[lane].motion, time));
-        }
-        &self.clamp.1
-    }
-
     /// The loads at `time` on closed nodes.
     pub fn loads(&self, time: T) -> ContactLoads<'_, M, W, T> {
         ContactLoads::new(&self.filaments, &self.closed, &self.starts, time)
     }
 
-    /// The equations, the clamps and the loads at `time`.
-    fn parts(&mut self, time: T) -> (&mut Equations<T>, &Clamp<T>, ContactLoads<'_, M, W, T>) {
-        self.clamp(time);
-        (&mut self.equations, &self.clamp.1, ContactLoads::new(&self.filaments, &self.closed, &self.starts, time))
+    /// The equations, the state of the chains, and the loads at `time`.
+    fn parts<'a>(
+        &'a mut self,
+        time: T,
+        q: &'a [[T; 2]],
+        v: &'a [[T; 2]],
+    ) -> (&'a mut Equations<T>, ChainState<'a, T>, ContactLoads<'a, M, W, T>) {
+        // NaN means that the clamps must be evaluated again: it does not equal any time.
+        if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
+            self.clamp = (time, M::in_lanes(|lane| &self.filaments[lane].motion, time));
+        }
+        let loads = ContactLoads::new(&self.filaments, &self.closed, &self.starts, time);
+        (&mut self.equations, self.clamp.1.holding(q, v), loads)
     }
 
     /// Rates of the contact's integrals, where the dynamics were last placed.
@@ -437,22 +437,22 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     }
 
     /// Adds the rate of the joints' dissipation, with the angles as they were last placed.
-    fn add_joint_dissipation(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], rates: &mut [T; COUNT]) {
-        let clamp = *self.clamp(time);
-        let dissipation = self.equations.dissipation(&clamp, q, v);
+    fn add_joint_dissipation(&mut self, at: &Point<'_, T, 2>, rates: &mut [T; COUNT]) {
+        let (equations, state, _) = self.parts(at.time, at.q, at.v);
+        let dissipation = equations.dissipation(state);
         rates[integral::JOINT_DISSIPATION] = dissipation + dissipation;
     }
 
     /// Rates of the other integrals. Afterwards the dynamics are placed, with the accelerations of the nodes.
-    fn energy_rates(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) -> [T; COUNT] {
+    fn energy_rates(&mut self, at: &Point<'_, T, 2>) -> [T; COUNT] {
         let mut scratch = std::mem::take(&mut self.scratch);
-        self.residual(time, q, v, accelerations, &mut scratch);
+        self.residual(at, &mut scratch);
         self.scratch = scratch;
-        let clamp = *self.clamp(time);
-        let energies = self.equations.energies(&clamp, q, v);
+        let (equations, state, _) = self.parts(at.time, at.q, at.v);
+        let energies = equations.energies(state);
         let mut rates = zero();
         rates[integral::JOINT_DISSIPATION] = energies.dissipation + energies.dissipation;
-        rates[integral::WORK] = dot(self.equations.root_force(), clamp.velocity) + energies.clamp_torque_power;
+        rates[integral::WORK] = dot(equations.root_force(), state.clamp.velocity) + energies.clamp_torque_power;
         rates
     }
 }
@@ -467,72 +467,56 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
 
     fn accelerations(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &mut [[T; 2]]) {
         let mut scratch = std::mem::take(&mut self.scratch);
-        let (equations, clamp, loads) = self.parts(time);
-        equations.all_accelerations(clamp, q, v, &loads, accelerations, &mut scratch);
+        let (equations, at, loads) = self.parts(time, q, v);
+        equations.all_accelerations(at, &loads, accelerations, &mut scratch);
         self.scratch = scratch;
     }
 
-    fn residual(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]], residual: &mut [[T; 2]]) {
-        let (equations, clamp, loads) = self.parts(time);
-        equations.residual(clamp, q, v, accelerations, &loads, residual);
+    fn residual(&mut self, at: &Point<'_, T, 2>, residual: &mut [[T; 2]]) {
+        let (equations, state, loads) = self.parts(at.time, at.q, at.v);
+        equations.residual(state, at.accelerations, &loads, residual);
     }
 
-    fn factorise(
-        &mut self,
-        time: T,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        weights: StepWeights<T>,
-        lanes: LaneSet,
-    ) {
-        let (equations, clamp, loads) = self.parts(time);
-        equations.factorise(clamp, q, v, accelerations, &loads, weights, lanes);
+    fn factorise(&mut self, at: &Point<'_, T, 2>, weights: StepWeights<T>, lanes: LaneSet) {
+        let (equations, state, loads) = self.parts(at.time, at.q, at.v);
+        equations.factorise(state, at.accelerations, &loads, weights, lanes);
     }
 
     fn solve(&mut self, right_side: &mut [[T; 2]]) {
         self.equations.solve(right_side);
     }
 
-    fn correction(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]], correction: &mut [[T; 2]]) {
-        let (equations, clamp, loads) = self.parts(time);
-        equations.correction(clamp, q, v, accelerations, &loads, correction);
+    fn correction(&mut self, at: &Point<'_, T, 2>, correction: &mut [[T; 2]]) {
+        let (equations, state, loads) = self.parts(at.time, at.q, at.v);
+        equations.correction(state, at.accelerations, &loads, correction);
     }
 
-    fn rates(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) -> [T; COUNT] {
+    fn rates(&mut self, at: &Point<'_, T, 2>) -> [T; COUNT] {
         let mut rates = zero();
         if self.tracks_energy {
-            rates = self.energy_rates(time, q, v, accelerations);
+            rates = self.energy_rates(at);
         } else {
-            let (equations, clamp, _) = self.parts(time);
-            equations.track(clamp, q, v, accelerations);
-            self.add_joint_dissipation(time, q, v, &mut rates);
+            let (equations, state, _) = self.parts(at.time, at.q, at.v);
+            equations.track(state, at.accelerations);
+            self.add_joint_dissipation(at, &mut rates);
         }
-        self.add_contact_rates(time, &mut rates);
+        self.add_contact_rates(at.time, &mut rates);
         rates
     }
 
-    fn stage_rates(
-        &mut self,
-        time: T,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        correction: &[[T; 2]],
-        weights: StepWeights<T>,
-    ) -> [T; COUNT] {
+    fn stage_rates(&mut self, at: &Point<'_, T, 2>, correction: &[[T; 2]], weights: StepWeights<T>) -> [T; COUNT] {
         if self.tracks_energy {
-            return self.rates(time, q, v, accelerations);
+            return self.rates(at);
         }
         let mut rates = zero();
         // With the angles before the last correction of the stage, which is far below the tolerance.
-        self.add_joint_dissipation(time, q, v, &mut rates);
+        self.add_joint_dissipation(at, &mut rates);
         if self.closed.iter().any(|lanes| !lanes.is_empty()) {
             if !self.carries_variation() {
                 // With a variation its solution has moved the nodes.
                 self.equations.shift(correction, weights);
             }
-            self.add_contact_rates(time, &mut rates);
+            self.add_contact_rates(at.time, &mut rates);
         }
         rates
     }
@@ -549,17 +533,9 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
         self.equations.form() == Form::Planar
     }
 
-    fn solve_variation(
-        &mut self,
-        time: T,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        weights: StepWeights<T>,
-        correction: &mut [[T; 2]],
-    ) {
-        let (equations, clamp, loads) = self.parts(time);
-        equations.solve_variation(clamp, q, v, accelerations, &loads, weights, correction);
+    fn solve_variation(&mut self, at: &Point<'_, T, 2>, weights: StepWeights<T>, correction: &mut [[T; 2]]) {
+        let (equations, state, loads) = self.parts(at.time, at.q, at.v);
+        equations.solve_variation(state, at.accelerations, &loads, weights, correction);
     }
 
     fn refuse(&self, q: &[[f64; 2]]) -> Option<Obstacle> {
