@@ -13,13 +13,12 @@ use super::field::{Changes, Field, GroupField, Lane, Node, Place, wide};
 use super::gmres::{self, Coupled, Division, Krylov, Vector};
 use super::presses::{Press, PressLaw, PressTangent};
 use super::team;
-use crate::contact::ContactForce;
 use crate::equations::linear::{add, dot, scale, sub, zero};
 use crate::equations::{
     Chain, ChainDynamics, Clamp, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion, NodeTangent, PointTangent, PolarAxis,
     Real, StepWeights,
 };
-use crate::simulation::{Equations, Filament, Form};
+use crate::simulation::{ContactSum, Equations, Filament, Form};
 use crate::tool::ClampMotion;
 use crate::workpiece::{Part, Workpiece};
 
@@ -114,18 +113,8 @@ impl<M> Surroundings<'_, M> {
 /// The force of the workpiece on one filament.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WorkpieceLoad {
-    /// `F_n` in N.
-    pub normal: f64,
-    /// The whole force in N.
-    pub force: [f64; 3],
-    /// Its moment about the tool axis in N m.
-    pub moment: f64,
-    /// The part of `F_n` on edges in N.
-    pub on_edges: f64,
-    /// Power taken by friction in W.
-    pub friction_power: f64,
-    /// Power taken by contact damping in W.
-    pub damped_power: f64,
+    /// Of all contacts.
+    pub sum: ContactSum,
     /// Power of a moving workpiece in W.
     pub moving_power: f64,
     /// Energy stored in J.
@@ -135,10 +124,26 @@ pub struct WorkpieceLoad {
     pub pressing: f64,
     /// The deepest penetration of an edge in m.
     pub edge_penetration: f64,
-    /// The sum of the number of the edge that is worked on most, from 1, and the place on it, from 0 to 1; 0 if there is none.
-    pub edge_place: f64,
+    /// The edge that is worked on most.
+    pub worked: Option<WorkedEdge>,
+}
+
+impl WorkpieceLoad {
+    /// Far from the workpiece.
+    pub fn none() -> Self {
+        Self { pressing: f64::NEG_INFINITY, ..Self::default() }
+    }
+}
+
+/// Where and how much an edge is worked on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WorkedEdge {
+    /// Its index.
+    pub edge: usize,
+    /// The place on it, from 0 to 1.
+    pub place: f64,
     /// `F_n |v_t|` there in W.
-    pub edge_power: f64,
+    pub power: f64,
 }
 
 /// Coordinates, rates and accelerations of all filaments, group by group.
@@ -347,7 +352,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             earlier: vec![Vec::new(); groups.len()],
             tangents: vec![Vec::new(); groups.len()],
             incoming: vec![Vec::new(); groups.len()],
-            loads: vec![WorkpieceLoad::default(); bristles.len()],
+            loads: vec![WorkpieceLoad::none(); bristles.len()],
             budgets: vec![Budget::default(); groups.len()],
             clearances: bristles.iter().map(|bristle| Clearance::new(bristle, rate)).collect(),
             last_contacts: vec![f64::INFINITY; bristles.len()],
@@ -1033,55 +1038,34 @@ impl Group {
         for (lane, (load, clearance)) in loads.iter_mut().zip(clearances).enumerate() {
             let filament = self.first + lane;
             let bristle = &around.bristles[filament];
-            *load = WorkpieceLoad { pressing: f64::NEG_INFINITY, ..WorkpieceLoad::default() };
+            *load = WorkpieceLoad::none();
             let way = around.candidates.way(filament);
             if time < clearance.first_contact || clearance.is_sure(time, way) {
                 continue;
             }
             let node = |k: usize| Node::new(filament, k, n);
-            let nodes = |k: usize| around.node(node(k));
-            for contact in 0..bristle.contacts() {
-                if contact < n {
-                    // Most nodes are far away.
-                    let [position, velocity] = nodes(contact + 1);
-                    let pressing = bristle.law.node_pressing(&bristle.workpiece, position, velocity, time);
-                    load.pressing = load.pressing.max(pressing);
-                    if pressing <= 0.0 {
-                        continue;
+            load.pressing = bristle.for_each_pressing(
+                |k| around.node(node(k)),
+                time,
+                |contact, touch| {
+                    let sum = bristle.sum(touch);
+                    load.sum += sum;
+                    load.energy += bristle.law.stored_energy(&touch.approach);
+                    load.moving_power += dot(sum.force, clearance.workpiece_velocity);
+                    if touch.on_edge {
+                        load.edge_penetration = load.edge_penetration.max(touch.approach.penetration);
+                        let power = sum.normal * dot(touch.approach.sliding, touch.approach.sliding).sqrt();
+                        if load.worked.is_none_or(|worked| power > worked.power) {
+                            let edge = contact - n;
+                            let place = bristle.workpiece.edges()[edge].part_before(touch.position, time);
+                            load.worked = Some(WorkedEdge { edge, place, power });
+                        }
                     }
-                }
-                let touch = bristle.touch(contact, &nodes, None, time);
-                let pressing = bristle.law.pressing(&touch.approach);
-                load.pressing = load.pressing.max(pressing);
-                if pressing <= 0.0 {
-                    continue;
-                }
-                let ContactForce { normal, tangential } = bristle.law.force(&touch.approach);
-                let force = add(scale(normal, touch.approach.normal), tangential);
-                load.normal += normal;
-                load.force = add(load.force, force);
-                load.moment += touch.position[0] * force[1] - touch.position[1] * force[0];
-                load.friction_power -= dot(tangential, touch.approach.sliding);
-                load.energy += bristle.law.stored_energy(&touch.approach);
-                load.damped_power += bristle.law.damped_power(&touch.approach);
-                load.moving_power += dot(force, clearance.workpiece_velocity);
-                if touch.on_edge {
-                    load.on_edges += normal;
-                    load.edge_penetration = load.edge_penetration.max(touch.approach.penetration);
-                    let sliding = touch.approach.sliding;
-                    let power = normal * dot(sliding, sliding).sqrt();
-                    if load.edge_place == 0.0 || power > load.edge_power {
-                        let edge = contact - n;
-                        let place = bristle.workpiece.edges()[edge].part_before(touch.position, time);
-                        // Less than the number of the next edge.
-                        load.edge_place = (edge + 1) as f64 + place.min(1.0 - 1e-12);
-                        load.edge_power = power;
-                    }
-                }
-                let place = Place { segment: node(touch.station.segment), fraction: touch.station.fraction };
-                place.load(force, forces);
-                mix(&mut met[lane], [contact as u64, touch.station.segment as u64, 0]);
-            }
+                    let place = Place { segment: node(touch.station.segment), fraction: touch.station.fraction };
+                    place.load(sum.force, forces);
+                    mix(&mut met[lane], [contact as u64, touch.station.segment as u64, 0]);
+                },
+            );
             *clearance = Clearance { time, way, gap: -load.pressing, ..*clearance };
         }
     }
@@ -1148,7 +1132,7 @@ impl Group {
             let load = &loads[filament];
             *sum += energy.lane(lane) + load.energy;
             *work += power.lane(lane) + load.moving_power;
-            *taken += 2.0 * energies.dissipation.lane(lane) + load.friction_power + load.damped_power;
+            *taken += 2.0 * energies.dissipation.lane(lane) + load.sum.friction_power + load.sum.damped_power;
             let chain = &bristles[filament].chain;
             let mut mass = 0.0;
             for (k, link) in chain.links.iter().enumerate() {
@@ -1157,9 +1141,9 @@ impl Group {
                 mass += link.mass;
             }
             let root = root_force.map(|component| component.lane(lane));
-            let outside = add(load.force, scale(mass, chain.gravity));
+            let outside = add(load.sum.force, scale(mass, chain.gravity));
             *force = add(*force, add(root, outside));
-            *strength += dot(load.force, load.force).sqrt();
+            *strength += dot(load.sum.force, load.sum.force).sqrt();
         }
     }
 
@@ -1190,23 +1174,17 @@ impl Group {
             }
             let bristle = &around.bristles[filament];
             let node = |k: usize| Node::new(filament, k, segments);
-            let nodes = |k: usize| around.node(node(k));
-            for contact in 0..bristle.contacts() {
-                if contact < segments {
-                    let [position, velocity] = nodes(contact + 1);
-                    if bristle.law.node_pressing(&bristle.workpiece, position, velocity, time) <= 0.0 {
-                        continue;
-                    }
-                }
-                let touch = bristle.touch(contact, &nodes, None, time);
-                if bristle.law.pressing(&touch.approach) <= 0.0 {
-                    continue;
-                }
-                let NodeTangent { position, velocity } = bristle.law.tangent(&touch.approach);
-                // The recursion multiplies by the weight of the positions.
-                let change = std::array::from_fn(|row| add(position[row], scale(by_rate / by_position, velocity[row])));
-                self.changes.add_at(node(touch.station.segment), touch.station.shares(), &change);
-            }
+            bristle.for_each_pressing(
+                |k| around.node(node(k)),
+                time,
+                |_, touch| {
+                    let NodeTangent { position, velocity } = bristle.law.tangent(&touch.approach);
+                    // The recursion multiplies by the weight of the positions.
+                    let change =
+                        std::array::from_fn(|row| add(position[row], scale(by_rate / by_position, velocity[row])));
+                    self.changes.add_at(node(touch.station.segment), touch.station.shares(), &change);
+                },
+            );
         }
     }
 }

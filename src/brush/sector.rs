@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
-use super::bundle::{Budget, Bundle, Effort, Exchange, Motion, NoConvergence, WorkpieceLoad};
+use super::bundle::{Budget, Bundle, Effort, Exchange, Motion, NoConvergence, WorkedEdge, WorkpieceLoad};
 use super::field::Lane;
 use super::filaments::{Bristle, Mount};
 use super::gmres::Vector;
@@ -15,7 +15,7 @@ use crate::equations::linear::{add, dot, scale};
 use crate::equations::{LANES, Lanewise, PolarAxis};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::parameters::MAX_TURNS;
-use crate::simulation::EdgeWork;
+use crate::simulation::{ContactSum, EdgeWork};
 use crate::tool::{ClampMotion, Turning};
 use crate::workpiece::Workpiece;
 
@@ -135,10 +135,10 @@ impl Sector {
             .into_iter()
             .zip(bundle.bristles())
             .map(|(timetable, bristle)| Account {
-                record: ContactRecord { turn: 1, ..ContactRecord::default() },
+                record: ContactRecord::of_turn(1),
                 completed: None,
                 impulses: Vec::new(),
-                load: WorkpieceLoad { pressing: f64::NEG_INFINITY, ..WorkpieceLoad::default() },
+                load: WorkpieceLoad::none(),
                 edge_work: EdgeWork::new(bristle.workpiece.edges().len()),
                 timetable,
             })
@@ -302,7 +302,7 @@ impl Sector {
             let length = bristle.chain.length * n as f64;
             let deflection = tip_deflection(tip, clamp.position, clamp.direction, length);
             account.observe([&middle.loads[index], &end.loads[index]], [begin, h], deflection);
-            if end.loads[index].edge_place > 0.0 {
+            if end.loads[index].worked.is_some() {
                 account.record.edge_evenness = account.edge_work.evenness(bristle.workpiece.edges());
             }
             account.end_turn(begin + h, h);
@@ -325,9 +325,9 @@ impl Sector {
     fn sample(&self) -> ToolSample {
         let mut sample = ToolSample { time_s: self.motion.time, ..ToolSample::default() };
         for account in &self.accounts {
-            sample.contact_normal_force_n += account.load.normal;
-            sample.contact_force_n = add(sample.contact_force_n, account.load.force);
-            sample.contact_moment_n_m += account.load.moment;
+            sample.contact_normal_force_n += account.load.sum.normal;
+            sample.contact_force_n = add(sample.contact_force_n, account.load.sum.force);
+            sample.contact_moment_n_m += account.load.sum.moment;
             sample.touching_filaments += usize::from(account.load.pressing > 0.0);
         }
         for (_, press) in &self.now.presses {
@@ -339,7 +339,7 @@ impl Sector {
 
     /// By filament, where the last step ended: normal force on the workpiece, and of other filaments, in N.
     pub fn forces(&self) -> [Vec<f64>; 2] {
-        let workpiece: Vec<f64> = self.accounts.iter().map(|account| account.load.normal).collect();
+        let workpiece: Vec<f64> = self.accounts.iter().map(|account| account.load.sum.normal).collect();
         let mut others = vec![0.0; workpiece.len()];
         for (filaments, press) in &self.now.presses {
             for &filament in filaments {
@@ -433,35 +433,29 @@ impl Account {
     /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and at its end.
     fn observe(&mut self, [middle, end]: [&WorkpieceLoad; 2], [begin, h]: [f64; 2], deflection: f64) {
         let Timetable { turn, touches, .. } = &self.timetable;
-        let earlier = (self.record.turn - 1) as f64 * turn;
+        let turned = (self.record.turn - 1) as f64 * turn;
         let start = self.load;
-        let mean = |of: &dyn Fn(&WorkpieceLoad) -> f64| h * (OTHERS * (of(&start) + of(middle)) + OWN * of(end));
+        let mean =
+            |of: &dyn Fn(&ContactSum) -> f64| h * (OTHERS * (of(&start.sum) + of(&middle.sum)) + OWN * of(&end.sum));
         let record = &mut self.record;
-        record.impulse += mean(&|load| load.normal);
-        record.vector_impulse = std::array::from_fn(|i| record.vector_impulse[i] + mean(&|load| load.force[i]));
-        record.angular_impulse += mean(&|load| load.moment);
-        record.edge_impulse += mean(&|load| load.on_edges);
-        record.friction_work += mean(&|load| load.friction_power);
-        record.peak_force = record.peak_force.max(middle.normal).max(end.normal);
+        record.impulse += mean(&|sum| sum.normal);
+        record.vector_impulse = std::array::from_fn(|i| record.vector_impulse[i] + mean(&|sum| sum.force[i]));
+        record.angular_impulse += mean(&|sum| sum.moment);
+        record.edge_impulse += mean(&|sum| sum.on_edges);
+        record.friction_work += mean(&|sum| sum.friction_power);
+        record.peak_force = record.peak_force.max(middle.sum.normal).max(end.sum.normal);
         record.edge_penetration = record.edge_penetration.max(end.edge_penetration);
         let part = contact_part(start.pressing, end.pressing);
         if part[1] > part[0] {
-            record.time += h * (part[1] - part[0]);
+            record.add_time(h * (part[1] - part[0]), part.map(|part| begin + part * h), touches, turned);
             record.count += usize::from(part[0] > 0.0 || start.pressing <= 0.0);
-            let times = part.map(|part| begin + part * h);
-            for touch in touches {
-                let [entry, exit] = touch.map(|time| time + earlier);
-                record.nominal_time += (times[1].min(exit) - times[0].max(entry)).max(0.0);
-            }
         }
-        let edge = |load: &WorkpieceLoad| (load.edge_place > 0.0).then(|| load.edge_place as usize - 1);
         for (load, weight) in [(&start, OTHERS), (middle, OTHERS), (end, OWN)] {
-            let Some(number) = edge(load) else { continue };
+            let Some(worked) = load.worked else { continue };
             // Work is spread over the way along an edge, and stays in place where the step begins or ends off it.
-            let place =
-                |other: &WorkpieceLoad| if edge(other) == Some(number) { other.edge_place } else { load.edge_place };
-            let places = [place(&start), place(end)].map(|place| place - (number + 1) as f64);
-            self.edge_work.add(number, places, h * weight * load.edge_power);
+            let here = |other: &WorkpieceLoad| other.worked.filter(|other| other.edge == worked.edge);
+            let places = [&start, end].map(|other| here(other).unwrap_or(worked).place);
+            self.edge_work.add(worked.edge, places, h * weight * worked.power);
         }
         record.max_deflection = record.max_deflection.max(deflection);
         self.load = *end;
@@ -475,7 +469,7 @@ impl Account {
         }
         self.impulses.push(self.record.impulse);
         self.completed = Some(self.record);
-        self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
+        self.record = ContactRecord::of_turn(self.record.turn + 1);
         self.edge_work.clear();
     }
 
@@ -483,6 +477,7 @@ impl Account {
         let mut account = self.clone();
         words.count(self.impulses.len());
         words.count(usize::from(self.completed.is_some()));
+        words.count(usize::from(self.load.worked.is_some()));
         words.counts(account.counts());
         words.numbers(account.numbers());
     }
@@ -490,6 +485,7 @@ impl Account {
     fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
         self.impulses = vec![0.0; words.count().filter(|turns| *turns <= MAX_TURNS)?];
         self.completed = (words.count()? == 1).then(ContactRecord::default);
+        self.load.worked = (words.count()? == 1).then(WorkedEdge::default);
         words.counts(self.counts())?;
         words.numbers(self.numbers())
     }
@@ -497,26 +493,16 @@ impl Account {
     /// All counts of the state.
     fn counts(&mut self) -> Vec<&mut usize> {
         let records = std::iter::once(&mut self.record).chain(&mut self.completed);
-        records.flat_map(|record| [&mut record.turn, &mut record.count]).collect()
+        let worked = self.load.worked.iter_mut().map(|worked| &mut worked.edge);
+        records.flat_map(|record| [&mut record.turn, &mut record.count]).chain(worked).collect()
     }
 
     /// All numbers of the state.
     fn numbers(&mut self) -> Vec<&mut f64> {
         let Self { record, completed, impulses, load, edge_work, timetable: _ } = self;
-        let WorkpieceLoad {
-            normal,
-            force: [x, y, z],
-            moment,
-            on_edges,
-            friction_power,
-            damped_power,
-            moving_power,
-            energy,
-            pressing,
-            edge_penetration,
-            edge_place,
-            edge_power,
-        } = load;
+        let WorkpieceLoad { sum, moving_power, energy, pressing, edge_penetration, worked } = load;
+        let ContactSum { normal, on_edges, force: [x, y, z], moment, friction_power, damped_power } = sum;
+        let worked = worked.iter_mut().flat_map(|WorkedEdge { edge: _, place, power }| [place, power]);
         let records = std::iter::once(record).chain(completed).flat_map(|record| {
             let ContactRecord {
                 turn: _,
@@ -566,10 +552,8 @@ impl Account {
             energy,
             pressing,
             edge_penetration,
-            edge_place,
-            edge_power,
         ];
-        records.chain(load).chain(impulses).chain(edge_work.work_mut()).collect()
+        records.chain(load).chain(worked).chain(impulses).chain(edge_work.work_mut()).collect()
     }
 }
 

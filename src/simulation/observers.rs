@@ -60,7 +60,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             turned: 0.0,
             earlier: [0.0; integral::COUNT],
             edge_work,
-            record: ContactRecord { turn: 1, ..ContactRecord::default() },
+            record: ContactRecord::of_turn(1),
             was_closed: false,
             gravity_impulse: 0.0,
             last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
@@ -103,7 +103,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     /// Takes the next step of the pass.
     pub fn observe(&mut self, step: &Step<'_>) {
         if step.start.time >= start_of_turn(self.record.turn, self.turn_time) {
-            self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
+            self.record = ContactRecord::of_turn(self.record.turn + 1);
             self.turned = step.start.time;
             self.earlier = step.start.integrals;
             self.was_closed = false;
@@ -117,11 +117,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         }
         let closed = step.closed.contains(&true);
         if closed {
-            self.record.time += step.length();
-            for touch in &self.touches {
-                let [entry, exit] = touch.map(|time| time + self.turned);
-                self.record.nominal_time += (step.end.time.min(exit) - step.start.time.max(entry)).max(0.0);
-            }
+            let times = [step.start.time, step.end.time];
+            self.record.add_time(step.length(), times, &self.touches, self.turned);
             self.record.count += usize::from(!self.was_closed);
             self.record.peak_force = maximum_in_step(|s| self.normal_force(step, s), self.record.peak_force);
         }

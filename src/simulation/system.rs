@@ -1,12 +1,13 @@
 //! A clamped filament above a workpiece, as a system to integrate: one filament, or one per lane.
 
 use std::f64::consts::PI;
+use std::ops::AddAssign;
 
 use super::error::Obstacle;
 use super::form::{Equations, Form};
 use crate::contact::edge::{EdgeContact, Nodes, Station};
 use crate::contact::{Approach, ContactLaw};
-use crate::equations::linear::{dot, in_lane, zero};
+use crate::equations::linear::{add, dot, in_lane, zero};
 use crate::equations::{
     Chain, ChainDynamics, ChainState, Clamp, Compiled, Energies, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion,
     NodeTangent, PointDamping, PointLoad, PointTangent, PolarAxis, StepWeights, find_pole, near_pole,
@@ -120,6 +121,34 @@ pub struct Touch {
     pub on_edge: bool,
 }
 
+/// What a contact does to a filament, or several together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactSum {
+    /// `F_n` in N.
+    pub normal: f64,
+    /// The part of `F_n` on edges in N.
+    pub on_edges: f64,
+    /// The whole force in N.
+    pub force: [f64; 3],
+    /// Its moment about the tool axis in N m.
+    pub moment: f64,
+    /// Power taken by friction in W.
+    pub friction_power: f64,
+    /// Power taken by contact damping in W.
+    pub damped_power: f64,
+}
+
+impl AddAssign for ContactSum {
+    fn add_assign(&mut self, other: Self) {
+        self.normal += other.normal;
+        self.on_edges += other.on_edges;
+        self.force = add(self.force, other.force);
+        self.moment += other.moment;
+        self.friction_power += other.friction_power;
+        self.damped_power += other.damped_power;
+    }
+}
+
 /// One filament: its constants, the motion of its clamp, and the workpiece.
 #[derive(Clone, Debug)]
 pub struct Filament<M, W> {
@@ -156,6 +185,49 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         let edge = &self.workpiece.edges()[edge];
         let EdgeContact { station, position, approach } = self.edge_contact(edge, nodes, start, time);
         Touch { station, position, approach, on_edge: true }
+    }
+
+    /// What a contact does, by the smooth law, even where it pulls: stages of a step that ends on an opening can lie past it.
+    pub fn sum(&self, Touch { position: [x, y, _], approach, on_edge, .. }: &Touch) -> ContactSum {
+        let force = self.law.force(approach);
+        let total = force.total(approach);
+        ContactSum {
+            normal: force.normal,
+            on_edges: if *on_edge { force.normal } else { 0.0 },
+            force: total,
+            moment: x * total[1] - y * total[0],
+            friction_power: -dot(force.tangential, approach.sliding),
+            damped_power: self.law.damped_power(approach),
+        }
+    }
+
+    /// Calls `take` with each contact that presses, by index. Returns the largest [`ContactLaw::pressing`] of all.
+    pub fn for_each_pressing(
+        &self,
+        nodes: impl Fn(usize) -> [[f64; 3]; 2],
+        time: f64,
+        mut take: impl FnMut(usize, &Touch),
+    ) -> f64 {
+        let mut largest = f64::NEG_INFINITY;
+        for contact in 0..self.contacts() {
+            if contact < self.chain.segments() {
+                // Most nodes are far away.
+                let [position, velocity] = nodes(contact + 1);
+                let pressing = self.law.node_pressing(&self.workpiece, position, velocity, time);
+                largest = largest.max(pressing);
+                if pressing <= 0.0 {
+                    continue;
+                }
+            }
+            let touch = self.touch(contact, &nodes, None, time);
+            let pressing = self.law.pressing(&touch.approach);
+            largest = largest.max(pressing);
+            if pressing <= 0.0 {
+                continue;
+            }
+            take(contact, &touch);
+        }
+        largest
     }
 
     fn edge_contact(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> EdgeContact {
@@ -407,30 +479,24 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                 let (filament, time) = (&self.filaments[lane], time.lane(lane));
                 let start = contact.checked_sub(segments).map(|edge| self.starts[edge][lane]);
                 let touch = filament.touch(contact, &self.lane(lane), start, time);
-                let Touch { position, approach, on_edge, .. } = &touch;
                 let mut add = |integral: usize, rate: f64| {
                     rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
                 };
-                // Use the smooth law even where it pulls: stages of a step that ends on an opening can lie past it.
-                let force = filament.law.force(approach);
-                let total = force.total(approach);
-                add(integral::NORMAL_IMPULSE, force.normal);
-                for (i, component) in total.into_iter().enumerate() {
+                let ContactSum { normal, on_edges, force, moment, friction_power, damped_power } = filament.sum(&touch);
+                add(integral::NORMAL_IMPULSE, normal);
+                for (i, component) in force.into_iter().enumerate() {
                     add(integral::IMPULSE + i, component);
                 }
-                add(integral::ANGULAR_IMPULSE, position[0] * total[1] - position[1] * total[0]);
-                if *on_edge {
-                    add(integral::EDGE_IMPULSE, force.normal);
-                }
-                let friction = -dot(force.tangential, approach.sliding);
-                add(integral::FRICTION_WORK, friction);
-                add(integral::CONTACT_DISSIPATION, filament.law.damped_power(approach) + friction);
+                add(integral::ANGULAR_IMPULSE, moment);
+                add(integral::EDGE_IMPULSE, on_edges);
+                add(integral::FRICTION_WORK, friction_power);
+                add(integral::CONTACT_DISSIPATION, damped_power + friction_power);
                 if self.tracks_energy || !filament.workpiece.translates() {
                     let velocity = match contact.checked_sub(segments) {
-                        None => filament.workpiece.surface(*position, time).velocity,
+                        None => filament.workpiece.surface(touch.position, time).velocity,
                         Some(edge) => filament.workpiece.edges()[edge].velocity,
                     };
-                    add(integral::WORK, dot(total, velocity));
+                    add(integral::WORK, dot(force, velocity));
                 }
             }
         }
