@@ -1,6 +1,6 @@
 //! A brush from its settings to its results.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::RangeInclusive;
 
 use super::alone;
@@ -58,21 +58,33 @@ struct Precision {
 }
 
 impl Precision {
-    /// The first one that is tried: shorter where the nominal contact is shorter than 0.9 of the filament, because fast filaments bounce
+    /// The first one that is tried: shorter where the nominal contact is short against the filament, because fast filaments bounce
     /// there, and where filaments rub on each other. Longer steps than those of a tolerance of 1e-3 are not faster: they take more
     /// iterations (docs/integrators.md).
     fn first(settings: &Settings, pass: &Pass) -> Self {
         /// In tolerances: a fifth of what is an error at the end.
         const LACKING: f64 = 2.0;
+        /// Steps are no longer at looser tolerances: the way of the tips then, in m, and the correction that may be the last, as a share.
+        const LOOSEST: f64 = 1e-3;
+        const STEP: f64 = 2e-4;
+        const NEWTON: f64 = 3e-4;
+        /// The power of the tolerance with which these fall.
+        const BY_TOLERANCE: f64 = 2.0 / 3.0;
+        /// A contact is short below this multiple of the filament. Steps fall with this power of it, down to the least share.
+        const SHORT: f64 = 0.9;
+        const BY_CONTACT: f64 = 1.5;
+        const LEAST: f64 = 0.3;
+        /// The share of the step that is left by friction between filaments.
+        const RUBBING: f64 = 0.8;
         let brush = settings.brush_or_default();
         let nominal = pass.nominal();
         let contact_length = nominal.tool_radius * nominal.contact_angle;
-        let share = (brush.tolerance / 1e-3).min(1.0).powf(2.0 / 3.0);
-        let short = (contact_length / (0.9 * settings.filament.length_m)).clamp(0.3, 1.0).powf(1.5);
-        let rubbing = if brush.friction_coefficient > 0.0 { 0.8 } else { 1.0 };
+        let share = (brush.tolerance / LOOSEST).min(1.0).powf(BY_TOLERANCE);
+        let short = (contact_length / (SHORT * settings.filament.length_m)).clamp(LEAST, 1.0).powf(BY_CONTACT);
+        let rubbing = if brush.friction_coefficient > 0.0 { RUBBING } else { 1.0 };
         Self {
-            step: 2e-4 * share * short * rubbing,
-            newton: 3e-4 * share,
+            step: STEP * share * short * rubbing,
+            newton: NEWTON * share,
             lacking: LACKING * brush.tolerance,
             error: f64::INFINITY,
         }
@@ -226,7 +238,7 @@ impl Draft {
         let is_planar = pass.form() == Form::Planar
             && brush.lateral_tilt_std_rad == 0.0
             && (brush.root_std_m == 0.0 || rows == 1)
-            && arrangement::has_separate_rows(settings, rows, diameter);
+            && arrangement::has_separate_rows(settings, diameter);
         // Rows that are alike are simulated once.
         let distinct = if is_planar && !filaments::differ(settings) { rows.min(2) } else { rows };
         let count = columns.saturating_mul(distinct);
@@ -842,10 +854,13 @@ pub(super) fn begin(
     own: &[Settings],
     settled: &dyn Fn(usize) -> Option<Vec<[f64; 2]>>,
 ) -> f64 {
-    /// Angle by which to begin earlier, in rad.
+    /// Angle by which to begin earlier, in rad, and how many times at most.
     const EARLIER: f64 = 5e-3;
+    const MOST: i32 = 200;
+    /// Roots farther behind cannot touch so early, in rad.
+    const FIRST: f64 = FRAC_PI_2;
     let rate = pass.tool().rate;
-    let is_first = |(_, root): &(usize, &Root)| root.angle < 0.5 * std::f64::consts::PI;
+    let is_first = |(_, root): &(usize, &Root)| root.angle < FIRST;
     let first = arrangement.roots.iter().enumerate().filter(is_first).map(|(filament, root)| {
         let bristle = filaments::bristle(&own[filament], pass, root);
         let Turning { tool, initial_angle, .. } = bristle.motion;
@@ -867,7 +882,7 @@ pub(super) fn begin(
             bristle.law.node_pressing(&bristle.workpiece, position, clamp.velocity, time) > 0.0
         })
     };
-    let times = (0..200).map(|step| -f64::from(step) * EARLIER / rate);
+    let times = (0..MOST).map(|step| -f64::from(step) * EARLIER / rate);
     let is_free = |time: &f64| !first.iter().any(|filament| touches(filament, *time));
     times.clone().find(is_free).unwrap_or(0.0)
 }
@@ -956,7 +971,9 @@ pub fn memory_estimate(filaments: usize, segments: usize, points: usize) -> u64 
     const SEGMENT: u64 = 4000;
     /// Of a contact point.
     const POINT: u64 = 500;
+    /// Of everything else.
+    const REST: u64 = 16 << 20;
     let (filaments, segments, points) = (filaments as u64, segments as u64, points as u64);
     let of_filament = segments.saturating_mul(points.saturating_mul(POINT).saturating_add(SEGMENT));
-    filaments.saturating_mul(of_filament).saturating_add(16 << 20)
+    filaments.saturating_mul(of_filament).saturating_add(REST)
 }
