@@ -5,10 +5,10 @@ use std::ops::RangeInclusive;
 
 use super::alone;
 use super::arrangement::{self, Arrangement, Root};
-use super::bundle::{BEHIND, Bundle};
+use super::bundle::{BEHIND, Bundle, Member};
 use super::candidates::Layout;
 use super::error::BrushError;
-use super::filaments::{self, Bristle, Mount};
+use super::filaments::{self, Bristle};
 use super::presses::PressLaw;
 use super::result::{
     BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, ToolSample,
@@ -462,8 +462,8 @@ impl BrushRun {
             let next = self.next_frame(self.done);
             self.advance_to(next.map_or(to, |frame| to.min(frame)))?;
             if next == Some(self.done) {
-                self.sectors.iter_mut().for_each(|(_, sector)| sector.place_all());
-                self.frames.push(self.frame());
+                let frame = self.frame();
+                self.frames.push(frame);
             }
         }
         self.sectors.iter_mut().for_each(|(_, sector)| sector.forget());
@@ -569,17 +569,18 @@ impl BrushRun {
         (frames > 0).then(|| (step / stride + 1) * stride).filter(|next| *next <= self.steps)
     }
 
-    fn frame(&self) -> Frame {
+    fn frame(&mut self) -> Frame {
         let roots = &self.arrangement.roots;
         let n = self.settings.filament.segments;
         let forces: Vec<[Vec<f64>; 2]> = self.sectors.iter().map(|(_, sector)| sector.forces()).collect();
         let force =
             |kind: usize| self.places.iter().map(|&[number, index]| forces[number][kind][index] as f32).collect();
+        let placed: Vec<_> = self.sectors.iter_mut().map(|(group, sector)| (group, sector.placed())).collect();
         let nodes = |(filament, &[number, index]): (usize, &[usize; 2])| {
-            let (group, sector) = &self.sectors[number];
+            let (group, bundle) = &placed[number];
             let height = roots[filament].z - roots[group.members[index]].z;
             let node = |k| {
-                let [x, y, z] = sector.bundle().node(index, k);
+                let [x, y, z] = bundle.node(index, k);
                 [x as f32, y as f32, (z + height) as f32]
             };
             (0..=n).map(node).collect()
@@ -908,60 +909,40 @@ pub(super) struct Plan<'a> {
 impl Plan<'_> {
     /// A sector of some filaments, by their numbers in the arrangement: undeformed, unless they have poses.
     pub fn sector(&self, members: &[usize], poses: Option<&[Pose]>) -> Sector {
-        let Self { pass, arrangement, begin, .. } = *self;
+        let Self { settings, pass, arrangement, own, form, points, begin, .. } = *self;
         let rate = pass.tool().rate;
-        let timetables: Vec<Timetable> = members
-            .iter()
-            .map(|&member| {
-                let delay = arrangement.roots[member].angle / rate;
-                let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
-                Timetable { begin: delay, turn: pass.turn_time(), touches }
-            })
-            .collect();
-        let mut bundle = self.bundle(members);
-        bundle.set_first_contacts(timetables.iter().map(|timetable| begin + timetable.begin).collect());
-        if pass.turns() == Turns::Count(1) {
-            // Around the tool the first columns follow the last ones, which meet those that come to the workpiece before the end.
-            let nearest = arrangement.latest() + rate * pass.end_time() + BEHIND;
-            let stays = |angle: f64| TAU + angle < nearest;
-            let last_contact = |root: &Root| {
-                if stays(root.angle) { f64::INFINITY } else { pass.end_time() + root.angle / rate }
-            };
-            bundle.set_last_contacts(members.iter().map(|&member| last_contact(&arrangement.roots[member])).collect());
-        }
-        let starts: Vec<[Vec<[f64; 2]>; 2]> = bundle
-            .bristles()
-            .iter()
-            .enumerate()
-            .map(|(index, bristle)| match poses {
+        let timetable = |root: &Root| {
+            let delay = root.angle / rate;
+            let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
+            Timetable { begin: delay, turn: pass.turn_time(), touches }
+        };
+        let roots = || members.iter().map(|&member| (&arrangement.roots[member], &own[member]));
+        let timetables: Vec<Timetable> = roots().map(|(root, _)| timetable(root)).collect();
+        // Around the tool the first columns follow the last ones, which meet those that come to the workpiece before the end.
+        let nearest = arrangement.latest() + rate * pass.end_time() + BEHIND;
+        let stays = |root: &Root| pass.turns() != Turns::Count(1) || TAU + root.angle < nearest;
+        let member = |(index, (root, own)): (usize, (&Root, &Settings))| {
+            let bristle = filaments::bristle(own, pass, root);
+            let delay = root.angle / rate;
+            let last = if stays(root) { f64::INFINITY } else { pass.end_time() + delay };
+            let start = match poses {
                 Some(poses) => settle::coordinates(&poses[index], rate * begin),
                 None => {
                     let [q, v] = bristle.motion.tool.undeformed(bristle.motion.angle(begin), rate);
                     [bristle.chain.relaxed(q).collect(), vec![v; bristle.chain.segments()]]
                 }
-            })
-            .collect();
-        let motion = bundle.start(begin, |filament| starts[filament].clone());
-        Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
-    }
-
-    fn bundle(&self, members: &[usize]) -> Bundle<Turning<Mount>> {
-        let Self { settings, pass, arrangement, own, form, points, .. } = *self;
-        let roots = || members.iter().map(|&member| (&arrangement.roots[member], &own[member]));
-        let bristles: Vec<_> = roots().map(|(root, own)| filaments::bristle(own, pass, root)).collect();
-        let radii: Vec<f64> = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
-        let layout = Layout {
-            filaments: members.len(),
-            segments: settings.filament.segments,
-            points,
-            lengths: bristles.iter().map(|bristle| bristle.chain.length).collect(),
-            largest_reach: 2.0 * radii.iter().fold(0.0_f64, |largest, radius| largest.max(*radius)),
-            radii,
-            // In its plane a row does not meet its images.
-            period: if form == Form::Planar { None } else { arrangement.period },
+            };
+            Member { bristle, contacts: [begin + delay, last], start }
         };
+        let bristles: Vec<Member<_>> = roots().enumerate().map(member).collect();
+        let radii = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
+        let lengths = bristles.iter().map(|member| member.bristle.chain.length).collect();
+        // In its plane a row does not meet its images.
+        let period = if form == Form::Planar { None } else { arrangement.period };
+        let layout = Layout::new(lengths, radii, points, period);
         let rests = roots().all(|(_, own)| filaments::rest(own));
-        Bundle::new(form, bristles, PressLaw::of(settings), layout, pass.tool().rate, rests)
+        let (bundle, motion) = Bundle::new(form, bristles, PressLaw::of(settings), layout, [begin, rate], rests);
+        Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
     }
 }
 

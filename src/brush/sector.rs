@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
-use super::bundle::{Budget, Bundle, Effort, Exchange, Motion, NoConvergence, WorkedEdge, WorkpieceLoad};
+use super::bundle::{Bundle, Effort, Kinematics, Motion, NoConvergence};
 use super::field::Lane;
 use super::filaments::{Bristle, Mount};
 use super::gmres::Vector;
+use super::group::{Budget, Exchange, WorkedEdge, WorkpieceLoad};
+use super::pressing::Pair;
 use super::result::{BrushStatistics, ToolSample};
 use super::settle::{Pose, turned};
 use super::team;
 use super::words::{Reader, Writer};
 use crate::equations::linear::{add, dot, scale};
-use crate::equations::{LANES, Lanewise, PolarAxis};
+use crate::equations::{LANES, Lanewise};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::parameters::MAX_TURNS;
 use crate::simulation::{ContactSum, EdgeWork};
@@ -143,7 +145,6 @@ impl Sector {
                 timetable,
             })
             .collect();
-        bundle.fall_asleep();
         let mut now = Stage::default();
         now.take(&mut bundle, &motion);
         let balance = Balance::new(&now.budget);
@@ -204,9 +205,10 @@ impl Sector {
         &self.balance
     }
 
-    /// Places all filaments, also those of which nothing is computed now.
-    pub fn place_all(&mut self) {
-        self.bundle.place_all(&self.motion);
+    /// The filaments, once those are placed, too, of which nothing is computed now.
+    pub fn placed(&mut self) -> &Bundle<Turning<Mount>> {
+        self.bundle.place_sleeping(&self.motion);
+        &self.bundle
     }
 
     /// Forgets what was found on the way here: what follows does not depend on it.
@@ -223,15 +225,13 @@ impl Sector {
         const SHORTEST: f64 = 1e-4;
         /// The same for steps that only miss the energy: the balance of the whole motion tells where that is not enough.
         const SHORT: f64 = 1.0 / 256.0;
-        self.bundle.fill_lanes(&mut self.motion);
-        self.bundle.leave_poles(&mut self.motion);
-        if self.bundle.leave_out(&mut self.motion) {
-            self.balance.go_on_with(&self.bundle.budget(&self.motion));
+        if self.bundle.begin_step(&mut self.motion) {
+            self.balance.go_on_with(&self.bundle.evaluate(&self.motion).budget);
         }
         while self.motion.time < end {
             let h = (self.share * length).min(end - self.motion.time);
             if self.bundle.wake(self.motion.time + h) {
-                self.balance.go_on_with(&self.bundle.budget(&self.motion));
+                self.balance.go_on_with(&self.bundle.evaluate(&self.motion).budget);
             }
             let allowed = if h > SHORT * length { self.allowed } else { f64::INFINITY };
             match self.attempt(h, allowed) {
@@ -360,8 +360,7 @@ impl Sector {
                 }
             }
         }
-        self.bundle.charts().into_iter().for_each(|axis| words.count(usize::from(axis == PolarAxis::X)));
-        self.bundle.states().into_iter().for_each(|state| words.count(state));
+        self.bundle.save(words);
         self.accounts.iter().for_each(|account| account.save(words));
         words.count(self.pairs.len());
         for (filaments, mut pair) in self.pairs.iter().map(|(filaments, pair)| (filaments, *pair)) {
@@ -390,13 +389,7 @@ impl Sector {
                 }
             }
         }
-        let charts = self.bundle.charts().len();
-        let charts: Option<Vec<PolarAxis>> =
-            (0..charts).map(|_| Some(if words.count()? == 1 { PolarAxis::X } else { PolarAxis::Z })).collect();
-        self.bundle.set_charts(&charts?);
-        let groups = self.bundle.states().len();
-        let states: Option<Vec<usize>> = (0..groups).map(|_| words.count()).collect();
-        self.bundle.set_states(&states?);
+        self.bundle.restore(words)?;
         for account in &mut self.accounts {
             account.restore(words)?;
         }
@@ -685,8 +678,7 @@ impl Budget {
 fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
     /// The least distance of the centrelines, as a share of the reach.
     const LEAST: f64 = 0.5;
-    let is_deep =
-        |(_, press): &&([usize; 2], super::presses::Press)| press.near.square() < (LEAST * press.near.reach).powi(2);
+    let is_deep = |(_, press): &&Pair| press.near.square() < (LEAST * press.near.reach).powi(2);
     bundle.presses().find(is_deep).map(|(filaments, _)| *filaments)
 }
 
@@ -702,9 +694,10 @@ struct Stage {
 impl Stage {
     /// Evaluates all at the end of a stage.
     fn take(&mut self, bundle: &mut Bundle<Turning<Mount>>, motion: &Motion) {
-        self.budget = bundle.budget(motion);
+        let found = bundle.evaluate(motion);
+        self.budget = found.budget;
         self.loads.clear();
-        self.loads.extend_from_slice(bundle.loads());
+        self.loads.extend(found.loads());
         self.presses.clear();
         self.presses.extend(bundle.presses().map(|([own, other], press)| {
             let (pair, sign) = if own < other { ([*own, *other], 1.0) } else { ([*other, *own], -1.0) };
@@ -756,7 +749,7 @@ impl Stepper {
         set_sum(blocks, base_q, &start.q, &[(own, &start.v), (own, base_v)]);
         middle.time = start.time + MIDDLE * h;
         middle.accelerations.clone_from(&start.accelerations);
-        bundle.solve_stage(middle, [base_q, base_v], [own * own, own], *tolerance)
+        bundle.solve_stage(middle, Kinematics { base: [base_q, base_v], weights: [own * own, own] }, *tolerance)
     }
 
     /// The stage at its end.
@@ -772,7 +765,7 @@ impl Stepper {
         set_sum(blocks, base_q, &start.q, &[(others, &start.v), (others, &middle.v), (own, base_v)]);
         end.time = start.time + h;
         end.accelerations.clone_from(&middle.accelerations);
-        bundle.solve_stage(end, [base_q, base_v], [own * own, own], *tolerance)
+        bundle.solve_stage(end, Kinematics { base: [base_q, base_v], weights: [own * own, own] }, *tolerance)
     }
 
     /// Puts the end of the step into `motion`.
