@@ -8,7 +8,7 @@ use super::dispatch::{Loop, dispatch};
 use super::linear::{add, in_lane, product, sub_matrices, zero};
 use super::planar::{PlanarFactorisation, PlanarRecursion, PlanarTask};
 use super::recursion::{
-    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Point, PointChange, Posture, Root, Segment,
+    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root, Segment,
     SegmentTangent,
 };
 use super::tasks::{ChainDynamics, Factorise, Task};
@@ -250,7 +250,7 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     }
 
     #[inline(always)]
-    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]> {
+    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, [position, velocity]: [[T; 3]; 2]) -> Option<[T; 3]> {
         loads.force(k, position, velocity)
     }
 
@@ -307,25 +307,14 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     }
 
     #[inline(always)]
-    fn load_tangent(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        k: usize,
-        position: [T; 3],
-        velocity: [T; 3],
-    ) -> Option<LoadTangent<T, 3>> {
+    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; 3]; 2]) -> Option<LoadTangent<T, 3>> {
+        let [position, velocity] = node;
         loads.tangent(k, position, velocity).map(LoadTangent::from)
     }
 
     #[inline(never)]
-    fn points(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        positions: &[[T; 3]],
-        velocities: &[[T; 3]],
-        apply: &mut dyn FnMut(Point<T, 3>),
-    ) {
-        let nodes = Placed { clamp: self.clamp, positions, velocities };
+    fn points(&self, loads: &dyn NodeLoads<T>, nodes: Nodes<'_, T, 3>, apply: &mut dyn FnMut(Point<T, 3>)) {
+        let nodes = Placed { clamp: self.clamp, nodes };
         loads.point_loads(&nodes, &mut |PointLoad { segment, fraction, force }| {
             apply(Point { segment, fraction, force });
         });
@@ -335,11 +324,10 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     fn point_changes(
         &self,
         loads: &dyn NodeLoads<T>,
-        positions: &[[T; 3]],
-        velocities: &[[T; 3]],
+        nodes: Nodes<'_, T, 3>,
         apply: &mut dyn FnMut(PointChange<T, 3>),
     ) {
-        let nodes = Placed { clamp: self.clamp, positions, velocities };
+        let nodes = Placed { clamp: self.clamp, nodes };
         loads.point_tangents(&nodes, &mut |PointTangent { segment, ends }| {
             apply(PointChange { segment, ends: ends.map(|ends| ends.map(LoadTangent::from)) });
         });
@@ -356,17 +344,16 @@ impl<T> From<NodeTangent<T>> for LoadTangent<T, 3> {
 /// The nodes of a chain in the memory of the recursions, in space or in the plane of rotation.
 pub(super) struct Placed<'a, T, const S: usize> {
     pub clamp: &'a Clamp<T>,
-    pub positions: &'a [[T; S]],
-    pub velocities: &'a [[T; S]],
+    pub nodes: Nodes<'a, T, S>,
 }
 
 impl<T: Lanewise, const S: usize> NodeMotion for Placed<'_, T, S> {
     fn node(&self, index: usize, lane: usize) -> [[f64; 3]; 2] {
         match index.checked_sub(1) {
             None => [in_lane(&self.clamp.position, lane), in_lane(&self.clamp.velocity, lane)],
-            Some(k) => [&self.positions[k], &self.velocities[k]].map(|vector| {
+            Some(k) => self.nodes.map(|vectors| {
                 let mut node = [0.0; 3];
-                node[..S].copy_from_slice(&in_lane(vector, lane));
+                node[..S].copy_from_slice(&in_lane(&vectors[k], lane));
                 node
             }),
         }

@@ -13,7 +13,7 @@ use super::dispatch::Loop;
 use super::dynamics::Placed;
 use super::linear::{add, in_lane, scale, zero};
 use super::recursion::{
-    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Point, PointChange, Posture, Root, Segment,
+    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root, Segment,
     SegmentTangent,
 };
 use super::tasks::{ChainDynamics, Factorise, Task, Trial};
@@ -310,8 +310,9 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     }
 
     #[inline(always)]
-    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, position: [T; 2], velocity: [T; 2]) -> Option<[T; 2]> {
-        loads.force(k, to_frame(position), to_frame(velocity)).map(in_plane)
+    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; 2]; 2]) -> Option<[T; 2]> {
+        let [position, velocity] = node.map(to_frame);
+        loads.force(k, position, velocity).map(in_plane)
     }
 
     #[inline(always)]
@@ -361,26 +362,14 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     }
 
     #[inline(always)]
-    fn load_tangent(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        k: usize,
-        position: [T; 2],
-        velocity: [T; 2],
-    ) -> Option<LoadTangent<T, 2>> {
-        let tangent = loads.tangent(k, to_frame(position), to_frame(velocity))?;
-        Some(tangent_in_plane(tangent))
+    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; 2]; 2]) -> Option<LoadTangent<T, 2>> {
+        let [position, velocity] = node.map(to_frame);
+        loads.tangent(k, position, velocity).map(tangent_in_plane)
     }
 
     #[inline(never)]
-    fn points(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        positions: &[[T; 2]],
-        velocities: &[[T; 2]],
-        apply: &mut dyn FnMut(Point<T, 2>),
-    ) {
-        let nodes = Placed { clamp: self.clamp, positions, velocities };
+    fn points(&self, loads: &dyn NodeLoads<T>, nodes: Nodes<'_, T, 2>, apply: &mut dyn FnMut(Point<T, 2>)) {
+        let nodes = Placed { clamp: self.clamp, nodes };
         loads.point_loads(&nodes, &mut |PointLoad { segment, fraction, force }| {
             apply(Point { segment, fraction, force: in_plane(force) });
         });
@@ -390,11 +379,10 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     fn point_changes(
         &self,
         loads: &dyn NodeLoads<T>,
-        positions: &[[T; 2]],
-        velocities: &[[T; 2]],
+        nodes: Nodes<'_, T, 2>,
         apply: &mut dyn FnMut(PointChange<T, 2>),
     ) {
-        let nodes = Placed { clamp: self.clamp, positions, velocities };
+        let nodes = Placed { clamp: self.clamp, nodes };
         loads.point_tangents(&nodes, &mut |PointTangent { segment, ends }| {
             apply(PointChange { segment, ends: ends.map(|ends| ends.map(tangent_in_plane)) });
         });
@@ -425,7 +413,7 @@ impl<T: Real> Lateral<'_, T> {
     /// The nodes of the planar motion.
     fn nodes(&self) -> Placed<'_, T, 2> {
         let Memory { positions, velocities, .. } = self.motion;
-        Placed { clamp: self.planar.clamp, positions, velocities }
+        Placed { clamp: self.planar.clamp, nodes: [positions, velocities] }
     }
 
     /// The resistance of the loads on node `k` to a lateral motion, `−∂F_z/∂ż` in N s/m.
@@ -533,7 +521,7 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 
     #[inline(always)]
-    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, _: [T; 1], [velocity]: [T; 1]) -> Option<[T; 1]> {
+    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, [_, [velocity]]: [[T; 1]; 2]) -> Option<[T; 1]> {
         self.damping(loads, k).map(|damping| [damping * velocity])
     }
 
@@ -595,18 +583,12 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 
     #[inline(always)]
-    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, _: [T; 1], _: [T; 1]) -> Option<LoadTangent<T, 1>> {
+    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, _: [[T; 1]; 2]) -> Option<LoadTangent<T, 1>> {
         self.damping(loads, k).map(|damping| LoadTangent { position: [zero()], velocity: [[damping]] })
     }
 
     #[inline(never)]
-    fn points(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        _: &[[T; 1]],
-        velocities: &[[T; 1]],
-        apply: &mut dyn FnMut(Point<T, 1>),
-    ) {
+    fn points(&self, loads: &dyn NodeLoads<T>, [_, velocities]: Nodes<'_, T, 1>, apply: &mut dyn FnMut(Point<T, 1>)) {
         let one = T::from_f64(1.0);
         loads.point_dampings(&self.nodes(), &mut |PointDamping { segment, fraction, damping }| {
             // The root does not move.
@@ -617,13 +599,7 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 
     #[inline(never)]
-    fn point_changes(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        _: &[[T; 1]],
-        _: &[[T; 1]],
-        apply: &mut dyn FnMut(PointChange<T, 1>),
-    ) {
+    fn point_changes(&self, loads: &dyn NodeLoads<T>, _: Nodes<'_, T, 1>, apply: &mut dyn FnMut(PointChange<T, 1>)) {
         loads.point_dampings(&self.nodes(), &mut |PointDamping { segment, fraction, damping }| {
             let shares = [T::from_f64(1.0) - fraction, fraction];
             let change =
@@ -690,14 +666,14 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
                 let posture = Lateral { planar: Planar::new(chain, angles, at), motion: memory };
                 recursion::accelerations(lateral, &posture, loads, result);
             }
-            PlanarTask::Variation(Trial { at, accelerations, loads }, weights, correction) => {
-                let posture = Planar::new(chain, angles, at);
-                if !loads.is_empty() {
+            PlanarTask::Variation(trial, weights, correction) => {
+                let posture = Planar::new(chain, angles, trial.at);
+                if !trial.loads.is_empty() {
                     recursion::shift::<T, Planar<'_, T>, 1, 2>(memory, n, correction, weights);
-                    recursion::load(memory, &posture, loads);
+                    recursion::load(memory, &posture, trial.loads);
                 }
                 let posture = Lateral { planar: posture, motion: memory };
-                recursion::correction(lateral, &posture, accelerations, loads, correction);
+                recursion::correction(lateral, &posture, trial, correction);
             }
         }
     }

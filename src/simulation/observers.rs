@@ -135,11 +135,9 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             self.edge_work.observe(step, &self.filament);
             self.record.edge_evenness = self.edge_work.evenness(self.filament.workpiece.edges());
         }
-        for contact in nodes..step.closed.len() {
-            if step.closed[contact] {
-                let penetration = |s| self.approach(step, contact, s).penetration;
-                self.record.edge_penetration = maximum_in_step(penetration, self.record.edge_penetration);
-            }
+        for contact in step.contacts().skip_while(|contact| *contact < nodes) {
+            let penetration = |s| self.approach(step, contact, s).penetration;
+            self.record.edge_penetration = maximum_in_step(penetration, self.record.edge_penetration);
         }
         let last =
             if step.start.time == self.last.time { self.last } else { self.tip(step.start_nodes, step.start.time) };
@@ -166,8 +164,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     }
 
     fn normal_force(&self, step: &Step<'_>, s: f64) -> f64 {
-        let closed = (0..step.closed.len()).filter(|&contact| step.closed[contact]);
-        closed.map(|contact| self.filament.law.normal_force(&self.approach(step, contact, s)).max(0.0)).sum()
+        step.contacts().map(|contact| self.filament.law.normal_force(&self.approach(step, contact, s)).max(0.0)).sum()
     }
 
     /// The largest normal force between the fractions `start` and `end` of a step, or `least` if that is larger, in N.
@@ -182,7 +179,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     fn forces(&self, step: &Step<'_>, s: f64) -> (f64, f64) {
         let mut normal = 0.0;
         let mut tangential = [0.0; 3];
-        for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
+        for contact in step.contacts() {
             let force = self.filament.law.pressing_force(&self.approach(step, contact, s));
             normal += force.normal;
             tangential = add(tangential, force.tangential);
@@ -192,13 +189,12 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
 
     /// The energy stored in the closed contacts, in J.
     fn stored_energy(&self, step: &Step<'_>, s: f64) -> f64 {
-        let closed = (0..step.closed.len()).filter(|&contact| step.closed[contact]);
-        closed.map(|contact| self.filament.law.stored_energy(&self.approach(step, contact, s))).sum()
+        step.contacts().map(|contact| self.filament.law.stored_energy(&self.approach(step, contact, s))).sum()
     }
 
     /// Adds the contact forces of a step to `forces` on the nodes `0 … n`.
     fn add_forces(&self, step: &Step<'_>, s: f64, forces: &mut [NodeForce]) {
-        for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
+        for contact in step.contacts() {
             let Touch { station, approach, .. } = step.touch(&self.filament, contact, s);
             let force = self.filament.law.pressing_force(&approach);
             for (end, share) in forces[station.segment..].iter_mut().zip(station.shares()) {

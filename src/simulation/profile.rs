@@ -129,7 +129,7 @@ impl Ledger {
             let force = filament.law.pressing_force(&touch.approach);
             [force.normal, -dot(force.tangential, touch.approach.sliding)]
         };
-        for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
+        for contact in step.contacts() {
             let parts = &mut self.parts;
             parts_of((step, contact), filament, place, weigh, self.finest, |places, amounts| {
                 parts.push(Part { places, amounts });

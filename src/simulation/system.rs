@@ -660,11 +660,24 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
         }
     }
 
-    /// The filament of `lane`, and the approach of its node at `position` with `velocity`.
-    fn approach(&self, lane: usize, position: &[T; 3], velocity: &[T; 3]) -> (&Filament<M, W>, Approach) {
-        let filament = &self.filaments[lane];
-        let (position, velocity) = (in_lane(position, lane), in_lane(velocity, lane));
-        (filament, filament.approach(position, velocity, self.time.lane(lane)))
+    /// What `set` makes of `none` in each lane in which a node at a position with a velocity is closed; `None` if it is closed in none.
+    fn of_node<R>(
+        &self,
+        node: usize,
+        [position, velocity]: [[T; 3]; 2],
+        none: R,
+        set: impl Fn(&mut R, usize, &ContactLaw, &Approach),
+    ) -> Option<R> {
+        if self.closed[node].is_empty() {
+            return None;
+        }
+        let mut result = none;
+        for lane in self.closed[node].iter() {
+            let (filament, position, velocity) =
+                (&self.filaments[lane], in_lane(&position, lane), in_lane(&velocity, lane));
+            set(&mut result, lane, &filament.law, &filament.approach(position, velocity, self.time.lane(lane)));
+        }
+        Some(result)
     }
 }
 
@@ -748,39 +761,25 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
     }
 
     fn force(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]> {
-        if self.closed[node].is_empty() {
-            return None;
-        }
-        let mut result = zero::<T, 3>();
-        for lane in self.closed[node].iter() {
-            let (filament, approach) = self.approach(lane, &position, &velocity);
-            set_vector(&mut result, lane, filament.law.force(&approach).total(&approach));
-        }
-        Some(result)
+        self.of_node(node, [position, velocity], zero(), |force, lane, law, approach| {
+            set_vector(force, lane, law.force(approach).total(approach));
+        })
     }
 
     fn lateral_damping(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<T> {
-        if self.closed[node].is_empty() || !self.frictional {
+        if !self.frictional {
             return None;
         }
-        let mut result = T::from_f64(0.0);
-        for lane in self.closed[node].iter() {
-            let (filament, approach) = self.approach(lane, &position, &velocity);
-            result.set_lane(lane, filament.law.lateral_damping(&approach));
-        }
-        Some(result)
+        self.of_node(node, [position, velocity], T::from_f64(0.0), |damping, lane, law, approach| {
+            damping.set_lane(lane, law.lateral_damping(approach));
+        })
     }
 
     fn tangent(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<NodeTangent<T>> {
-        if self.closed[node].is_empty() {
-            return None;
-        }
-        let mut result = NodeTangent::<T> { position: [zero(); 3], velocity: [zero(); 3] };
-        for lane in self.closed[node].iter() {
-            let (filament, approach) = self.approach(lane, &position, &velocity);
-            set_tangent(&mut result, lane, &filament.law.tangent(&approach));
-        }
-        Some(result)
+        let none = NodeTangent { position: [zero(); 3], velocity: [zero(); 3] };
+        self.of_node(node, [position, velocity], none, |tangent, lane, law, approach| {
+            set_tangent(tangent, lane, &law.tangent(approach));
+        })
     }
 }
 
