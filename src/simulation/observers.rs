@@ -135,7 +135,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             self.edge_work.observe(step, &self.filament);
             self.record.edge_evenness = self.edge_work.evenness(self.filament.workpiece.edges());
         }
-        for contact in step.contacts().skip_while(|contact| *contact < nodes) {
+        for contact in (nodes..step.closed.len()).filter(|&contact| step.closed[contact]) {
             let penetration = |s| self.approach(step, contact, s).penetration;
             self.record.edge_penetration = maximum_in_step(penetration, self.record.edge_penetration);
         }

@@ -456,6 +456,14 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         ContactLoads::new(&self.filaments, &self.closed, &self.starts, time)
     }
 
+    /// Evaluates the clamps at `time`.
+    fn set_time(&mut self, time: T) {
+        // NaN means that they must be evaluated again: it does not equal any time.
+        if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
+            self.clamp = (time, M::in_lanes(|lane| &self.filaments[lane].motion, time));
+        }
+    }
+
     /// The equations, the state of the chains, and the loads at `time`.
     fn parts<'a>(
         &'a mut self,
@@ -463,10 +471,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         q: &'a [[T; 2]],
         v: &'a [[T; 2]],
     ) -> (&'a mut Equations<T>, ChainState<'a, T>, ContactLoads<'a, M, W, T>) {
-        // NaN means that the clamps must be evaluated again: it does not equal any time.
-        if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
-            self.clamp = (time, M::in_lanes(|lane| &self.filaments[lane].motion, time));
-        }
+        self.set_time(time);
         let loads = ContactLoads::new(&self.filaments, &self.closed, &self.starts, time);
         (&mut self.equations, self.clamp.1.holding(q, v), loads)
     }
@@ -504,8 +509,8 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
 
     /// Adds the rate of the joints' dissipation, with the angles as they were last placed.
     fn add_joint_dissipation(&mut self, at: &Point<'_, T, 2>, rates: &mut [T; COUNT]) {
-        let (equations, state, _) = self.parts(at.time, at.q, at.v);
-        let dissipation = equations.dissipation(state);
+        self.set_time(at.time);
+        let dissipation = self.equations.dissipation(self.clamp.1.holding(at.q, at.v));
         rates[integral::JOINT_DISSIPATION] = dissipation + dissipation;
     }
 
@@ -661,6 +666,7 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
     }
 
     /// What `set` makes of `none` in each lane in which a node at a position with a velocity is closed; `None` if it is closed in none.
+    #[inline(always)]
     fn of_node<R>(
         &self,
         node: usize,
