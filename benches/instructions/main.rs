@@ -189,17 +189,17 @@ fn run_loop<T: Compiled>(subject: usize, repetitions: usize) {
     let Motion { chain, clamp, q, v, weights } = Motion::<T>::new();
     let mut dynamics = Dynamics::new(chain);
     let (mut a, mut result) = (q.clone(), q.clone());
-    dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a);
-    dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result);
+    dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a);
+    dynamics.residual(clamp.holding(&q, &v), &a, &NoLoads, &mut result);
     let all = LaneSet::first(T::LANES);
-    dynamics.factorise(&clamp, &q, &v, &a, &NoLoads, weights, all);
+    dynamics.factorise(clamp.holding(&q, &v), &a, &NoLoads, weights, all);
     for _ in 0..repetitions {
         let dynamics = black_box(&mut dynamics);
         match subject {
-            0 => dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result),
-            1 => dynamics.factorise(&clamp, &q, &v, &a, &NoLoads, weights, all),
+            0 => dynamics.residual(clamp.holding(&q, &v), &a, &NoLoads, &mut result),
+            1 => dynamics.factorise(clamp.holding(&q, &v), &a, &NoLoads, weights, all),
             2 => dynamics.solve(&mut result),
-            _ => dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a),
+            _ => dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a),
         }
     }
     black_box((a, result));
@@ -210,20 +210,20 @@ fn run_planar_loop<T: Compiled>(subject: usize, repetitions: usize) {
     let Motion { chain, clamp, q, v, weights } = Motion::<T>::new();
     let mut dynamics = PlanarDynamics::new(chain);
     let (mut a, mut result) = (q.clone(), q.clone());
-    dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a);
-    dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result);
+    dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a);
+    dynamics.residual(clamp.holding(&q, &v), &a, &NoLoads, &mut result);
     let all = LaneSet::first(T::LANES);
-    dynamics.factorise(&clamp, &q, &v, &a, &NoLoads, weights, all);
+    dynamics.factorise(clamp.holding(&q, &v), &a, &NoLoads, weights, all);
     for _ in 0..repetitions {
         let dynamics = black_box(&mut dynamics);
         match subject {
-            0 => dynamics.residual(&clamp, &q, &v, &a, &NoLoads, &mut result),
-            1 => dynamics.factorise(&clamp, &q, &v, &a, &NoLoads, weights, all),
+            0 => dynamics.residual(clamp.holding(&q, &v), &a, &NoLoads, &mut result),
+            1 => dynamics.factorise(clamp.holding(&q, &v), &a, &NoLoads, weights, all),
             2 => {
-                dynamics.correction(&clamp, &q, &v, &a, &NoLoads, &mut result);
-                dynamics.solve_variation(&clamp, &q, &v, &a, &NoLoads, weights, &mut result);
+                dynamics.correction(clamp.holding(&q, &v), &a, &NoLoads, &mut result);
+                dynamics.solve_variation(clamp.holding(&q, &v), &a, &NoLoads, weights, &mut result);
             }
-            _ => dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut a),
+            _ => dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a),
         }
     }
     black_box((a, result));

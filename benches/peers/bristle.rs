@@ -104,7 +104,7 @@ fn accelerations(state: &Posture, settings: Settings, calls: u32) -> Value {
     let start = Instant::now();
     for _ in 0..calls {
         let (clamp, q, v) = black_box((&clamp, &state.q, &state.v));
-        dynamics.accelerations(clamp, q, v, &NoLoads, black_box(&mut accelerations));
+        dynamics.accelerations(clamp.holding(q, v), &NoLoads, black_box(&mut accelerations));
     }
     json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls), "accelerations": accelerations })
 }
@@ -130,7 +130,7 @@ fn step(state: &Posture, settings: Settings, calls: u32) -> Value {
     let Posture { q, v, .. } = state;
     let mut dynamics = Dynamics::new(chain);
     let mut accelerations = vec![[0.0; 2]; q.len()];
-    dynamics.accelerations(&clamp, q, v, &NoLoads, &mut accelerations);
+    dynamics.accelerations(clamp.holding(q, v), &NoLoads, &mut accelerations);
     let mut correction = accelerations.clone();
     // γΔ of a step of 10 µs, as in `cargo bench --bench speed -- implicit_step`.
     let diagonal = 0.248e-5;
@@ -138,8 +138,8 @@ fn step(state: &Posture, settings: Settings, calls: u32) -> Value {
     let start = Instant::now();
     for _ in 0..calls {
         let (dynamics, clamp, q, v) = black_box((&mut dynamics, &clamp, q, v));
-        dynamics.residual(clamp, q, v, &accelerations, &NoLoads, &mut correction);
-        dynamics.factorise(clamp, q, v, &accelerations, &NoLoads, weights, LaneSet::first(1));
+        dynamics.residual(clamp.holding(q, v), &accelerations, &NoLoads, &mut correction);
+        dynamics.factorise(clamp.holding(q, v), &accelerations, &NoLoads, weights, LaneSet::first(1));
         dynamics.solve(black_box(&mut correction));
     }
     json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls) })

@@ -96,7 +96,7 @@ impl Motion {
 
     fn compute_accelerations(&mut self) {
         let Self { clamp, dynamics, q, v, accelerations } = self;
-        dynamics.accelerations(clamp, q, v, &NoLoads, accelerations);
+        dynamics.accelerations(clamp.holding(q, v), &NoLoads, accelerations);
     }
 }
 
@@ -175,11 +175,11 @@ fn implicit_step(criterion: &mut Criterion) {
         let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
         group.bench_function(format!("n={segments}, residual and solve"), |bencher| {
             let Motion { clamp, dynamics, q, v, accelerations } = &mut state;
-            dynamics.residual(clamp, q, v, accelerations, &NoLoads, &mut correction);
-            dynamics.factorise(clamp, q, v, accelerations, &NoLoads, weights, LaneSet::first(1));
+            dynamics.residual(clamp.holding(q, v), accelerations, &NoLoads, &mut correction);
+            dynamics.factorise(clamp.holding(q, v), accelerations, &NoLoads, weights, LaneSet::first(1));
             bencher.iter(|| {
                 let dynamics = black_box(&mut *dynamics);
-                dynamics.residual(clamp, q, v, accelerations, &NoLoads, &mut correction);
+                dynamics.residual(clamp.holding(q, v), accelerations, &NoLoads, &mut correction);
                 dynamics.solve(black_box(&mut correction));
             });
         });
@@ -187,8 +187,8 @@ fn implicit_step(criterion: &mut Criterion) {
             let Motion { clamp, dynamics, q, v, accelerations } = &mut state;
             bencher.iter(|| {
                 let dynamics = black_box(&mut *dynamics);
-                dynamics.residual(clamp, q, v, accelerations, &NoLoads, &mut correction);
-                dynamics.factorise(clamp, q, v, accelerations, &NoLoads, weights, LaneSet::first(1));
+                dynamics.residual(clamp.holding(q, v), accelerations, &NoLoads, &mut correction);
+                dynamics.factorise(clamp.holding(q, v), accelerations, &NoLoads, weights, LaneSet::first(1));
                 dynamics.solve(black_box(&mut correction));
             });
         });

@@ -63,8 +63,8 @@ fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, moti
         group,
         name,
         64,
-        &mut || planar.accelerations(black_box(&clamp), &q, &v, &NoLoads, black_box(of_planar)),
-        &mut || spatial.accelerations(black_box(&clamp), &q, &v, &NoLoads, black_box(of_spatial)),
+        &mut || planar.accelerations(black_box(&clamp).holding(&q, &v), &NoLoads, black_box(of_planar)),
+        &mut || spatial.accelerations(black_box(&clamp).holding(&q, &v), &NoLoads, black_box(of_spatial)),
     );
 }
 
@@ -81,7 +81,7 @@ fn lanes(group: &mut BenchmarkGroup<'_, WallTime>, motion: &Motion) {
         &mut || batch.accelerations(black_box(&members), black_box(&mut in_lanes)).expect("no state is at a pole"),
         &mut || {
             for _ in 0..LANES {
-                single.accelerations(black_box(clamp), q, v, &NoLoads, black_box(&mut alone));
+                single.accelerations(black_box(clamp).holding(q, v), &NoLoads, black_box(&mut alone));
             }
         },
     );

@@ -45,9 +45,7 @@ pub fn metrics(settings: &Settings, own: &[Settings], stop: &Stop, team: &Team) 
         for (number, own) in own.iter().enumerate() {
             match pass_of(settings, own, stop) {
                 Some(pass) => waiting.push(Job { number, pass }),
-                None => {
-                    results[number] = Some(Ok(nominal.metrics(&ContactRecord { turn: 1, ..ContactRecord::default() })))
-                }
+                None => results[number] = Some(Ok(nominal.metrics(&ContactRecord::of_turn(1)))),
             }
         }
         let is_next = |kind: Option<Kind>, job: &Job| kind.is_none_or(|kind| job.pass.kind() == kind);

@@ -42,10 +42,54 @@ pub struct Arrangement {
     pub period: Option<f64>,
 }
 
-/// Whether no filament that stays in its plane can touch one in another plane: all `rows` are regular, and farther apart than `reach` (m).
-pub fn has_separate_rows(settings: &Settings, rows: usize, reach: f64) -> bool {
-    let pattern = settings.brush_or_default().pattern;
+/// Whether no filament that stays in its plane can touch one in another plane: all rows are regular, and farther apart than `reach` (m).
+pub fn has_separate_rows(settings: &Settings, reach: f64) -> bool {
+    let (pattern, rows) = (settings.brush_or_default().pattern, settings.brush_rows());
     rows == 1 || (pattern != Pattern::Random && settings.tool.width_m / rows as f64 > reach)
+}
+
+/// Roots in the order of their angles, which are between 0 and 2π here, with their numbers.
+struct Ring(Vec<(f64, usize)>);
+
+impl Ring {
+    fn new(roots: &[Root]) -> Self {
+        let mut order: Vec<_> = roots.iter().map(|root| root.angle.rem_euclid(TAU)).zip(0..).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self(order)
+    }
+
+    /// The numbers of the roots from an angle on, over the angle `width`, all in rad.
+    fn within(&self, from: f64, width: f64) -> impl Iterator<Item = usize> {
+        let from = from.rem_euclid(TAU);
+        let (before, behind) = self.0.split_at(self.place(from));
+        let order = behind.iter().chain(before);
+        order.take_while(move |(angle, _)| (angle - from).rem_euclid(TAU) <= width).map(|(_, index)| *index)
+    }
+
+    /// Where the first one from an angle on is.
+    fn place(&self, angle: f64) -> usize {
+        self.0.partition_point(|(other, _)| *other < angle)
+    }
+
+    /// Takes the root of the number `index` from one angle to another.
+    fn turn(&mut self, index: usize, angles: [f64; 2]) {
+        let [from, to] = angles.map(|angle| angle.rem_euclid(TAU));
+        let [first, new] = [from, to].map(|angle| self.place(angle));
+        let old = first + self.0[first..].iter().take_while(|(_, other)| *other != index).count();
+        self.0[old].0 = to;
+        if old < new {
+            self.0[old..new].rotate_left(1);
+        } else {
+            self.0[new..=old].rotate_right(1);
+        }
+    }
+}
+
+/// The angle in rad beyond which no two roots are closer than `reach` (m).
+fn window(radius: f64, reach: f64) -> f64 {
+    /// So much wider than needed, because of rounding.
+    const WIDER: f64 = 1.0 + 1e-9;
+    if reach < 2.0 * radius { WIDER * 2.0 * (0.5 * reach / radius).asin() } else { TAU }
 }
 
 impl Arrangement {
@@ -95,9 +139,7 @@ impl Arrangement {
 
     /// Checks that no two roots are closer than `reach` (m).
     fn check(&self, radius: f64, reach: f64) -> Result<(), BrushError> {
-        let mut order: Vec<&Root> = self.roots.iter().collect();
-        order.sort_by(|a, b| a.angle.total_cmp(&b.angle));
-        let (shifts, count) = (self.shifts(), order.len());
+        let (ring, shifts, window) = (Ring::new(&self.roots), self.shifts(), window(radius, reach));
         // A filament meets its own image too.
         if self.period.is_some_and(|period| period < reach) {
             return Err(BrushError::Overlap {
@@ -106,12 +148,9 @@ impl Arrangement {
                 pair: [[0, 0], [0, 0]],
             });
         }
-        let window = if reach < 2.0 * radius { 2.0 * (0.5 * reach / radius).asin() } else { TAU };
-        for (index, a) in order.iter().enumerate() {
-            for b in (1..count).map(|ahead| order[(index + ahead) % count]) {
-                if (b.angle - a.angle).rem_euclid(TAU) > window {
-                    break;
-                }
+        for &(angle, index) in &ring.0 {
+            let a = &self.roots[index];
+            for b in ring.within(angle, window).filter(|other| *other != index).map(|other| &self.roots[other]) {
                 let nearest =
                     shifts.iter().map(|shift| Self::distance(a, b, radius, *shift)).fold(f64::INFINITY, f64::min);
                 // A brush whose filaments just touch is one that can be built.
@@ -132,13 +171,14 @@ impl Arrangement {
         /// Tilts and constants of filaments are drawn from other seeds.
         const STREAM: u32 = 0x726f_6f74;
         let (shifts, is_in_plane) = (self.shifts(), self.rows == 1);
+        let (mut ring, window) = (Ring::new(&self.roots), window(radius, reach));
         for index in 0..self.roots.len() {
             let root = self.roots[index];
             let mut normal = random_of(seed ^ STREAM, root.place());
             let is_free = |new: &Root| {
-                let others = self.roots.iter().enumerate().filter(|(other, _)| *other != index);
+                let mut others = ring.within(new.angle - window, 2.0 * window).filter(|other| *other != index);
                 let near = |other: &Root| shifts.iter().any(|shift| Self::distance(new, other, radius, *shift) < reach);
-                others.into_iter().all(|(_, other)| !near(other))
+                others.all(|other| !near(&self.roots[other]))
             };
             let drawn = std::iter::repeat_with(|| {
                 let [around, along] = [std * normal(), std * normal()];
@@ -147,6 +187,7 @@ impl Arrangement {
             });
             if let Some(new) = drawn.take(DRAWS).find(is_free) {
                 self.roots[index] = new;
+                ring.turn(index, [root.angle, new.angle]);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Filaments with clamps of any motion, which touch each other.
 
-use super::bundle::{Bundle, Motion};
+use super::bundle::{Bundle, Member, Motion};
 use super::candidates::Layout;
 use super::presses::PressLaw;
 use super::sector::Stepper;
@@ -42,18 +42,14 @@ impl<M: ClampMotion + Sync> Assembly<M> {
         coordinates: impl Fn(usize) -> [Vec<[f64; 2]>; 2],
         tolerance: f64,
     ) -> Self {
-        let segments = filaments[0].chain.segments();
-        let layout = Layout {
-            filaments: filaments.len(),
-            segments,
-            points,
-            lengths: filaments.iter().map(|filament| filament.chain.length).collect(),
-            radii: radii.iter().flat_map(|radius| vec![*radius; segments]).collect(),
-            largest_reach: 2.0 * radii.iter().fold(0.0_f64, |largest, radius| largest.max(*radius)),
-            period: None,
-        };
-        let mut bundle = Bundle::new(Form::Spatial, filaments, law, layout, 0.0, false);
-        let motion = bundle.start(0.0, coordinates);
+        let of_filament = |(filament, radius): (&Filament<M, Part>, &f64)| vec![*radius; filament.chain.segments()];
+        let radii = filaments.iter().zip(radii).flat_map(of_filament).collect();
+        let lengths = filaments.iter().map(|filament| filament.chain.length).collect();
+        let layout = Layout::new(lengths, radii, points, None);
+        let contacts = [f64::NEG_INFINITY, f64::INFINITY];
+        let member = |(index, bristle)| Member { bristle, contacts, start: coordinates(index) };
+        let members = filaments.into_iter().enumerate().map(member).collect();
+        let (bundle, motion) = Bundle::new(Form::Spatial, members, law, layout, [0.0, 0.0], false);
         Self { stepper: Stepper::new(&motion, tolerance), bundle, motion }
     }
 
@@ -62,7 +58,7 @@ impl<M: ClampMotion + Sync> Assembly<M> {
     /// # Errors
     /// If the step is too long.
     pub fn step(&mut self, h: f64) -> Result<(), StepError> {
-        self.bundle.leave_poles(&mut self.motion);
+        self.bundle.begin_step(&mut self.motion);
         self.stepper.middle_stage(&mut self.bundle, &self.motion, h).map_err(|_| StepError)?;
         self.stepper.end_stage(&mut self.bundle, &self.motion, h).map_err(|_| StepError)?;
         self.stepper.finish(&mut self.motion);
@@ -90,6 +86,6 @@ impl<M: ClampMotion + Sync> Assembly<M> {
 
     /// Energy of the filaments and their contacts in J.
     pub fn energy(&mut self) -> f64 {
-        self.bundle.budget(&self.motion).energy
+        self.bundle.evaluate(&self.motion).budget.energy
     }
 }

@@ -35,6 +35,13 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// With these lengths and radii, as in the fields.
+    pub fn new(lengths: Vec<f64>, radii: Vec<f64>, points: usize, period: Option<f64>) -> Self {
+        let largest_reach = 2.0 * radii.iter().fold(0.0_f64, |largest, radius| largest.max(*radius));
+        let (filaments, segments) = (lengths.len(), radii.len() / lengths.len());
+        Self { filaments, segments, points, lengths, radii, largest_reach, period }
+    }
+
     /// Number of groups.
     pub fn groups(&self) -> usize {
         self.filaments.div_ceil(LANES)
@@ -858,15 +865,8 @@ mod tests {
     /// list was built.
     fn compare(root: impl Fn(usize) -> [f64; 3], outwards: [f64; 3], period: Option<f64>) -> [usize; 2] {
         let (filaments, segments, points, length) = (12, 6, 2, 2e-3);
-        let layout = Layout {
-            filaments,
-            segments,
-            points,
-            lengths: vec![length; filaments],
-            radii: vec![0.5 * REACH; filaments * segments],
-            largest_reach: REACH,
-            period,
-        };
+        let radii = vec![0.5 * REACH; filaments * segments];
+        let layout = Layout::new(vec![length; filaments], radii, points, period);
         let mut seed = 7;
         let mut nodes = Vec::new();
         for filament in 0..filaments {

@@ -53,11 +53,6 @@ impl Node {
         self.0 / LANES / (segments + 1) * LANES + self.lane()
     }
 
-    /// A number that tells it apart.
-    pub fn number(self) -> u64 {
-        self.0 as u64
-    }
-
     /// The group that it belongs to.
     pub fn group(self, segments: usize) -> usize {
         self.row() / (segments + 1)
@@ -111,6 +106,29 @@ impl Field {
         for (component, value) in self.0[node.row()].iter_mut().zip(vector) {
             component.set_lane(node.lane(), value);
         }
+    }
+}
+
+/// Where all nodes are, and how they move.
+#[derive(Clone, Debug)]
+pub struct Nodes {
+    /// In m.
+    pub positions: Field,
+    /// In m/s.
+    pub velocities: Field,
+}
+
+impl Nodes {
+    /// Position and velocity of a node.
+    pub fn at(&self, node: Node) -> [[f64; 3]; 2] {
+        [self.positions.at(node), self.velocities.at(node)]
+    }
+
+    /// The positions and the velocities of each group.
+    pub fn by_group(&mut self, segments: usize) -> impl Iterator<Item = [&mut [[Lane; 3]]; 2]> {
+        let Self { positions, velocities } = self;
+        let groups = positions.0.chunks_mut(segments + 1).zip(velocities.0.chunks_mut(segments + 1));
+        groups.map(|(positions, velocities)| [positions, velocities])
     }
 }
 
@@ -217,8 +235,8 @@ pub struct Place {
 
 impl Place {
     /// Where it comes among the points of its group.
-    pub fn key(&self) -> (u64, u64) {
-        (self.segment.number(), self.fraction.to_bits())
+    pub fn key(&self) -> (Node, u64) {
+        (self.segment, self.fraction.to_bits())
     }
 
     /// The shares of a force there on both ends of the segment.

@@ -7,7 +7,7 @@
 //! Friction acts midway between both points, where the surfaces touch. So a brush that turns rigidly does not rub, and in the plane
 //! the moments of both filaments balance. (In space a segment takes no torque about itself.)
 
-use super::field::{Changes, Field, GroupField, Matrix, Node, Place};
+use super::field::{Changes, Field, GroupField, Matrix, Node, Nodes, Place};
 use crate::equations::linear::{add, dot, mul, mul_transposed, product, scale, sub, transposed_product};
 use crate::model::settings::Settings;
 
@@ -133,7 +133,7 @@ struct Rub {
 
 impl Press {
     /// A point of a filament that is nearer to another one than the law's reach, and stands for the length `length` (m) of its segment.
-    pub fn new(law: &PressLaw, near: &Near, length: f64, [positions, velocities]: [&Field; 2]) -> Self {
+    pub fn new(law: &PressLaw, near: &Near, length: f64, Nodes { positions, velocities }: &Nodes) -> Self {
         let distance = near.square().sqrt();
         let normal = scale(1.0 / distance, near.offset);
         let (overlap, stiffness) = (near.reach - distance, 0.5 * law.stiffness * length);
@@ -435,7 +435,7 @@ mod tests {
         let [first, _, second, _] = nodes();
         let near = Near::on_segment(Place { segment: first, fraction: 0.4 }, second, &positions, REACH);
         assert!(near.is_inside && near.square() < REACH * REACH);
-        Press::new(law, &near, 4e-4, [&positions, &velocities])
+        Press::new(law, &near, 4e-4, &Nodes { positions, velocities })
     }
 
     /// The forces that `load` adds.

@@ -1,14 +1,14 @@
 //! A brush from its settings to its results.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::RangeInclusive;
 
 use super::alone;
 use super::arrangement::{self, Arrangement, Root};
-use super::bundle::{BEHIND, Bundle};
+use super::bundle::{BEHIND, Bundle, Member};
 use super::candidates::Layout;
 use super::error::BrushError;
-use super::filaments::{self, Bristle, Mount};
+use super::filaments::{self, Bristle};
 use super::presses::PressLaw;
 use super::result::{
     BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, ToolSample,
@@ -58,21 +58,33 @@ struct Precision {
 }
 
 impl Precision {
-    /// The first one that is tried: shorter where the nominal contact is shorter than 0.9 of the filament, because fast filaments bounce
+    /// The first one that is tried: shorter where the nominal contact is short against the filament, because fast filaments bounce
     /// there, and where filaments rub on each other. Longer steps than those of a tolerance of 1e-3 are not faster: they take more
     /// iterations (docs/integrators.md).
     fn first(settings: &Settings, pass: &Pass) -> Self {
         /// In tolerances: a fifth of what is an error at the end.
         const LACKING: f64 = 2.0;
+        /// Steps are no longer at looser tolerances: the way of the tips then, in m, and the correction that may be the last, as a share.
+        const LOOSEST: f64 = 1e-3;
+        const STEP: f64 = 2e-4;
+        const NEWTON: f64 = 3e-4;
+        /// The power of the tolerance with which these fall.
+        const BY_TOLERANCE: f64 = 2.0 / 3.0;
+        /// A contact is short below this multiple of the filament. Steps fall with this power of it, down to the least share.
+        const SHORT: f64 = 0.9;
+        const BY_CONTACT: f64 = 1.5;
+        const LEAST: f64 = 0.3;
+        /// The share of the step that is left by friction between filaments.
+        const RUBBING: f64 = 0.8;
         let brush = settings.brush_or_default();
         let nominal = pass.nominal();
         let contact_length = nominal.tool_radius * nominal.contact_angle;
-        let share = (brush.tolerance / 1e-3).min(1.0).powf(2.0 / 3.0);
-        let short = (contact_length / (0.9 * settings.filament.length_m)).clamp(0.3, 1.0).powf(1.5);
-        let rubbing = if brush.friction_coefficient > 0.0 { 0.8 } else { 1.0 };
+        let share = (brush.tolerance / LOOSEST).min(1.0).powf(BY_TOLERANCE);
+        let short = (contact_length / (SHORT * settings.filament.length_m)).clamp(LEAST, 1.0).powf(BY_CONTACT);
+        let rubbing = if brush.friction_coefficient > 0.0 { RUBBING } else { 1.0 };
         Self {
-            step: 2e-4 * share * short * rubbing,
-            newton: 3e-4 * share,
+            step: STEP * share * short * rubbing,
+            newton: NEWTON * share,
             lacking: LACKING * brush.tolerance,
             error: f64::INFINITY,
         }
@@ -226,7 +238,7 @@ impl Draft {
         let is_planar = pass.form() == Form::Planar
             && brush.lateral_tilt_std_rad == 0.0
             && (brush.root_std_m == 0.0 || rows == 1)
-            && arrangement::has_separate_rows(settings, rows, diameter);
+            && arrangement::has_separate_rows(settings, diameter);
         // Rows that are alike are simulated once.
         let distinct = if is_planar && !filaments::differ(settings) { rows.min(2) } else { rows };
         let count = columns.saturating_mul(distinct);
@@ -450,8 +462,8 @@ impl BrushRun {
             let next = self.next_frame(self.done);
             self.advance_to(next.map_or(to, |frame| to.min(frame)))?;
             if next == Some(self.done) {
-                self.sectors.iter_mut().for_each(|(_, sector)| sector.place_all());
-                self.frames.push(self.frame());
+                let frame = self.frame();
+                self.frames.push(frame);
             }
         }
         self.sectors.iter_mut().for_each(|(_, sector)| sector.forget());
@@ -557,17 +569,18 @@ impl BrushRun {
         (frames > 0).then(|| (step / stride + 1) * stride).filter(|next| *next <= self.steps)
     }
 
-    fn frame(&self) -> Frame {
+    fn frame(&mut self) -> Frame {
         let roots = &self.arrangement.roots;
         let n = self.settings.filament.segments;
         let forces: Vec<[Vec<f64>; 2]> = self.sectors.iter().map(|(_, sector)| sector.forces()).collect();
         let force =
             |kind: usize| self.places.iter().map(|&[number, index]| forces[number][kind][index] as f32).collect();
+        let placed: Vec<_> = self.sectors.iter_mut().map(|(group, sector)| (group, sector.placed())).collect();
         let nodes = |(filament, &[number, index]): (usize, &[usize; 2])| {
-            let (group, sector) = &self.sectors[number];
+            let (group, bundle) = &placed[number];
             let height = roots[filament].z - roots[group.members[index]].z;
             let node = |k| {
-                let [x, y, z] = sector.bundle().node(index, k);
+                let [x, y, z] = bundle.node(index, k);
                 [x as f32, y as f32, (z + height) as f32]
             };
             (0..=n).map(node).collect()
@@ -842,10 +855,13 @@ pub(super) fn begin(
     own: &[Settings],
     settled: &dyn Fn(usize) -> Option<Vec<[f64; 2]>>,
 ) -> f64 {
-    /// Angle by which to begin earlier, in rad.
+    /// Angle by which to begin earlier, in rad, and how many times at most.
     const EARLIER: f64 = 5e-3;
+    const MOST: i32 = 200;
+    /// Roots farther behind cannot touch so early, in rad.
+    const FIRST: f64 = FRAC_PI_2;
     let rate = pass.tool().rate;
-    let is_first = |(_, root): &(usize, &Root)| root.angle < 0.5 * std::f64::consts::PI;
+    let is_first = |(_, root): &(usize, &Root)| root.angle < FIRST;
     let first = arrangement.roots.iter().enumerate().filter(is_first).map(|(filament, root)| {
         let bristle = filaments::bristle(&own[filament], pass, root);
         let Turning { tool, initial_angle, .. } = bristle.motion;
@@ -867,7 +883,7 @@ pub(super) fn begin(
             bristle.law.node_pressing(&bristle.workpiece, position, clamp.velocity, time) > 0.0
         })
     };
-    let times = (0..200).map(|step| -f64::from(step) * EARLIER / rate);
+    let times = (0..MOST).map(|step| -f64::from(step) * EARLIER / rate);
     let is_free = |time: &f64| !first.iter().any(|filament| touches(filament, *time));
     times.clone().find(is_free).unwrap_or(0.0)
 }
@@ -893,60 +909,40 @@ pub(super) struct Plan<'a> {
 impl Plan<'_> {
     /// A sector of some filaments, by their numbers in the arrangement: undeformed, unless they have poses.
     pub fn sector(&self, members: &[usize], poses: Option<&[Pose]>) -> Sector {
-        let Self { pass, arrangement, begin, .. } = *self;
+        let Self { settings, pass, arrangement, own, form, points, begin, .. } = *self;
         let rate = pass.tool().rate;
-        let timetables: Vec<Timetable> = members
-            .iter()
-            .map(|&member| {
-                let delay = arrangement.roots[member].angle / rate;
-                let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
-                Timetable { begin: delay, turn: pass.turn_time(), touches }
-            })
-            .collect();
-        let mut bundle = self.bundle(members);
-        bundle.set_first_contacts(timetables.iter().map(|timetable| begin + timetable.begin).collect());
-        if pass.turns() == Turns::Count(1) {
-            // Around the tool the first columns follow the last ones, which meet those that come to the workpiece before the end.
-            let nearest = arrangement.latest() + rate * pass.end_time() + BEHIND;
-            let stays = |angle: f64| TAU + angle < nearest;
-            let last_contact = |root: &Root| {
-                if stays(root.angle) { f64::INFINITY } else { pass.end_time() + root.angle / rate }
-            };
-            bundle.set_last_contacts(members.iter().map(|&member| last_contact(&arrangement.roots[member])).collect());
-        }
-        let starts: Vec<[Vec<[f64; 2]>; 2]> = bundle
-            .bristles()
-            .iter()
-            .enumerate()
-            .map(|(index, bristle)| match poses {
+        let timetable = |root: &Root| {
+            let delay = root.angle / rate;
+            let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
+            Timetable { begin: delay, turn: pass.turn_time(), touches }
+        };
+        let roots = || members.iter().map(|&member| (&arrangement.roots[member], &own[member]));
+        let timetables: Vec<Timetable> = roots().map(|(root, _)| timetable(root)).collect();
+        // Around the tool the first columns follow the last ones, which meet those that come to the workpiece before the end.
+        let nearest = arrangement.latest() + rate * pass.end_time() + BEHIND;
+        let stays = |root: &Root| pass.turns() != Turns::Count(1) || TAU + root.angle < nearest;
+        let member = |(index, (root, own)): (usize, (&Root, &Settings))| {
+            let bristle = filaments::bristle(own, pass, root);
+            let delay = root.angle / rate;
+            let last = if stays(root) { f64::INFINITY } else { pass.end_time() + delay };
+            let start = match poses {
                 Some(poses) => settle::coordinates(&poses[index], rate * begin),
                 None => {
                     let [q, v] = bristle.motion.tool.undeformed(bristle.motion.angle(begin), rate);
                     [bristle.chain.relaxed(q).collect(), vec![v; bristle.chain.segments()]]
                 }
-            })
-            .collect();
-        let motion = bundle.start(begin, |filament| starts[filament].clone());
-        Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
-    }
-
-    fn bundle(&self, members: &[usize]) -> Bundle<Turning<Mount>> {
-        let Self { settings, pass, arrangement, own, form, points, .. } = *self;
-        let roots = || members.iter().map(|&member| (&arrangement.roots[member], &own[member]));
-        let bristles: Vec<_> = roots().map(|(root, own)| filaments::bristle(own, pass, root)).collect();
-        let radii: Vec<f64> = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
-        let layout = Layout {
-            filaments: members.len(),
-            segments: settings.filament.segments,
-            points,
-            lengths: bristles.iter().map(|bristle| bristle.chain.length).collect(),
-            largest_reach: 2.0 * radii.iter().fold(0.0_f64, |largest, radius| largest.max(*radius)),
-            radii,
-            // In its plane a row does not meet its images.
-            period: if form == Form::Planar { None } else { arrangement.period },
+            };
+            Member { bristle, contacts: [begin + delay, last], start }
         };
+        let bristles: Vec<Member<_>> = roots().enumerate().map(member).collect();
+        let radii = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
+        let lengths = bristles.iter().map(|member| member.bristle.chain.length).collect();
+        // In its plane a row does not meet its images.
+        let period = if form == Form::Planar { None } else { arrangement.period };
+        let layout = Layout::new(lengths, radii, points, period);
         let rests = roots().all(|(_, own)| filaments::rest(own));
-        Bundle::new(form, bristles, PressLaw::of(settings), layout, pass.tool().rate, rests)
+        let (bundle, motion) = Bundle::new(form, bristles, PressLaw::of(settings), layout, [begin, rate], rests);
+        Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
     }
 }
 
@@ -956,7 +952,9 @@ pub fn memory_estimate(filaments: usize, segments: usize, points: usize) -> u64 
     const SEGMENT: u64 = 4000;
     /// Of a contact point.
     const POINT: u64 = 500;
+    /// Of everything else.
+    const REST: u64 = 16 << 20;
     let (filaments, segments, points) = (filaments as u64, segments as u64, points as u64);
     let of_filament = segments.saturating_mul(points.saturating_mul(POINT).saturating_add(SEGMENT));
-    filaments.saturating_mul(of_filament).saturating_add(16 << 20)
+    filaments.saturating_mul(of_filament).saturating_add(REST)
 }

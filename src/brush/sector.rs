@@ -3,19 +3,21 @@
 use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
-use super::bundle::{Budget, Bundle, Effort, Exchange, Motion, NoConvergence, WorkpieceLoad};
+use super::bundle::{Bundle, Effort, Kinematics, Motion, NoConvergence};
 use super::field::Lane;
 use super::filaments::{Bristle, Mount};
 use super::gmres::Vector;
+use super::group::{Budget, Exchange, WorkedEdge, WorkpieceLoad};
+use super::pressing::Pair;
 use super::result::{BrushStatistics, ToolSample};
 use super::settle::{Pose, turned};
 use super::team;
 use super::words::{Reader, Writer};
 use crate::equations::linear::{add, dot, scale};
-use crate::equations::{LANES, Lanewise, PolarAxis};
+use crate::equations::{LANES, Lanewise};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::parameters::MAX_TURNS;
-use crate::simulation::EdgeWork;
+use crate::simulation::{ContactSum, EdgeWork};
 use crate::tool::{ClampMotion, Turning};
 use crate::workpiece::Workpiece;
 
@@ -135,15 +137,14 @@ impl Sector {
             .into_iter()
             .zip(bundle.bristles())
             .map(|(timetable, bristle)| Account {
-                record: ContactRecord { turn: 1, ..ContactRecord::default() },
+                record: ContactRecord::of_turn(1),
                 completed: None,
                 impulses: Vec::new(),
-                load: WorkpieceLoad { pressing: f64::NEG_INFINITY, ..WorkpieceLoad::default() },
+                load: WorkpieceLoad::none(),
                 edge_work: EdgeWork::new(bristle.workpiece.edges().len()),
                 timetable,
             })
             .collect();
-        bundle.fall_asleep();
         let mut now = Stage::default();
         now.take(&mut bundle, &motion);
         let balance = Balance::new(&now.budget);
@@ -204,9 +205,10 @@ impl Sector {
         &self.balance
     }
 
-    /// Places all filaments, also those of which nothing is computed now.
-    pub fn place_all(&mut self) {
-        self.bundle.place_all(&self.motion);
+    /// The filaments, once those are placed, too, of which nothing is computed now.
+    pub fn placed(&mut self) -> &Bundle<Turning<Mount>> {
+        self.bundle.place_sleeping(&self.motion);
+        &self.bundle
     }
 
     /// Forgets what was found on the way here: what follows does not depend on it.
@@ -223,15 +225,13 @@ impl Sector {
         const SHORTEST: f64 = 1e-4;
         /// The same for steps that only miss the energy: the balance of the whole motion tells where that is not enough.
         const SHORT: f64 = 1.0 / 256.0;
-        self.bundle.fill_lanes(&mut self.motion);
-        self.bundle.leave_poles(&mut self.motion);
-        if self.bundle.leave_out(&mut self.motion) {
-            self.balance.go_on_with(&self.bundle.budget(&self.motion));
+        if self.bundle.begin_step(&mut self.motion) {
+            self.balance.go_on_with(&self.bundle.evaluate(&self.motion).budget);
         }
         while self.motion.time < end {
             let h = (self.share * length).min(end - self.motion.time);
             if self.bundle.wake(self.motion.time + h) {
-                self.balance.go_on_with(&self.bundle.budget(&self.motion));
+                self.balance.go_on_with(&self.bundle.evaluate(&self.motion).budget);
             }
             let allowed = if h > SHORT * length { self.allowed } else { f64::INFINITY };
             match self.attempt(h, allowed) {
@@ -302,7 +302,7 @@ impl Sector {
             let length = bristle.chain.length * n as f64;
             let deflection = tip_deflection(tip, clamp.position, clamp.direction, length);
             account.observe([&middle.loads[index], &end.loads[index]], [begin, h], deflection);
-            if end.loads[index].edge_place > 0.0 {
+            if end.loads[index].worked.is_some() {
                 account.record.edge_evenness = account.edge_work.evenness(bristle.workpiece.edges());
             }
             account.end_turn(begin + h, h);
@@ -325,9 +325,9 @@ impl Sector {
     fn sample(&self) -> ToolSample {
         let mut sample = ToolSample { time_s: self.motion.time, ..ToolSample::default() };
         for account in &self.accounts {
-            sample.contact_normal_force_n += account.load.normal;
-            sample.contact_force_n = add(sample.contact_force_n, account.load.force);
-            sample.contact_moment_n_m += account.load.moment;
+            sample.contact_normal_force_n += account.load.sum.normal;
+            sample.contact_force_n = add(sample.contact_force_n, account.load.sum.force);
+            sample.contact_moment_n_m += account.load.sum.moment;
             sample.touching_filaments += usize::from(account.load.pressing > 0.0);
         }
         for (_, press) in &self.now.presses {
@@ -339,7 +339,7 @@ impl Sector {
 
     /// By filament, where the last step ended: normal force on the workpiece, and of other filaments, in N.
     pub fn forces(&self) -> [Vec<f64>; 2] {
-        let workpiece: Vec<f64> = self.accounts.iter().map(|account| account.load.normal).collect();
+        let workpiece: Vec<f64> = self.accounts.iter().map(|account| account.load.sum.normal).collect();
         let mut others = vec![0.0; workpiece.len()];
         for (filaments, press) in &self.now.presses {
             for &filament in filaments {
@@ -360,8 +360,7 @@ impl Sector {
                 }
             }
         }
-        self.bundle.charts().into_iter().for_each(|axis| words.count(usize::from(axis == PolarAxis::X)));
-        self.bundle.states().into_iter().for_each(|state| words.count(state));
+        self.bundle.save(words);
         self.accounts.iter().for_each(|account| account.save(words));
         words.count(self.pairs.len());
         for (filaments, mut pair) in self.pairs.iter().map(|(filaments, pair)| (filaments, *pair)) {
@@ -390,13 +389,7 @@ impl Sector {
                 }
             }
         }
-        let charts = self.bundle.charts().len();
-        let charts: Option<Vec<PolarAxis>> =
-            (0..charts).map(|_| Some(if words.count()? == 1 { PolarAxis::X } else { PolarAxis::Z })).collect();
-        self.bundle.set_charts(&charts?);
-        let groups = self.bundle.states().len();
-        let states: Option<Vec<usize>> = (0..groups).map(|_| words.count()).collect();
-        self.bundle.set_states(&states?);
+        self.bundle.restore(words)?;
         for account in &mut self.accounts {
             account.restore(words)?;
         }
@@ -433,35 +426,29 @@ impl Account {
     /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and at its end.
     fn observe(&mut self, [middle, end]: [&WorkpieceLoad; 2], [begin, h]: [f64; 2], deflection: f64) {
         let Timetable { turn, touches, .. } = &self.timetable;
-        let earlier = (self.record.turn - 1) as f64 * turn;
+        let turned = (self.record.turn - 1) as f64 * turn;
         let start = self.load;
-        let mean = |of: &dyn Fn(&WorkpieceLoad) -> f64| h * (OTHERS * (of(&start) + of(middle)) + OWN * of(end));
+        let mean =
+            |of: &dyn Fn(&ContactSum) -> f64| h * (OTHERS * (of(&start.sum) + of(&middle.sum)) + OWN * of(&end.sum));
         let record = &mut self.record;
-        record.impulse += mean(&|load| load.normal);
-        record.vector_impulse = std::array::from_fn(|i| record.vector_impulse[i] + mean(&|load| load.force[i]));
-        record.angular_impulse += mean(&|load| load.moment);
-        record.edge_impulse += mean(&|load| load.on_edges);
-        record.friction_work += mean(&|load| load.friction_power);
-        record.peak_force = record.peak_force.max(middle.normal).max(end.normal);
+        record.impulse += mean(&|sum| sum.normal);
+        record.vector_impulse = std::array::from_fn(|i| record.vector_impulse[i] + mean(&|sum| sum.force[i]));
+        record.angular_impulse += mean(&|sum| sum.moment);
+        record.edge_impulse += mean(&|sum| sum.on_edges);
+        record.friction_work += mean(&|sum| sum.friction_power);
+        record.peak_force = record.peak_force.max(middle.sum.normal).max(end.sum.normal);
         record.edge_penetration = record.edge_penetration.max(end.edge_penetration);
         let part = contact_part(start.pressing, end.pressing);
         if part[1] > part[0] {
-            record.time += h * (part[1] - part[0]);
+            record.add_time(h * (part[1] - part[0]), part.map(|part| begin + part * h), touches, turned);
             record.count += usize::from(part[0] > 0.0 || start.pressing <= 0.0);
-            let times = part.map(|part| begin + part * h);
-            for touch in touches {
-                let [entry, exit] = touch.map(|time| time + earlier);
-                record.nominal_time += (times[1].min(exit) - times[0].max(entry)).max(0.0);
-            }
         }
-        let edge = |load: &WorkpieceLoad| (load.edge_place > 0.0).then(|| load.edge_place as usize - 1);
         for (load, weight) in [(&start, OTHERS), (middle, OTHERS), (end, OWN)] {
-            let Some(number) = edge(load) else { continue };
+            let Some(worked) = load.worked else { continue };
             // Work is spread over the way along an edge, and stays in place where the step begins or ends off it.
-            let place =
-                |other: &WorkpieceLoad| if edge(other) == Some(number) { other.edge_place } else { load.edge_place };
-            let places = [place(&start), place(end)].map(|place| place - (number + 1) as f64);
-            self.edge_work.add(number, places, h * weight * load.edge_power);
+            let here = |other: &WorkpieceLoad| other.worked.filter(|other| other.edge == worked.edge);
+            let places = [&start, end].map(|other| here(other).unwrap_or(worked).place);
+            self.edge_work.add(worked.edge, places, h * weight * worked.power);
         }
         record.max_deflection = record.max_deflection.max(deflection);
         self.load = *end;
@@ -475,7 +462,7 @@ impl Account {
         }
         self.impulses.push(self.record.impulse);
         self.completed = Some(self.record);
-        self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
+        self.record = ContactRecord::of_turn(self.record.turn + 1);
         self.edge_work.clear();
     }
 
@@ -483,6 +470,7 @@ impl Account {
         let mut account = self.clone();
         words.count(self.impulses.len());
         words.count(usize::from(self.completed.is_some()));
+        words.count(usize::from(self.load.worked.is_some()));
         words.counts(account.counts());
         words.numbers(account.numbers());
     }
@@ -490,6 +478,7 @@ impl Account {
     fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
         self.impulses = vec![0.0; words.count().filter(|turns| *turns <= MAX_TURNS)?];
         self.completed = (words.count()? == 1).then(ContactRecord::default);
+        self.load.worked = (words.count()? == 1).then(WorkedEdge::default);
         words.counts(self.counts())?;
         words.numbers(self.numbers())
     }
@@ -497,26 +486,16 @@ impl Account {
     /// All counts of the state.
     fn counts(&mut self) -> Vec<&mut usize> {
         let records = std::iter::once(&mut self.record).chain(&mut self.completed);
-        records.flat_map(|record| [&mut record.turn, &mut record.count]).collect()
+        let worked = self.load.worked.iter_mut().map(|worked| &mut worked.edge);
+        records.flat_map(|record| [&mut record.turn, &mut record.count]).chain(worked).collect()
     }
 
     /// All numbers of the state.
     fn numbers(&mut self) -> Vec<&mut f64> {
         let Self { record, completed, impulses, load, edge_work, timetable: _ } = self;
-        let WorkpieceLoad {
-            normal,
-            force: [x, y, z],
-            moment,
-            on_edges,
-            friction_power,
-            damped_power,
-            moving_power,
-            energy,
-            pressing,
-            edge_penetration,
-            edge_place,
-            edge_power,
-        } = load;
+        let WorkpieceLoad { sum, moving_power, energy, pressing, edge_penetration, worked } = load;
+        let ContactSum { normal, on_edges, force: [x, y, z], moment, friction_power, damped_power } = sum;
+        let worked = worked.iter_mut().flat_map(|WorkedEdge { edge: _, place, power }| [place, power]);
         let records = std::iter::once(record).chain(completed).flat_map(|record| {
             let ContactRecord {
                 turn: _,
@@ -566,10 +545,8 @@ impl Account {
             energy,
             pressing,
             edge_penetration,
-            edge_place,
-            edge_power,
         ];
-        records.chain(load).chain(impulses).chain(edge_work.work_mut()).collect()
+        records.chain(load).chain(worked).chain(impulses).chain(edge_work.work_mut()).collect()
     }
 }
 
@@ -701,8 +678,7 @@ impl Budget {
 fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
     /// The least distance of the centrelines, as a share of the reach.
     const LEAST: f64 = 0.5;
-    let is_deep =
-        |(_, press): &&([usize; 2], super::presses::Press)| press.near.square() < (LEAST * press.near.reach).powi(2);
+    let is_deep = |(_, press): &&Pair| press.near.square() < (LEAST * press.near.reach).powi(2);
     bundle.presses().find(is_deep).map(|(filaments, _)| *filaments)
 }
 
@@ -718,9 +694,10 @@ struct Stage {
 impl Stage {
     /// Evaluates all at the end of a stage.
     fn take(&mut self, bundle: &mut Bundle<Turning<Mount>>, motion: &Motion) {
-        self.budget = bundle.budget(motion);
+        let found = bundle.evaluate(motion);
+        self.budget = found.budget;
         self.loads.clear();
-        self.loads.extend_from_slice(bundle.loads());
+        self.loads.extend(found.loads());
         self.presses.clear();
         self.presses.extend(bundle.presses().map(|([own, other], press)| {
             let (pair, sign) = if own < other { ([*own, *other], 1.0) } else { ([*other, *own], -1.0) };
@@ -772,7 +749,7 @@ impl Stepper {
         set_sum(blocks, base_q, &start.q, &[(own, &start.v), (own, base_v)]);
         middle.time = start.time + MIDDLE * h;
         middle.accelerations.clone_from(&start.accelerations);
-        bundle.solve_stage(middle, [base_q, base_v], [own * own, own], *tolerance)
+        bundle.solve_stage(middle, Kinematics { base: [base_q, base_v], weights: [own * own, own] }, *tolerance)
     }
 
     /// The stage at its end.
@@ -788,7 +765,7 @@ impl Stepper {
         set_sum(blocks, base_q, &start.q, &[(others, &start.v), (others, &middle.v), (own, base_v)]);
         end.time = start.time + h;
         end.accelerations.clone_from(&middle.accelerations);
-        bundle.solve_stage(end, [base_q, base_v], [own * own, own], *tolerance)
+        bundle.solve_stage(end, Kinematics { base: [base_q, base_v], weights: [own * own, own] }, *tolerance)
     }
 
     /// Puts the end of the step into `motion`.

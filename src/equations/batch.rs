@@ -124,7 +124,8 @@ impl Batch {
         }
         if !lanes_are_compiled() {
             for (member, results) in members.iter().zip(accelerations.chunks_mut(n)) {
-                Dynamics::new(member.chain.clone()).accelerations(member.clamp, member.q, member.v, &NoLoads, results);
+                let at = member.clamp.holding(member.q, member.v);
+                Dynamics::new(member.chain.clone()).accelerations(at, &NoLoads, results);
             }
             return Ok(());
         }
@@ -146,7 +147,8 @@ impl Batch {
         let chain = |lane: usize| members[lane].chain;
         let dynamics = self.dynamics.get_or_insert_with(|| Dynamics::new(Chain::from_lanes(chain)));
         dynamics.chain_mut().set_lanes(chain);
-        dynamics.accelerations(&clamp, &self.q, &self.v, &NoLoads, &mut self.accelerations);
+        let at = clamp.holding(&self.q, &self.v);
+        dynamics.accelerations(at, &NoLoads, &mut self.accelerations);
         for (lane, results) in results.chunks_exact_mut(n).take(group.len()).enumerate() {
             for (result, accelerations) in results.iter_mut().zip(&self.accelerations) {
                 *result = [accelerations[0].0[lane], accelerations[1].0[lane]];

@@ -16,6 +16,17 @@ pub struct Chain<T> {
     pub gravity: [T; 3],
 }
 
+/// A state of a chain, or of one per lane: how its clamp moves, and coordinates and rates by segment.
+#[derive(Clone, Copy, Debug)]
+pub struct ChainState<'a, T> {
+    /// The motion of the clamp.
+    pub clamp: &'a Clamp<T>,
+    /// The coordinates.
+    pub q: &'a [[T; 2]],
+    /// Their rates `q̇`.
+    pub v: &'a [[T; 2]],
+}
+
 /// The constants of one segment and of the joint at its inner end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link<T> {
@@ -219,6 +230,14 @@ pub struct Clamp<T> {
     /// Angular velocity of the brush body, `Ω` in rad/s: dampers see the filament from the body. The clamp is at rest in it, that is,
     /// `ė_0 = Ω × e_0`; [`Clamp::without_spin`] is for those who know no more than that.
     pub angular_velocity: [T; 3],
+}
+
+impl<T> Clamp<T> {
+    /// The state of a chain that it holds.
+    #[inline(always)]
+    pub fn holding<'a>(&'a self, q: &'a [[T; 2]], v: &'a [[T; 2]]) -> ChainState<'a, T> {
+        ChainState { clamp: self, q, v }
+    }
 }
 
 impl<T: Real> Clamp<T> {

@@ -8,13 +8,13 @@ use super::dispatch::{Loop, dispatch};
 use super::linear::{add, in_lane, product, sub_matrices, zero};
 use super::planar::{PlanarFactorisation, PlanarRecursion, PlanarTask};
 use super::recursion::{
-    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Point, PointChange, Posture, Root, Segment,
+    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root, Segment,
     SegmentTangent,
 };
 use super::tasks::{ChainDynamics, Factorise, Task};
 use super::{
-    Chain, Clamp, Energies, LANES, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PlanarDynamics, PointLoad,
-    PointTangent, Real, StepWeights, kernels,
+    Chain, ChainState, Clamp, Energies, LANES, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PlanarDynamics,
+    PointLoad, PointTangent, Real, StepWeights, kernels,
 };
 
 /// Equations of motion of one chain, or of one chain per lane, with the memory for their recursions.
@@ -111,8 +111,7 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
         chain: &'a Chain<T>,
         charts: &'a [PolarAxis],
         angles: &'a [[T; 4]],
-        v: &'a [[T; 2]],
-        clamp: &'a Clamp<T>,
+        ChainState { clamp, v, .. }: ChainState<'a, T>,
     ) -> Self {
         let n = chain.segments();
         Self {
@@ -251,7 +250,7 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     }
 
     #[inline(always)]
-    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]> {
+    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, [position, velocity]: [[T; 3]; 2]) -> Option<[T; 3]> {
         loads.force(k, position, velocity)
     }
 
@@ -308,25 +307,14 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     }
 
     #[inline(always)]
-    fn load_tangent(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        k: usize,
-        position: [T; 3],
-        velocity: [T; 3],
-    ) -> Option<LoadTangent<T, 3>> {
+    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; 3]; 2]) -> Option<LoadTangent<T, 3>> {
+        let [position, velocity] = node;
         loads.tangent(k, position, velocity).map(LoadTangent::from)
     }
 
     #[inline(never)]
-    fn points(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        positions: &[[T; 3]],
-        velocities: &[[T; 3]],
-        apply: &mut dyn FnMut(Point<T, 3>),
-    ) {
-        let nodes = Placed { clamp: self.clamp, positions, velocities };
+    fn points(&self, loads: &dyn NodeLoads<T>, nodes: Nodes<'_, T, 3>, apply: &mut dyn FnMut(Point<T, 3>)) {
+        let nodes = Placed { clamp: self.clamp, nodes };
         loads.point_loads(&nodes, &mut |PointLoad { segment, fraction, force }| {
             apply(Point { segment, fraction, force });
         });
@@ -336,11 +324,10 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     fn point_changes(
         &self,
         loads: &dyn NodeLoads<T>,
-        positions: &[[T; 3]],
-        velocities: &[[T; 3]],
+        nodes: Nodes<'_, T, 3>,
         apply: &mut dyn FnMut(PointChange<T, 3>),
     ) {
-        let nodes = Placed { clamp: self.clamp, positions, velocities };
+        let nodes = Placed { clamp: self.clamp, nodes };
         loads.point_tangents(&nodes, &mut |PointTangent { segment, ends }| {
             apply(PointChange { segment, ends: ends.map(|ends| ends.map(LoadTangent::from)) });
         });
@@ -357,17 +344,16 @@ impl<T> From<NodeTangent<T>> for LoadTangent<T, 3> {
 /// The nodes of a chain in the memory of the recursions, in space or in the plane of rotation.
 pub(super) struct Placed<'a, T, const S: usize> {
     pub clamp: &'a Clamp<T>,
-    pub positions: &'a [[T; S]],
-    pub velocities: &'a [[T; S]],
+    pub nodes: Nodes<'a, T, S>,
 }
 
 impl<T: Lanewise, const S: usize> NodeMotion for Placed<'_, T, S> {
     fn node(&self, index: usize, lane: usize) -> [[f64; 3]; 2] {
         match index.checked_sub(1) {
             None => [in_lane(&self.clamp.position, lane), in_lane(&self.clamp.velocity, lane)],
-            Some(k) => [&self.positions[k], &self.velocities[k]].map(|vector| {
+            Some(k) => self.nodes.map(|vectors| {
                 let mut node = [0.0; 3];
-                node[..S].copy_from_slice(&in_lane(vector, lane));
+                node[..S].copy_from_slice(&in_lane(&vectors[k], lane));
                 node
             }),
         }
@@ -382,8 +368,8 @@ impl<T: Compiled> ChainDynamics<T> for Dynamics<T> {
 
 impl<T: Lanewise> Dynamics<T> {
     /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
-    pub fn energies(&self, clamp: &Clamp<T>, v: &[[T; 2]]) -> Energies<T> {
-        let posture = Spatial::new(&self.chain, &self.charts, &self.angles, v, clamp);
+    pub fn energies(&self, at: ChainState<'_, T>) -> Energies<T> {
+        let posture = Spatial::new(&self.chain, &self.charts, &self.angles, at);
         recursion::energies(&self.memory, &posture, posture.clamp_torque_power())
     }
 
@@ -450,7 +436,9 @@ impl Compiled for Lanes<LANES> {
 /// The largest loops have functions of their own: a single one for all would take the compiler several times as long.
 fn run<T: Lanewise>(dynamics: &mut Dynamics<T>, task: Task<'_, T>) {
     match task {
-        Task::Factorise(step) if step.loads.loads_points() => dispatch(Factorisation::<_, true> { dynamics, step }),
+        Task::Factorise(step) if step.trial.loads.loads_points() => {
+            dispatch(Factorisation::<_, true> { dynamics, step })
+        }
         Task::Factorise(step) => dispatch(Factorisation::<_, false> { dynamics, step }),
         task => dispatch(Recursion { dynamics, task }),
     }
@@ -458,7 +446,7 @@ fn run<T: Lanewise>(dynamics: &mut Dynamics<T>, task: Task<'_, T>) {
 
 fn run_planar<T: Lanewise>(dynamics: &mut PlanarDynamics<T>, task: PlanarTask<'_, T>) {
     match task {
-        PlanarTask::Motion(Task::Factorise(step)) if step.loads.loads_points() => {
+        PlanarTask::Motion(Task::Factorise(step)) if step.trial.loads.loads_points() => {
             dispatch(PlanarFactorisation::<_, true> { dynamics, step });
         }
         PlanarTask::Motion(Task::Factorise(step)) => dispatch(PlanarFactorisation::<_, false> { dynamics, step }),
@@ -480,7 +468,7 @@ impl<T: Lanewise, const POINTS: bool> Loop for Factorisation<'_, T, POINTS> {
     #[inline(always)]
     fn run(self) {
         let Dynamics { chain, charts, angles, memory } = self.dynamics;
-        let posture = Spatial::new(&*chain, charts, angles, self.step.v, self.step.clamp);
+        let posture = Spatial::new(&*chain, charts, angles, self.step.trial.at);
         recursion::factorise::<T, _, 2, 3, POINTS>(memory, &posture, &self.step);
     }
 }
@@ -505,6 +493,6 @@ impl<T: Lanewise> Loop for Recursion<'_, T> {
         if let Some(q) = self.task.new_coordinates() {
             T::sines_and_cosines(&q[..n], &mut angles[..n]);
         }
-        recursion::perform(memory, n, |clamp, _, v| Spatial::new(&*chain, charts, angles, v, clamp), self.task);
+        recursion::perform(memory, n, |at| Spatial::new(&*chain, charts, angles, at), self.task);
     }
 }

@@ -22,8 +22,8 @@ mod tasks;
 
 pub use batch::{Batch, BatchError, LANES, Member};
 pub use chain::{
-    Chain, Clamp, Energies, Link, NoLoads, NodeLoads, NodeMotion, NodeTangent, PointDamping, PointLoad, PointTangent,
-    RelaxedAngle, StepWeights, UniformChain,
+    Chain, ChainState, Clamp, Energies, Link, NoLoads, NodeLoads, NodeMotion, NodeTangent, PointDamping, PointLoad,
+    PointTangent, RelaxedAngle, StepWeights, UniformChain,
 };
 pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
 pub use dispatch::lanes_are_compiled;

@@ -13,13 +13,13 @@ use super::dispatch::Loop;
 use super::dynamics::Placed;
 use super::linear::{add, in_lane, scale, zero};
 use super::recursion::{
-    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Point, PointChange, Posture, Root, Segment,
+    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root, Segment,
     SegmentTangent,
 };
-use super::tasks::{ChainDynamics, Factorise, Task};
+use super::tasks::{ChainDynamics, Factorise, Task, Trial};
 use super::{
-    Chain, Clamp, Compiled, Energies, Lanewise, NodeLoads, NodeTangent, PointDamping, PointLoad, PointTangent, Real,
-    StepWeights, kernels,
+    Chain, ChainState, Clamp, Compiled, Energies, Lanewise, NodeLoads, NodeTangent, PointDamping, PointLoad,
+    PointTangent, Real, StepWeights, kernels,
 };
 
 /// Equations of motion of one planar chain, or of one per lane, with the memory for their recursions.
@@ -84,13 +84,11 @@ impl<T: Compiled> PlanarDynamics<T> {
     /// If a slice is shorter than the chain.
     pub fn lateral_accelerations(
         &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
+        at: ChainState<'_, T>,
         loads: &impl NodeLoads<T>,
         accelerations: &mut [[T; 2]],
     ) {
-        T::run_planar(self, PlanarTask::Lateral { clamp, q, v, loads, result: accelerations });
+        T::run_planar(self, PlanarTask::Lateral(at, loads, accelerations));
     }
 
     /// Solves the factorised equations of the variation, and puts its correction into `correction`, which holds that of `θ̈`.
@@ -101,25 +99,22 @@ impl<T: Compiled> PlanarDynamics<T> {
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
-    #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]
     pub fn solve_variation(
         &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
+        at: ChainState<'_, T>,
         accelerations: &[[T; 2]],
         loads: &impl NodeLoads<T>,
         weights: StepWeights<T>,
         correction: &mut [[T; 2]],
     ) {
-        T::run_planar(self, PlanarTask::Variation { clamp, q, v, accelerations, loads, weights, correction });
+        T::run_planar(self, PlanarTask::Variation(Trial { at, accelerations, loads }, weights, correction));
     }
 }
 
 impl<T: Lanewise> PlanarDynamics<T> {
     /// Energies, dissipation and clamp power at the state `(q, q̇)`, where the nodes were last placed.
-    pub fn energies(&self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> Energies<T> {
-        let posture = Planar::new(&self.chain, &self.angles, q, v, clamp);
+    pub fn energies(&self, at: ChainState<'_, T>) -> Energies<T> {
+        let posture = Planar::new(&self.chain, &self.angles, at);
         recursion::energies(&self.memory, &posture, posture.clamp_torque_power())
     }
 
@@ -165,7 +160,7 @@ struct Planar<'a, T> {
 
 impl<'a, T: Real> Planar<'a, T> {
     #[inline(always)]
-    fn new(chain: &'a Chain<T>, angles: &'a [[T; 2]], q: &'a [[T; 2]], v: &'a [[T; 2]], clamp: &'a Clamp<T>) -> Self {
+    fn new(chain: &'a Chain<T>, angles: &'a [[T; 2]], ChainState { clamp, q, v }: ChainState<'a, T>) -> Self {
         let n = chain.segments();
         let Chain { length, gravity, .. } = *chain;
         Self { length, gravity, links: &chain.links[..n], angles: &angles[..n], q: &q[..n], v: &v[..n], clamp }
@@ -315,8 +310,9 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     }
 
     #[inline(always)]
-    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, position: [T; 2], velocity: [T; 2]) -> Option<[T; 2]> {
-        loads.force(k, to_frame(position), to_frame(velocity)).map(in_plane)
+    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; 2]; 2]) -> Option<[T; 2]> {
+        let [position, velocity] = node.map(to_frame);
+        loads.force(k, position, velocity).map(in_plane)
     }
 
     #[inline(always)]
@@ -366,26 +362,14 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     }
 
     #[inline(always)]
-    fn load_tangent(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        k: usize,
-        position: [T; 2],
-        velocity: [T; 2],
-    ) -> Option<LoadTangent<T, 2>> {
-        let tangent = loads.tangent(k, to_frame(position), to_frame(velocity))?;
-        Some(tangent_in_plane(tangent))
+    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; 2]; 2]) -> Option<LoadTangent<T, 2>> {
+        let [position, velocity] = node.map(to_frame);
+        loads.tangent(k, position, velocity).map(tangent_in_plane)
     }
 
     #[inline(never)]
-    fn points(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        positions: &[[T; 2]],
-        velocities: &[[T; 2]],
-        apply: &mut dyn FnMut(Point<T, 2>),
-    ) {
-        let nodes = Placed { clamp: self.clamp, positions, velocities };
+    fn points(&self, loads: &dyn NodeLoads<T>, nodes: Nodes<'_, T, 2>, apply: &mut dyn FnMut(Point<T, 2>)) {
+        let nodes = Placed { clamp: self.clamp, nodes };
         loads.point_loads(&nodes, &mut |PointLoad { segment, fraction, force }| {
             apply(Point { segment, fraction, force: in_plane(force) });
         });
@@ -395,11 +379,10 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     fn point_changes(
         &self,
         loads: &dyn NodeLoads<T>,
-        positions: &[[T; 2]],
-        velocities: &[[T; 2]],
+        nodes: Nodes<'_, T, 2>,
         apply: &mut dyn FnMut(PointChange<T, 2>),
     ) {
-        let nodes = Placed { clamp: self.clamp, positions, velocities };
+        let nodes = Placed { clamp: self.clamp, nodes };
         loads.point_tangents(&nodes, &mut |PointTangent { segment, ends }| {
             apply(PointChange { segment, ends: ends.map(|ends| ends.map(tangent_in_plane)) });
         });
@@ -430,7 +413,7 @@ impl<T: Real> Lateral<'_, T> {
     /// The nodes of the planar motion.
     fn nodes(&self) -> Placed<'_, T, 2> {
         let Memory { positions, velocities, .. } = self.motion;
-        Placed { clamp: self.planar.clamp, positions, velocities }
+        Placed { clamp: self.planar.clamp, nodes: [positions, velocities] }
     }
 
     /// The resistance of the loads on node `k` to a lateral motion, `−∂F_z/∂ż` in N s/m.
@@ -538,7 +521,7 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 
     #[inline(always)]
-    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, _: [T; 1], [velocity]: [T; 1]) -> Option<[T; 1]> {
+    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, [_, [velocity]]: [[T; 1]; 2]) -> Option<[T; 1]> {
         self.damping(loads, k).map(|damping| [damping * velocity])
     }
 
@@ -600,18 +583,12 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 
     #[inline(always)]
-    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, _: [T; 1], _: [T; 1]) -> Option<LoadTangent<T, 1>> {
+    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, _: [[T; 1]; 2]) -> Option<LoadTangent<T, 1>> {
         self.damping(loads, k).map(|damping| LoadTangent { position: [zero()], velocity: [[damping]] })
     }
 
     #[inline(never)]
-    fn points(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        _: &[[T; 1]],
-        velocities: &[[T; 1]],
-        apply: &mut dyn FnMut(Point<T, 1>),
-    ) {
+    fn points(&self, loads: &dyn NodeLoads<T>, [_, velocities]: Nodes<'_, T, 1>, apply: &mut dyn FnMut(Point<T, 1>)) {
         let one = T::from_f64(1.0);
         loads.point_dampings(&self.nodes(), &mut |PointDamping { segment, fraction, damping }| {
             // The root does not move.
@@ -622,13 +599,7 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 
     #[inline(never)]
-    fn point_changes(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        _: &[[T; 1]],
-        _: &[[T; 1]],
-        apply: &mut dyn FnMut(PointChange<T, 1>),
-    ) {
+    fn point_changes(&self, loads: &dyn NodeLoads<T>, _: Nodes<'_, T, 1>, apply: &mut dyn FnMut(PointChange<T, 1>)) {
         loads.point_dampings(&self.nodes(), &mut |PointDamping { segment, fraction, damping }| {
             let shares = [T::from_f64(1.0) - fraction, fraction];
             let change =
@@ -643,23 +614,9 @@ pub enum PlanarTask<'a, T> {
     /// Of the motion and, where it has a part in it, of its variation.
     Motion(Task<'a, T>),
     /// [`PlanarDynamics::lateral_accelerations`]
-    Lateral {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        result: &'a mut [[T; 2]],
-    },
+    Lateral(ChainState<'a, T>, &'a dyn NodeLoads<T>, &'a mut [[T; 2]]),
     /// [`PlanarDynamics::solve_variation`]
-    Variation {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        accelerations: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        weights: StepWeights<T>,
-        correction: &'a mut [[T; 2]],
-    },
+    Variation(Trial<'a, T>, StepWeights<T>, &'a mut [[T; 2]]),
 }
 
 /// A factorisation of the matrices of a motion and of its variation, of a chain with or without loads at points of its segments.
@@ -676,8 +633,7 @@ impl<T: Lanewise, const POINTS: bool> Loop for PlanarFactorisation<'_, T, POINTS
     #[inline(always)]
     fn run(self) {
         let PlanarDynamics { chain, angles, memory, lateral } = self.dynamics;
-        let Factorise { q, v, clamp, .. } = self.step;
-        let posture = Planar::new(&*chain, angles, q, v, clamp);
+        let posture = Planar::new(&*chain, angles, self.step.trial.at);
         recursion::factorise::<T, _, 1, 2, POINTS>(memory, &posture, &self.step);
         let posture = Lateral { planar: posture, motion: memory };
         recursion::factorise::<T, _, 1, 1, POINTS>(lateral, &posture, &self.step);
@@ -704,20 +660,20 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
                 if let Some(q) = task.new_coordinates() {
                     T::azimuthal_sines_and_cosines(&q[..n], &mut angles[..n]);
                 }
-                recursion::perform(memory, n, |clamp, q, v| Planar::new(chain, angles, q, v, clamp), task);
+                recursion::perform(memory, n, |at| Planar::new(chain, angles, at), task);
             }
-            PlanarTask::Lateral { clamp, q, v, loads, result } => {
-                let posture = Lateral { planar: Planar::new(chain, angles, q, v, clamp), motion: memory };
+            PlanarTask::Lateral(at, loads, result) => {
+                let posture = Lateral { planar: Planar::new(chain, angles, at), motion: memory };
                 recursion::accelerations(lateral, &posture, loads, result);
             }
-            PlanarTask::Variation { clamp, q, v, accelerations, loads, weights, correction } => {
-                let posture = Planar::new(chain, angles, q, v, clamp);
-                if !loads.is_empty() {
+            PlanarTask::Variation(trial, weights, correction) => {
+                let posture = Planar::new(chain, angles, trial.at);
+                if !trial.loads.is_empty() {
                     recursion::shift::<T, Planar<'_, T>, 1, 2>(memory, n, correction, weights);
-                    recursion::load(memory, &posture, loads);
+                    recursion::load(memory, &posture, trial.loads);
                 }
                 let posture = Lateral { planar: posture, motion: memory };
-                recursion::correction(lateral, &posture, accelerations, loads, correction);
+                recursion::correction(lateral, &posture, trial, correction);
             }
         }
     }

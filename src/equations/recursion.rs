@@ -14,8 +14,8 @@ use super::linear::{
     add, add_matrices, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
     transposed_product, unrolled, zero, zero_matrix,
 };
-use super::tasks::{Factorise, Task};
-use super::{Clamp, Energies, LaneSet, Lanewise, NodeLoads, Real, StepWeights};
+use super::tasks::{Factorise, Task, Trial};
+use super::{ChainState, Energies, LaneSet, Lanewise, NodeLoads, Real, StepWeights};
 
 /// Kinematics and inertia of one segment; see [`kernels::segment`](super::kernels::segment).
 #[derive(Clone, Copy)]
@@ -93,6 +93,9 @@ pub(super) struct Root<T, const S: usize> {
     pub acceleration: [T; S],
 }
 
+/// Positions and velocities of the nodes of a chain, or of one of them.
+pub(super) type Nodes<'a, T, const S: usize> = [&'a [[T; S]]; 2];
+
 /// A chain at one state. It holds the constants of the whole chain by value, so that the compiler can keep them in registers. It
 /// would read constants behind a reference again after every write.
 pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
@@ -128,8 +131,8 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
         !loads.is_empty()
     }
 
-    /// The load on node `k`.
-    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, position: [T; S], velocity: [T; S]) -> Option<[T; S]>;
+    /// The load on node `k`, which is at a position with a velocity.
+    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; S]; 2]) -> Option<[T; S]>;
 
     /// How `segment(k)` changes with the accelerations of a step.
     fn segment_tangent(
@@ -145,31 +148,13 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, D>;
 
     /// How the load on node `k` changes.
-    fn load_tangent(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        k: usize,
-        position: [T; S],
-        velocity: [T; S],
-    ) -> Option<LoadTangent<T, S>>;
+    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; S]; 2]) -> Option<LoadTangent<T, S>>;
 
-    /// Calls `apply` with the loads at points of segments. The nodes are at `positions` and move at `velocities`.
-    fn points(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        positions: &[[T; S]],
-        velocities: &[[T; S]],
-        apply: &mut dyn FnMut(Point<T, S>),
-    );
+    /// Calls `apply` with the loads at points of segments.
+    fn points(&self, loads: &dyn NodeLoads<T>, nodes: Nodes<'_, T, S>, apply: &mut dyn FnMut(Point<T, S>));
 
     /// Calls `apply` with how they change.
-    fn point_changes(
-        &self,
-        loads: &dyn NodeLoads<T>,
-        positions: &[[T; S]],
-        velocities: &[[T; S]],
-        apply: &mut dyn FnMut(PointChange<T, S>),
-    );
+    fn point_changes(&self, loads: &dyn NodeLoads<T>, nodes: Nodes<'_, T, S>, apply: &mut dyn FnMut(PointChange<T, S>));
 }
 
 /// A chain whose energies are known.
@@ -284,36 +269,32 @@ impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
 }
 
 /// Carries out `task` on a chain of `n` segments, whose sines and cosines are those of the task. `posture` makes the posture at the
-/// clamp, the coordinates and the rates that it is given.
+/// state that it is given.
 #[inline(always)]
 pub(super) fn perform<'a, T: Lanewise, P: Energetic<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     n: usize,
-    posture: impl FnOnce(&'a Clamp<T>, &'a [[T; 2]], &'a [[T; 2]]) -> P,
+    posture: impl FnOnce(ChainState<'a, T>) -> P,
     task: Task<'a, T>,
 ) {
     match task {
-        Task::Place { clamp, q, v } => place(memory, &posture(clamp, q, v)),
-        Task::Track { clamp, q, v, accelerations } => track(memory, &posture(clamp, q, v), accelerations),
-        Task::Accelerations { clamp, q, v, loads, result } => {
-            let posture = posture(clamp, q, v);
+        Task::Place(at) => place(memory, &posture(at)),
+        Task::Track(at, accelerations) => track(memory, &posture(at), accelerations),
+        Task::Accelerations(at, loads, result) => {
+            let posture = posture(at);
             if !loads.is_empty() {
                 place(memory, &posture);
             }
             accelerations(memory, &posture, loads, result);
         }
-        Task::Residual { clamp, q, v, accelerations, loads, result } => {
-            residual(memory, &posture(clamp, q, v), accelerations, loads, result);
-        }
-        Task::Correction { clamp, q, v, accelerations, loads, result } => {
-            correction(memory, &posture(clamp, q, v), accelerations, loads, result);
-        }
+        Task::Residual(trial, result) => residual(memory, &posture(trial.at), trial, result),
+        Task::Correction(trial, result) => correction(memory, &posture(trial.at), trial, result),
         Task::Factorise(_) => unreachable!("a factorisation has a function of its own"),
-        Task::Solve { right_side } => solve::<T, P, D, S>(memory, n, right_side),
-        Task::Shift { correction, weights } => shift::<T, P, D, S>(memory, n, correction, weights),
-        Task::Displacements { change, result } => displacements::<T, P, D, S>(memory, n, change, result),
-        Task::Torques { forces, result } => torques::<T, P, D, S>(memory, n, forces, result),
-        Task::Dissipation { clamp, q, v, result } => *result = dissipation(&posture(clamp, q, v)),
+        Task::Solve(right_side) => solve::<T, P, D, S>(memory, n, right_side),
+        Task::Shift(correction, weights) => shift::<T, P, D, S>(memory, n, correction, weights),
+        Task::Displacements(change, result) => displacements::<T, P, D, S>(memory, n, change, result),
+        Task::Torques(forces, result) => torques::<T, P, D, S>(memory, n, forces, result),
+        Task::Dissipation(at, result) => *result = dissipation(&posture(at)),
     }
 }
 
@@ -401,14 +382,14 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
     let accelerations = &mut accelerations[..n];
     let loaded = Loaded::new(posture, loads);
     let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
-    let point_forces = loaded.point_forces(posture, loads, positions, velocities, &mut memory.point_forces);
+    let point_forces = loaded.point_forces(posture, loads, [positions, velocities], &mut memory.point_forces);
     let responses = &mut memory.responses[..n];
     // The outer chain responds to ẍ at its inner node with A ẍ + b. A is symmetric.
     let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero::<T, S>());
     let mut torque_from_outside = zero();
     for k in (0..n).rev() {
         if loaded.at(k)
-            && let Some(force) = posture.load(loads, k, positions[k], velocities[k])
+            && let Some(force) = posture.load(loads, k, [positions[k], velocities[k]])
         {
             b = sub(b, force);
         }
@@ -456,13 +437,12 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
     }
 }
 
-/// `M q̈ − f − Q` at the `q̈` in `accelerations`, into `residual`.
+/// `M q̈ − f − Q` at the `q̈` that are tried, into `residual`.
 #[inline(always)]
 pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    accelerations: &[[T; 2]],
-    loads: &dyn NodeLoads<T>,
+    Trial { accelerations, loads, .. }: Trial<'_, T>,
     residual: &mut [[T; 2]],
 ) {
     sum_outwards(memory, posture, accelerations, residual);
@@ -480,8 +460,7 @@ pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: us
 pub(super) fn correction<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    accelerations: &[[T; 2]],
-    loads: &dyn NodeLoads<T>,
+    Trial { accelerations, loads, .. }: Trial<'_, T>,
     correction: &mut [[T; 2]],
 ) {
     let n = posture.segments();
@@ -561,13 +540,12 @@ impl<'a> Loaded<'a> {
         self,
         posture: &P,
         loads: &dyn NodeLoads<T>,
-        positions: &[[T; S]],
-        velocities: &[[T; S]],
+        nodes: Nodes<'_, T, S>,
         forces: &'f mut [[T; S]],
     ) -> &'f [[T; S]] {
         if self.points {
             forces.fill(zero());
-            posture.points(loads, positions, velocities, &mut |Point { segment, fraction, force }| {
+            posture.points(loads, nodes, &mut |Point { segment, fraction, force }| {
                 forces[segment] = add(forces[segment], scale(T::from_f64(1.0) - fraction, force));
                 forces[segment + 1] = add(forces[segment + 1], scale(fraction, force));
             });
@@ -586,12 +564,12 @@ impl<'a> Loaded<'a> {
 fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     posture: &P,
     loads: &dyn NodeLoads<T>,
-    (positions, velocities): (&[[T; S]], &[[T; S]]),
+    nodes: Nodes<'_, T, S>,
     weights: StepWeights<T>,
     blocks: &'b mut [Blocks<T, S>],
 ) -> &'b [Blocks<T, S>] {
     blocks.fill([[zero_matrix(); 2]; 2]);
-    posture.point_changes(loads, positions, velocities, &mut |PointChange { segment, ends }| {
+    posture.point_changes(loads, nodes, &mut |PointChange { segment, ends }| {
         let blocks = blocks[segment].as_flattened_mut().iter_mut();
         for (block, LoadTangent { position, velocity }) in blocks.zip(ends.as_flattened()) {
             for row in 0..S {
@@ -630,7 +608,7 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
         let loaded = Loaded::new(posture, loads);
         let mut force = zero();
         if loaded.points {
-            let points = loaded.point_forces(posture, loads, positions, velocities, &mut memory.point_forces);
+            let points = loaded.point_forces(posture, loads, [positions, velocities], &mut memory.point_forces);
             for (base, point) in memory.base_forces.iter_mut().zip(points) {
                 *base = sub(*base, *point);
             }
@@ -656,7 +634,7 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
     fn add(&mut self, k: usize) -> [T; S] {
         let mut force = self.force;
         if self.loaded.at(k)
-            && let Some(load) = self.posture.load(self.loads, k, self.positions[k], self.velocities[k])
+            && let Some(load) = self.posture.load(self.loads, k, [self.positions[k], self.velocities[k]])
         {
             force = sub(force, load);
         }
@@ -698,7 +676,7 @@ pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>
 pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const S: usize, const POINTS: bool>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    &Factorise { accelerations, loads, weights, lanes, .. }: &Factorise<'_, T>,
+    &Factorise { trial: Trial { accelerations, loads, .. }, weights, lanes }: &Factorise<'_, T>,
 ) {
     let n = posture.segments();
     let accelerations = &accelerations[..n];
@@ -706,9 +684,9 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
     let (base_accelerations, outer_forces) = (&memory.base_accelerations[..n], &memory.outer_forces[..n]);
     let eliminations = &mut memory.eliminations[..n];
     let (loaded, whole) = (Loaded::new(posture, loads), lanes == LaneSet::first(T::LANES));
-    let nodes = (positions, velocities);
     let blocks = &mut memory.point_blocks;
-    let point_blocks = if POINTS { point_blocks(posture, loads, nodes, weights, blocks) } else { &[] };
+    let point_blocks =
+        if POINTS { point_blocks(posture, loads, [positions, velocities], weights, blocks) } else { &[] };
 
     // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the force
     // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
@@ -716,7 +694,7 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
     let (mut c, mut d) = (zero_matrix::<T, D, S>(), zero_matrix::<T, D, D>());
     for k in (0..n).rev() {
         if loaded.at(k)
-            && let Some(tangent) = posture.load_tangent(loads, k, positions[k], velocities[k])
+            && let Some(tangent) = posture.load_tangent(loads, k, [positions[k], velocities[k]])
         {
             unrolled!(row < S, {
                 let elastic = scale(weights.coordinates, tangent.position[row]);

@@ -1,6 +1,6 @@
 //! What the equations of motion of a chain can be asked for, whatever its coordinates are.
 
-use super::{Clamp, Compiled, LaneSet, NodeLoads, StepWeights};
+use super::{ChainState, Compiled, LaneSet, NodeLoads, StepWeights};
 
 /// Equations of motion of one chain, or of one per lane: [`Dynamics`](super::Dynamics) in space,
 /// [`PlanarDynamics`](super::PlanarDynamics) in the plane of rotation.
@@ -14,25 +14,25 @@ pub trait ChainDynamics<T: Compiled> {
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
-    fn place(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) {
-        self.run(Task::Place { clamp, q, v });
+    fn place(&mut self, at: ChainState<'_, T>) {
+        self.run(Task::Place(at));
     }
 
     /// Like [`ChainDynamics::place`], with the accelerations of the nodes at `q̈`.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
-    fn track(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) {
-        self.run(Task::Track { clamp, q, v, accelerations });
+    fn track(&mut self, at: ChainState<'_, T>, accelerations: &[[T; 2]]) {
+        self.run(Task::Track(at, accelerations));
     }
 
     /// The [`Energies::dissipation`](super::Energies::dissipation) alone in W, at the `q` of the last call that took it.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
-    fn dissipation(&mut self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> T {
+    fn dissipation(&mut self, at: ChainState<'_, T>) -> T {
         let mut result = T::from_f64(0.0);
-        self.run(Task::Dissipation { clamp, q, v, result: &mut result });
+        self.run(Task::Dissipation(at, &mut result));
         result
     }
 
@@ -44,7 +44,7 @@ pub trait ChainDynamics<T: Compiled> {
     /// # Panics
     /// If the slice is shorter than the chain.
     fn shift(&mut self, correction: &[[T; 2]], weights: StepWeights<T>) {
-        self.run(Task::Shift { correction, weights });
+        self.run(Task::Shift(correction, weights));
     }
 
     /// How the nodes move with a small `change` of the coordinates (rad), into `displacements` (m), at the state of the last
@@ -53,7 +53,7 @@ pub trait ChainDynamics<T: Compiled> {
     /// # Panics
     /// If a slice is shorter than the chain.
     fn displacements(&mut self, change: &[[T; 2]], displacements: &mut [[T; 3]]) {
-        self.run(Task::Displacements { change, result: displacements });
+        self.run(Task::Displacements(change, displacements));
     }
 
     /// The generalised forces of `forces` (N) on the nodes, into `torques` (N m), at the state of the last
@@ -62,7 +62,7 @@ pub trait ChainDynamics<T: Compiled> {
     /// # Panics
     /// If a slice is shorter than the chain.
     fn torques(&mut self, forces: &[[T; 3]], torques: &mut [[T; 2]]) {
-        self.run(Task::Torques { forces, result: torques });
+        self.run(Task::Torques(forces, torques));
     }
 
     /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
@@ -73,15 +73,8 @@ pub trait ChainDynamics<T: Compiled> {
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
-    fn accelerations(
-        &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        loads: &impl NodeLoads<T>,
-        accelerations: &mut [[T; 2]],
-    ) {
-        self.run(Task::Accelerations { clamp, q, v, loads, result: accelerations });
+    fn accelerations(&mut self, at: ChainState<'_, T>, loads: &impl NodeLoads<T>, accelerations: &mut [[T; 2]]) {
+        self.run(Task::Accelerations(at, loads, accelerations));
     }
 
     /// `M q̈ − f − Q` in N m at `(q, q̇, q̈)`, into `residual`, without forming `M`.
@@ -90,14 +83,12 @@ pub trait ChainDynamics<T: Compiled> {
     /// If a slice is shorter than the chain.
     fn residual(
         &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
+        at: ChainState<'_, T>,
         accelerations: &[[T; 2]],
         loads: &impl NodeLoads<T>,
         residual: &mut [[T; 2]],
     ) {
-        self.run(Task::Residual { clamp, q, v, accelerations, loads, result: residual });
+        self.run(Task::Residual(Trial { at, accelerations, loads }, residual));
     }
 
     /// [`ChainDynamics::residual`] and [`ChainDynamics::solve`] in one: into `correction` the change of `q̈` (rad/s²) that Newton's method
@@ -107,14 +98,12 @@ pub trait ChainDynamics<T: Compiled> {
     /// If a slice is shorter than the chain.
     fn correction(
         &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
+        at: ChainState<'_, T>,
         accelerations: &[[T; 2]],
         loads: &impl NodeLoads<T>,
         correction: &mut [[T; 2]],
     ) {
-        self.run(Task::Correction { clamp, q, v, accelerations, loads, result: correction });
+        self.run(Task::Correction(Trial { at, accelerations, loads }, correction));
     }
 
     /// Solves the factorised system for `right_side` (N m), which becomes the change of `q̈` (rad/s²).
@@ -122,7 +111,7 @@ pub trait ChainDynamics<T: Compiled> {
     /// # Panics
     /// If the slice is shorter than the chain.
     fn solve(&mut self, right_side: &mut [[T; 2]]) {
-        self.run(Task::Solve { right_side });
+        self.run(Task::Solve(right_side));
     }
 
     /// Factorises the matrix of Newton's method, `∂(residual)/∂q̈` along a step of the given weights, at the
@@ -135,88 +124,44 @@ pub trait ChainDynamics<T: Compiled> {
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
-    #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]
     fn factorise(
         &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
+        at: ChainState<'_, T>,
         accelerations: &[[T; 2]],
         loads: &impl NodeLoads<T>,
         weights: StepWeights<T>,
         lanes: LaneSet,
     ) {
-        self.run(Task::Factorise(Factorise { clamp, q, v, accelerations, loads, weights, lanes }));
+        self.run(Task::Factorise(Factorise { trial: Trial { at, accelerations, loads }, weights, lanes }));
     }
 }
 
-/// A task for [`ChainDynamics`]: a method of the same name, with its arguments.
+/// A task for [`ChainDynamics`]: a method of the same name, with its arguments, of which the last takes the result.
 pub enum Task<'a, T> {
-    Place {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-    },
-    Track {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        accelerations: &'a [[T; 2]],
-    },
-    Accelerations {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        result: &'a mut [[T; 2]],
-    },
-    Residual {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        accelerations: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        result: &'a mut [[T; 2]],
-    },
-    Correction {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        accelerations: &'a [[T; 2]],
-        loads: &'a dyn NodeLoads<T>,
-        result: &'a mut [[T; 2]],
-    },
+    Place(ChainState<'a, T>),
+    Track(ChainState<'a, T>, &'a [[T; 2]]),
+    Accelerations(ChainState<'a, T>, &'a dyn NodeLoads<T>, &'a mut [[T; 2]]),
+    Residual(Trial<'a, T>, &'a mut [[T; 2]]),
+    Correction(Trial<'a, T>, &'a mut [[T; 2]]),
     Factorise(Factorise<'a, T>),
-    Solve {
-        right_side: &'a mut [[T; 2]],
-    },
-    Shift {
-        correction: &'a [[T; 2]],
-        weights: StepWeights<T>,
-    },
-    Displacements {
-        change: &'a [[T; 2]],
-        result: &'a mut [[T; 3]],
-    },
-    Torques {
-        forces: &'a [[T; 3]],
-        result: &'a mut [[T; 2]],
-    },
-    Dissipation {
-        clamp: &'a Clamp<T>,
-        q: &'a [[T; 2]],
-        v: &'a [[T; 2]],
-        result: &'a mut T,
-    },
+    Solve(&'a mut [[T; 2]]),
+    Shift(&'a [[T; 2]], StepWeights<T>),
+    Displacements(&'a [[T; 2]], &'a mut [[T; 3]]),
+    Torques(&'a [[T; 3]], &'a mut [[T; 2]]),
+    Dissipation(ChainState<'a, T>, &'a mut T),
+}
+
+/// Accelerations that are tried at a state, under loads.
+#[derive(Clone, Copy)]
+pub struct Trial<'a, T> {
+    pub at: ChainState<'a, T>,
+    pub accelerations: &'a [[T; 2]],
+    pub loads: &'a dyn NodeLoads<T>,
 }
 
 /// The arguments of [`ChainDynamics::factorise`].
 pub struct Factorise<'a, T> {
-    pub clamp: &'a Clamp<T>,
-    pub q: &'a [[T; 2]],
-    pub v: &'a [[T; 2]],
-    pub accelerations: &'a [[T; 2]],
-    pub loads: &'a dyn NodeLoads<T>,
+    pub trial: Trial<'a, T>,
     pub weights: StepWeights<T>,
     pub lanes: LaneSet,
 }
@@ -225,17 +170,9 @@ impl<'a, T> Task<'a, T> {
     /// The coordinates of a task at a new point. The others are about the point of an earlier task.
     pub(super) fn new_coordinates(&self) -> Option<&'a [[T; 2]]> {
         match self {
-            Self::Place { q, .. }
-            | Self::Track { q, .. }
-            | Self::Accelerations { q, .. }
-            | Self::Residual { q, .. }
-            | Self::Correction { q, .. } => Some(q),
-            Self::Factorise(_)
-            | Self::Solve { .. }
-            | Self::Shift { .. }
-            | Self::Displacements { .. }
-            | Self::Torques { .. }
-            | Self::Dissipation { .. } => None,
+            Self::Place(at) | Self::Track(at, _) | Self::Accelerations(at, ..) => Some(at.q),
+            Self::Residual(trial, _) | Self::Correction(trial, _) => Some(trial.at.q),
+            _ => None,
         }
     }
 }

@@ -30,6 +30,19 @@ pub const VARIATION_TOLERANCE: f64 = 1e-3;
 /// A linear variation above this is no longer controlled: it has grown so much that its exact size means nothing.
 pub const LARGEST_CONTROLLED_VARIATION: f64 = 1e30;
 
+/// `(t, q, q̇, q̈)`, in one lane or in several.
+#[derive(Clone, Copy, Debug)]
+pub struct Point<'a, T, const D: usize> {
+    /// Time in s.
+    pub time: T,
+    /// Coordinates.
+    pub q: &'a [[T; D]],
+    /// Their rates, per second.
+    pub v: &'a [[T; D]],
+    /// Their accelerations, per second squared.
+    pub accelerations: &'a [[T; D]],
+}
+
 /// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along its motion; or one system
 /// per lane of `T`.
 pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
@@ -45,47 +58,31 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
     /// `q̈` at `(t, q, q̇)`.
     fn accelerations(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &mut [[T; D]]);
 
-    /// `M q̈ − f` at `(t, q, q̇, q̈)`.
-    fn residual(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &[[T; D]], residual: &mut [[T; D]]);
+    /// `M q̈ − f` at a point.
+    fn residual(&mut self, at: &Point<'_, T, D>, residual: &mut [[T; D]]);
 
     /// Prepares [`SecondOrderSystem::solve`] in `lanes` at the point of the last residual, for steps of the given weights.
     /// The other lanes keep their factorisation.
-    fn factorise(
-        &mut self,
-        time: T,
-        q: &[[T; D]],
-        v: &[[T; D]],
-        accelerations: &[[T; D]],
-        weights: StepWeights<T>,
-        lanes: LaneSet,
-    );
+    fn factorise(&mut self, at: &Point<'_, T, D>, weights: StepWeights<T>, lanes: LaneSet);
 
     /// Solves the factorised system in place.
     fn solve(&mut self, right_side: &mut [[T; D]]);
 
-    /// The correction of Newton's method at `(t, q, q̇, q̈)`: [`SecondOrderSystem::residual`], then [`SecondOrderSystem::solve`].
-    fn correction(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &[[T; D]], correction: &mut [[T; D]]) {
-        self.residual(time, q, v, accelerations, correction);
+    /// The correction of Newton's method at a point: [`SecondOrderSystem::residual`], then [`SecondOrderSystem::solve`].
+    fn correction(&mut self, at: &Point<'_, T, D>, correction: &mut [[T; D]]) {
+        self.residual(at, correction);
         self.solve(correction);
     }
 
-    /// Rates of the quantities that are integrated along the motion, at `(t, q, q̇, q̈)`. A step may start or end there:
+    /// Rates of the quantities that are integrated along the motion, at a point. A step may start or end there:
     /// the caller may next ask the system about that point.
-    fn rates(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &[[T; D]]) -> [T; Q];
+    fn rates(&mut self, at: &Point<'_, T, D>) -> [T; Q];
 
     /// The same at a stage inside a step, which `correction` with `weights` has moved from the point of the last
     /// residual. First order in the correction suffices, because the stage itself is solved to first order.
-    fn stage_rates(
-        &mut self,
-        time: T,
-        q: &[[T; D]],
-        v: &[[T; D]],
-        accelerations: &[[T; D]],
-        correction: &[[T; D]],
-        weights: StepWeights<T>,
-    ) -> [T; Q] {
+    fn stage_rates(&mut self, at: &Point<'_, T, D>, correction: &[[T; D]], weights: StepWeights<T>) -> [T; Q] {
         let _ = (correction, weights);
-        self.rates(time, q, v, accelerations)
+        self.rates(at)
     }
 
     /// True if the first coordinate of every block is a linear variation along the motion of the others.
@@ -99,16 +96,8 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
 
     /// Solves the factorised equations of the variation, whose right side belongs to the point of the last residual after the
     /// motion's part of `correction` is subtracted. The result becomes the variation's part of `correction`.
-    fn solve_variation(
-        &mut self,
-        time: T,
-        q: &[[T; D]],
-        v: &[[T; D]],
-        accelerations: &[[T; D]],
-        weights: StepWeights<T>,
-        correction: &mut [[T; D]],
-    ) {
-        let _ = (time, q, v, accelerations, weights, correction);
+    fn solve_variation(&mut self, at: &Point<'_, T, D>, weights: StepWeights<T>, correction: &mut [[T; D]]) {
+        let _ = (at, weights, correction);
     }
 
     /// The charts in which the system takes coordinates.
@@ -157,7 +146,7 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
     ) -> Self {
         let mut accelerations = vec![[0.0; D]; q.len()];
         system.accelerations(time, &q, &v, &mut accelerations);
-        let rates = system.rates(time, &q, &v, &accelerations);
+        let rates = system.rates(&Point { time, q: &q, v: &v, accelerations: &accelerations });
         Self { time, charts: system.charts(), q, v, accelerations, integrals: [0.0; Q], rates }
     }
 

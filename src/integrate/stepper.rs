@@ -1,7 +1,7 @@
 //! One attempt at a step, of one system or of several side by side in the lanes of `T`.
 
 use super::tableau::Tableau;
-use super::{LARGEST_CONTROLLED_VARIATION, SecondOrderSystem, State, Tolerances, VARIATION_TOLERANCE};
+use super::{LARGEST_CONTROLLED_VARIATION, Point, SecondOrderSystem, State, Tolerances, VARIATION_TOLERANCE};
 use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, in_lane, scale, sub, unrolled};
 use crate::equations::{LaneSet, Lanewise, StepWeights};
@@ -249,8 +249,8 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             self.predict(stage, step, diagonal);
             self.solve_stage(system, stage, time, weights);
         }
-        let (v, a) = (&self.stage_v[last * n..], &self.stage_a[last * n..]);
-        self.stage_rates[last] = system.rates(self.time + step, &self.q, v, a);
+        let (v, accelerations) = (&self.stage_v[last * n..], &self.stage_a[last * n..]);
+        self.stage_rates[last] = system.rates(&Point { time: self.time + step, q: &self.q, v, accelerations });
         for i in 0..Q {
             let mut integral = self.start_integrals[i];
             for stage in 0..=last {
@@ -298,16 +298,17 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             newton.previous_norm = None;
         }
         for iteration in 0..MAX_NEWTON_ITERATIONS {
-            let (v, a) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
+            let (v, accelerations) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
+            let at = Point { time, q: &self.q, v, accelerations };
             if matrix.is_empty() {
-                system.correction(time, &self.q, v, a, &mut self.correction);
+                system.correction(&at, &mut self.correction);
             } else {
-                system.residual(time, &self.q, v, a, &mut self.correction);
-                system.factorise(time, &self.q, v, a, weights, matrix);
+                system.residual(&at, &mut self.correction);
+                system.factorise(&at, weights, matrix);
                 system.solve(&mut self.correction);
             }
             if variation {
-                system.solve_variation(time, &self.q, v, a, weights, &mut self.correction);
+                system.solve_variation(&at, weights, &mut self.correction);
             }
             if open != all {
                 keep(&mut self.correction, open);
@@ -331,8 +332,9 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
                 }
             }
             if !solved.is_empty() {
-                let (v, a) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
-                let rates = system.stage_rates(time, &self.q, v, a, &self.correction, weights);
+                let (v, accelerations) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
+                let at = Point { time, q: &self.q, v, accelerations };
+                let rates = system.stage_rates(&at, &self.correction, weights);
                 for (kept, rate) in self.stage_rates[stage].iter_mut().zip(rates) {
                     *kept = rate.select(solved, *kept);
                 }

@@ -188,6 +188,23 @@ pub struct ContactRecord {
     pub lateral_amplification: f64,
 }
 
+impl ContactRecord {
+    /// Before anything is observed in a turn, by number.
+    pub fn of_turn(turn: usize) -> Self {
+        Self { turn, ..Self::default() }
+    }
+
+    /// Adds a `time` (s) of contact between `begin` and `end`, in a turn before which `turned` (s) went by. The undeformed filament
+    /// touches between the times in `touches` of the first turn.
+    pub(crate) fn add_time(&mut self, time: f64, [begin, end]: [f64; 2], touches: &[[f64; 2]], turned: f64) {
+        self.time += time;
+        for touch in touches {
+            let [entry, exit] = touch.map(|time| time + turned);
+            self.nominal_time += (end.min(exit) - begin.max(entry)).max(0.0);
+        }
+    }
+}
+
 impl Metrics {
     /// Reduces observations to metrics.
     pub fn new(nominal: &NominalContact, record: &ContactRecord, filament_count: f64) -> Self {

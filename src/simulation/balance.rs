@@ -105,8 +105,9 @@ fn energy<M: ClampMotion, W>(
 ) -> ([f64; 2], f64) {
     let clamp = filament.motion.at(time);
     equations.set_charts(charts);
-    equations.place(&clamp, q, v);
-    let energies = equations.energies(&clamp, q, v);
+    let at = clamp.holding(q, v);
+    equations.place(at);
+    let energies = equations.energies(at);
     let across = |[x, y, _]: [f64; 3], [u, v, _]: [f64; 3]| x * v - y * u;
     let mut inner = [clamp.position, clamp.velocity];
     let mut momentum = 0.0;

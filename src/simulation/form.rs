@@ -1,7 +1,8 @@
 //! The equations of a pass: in space, or in the plane of rotation.
 
 use crate::equations::{
-    Chain, ChainDynamics, Clamp, Compiled, Dynamics, Energies, NodeLoads, PlanarDynamics, PolarAxis, StepWeights, Task,
+    Chain, ChainDynamics, ChainState, Compiled, Dynamics, Energies, NodeLoads, PlanarDynamics, PolarAxis, StepWeights,
+    Task,
 };
 use crate::integrate::hermite::Knot;
 
@@ -102,47 +103,39 @@ impl<T: Compiled> Equations<T> {
     }
 
     /// At the state where the nodes were last placed.
-    pub fn energies(&self, clamp: &Clamp<T>, q: &[[T; 2]], v: &[[T; 2]]) -> Energies<T> {
-        match self {
-            Self::Spatial(dynamics) => dynamics.energies(clamp, v),
-            Self::Planar(dynamics) => dynamics.energies(clamp, q, v),
-        }
+    pub fn energies(&self, at: ChainState<'_, T>) -> Energies<T> {
+        each!(self, dynamics => dynamics.energies(at))
     }
 
     /// `q̈` at a state, of the motion and of its variation, with `scratch` for one entry per segment.
     pub fn all_accelerations(
         &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
+        at: ChainState<'_, T>,
         loads: &impl NodeLoads<T>,
         accelerations: &mut [[T; 2]],
         scratch: &mut [[T; 2]],
     ) {
         match self {
-            Self::Spatial(dynamics) => dynamics.accelerations(clamp, q, v, loads, accelerations),
+            Self::Spatial(dynamics) => dynamics.accelerations(at, loads, accelerations),
             Self::Planar(dynamics) => {
-                dynamics.accelerations(clamp, q, v, loads, accelerations);
-                dynamics.residual(clamp, q, v, accelerations, loads, scratch);
-                dynamics.lateral_accelerations(clamp, q, v, loads, accelerations);
+                dynamics.accelerations(at, loads, accelerations);
+                dynamics.residual(at, accelerations, loads, scratch);
+                dynamics.lateral_accelerations(at, loads, accelerations);
             }
         }
     }
 
     /// Only for planar equations.
-    #[allow(clippy::too_many_arguments, reason = "a state, its loads, and a step")]
     pub fn solve_variation(
         &mut self,
-        clamp: &Clamp<T>,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
+        at: ChainState<'_, T>,
         accelerations: &[[T; 2]],
         loads: &impl NodeLoads<T>,
         weights: StepWeights<T>,
         correction: &mut [[T; 2]],
     ) {
         if let Self::Planar(dynamics) = self {
-            dynamics.solve_variation(clamp, q, v, accelerations, loads, weights, correction);
+            dynamics.solve_variation(at, accelerations, loads, weights, correction);
         }
     }
 }

@@ -39,6 +39,7 @@ pub(crate) use profile::EdgeWork;
 pub use profile::ProfileCell;
 pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
 pub use stop::Stop;
+pub(crate) use system::ContactSum;
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
 pub use trajectory::{Step, Trajectory, integrate};
 pub(crate) use turns::is_steady;

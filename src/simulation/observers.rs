@@ -60,7 +60,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             turned: 0.0,
             earlier: [0.0; integral::COUNT],
             edge_work,
-            record: ContactRecord { turn: 1, ..ContactRecord::default() },
+            record: ContactRecord::of_turn(1),
             was_closed: false,
             gravity_impulse: 0.0,
             last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
@@ -103,7 +103,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     /// Takes the next step of the pass.
     pub fn observe(&mut self, step: &Step<'_>) {
         if step.start.time >= start_of_turn(self.record.turn, self.turn_time) {
-            self.record = ContactRecord { turn: self.record.turn + 1, ..ContactRecord::default() };
+            self.record = ContactRecord::of_turn(self.record.turn + 1);
             self.turned = step.start.time;
             self.earlier = step.start.integrals;
             self.was_closed = false;
@@ -117,11 +117,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         }
         let closed = step.closed.contains(&true);
         if closed {
-            self.record.time += step.length();
-            for touch in &self.touches {
-                let [entry, exit] = touch.map(|time| time + self.turned);
-                self.record.nominal_time += (step.end.time.min(exit) - step.start.time.max(entry)).max(0.0);
-            }
+            let times = [step.start.time, step.end.time];
+            self.record.add_time(step.length(), times, &self.touches, self.turned);
             self.record.count += usize::from(!self.was_closed);
             self.record.peak_force = maximum_in_step(|s| self.normal_force(step, s), self.record.peak_force);
         }
@@ -138,11 +135,9 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             self.edge_work.observe(step, &self.filament);
             self.record.edge_evenness = self.edge_work.evenness(self.filament.workpiece.edges());
         }
-        for contact in nodes..step.closed.len() {
-            if step.closed[contact] {
-                let penetration = |s| self.approach(step, contact, s).penetration;
-                self.record.edge_penetration = maximum_in_step(penetration, self.record.edge_penetration);
-            }
+        for contact in (nodes..step.closed.len()).filter(|&contact| step.closed[contact]) {
+            let penetration = |s| self.approach(step, contact, s).penetration;
+            self.record.edge_penetration = maximum_in_step(penetration, self.record.edge_penetration);
         }
         let last =
             if step.start.time == self.last.time { self.last } else { self.tip(step.start_nodes, step.start.time) };
@@ -169,8 +164,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     }
 
     fn normal_force(&self, step: &Step<'_>, s: f64) -> f64 {
-        let closed = (0..step.closed.len()).filter(|&contact| step.closed[contact]);
-        closed.map(|contact| self.filament.law.normal_force(&self.approach(step, contact, s)).max(0.0)).sum()
+        step.contacts().map(|contact| self.filament.law.normal_force(&self.approach(step, contact, s)).max(0.0)).sum()
     }
 
     /// The largest normal force between the fractions `start` and `end` of a step, or `least` if that is larger, in N.
@@ -185,7 +179,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     fn forces(&self, step: &Step<'_>, s: f64) -> (f64, f64) {
         let mut normal = 0.0;
         let mut tangential = [0.0; 3];
-        for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
+        for contact in step.contacts() {
             let force = self.filament.law.pressing_force(&self.approach(step, contact, s));
             normal += force.normal;
             tangential = add(tangential, force.tangential);
@@ -195,13 +189,12 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
 
     /// The energy stored in the closed contacts, in J.
     fn stored_energy(&self, step: &Step<'_>, s: f64) -> f64 {
-        let closed = (0..step.closed.len()).filter(|&contact| step.closed[contact]);
-        closed.map(|contact| self.filament.law.stored_energy(&self.approach(step, contact, s))).sum()
+        step.contacts().map(|contact| self.filament.law.stored_energy(&self.approach(step, contact, s))).sum()
     }
 
     /// Adds the contact forces of a step to `forces` on the nodes `0 … n`.
     fn add_forces(&self, step: &Step<'_>, s: f64, forces: &mut [NodeForce]) {
-        for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
+        for contact in step.contacts() {
             let Touch { station, approach, .. } = step.touch(&self.filament, contact, s);
             let force = self.filament.law.pressing_force(&approach);
             for (end, share) in forces[station.segment..].iter_mut().zip(station.shares()) {
@@ -474,8 +467,9 @@ impl Sampler {
         let clamp = observer.filament.motion.at(step.time(s));
         step.coordinates(s, &mut self.q, &mut self.v);
         equations.set_charts(step.charts());
-        equations.place(&clamp, &self.q, &self.v);
-        equations.energies(&clamp, &self.q, &self.v)
+        let at = clamp.holding(&self.q, &self.v);
+        equations.place(at);
+        equations.energies(at)
     }
 
     fn observe_shapes<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, observer: &ContactObserver<M, W>) {

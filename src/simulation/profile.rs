@@ -129,7 +129,7 @@ impl Ledger {
             let force = filament.law.pressing_force(&touch.approach);
             [force.normal, -dot(force.tangential, touch.approach.sliding)]
         };
-        for contact in (0..step.closed.len()).filter(|&contact| step.closed[contact]) {
+        for contact in step.contacts() {
             let parts = &mut self.parts;
             parts_of((step, contact), filament, place, weigh, self.finest, |places, amounts| {
                 parts.push(Part { places, amounts });
@@ -224,7 +224,6 @@ impl EdgeWork {
 
     /// Enters the work of the next step on edges.
     pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>) {
-        let boundaries: [f64; PARTS_OF_EDGE + 1] = std::array::from_fn(|index| index as f64 / PARTS_OF_EDGE as f64);
         let nodes = step.start_nodes.len();
         for (index, edge) in filament.workpiece.edges().iter().enumerate() {
             if !step.closed[nodes + index] {
@@ -235,9 +234,8 @@ impl EdgeWork {
                 let Approach { sliding, .. } = touch.approach;
                 [filament.law.normal_force(&touch.approach).max(0.0) * dot(sliding, sliding).sqrt()]
             };
-            let parts = &mut self.parts[index];
-            parts_of((step, nodes + index), filament, place, weigh, boundaries[1], |places, [amount]| {
-                spread(&boundaries, places, |part, share| parts[part] += share * amount);
+            parts_of((step, nodes + index), filament, place, weigh, 1.0 / PARTS_OF_EDGE as f64, |places, [amount]| {
+                self.add(index, places, amount);
             });
         }
     }

@@ -1,18 +1,19 @@
 //! A clamped filament above a workpiece, as a system to integrate: one filament, or one per lane.
 
 use std::f64::consts::PI;
+use std::ops::AddAssign;
 
 use super::error::Obstacle;
 use super::form::{Equations, Form};
 use crate::contact::edge::{EdgeContact, Nodes, Station};
 use crate::contact::{Approach, ContactLaw};
-use crate::equations::linear::{dot, in_lane, zero};
+use crate::equations::linear::{add, dot, in_lane, zero};
 use crate::equations::{
-    Chain, ChainDynamics, Clamp, Compiled, Energies, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion, NodeTangent,
-    PointDamping, PointLoad, PointTangent, PolarAxis, StepWeights, find_pole, near_pole,
+    Chain, ChainDynamics, ChainState, Clamp, Compiled, Energies, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion,
+    NodeTangent, PointDamping, PointLoad, PointTangent, PolarAxis, StepWeights, find_pole, near_pole,
 };
 use crate::integrate::hermite::Knot;
-use crate::integrate::{SecondOrderSystem, StageSolution, State};
+use crate::integrate::{Point, SecondOrderSystem, StageSolution, State};
 use crate::tool::ClampMotion;
 use crate::workpiece::{Edge, Workpiece};
 
@@ -120,6 +121,34 @@ pub struct Touch {
     pub on_edge: bool,
 }
 
+/// What a contact does to a filament, or several together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactSum {
+    /// `F_n` in N.
+    pub normal: f64,
+    /// The part of `F_n` on edges in N.
+    pub on_edges: f64,
+    /// The whole force in N.
+    pub force: [f64; 3],
+    /// Its moment about the tool axis in N m.
+    pub moment: f64,
+    /// Power taken by friction in W.
+    pub friction_power: f64,
+    /// Power taken by contact damping in W.
+    pub damped_power: f64,
+}
+
+impl AddAssign for ContactSum {
+    fn add_assign(&mut self, other: Self) {
+        self.normal += other.normal;
+        self.on_edges += other.on_edges;
+        self.force = add(self.force, other.force);
+        self.moment += other.moment;
+        self.friction_power += other.friction_power;
+        self.damped_power += other.damped_power;
+    }
+}
+
 /// One filament: its constants, the motion of its clamp, and the workpiece.
 #[derive(Clone, Debug)]
 pub struct Filament<M, W> {
@@ -156,6 +185,49 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         let edge = &self.workpiece.edges()[edge];
         let EdgeContact { station, position, approach } = self.edge_contact(edge, nodes, start, time);
         Touch { station, position, approach, on_edge: true }
+    }
+
+    /// What a contact does, by the smooth law, even where it pulls: stages of a step that ends on an opening can lie past it.
+    pub fn sum(&self, Touch { position: [x, y, _], approach, on_edge, .. }: &Touch) -> ContactSum {
+        let force = self.law.force(approach);
+        let total = force.total(approach);
+        ContactSum {
+            normal: force.normal,
+            on_edges: if *on_edge { force.normal } else { 0.0 },
+            force: total,
+            moment: x * total[1] - y * total[0],
+            friction_power: -dot(force.tangential, approach.sliding),
+            damped_power: self.law.damped_power(approach),
+        }
+    }
+
+    /// Calls `take` with each contact that presses, by index. Returns the largest [`ContactLaw::pressing`] of all.
+    pub fn for_each_pressing(
+        &self,
+        nodes: impl Fn(usize) -> [[f64; 3]; 2],
+        time: f64,
+        mut take: impl FnMut(usize, &Touch),
+    ) -> f64 {
+        let mut largest = f64::NEG_INFINITY;
+        for contact in 0..self.contacts() {
+            if contact < self.chain.segments() {
+                // Most nodes are far away.
+                let [position, velocity] = nodes(contact + 1);
+                let pressing = self.law.node_pressing(&self.workpiece, position, velocity, time);
+                largest = largest.max(pressing);
+                if pressing <= 0.0 {
+                    continue;
+                }
+            }
+            let touch = self.touch(contact, &nodes, None, time);
+            let pressing = self.law.pressing(&touch.approach);
+            largest = largest.max(pressing);
+            if pressing <= 0.0 {
+                continue;
+            }
+            take(contact, &touch);
+        }
+        largest
     }
 
     fn edge_contact(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> EdgeContact {
@@ -253,8 +325,8 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
             }
         }
         self.equations.set_charts(&charts);
-        let (equations, clamp, _) = self.parts(time);
-        equations.place(clamp, &q, &v);
+        let (equations, at, _) = self.parts(time, &q, &v);
+        equations.place(at);
         for contact in 0..self.closed.len() {
             let filament = &self.filaments[0];
             let Touch { station, approach, .. } = filament.touch(contact, &self.lane(0), None, time);
@@ -268,8 +340,8 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// Energies at a state.
     pub fn energies(&mut self, state: &FilamentState) -> Energies<f64> {
         self.place(state);
-        let (equations, clamp, _) = self.parts(state.time);
-        equations.energies(clamp, &state.q, &state.v)
+        let (equations, at, _) = self.parts(state.time, &state.q, &state.v);
+        equations.energies(at)
     }
 
     /// Energy stored in the closed contacts at a state, in J.
@@ -285,15 +357,15 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
 
     fn place(&mut self, state: &FilamentState) {
         self.equations.set_charts(&state.charts);
-        let (equations, clamp, _) = self.parts(state.time);
-        equations.place(clamp, &state.q, &state.v);
+        let (equations, at, _) = self.parts(state.time, &state.q, &state.v);
+        equations.place(at);
     }
 
     /// Position, velocity and acceleration of every node at a state.
     pub(super) fn track(&mut self, state: &FilamentState, knots: &mut [Knot<3>]) {
         self.equations.set_charts(&state.charts);
-        let (equations, clamp, _) = self.parts(state.time);
-        equations.track(clamp, &state.q, &state.v, &state.accelerations);
+        let (equations, at, _) = self.parts(state.time, &state.q, &state.v);
+        equations.track(at, &state.accelerations);
         self.nodes(0, knots);
     }
 }
@@ -379,24 +451,29 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         self.equations.nodes(lane, knots);
     }
 
-    /// The clamps at `time`.
-    fn clamp(&mut self, time: T) -> &Clamp<T> {
-        // NaN means that they must be evaluated again: it does not equal any time.
-        if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
-            self.clamp = (time, M::in_lanes(|lane| &self.filaments[lane].motion, time));
-        }
-        &self.clamp.1
-    }
-
     /// The loads at `time` on closed nodes.
     pub fn loads(&self, time: T) -> ContactLoads<'_, M, W, T> {
         ContactLoads::new(&self.filaments, &self.closed, &self.starts, time)
     }
 
-    /// The equations, the clamps and the loads at `time`.
-    fn parts(&mut self, time: T) -> (&mut Equations<T>, &Clamp<T>, ContactLoads<'_, M, W, T>) {
-        self.clamp(time);
-        (&mut self.equations, &self.clamp.1, ContactLoads::new(&self.filaments, &self.closed, &self.starts, time))
+    /// Evaluates the clamps at `time`.
+    fn set_time(&mut self, time: T) {
+        // NaN means that they must be evaluated again: it does not equal any time.
+        if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
+            self.clamp = (time, M::in_lanes(|lane| &self.filaments[lane].motion, time));
+        }
+    }
+
+    /// The equations, the state of the chains, and the loads at `time`.
+    fn parts<'a>(
+        &'a mut self,
+        time: T,
+        q: &'a [[T; 2]],
+        v: &'a [[T; 2]],
+    ) -> (&'a mut Equations<T>, ChainState<'a, T>, ContactLoads<'a, M, W, T>) {
+        self.set_time(time);
+        let loads = ContactLoads::new(&self.filaments, &self.closed, &self.starts, time);
+        (&mut self.equations, self.clamp.1.holding(q, v), loads)
     }
 
     /// Rates of the contact's integrals, where the dynamics were last placed.
@@ -407,52 +484,46 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                 let (filament, time) = (&self.filaments[lane], time.lane(lane));
                 let start = contact.checked_sub(segments).map(|edge| self.starts[edge][lane]);
                 let touch = filament.touch(contact, &self.lane(lane), start, time);
-                let Touch { position, approach, on_edge, .. } = &touch;
                 let mut add = |integral: usize, rate: f64| {
                     rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
                 };
-                // Use the smooth law even where it pulls: stages of a step that ends on an opening can lie past it.
-                let force = filament.law.force(approach);
-                let total = force.total(approach);
-                add(integral::NORMAL_IMPULSE, force.normal);
-                for (i, component) in total.into_iter().enumerate() {
+                let ContactSum { normal, on_edges, force, moment, friction_power, damped_power } = filament.sum(&touch);
+                add(integral::NORMAL_IMPULSE, normal);
+                for (i, component) in force.into_iter().enumerate() {
                     add(integral::IMPULSE + i, component);
                 }
-                add(integral::ANGULAR_IMPULSE, position[0] * total[1] - position[1] * total[0]);
-                if *on_edge {
-                    add(integral::EDGE_IMPULSE, force.normal);
-                }
-                let friction = -dot(force.tangential, approach.sliding);
-                add(integral::FRICTION_WORK, friction);
-                add(integral::CONTACT_DISSIPATION, filament.law.damped_power(approach) + friction);
+                add(integral::ANGULAR_IMPULSE, moment);
+                add(integral::EDGE_IMPULSE, on_edges);
+                add(integral::FRICTION_WORK, friction_power);
+                add(integral::CONTACT_DISSIPATION, damped_power + friction_power);
                 if self.tracks_energy || !filament.workpiece.translates() {
                     let velocity = match contact.checked_sub(segments) {
-                        None => filament.workpiece.surface(*position, time).velocity,
+                        None => filament.workpiece.surface(touch.position, time).velocity,
                         Some(edge) => filament.workpiece.edges()[edge].velocity,
                     };
-                    add(integral::WORK, dot(total, velocity));
+                    add(integral::WORK, dot(force, velocity));
                 }
             }
         }
     }
 
     /// Adds the rate of the joints' dissipation, with the angles as they were last placed.
-    fn add_joint_dissipation(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], rates: &mut [T; COUNT]) {
-        let clamp = *self.clamp(time);
-        let dissipation = self.equations.dissipation(&clamp, q, v);
+    fn add_joint_dissipation(&mut self, at: &Point<'_, T, 2>, rates: &mut [T; COUNT]) {
+        self.set_time(at.time);
+        let dissipation = self.equations.dissipation(self.clamp.1.holding(at.q, at.v));
         rates[integral::JOINT_DISSIPATION] = dissipation + dissipation;
     }
 
     /// Rates of the other integrals. Afterwards the dynamics are placed, with the accelerations of the nodes.
-    fn energy_rates(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) -> [T; COUNT] {
+    fn energy_rates(&mut self, at: &Point<'_, T, 2>) -> [T; COUNT] {
         let mut scratch = std::mem::take(&mut self.scratch);
-        self.residual(time, q, v, accelerations, &mut scratch);
+        self.residual(at, &mut scratch);
         self.scratch = scratch;
-        let clamp = *self.clamp(time);
-        let energies = self.equations.energies(&clamp, q, v);
+        let (equations, state, _) = self.parts(at.time, at.q, at.v);
+        let energies = equations.energies(state);
         let mut rates = zero();
         rates[integral::JOINT_DISSIPATION] = energies.dissipation + energies.dissipation;
-        rates[integral::WORK] = dot(self.equations.root_force(), clamp.velocity) + energies.clamp_torque_power;
+        rates[integral::WORK] = dot(equations.root_force(), state.clamp.velocity) + energies.clamp_torque_power;
         rates
     }
 }
@@ -467,72 +538,56 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
 
     fn accelerations(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &mut [[T; 2]]) {
         let mut scratch = std::mem::take(&mut self.scratch);
-        let (equations, clamp, loads) = self.parts(time);
-        equations.all_accelerations(clamp, q, v, &loads, accelerations, &mut scratch);
+        let (equations, at, loads) = self.parts(time, q, v);
+        equations.all_accelerations(at, &loads, accelerations, &mut scratch);
         self.scratch = scratch;
     }
 
-    fn residual(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]], residual: &mut [[T; 2]]) {
-        let (equations, clamp, loads) = self.parts(time);
-        equations.residual(clamp, q, v, accelerations, &loads, residual);
+    fn residual(&mut self, at: &Point<'_, T, 2>, residual: &mut [[T; 2]]) {
+        let (equations, state, loads) = self.parts(at.time, at.q, at.v);
+        equations.residual(state, at.accelerations, &loads, residual);
     }
 
-    fn factorise(
-        &mut self,
-        time: T,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        weights: StepWeights<T>,
-        lanes: LaneSet,
-    ) {
-        let (equations, clamp, loads) = self.parts(time);
-        equations.factorise(clamp, q, v, accelerations, &loads, weights, lanes);
+    fn factorise(&mut self, at: &Point<'_, T, 2>, weights: StepWeights<T>, lanes: LaneSet) {
+        let (equations, state, loads) = self.parts(at.time, at.q, at.v);
+        equations.factorise(state, at.accelerations, &loads, weights, lanes);
     }
 
     fn solve(&mut self, right_side: &mut [[T; 2]]) {
         self.equations.solve(right_side);
     }
 
-    fn correction(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]], correction: &mut [[T; 2]]) {
-        let (equations, clamp, loads) = self.parts(time);
-        equations.correction(clamp, q, v, accelerations, &loads, correction);
+    fn correction(&mut self, at: &Point<'_, T, 2>, correction: &mut [[T; 2]]) {
+        let (equations, state, loads) = self.parts(at.time, at.q, at.v);
+        equations.correction(state, at.accelerations, &loads, correction);
     }
 
-    fn rates(&mut self, time: T, q: &[[T; 2]], v: &[[T; 2]], accelerations: &[[T; 2]]) -> [T; COUNT] {
+    fn rates(&mut self, at: &Point<'_, T, 2>) -> [T; COUNT] {
         let mut rates = zero();
         if self.tracks_energy {
-            rates = self.energy_rates(time, q, v, accelerations);
+            rates = self.energy_rates(at);
         } else {
-            let (equations, clamp, _) = self.parts(time);
-            equations.track(clamp, q, v, accelerations);
-            self.add_joint_dissipation(time, q, v, &mut rates);
+            let (equations, state, _) = self.parts(at.time, at.q, at.v);
+            equations.track(state, at.accelerations);
+            self.add_joint_dissipation(at, &mut rates);
         }
-        self.add_contact_rates(time, &mut rates);
+        self.add_contact_rates(at.time, &mut rates);
         rates
     }
 
-    fn stage_rates(
-        &mut self,
-        time: T,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        correction: &[[T; 2]],
-        weights: StepWeights<T>,
-    ) -> [T; COUNT] {
+    fn stage_rates(&mut self, at: &Point<'_, T, 2>, correction: &[[T; 2]], weights: StepWeights<T>) -> [T; COUNT] {
         if self.tracks_energy {
-            return self.rates(time, q, v, accelerations);
+            return self.rates(at);
         }
         let mut rates = zero();
         // With the angles before the last correction of the stage, which is far below the tolerance.
-        self.add_joint_dissipation(time, q, v, &mut rates);
+        self.add_joint_dissipation(at, &mut rates);
         if self.closed.iter().any(|lanes| !lanes.is_empty()) {
             if !self.carries_variation() {
                 // With a variation its solution has moved the nodes.
                 self.equations.shift(correction, weights);
             }
-            self.add_contact_rates(time, &mut rates);
+            self.add_contact_rates(at.time, &mut rates);
         }
         rates
     }
@@ -549,17 +604,9 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
         self.equations.form() == Form::Planar
     }
 
-    fn solve_variation(
-        &mut self,
-        time: T,
-        q: &[[T; 2]],
-        v: &[[T; 2]],
-        accelerations: &[[T; 2]],
-        weights: StepWeights<T>,
-        correction: &mut [[T; 2]],
-    ) {
-        let (equations, clamp, loads) = self.parts(time);
-        equations.solve_variation(clamp, q, v, accelerations, &loads, weights, correction);
+    fn solve_variation(&mut self, at: &Point<'_, T, 2>, weights: StepWeights<T>, correction: &mut [[T; 2]]) {
+        let (equations, state, loads) = self.parts(at.time, at.q, at.v);
+        equations.solve_variation(state, at.accelerations, &loads, weights, correction);
     }
 
     fn refuse(&self, q: &[[f64; 2]]) -> Option<Obstacle> {
@@ -618,11 +665,25 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
         }
     }
 
-    /// The filament of `lane`, and the approach of its node at `position` with `velocity`.
-    fn approach(&self, lane: usize, position: &[T; 3], velocity: &[T; 3]) -> (&Filament<M, W>, Approach) {
-        let filament = &self.filaments[lane];
-        let (position, velocity) = (in_lane(position, lane), in_lane(velocity, lane));
-        (filament, filament.approach(position, velocity, self.time.lane(lane)))
+    /// What `set` makes of `none` in each lane in which a node at a position with a velocity is closed; `None` if it is closed in none.
+    #[inline(always)]
+    fn of_node<R>(
+        &self,
+        node: usize,
+        [position, velocity]: [[T; 3]; 2],
+        none: R,
+        set: impl Fn(&mut R, usize, &ContactLaw, &Approach),
+    ) -> Option<R> {
+        if self.closed[node].is_empty() {
+            return None;
+        }
+        let mut result = none;
+        for lane in self.closed[node].iter() {
+            let (filament, position, velocity) =
+                (&self.filaments[lane], in_lane(&position, lane), in_lane(&velocity, lane));
+            set(&mut result, lane, &filament.law, &filament.approach(position, velocity, self.time.lane(lane)));
+        }
+        Some(result)
     }
 }
 
@@ -706,39 +767,25 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
     }
 
     fn force(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]> {
-        if self.closed[node].is_empty() {
-            return None;
-        }
-        let mut result = zero::<T, 3>();
-        for lane in self.closed[node].iter() {
-            let (filament, approach) = self.approach(lane, &position, &velocity);
-            set_vector(&mut result, lane, filament.law.force(&approach).total(&approach));
-        }
-        Some(result)
+        self.of_node(node, [position, velocity], zero(), |force, lane, law, approach| {
+            set_vector(force, lane, law.force(approach).total(approach));
+        })
     }
 
     fn lateral_damping(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<T> {
-        if self.closed[node].is_empty() || !self.frictional {
+        if !self.frictional {
             return None;
         }
-        let mut result = T::from_f64(0.0);
-        for lane in self.closed[node].iter() {
-            let (filament, approach) = self.approach(lane, &position, &velocity);
-            result.set_lane(lane, filament.law.lateral_damping(&approach));
-        }
-        Some(result)
+        self.of_node(node, [position, velocity], T::from_f64(0.0), |damping, lane, law, approach| {
+            damping.set_lane(lane, law.lateral_damping(approach));
+        })
     }
 
     fn tangent(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<NodeTangent<T>> {
-        if self.closed[node].is_empty() {
-            return None;
-        }
-        let mut result = NodeTangent::<T> { position: [zero(); 3], velocity: [zero(); 3] };
-        for lane in self.closed[node].iter() {
-            let (filament, approach) = self.approach(lane, &position, &velocity);
-            set_tangent(&mut result, lane, &filament.law.tangent(&approach));
-        }
-        Some(result)
+        let none = NodeTangent { position: [zero(); 3], velocity: [zero(); 3] };
+        self.of_node(node, [position, velocity], none, |tangent, lane, law, approach| {
+            set_tangent(tangent, lane, &law.tangent(approach));
+        })
     }
 }
 

@@ -56,6 +56,11 @@ impl Step<'_> {
         }
     }
 
+    /// The closed contacts, by index.
+    pub(super) fn contacts(&self) -> impl Iterator<Item = usize> {
+        (0..self.closed.len()).filter(|&contact| self.closed[contact])
+    }
+
     /// `contact` at the fraction `s` of the step.
     pub fn touch<M: ClampMotion, W: Workpiece>(&self, filament: &Filament<M, W>, contact: usize, s: f64) -> Touch {
         let start = contact.checked_sub(self.start_nodes.len()).map(|edge| self.starts[edge]);

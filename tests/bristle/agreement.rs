@@ -33,7 +33,7 @@ fn accelerations_solve_the_whole_equations() {
         let (mass_matrix, force) = whole(&state);
         let mut accelerations = vec![[0.0; 2]; segments];
         let mut dynamics = Dynamics::new(state.chain.clone());
-        dynamics.accelerations(&state.clamp, &state.q, &state.v, &NoLoads, &mut accelerations);
+        dynamics.accelerations(state.clamp.holding(&state.q, &state.v), &NoLoads, &mut accelerations);
         let accelerations = accelerations.as_flattened();
         for (row, force) in mass_matrix.iter().zip(&force) {
             // Rounding in the terms of the row limits the agreement.
@@ -71,8 +71,8 @@ fn energies_match_the_whole_equations() {
         let whole = whole_equations(segments, Motion::Spatial);
         let values = whole.graph.evaluate(&symbol_values(&whole, &state.chain, &state.clamp, &state.q, &state.v));
         let mut dynamics = Dynamics::new(state.chain.clone());
-        dynamics.place(&state.clamp, &state.q, &state.v);
-        let energies = dynamics.energies(&state.clamp, &state.v);
+        dynamics.place(state.clamp.holding(&state.q, &state.v));
+        let energies = dynamics.energies(state.clamp.holding(&state.q, &state.v));
         let pairs = [
             (energies.kinetic, whole.kinetic_energy),
             (energies.spring, whole.spring_energy),
@@ -129,7 +129,7 @@ pub fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl
             let (moved, accelerations) = along_step(state, accelerations, weights, &direction, size);
             let mut residual = vec![[0.0; 2]; segments];
             let mut dynamics = Dynamics::new(state.chain.clone());
-            dynamics.residual(&moved.clamp, &moved.q, &moved.v, &accelerations, loads, &mut residual);
+            dynamics.residual(moved.clamp.holding(&moved.q, &moved.v), &accelerations, loads, &mut residual);
             residual
         };
         let (above, below) = (at(size), at(-size));
@@ -140,8 +140,8 @@ pub fn check_solve(state: &RandomState, accelerations: &[[f64; 2]], loads: &impl
             .collect();
         let mut dynamics = Dynamics::new(state.chain.clone());
         let mut residual = vec![[0.0; 2]; segments];
-        dynamics.residual(&state.clamp, &state.q, &state.v, accelerations, loads, &mut residual);
-        dynamics.factorise(&state.clamp, &state.q, &state.v, accelerations, loads, weights, LaneSet::first(1));
+        dynamics.residual(state.clamp.holding(&state.q, &state.v), accelerations, loads, &mut residual);
+        dynamics.factorise(state.clamp.holding(&state.q, &state.v), accelerations, loads, weights, LaneSet::first(1));
         dynamics.solve(&mut solution);
         for (solution, expected) in solution.as_flattened().iter().zip(direction.as_flattened()) {
             let error = (solution - expected).abs();
@@ -175,7 +175,7 @@ fn factorised_step_matrix_with_contact_matches_differences() {
         state.clamp.direction_rate = [0.0; 3];
         let workpiece = Plane::new([0.0; 3], [0.3, 1.0, -0.2], [0.1, 0.0, 0.05]);
         let mut dynamics = Dynamics::new(state.chain.clone());
-        dynamics.place(&state.clamp, &state.q, &state.v);
+        dynamics.place(state.clamp.holding(&state.q, &state.v));
         // Through the outermost node, half a radius above it.
         let tip = dynamics.positions()[segments - 1];
         let gap = workpiece.surface(tip, 0.0).gap;

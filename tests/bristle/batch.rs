@@ -43,7 +43,7 @@ fn batch(states: &[RandomState]) -> Vec<Vec<[f64; 2]>> {
 fn single(state: &RandomState) -> Vec<[f64; 2]> {
     let mut accelerations = vec![[0.0; 2]; state.q.len()];
     let mut dynamics = Dynamics::new(state.chain.clone());
-    dynamics.accelerations(&state.clamp, &state.q, &state.v, &NoLoads, &mut accelerations);
+    dynamics.accelerations(state.clamp.holding(&state.q, &state.v), &NoLoads, &mut accelerations);
     accelerations
 }
 

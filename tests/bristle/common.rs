@@ -106,9 +106,7 @@ pub fn random_pairs(rng: &mut Rng, segments: usize, size: f64) -> Vec<[f64; 2]> 
 pub fn residual(state: &RandomState, accelerations: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut residual = vec![[0.0; 2]; state.q.len()];
     Dynamics::new(state.chain.clone()).residual(
-        &state.clamp,
-        &state.q,
-        &state.v,
+        state.clamp.holding(&state.q, &state.v),
         accelerations,
         &NoLoads,
         &mut residual,

@@ -81,7 +81,7 @@ impl State {
     /// `M q̈ − f`.
     fn residual(&self, damping: f64, v: &[[f64; 2]], accelerations: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let mut residual = vec![[0.0; 2]; self.q.len()];
-        self.dynamics(damping).residual(&self.clamp, &self.q, v, accelerations, &NoLoads, &mut residual);
+        self.dynamics(damping).residual(self.clamp.holding(&self.q, v), accelerations, &NoLoads, &mut residual);
         residual
     }
 
@@ -108,8 +108,9 @@ impl State {
 
     fn energies(&self, damping: f64, v: &[[f64; 2]]) -> bristle::equations::Energies<f64> {
         let mut dynamics = self.dynamics(damping);
-        dynamics.place(&self.clamp, &self.q, v);
-        dynamics.energies(&self.clamp, v)
+        let at = self.clamp.holding(&self.q, v);
+        dynamics.place(at);
+        dynamics.energies(at)
     }
 }
 
@@ -140,9 +141,9 @@ fn the_dissipation_is_that_of_the_formula() {
         let state = State::drawn(number, &mut rng);
         let v = random_pairs(&mut rng, state.q.len(), 200.0);
         let (expected, mut dynamics) = (state.dissipation(&v), state.dynamics(1.0));
-        dynamics.place(&state.clamp, &state.q, &v);
-        for found in [dynamics.energies(&state.clamp, &v).dissipation, dynamics.dissipation(&state.clamp, &state.q, &v)]
-        {
+        let at = state.clamp.holding(&state.q, &v);
+        dynamics.place(at);
+        for found in [dynamics.energies(at).dissipation, dynamics.dissipation(at)] {
             assert!((found - expected).abs() <= tolerance::AGREEMENT * expected, "{number}: {found:e} {expected:e}");
         }
     }
@@ -182,16 +183,9 @@ fn factorised_step_matrix_on_a_turning_body_matches_differences() -> Result<(), 
         let weights = StepWeights { coordinates: 1e-4, rates: 0.0 };
         let mut dynamics = state.dynamics(1.0);
         dynamics.check_poles(&state.q)?;
-        dynamics.residual(&state.clamp, &state.q, &v, &at_rest, &NoLoads, &mut vec![[0.0; 2]; segments]);
-        dynamics.factorise(
-            &state.clamp,
-            &state.q,
-            &v,
-            &at_rest,
-            &NoLoads,
-            weights,
-            bristle::equations::LaneSet::first(1),
-        );
+        let at = state.clamp.holding(&state.q, &v);
+        dynamics.residual(at, &at_rest, &NoLoads, &mut vec![[0.0; 2]; segments]);
+        dynamics.factorise(at, &at_rest, &NoLoads, weights, bristle::equations::LaneSet::first(1));
         let residual = |size: f64| {
             let moved = |values: &[[f64; 2]], weight: f64| -> Vec<[f64; 2]> {
                 values.iter().zip(&direction).map(|(value, delta)| add(*value, scale(size * weight, *delta))).collect()
@@ -199,7 +193,7 @@ fn factorised_step_matrix_on_a_turning_body_matches_differences() -> Result<(), 
             let q = moved(&state.q, weights.coordinates);
             let mut residual = vec![[0.0; 2]; segments];
             let (v, accelerations) = (moved(&v, weights.rates), moved(&at_rest, 1.0));
-            state.dynamics(1.0).residual(&state.clamp, &q, &v, &accelerations, &NoLoads, &mut residual);
+            state.dynamics(1.0).residual(state.clamp.holding(&q, &v), &accelerations, &NoLoads, &mut residual);
             residual
         };
         let (step, [above, below]) = (1e-2, [1e-2, -1e-2].map(residual));

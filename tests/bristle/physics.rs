@@ -7,7 +7,7 @@ use crate::common::{case, filament, random_state, residual, tolerance};
 use bristle::contact::ContactLaw;
 use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::tableau::{ESDIRK43, ESDIRK54, Tableau};
-use bristle::integrate::{self, Integrator, SecondOrderSystem, StageSolution, Tolerances};
+use bristle::integrate::{self, Integrator, Point, SecondOrderSystem, StageSolution, Tolerances};
 use bristle::model::filament::{chain, first_natural_frequency};
 use bristle::model::settings::ContactSettings;
 use bristle::simulation::{FilamentState, FilamentSystem, integral, integrate, simulate};
@@ -208,21 +208,13 @@ impl SecondOrderSystem<f64, 2, 1> for Pendulum {
         accelerations[0] = self.force(q[0], v[0]);
     }
 
-    fn residual(&mut self, _: f64, q: &[[f64; 2]], v: &[[f64; 2]], a: &[[f64; 2]], residual: &mut [[f64; 2]]) {
-        let force = self.force(q[0], v[0]);
-        residual[0] = [a[0][0] - force[0], a[0][1] - force[1]];
-        self.slope = q[0][0].cos();
+    fn residual(&mut self, at: &Point<'_, f64, 2>, residual: &mut [[f64; 2]]) {
+        let force = self.force(at.q[0], at.v[0]);
+        residual[0] = [at.accelerations[0][0] - force[0], at.accelerations[0][1] - force[1]];
+        self.slope = at.q[0][0].cos();
     }
 
-    fn factorise(
-        &mut self,
-        _: f64,
-        _: &[[f64; 2]],
-        _: &[[f64; 2]],
-        _: &[[f64; 2]],
-        weights: StepWeights<f64>,
-        _: LaneSet,
-    ) {
+    fn factorise(&mut self, _: &Point<'_, f64, 2>, weights: StepWeights<f64>, _: LaneSet) {
         let StepWeights { coordinates, rates } = weights;
         self.pivots = [1.0 + coordinates * self.slope, 1.0 + coordinates * self.stiffness + rates * self.damping];
     }
@@ -231,8 +223,8 @@ impl SecondOrderSystem<f64, 2, 1> for Pendulum {
         right_side[0] = [right_side[0][0] / self.pivots[0], right_side[0][1] / self.pivots[1]];
     }
 
-    fn rates(&mut self, _: f64, _: &[[f64; 2]], v: &[[f64; 2]], _: &[[f64; 2]]) -> [f64; 1] {
-        [v[0][0] * v[0][0]]
+    fn rates(&mut self, at: &Point<'_, f64, 2>) -> [f64; 1] {
+        [at.v[0][0] * at.v[0][0]]
     }
 }
 

@@ -57,7 +57,7 @@ fn accelerations_do_not_depend_on_the_charts() {
         let state = regular_state(&mut rng, segments);
         let mut accelerations = vec![[0.0; 2]; segments];
         let mut dynamics = Dynamics::new(state.chain.clone());
-        dynamics.accelerations(&state.clamp, &state.q, &state.v, &NoLoads, &mut accelerations);
+        dynamics.accelerations(state.clamp.holding(&state.q, &state.v), &NoLoads, &mut accelerations);
         let bends = |charts: &[PolarAxis], q: &[[f64; 2]], v: &[[f64; 2]], a: &[[f64; 2]]| -> Vec<f64> {
             (0..segments).flat_map(|k| charts[k].direction([q[k], v[k], a[k]])[2]).collect()
         };
@@ -66,7 +66,7 @@ fn accelerations_do_not_depend_on_the_charts() {
             let (charts, q, v, _) = converted(charts, &state, &accelerations);
             let mut dynamics = Dynamics::new(state.chain.clone());
             dynamics.set_charts(&charts);
-            dynamics.accelerations(&state.clamp, &q, &v, &NoLoads, &mut accelerations);
+            dynamics.accelerations(state.clamp.holding(&q, &v), &NoLoads, &mut accelerations);
             let bends = bends(&charts, &q, &v, &accelerations);
             let error =
                 bends.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest(&expected);
@@ -85,8 +85,8 @@ fn energies_nodes_and_the_root_do_not_depend_on_the_charts() {
             let (charts, q, v, a) = converted(charts, &state, &accelerations);
             let mut dynamics = Dynamics::new(state.chain.clone());
             dynamics.set_charts(&charts);
-            dynamics.residual(&state.clamp, &q, &v, &a, &NoLoads, &mut vec![[0.0; 2]; segments]);
-            let energies = dynamics.energies(&state.clamp, &v);
+            dynamics.residual(state.clamp.holding(&q, &v), &a, &NoLoads, &mut vec![[0.0; 2]; segments]);
+            let energies = dynamics.energies(state.clamp.holding(&q, &v));
             let nodes: Vec<f64> = (0..segments)
                 .flat_map(|k| {
                     let acceleration = dynamics.node_acceleration(k);
@@ -137,14 +137,14 @@ fn factorised_step_matrix_with_two_charts_matches_differences() {
                     };
                     let mut residual = vec![[0.0; 2]; segments];
                     let (q, v, a) = (along(&q, weights.coordinates), along(&v, weights.rates), along(&a, 1.0));
-                    dynamics.residual(&state.clamp, &q, &v, &a, &NoLoads, &mut residual);
+                    dynamics.residual(state.clamp.holding(&q, &v), &a, &NoLoads, &mut residual);
                     residual
                 };
                 let (above, below) = (at(size), at(-size));
                 at(0.0);
                 let mut solution: Vec<[f64; 2]> =
                     above.iter().zip(&below).map(|(above, below)| scale(0.5 / size, sub(*above, *below))).collect();
-                dynamics.factorise(&state.clamp, &q, &v, &a, &NoLoads, weights, LaneSet::first(1));
+                dynamics.factorise(state.clamp.holding(&q, &v), &a, &NoLoads, weights, LaneSet::first(1));
                 dynamics.solve(&mut solution);
                 for (solution, expected) in solution.as_flattened().iter().zip(direction.as_flattened()) {
                     let error = (solution - expected).abs();
@@ -636,7 +636,7 @@ fn condition(segments: usize, sine: f64) -> f64 {
     for i in 0..size {
         let (mut accelerations, mut residual) = (rest.clone(), rest.clone());
         accelerations.as_flattened_mut()[i] = 1.0;
-        dynamics.residual(&clamp, &q, &rest, &accelerations, &NoLoads, &mut residual);
+        dynamics.residual(clamp.holding(&q, &rest), &accelerations, &NoLoads, &mut residual);
         mass.set_column(i, &DVector::from_column_slice(residual.as_flattened()));
     }
     let eigenvalues = SymmetricEigen::new(mass).eigenvalues;

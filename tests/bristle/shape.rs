@@ -58,7 +58,7 @@ fn pass_nodes(settings: &Settings) -> Vec<f64> {
     let mut dynamics = Dynamics::new(chain.clone());
     let angle = pass.tool().initial_angle;
     let clamp = radial_clamp(settings.tool.body_radius_m, angle, 0.0, 0.0);
-    dynamics.place(&clamp, &start.q, &start.v);
+    dynamics.place(clamp.holding(&start.q, &start.v));
     let [x, y, _] = clamp.direction;
     dynamics.positions().iter().map(|node| x * node[1] - y * node[0]).collect()
 }
@@ -78,11 +78,11 @@ fn a_relaxed_filament_at_rest_stays_at_rest() {
     // A bend of one joint by a radian, for comparison.
     let mut bent = q.clone();
     bent[6][1] += 1.0;
-    Dynamics::new(chain.clone()).accelerations(&clamp, &bent, &rest, &NoLoads, &mut accelerations);
+    Dynamics::new(chain.clone()).accelerations(clamp.holding(&bent, &rest), &NoLoads, &mut accelerations);
     let scale = largest(accelerations.as_flattened());
-    Dynamics::new(chain.clone()).accelerations(&clamp, &q, &rest, &NoLoads, &mut accelerations);
+    Dynamics::new(chain.clone()).accelerations(clamp.holding(&q, &rest), &NoLoads, &mut accelerations);
     assert!(largest(accelerations.as_flattened()) < 1e-13 * scale, "{accelerations:?}");
-    PlanarDynamics::new(chain).accelerations(&clamp, &q, &rest, &NoLoads, &mut accelerations);
+    PlanarDynamics::new(chain).accelerations(clamp.holding(&q, &rest), &NoLoads, &mut accelerations);
     assert!(accelerations.iter().all(|[_, azimuth]| azimuth.abs() < 1e-13 * scale), "{accelerations:?}");
 }
 
@@ -99,17 +99,20 @@ fn planar_equations_are_the_spatial_ones_at_random_states() {
         (*along_x, *along_y) = (0.0, 0.0);
         let clamp: &Clamp<f64> = &state.clamp;
         let [mut spatial, mut planar] = [(); 2].map(|()| vec![[0.0; 2]; segments]);
-        Dynamics::new(state.chain.clone()).accelerations(clamp, &state.q, &state.v, &NoLoads, &mut spatial);
+        Dynamics::new(state.chain.clone()).accelerations(clamp.holding(&state.q, &state.v), &NoLoads, &mut spatial);
         let mut in_plane = PlanarDynamics::new(state.chain.clone());
-        in_plane.accelerations(clamp, &state.q, &state.v, &NoLoads, &mut planar);
+        in_plane.accelerations(clamp.holding(&state.q, &state.v), &NoLoads, &mut planar);
         let scale = largest(spatial.as_flattened());
         for (spatial, planar) in spatial.iter().zip(&planar) {
             assert!((spatial[1] - planar[1]).abs() < 1e-9 * scale, "n = {segments}: {spatial:?} {planar:?}");
         }
         let mut in_space = Dynamics::new(state.chain);
-        in_space.place(clamp, &state.q, &state.v);
-        in_plane.place(clamp, &state.q, &state.v);
-        let (a, b) = (in_space.energies(clamp, &state.v), in_plane.energies(clamp, &state.q, &state.v));
+        in_space.place(clamp.holding(&state.q, &state.v));
+        in_plane.place(clamp.holding(&state.q, &state.v));
+        let (a, b) = (
+            in_space.energies(clamp.holding(&state.q, &state.v)),
+            in_plane.energies(clamp.holding(&state.q, &state.v)),
+        );
         for (a, b) in
             [(a.spring, b.spring), (a.dissipation, b.dissipation), (a.clamp_torque_power, b.clamp_torque_power)]
         {

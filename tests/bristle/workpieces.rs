@@ -72,7 +72,7 @@ fn touching(rng: &mut Rng, segments: usize, at: f64) -> (crate::common::RandomSt
     state.clamp.velocity = [0.3, -0.2, 0.0];
     state.clamp.direction_rate = [0.0; 3];
     let mut dynamics = Dynamics::new(state.chain.clone());
-    dynamics.place(&state.clamp, &state.q, &state.v);
+    dynamics.place(state.clamp.holding(&state.q, &state.v));
     let nodes = dynamics.positions();
     let (inner, outer) = (nodes[segments - 2], nodes[segments - 1]);
     let along = sub(outer, inner);
@@ -129,14 +129,14 @@ fn the_step_matrix_of_an_edge_contact_matches_differences() {
             };
             let mut residual = vec![[0.0; 2]; segments];
             let (q, v, a) = (moved(&q, weights.coordinates), moved(&v, weights.rates), moved(&accelerations, 1.0));
-            dynamics.residual(&state.clamp, &q, &v, &a, &loads, &mut residual);
+            dynamics.residual(state.clamp.holding(&q, &v), &a, &loads, &mut residual);
             residual
         };
         let (above, below) = (at(size), at(-size));
         let mut solution: Vec<[f64; 2]> =
             above.iter().zip(&below).map(|(above, below)| scale(0.5 / size, sub(*above, *below))).collect();
         at(0.0);
-        dynamics.factorise(&state.clamp, &q, &v, &accelerations, &loads, weights, LaneSet::first(1));
+        dynamics.factorise(state.clamp.holding(&q, &v), &accelerations, &loads, weights, LaneSet::first(1));
         dynamics.solve(&mut solution);
         for (solution, expected) in solution.iter().zip(&direction) {
             let error = (solution[1] - expected[1]).abs();

@@ -88,7 +88,7 @@ pub fn evaluate(
     let mut dynamics = Dynamics::new(chain.clone());
     dynamics.check_poles(&q)?;
     let mut accelerations = vec![[0.0; 2]; q.len()];
-    dynamics.accelerations(&clamp, &q, &v, &NoLoads, &mut accelerations);
+    dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut accelerations);
     let whole = whole_equations(q.len(), Motion::Spatial);
     let values = whole.graph.evaluate(&symbol_values(&whole, &chain, &clamp, &q, &v));
     let at = |node: &NodeId| values[node.index()];

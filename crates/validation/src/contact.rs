@@ -148,7 +148,7 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
             let clamp = pass.tool().at(time);
             let [q, v, accelerations] =
                 [(&q, FRAC_PI_2), (&v, 0.0), (&accelerations, 0.0)].map(|(blocks, polar)| in_space(blocks, polar));
-            dynamics.residual(&clamp, &q, &v, &accelerations, &watching.loads(time), &mut rest);
+            dynamics.residual(clamp.holding(&q, &v), &accelerations, &watching.loads(time), &mut rest);
             let weight = weight * step.length();
             root_impulse = add(root_impulse, scale(weight, dynamics.root_force()));
             // The clamp's torque from the law of its joint, not from the equations of motion.

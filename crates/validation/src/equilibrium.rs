@@ -69,11 +69,11 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
         let mut converged = false;
         for _ in 0..60 {
             let mut change = rest.clone();
-            dynamics.residual(&clamp, &q, &rest, &rest, &tip, &mut change);
+            dynamics.residual(clamp.holding(&q, &rest), &rest, &tip, &mut change);
             change[n - 1][1] -= share * load.moment;
             // The step is so long, compared with the periods of the chain, that the step matrix reduces to the stiffness.
             let weights = StepWeights { coordinates: 1e10 * mass / stiffness * reach * reach, rates: 0.0 };
-            dynamics.factorise(&clamp, &q, &rest, &rest, &tip, weights, LaneSet::first(1));
+            dynamics.factorise(clamp.holding(&q, &rest), &rest, &tip, weights, LaneSet::first(1));
             dynamics.solve(&mut change);
             let mut largest = 0.0;
             for (q, change) in q.as_flattened_mut().iter_mut().zip(change.as_flattened()) {
@@ -91,7 +91,7 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
             return Err(Failure::NoEquilibrium);
         }
     }
-    dynamics.place(&clamp, &q, &rest);
+    dynamics.place(clamp.holding(&q, &rest));
     let nodes = dynamics.positions().to_vec();
     Ok(Shape { tip: nodes[n - 1], nodes, last: q[n - 1] })
 }

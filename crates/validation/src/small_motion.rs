@@ -59,7 +59,7 @@ impl Linearised<'_> {
             q[k][self.coordinate] += angles[k];
             a[k][self.coordinate] = accelerations[k];
         }
-        self.dynamics.residual(self.clamp, &q, &vec![self.turning; n], &a, &NoLoads, &mut result);
+        self.dynamics.residual(self.clamp.holding(&q, &vec![self.turning; n]), &a, &NoLoads, &mut result);
         DVector::from_iterator(n, result.iter().map(|pair| pair[self.coordinate]))
     }
 

@@ -1,0 +1,525 @@
+//! Filaments side by side in the lanes of one set of equations, and what they meet.
+
+use super::bundle::Member;
+use super::candidates::Candidates;
+use super::field::{Changes, GroupField, Lane, Node, Nodes, Place, wide};
+use super::gmres;
+use super::pressing::Pressing;
+use crate::equations::linear::{add, dot, scale, sub, zero};
+use crate::equations::{
+    Chain, ChainDynamics, Clamp, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion, NodeTangent, PointTangent, Real,
+    StepWeights,
+};
+use crate::simulation::{ContactSum, Equations, Filament, Form};
+use crate::tool::ClampMotion;
+use crate::workpiece::{Part, Workpiece};
+
+/// Filaments side by side in lanes. Lanes that are left over repeat the last filament, without loads.
+pub struct Group {
+    /// Its number.
+    pub index: usize,
+    pub equations: Equations<Lane>,
+    /// When the clamps were last evaluated, in s, and their motion then.
+    time: Option<f64>,
+    clamp: Clamp<Lane>,
+    /// The first filament.
+    pub first: usize,
+    /// The number of filaments.
+    pub count: usize,
+    /// By filament: the forces of the workpiece, and how far it is.
+    pub loads: Vec<WorkpieceLoad>,
+    clearances: Vec<Clearance>,
+    /// What its filaments touch.
+    met: Vec<Meeting>,
+    /// The weights of the step for which the matrix was factorised, and what the filaments touched.
+    factorised: Option<([f64; 2], Vec<Meeting>)>,
+    changes: Changes,
+    pub activity: Activity,
+    /// Largest displacement of a node with the last correction, in m/rad of the accelerations' unit.
+    pub largest: f64,
+}
+
+/// A contact of a filament. The matrix depends on which there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Meeting {
+    /// With the workpiece: the filament, the number of the contact, and its segment.
+    Workpiece([usize; 3]),
+    /// With another filament: the point, and the segment that it presses on.
+    Filament((Node, u64), Node),
+}
+
+/// What a group needs in an iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activity {
+    /// Its straight filaments have not been touched yet: they turn with the body, and have no equations to solve.
+    Rests,
+    /// Its filaments have left the workpiece for good, and those behind them, too: they turn with the body in the shape that they have,
+    /// and nothing touches them.
+    Left,
+    /// Its equations are solved for this stage.
+    Solved,
+    /// Its equations are to be solved by themselves.
+    Alone,
+    /// The same, together with those of other groups.
+    Coupled,
+}
+
+/// The loads of a group.
+struct GroupLoads<'a> {
+    /// By node, from the root.
+    forces: &'a [[Lane; 3]],
+    /// For a factorisation.
+    changes: Option<&'a Changes>,
+}
+
+impl NodeLoads<Lane> for GroupLoads<'_> {
+    fn loads_points(&self) -> bool {
+        self.changes.is_some()
+    }
+
+    fn point_tangents(&self, _: &dyn NodeMotion, add: &mut dyn FnMut(PointTangent<Lane>)) {
+        let none = [zero(); 3];
+        for (segment, ends) in self.changes.iter().flat_map(|changes| changes.blocks()) {
+            let [[a, b], [c, d]] = ends;
+            let at = |position: &[[Lane; 3]; 3]| NodeTangent { position: *position, velocity: none };
+            add(PointTangent { segment, ends: [[at(a), at(b)], [at(c), at(d)]] });
+        }
+    }
+
+    fn force(&self, node: usize, _: [Lane; 3], _: [Lane; 3]) -> Option<[Lane; 3]> {
+        Some(self.forces[node + 1])
+    }
+
+    fn tangent(&self, _: usize, _: [Lane; 3], _: [Lane; 3]) -> Option<NodeTangent<Lane>> {
+        None
+    }
+}
+
+/// What the filaments of a group meet, where they were placed.
+pub struct Surroundings<'a, M> {
+    pub bristles: &'a [Filament<M, Part>],
+    pub nodes: &'a Nodes,
+    pub pressing: &'a Pressing,
+    pub candidates: &'a Candidates,
+    pub time: f64,
+    /// Whether there is friction, whose tangents change from iteration to iteration.
+    pub rubs: bool,
+}
+
+/// The force of the workpiece on one filament.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WorkpieceLoad {
+    /// Of all contacts.
+    pub sum: ContactSum,
+    /// Power of a moving workpiece in W.
+    pub moving_power: f64,
+    /// Energy stored in J.
+    pub energy: f64,
+    /// The deepest penetration of its possible contacts in m; negative where there is none. Not known far from the workpiece: minus
+    /// infinity.
+    pub pressing: f64,
+    /// The deepest penetration of an edge in m.
+    pub edge_penetration: f64,
+    /// The edge that is worked on most.
+    pub worked: Option<WorkedEdge>,
+}
+
+impl WorkpieceLoad {
+    /// Far from the workpiece.
+    pub fn none() -> Self {
+        Self { pressing: f64::NEG_INFINITY, ..Self::default() }
+    }
+}
+
+/// Where and how much an edge is worked on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WorkedEdge {
+    /// Its index.
+    pub edge: usize,
+    /// The place on it, from 0 to 1.
+    pub place: f64,
+    /// `F_n |v_t|` there in W.
+    pub power: f64,
+}
+
+/// How far a filament is from the workpiece.
+#[derive(Clone, Copy, Debug)]
+struct Clearance {
+    /// How fast it can go relative to the workpiece in m/s, if it turns with the body; infinite where a workpiece does not only translate.
+    speed: f64,
+    /// Velocity of the workpiece in m/s.
+    workpiece_velocity: [f64; 3],
+    /// See [`Member::contacts`].
+    contacts: [f64; 2],
+    /// When it was last looked at, in s.
+    time: f64,
+    /// How far its nodes had then gone relative to the body, in m.
+    way: f64,
+    /// The distance of the nearest node in m.
+    gap: f64,
+}
+
+impl Clearance {
+    /// Filaments that are nearer than this to the workpiece are always looked at, in m: when their contact begins is found from how near
+    /// they were before.
+    const NOTICED: f64 = 1e-3;
+
+    /// Unknown.
+    fn new<M: ClampMotion>(Member { bristle, contacts, .. }: &Member<M>, rate: f64) -> Self {
+        let Filament { chain, motion, workpiece, .. } = bristle;
+        let [x, y, _] = motion.at(0.0).position;
+        let radius = x.hypot(y) + chain.length * chain.segments() as f64;
+        let workpiece_velocity = workpiece.surface([0.0; 3], 0.0).velocity;
+        let along = dot(workpiece_velocity, workpiece_velocity).sqrt();
+        let speed = if workpiece.translates() { radius * rate.abs() + along } else { f64::INFINITY };
+        Self { speed, workpiece_velocity, contacts: *contacts, time: 0.0, way: 0.0, gap: f64::NEG_INFINITY }
+    }
+
+    /// Whether the filament is surely farther away than [`Clearance::NOTICED`] at `time` (s), where it has gone `way` (m).
+    fn is_sure(&self, time: f64, way: f64) -> bool {
+        // A gap changes by at most twice the way.
+        self.gap - 2.0 * ((way - self.way) + self.speed * (time - self.time).abs()) > Self::NOTICED
+    }
+}
+
+/// What all filaments have together, and what they exchange with their surroundings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Budget {
+    /// Energy of the filaments and their contacts in J.
+    pub energy: f64,
+    /// Momentum of the filaments in N s.
+    pub momentum: [f64; 3],
+    /// What goes in and out.
+    pub exchange: Exchange,
+}
+
+impl Budget {
+    pub fn add(&mut self, other: &Self) {
+        let Exchange { work, taken, force, strength } = other.exchange;
+        self.energy += other.energy;
+        self.momentum = add(self.momentum, other.momentum);
+        let exchange = &mut self.exchange;
+        exchange.work += work;
+        exchange.taken += taken;
+        exchange.force = add(exchange.force, force);
+        exchange.strength += strength;
+    }
+}
+
+/// What filaments exchange with their surroundings at one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Exchange {
+    /// Power of the clamps and of a moving workpiece in W.
+    pub work: f64,
+    /// Power that joints and contacts take, in W.
+    pub taken: f64,
+    /// Force of clamps, workpiece and gravity in N. What filaments do to each other is not in it.
+    pub force: [f64; 3],
+    /// The sum of the magnitudes of the forces of the workpiece in N.
+    pub strength: f64,
+}
+
+impl Group {
+    /// The group of the number `index`, on a body that turns at `rate` (rad/s).
+    pub fn new<M: ClampMotion>(index: usize, form: Form, members: &[Member<M>], rate: f64, activity: Activity) -> Self {
+        let (first, count) = (index * LANES, members.len());
+        let bristle = |lane: usize| &members[lane.min(count - 1)].bristle;
+        Self {
+            index,
+            equations: Equations::new(form, Chain::from_lanes(|lane| &bristle(lane).chain)),
+            time: None,
+            clamp: Clamp::from_lanes(|lane| bristle(lane).motion.at(0.0)),
+            first,
+            count,
+            loads: vec![WorkpieceLoad::none(); count],
+            clearances: members.iter().map(|member| Clearance::new(member, rate)).collect(),
+            met: Vec::new(),
+            factorised: None,
+            changes: Changes::new(bristle(0).chain.segments()),
+            activity,
+            largest: 0.0,
+        }
+    }
+
+    /// Forgets the factorisation.
+    pub fn forget(&mut self) {
+        self.factorised = None;
+    }
+
+    /// Whether a filament may meet the workpiece until `time` (s).
+    pub fn is_due(&self, time: f64) -> bool {
+        self.clearances.iter().any(|clearance| clearance.contacts[0] <= time)
+    }
+
+    /// Whether the contacts of all its filaments no longer count at `time` (s), and none reaches the workpiece then, or did so `behind` (s)
+    /// before.
+    pub fn is_past<M: ClampMotion>(&self, bristles: &[Filament<M, Part>], time: f64, behind: f64) -> bool {
+        bristles[self.first..].iter().zip(&self.clearances).all(|(bristle, clearance)| {
+            let Filament { chain, motion, law, workpiece } = bristle;
+            let reach = chain.length * chain.segments() as f64 + law.radius;
+            let is_away = |time: f64| workpiece.surface(motion.at(time).position, time).gap > reach;
+            time >= clearance.contacts[1] && is_away(time) && is_away(time - behind)
+        })
+    }
+
+    /// Puts its nodes where the coordinates are.
+    pub fn place<M: ClampMotion>(
+        &mut self,
+        bristles: &[Filament<M, Part>],
+        time: f64,
+        [q, v]: [&gmres::Part; 2],
+        [positions, velocities]: [&mut [[Lane; 3]]; 2],
+    ) {
+        if self.time != Some(time) {
+            let filament = |lane: usize| &bristles[self.first + lane.min(self.count - 1)];
+            self.clamp = M::in_lanes(|lane| &filament(lane).motion, Lane::from_lanes(|_| time));
+            self.time = Some(time);
+        }
+        self.equations.place(self.clamp.holding(q, v));
+        (positions[0], velocities[0]) = (self.clamp.position, self.clamp.velocity);
+        self.equations.nodes_in_lanes(&mut positions[1..], &mut velocities[1..]);
+        if self.equations.form() == Form::Planar {
+            // Each filament moves in its own plane.
+            for position in &mut positions[1..] {
+                position[2] = self.clamp.position[2];
+            }
+        }
+    }
+
+    /// `q̈` under the `forces` on the nodes.
+    pub fn accelerations(&mut self, [q, v]: [&gmres::Part; 2], forces: &[[Lane; 3]], accelerations: &mut gmres::Part) {
+        let loads = GroupLoads { forces, changes: None };
+        self.equations.accelerations(self.clamp.holding(q, v), &loads, accelerations);
+    }
+
+    /// Sums the forces on the filaments.
+    pub fn meet<M: ClampMotion>(&mut self, around: &Surroundings<'_, M>, forces: &mut GroupField<'_>) {
+        forces.clear();
+        self.met.clear();
+        self.meet_workpiece(around, forces);
+        around.pressing.load(self.index, forces, |near| {
+            self.met.push(Meeting::Filament(near.point.key(), near.nearest.segment));
+        });
+    }
+
+    /// Adds the forces of the workpiece.
+    fn meet_workpiece<M: ClampMotion>(&mut self, around: &Surroundings<'_, M>, forces: &mut GroupField<'_>) {
+        let Self { first, loads, clearances, met, .. } = self;
+        for ((filament, load), clearance) in (*first..).zip(loads).zip(clearances) {
+            let bristle = &around.bristles[filament];
+            *load = WorkpieceLoad::none();
+            let (n, time, way) = (bristle.chain.segments(), around.time, around.candidates.way(filament));
+            if time < clearance.contacts[0] || clearance.is_sure(time, way) {
+                continue;
+            }
+            let node = |k: usize| Node::new(filament, k, n);
+            load.pressing = bristle.for_each_pressing(
+                |k| around.nodes.at(node(k)),
+                time,
+                |contact, touch| {
+                    let sum = bristle.sum(touch);
+                    load.sum += sum;
+                    load.energy += bristle.law.stored_energy(&touch.approach);
+                    load.moving_power += dot(sum.force, clearance.workpiece_velocity);
+                    if touch.on_edge {
+                        load.edge_penetration = load.edge_penetration.max(touch.approach.penetration);
+                        let power = sum.normal * dot(touch.approach.sliding, touch.approach.sliding).sqrt();
+                        if load.worked.is_none_or(|worked| power > worked.power) {
+                            let edge = contact - n;
+                            let place = bristle.workpiece.edges()[edge].part_before(touch.position, time);
+                            load.worked = Some(WorkedEdge { edge, place, power });
+                        }
+                    }
+                    let place = Place { segment: node(touch.station.segment), fraction: touch.station.fraction };
+                    place.load(sum.force, forces);
+                    met.push(Meeting::Workpiece([filament, contact, touch.station.segment]));
+                },
+            );
+            *clearance = Clearance { time, way, gap: -load.pressing, ..*clearance };
+        }
+    }
+
+    /// Computes the residual, and factorises the matrix if the filaments have other contacts than those for which this was done before.
+    /// Solves the equations of a group that is alone. Returns whether it factorised.
+    pub fn linearise<M: ClampMotion>(
+        &mut self,
+        around: &Surroundings<'_, M>,
+        state: [&gmres::Part; 3],
+        weights: [f64; 2],
+        forces: &mut GroupField<'_>,
+        residual: &mut gmres::Part,
+    ) -> bool {
+        self.meet(around, forces);
+        if self.activity == Activity::Rests {
+            if self.met.is_empty() {
+                return false;
+            }
+            self.activity = Activity::Alone;
+        }
+        self.residual(state, forces.vectors(), residual);
+        let is_known = self.factorised.as_ref().is_some_and(|(of, met)| *of == weights && *met == self.met);
+        let is_stale = !is_known || (around.rubs && !self.met.is_empty());
+        if is_stale {
+            self.factorise(around, state, weights, forces.vectors());
+        }
+        if self.activity == Activity::Alone {
+            self.equations.solve(residual);
+        }
+        is_stale
+    }
+
+    /// The residual with the `forces` on the nodes.
+    pub fn residual(
+        &mut self,
+        [q, v, accelerations]: [&gmres::Part; 3],
+        forces: &[[Lane; 3]],
+        residual: &mut gmres::Part,
+    ) {
+        let loads = GroupLoads { forces, changes: None };
+        let at = self.clamp.holding(q, v);
+        self.equations.residual(at, accelerations, &loads, residual);
+        let is_planar = self.equations.form() == Form::Planar;
+        let present = LaneSet::first(self.count);
+        wide(
+            #[inline(always)]
+            || {
+                for block in residual {
+                    if is_planar {
+                        block[0] = zero_lane();
+                    }
+                    if self.count < LANES {
+                        *block = [block[0].select(present, zero_lane()), block[1].select(present, zero_lane())];
+                    }
+                }
+            },
+        );
+    }
+
+    /// What its filaments have and exchange, once the residual was computed, with forces on the `roots`, which the clamps hold.
+    pub fn budget<M>(&self, around: &Surroundings<'_, M>, [q, v]: [&gmres::Part; 2], roots: [Lane; 3]) -> Budget {
+        let n = self.equations.segments();
+        let energies = self.equations.energies(self.clamp.holding(q, v));
+        let root_force = sub(self.equations.root_force(), roots);
+        let power = dot(root_force, self.clamp.velocity) + energies.clamp_torque_power;
+        let energy = energies.kinetic + energies.spring + energies.gravity;
+        let mut budget = Budget::default();
+        let Budget { energy: sum, momentum, exchange: Exchange { work, taken, force, strength } } = &mut budget;
+        for (lane, load) in self.loads.iter().enumerate() {
+            let filament = self.first + lane;
+            *sum += energy.lane(lane) + load.energy;
+            *work += power.lane(lane) + load.moving_power;
+            *taken += 2.0 * energies.dissipation.lane(lane) + load.sum.friction_power + load.sum.damped_power;
+            let chain = &around.bristles[filament].chain;
+            let mut mass = 0.0;
+            for (k, link) in chain.links.iter().enumerate() {
+                let ends = [k, k + 1].map(|k| around.nodes.velocities.at(Node::new(filament, k, n)));
+                *momentum = add(*momentum, scale(0.5 * link.mass, add(ends[0], ends[1])));
+                mass += link.mass;
+            }
+            let root = root_force.map(|component| component.lane(lane));
+            let outside = add(load.sum.force, scale(mass, chain.gravity));
+            *force = add(*force, add(root, outside));
+            *strength += dot(load.sum.force, load.sum.force).sqrt();
+        }
+        for (_, press) in around.pressing.of_points(self.index) {
+            budget.energy += press.energy();
+            budget.exchange.taken += press.dissipated;
+        }
+        budget
+    }
+
+    fn factorise<M: ClampMotion>(
+        &mut self,
+        around: &Surroundings<'_, M>,
+        [q, v, accelerations]: [&gmres::Part; 3],
+        weights: [f64; 2],
+        forces: &[[Lane; 3]],
+    ) {
+        self.changes.clear(self.index);
+        self.add_workpiece_changes(around, weights);
+        around.pressing.add_changes(self.index, &mut self.changes);
+        let [coordinates, rates] = weights.map(|weight| Lane::from_lanes(|_| weight));
+        let loads = GroupLoads { forces, changes: Some(&self.changes) };
+        let (at, step) = (self.clamp.holding(q, v), StepWeights { coordinates, rates });
+        self.equations.factorise(at, accelerations, &loads, step, LaneSet::first(LANES));
+        let (of, met) = self.factorised.get_or_insert_default();
+        *of = weights;
+        met.clone_from(&self.met);
+    }
+
+    /// How the forces of the workpiece on the filaments change with their motion.
+    fn add_workpiece_changes<M: ClampMotion>(
+        &mut self,
+        around: &Surroundings<'_, M>,
+        [by_position, by_rate]: [f64; 2],
+    ) {
+        let Self { first, loads, changes, .. } = self;
+        for (filament, load) in (*first..).zip(loads) {
+            if load.pressing <= 0.0 {
+                continue;
+            }
+            let bristle = &around.bristles[filament];
+            let node = |k: usize| Node::new(filament, k, bristle.chain.segments());
+            bristle.for_each_pressing(
+                |k| around.nodes.at(node(k)),
+                around.time,
+                |_, touch| {
+                    let NodeTangent { position, velocity } = bristle.law.tangent(&touch.approach);
+                    // The recursion multiplies by the weight of the positions.
+                    let change =
+                        std::array::from_fn(|row| add(position[row], scale(by_rate / by_position, velocity[row])));
+                    changes.add_at(node(touch.station.segment), touch.station.shares(), &change);
+                },
+            );
+        }
+    }
+
+    /// Displacements of all nodes with a change of the coordinates.
+    pub fn displace(&mut self, change: &gmres::Part, displacements: &mut [[Lane; 3]]) {
+        self.equations.displacements(change, &mut displacements[1..]);
+    }
+
+    /// Takes the corrections off the accelerations. If the group is alone and the velocities of its nodes change by less than `tolerance`
+    /// (m/s) with them, it is solved.
+    pub fn correct(
+        &mut self,
+        corrections: &gmres::Part,
+        accelerations: &mut gmres::Part,
+        displacements: &mut [[Lane; 3]],
+        [by_rate, tolerance]: [f64; 2],
+    ) {
+        self.largest = 0.0;
+        if matches!(self.activity, Activity::Solved | Activity::Rests | Activity::Left) {
+            return;
+        }
+        self.displace(corrections, displacements);
+        let squares = wide(
+            #[inline(always)]
+            || {
+                for (acceleration, correction) in accelerations.iter_mut().zip(corrections) {
+                    *acceleration = sub(*acceleration, *correction);
+                }
+                let mut most = Lane::from_f64(0.0);
+                for displacement in &displacements[1..] {
+                    most = most.max(dot(*displacement, *displacement));
+                }
+                most
+            },
+        );
+        let of_lanes = (0..LANES).map(|lane| squares.lane(lane));
+        self.largest = of_lanes.fold(0.0, larger).sqrt();
+        if self.activity == Activity::Alone && by_rate * self.largest <= tolerance {
+            self.activity = Activity::Solved;
+        }
+    }
+}
+
+/// The larger one, or one that is not a number.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if b <= a { a } else { b }
+}
+
+#[inline(always)]
+pub fn zero_lane() -> Lane {
+    Lane::from_f64(0.0)
+}
