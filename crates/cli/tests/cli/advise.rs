@@ -79,7 +79,8 @@ fn json_has_the_numbers_of_the_rows_it_cites() {
 #[test]
 fn the_recommendation_is_what_a_brush_of_filaments_that_touch_does() {
     let directory = simulated(SWEEPS);
-    let text = directory.run("advise results --max-force 220 --max-rpm 1000 --max-depth 2 --max-power 400 --no-verify");
+    let text =
+        directory.printed("advise results --max-force 220 --max-rpm 1000 --max-depth 2 --max-power 400 --no-verify");
     let with = "with n_w ≤ 1000 rpm and a_e ≤ 2 mm and F_n,w ≤ 220 N and P_w ≤ 400 W";
     assert!(words(&text).contains(with), "{text}");
     assert!(text.contains("≈") && text.contains("Not simulated; it sweeps."), "{text}");
@@ -173,6 +174,8 @@ fn bad_limits_are_refused() {
         let message = directory.refused(&format!("advise results {limits}"));
         assert!(message.contains(problem), "{message}");
     }
+    let far = directory.printed("advise results --target-force 5000 --no-verify");
+    assert!(words(&far).contains("% off the target"), "{far}");
     let unmet = directory.printed("advise results --max-velocity 1 --no-verify");
     assert!(unmet.contains("No case has v_b ≤ 1 m/s."), "{unmet}");
 }

@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::process::Command as Process;
 
+use bristle::model::metrics::Metrics;
+use bristle::simulation::Statistics;
 use bristle_input::document::Document;
+use bristle_store::results::keys;
 use predicates::prelude::*;
 use predicates::str::contains;
 use serde_json::{Value, json};
@@ -37,44 +40,9 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
  "q": [1.5, -1.5, 1.6, -1.4], "v": [0.1, 50.0, 0.2, 51.0]}"#;
 
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
-const RESULTS: [&str; 36] = [
-    "contact_angle_rad",
-    "nominal_contact_length_m",
-    "nominal_contact_time_s",
-    "contact_time_s",
-    "contact_length_m",
-    "contact_time_ratio",
-    "contact_count",
-    "contact_normal_impulse_n_s",
-    "equivalent_contact_normal_force_n",
-    "peak_contact_normal_force_n",
-    "max_tip_deflection_m",
-    "tool_contact_normal_force_n",
-    "contact_impulse_x_n_s",
-    "contact_impulse_y_n_s",
-    "contact_impulse_z_n_s",
-    "edge_contact_normal_impulse_n_s",
-    "edge_share",
-    "edge_evenness",
-    "max_edge_penetration_m",
-    "friction_work_j",
-    "contact_angular_impulse_n_m_s",
-    "tool_tangential_force_n",
-    "tool_torque_n_m",
-    "tool_power_w",
-    "lateral_amplification",
-    "laterally_unstable",
-    "turns",
-    "unsteady_turns",
-    "energy_residual",
-    "steps",
-    "unresolved_steps",
-    "rejected_steps",
-    "newton_iterations",
-    "newton_failures",
-    "factorisations",
-    "contact_events",
-];
+fn results() -> Vec<&'static str> {
+    [keys::<Metrics>(), keys::<Statistics>()].concat()
+}
 
 #[test]
 fn simulate_writes_metrics_and_history() {
@@ -85,10 +53,10 @@ fn simulate_writes_metrics_and_history() {
     let metrics = workspace.json("one/metrics.json");
     let metrics = metrics.as_object().expect("an object");
     // The two speeds come first.
-    assert_eq!(metrics.len(), RESULTS.len() + 3);
+    assert_eq!(metrics.len(), results().len() + 3);
     assert_eq!(metrics["turn_contact_normal_impulses_n_s"], json!([metrics["contact_normal_impulse_n_s"]]));
     let mut last = 0;
-    for key in RESULTS {
+    for key in results() {
         let is_flag = key == "laterally_unstable" || key == "unsteady_turns";
         assert!(if is_flag { metrics[key].is_boolean() } else { metrics[key].is_number() }, "{key}");
         let position = text.find(&format!("\"{key}\"")).expect(key);
@@ -130,7 +98,7 @@ fn study_writes_one_row_per_case_in_grid_order() {
 
     let runs = workspace.read("results/runs.csv");
     let settings = ["brushing_velocity_m_s", "penetration_depth_m", "segments", "rotational_speed_rpm"];
-    let columns: Vec<&str> = settings.into_iter().chain(RESULTS).chain(["status"]).collect();
+    let columns: Vec<&str> = settings.into_iter().chain(results()).chain(["status"]).collect();
     assert_eq!(runs.lines().next(), Some(&*columns.join(",")));
     let cases = runs.lines().skip(1).map(|row| row.split(',').take(3).collect::<Vec<_>>().join(","));
     let expected = ["10.0,0.0005", "20.0,0.0005", "10.0,0.001", "20.0,0.001", "10.0,0.0015", "20.0,0.0015"];
@@ -195,7 +163,7 @@ fn a_failed_case_has_empty_results_and_does_not_stop_the_others() {
     assert_eq!(rows.len(), 12);
     for (case, row) in rows.iter().enumerate() {
         assert_eq!(row["status"] != "ok", case < 6);
-        assert!(RESULTS.iter().all(|key| row[*key].is_empty() == (case < 6)), "{row:?}");
+        assert!(results().iter().all(|key| row[*key].is_empty() == (case < 6)), "{row:?}");
     }
     assert!(workspace.names("results/figures").len() == 2 * 34, "figures of both stiffnesses");
     let failed = workspace.read("results/figures/impulse_map_stiffness_n_m_1e300.svg");
@@ -216,42 +184,28 @@ fn a_failed_simulation_writes_nothing() {
     assert!(workspace.path("one").exists() && workspace.names("one").is_empty());
 }
 
-/// The figures of a study of velocity and depth.
-const FIGURES: [&str; 17] = [
-    "contact_time_map",
-    "contact_time_over_velocity",
-    "contact_time_ratio_map",
-    "impulse_map",
-    "impulse_over_depth",
-    "impulse_over_velocity",
-    "lateral_amplification_map",
-    "lateral_amplification_over_velocity",
-    "tip_deflection_map",
-    "tip_deflection_over_velocity",
-    "tool_force_map",
-    "tool_force_over_depth",
-    "tool_force_over_velocity",
-    "tool_power_map",
-    "tool_power_over_velocity",
-    "tool_torque_map",
-    "tool_torque_over_velocity",
-];
-
 #[test]
 fn a_study_draws_its_figures_and_plot_draws_them_again() {
     let workspace = Workspace::with(FILE);
-    workspace.bristle("study case.toml --out results").assert().success().stderr(contains("wrote 17 figures"));
+    let said = workspace.said("study case.toml --out results");
     let drawn = workspace.files("results/figures");
-    let names: Vec<&str> = drawn.keys().map(String::as_str).collect();
-    let expected: Vec<String> =
-        FIGURES.iter().flat_map(|name| [format!("{name}.png"), format!("{name}.svg")]).collect();
-    assert_eq!(names, expected);
+    // metrics.rs tests which these are.
+    let count = drawn.len() / 2;
+    assert!(count > 10 && said.contains(&format!("wrote {count} figures")), "{said}");
+    let has_both =
+        |name: &String| name.strip_suffix(".svg").is_none_or(|name| drawn.contains_key(&format!("{name}.png")));
+    assert!(drawn.keys().all(has_both) && drawn.keys().filter(|name| name.ends_with(".svg")).count() == count);
     for (name, bytes) in &drawn {
         let start: &[u8] = if name.ends_with(".svg") { b"<svg" } else { b"\x89PNG" };
         assert!(bytes.starts_with(start), "{name}");
     }
 
-    workspace.bristle("plot results --out again").assert().success().stdout("").stderr(contains("wrote 17 figures"));
+    workspace
+        .bristle("plot results --out again")
+        .assert()
+        .success()
+        .stdout("")
+        .stderr(contains(format!("wrote {count} figures")));
     assert_eq!(workspace.files("again/figures"), drawn);
     fs::remove_dir_all(workspace.path("results/figures")).expect("the figures can be removed");
     workspace.run("plot results");
@@ -318,16 +272,19 @@ fn figures_fit_what_is_swept() {
     };
     // Figures of the previous study are removed.
     let (names, _) = study("brushing_velocity_m_s = [10.0, 20.0]\n\"filament.segments\" = [3, 4]");
-    assert_eq!(names.len(), 8);
-    assert!(names.iter().all(|name| name.ends_with("_over_velocity.svg")), "{names:?}");
+    let count = names.len();
+    assert!(count > 0 && names.iter().all(|name| name.ends_with("_over_velocity.svg")), "{names:?}");
     let (names, _) = study("\"filament.segments\" = [4, 3]");
-    assert!(names.len() == 8 && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
+    assert!(names.len() == count && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
     let (names, message) = study("\"filament.segments\" = [4]");
     assert!(names.is_empty() && message.contains("no figures\n  (one case alone"), "{message}");
     let grid = "brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]";
     let (names, message) = study(&format!("{grid}\n\"filament.segments\" = [2, 3, 4, 5, 6]"));
     assert!(names.contains(&"impulse_map_segments_2.svg".to_owned()), "{names:?}");
-    assert!(names.len() == 68 && message.contains("4 of 5 values"), "{message}");
+    assert!(
+        !names.iter().any(|name| name.ends_with("_segments_6.svg")) && message.contains("4 of 5 values"),
+        "{message}"
+    );
 }
 
 #[test]
