@@ -10,7 +10,7 @@ use bristle::simulation::{Form, Job, Kind, Pass, Sampling, integral, simulate, s
 use bristle::workpiece::{Edge, Part, Workpiece};
 use fastrand::Rng;
 
-use crate::common::{case, tolerance};
+use crate::common::{balance, case, tolerance};
 
 /// A case of the paper on an edge with the radius 0.2 mm.
 fn edge(velocity: f64, depth: f64, side: Side, offset: f64) -> Settings {
@@ -165,13 +165,7 @@ fn passes_side_by_side_are_those_alone() {
 #[test]
 fn energy_is_conserved_over_edges_and_curved_faces() {
     for settings in passes() {
-        let pass = Pass::new(&settings);
-        let mut system = pass.system(true);
-        let start = pass.start(&mut system);
-        let before = system.energies(&start);
-        let (end, _) = pass.integrate(&mut system, start, |_| ()).expect("the pass ends");
-        let after = system.energies(&end);
-        let rise = (after.kinetic - before.kinetic) + (after.spring - before.spring) + system.contact_energy(&end);
+        let (rise, end) = balance(&settings);
         let work = end.integrals[integral::WORK];
         let taken = end.integrals[integral::JOINT_DISSIPATION] + end.integrals[integral::CONTACT_DISSIPATION];
         let error = (work - taken - rise).abs() / (work.abs() + taken);

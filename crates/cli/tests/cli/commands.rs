@@ -688,17 +688,18 @@ fn the_example_is_the_papers_study() {
     assert_eq!(settings(&text), settings(&minimal));
 }
 
-/// Replaces a line of [`FILE`], and expects a message with the key and the number of the last line of the replacement.
-fn refuse_change(command: &str, old: &str, new: &str, key: &str) {
-    let workspace = Workspace::new();
+/// Replaces a line of [`FILE`], and expects that reading it ends with a message that has the `parts` and the place `line` lines below.
+#[track_caller]
+fn is_refused_at(old: &str, new: &str, line: usize, parts: &[&str]) {
     let at = FILE.find(old).expect(old);
-    let line = FILE[..at].matches('\n').count() + new.matches('\n').count() + 1;
-    workspace.write("case.toml", FILE.replacen(old, new, 1));
-    let message = workspace.refused(&format!("{command} case.toml --out results"));
-    assert!(message.contains(key), "{new}: no `{key}` in\n{message}");
-    let place = format!("case.toml:{line}:");
-    assert!(message.contains(&place), "{new}: no `{place}` in\n{message}");
-    assert!(!workspace.path("results").exists(), "{new}: results are left");
+    let file = FILE.replacen(old, new, 1);
+    let document = Document::parse(&file, "case.toml");
+    let read = document.and_then(|document| document.settings().map(drop).and_then(|()| document.study().map(drop)));
+    let message = read.expect_err(new).to_string();
+    let place = format!("case.toml:{}:", FILE[..at].matches('\n').count() + 1 + line);
+    for part in parts.iter().copied().chain([&*place]) {
+        assert!(message.contains(part), "{new}: no `{part}` in\n{message}");
+    }
 }
 
 #[test]
@@ -735,6 +736,8 @@ fn bad_settings_are_refused_with_key_and_line() {
         ("[contact]", "[contact]\nexponent = 0.5", "contact.exponent"),
         ("[contact]", "[contact]\ndamping_s_m = -1", "contact.damping_s_m"),
         ("[contact]", "[contact]\nradius_m = -1e-3", "contact.radius_m"),
+        ("[contact]", "[contact]\nradius_m = 0.04", "is 0.04, but must be less than filament.length_m = 0.04"),
+        ("[contact]", "[contact]\nradius_m = 1e300", "`contact.radius_m` is 1e300, but must be"),
         ("[contact]", "[contact]\nfriction_coefficient = -0.1", "contact.friction_coefficient"),
         ("[contact]", "[contact]\nfriction_regularisation_m_s = 0", "contact.friction_regularisation_m_s"),
         ("[workpiece]", "[[workpiece]]", "workpiece"),
@@ -770,75 +773,59 @@ fn bad_settings_are_refused_with_key_and_line() {
         ("relative_tolerance = 1e-4", "samples = 1", "solver.samples"),
     ];
     for (old, new, key) in changes {
-        refuse_change("simulate", old, new, key);
+        is_refused_at(old, new, new.matches('\n').count(), &[key]);
     }
 }
 
 #[test]
 fn workpieces_that_cannot_be_are_refused_with_key_and_line() {
-    let edge = "kind = \"edge\"\nedge_radius_m = 2e-4\n";
-    let chamfer = "kind = \"chamfer\"\nedge_radius_m = 2e-4\nchamfer_width_m = 1e-3\n";
-    let with = |keys: &str, last: &str| format!("{keys}{last}");
-    let left_out = |kind: &str| format!("left out: a workpiece of kind `{kind}` has none");
-    let largest = "at which the rounded edges use up the chamfer";
+    let of_plane = "left out: a workpiece of kind `plane` has none";
+    let of_edge = "left out: a workpiece of kind `edge` has none";
     let changes = [
         // Keys that the kind needs: the message points at the heading of the section.
-        (
-            "kind = \"edge\"".to_owned(),
-            0,
-            "workpiece.edge_radius_m",
-            "greater than 0 for a workpiece of kind `edge`".to_owned(),
-        ),
-        (
-            "kind = \"chamfer\"\nedge_radius_m = 2e-4".to_owned(),
-            0,
-            "workpiece.chamfer_width_m",
-            "kind `chamfer`".to_owned(),
-        ),
-        ("kind = \"cylinder\"".to_owned(), 0, "workpiece.radius_m", "kind `cylinder`".to_owned()),
-        ("kind = \"bore\"".to_owned(), 0, "workpiece.radius_m", "kind `bore`".to_owned()),
+        ("kind = 'edge'", 0, "edge_radius_m", "greater than 0 for a workpiece of kind `edge`"),
+        ("kind = 'chamfer'\nedge_radius_m = 2e-4", 0, "chamfer_width_m", "kind `chamfer`"),
+        ("kind = 'cylinder'", 0, "radius_m", "kind `cylinder`"),
+        ("kind = 'bore'", 0, "radius_m", "kind `bore`"),
         // Keys that it does not have.
-        ("edge_radius_m = 2e-4".to_owned(), 1, "workpiece.edge_radius_m", left_out("plane")),
-        ("offset_m = 1e-3".to_owned(), 1, "workpiece.offset_m", left_out("plane")),
-        ("side = \"entering\"".to_owned(), 1, "workpiece.side", left_out("plane")),
-        ("radius_m = 0.1".to_owned(), 1, "workpiece.radius_m", left_out("plane")),
-        (with(edge, "chamfer_width_m = 1e-3"), 3, "workpiece.chamfer_width_m", left_out("edge")),
-        (with(edge, "chamfer_angle_rad = 0.5"), 3, "workpiece.chamfer_angle_rad", left_out("edge")),
-        (with(edge, "radius_m = 0.1"), 3, "workpiece.radius_m", left_out("edge")),
-        (with(edge, "normal = [1, 1, 0]"), 3, "workpiece.normal", "faces along y".to_owned()),
+        ("edge_radius_m = 2e-4", 1, "edge_radius_m", of_plane),
+        ("offset_m = 1e-3", 1, "offset_m", of_plane),
+        ("side = 'entering'", 1, "side", of_plane),
+        ("radius_m = 0.1", 1, "radius_m", of_plane),
+        ("EDGE\nchamfer_width_m = 1e-3", 3, "chamfer_width_m", of_edge),
+        ("EDGE\nchamfer_angle_rad = 0.5", 3, "chamfer_angle_rad", of_edge),
+        ("EDGE\nradius_m = 0.1", 3, "radius_m", of_edge),
+        ("EDGE\nnormal = [1, 1, 0]", 3, "normal", "faces along y"),
         (
-            with("kind = \"cylinder\"\nradius_m = 0.1\n", "included_angle_rad = 1.5"),
+            "kind = 'cylinder'\nradius_m = 0.1\nincluded_angle_rad = 1.5",
             3,
-            "workpiece.included_angle_rad",
-            left_out("cylinder"),
+            "included_angle_rad",
+            "of kind `cylinder` has",
         ),
         // Values outside their ranges.
-        (with(edge, "side = \"middle\""), 3, "workpiece.side", "entering".to_owned()),
-        (with(edge, "included_angle_rad = 3.2"), 3, "workpiece.included_angle_rad", "0.1 to 3.1".to_owned()),
-        (with(edge, "offset_m = inf"), 3, "workpiece.offset_m", "from -1000 to 1000".to_owned()),
-        ("kind = \"edge\"\nedge_radius_m = -1e-4".to_owned(), 2, "workpiece.edge_radius_m", "0 to 1000".to_owned()),
+        ("EDGE\nside = 'middle'", 3, "side", "entering"),
+        ("EDGE\nincluded_angle_rad = 3.2", 3, "included_angle_rad", "0.1 to 3.1"),
+        ("EDGE\noffset_m = inf", 3, "offset_m", "from -1000 to 1000"),
+        ("kind = 'edge'\nedge_radius_m = -1e-4", 2, "edge_radius_m", "0 to 1000"),
         // Numbers that do not fit together.
+        ("kind = 'chamfer'\nchamfer_width_m = 1e-3\nedge_radius_m = 2e-3", 3, "edge_radius_m", "use up the chamfer"),
         (
-            with(chamfer, "edge_radius_m = 2e-3").replacen("edge_radius_m = 2e-4\n", "", 1),
-            3,
-            "workpiece.edge_radius_m",
-            largest.to_owned(),
+            "kind = 'chamfer'\nedge_radius_m = 2e-4\nchamfer_width_m = 1e-3\nchamfer_angle_rad = 1.6",
+            4,
+            "chamfer_angle_rad",
+            "less than 1.5708",
         ),
-        (with(chamfer, "chamfer_angle_rad = 1.6"), 4, "workpiece.chamfer_angle_rad", "less than 1.5708".to_owned()),
-        ("kind = \"bore\"\nradius_m = 0.15".to_owned(), 2, "workpiece.radius_m", "greater than 1.7900e-1".to_owned()),
-        ("kind = \"bore\"\nradius_m = 0.1795".to_owned(), 2, "workpiece.radius_m", "such that".to_owned()),
+        ("kind = 'bore'\nradius_m = 0.15", 2, "radius_m", "greater than 1.7900e-1"),
+        ("kind = 'bore'\nradius_m = 0.1795", 2, "radius_m", "such that"),
     ];
     for (lines, line, key, allowed) in changes {
-        let workspace = Workspace::with(&FILE.replacen("[workpiece]\n", &format!("[workpiece]\n{lines}\n"), 1));
-        let message = workspace.refused("simulate case.toml --out results");
-        assert!(
-            message.contains(&format!("`{key}`")) && message.contains(&allowed),
-            "{lines}: no `{allowed}` in\n{message}"
+        let lines = lines.replace("EDGE", "kind = 'edge'\nedge_radius_m = 2e-4");
+        is_refused_at(
+            "[workpiece]\n",
+            &format!("[workpiece]\n{lines}\n"),
+            line,
+            &[&format!("`workpiece.{key}`"), allowed],
         );
-        let heading = FILE[..FILE.find("[workpiece]").expect("the section")].matches('\n').count() + 1;
-        let place = format!("case.toml:{}:", heading + line);
-        assert!(message.contains(&place), "{lines}: no `{place}` in\n{message}");
-        assert!(!workspace.path("results").exists(), "{lines}: results are left");
     }
 }
 
@@ -865,24 +852,18 @@ fn bad_sweeps_are_refused_with_key_and_line() {
         ("\"tool.kind\" = [1]", "study.tool.kind"),
         ("filament.segments = [1]", "quotes"),
         ("\"process.penetration_depth_m\" = [0.01, 0.05]", "case 2 of the study: `process.penetration_depth_m`"),
-        ("\"filament.length_m\" = [0.04, 1e-3]", "filament.diameter_m"),
     ];
+    let sweeps = &FILE[FILE.find(velocity).expect("sweeps")..];
     for (new, key) in changes {
-        let workspace = Workspace::new();
-        let file = FILE.split("brushing_velocity_m_s = [").next().expect("the text before the sweeps");
-        let line = file.matches('\n').count() + new.matches('\n').count() + 1;
-        workspace.write("case.toml", format!("{file}{new}\n"));
-        let message = workspace.refused("study case.toml --out results");
-        assert!(message.contains(key), "{new}: no `{key}` in\n{message}");
-        // The error of a relation points at one of its settings, here at the one that is not swept.
-        let place = if key == "filament.diameter_m" { place(FILE, "diameter_m") } else { format!("case.toml:{line}:") };
-        assert!(message.contains(&place), "{new}: no `{place}` in\n{message}");
-        assert!(!workspace.path("results").exists(), "{new}: results are left");
+        is_refused_at(sweeps, &format!("{new}\n"), new.matches('\n').count(), &[key]);
     }
+    // The error of a relation points at one of its settings, here at the one that is not swept.
+    let diameter = &FILE[FILE.find("diameter_m").expect("a diameter")..];
+    let too_short = diameter.replace(sweeps, "\"filament.length_m\" = [0.04, 1e-3]\n");
+    is_refused_at(diameter, &too_short, 0, &["filament.diameter_m"]);
     let twice = format!("{velocity}\n\"process.brushing_velocity_m_s\" = [1.0]");
-    refuse_change("study", velocity, &twice, "swept twice");
-    let million = "brushing_velocity_m_s = { start = 1, stop = 1001, step = 1e-3 }";
-    refuse_change("study", velocity, million, "1000000");
+    is_refused_at(velocity, &twice, 1, &["swept twice"]);
+    is_refused_at(velocity, "brushing_velocity_m_s = { start = 1, stop = 1001, step = 1e-3 }", 0, &["1000000"]);
 }
 
 #[test]
@@ -901,29 +882,6 @@ fn a_grid_of_too_many_points_is_refused_at_once() {
     let message = workspace.refused("study case.toml --out results");
     assert!(message.contains("more than 1000000 cases"), "{message}");
     assert!(message.contains(&place(FILE, "[study]")), "{message}");
-}
-
-#[test]
-fn messages_name_what_is_missing() {
-    let missing = [
-        ("length_m = 0.040\n", "`filament.length_m` is missing", "[filament]"),
-        ("brushing_velocity_m_s = 10.0\n", "`process.brushing_velocity_m_s` is missing", "[process]"),
-        (
-            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n",
-            "the section [tool] is missing",
-            "penetration_depth_m = {",
-        ),
-    ];
-    for (line, message, at) in missing {
-        let workspace = Workspace::new();
-        let file = FILE.replacen(line, "", 1);
-        workspace.write("case.toml", &file);
-        let said = workspace.refused("simulate case.toml --out results");
-        assert!(said.contains(message) && said.contains(&place(&file, at)), "{said}");
-    }
-    let workspace = Workspace::with(FILE.split("[study]").next().expect("the text before [study]"));
-    let said = workspace.refused("study case.toml --out results");
-    assert!(said.contains("`study` is missing"), "{said}");
 }
 
 #[test]
@@ -967,34 +925,17 @@ fn earlier_results_survive_bad_input() {
     assert_eq!(workspace.read("results/metrics.json"), "earlier");
 }
 
+/// The unit tests of `bristle_inspect::state` have more of them.
 #[test]
 fn bad_states_are_refused() {
-    let changes = [
-        ("\"q\"", "\"p\"", "`p`"),
-        ("\"base_rate\": 50.0", "\"base_rate\": \"fast\"", "`base_rate`"),
-        ("\"base_rate\": 50.0", "\"base_rate\": 1e999", "`base_rate`"),
-        ("\"base_rate\": 50.0, ", "", "`base_rate`"),
-        ("[0, 0, 0]", "[0, 0]", "`gravity`"),
-        ("1.6, -1.4]", "1.6]", "`q`"),
-        ("50.0, 0.2, 51.0]", "50.0]", "`v`"),
-        ("1.6, -1.4", "null, -1.4", "`q[2]`"),
-        ("1.6, -1.4", "0.0, -1.4", "segment 2"),
-        ("1.6, -1.4", "3.1415926535, -1.4", "`q[2]`"),
-        ("{", "", "line 1"),
-    ];
     let workspace = Workspace::with(FILE);
-    for (old, new, key) in changes {
-        assert!(STATE.contains(old), "{old}");
-        workspace.write("state.json", STATE.replacen(old, new, 1));
-        let message = workspace.refused("evaluate case.toml --state state.json");
-        assert!(message.contains("state.json") && message.contains(key), "{new}: no `{key}` in\n{message}");
-    }
-    let message = workspace.refused("evaluate case.toml --state absent.json");
-    assert!(message.contains("absent.json"), "{message}");
+    workspace.write("state.json", STATE.replacen("1.6, -1.4", "null, -1.4", 1));
+    let message = workspace.refused("evaluate case.toml --state state.json");
+    assert!(message.contains("state.json") && message.contains("`q[2]`"), "{message}");
+    assert!(workspace.refused("evaluate case.toml --state absent.json").contains("absent.json"));
     workspace.write("state.json", STATE);
     workspace.write("case.toml", FILE.replace("length_m = 0.040", "length_m = 0.0"));
-    let message = workspace.refused("evaluate case.toml --state state.json");
-    assert!(message.contains("filament.length_m"), "{message}");
+    assert!(workspace.refused("evaluate case.toml --state state.json").contains("filament.length_m"));
 }
 
 #[test]

@@ -368,17 +368,6 @@ fn repeated_headings_and_huge_forces_are_refused() {
     workspace.bristle("study measured.toml --out results").assert().success().stdout(finite);
 }
 
-#[test]
-fn a_contact_radius_beyond_the_filament_is_refused() {
-    let workspace = surroundings();
-    for radius in ["0.04", "1e300"] {
-        workspace.write("case.toml", SECTIONS.concat() + &format!("[contact]\nradius_m = {radius}\n"));
-        let message = refuse(&workspace, "simulate case.toml --out results");
-        let expected = format!("`contact.radius_m` is {radius}, but must be less than filament.length_m = 0.04");
-        assert!(message.contains(&expected) && message.contains("radius_m = "), "{message}");
-    }
-}
-
 /// Every combination of missing sections and keys.
 #[test]
 fn what_is_missing_is_named_with_its_place_and_an_example() {
@@ -467,6 +456,7 @@ fn missing_sections_are_named_by_all_commands() {
             "study case.toml --out results",
             "`process.penetration_depth_m` is missing",
         ),
+        (SECTIONS.concat(), "study case.toml --out results", "`study` is missing"),
         (String::new(), "evaluate case.toml --state state.json", "the sections [tool] and [filament] are missing"),
         (tool.to_owned(), "evaluate case.toml --state state.json", "the section [filament] is missing"),
         (
