@@ -11,7 +11,6 @@
 //! edges, curves and splines, and with friction, against those over a plane. `derivation`: the equations,
 //! from energies to Rust.
 
-mod fixed_size;
 mod planar;
 mod workpieces;
 
@@ -114,9 +113,6 @@ fn accelerations(criterion: &mut Criterion) {
     for segments in SEGMENT_COUNTS {
         batched_accelerations(&mut group, segments);
     }
-    // The same loops with the number of segments known to the compiler, to see what a build for one n could gain.
-    fixed_size_accelerations::<25>(&mut group);
-    fixed_size_accelerations::<100>(&mut group);
     group.finish();
 }
 
@@ -139,27 +135,6 @@ fn batched_accelerations(group: &mut criterion::BenchmarkGroup<'_, criterion::me
                 black_box(&accelerations);
             }
             start.elapsed().mul_f64(iterations as f64 / (batches * STATES as u64) as f64)
-        });
-    });
-}
-
-fn fixed_size_accelerations<const N: usize>(
-    group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
-) {
-    let mut state = BentFilament::new(N);
-    let chain = state.dynamics.chain().clone();
-    let q: [[f64; 2]; N] = state.q.clone().try_into().expect("N segments");
-    let v: [[f64; 2]; N] = state.v.clone().try_into().expect("N segments");
-    let mut result = [[0.0; 2]; N];
-    fixed_size::accelerations(&chain, &state.clamp, &q, &v, &mut result);
-    state.compute_accelerations();
-    for (a, b) in state.accelerations.as_flattened().iter().zip(result.as_flattened()) {
-        assert!((a - b).abs() <= 1e-9 * b.abs().max(1.0), "the two forms differ: {a} {b}");
-    }
-    group.bench_function(format!("n={N}, known to the compiler"), |bencher| {
-        bencher.iter(|| {
-            let (chain, clamp, q, v) = black_box((&chain, &state.clamp, &q, &v));
-            fixed_size::accelerations(chain, clamp, q, v, black_box(&mut result));
         });
     });
 }

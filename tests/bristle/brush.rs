@@ -71,7 +71,7 @@ fn rows_are_those_of_an_independent_code() {
     // Other columns bounce so often that the reference itself is known to 1e-6 only, and short steps do not resolve each impact.
     let tolerance = |case: &Reference| if case.name.contains("Hertz") { 5e-3 } else { 1e-3 };
     for case in references().iter().filter(|case| case.friction_at.as_deref() != Some("centrelines")) {
-        let result = simulate_brush(&at_tolerance(&case.input, 1e-5), 1).expect("a row");
+        let result = simulate_brush(&with(&case.input, |brush| brush.tolerance = 1e-5), 1).expect("a row");
         for (column, (filament, expected)) in result.filaments.iter().zip(&case.filaments).enumerate() {
             let errors = expected.errors(&filament.metrics);
             let name = (&case.name, case.input.process.brushing_velocity_m_s, column);
@@ -347,17 +347,20 @@ fn a_whole_row_is_a_ring() {
 }
 
 #[test]
-fn turns_of_a_brush_are_those_of_single_filaments_if_none_touch() {
-    let mut settings = with(&row(4, 60.0, 3), |brush| brush.tolerance = 1e-4);
+fn steady_turns_of_a_brush_go_on_until_they_are() {
+    let mut settings = row(10, 600.0, 1);
     settings.process.brushing_velocity_m_s = 30.0;
-    settings.process.turns = Turns::Count(3);
-    let alone = simulate(&settings).expect("turns");
-    let result = simulate_brush(&settings, 1).expect("a row");
-    assert_eq!(result.tool.turns, 3);
-    let pairs = result.turn_contact_normal_impulses_n_s.iter().zip(&alone.turn_contact_normal_impulses_n_s);
-    for (found, expected) in pairs {
-        assert!((found / expected - 1.0).abs() < 5e-3, "{found} {expected}");
+    settings.process.turns = Turns::Steady;
+    let brush = simulate_brush(&settings, 1).expect("a brush");
+    let impulses = &brush.turn_contact_normal_impulses_n_s;
+    // MODEL, "Turns".
+    for (found, expected) in impulses.iter().zip([1.64e-3, 3.04e-3, 3.58e-3, 3.69e-3]) {
+        assert!((found - expected).abs() < 6e-6, "{impulses:?}");
     }
+    let [.., before, last] = impulses[..] else { panic!("{impulses:?}") };
+    assert!(impulses.len() > 4 && (last / before - 1.0).abs() < 1e-3 && !brush.tool.unsteady_turns);
+    assert_eq!((brush.tool.turns, brush.tool.contact_normal_impulse_n_s), (impulses.len(), last));
+    assert!((brush.interaction_factor - 1.0).abs() < 1e-3, "{}", brush.interaction_factor);
 }
 
 #[test]

@@ -188,7 +188,11 @@ pub fn presentable(message: &str) -> Result<(), String> {
 
 /// Checks that a text cannot control the terminal.
 pub fn plain(text: &str) -> Result<(), String> {
-    match text.find(|character: char| character != '\n' && character.is_control()) {
+    let drives = |character: char| {
+        character != '\n' && character.is_control()
+            || matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    match text.find(drives) {
         Some(at) => Err(format!("a raw {:.1?} in {text:.1000?}", &text[at..])),
         None => Ok(()),
     }

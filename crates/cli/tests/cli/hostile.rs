@@ -25,10 +25,6 @@ const HEADING: &str = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n
 /// Longer than any command of these tests takes, on a busy machine.
 const LONG: Duration = Duration::from_secs(60);
 
-/// What a hostile file has in place of a name: it colours, sets the title of the terminal, moves, forges a line, and turns the
-/// direction of writing. As TOML and JSON write it, except `\u009b`.
-const HOSTILE: &str = r"\u001b[31m\u001b]0;title\u0007\u009b2J\nerror: forged\u202etxt.exe\u2066";
-
 /// A directory with `case.toml` and `forces.csv`.
 fn surroundings() -> Workspace {
     let workspace = Workspace::with(&(SECTIONS.concat() + STUDY));
@@ -54,52 +50,6 @@ fn message(mut command: Command) -> String {
     assert!(!message.lines().any(|line| line.starts_with("error: forged")), "{message}");
     assert!(message.lines().all(|line| line.chars().count() < 1000), "{message}");
     message
-}
-
-#[test]
-fn text_of_files_cannot_drive_the_terminal() {
-    let workspace = surroundings();
-    let long = "x".repeat(100_000);
-    for text in [HOSTILE, &long] {
-        for hostile in [
-            format!("\"{text}\" = 1\n"),
-            format!("[\"{text}\"]\nkey = 1\n"),
-            format!("[workpiece]\nkind = \"{text}\"\n"),
-            format!("[contact]\n\"{text}\" = 1\n"),
-            format!("[solver]\nsamples = \"{text}\"\n"),
-            format!("[study]\n\"{text}\" = [1]\n"),
-            format!("[measured]\n\"{text}\" = \"a\"\n"),
-            format!("[measured]\nfile = \"{}\"\n", text.replace("\\u0007", "")),
-        ] {
-            workspace.write("hostile.toml", SECTIONS[..3].concat() + &hostile);
-            let message = refuse(&workspace, "study hostile.toml --out results");
-            assert!(message.contains("hostile.toml") || message.contains("cannot read"), "{message}");
-        }
-        for hostile in [
-            format!("{{\"{text}\": 1}}"),
-            format!("{{\"q\": \"{text}\"}}"),
-            format!("{{\"q\": [\"{text}\"]}}"),
-            format!("{{\"q\": {{\"{text}\": 1}}}}"),
-        ] {
-            let json = hostile.replace("\\u001b]0;title\\u0007", "");
-            workspace.write("state.json", &json);
-            assert!(refuse(&workspace, "evaluate case.toml --state state.json").contains("state.json"));
-            workspace.write("graph.json", &json);
-            assert!(refuse(&workspace, "compare graph.json").contains("graph.json"));
-        }
-        let raw: String = serde_json::from_str(&format!("\"{text}\"")).expect("JSON");
-        let cell = format!("\"{raw}\"");
-        for hostile in [
-            format!("{cell},{HEADING}1,1,1,1,1,1\n"),
-            format!("{cell}\n"),
-            format!("{HEADING}{cell},1,1,1\n"),
-            format!("{HEADING}1,{cell},1,1\n"),
-        ] {
-            workspace.write("forces.csv", hostile);
-            assert!(refuse(&workspace, "study measured.toml --out results").contains("forces.csv:"));
-        }
-    }
-    assert!(!workspace.path("results").exists());
 }
 
 #[cfg(unix)]
