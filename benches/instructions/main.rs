@@ -161,7 +161,7 @@ fn settings() -> Settings {
 }
 
 /// A bent and turning filament, the same in all lanes, and the weights of a step.
-struct Motion<T> {
+struct BentFilament<T> {
     chain: Chain<T>,
     clamp: Clamp<T>,
     q: Vec<[T; 2]>,
@@ -169,7 +169,7 @@ struct Motion<T> {
     weights: StepWeights<T>,
 }
 
-impl<T: Compiled> Motion<T> {
+impl<T: Compiled> BentFilament<T> {
     fn new() -> Self {
         let settings = settings();
         let n = settings.filament.segments;
@@ -186,7 +186,7 @@ impl<T: Compiled> Motion<T> {
 }
 
 fn run_loop<T: Compiled>(subject: usize, repetitions: usize) {
-    let Motion { chain, clamp, q, v, weights } = Motion::<T>::new();
+    let BentFilament { chain, clamp, q, v, weights } = BentFilament::<T>::new();
     let mut dynamics = Dynamics::new(chain);
     let (mut a, mut result) = (q.clone(), q.clone());
     dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a);
@@ -207,7 +207,7 @@ fn run_loop<T: Compiled>(subject: usize, repetitions: usize) {
 
 /// The same with the equations in the plane, which take the polar angles as a variation.
 fn run_planar_loop<T: Compiled>(subject: usize, repetitions: usize) {
-    let Motion { chain, clamp, q, v, weights } = Motion::<T>::new();
+    let BentFilament { chain, clamp, q, v, weights } = BentFilament::<T>::new();
     let mut dynamics = PlanarDynamics::new(chain);
     let (mut a, mut result) = (q.clone(), q.clone());
     dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a);

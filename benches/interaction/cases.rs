@@ -40,17 +40,17 @@ const FRAMES: usize = 400;
 
 /// Brushing velocity in m/s, and penetration depth in µm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
+pub struct OperatingPoint {
     pub velocity: u32,
     pub depth: u32,
 }
 
 /// A place, in m/s and µm.
-pub const fn at(velocity: u32, depth: u32) -> Place {
-    Place { velocity, depth }
+pub const fn at(velocity: u32, depth: u32) -> OperatingPoint {
+    OperatingPoint { velocity, depth }
 }
 
-impl Place {
+impl OperatingPoint {
     /// Velocity in m/s.
     pub fn velocity(self) -> f64 {
         f64::from(self.velocity)
@@ -115,37 +115,37 @@ impl Scatter {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Case {
     /// A planar row.
-    Row(Place),
+    Row(OperatingPoint),
     /// A planar row of filaments with 25 segments.
-    Finer(Place),
+    Finer(OperatingPoint),
     /// Staggered rows in space, of filaments whose clamps are tilted, with a standard deviation in mrad.
-    Space { place: Place, tilt: u32 },
+    Space { place: OperatingPoint, tilt: u32 },
     /// A planar row of so many filaments around.
-    Sparse { place: Place, around: u32 },
+    Sparse { place: OperatingPoint, around: u32 },
     /// A row with friction on the workpiece, or between filaments, or both.
-    Rough { place: Place, workpiece: bool, filaments: bool },
+    Rough { place: OperatingPoint, workpiece: bool, filaments: bool },
     /// A row of filaments that differ, near each other or too far apart to touch.
-    Differing { place: Place, scatter: Scatter, apart: bool },
+    Differing { place: OperatingPoint, scatter: Scatter, apart: bool },
     /// A row that takes several turns.
-    Turning(Place),
+    Turning(OperatingPoint),
 }
 
 /// The places at which brushes in space are simulated.
-pub const SPATIAL: [Place; 4] = [at(2, 1000), at(10, 1000), at(10, 3000), at(30, 1000)];
+pub const SPATIAL: [OperatingPoint; 4] = [at(2, 1000), at(10, 1000), at(10, 3000), at(30, 1000)];
 /// The places at which tilts are compared.
-pub const TILTED: [Place; 2] = [at(10, 1000), at(30, 1000)];
+pub const TILTED: [OperatingPoint; 2] = [at(10, 1000), at(30, 1000)];
 /// The depths in µm at which brushes with fewer filaments are simulated.
 pub const SPARSE_DEPTHS: [u32; 2] = [1000, 3000];
 /// The places with friction.
-pub const ROUGH: [Place; 3] = [at(10, 1000), at(10, 3000), at(30, 1000)];
+pub const ROUGH: [OperatingPoint; 3] = [at(10, 1000), at(10, 3000), at(30, 1000)];
 /// Where filaments differ.
-pub const DIFFERING: Place = at(10, 1000);
+pub const DIFFERING: OperatingPoint = at(10, 1000);
 /// Where brushes take several turns.
-pub const TURNING: [Place; 2] = [at(20, 1000), at(30, 1000)];
+pub const TURNING: [OperatingPoint; 2] = [at(20, 1000), at(30, 1000)];
 /// Where filaments are followed on their way.
-pub const FOLLOWED: [Place; 3] = [at(10, 500), at(10, 3000), at(30, 1000)];
+pub const FOLLOWED: [OperatingPoint; 3] = [at(10, 500), at(10, 3000), at(30, 1000)];
 /// Where the number of segments is checked.
-pub const FINER: [Place; 2] = [at(10, 1000), at(30, 3000)];
+pub const FINER: [OperatingPoint; 2] = [at(10, 1000), at(30, 3000)];
 
 impl Case {
     /// All cases, roughly from the longest to the shortest.
@@ -268,7 +268,7 @@ impl Results {
     }
 
     /// That of a brush in space with the usual tilts.
-    pub fn space(&self, place: Place) -> &BrushResult {
+    pub fn space(&self, place: OperatingPoint) -> &BrushResult {
         self.of(Case::Space { place, tilt: USUAL_TILT })
     }
 

@@ -9,7 +9,7 @@ use bristle_report::drawing::Canvas;
 use bristle_report::drawing::diagram::{Curve, Diagram, Look};
 use bristle_report::drawing::scale::Axis;
 
-use crate::cases::{Case, DEPTHS, FOLLOWED, Place, Results, TURNING, VELOCITIES, at};
+use crate::cases::{Case, DEPTHS, FOLLOWED, OperatingPoint, Results, TURNING, VELOCITIES, at};
 use crate::numbers::{Tilted, by_column, impulse_alone, lifts, sideways};
 use crate::tables::tool_forces;
 
@@ -74,7 +74,7 @@ fn columns(results: &Results) -> Canvas {
 
 /// Impulses of neighbours along the normal over the columns.
 fn lifted(results: &Results) -> Canvas {
-    let curve = |place: Place| {
+    let curve = |place: OperatingPoint| {
         let row = results.of(Case::Row(place));
         let lifts = lifts(row).into_iter().map(|lift| lift / impulse_alone(row));
         let name = format!("{} m/s, {} mm", place.velocity, place.depth_mm());
@@ -91,7 +91,7 @@ fn lifted(results: &Results) -> Canvas {
 }
 
 /// The mean impulse of the filaments that count up to each place of their clamp's way, in mm and N s.
-fn followed(place: Place, row: &BrushResult) -> Vec<(f64, f64)> {
+fn followed(place: OperatingPoint, row: &BrushResult) -> Vec<(f64, f64)> {
     let settings = place.settings();
     let [from, to] = WAY;
     let width = (to - from) / INTERVALS as f64;

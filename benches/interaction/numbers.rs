@@ -3,7 +3,7 @@
 use bristle::brush::{BrushResult, FilamentResult};
 use bristle::simulation::{Pass, Sampling, SimulationError};
 
-use crate::cases::{Place, TILT};
+use crate::cases::{OperatingPoint, TILT};
 
 /// Mean impulse of the filaments that count in N s.
 pub fn impulse(brush: &BrushResult) -> f64 {
@@ -111,7 +111,7 @@ impl Tilted {
     ///
     /// # Errors
     /// If it cannot be simulated.
-    pub fn at(place: Place) -> Result<Self, SimulationError> {
+    pub fn at(place: OperatingPoint) -> Result<Self, SimulationError> {
         let mut settings = place.settings();
         settings.filament.lateral_tilt_rad = TILT;
         let metrics = Pass::new(&settings).simulate(Sampling::default())?.metrics;

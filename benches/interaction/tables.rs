@@ -10,8 +10,8 @@ use bristle::simulation::{Pass, SimulationError};
 use bristle_input::packing::tip_spacing;
 
 use crate::cases::{
-    Case, DEPTHS, DIFFERING, FINER, Place, ROUGH, Results, SPARSE, SPARSE_DEPTHS, SPATIAL, Scatter, TILTED, TILTS,
-    TURNING, VELOCITIES, at,
+    Case, DEPTHS, DIFFERING, FINER, OperatingPoint, ROUGH, Results, SPARSE, SPARSE_DEPTHS, SPATIAL, Scatter, TILTED,
+    TILTS, TURNING, VELOCITIES, at,
 };
 use crate::numbers::{
     Presses, Tilted, impulse, impulse_alone, in_the_middle, sideways, standard_error, unsteady_columns,
@@ -69,12 +69,12 @@ fn per_cent(share: f64) -> String {
     format!("{} %", fixed(0, 100.0 * share))
 }
 
-fn place_of(place: Place) -> String {
+fn place_of(place: OperatingPoint) -> String {
     format!("{} m/s, {} mm", place.velocity, place.depth_mm())
 }
 
 /// Force of the whole tool in N, of a brush and of filaments alone.
-pub fn tool_forces(place: Place, brush: &BrushResult) -> [f64; 2] {
+pub fn tool_forces(place: OperatingPoint, brush: &BrushResult) -> [f64; 2] {
     [impulse(brush), impulse_alone(brush)].map(|impulse| place.tool_force(impulse))
 }
 
@@ -92,7 +92,7 @@ fn forces(results: &Results) -> String {
 }
 
 fn finer(results: &Results) -> String {
-    let row = |place: Place| {
+    let row = |place: OperatingPoint| {
         let cells = |brush| tool_forces(place, brush).map(|force| fixed(1, force));
         let [coarse, fine] = [Case::Row(place), Case::Finer(place)].map(|case| cells(results.of(case)));
         [place_of(place)].into_iter().chain(coarse).chain(fine).collect()
@@ -101,7 +101,7 @@ fn finer(results: &Results) -> String {
 }
 
 fn space(results: &Results) -> String {
-    let row = |place: Place| {
+    let row = |place: OperatingPoint| {
         let [planar, alone] = tool_forces(place, results.of(Case::Row(place)));
         let brush = results.space(place);
         let [force, error] = force_in_space(place, brush);
@@ -112,13 +112,13 @@ fn space(results: &Results) -> String {
 }
 
 /// Force of the whole tool in N of a brush in space, with its standard error.
-pub fn force_in_space(place: Place, brush: &BrushResult) -> [f64; 2] {
+pub fn force_in_space(place: OperatingPoint, brush: &BrushResult) -> [f64; 2] {
     let force = place.tool_force(impulse(brush));
     [force, force * standard_error(brush)]
 }
 
 fn tilts(results: &Results) -> String {
-    let row = |place: Place| {
+    let row = |place: OperatingPoint| {
         let planar = whole(tool_forces(place, results.of(Case::Row(place)))[0]);
         let cells = TILTS.map(|tilt| {
             let [force, error] = force_in_space(place, results.of(Case::Space { place, tilt }));
@@ -237,7 +237,7 @@ fn spreading(results: &Results) -> String {
 }
 
 /// How many columns pass while an undeformed filament touches.
-fn contact_columns(place: Place) -> f64 {
+fn contact_columns(place: OperatingPoint) -> f64 {
     let settings = place.settings();
     let angle = Pass::new(&settings).nominal().contact_angle;
     angle * settings.tool.filament_count / std::f64::consts::TAU
@@ -276,7 +276,7 @@ fn presses(results: &Results) -> String {
 }
 
 fn turns(results: &Results) -> String {
-    let row = |place: Place| {
+    let row = |place: OperatingPoint| {
         let [single, turned] = [Case::Row(place), Case::Turning(place)].map(|case| results.of(case));
         let [mean, least, largest] = in_the_middle(turned);
         vec![

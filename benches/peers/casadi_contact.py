@@ -123,7 +123,7 @@ class Library:
     def parameters(contact_pass: Pass) -> np.ndarray:
         """p."""
         return np.array(
-            [contact_pass.rate_rad_s, contact_pass.start_angle_rad, contact_pass.case[1]]
+            [contact_pass.rate_rad_s, contact_pass.start_angle_rad, contact_pass.penetration_depth_m]
         )
 
 

@@ -205,7 +205,7 @@ class Contact:
             constrained_director_idx=(0,),
         )
         total = np.zeros(1)
-        simulator.add_forcing_to(rod).using(NodeContact, self._pass.plane_m, total)
+        simulator.add_forcing_to(rod).using(NodeContact, self._pass.height_m, total)
         damping = np.array(chain.damping_n_m_s)
         simulator.dampen(rod).using(JointDamper, damping=damping, step_s=self._step_s)
         simulator.finalize()

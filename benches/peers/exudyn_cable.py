@@ -249,14 +249,14 @@ def contact_pass(case: Case, settings: Settings, axial_factor: float) -> tuple[P
         lambda time: of.rate_rad_s * time,
         lambda _: of.rate_rad_s,
     )
-    cable.touch(settings.elements, CONTACT_STIFFNESS_N_M, of.plane_m)
+    cable.touch(settings.elements, CONTACT_STIFFNESS_N_M, of.height_m)
     for node in (settings.elements, settings.elements - 1):
         cable.watch(node)
     tips, others = cable.run(settings, of.end_s, every=1)
-    gaps = tips[:, 1] - of.plane_m
+    gaps = tips[:, 1] - of.height_m
     forces = CONTACT_STIFFNESS_N_M * np.maximum(0.0, -gaps)
     motion = PassMotion(of, of.end_s / settings.steps, tips, forces, gaps)
-    return motion, float(np.min(others[:, 1]) - of.plane_m)
+    return motion, float(np.min(others[:, 1]) - of.height_m)
 
 
 # The spin-up of Simo and Vu-Quoc (1986), part II: clamped at the axis, at rest at first.

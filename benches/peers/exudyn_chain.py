@@ -97,7 +97,7 @@ class Contact:
 
         ground = system.AddObject(ObjectGround())
         workpiece = system.AddMarker(MarkerBodyRigid(bodyNumber=ground))
-        depth = self._pass.plane_m - SPHERE_RADIUS_M
+        depth = self._pass.height_m - SPHERE_RADIUS_M
         corners = [[REACH_M, depth, -REACH_M], [-REACH_M, depth, -REACH_M], [0, depth, 2 * REACH_M]]
         inner_node, inner = body(0.0, 1e3, 1e3)
         system.AddObject(ObjectJointRevolute2D(markerNumbers=[point(ground, 0), point(inner, 0)]))

@@ -98,7 +98,7 @@ def pass_model(
         inertiafromgeom="false"/><default><geom contype="0" conaffinity="0"/></default>
         <option timestep="{step_s!r}" gravity="0 0 0" integrator="implicitfast"/>
         <worldbody><geom name="workpiece" type="plane" size="1 1 1" zaxis="0 1 0"
-        pos="0 {at.plane_m - NODE_RADIUS_M!r} 0"/>{filaments}</worldbody>
+        pos="0 {at.height_m - NODE_RADIUS_M!r} 0"/>{filaments}</worldbody>
         <contact>{pairs}</contact>{more}</mujoco>"""
     )
 
@@ -146,7 +146,7 @@ class Contact:
             # Positions and contact force of this instant; a step leaves those before it.
             mujoco.mj_forward(model, data)
             tips[step] = data.geom_xpos[nodes.stop - 1, :2]
-            gaps[step] = data.geom_xpos[nodes, 1].min() - self._pass.plane_m
+            gaps[step] = data.geom_xpos[nodes, 1].min() - self._pass.height_m
             forces[step] = data.efc_force.sum() if data.ncon else 0.0
             mujoco.mj_step(model, data)
         return PassMotion(self._pass, self._step_s, tips, forces, gaps)

@@ -11,7 +11,6 @@
 //! edges, curves and splines, and with friction, against those over a plane. `derivation`: the equations,
 //! from energies to Rust.
 
-mod fixed_size;
 mod planar;
 mod workpieces;
 
@@ -55,7 +54,7 @@ fn paper_case(relative_tolerance: f64) -> Settings {
 }
 
 /// The filament of the paper in the middle of a contact: turning, bent by 0.6 rad and slightly out of the plane.
-struct Motion {
+struct BentFilament {
     clamp: Clamp<f64>,
     dynamics: Dynamics<f64>,
     q: Vec<[f64; 2]>,
@@ -63,7 +62,7 @@ struct Motion {
     accelerations: Vec<[f64; 2]>,
 }
 
-impl Motion {
+impl BentFilament {
     fn new(segments: usize) -> Self {
         let settings = paper_case(1e-6);
         let body_radius = settings.tool.body_radius_m;
@@ -103,7 +102,7 @@ impl Motion {
 fn accelerations(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("accelerations");
     for segments in SEGMENT_COUNTS {
-        let mut state = Motion::new(segments);
+        let mut state = BentFilament::new(segments);
         group.bench_function(format!("n={segments}"), |bencher| {
             bencher.iter(|| {
                 black_box(&mut state).compute_accelerations();
@@ -114,19 +113,16 @@ fn accelerations(criterion: &mut Criterion) {
     for segments in SEGMENT_COUNTS {
         batched_accelerations(&mut group, segments);
     }
-    // The same loops with the number of segments known to the compiler, to see what a build for one n could gain.
-    fixed_size_accelerations::<25>(&mut group);
-    fixed_size_accelerations::<100>(&mut group);
     group.finish();
 }
 
 /// Many states side by side; the time is per state.
 fn batched_accelerations(group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>, segments: usize) {
     const STATES: usize = 64;
-    let states: Vec<Motion> = (0..STATES).map(|_| Motion::new(segments)).collect();
+    let states: Vec<BentFilament> = (0..STATES).map(|_| BentFilament::new(segments)).collect();
     let members: Vec<Member<'_>> = states
         .iter()
-        .map(|Motion { clamp, dynamics, q, v, .. }| Member { chain: dynamics.chain(), clamp, q, v })
+        .map(|BentFilament { clamp, dynamics, q, v, .. }| Member { chain: dynamics.chain(), clamp, q, v })
         .collect();
     let mut batch = Batch::new(segments);
     let mut accelerations = vec![[0.0; 2]; STATES * segments];
@@ -143,38 +139,17 @@ fn batched_accelerations(group: &mut criterion::BenchmarkGroup<'_, criterion::me
     });
 }
 
-fn fixed_size_accelerations<const N: usize>(
-    group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
-) {
-    let mut state = Motion::new(N);
-    let chain = state.dynamics.chain().clone();
-    let q: [[f64; 2]; N] = state.q.clone().try_into().expect("N segments");
-    let v: [[f64; 2]; N] = state.v.clone().try_into().expect("N segments");
-    let mut result = [[0.0; 2]; N];
-    fixed_size::accelerations(&chain, &state.clamp, &q, &v, &mut result);
-    state.compute_accelerations();
-    for (a, b) in state.accelerations.as_flattened().iter().zip(result.as_flattened()) {
-        assert!((a - b).abs() <= 1e-9 * b.abs().max(1.0), "the two forms differ: {a} {b}");
-    }
-    group.bench_function(format!("n={N}, known to the compiler"), |bencher| {
-        bencher.iter(|| {
-            let (chain, clamp, q, v) = black_box((&chain, &state.clamp, &q, &v));
-            fixed_size::accelerations(chain, clamp, q, v, black_box(&mut result));
-        });
-    });
-}
-
 fn implicit_step(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("implicit_step");
     for segments in SEGMENT_COUNTS {
-        let mut state = Motion::new(segments);
+        let mut state = BentFilament::new(segments);
         state.compute_accelerations();
         let mut correction = vec![[0.0; 2]; segments];
         // γΔ of a step of 10 µs.
         let diagonal = 0.248e-5;
         let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
         group.bench_function(format!("n={segments}, residual and solve"), |bencher| {
-            let Motion { clamp, dynamics, q, v, accelerations } = &mut state;
+            let BentFilament { clamp, dynamics, q, v, accelerations } = &mut state;
             dynamics.residual(clamp.holding(q, v), accelerations, &NoLoads, &mut correction);
             dynamics.factorise(clamp.holding(q, v), accelerations, &NoLoads, weights, LaneSet::first(1));
             bencher.iter(|| {
@@ -184,7 +159,7 @@ fn implicit_step(criterion: &mut Criterion) {
             });
         });
         group.bench_function(format!("n={segments}, residual, factorise and solve"), |bencher| {
-            let Motion { clamp, dynamics, q, v, accelerations } = &mut state;
+            let BentFilament { clamp, dynamics, q, v, accelerations } = &mut state;
             bencher.iter(|| {
                 let dynamics = black_box(&mut *dynamics);
                 dynamics.residual(clamp.holding(q, v), accelerations, &NoLoads, &mut correction);

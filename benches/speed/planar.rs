@@ -14,7 +14,7 @@ use bristle::simulation::{Job, Pass, simulate_side_by_side};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion};
 
-use crate::Motion;
+use crate::BentFilament;
 
 const SEGMENTS: usize = 25;
 
@@ -30,7 +30,7 @@ pub fn planar(criterion: &mut Criterion) {
     compare(&mut group, "study of 120 contacts, one thread: planar against in space", 1, &mut { planar }, &mut {
         spatial
     });
-    let motion = Motion::planar(SEGMENTS);
+    let motion = BentFilament::planar(SEGMENTS);
     forms::<f64>(&mut group, "accelerations, one state: planar against in space", &motion);
     if lanes_are_compiled() {
         forms::<Lanes<LANES>>(&mut group, "accelerations, eight lanes: planar against in space", &motion);
@@ -52,7 +52,7 @@ pub fn study(settings: &[Settings], form: fn(Pass) -> Pass) {
 }
 
 /// Both forms of the equations at one state, or at the same one in every lane.
-fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, motion: &Motion) {
+fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, motion: &BentFilament) {
     let lanes = |blocks: &[[f64; 2]]| blocks.iter().map(|block| block.map(T::from_f64)).collect::<Vec<_>>();
     let chain = Chain::<T>::from_lanes(|_| motion.dynamics.chain());
     let (clamp, q, v) = (Clamp::<T>::from_lanes(|_| motion.clamp), lanes(&motion.q), lanes(&motion.v));
@@ -69,8 +69,8 @@ fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, moti
 }
 
 /// Eight states in a batch, with the states gathered into lanes, against eight of them one by one.
-fn lanes(group: &mut BenchmarkGroup<'_, WallTime>, motion: &Motion) {
-    let Motion { clamp, dynamics, q, v, .. } = motion;
+fn lanes(group: &mut BenchmarkGroup<'_, WallTime>, motion: &BentFilament) {
+    let BentFilament { clamp, dynamics, q, v, .. } = motion;
     let (mut batch, mut single, chain) = (Batch::new(SEGMENTS), dynamics.clone(), dynamics.chain());
     let members = [Member { chain, clamp, q, v }; LANES];
     let (mut in_lanes, mut alone) = ([[0.0; 2]; LANES * SEGMENTS], [[0.0; 2]; SEGMENTS]);

@@ -5,14 +5,17 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import TypeAlias
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
+from typing import TypeAlias, TypeVar
 
 TellCases: TypeAlias = Callable[[int, int, int], object]
 """Takes the numbers of cases that are done, of all, and of those that failed."""
 
 TellShare: TypeAlias = Callable[[float], object]
 """Takes the share that is done, from 0 to 1."""
+
+Tell = TypeVar("Tell", bound=Callable[..., object])
 
 PATIENCE_S = 1.0
 """What is over sooner shows nothing on a terminal."""
@@ -75,37 +78,38 @@ def _in_time(seconds: float) -> str:
 
 
 @contextmanager
-def of_cases(progress: bool | TellCases) -> Iterator[TellCases | None]:
-    """What shows the progress of a study, if anything does."""
+def _shown(
+    progress: bool | Tell, tell_on: Callable[[_Line], Tell]
+) -> Iterator[Tell | None]:
+    """What shows progress: the function of the caller, one on a line, or none."""
     if callable(progress):
         yield progress
-        return
-    if not progress:
+    elif not progress:
         yield None
-        return
-    line = _Line()
+    else:
+        line = _Line()
+        try:
+            yield tell_on(line)
+        finally:
+            line.end()
 
-    def tell(done: int, total: int, failed: int) -> None:
+
+def of_cases(progress: bool | TellCases) -> AbstractContextManager[TellCases | None]:
+    """What shows the progress of a study, if anything does."""
+
+    def tell(line: _Line, done: int, total: int, failed: int) -> None:
         failures = f", {failed} failed" if failed else ""
         line.tell(done / total, f"{done} of {total} cases", failures)
 
-    try:
-        yield tell
-    finally:
-        line.end()
+    return _shown(progress, lambda line: partial(tell, line))
 
 
-@contextmanager
-def of_share(progress: bool | TellShare, what: str) -> Iterator[TellShare | None]:
+def of_share(
+    progress: bool | TellShare, what: str
+) -> AbstractContextManager[TellShare | None]:
     """What shows the progress of ``what``, if anything does."""
-    if callable(progress):
-        yield progress
-        return
-    if not progress:
-        yield None
-        return
-    line = _Line()
-    try:
-        yield lambda share: line.tell(share, f"{100.0 * share:.0f} % of {what}")
-    finally:
-        line.end()
+
+    def tell(line: _Line, share: float) -> None:
+        line.tell(share, f"{100.0 * share:.0f} % of {what}")
+
+    return _shown(progress, lambda line: partial(tell, line))

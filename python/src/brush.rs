@@ -14,7 +14,7 @@ use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings;
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
-use bristle_store::results::{Moment, Pair, Place, Rest, write_brush_metrics};
+use bristle_store::results::{Moment, Pair, Position, Rest, write_brush_metrics};
 use bristle_text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -87,7 +87,7 @@ impl SimulatedBrush {
     fn filaments<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
         let filaments = &self.result.filaments;
         let (table, all_units) = (PyDict::new(py), PyDict::new(py));
-        add_part(&table, &all_units, filaments, |filament| Place::from(filament))?;
+        add_part(&table, &all_units, filaments, |filament| Position::from(filament))?;
         add_part(&table, &all_units, filaments, |filament| filament.metrics.clone())?;
         for key in NOT_OF_BRUSHES {
             table.del_item(key)?;

@@ -105,9 +105,8 @@ pub fn derive(
         None if planar => Equations::PlanarKernels,
         None => Equations::Kernels,
     };
-    let format = DeriveFormat::ALL.into_iter().find(|known| known.name() == format);
-    let format = format.ok_or_else(|| {
-        let names = DeriveFormat::ALL.map(|known| format!("{:?}", known.name()));
+    let format = DeriveFormat::find(format).ok_or_else(|| {
+        let names = DeriveFormat::ALL.iter().map(|known| format!("{:?}", known.name())).collect::<Vec<_>>();
         of_value(format!("the format must be one of {}", names.join(", ")))
     })?;
     unseen(py, move || {

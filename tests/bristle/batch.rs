@@ -109,7 +109,7 @@ fn passes(friction: f64) -> Vec<Settings> {
     passes
 }
 
-fn side_by_side(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>> {
+pub fn side_by_side(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>> {
     let mut queue: Vec<usize> = (0..passes.len()).rev().collect();
     let mut results = vec![None; passes.len()];
     let take = |kind: Option<Kind>| {

@@ -8,12 +8,12 @@ use std::path::Path;
 use bristle::equations::linear::{add, scale};
 use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, RelaxedAngle};
 use bristle::model::filament;
-use bristle::model::settings::{
-    BrushSettings, ContactSettings, FilamentSettings, ProcessSettings, Settings, ToolSettings,
-};
+use bristle::model::settings::{BrushSettings, FilamentSettings, Settings};
+use bristle::simulation::{FilamentState, Pass};
 use bristle::tool::radial_clamp;
 use fastrand::Rng;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 /// Tolerances, each with its reason.
 pub mod tolerance {
@@ -44,23 +44,34 @@ pub fn case(segments: usize, velocity: f64, depth: f64) -> Settings {
     settings
 }
 
-/// A brush in the keys of an input file, as the references of rows and of filaments in space state it.
-#[derive(Deserialize)]
-pub struct Input {
-    pub tool: ToolSettings,
-    pub filament: FilamentSettings,
-    pub contact: ContactSettings,
-    pub brush: BrushSettings,
-    pub process: ProcessSettings,
+/// The cases of a file of reference data.
+pub fn cases<T: DeserializeOwned>(name: &str) -> Vec<T> {
+    #[derive(Deserialize)]
+    struct Cases<T> {
+        cases: Vec<T>,
+    }
+
+    let Cases { cases } = serde_json::from_str(&data(name)).expect(name);
+    cases
 }
 
-impl Input {
-    /// The settings, with the given relative tolerance of the brush.
-    pub fn settings(&self, tolerance: f64) -> Settings {
-        let settings = Settings::new(self.tool.clone(), self.filament.clone(), self.process.clone());
-        let brush = BrushSettings { tolerance, ..self.brush.clone() };
-        Settings { contact: self.contact.clone(), brush: Some(brush), ..settings }
-    }
+/// The brush with other settings.
+pub fn with(settings: &Settings, change: impl FnOnce(&mut BrushSettings)) -> Settings {
+    let mut brush = settings.brush.clone().expect("a brush");
+    change(&mut brush);
+    Settings { brush: Some(brush), ..settings.clone() }
+}
+
+/// By how much the energies of a pass rise, and its end.
+pub fn balance(settings: &Settings) -> (f64, FilamentState) {
+    let pass = Pass::new(settings);
+    let mut system = pass.system(true);
+    let start = pass.start(&mut system);
+    let before = system.energies(&start);
+    let (end, _) = pass.integrate(&mut system, start, |_| ()).expect("the pass ends");
+    let after = system.energies(&end);
+    let rise = (after.kinetic - before.kinetic) + (after.spring - before.spring) + system.contact_energy(&end);
+    (rise, end)
 }
 
 /// A spatial state: a randomly bent, wavy filament of random segments away from the poles, with rates as in a fast brush.

@@ -7,7 +7,7 @@ use bristle::model::settings::{FilamentSettings, Settings, Turns, WorkpieceSetti
 use bristle::simulation::{Pass, Sample, simulate_with_history};
 use serde::Deserialize;
 
-use crate::common::{case, data};
+use crate::common::{case, cases};
 
 /// Largest difference of an impulse over `p_n`, of times and work relative to themselves, and of the tip over `l_f`, beyond ten times
 /// the error that the reference states. The solver runs at 1e-9, and they agree to 4e-7, except that the share of an edge differs by up
@@ -53,11 +53,6 @@ struct Filament {
     waviness_length_m: Option<f64>,
     #[serde(default)]
     waviness_phase_rad: f64,
-}
-
-#[derive(Deserialize)]
-struct References {
-    cases: Vec<Reference>,
 }
 
 impl Reference {
@@ -133,7 +128,7 @@ fn passes_over_chamfers_circles_and_splines_with_friction_agree_with_casadi_and_
 
 /// Compares the `count` cases of a file. The shares of edges agree to `of_edges`.
 fn agree(file: &str, count: usize, of_edges: f64) {
-    let References { cases } = serde_json::from_str(&data(file)).expect("the file is JSON");
+    let cases: Vec<Reference> = cases(file);
     assert_eq!(cases.len(), count);
     let mut failures = Vec::new();
     for case in cases {

@@ -1,8 +1,10 @@
 //! Is it physics? The account of the energies in a history.
 
 use bristle::model::settings::Settings;
-use bristle::simulation::{Pass, Sample, integral, simulate_with_history};
+use bristle::simulation::{Sample, integral, simulate_with_history};
 use fastrand::Rng;
+
+use crate::common::balance;
 
 fn history(settings: &Settings) -> Vec<Sample> {
     simulate_with_history(settings, 400).expect("the pass ends").history
@@ -51,13 +53,7 @@ fn a_contact_that_comes_off_while_pressed_in_loses_what_it_stored() {
     settings.filament.damping_ratio = 0.0;
     settings.contact.damping_s_m = 2.0;
     settings.solver.relative_tolerance = 1e-8;
-    let pass = Pass::new(&settings);
-    let mut system = pass.system(true);
-    let start = pass.start(&mut system);
-    let before = system.energies(&start);
-    let (end, _) = pass.integrate(&mut system, start, |_| ()).expect("the pass ends");
-    let after = system.energies(&end);
-    let rise = (after.kinetic - before.kinetic) + (after.spring - before.spring);
+    let (rise, end) = balance(&settings);
     let (lost, dissipated) = (end.integrals[integral::WORK] - rise, end.integrals[integral::CONTACT_DISSIPATION]);
     assert!(lost > 1e-4 && (dissipated / lost - 1.0).abs() < 1e-4, "{dissipated:e} {lost:e}");
 }

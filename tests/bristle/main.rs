@@ -13,7 +13,6 @@ mod damping;
 mod edges;
 mod fingerprint;
 mod lateral;
-mod lone;
 mod open_core;
 mod physics;
 mod planar;

@@ -174,7 +174,7 @@ fn relaxed([x, y, z]: [f64; 3]) -> [f64; 3] {
 }
 
 /// The energy and dissipation of a joint from the directions alone, by the axes of its sides.
-fn energies(inner: (PolarAxis, Side), outer: (PolarAxis, Side)) -> [f64; 2] {
+fn energies(inner: (PolarAxis, Coordinates), outer: (PolarAxis, Coordinates)) -> [f64; 2] {
     let [[e, e_rate], [next, next_rate]] = [inner, outer].map(|(axis, side)| {
         let [direction, rate, _] = axis.direction([side[0], side[1], [0.0; 2]]);
         [direction, rate]
@@ -191,10 +191,10 @@ fn energies(inner: (PolarAxis, Side), outer: (PolarAxis, Side)) -> [f64; 2] {
 }
 
 /// Coordinates and rates of one side of a joint.
-type Side = [[f64; 2]; 2];
+type Coordinates = [[f64; 2]; 2];
 
 /// The outer side of a joint, about z, and inner sides, about x: bent, and relaxed and turning as a whole.
-fn crossed_sides() -> [(Side, Side); 2] {
+fn crossed_sides() -> [(Coordinates, Coordinates); 2] {
     let z = [[1.1, 0.7], [0.4, -0.9]];
     let [theta, rest] = [z[0][1] - RELAXED, 0.0];
     let inner = PolarAxis::X.coordinates(PolarAxis::Z.direction([[z[0][0], theta], [rest, z[1][1]], [0.0; 2]]));
@@ -202,7 +202,12 @@ fn crossed_sides() -> [(Side, Side); 2] {
 }
 
 /// Checks the torques of a joint, one per coordinate of its inner and its outer side, against the slopes of its energies.
-fn check_slopes(torques: &[f64], inner: (PolarAxis, Side), outer: (PolarAxis, Side), constants: [f64; 2]) {
+fn check_slopes(
+    torques: &[f64],
+    inner: (PolarAxis, Coordinates),
+    outer: (PolarAxis, Coordinates),
+    constants: [f64; 2],
+) {
     let size = 1e-5;
     for (i, torque) in torques.iter().enumerate() {
         let slope = |order: usize| {
@@ -222,7 +227,7 @@ fn check_slopes(torques: &[f64], inner: (PolarAxis, Side), outer: (PolarAxis, Si
 fn crossed_joint_is_the_slope_of_its_energies() {
     let (stiffness, damping) = (0.7, 0.3);
     let [(z, x), straight] = crossed_sides();
-    let crossed = |z: Side, x: Side| {
+    let crossed = |z: Coordinates, x: Coordinates| {
         let angles = [z[0], x[0]].map(trigonometry);
         kernels::crossed_joint(angles[0], angles[1], unbent(z[0]), z[1], x[1], stiffness, damping)
     };
@@ -246,9 +251,9 @@ fn crossed_joint_is_the_slope_of_its_energies() {
 #[test]
 fn joint_about_x_is_the_slope_of_its_energies_and_its_tangents_match_differences() {
     let (stiffness, damping) = (0.7, 0.3);
-    let sides: [Side; 2] = [[[0.8, 1.3], [0.6, 0.3]], [[1.2, 0.9], [-0.2, 0.5]]];
+    let sides: [Coordinates; 2] = [[[0.8, 1.3], [0.6, 0.3]], [[1.2, 0.9], [-0.2, 0.5]]];
     let turn = [RELAXED.sin(), RELAXED.cos()];
-    let joint = |[previous, next]: [Side; 2]| {
+    let joint = |[previous, next]: [Coordinates; 2]| {
         let step = previous[0][1] - next[0][1];
         let angles = [previous[0], next[0]].map(trigonometry);
         let joint = kernels::joint_about_x(
@@ -351,7 +356,7 @@ fn turned_back([x, y, z]: [f64; 3]) -> [f64; 3] {
 
 /// A motion of a clamped filament: its chain, the clamp's direction, and `e` and `ė` of each segment at the start.
 #[derive(Clone)]
-struct Motion {
+struct Clamped {
     chain: Chain<f64>,
     clamp: [f64; 3],
     start: Vec<[[f64; 3]; 2]>,
@@ -370,7 +375,7 @@ struct Seen {
     visits: usize,
 }
 
-impl Motion {
+impl Clamped {
     fn turned(&self) -> Self {
         Self {
             chain: Chain { gravity: turned(self.chain.gravity), ..self.chain.clone() },
@@ -427,7 +432,7 @@ fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 }
 
 /// A rigid pendulum of length 1 m under gravity along `−z`, from `e` and `ė`.
-fn pendulum(e: [f64; 3], rate: [f64; 3], duration: f64) -> Motion {
+fn pendulum(e: [f64; 3], rate: [f64; 3], duration: f64) -> Clamped {
     let chain = Chain::from(UniformChain {
         segments: 1,
         length: 1.0,
@@ -439,7 +444,7 @@ fn pendulum(e: [f64; 3], rate: [f64; 3], duration: f64) -> Motion {
         joint_damping: 0.0,
         gravity: [0.0, 0.0, -9.81],
     });
-    Motion { chain, clamp: [0.0, 1.0, 0.0], start: vec![[e, rate]], duration, rate_scale: 1.0 }
+    Clamped { chain, clamp: [0.0, 1.0, 0.0], start: vec![[e, rate]], duration, rate_scale: 1.0 }
 }
 
 /// Tolerance of the integration, per step.
@@ -451,7 +456,7 @@ const ENERGY: f64 = 1e-6;
 const SAME_MOTION: f64 = 1e-5;
 
 /// Checks a motion: its energy is conserved, and in rotated axes, where it meets no pole, it is the same motion.
-fn check_motion(motion: &Motion, relative: f64) -> Seen {
+fn check_motion(motion: &Clamped, relative: f64) -> Seen {
     let seen = motion.integrate(relative);
     let turned = motion.turned().integrate(relative);
     assert_eq!(turned.statistics.chart_changes, 0, "it meets a pole in rotated axes");
@@ -487,7 +492,7 @@ fn spherical_pendulum_tumbles_through_the_poles_of_both_charts() {
 
 /// The undamped `filament`, clamped along `clamp` (`±z`), bent towards `x` by up to `bend` (rad) and released with a
 /// velocity along `y`, for `periods` periods of its first bending mode.
-fn released(filament: &FilamentSettings, gravity: [f64; 3], clamp: f64, bend: f64, periods: f64) -> Motion {
+fn released(filament: &FilamentSettings, gravity: [f64; 3], clamp: f64, bend: f64, periods: f64) -> Clamped {
     let filament = FilamentSettings { damping_ratio: 0.0, ..filament.clone() };
     let frequency = first_natural_frequency(&filament);
     let start = (0..filament.segments).map(|k| {
@@ -495,7 +500,7 @@ fn released(filament: &FilamentSettings, gravity: [f64; 3], clamp: f64, bend: f6
         let (sin, cos) = (bend * share).sin_cos();
         [[sin, 0.0, clamp * cos], [0.0, 0.2 * bend * share * frequency, 0.0]]
     });
-    Motion {
+    Clamped {
         chain: chain(&filament, gravity),
         clamp: [0.0, 0.0, clamp],
         start: start.collect(),
@@ -566,9 +571,9 @@ fn states_at_a_pole_are_refused_by_name() {
 }
 
 /// A free rotation at 1 rad/s that reaches a pole of `z` at 0.35 s.
-fn rotation() -> Motion {
+fn rotation() -> Clamped {
     let motion = pendulum([0.35_f64.sin(), 0.0, 0.35_f64.cos()], [-0.35_f64.cos(), 0.0, 0.35_f64.sin()], 0.35);
-    Motion { chain: Chain { gravity: [0.0; 3], ..motion.chain }, ..motion }
+    Clamped { chain: Chain { gravity: [0.0; 3], ..motion.chain }, ..motion }
 }
 
 #[test]

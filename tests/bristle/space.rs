@@ -7,7 +7,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 use serde::Deserialize;
 
-use crate::common::{Input, data};
+use crate::common::{cases, with};
 
 /// Of a brush, which takes fixed steps that impacts do not cut, at the tolerance of [`BRUSH_TOLERANCE`]; impulses over `p_n`, or over the
 /// impulse between the filaments, work relative to itself.
@@ -20,7 +20,7 @@ const PASS: f64 = 5e-6;
 #[derive(Deserialize)]
 struct Reference {
     name: String,
-    input: Input,
+    input: Settings,
     filaments: Vec<OfFilament>,
     neighbours: Vec<OfPair>,
     own_errors: OwnErrors,
@@ -50,11 +50,6 @@ struct OfPair {
     friction_work_j: f64,
 }
 
-#[derive(Deserialize)]
-struct References {
-    cases: Vec<Reference>,
-}
-
 impl Reference {
     fn subject(&self) -> String {
         format!("{}, {} m/s", self.name, self.input.process.brushing_velocity_m_s)
@@ -77,7 +72,7 @@ impl OfFilament {
 }
 
 fn references() -> Vec<Reference> {
-    let References { cases } = serde_json::from_str(&data("reference_space.json")).expect("the file is JSON");
+    let cases = cases("reference_space.json");
     assert_eq!(cases.len(), 10);
     cases
 }
@@ -93,7 +88,8 @@ fn check(failures: &mut Vec<String>, subject: &str, differences: &[(&'static str
 fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
     let mut failures = Vec::new();
     for case in references() {
-        let result = simulate_brush(&case.input.settings(BRUSH_TOLERANCE), 1).expect("the settings are valid");
+        let result = simulate_brush(&with(&case.input, |brush| brush.tolerance = BRUSH_TOLERANCE), 1)
+            .expect("the settings are valid");
         let name = case.subject();
         let mut found: Vec<_> = result.filaments.iter().collect();
         found.sort_by_key(|filament| (filament.column, filament.row));
@@ -125,7 +121,7 @@ fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
 fn a_tilted_filament_agrees_with_casadi_and_cvodes() {
     let mut failures = Vec::new();
     for case in references().iter().filter(|case| case.neighbours.is_empty()) {
-        let mut settings = Settings { brush: None, ..case.input.settings(BRUSH_TOLERANCE) };
+        let mut settings = Settings { brush: None, ..case.input.clone() };
         settings.solver.relative_tolerance = 1e-9;
         let result = simulate(&settings).expect("the settings are valid");
         let differences = case.filaments[0].differences(&result.metrics);

@@ -6,11 +6,11 @@ use bristle::equations::linear::{add, dot, scale, sub};
 use bristle::equations::{ChainDynamics, Dynamics, NodeLoads, PlanarDynamics, StepWeights};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{Settings, Side, WorkpieceKind};
-use bristle::simulation::{Form, Job, Kind, Pass, Sampling, integral, simulate, simulate_side_by_side};
+use bristle::simulation::{Form, Pass, Sampling, integral, simulate};
 use bristle::workpiece::{Edge, Part, Workpiece};
 use fastrand::Rng;
 
-use crate::common::{case, tolerance};
+use crate::common::{balance, case, tolerance};
 
 /// A case of the paper on an edge with the radius 0.2 mm.
 fn edge(velocity: f64, depth: f64, side: Side, offset: f64) -> Settings {
@@ -147,31 +147,16 @@ fn the_step_matrix_of_an_edge_contact_matches_differences() {
 
 #[test]
 fn passes_side_by_side_are_those_alone() {
-    let cases = passes();
-    let mut jobs: Vec<Job> = cases.iter().enumerate().map(|(number, settings)| Job::new(number, settings)).collect();
-    let take = |kind: Option<Kind>| {
-        let position = jobs.iter().rposition(|job| kind.is_none_or(|kind| job.pass.kind() == kind))?;
-        Some(jobs.swap_remove(position))
-    };
-    let mut count = 0;
-    simulate_side_by_side(take, |number, result| {
-        let alone = simulate(&cases[number]);
-        assert!(result == alone, "case {number}: {result:?} {alone:?}");
-        count += 1;
-    });
-    assert_eq!(count, cases.len());
+    let passes = passes();
+    for (settings, result) in passes.iter().zip(crate::batch::side_by_side(&passes)) {
+        assert_eq!(result, simulate(settings), "{settings:?}");
+    }
 }
 
 #[test]
 fn energy_is_conserved_over_edges_and_curved_faces() {
     for settings in passes() {
-        let pass = Pass::new(&settings);
-        let mut system = pass.system(true);
-        let start = pass.start(&mut system);
-        let before = system.energies(&start);
-        let (end, _) = pass.integrate(&mut system, start, |_| ()).expect("the pass ends");
-        let after = system.energies(&end);
-        let rise = (after.kinetic - before.kinetic) + (after.spring - before.spring) + system.contact_energy(&end);
+        let (rise, end) = balance(&settings);
         let work = end.integrals[integral::WORK];
         let taken = end.integrals[integral::JOINT_DISSIPATION] + end.integrals[integral::CONTACT_DISSIPATION];
         let error = (work - taken - rise).abs() / (work.abs() + taken);
@@ -189,21 +174,6 @@ fn passes_over_edges_are_the_same_in_space() {
             .map(|pass| pass.simulate(Sampling::default()).expect("the pass ends").metrics);
         let error = deviation(&planar, &spatial);
         assert!(error < 1e-5, "{error:e}: {settings:?}\n{planar:?}\n{spatial:?}");
-    }
-}
-
-#[test]
-fn a_straight_profile_is_a_plane() {
-    for degree in [1, 3, 10] {
-        let mut settings = case(10, 15.0, 1e-3);
-        settings.contact.friction_coefficient = 0.2;
-        let plane = simulate(&settings).expect("the pass ends").metrics;
-        settings.workpiece.kind = WorkpieceKind::Profile;
-        settings.workpiece.degree = degree;
-        settings.workpiece.control_points_m = (-6..=6).map(|i| [f64::from(i) * 0.01, 0.0]).collect();
-        let profile = simulate(&settings).expect("the pass ends").metrics;
-        assert!(deviation(&plane, &profile) < 1e-6, "{plane:?} {profile:?}");
-        assert!((plane.nominal_contact_time_s / profile.nominal_contact_time_s - 1.0).abs() < 1e-12);
     }
 }
 

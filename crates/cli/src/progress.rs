@@ -66,7 +66,7 @@ impl Works {
         let own = || run.results().iter().enumerate().filter(|(case, _)| is_own(*case));
         let mut works = vec![0.0; study.case_count()];
         for (case, _) in own().filter(|(_, result)| result.is_none()) {
-            works[case] = work(&study.settings(case));
+            works[case] = work(study, case);
         }
         Self { works, total: own().count(), resumed: own().filter(|(_, result)| result.is_some()).count() }
     }

@@ -50,7 +50,11 @@ pub enum BrushStudyError {
 /// The first case that cannot be simulated; or else the memory.
 pub fn check_brushes(study: &Study, threads: Option<NonZeroUsize>, memory: Option<u64>) -> Result<(), BrushStudyError> {
     let needs = (0..study.case_count()).map(|case| {
-        let needed = check_brush(&study.settings(case), memory);
+        let needed = match (study.brush_memory(case), memory) {
+            // The error says what is too large.
+            (Ok(needed), Some(limit)) if needed > limit => check_brush(&study.settings(case), memory),
+            (needed, _) => needed,
+        };
         needed.map(|needed| (needed, case)).map_err(|error| BrushStudyError::Case { case, error })
     });
     let mut needs = needs.collect::<Result<Vec<(u64, usize)>, _>>()?;

@@ -3,6 +3,10 @@
 //! Cases are numbered in the order of the grid and made from their numbers when needed. A large study therefore needs no
 //! memory beyond its results.
 
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+
+use bristle::brush::{BrushError, check_brush};
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::Settings;
 use bristle_text::shown;
@@ -92,6 +96,8 @@ pub struct Study {
     sweeps: Vec<Sweep>,
     case_count: usize,
     checks: bool,
+    /// The memory that the brushes of some cases need, by their numbers.
+    needs: Arc<Mutex<BTreeMap<usize, Result<u64, BrushError>>>>,
 }
 
 impl Study {
@@ -163,7 +169,7 @@ impl Study {
                 .filter(|&count| count <= MAX_CASES)
                 .ok_or(StudyError::TooManyCases)?;
         }
-        let study = Self { tools, sweeps, case_count, checks: false };
+        let study = Self { tools, sweeps, case_count, checks: false, needs: Arc::default() };
         if study.has_brush() && !study.sweeps.iter().any(|sweep| sweep.setting().section() == BRUSH) {
             let [with, without] =
                 [true, false].map(|is_brush| study.tools.iter().find(|tool| tool.settings.brush.is_some() == is_brush));
@@ -271,6 +277,20 @@ impl Study {
     pub fn has_brush(&self) -> bool {
         self.tools.iter().any(|tool| tool.settings.brush.is_some())
             || self.sweeps.iter().any(|sweep| sweep.setting().section() == BRUSH)
+    }
+
+    /// The memory in bytes that the brush of a case, counted from 0, needs at most. Its filaments are arranged when it is first asked for.
+    ///
+    /// # Errors
+    /// If there is no such brush.
+    pub fn brush_memory(&self, case: usize) -> Result<u64, BrushError> {
+        let needs = || self.needs.lock().expect("nothing panics with them in hand");
+        let known = needs().get(&case).cloned();
+        known.unwrap_or_else(|| {
+            let needed = check_brush(&self.settings(case), None);
+            needs().insert(case, needed.clone());
+            needed
+        })
     }
 
     /// Whether some case has more than one turn.

@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 use std::{io, thread};
 
-use bristle::brush::{BrushError, BrushRun, RunOptions, check_brush};
+use bristle::brush::{BrushError, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
@@ -123,8 +123,8 @@ pub fn simulate_cases(
     let Resources { threads, memory } = resources.into();
     if study.has_brush() {
         let spare = memory.map(|memory| spare_memory(study, cases, threads, memory));
-        return complete_one_by_one(study, cases, threads, on_case_done, |settings| {
-            simulate_brush(settings, study.checks(), spare, stop)
+        return complete_one_by_one(study, cases, threads, on_case_done, |case| {
+            simulate_brush(study, case, spare, stop)
         });
     }
     complete_cases(study, cases, threads, on_case_done, |take, done| {
@@ -164,8 +164,8 @@ where
     W: Workpiece + Clone,
     E: Display,
 {
-    complete_one_by_one(study, cases, threads, on_case_done, |settings| {
-        let mut case = BegunCase::new(settings.clone(), study.checks());
+    complete_one_by_one(study, cases, threads, on_case_done, |case| {
+        let mut case = BegunCase::new(study.settings(case), study.checks());
         while let Some(run) = case.runs.pop() {
             let result = match pass_of(&case.settings(run)) {
                 Ok(pass) => match pass.until(stop).simulate(Sampling::default()) {
@@ -200,7 +200,7 @@ pub fn waiting_cases(study: &Study, cases: &[usize]) -> Vec<Waiting> {
     let waiting = |kind, case| {
         let settings = study.settings(case);
         let tools = if study.scatters() { settings.uncertainty.samples } else { 0 };
-        Waiting { case, kind, work: (1 + tools) as f64 * work(&settings) }
+        Waiting { case, kind, work: (1 + tools) as f64 * work(study, case) }
     };
     if study.has_brush() {
         return each_in_order_of_work(study, cases).into_iter().rev().map(|case| waiting(0, case)).collect();
@@ -210,33 +210,35 @@ pub fn waiting_cases(study: &Study, cases: &[usize]) -> Vec<Waiting> {
     kinds.flat_map(|(kind, cases)| cases.iter().rev().map(move |&(_, case)| waiting(kind, case))).collect()
 }
 
-/// The work of a case, compared with others: steps are ways of the tips, and the memory of a brush is in proportion to its segments.
+/// The work of a case, counted from 0, compared with others: steps are ways of the tips, and the memory of a brush is in proportion to its segments.
 #[must_use]
-pub fn work(settings: &Settings) -> f64 {
+pub fn work(study: &Study, case: usize) -> f64 {
+    let settings = study.settings(case);
     let size = match settings.brush {
-        Some(_) => check_brush(settings, None).map_or(0.0, |bytes| bytes as f64),
+        Some(_) => study.brush_memory(case).map_or(0.0, |bytes| bytes as f64),
         None => settings.filament.segments as f64,
     };
-    size * Pass::new(settings).end_time() * settings.process.brushing_velocity_m_s
+    size * Pass::new(&settings).end_time() * settings.process.brushing_velocity_m_s
 }
 
 /// The bytes by which a brush may need more than at its beginning, when it takes more columns: an equal share for each of those that are
 /// simulated at once.
 fn spare_memory(study: &Study, cases: &[usize], threads: Option<NonZeroUsize>, memory: u64) -> u64 {
-    let mut needs: Vec<u64> = cases.iter().filter_map(|&case| check_brush(&study.settings(case), None).ok()).collect();
+    let mut needs: Vec<u64> = cases.iter().filter_map(|&case| study.brush_memory(case).ok()).collect();
     needs.sort_unstable();
     let at_once = thread_count(threads).min(needs.len()).max(1);
     let needed = needs.iter().rev().take(at_once).fold(0, |sum: u64, needed| sum.saturating_add(*needed));
     memory.saturating_sub(needed) / at_once as u64
 }
 
-/// Simulates the brush of one case, which may come to need `spare` bytes of memory more, and again if it `checks` it. `None` if it was
-/// asked to stop.
-fn simulate_brush(settings: &Settings, checks: bool, spare: Option<u64>, stop: &Stop) -> Option<CaseResult> {
+/// Simulates the brush of a case, which may come to need `spare` bytes of memory more, and again if the study checks its cases. `None` if it
+/// was asked to stop.
+fn simulate_brush(study: &Study, case: usize, spare: Option<u64>, stop: &Stop) -> Option<CaseResult> {
+    let settings = study.settings(case);
     let simulate = |options: RunOptions| {
-        let needed = check_brush(settings, None)?;
+        let needed = study.brush_memory(case)?;
         let memory = spare.map(|spare| needed.saturating_add(spare));
-        let mut run = BrushRun::new(settings, RunOptions { memory, ..options })?.until(stop);
+        let mut run = BrushRun::new(&settings, RunOptions { memory, ..options })?.until(stop);
         while run.advance()? {}
         run.finish()
     };
@@ -245,7 +247,7 @@ fn simulate_brush(settings: &Settings, checks: bool, spare: Option<u64>, stop: &
         Err(error) => return Some(Err(error.to_string())),
         Ok(result) => result,
     };
-    let checked = match checks.then(|| simulate(finer_steps(RunOptions::default()))) {
+    let checked = match study.checks().then(|| simulate(finer_steps(RunOptions::default()))) {
         Some(Err(BrushError::Stopped)) => return None,
         checked => checked.and_then(Result::ok),
     };
@@ -265,7 +267,7 @@ fn complete_one_by_one(
     cases: &[usize],
     threads: Option<NonZeroUsize>,
     on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
-    simulate: impl Fn(&Settings) -> Option<CaseResult> + Sync,
+    simulate: impl Fn(usize) -> Option<CaseResult> + Sync,
 ) -> io::Result<()> {
     let waiting = each_in_order_of_work(study, cases);
     let threads = thread_count(threads).min(waiting.len());
@@ -278,7 +280,7 @@ fn complete_one_by_one(
             let next = queued().pop();
             let Some(case) = next else { return };
             let begun = Instant::now();
-            let Some(result) = simulate(&study.settings(case)) else { return };
+            let Some(result) = simulate(case) else { return };
             trace_case(case, &result, begun);
             if on_case_done(case, result).is_break() {
                 queued().clear();
@@ -298,7 +300,7 @@ fn complete_one_by_one(
 
 /// Cases that are simulated one by one, in reverse order of simulation: those with the most work are last.
 fn each_in_order_of_work(study: &Study, cases: &[usize]) -> Vec<usize> {
-    let mut waiting: Vec<(f64, usize)> = cases.iter().map(|&case| (work(&study.settings(case)), case)).collect();
+    let mut waiting: Vec<(f64, usize)> = cases.iter().map(|&case| (work(study, case), case)).collect();
     waiting.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
     waiting.into_iter().map(|(_, case)| case).collect()
 }

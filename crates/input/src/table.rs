@@ -72,10 +72,10 @@ impl Source<'_> {
     /// Reads a JSON object after checking that its format has the version `expected`.
     pub fn object<T: serde::de::DeserializeOwned>(&self, expected: u32) -> Result<T, DataError> {
         #[derive(Deserialize)]
-        struct Form {
+        struct Versioned {
             format: u32,
         }
-        let Form { format } = serde_json::from_str(self.text).map_err(|error| self.json(&error))?;
+        let Versioned { format } = serde_json::from_str(self.text).map_err(|error| self.json(&error))?;
         if format != expected {
             let problem = format!("the file has format {format}, but this program reads format {expected}");
             return Err(self.error(1, None, problem, "use the version of Bristle that wrote it, or simulate again"));

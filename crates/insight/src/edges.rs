@@ -5,7 +5,7 @@
 use bristle::model::metrics::Metrics;
 use serde::Serialize;
 
-use crate::advice::{Limits, Outcome, Place};
+use crate::advice::{Limits, OperatingPoint, Outcome};
 use bristle_grid::{CaseResult, CaseSummary, Study, Sweep};
 use bristle_text::layout::{aligned, wrap, wrap_beside};
 use bristle_text::number::spanning;
@@ -71,7 +71,7 @@ pub fn advise_on_edges(study: &Study, results: &[CaseResult], limits: &Limits) -
     let known = results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().ok()?)));
     let within = |(case, summary): &(usize, &CaseSummary)| {
         let settings = study.settings(*case);
-        limits.allow(&Place::of(&settings), &Outcome::new(&settings, summary))
+        limits.allow(&OperatingPoint::of(&settings), &Outcome::new(&settings, summary))
     };
     let on_edges = known.filter(|(_, summary)| summary.metrics.edge_share > 0.0).filter(within);
     let cases: Vec<(usize, &Metrics)> = on_edges.map(|(case, summary)| (case, &summary.metrics)).collect();

@@ -97,7 +97,7 @@ fn naming(error: &StudyError) -> &'static str {
 }
 
 /// A tool of one of the studies.
-struct Part<'a> {
+struct JoinedTool<'a> {
     /// Its name in the whole.
     name: String,
     study: &'a Study,
@@ -134,7 +134,7 @@ struct Shared {
     of_parts: Vec<Values>,
 }
 
-impl<'a> Part<'a> {
+impl<'a> JoinedTool<'a> {
     /// The tools of a study.
     fn all(NamedStudy { name, saved, results, measured }: &'a NamedStudy) -> Vec<Self> {
         let study = &saved.study;
@@ -222,9 +222,9 @@ impl<'a> Part<'a> {
 
 /// The settings of whose groups the whole may have an axis: velocity and depth always, then what some part sweeps. Each with the ways
 /// in which the parts state it.
-fn candidates(parts: &[Part<'_>]) -> Vec<Vec<&'static Parameter>> {
+fn candidates(parts: &[JoinedTool<'_>]) -> Vec<Vec<&'static Parameter>> {
     let process = [VELOCITY, DEPTH].into_iter().filter_map(Parameter::find);
-    let swept = parts.iter().flat_map(Part::axes).filter_map(|(sweep, _)| sweep.setting().parameter());
+    let swept = parts.iter().flat_map(JoinedTool::axes).filter_map(|(sweep, _)| sweep.setting().parameter());
     let swept: Vec<&'static Parameter> = swept.collect();
     let mut groups: Vec<Vec<&'static Parameter>> = Vec::new();
     for parameter in process.chain(swept.iter().copied()) {
@@ -244,11 +244,11 @@ fn candidates(parts: &[Part<'_>]) -> Vec<Vec<&'static Parameter>> {
 }
 
 /// The axis that the parts share in one of the `ways` to state it. `None` if it is a property of each tool.
-fn shared_axis(parts: &[Part<'_>], ways: &[&'static Parameter]) -> Result<Option<Shared>, JoinError> {
+fn shared_axis(parts: &[JoinedTool<'_>], ways: &[&'static Parameter]) -> Result<Option<Shared>, JoinError> {
     let is_process = ways.iter().any(|way| way.group().any(|same| [VELOCITY, DEPTH].contains(&same.path)));
     let mut refusal = None;
     for &parameter in ways {
-        let of_parts: Result<Vec<Values>, &Part<'_>> =
+        let of_parts: Result<Vec<Values>, &JoinedTool<'_>> =
             parts.iter().map(|part| part.values(parameter).ok_or(part)).collect();
         let of_parts = match of_parts {
             Ok(of_parts) => of_parts,
@@ -268,12 +268,13 @@ fn shared_axis(parts: &[Part<'_>], ways: &[&'static Parameter]) -> Result<Option
     }
     // What no part sweeps over several values is a property of each tool.
     let is_of_group = |sweep: &Sweep| ways.iter().any(|way| way.path == sweep.path());
-    let is_swept = parts.iter().flat_map(Part::axes).any(|(sweep, _)| sweep.values().len() > 1 && is_of_group(sweep));
+    let is_swept =
+        parts.iter().flat_map(JoinedTool::axes).any(|(sweep, _)| sweep.values().len() > 1 && is_of_group(sweep));
     refusal.filter(|_| is_process || is_swept).map_or(Ok(None), Err)
 }
 
 /// What a part has beyond the shared values, in a sentence; `None` if it has nothing else.
-fn left_out(part: &Part<'_>, number: usize, shared: &[Shared]) -> Option<String> {
+fn left_out(part: &JoinedTool<'_>, number: usize, shared: &[Shared]) -> Option<String> {
     let of_axis = |axis: &Shared| {
         let (own, kept) = (axis.of_parts[number].values.len(), axis.values.len());
         let symbol = Setting::Number(axis.parameter).symbol();
@@ -291,7 +292,7 @@ fn left_out(part: &Part<'_>, number: usize, shared: &[Shared]) -> Option<String>
 /// # Errors
 /// If there is no common value of a swept setting, of velocity or of depth, or the names are not those of tools.
 pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
-    let parts: Vec<Part<'_>> = studies.iter().flat_map(Part::all).collect();
+    let parts: Vec<JoinedTool<'_>> = studies.iter().flat_map(JoinedTool::all).collect();
     if studies.len() < 2 {
         return Err(JoinError::Alone);
     }
@@ -299,7 +300,7 @@ pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
     let axes: Vec<Shared> = axes.filter_map(Result::transpose).collect::<Result<_, _>>()?;
     // What no study sweeps is a setting like others.
     let is_swept =
-        |axis: &Shared| parts.iter().flat_map(Part::axes).any(|(sweep, _)| sweep.path() == axis.parameter.path);
+        |axis: &Shared| parts.iter().flat_map(JoinedTool::axes).any(|(sweep, _)| sweep.path() == axis.parameter.path);
     let shared: Vec<Shared> = axes.into_iter().filter(is_swept).collect();
     let tools = parts.iter().map(|part| part.tool(&shared)).collect();
     let sweeps = shared.iter().map(|axis| Sweep::list(axis.parameter, axis.values.clone()));

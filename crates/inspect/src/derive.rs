@@ -89,57 +89,58 @@ impl Equations {
     }
 }
 
-/// The form of the equations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DeriveFormat {
-    /// Readable mathematics, as text.
-    Math,
-    /// A LaTeX document.
-    Latex,
-    /// Markdown with formulas; for whole equations, their derivation step by step.
-    Markdown,
-    /// Rust source.
-    Rust,
-    /// The expression graph.
-    Json,
-    /// C11: a header and a source file.
-    C,
-    /// Function files for MATLAB and GNU Octave; for whole equations also a script of one pass.
-    Matlab,
-    /// A Python module of functions on NumPy arrays.
-    Numpy,
-    /// A Python module of functions that return SymPy matrices.
-    Sympy,
+/// Declares the forms of equations and their list.
+macro_rules! formats {
+    ($($format:ident = $name:literal: $help:literal,)*) => {
+        /// The form of the equations.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum DeriveFormat {
+            $(#[doc = $help] $format,)*
+        }
+
+        impl DeriveFormat {
+            /// All forms.
+            pub const ALL: &[Self] = &[$(Self::$format),*];
+
+            /// The name on the command line, and what it stands for.
+            fn words(self) -> [&'static str; 2] {
+                match self {
+                    $(Self::$format => [$name, $help],)*
+                }
+            }
+        }
+    };
+}
+
+formats! {
+    Math = "math": "Readable mathematics, as text",
+    Latex = "latex": "A LaTeX document",
+    Markdown = "markdown": "A page with formulas; for whole equations, the derivation from the energies",
+    Rust = "rust": "Rust source",
+    Json = "json": "The expression graph",
+    C = "c": "C11, a header and a source file",
+    Matlab = "matlab": "Function files for MATLAB and GNU Octave; with --segments also one_pass.m, which integrates a contact",
+    Numpy = "numpy": "A Python module on NumPy arrays",
+    Sympy = "sympy": "A Python module that makes SymPy matrices; takes minutes beyond 100 segments",
 }
 
 impl DeriveFormat {
-    /// All forms.
-    pub const ALL: [Self; 9] = [
-        Self::Math,
-        Self::Latex,
-        Self::Markdown,
-        Self::Rust,
-        Self::Json,
-        Self::C,
-        Self::Matlab,
-        Self::Numpy,
-        Self::Sympy,
-    ];
-
     /// The name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Math => "math",
-            Self::Latex => "latex",
-            Self::Markdown => "markdown",
-            Self::Rust => "rust",
-            Self::Json => "json",
-            Self::C => "c",
-            Self::Matlab => "matlab",
-            Self::Numpy => "numpy",
-            Self::Sympy => "sympy",
-        }
+        self.words()[0]
+    }
+
+    /// What it is, for the help.
+    #[must_use]
+    pub fn help(self) -> &'static str {
+        self.words()[1]
+    }
+
+    /// The form of this name.
+    #[must_use]
+    pub fn find(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|format| format.name() == name)
     }
 }
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use bristle_grid::{CaseResult, Study, run_study};
 use bristle_input::document::Document;
-use bristle_report::drawing::map::{Map, Side};
+use bristle_report::drawing::map::{CellAxis, Map};
 use bristle_report::drawing::scale::Axis;
 use bristle_text::number::labels;
 
@@ -42,7 +42,7 @@ fn in_millis(impulses: &[Option<f64>]) -> Vec<Option<f64>> {
 }
 
 fn write(path: &Path, study: &Study, title: &str, colours: Axis, values: Vec<Option<f64>>) -> Result<()> {
-    let side = |label: &str, values: Vec<f64>| Side {
+    let side = |label: &str, values: Vec<f64>| CellAxis {
         label: label.to_owned(),
         labels: labels(values.iter().copied()),
         values,

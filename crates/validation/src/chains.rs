@@ -12,6 +12,7 @@ use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::{Plane, Workpiece};
 use bristle_grid::Study;
 use bristle_input::document::Document;
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::Failure;
@@ -219,6 +220,17 @@ pub fn lesser(a: f64, b: f64) -> f64 {
 pub fn trajectory_rows<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
     reader.deserialize().collect::<Result<_, _>>().map_err(|error| Failure::Reference(error.to_string()))
+}
+
+/// The cases of a reference committed as JSON.
+pub fn cases_of<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
+    #[derive(Deserialize)]
+    struct Cases<T> {
+        cases: Vec<T>,
+    }
+
+    let Cases { cases } = serde_json::from_str(text).map_err(|error| Failure::Reference(error.to_string()))?;
+    Ok(cases)
 }
 
 /// Slope of the least-squares line through points in logarithmic coordinates.

@@ -13,7 +13,9 @@ use bristle::tool::ClampMotion;
 use bristle::workpiece::{Edge, Surface, Workpiece};
 use serde::Deserialize;
 
-use super::chains::{crossing, extrapolated, force_at, order, paper_case, trajectory_rows, unit_chain, worse};
+use super::chains::{
+    cases_of, crossing, extrapolated, force_at, order, paper_case, trajectory_rows, unit_chain, worse,
+};
 use super::contact::imbalance;
 use super::exact::held::{Circle, Held};
 use super::peers::{Row, distances};
@@ -441,14 +443,9 @@ struct Segments {
     segments: usize,
 }
 
-#[derive(Deserialize)]
-struct References {
-    cases: Vec<Reference>,
-}
-
 fn profiles(extent: Extent) -> Result<Trial, Failure> {
     const PROFILES: &str = include_str!("../../../tests/data/reference_profiles.json");
-    let References { cases } = serde_json::from_str(PROFILES).map_err(|error| Failure::Reference(error.to_string()))?;
+    let cases: Vec<Reference> = cases_of(PROFILES)?;
     let mut checks = Vec::new();
     for case in cases.iter().filter(|case| extent == Extent::Full || case.brushing_velocity_m_s == 10.0) {
         let mut settings = paper_case(case.filament.segments, case.brushing_velocity_m_s, case.penetration_depth_m)?;

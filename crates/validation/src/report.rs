@@ -148,7 +148,7 @@ impl Counts {
 }
 
 /// A line of the table.
-enum Line {
+enum TableLine {
     Title(String),
     Cells([String; 8]),
     Problem(String),
@@ -178,16 +178,17 @@ fn section(outcome: &Outcome, shown: fn(&Check) -> bool, width: usize) -> String
     let mut lines = Vec::new();
     for (name, trial) in named(outcome) {
         let checks = trial.iter().flat_map(|trial| &trial.checks).filter(|check| shown(check));
-        let rows: Vec<_> = checks.map(cells).map(Line::Cells).chain(problem(trial).map(Line::Problem)).collect();
+        let rows: Vec<_> =
+            checks.map(cells).map(TableLine::Cells).chain(problem(trial).map(TableLine::Problem)).collect();
         if !rows.is_empty() {
-            lines.push(Line::Title(name));
+            lines.push(TableLine::Title(name));
             lines.extend(rows);
         }
     }
     let headings = HEADINGS.map(str::to_owned);
     let mut widths = headings.each_ref().map(|heading| columns(heading));
     for line in &lines {
-        if let Line::Cells(cells) = line {
+        if let TableLine::Cells(cells) = line {
             for (width, cell) in widths.iter_mut().zip(cells) {
                 *width = columns(cell).max(*width);
             }
@@ -204,14 +205,14 @@ fn section(outcome: &Outcome, shown: fn(&Check) -> bool, width: usize) -> String
 
     let rule = "─".repeat(width.saturating_sub(columns(outcome.group.title) + 4));
     let mut text = format!("── {} {rule}\n", outcome.group.title);
-    if lines.iter().any(|line| matches!(line, Line::Cells(_))) {
+    if lines.iter().any(|line| matches!(line, TableLine::Cells(_))) {
         row(&mut text, &headings);
     }
     for line in &lines {
         match line {
-            Line::Title(name) => text.push_str(&format!("{name}\n")),
-            Line::Cells(cells) => row(&mut text, cells),
-            Line::Problem(problem) => text.push_str(&format!("  {problem}  FAIL\n")),
+            TableLine::Title(name) => text.push_str(&format!("{name}\n")),
+            TableLine::Cells(cells) => row(&mut text, cells),
+            TableLine::Problem(problem) => text.push_str(&format!("  {problem}  FAIL\n")),
         }
     }
     text

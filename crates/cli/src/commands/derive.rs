@@ -7,7 +7,8 @@ use std::process::ExitCode;
 
 use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, derive};
 use bristle_store::staged::{StagedFile, directory_of, occupy, prepare_directory};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::error::CliError;
 use crate::terminal::{print_by, say, say_written};
@@ -26,8 +27,8 @@ pub struct DeriveArgs {
     #[arg(long)]
     planar: bool,
     /// Form of the equations; math, latex and markdown are meant for reading and take minutes beyond 100 segments, see the note before them
-    #[arg(long, value_enum, default_value_t = Format::Math)]
-    format: Format,
+    #[arg(long, default_value = DeriveFormat::Math.name(), value_parser = format())]
+    format: DeriveFormat,
     /// File to write instead of stdout; for c and matlab, the directory of their files, which they require
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
@@ -56,42 +57,10 @@ impl From<&DeriveArgs> for Equations {
     }
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum Format {
-    /// Readable mathematics, as text
-    Math,
-    /// A LaTeX document
-    Latex,
-    /// A page with formulas; for whole equations, the derivation from the energies
-    Markdown,
-    /// Rust source
-    Rust,
-    /// The expression graph
-    Json,
-    /// C11, a header and a source file
-    C,
-    /// Function files for MATLAB and GNU Octave; with --segments also one_pass.m, which integrates a contact
-    Matlab,
-    /// A Python module on NumPy arrays
-    Numpy,
-    /// A Python module that makes SymPy matrices; takes minutes beyond 100 segments
-    Sympy,
-}
-
-impl From<Format> for DeriveFormat {
-    fn from(format: Format) -> Self {
-        match format {
-            Format::Math => Self::Math,
-            Format::Latex => Self::Latex,
-            Format::Markdown => Self::Markdown,
-            Format::Rust => Self::Rust,
-            Format::Json => Self::Json,
-            Format::C => Self::C,
-            Format::Matlab => Self::Matlab,
-            Format::Numpy => Self::Numpy,
-            Format::Sympy => Self::Sympy,
-        }
-    }
+/// Reads the name of a form.
+fn format() -> impl TypedValueParser<Value = DeriveFormat> {
+    let names = DeriveFormat::ALL.iter().map(|format| PossibleValue::new(format.name()).help(format.help()));
+    PossibleValuesParser::new(names).map(|name| DeriveFormat::find(&name).expect("clap accepts these names only"))
 }
 
 /// Longer equations are for nobody to read. Those of 17 segments in space have as many.
@@ -99,7 +68,7 @@ const MOST_PAGES: usize = 200;
 
 /// Runs the command.
 pub fn run(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
-    let (equations, format) = (Equations::from(arguments), DeriveFormat::from(arguments.format));
+    let (equations, format) = (Equations::from(arguments), arguments.format);
     if let Some(pages) = equations.pages(format).filter(|pages| *pages > MOST_PAGES) {
         say(format_args!(
             "note: written out, these equations take some {pages} pages, which nobody reads, and grow with the cube of the number of \

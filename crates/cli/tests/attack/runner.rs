@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::fs::{self, File};
 use std::io;
 use std::os::unix::fs::FileExt;
@@ -91,19 +92,16 @@ impl Mutant {
     }
 }
 
-/// What became of a mutant.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Verdict {
-    /// It was read.
-    Accepted,
-    /// It was refused with this message.
-    Refused(String),
-}
+/// What became of a mutant: it was read, or refused.
+pub type Verdict = Result<(), Refused>;
 
-/// The verdict on a result.
-impl<T, E: ToString> From<Result<T, E>> for Verdict {
-    fn from(result: Result<T, E>) -> Self {
-        result.map_or_else(|error| Self::Refused(error.to_string()), |_| Self::Accepted)
+/// The message with which a mutant was refused.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refused(pub String);
+
+impl<E: Error> From<E> for Refused {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
     }
 }
 
@@ -153,7 +151,7 @@ pub fn silence_panics() {
 /// The verdict on one mutant, or what is wrong with how it was judged. Also returns the bytes of memory that it took.
 pub fn judge(limits: Limits, check: impl FnOnce() -> Verdict) -> (Result<Verdict, String>, u64) {
     let begin = Instant::now();
-    let mut verdict = Ok(Verdict::Accepted);
+    let mut verdict = Ok(Ok(()));
     let memory = measure(|| {
         PANIC.set(Some(String::new()));
         let judged = catch_unwind(AssertUnwindSafe(check));
@@ -169,8 +167,8 @@ pub fn judge(limits: Limits, check: impl FnOnce() -> Verdict) -> (Result<Verdict
             return Err(format!("took {} MiB of memory", memory.bytes_max >> 20));
         }
         match &verdict {
-            Verdict::Refused(message) => presentable(message).map(|()| verdict),
-            Verdict::Accepted => Ok(verdict),
+            Err(Refused(message)) => presentable(message).map(|()| verdict),
+            Ok(()) => Ok(verdict),
         }
     });
     (verdict, memory.bytes_max)
@@ -190,7 +188,11 @@ pub fn presentable(message: &str) -> Result<(), String> {
 
 /// Checks that a text cannot control the terminal.
 pub fn plain(text: &str) -> Result<(), String> {
-    match text.find(|character: char| character != '\n' && character.is_control()) {
+    let drives = |character: char| {
+        character != '\n' && character.is_control()
+            || matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    match text.find(drives) {
         Some(at) => Err(format!("a raw {:.1?} in {text:.1000?}", &text[at..])),
         None => Ok(()),
     }
@@ -305,8 +307,8 @@ fn judge_originals(target: &dyn Target, counts: &Mutex<Counts>) {
     for (number, original) in target.originals().iter().enumerate() {
         let problem =
             match judge(target.limits().reading(original), || target.check(original, &mut Rng::with_seed(0))).0 {
-                Ok(Verdict::Accepted) => continue,
-                Ok(Verdict::Refused(message)) => format!("is refused: {message}"),
+                Ok(Ok(())) => continue,
+                Ok(Err(Refused(message))) => format!("is refused: {message}"),
                 Err(problem) => problem,
             };
         lock(counts).failures.push((None, format!("the valid files number {number}: {problem}")));
@@ -317,9 +319,9 @@ fn judge_refusals(target: &dyn Target, counts: &Mutex<Counts>) {
     for (mutant, expected) in target.refusals() {
         let problem = match judge(target.limits().reading(&mutant), || target.check(&mutant, &mut Rng::with_seed(0))).0
         {
-            Ok(Verdict::Refused(message)) if message.contains(expected) => continue,
-            Ok(Verdict::Refused(message)) => format!("is refused without a word on {expected}: {message}"),
-            Ok(Verdict::Accepted) => "is accepted".to_owned(),
+            Ok(Err(Refused(message))) if message.contains(expected) => continue,
+            Ok(Err(Refused(message))) => format!("is refused without a word on {expected}: {message}"),
+            Ok(Ok(())) => "is accepted".to_owned(),
             Err(problem) => problem,
         };
         lock(counts).failures.push((None, format!("`{}` {problem}", mutant.change)));
@@ -335,7 +337,7 @@ fn judge_mutant(target: &dyn Target, plan: &Plan, number: usize, counts: &Mutex<
     let mut counts = lock(counts);
     let [tried, accepted] = counts.changes.entry(mutant.change).or_default();
     *tried += 1;
-    *accepted += usize::from(verdict == Ok(Verdict::Accepted));
+    *accepted += usize::from(verdict == Ok(Ok(())));
     counts.slowest = counts.slowest.max((time, number));
     counts.largest = counts.largest.max((memory, number));
     if plan.only.is_some() {

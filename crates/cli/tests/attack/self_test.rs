@@ -4,27 +4,31 @@ use std::process::Command;
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::runner::{Limits, Verdict, judge};
+use crate::runner::{Limits, Refused, Verdict, judge};
 use crate::targets::program::observe;
 
 /// Plants one of each fault.
 pub fn run() {
     let limits = Limits { time: Duration::from_millis(50), memory: 1 << 20 };
-    let refused = |message: &str| Verdict::Refused(message.to_owned());
+    let refused = |message: &str| Err(Refused(message.to_owned()));
     let found = |check: &dyn Fn() -> Verdict| judge(limits, check).0;
     let noticed = |expected: &str, check: &dyn Fn() -> Verdict| {
         let problem = found(check).expect_err(expected);
         assert!(problem.contains(expected), "{problem}, and not: {expected}");
     };
-    assert_eq!(found(&|| Verdict::Accepted), Ok(Verdict::Accepted));
+    assert_eq!(found(&|| Ok(())), Ok(Ok(())));
     assert_eq!(found(&|| refused("line 1: wrong\n  help: right")), Ok(refused("line 1: wrong\n  help: right")));
     noticed("panicked", &|| panic!("planted"));
     noticed("took 0.1 s", &|| {
         sleep(Duration::from_millis(80));
-        Verdict::Accepted
+        Ok(())
     });
     noticed("memory", &|| {
-        vec![1_u8; 2 << 20].into_iter().map(Ok::<_, String>).next_back().map_or(Verdict::Accepted, Verdict::from)
+        vec![1_u8; 2 << 20]
+            .into_iter()
+            .map(Ok::<_, String>)
+            .next_back()
+            .map_or(Ok(()), |kept| kept.map(drop).map_err(Refused))
     });
     noticed("an empty message", &|| refused(" \n"));
     noticed("a message of", &|| refused(&"long".repeat(2_000)));
@@ -37,7 +41,7 @@ pub fn run() {
         let observed = observe(command, Duration::from_millis(500)).and_then(|observed| observed.verdict(&[]));
         judge(Limits::default(), || observed.unwrap_or_else(|problem| panic!("{problem}"))).0
     };
-    assert_eq!(shell("exit 0"), Ok(Verdict::Accepted));
+    assert_eq!(shell("exit 0"), Ok(Ok(())));
     assert_eq!(shell("echo 'error: wrong' >&2; exit 2"), Ok(refused("error: wrong\n")));
     for (expected, script) in [
         ("ended by", "kill -ABRT $$"),

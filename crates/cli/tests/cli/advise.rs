@@ -1,14 +1,11 @@
 //! `bristle advise`: its table, its JSON, and what it refuses.
 
 use std::fs;
-use std::path::Path;
 
 use predicates::prelude::*;
-use predicates::str::contains;
 use serde_json::Value;
-use tempfile::TempDir;
 
-use crate::program::{bristle, brush};
+use crate::program::{Workspace, brush, words};
 
 /// Quick cases, with a local maximum along the tier at each depth.
 const FILE: &str = concat!(
@@ -27,37 +24,21 @@ penetration_depth_m = [1.0e-3, 2.0e-3]
 ";
 
 /// A directory with a study, simulated to `results`; cases may fail.
-fn simulated(sweeps: &str) -> TempDir {
-    let directory = TempDir::new().expect("a temporary directory");
-    fs::write(directory.path().join("case.toml"), format!("{FILE}{sweeps}")).expect("the file can be written");
-    bristle(directory.path(), "study case.toml --out results").assert().code(predicate::in_iter([0, 3]));
+fn simulated(sweeps: &str) -> Workspace {
+    let directory = Workspace::with(&format!("{FILE}{sweeps}"));
+    directory.bristle("study case.toml --out results").assert().code(predicate::in_iter([0, 3]));
     directory
 }
 
-/// What the program prints.
-fn printed(directory: &TempDir, arguments: &str) -> String {
-    let assert = bristle(directory.path(), arguments).assert().success().stderr("");
-    String::from_utf8(assert.get_output().stdout.clone()).expect("UTF-8")
-}
-
-/// The program's message about bad input.
-fn refusal(directory: &TempDir, arguments: &str) -> String {
-    let assert = bristle(directory.path(), arguments).assert().code(2).stdout("").stderr(contains("panicked").not());
-    String::from_utf8(assert.get_output().stderr.clone()).expect("UTF-8")
-}
-
 /// The number in a row (counted from 1, below the header) and a column of `runs.csv`.
-fn number(runs: &Path, row: u64, column: &str) -> f64 {
-    let mut reader = csv::Reader::from_path(runs).expect("runs.csv");
-    let position = reader.headers().expect("a header").iter().position(|name| name == column).expect(column);
-    let record = reader.records().nth(row as usize - 1).expect("the row").expect("cells");
-    record[position].parse().expect("a number")
+fn number(directory: &Workspace, row: u64, column: &str) -> f64 {
+    directory.rows("results/runs.csv")[row as usize - 1][column].parse().expect("a number")
 }
 
 #[test]
 fn the_table_has_sentences_and_fits_a_terminal() {
     let directory = simulated(SWEEPS);
-    let text = printed(&directory, "advise results --max-velocity 15 --min-ratio 0.5 --no-verify");
+    let text = directory.printed("advise results --max-velocity 15 --min-ratio 0.5 --no-verify");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
     insta::assert_snapshot!(text);
 }
@@ -66,7 +47,7 @@ fn the_table_has_sentences_and_fits_a_terminal() {
 fn json_has_the_numbers_of_the_rows_it_cites() {
     let directory = simulated(SWEEPS);
     let json = |arguments: &str| {
-        let text = printed(&directory, arguments);
+        let text = directory.printed(arguments);
         assert_eq!(text.lines().count(), 1);
         serde_json::from_str::<Value>(&text).expect("JSON")
     };
@@ -83,16 +64,15 @@ fn json_has_the_numbers_of_the_rows_it_cites() {
     assert_eq!(limited["recommendation"]["rows"][0], ranked[0]["row"]);
     let (words, cited) = topics(&json("advise results --json"));
     assert_eq!(words, "highest at_velocity at_depth per_velocity per_depth tier");
-    let runs = directory.path().join("results/runs.csv");
     for about in cited.iter().chain(&ranked) {
         let row = about["row"].as_u64().expect("a row");
         for column in
             ["brushing_velocity_m_s", "penetration_depth_m", "tool_contact_normal_force_n", "contact_time_ratio"]
         {
-            assert_eq!(about[column], number(&runs, row, column), "{column} of row {row}");
+            assert_eq!(about[column], number(&directory, row, column), "{column} of row {row}");
         }
     }
-    let all = (1..=12).map(|row| number(&runs, row, "tool_contact_normal_force_n"));
+    let all = (1..=12).map(|row| number(&directory, row, "tool_contact_normal_force_n"));
     assert_eq!(cited[0]["tool_contact_normal_force_n"], all.fold(0.0, f64::max));
 }
 
@@ -100,13 +80,13 @@ fn json_has_the_numbers_of_the_rows_it_cites() {
 fn the_recommendation_is_what_a_brush_of_filaments_that_touch_does() {
     let directory = simulated(SWEEPS);
     let text =
-        printed(&directory, "advise results --max-force 220 --max-rpm 1000 --max-depth 2 --max-power 400 --no-verify");
+        directory.printed("advise results --max-force 220 --max-rpm 1000 --max-depth 2 --max-power 400 --no-verify");
     let with = "with n_w ≤ 1000 rpm and a_e ≤ 2 mm and F_n,w ≤ 220 N and P_w ≤ 400 W";
-    assert!(text.split_whitespace().collect::<Vec<_>>().join(" ").contains(with), "{text}");
+    assert!(words(&text).contains(with), "{text}");
     assert!(text.contains("≈") && text.contains("Not simulated; it sweeps."), "{text}");
     assert!(text.starts_with("Recommended: ") && text.contains("  not simulated: row"), "{text}");
 
-    let text = printed(&directory, "advise results --target-force 220 --json");
+    let text = directory.printed("advise results --target-force 220 --json");
     let advice: Value = serde_json::from_str(&text).expect("JSON");
     let recommendation = &advice["recommendation"];
     let number = |key: &str| recommendation[key].as_f64().expect("a number");
@@ -123,17 +103,15 @@ fn the_recommendation_is_what_a_brush_of_filaments_that_touch_does() {
         number("brushing_velocity_m_s"),
         number("penetration_depth_m")
     );
-    bristle(directory.path(), &format!("brush case.toml --out one --no-figures {set}")).assert().success();
-    let metrics = fs::read_to_string(directory.path().join("one/metrics.json")).expect("metrics");
-    let metrics: Value = serde_json::from_str(&metrics).expect("JSON");
-    let together = metrics["tool_contact_normal_force_n"].as_f64().expect("a force");
+    directory.bristle(&format!("brush case.toml --out one --no-figures {set}")).assert().success();
+    let together = directory.json("one/metrics.json")["tool_contact_normal_force_n"].as_f64().expect("a force");
     assert!((force / together - 1.0).abs() < 1e-9, "{together} N, {recommendation}");
 }
 
 #[test]
 fn a_recommendation_of_a_study_of_uncertain_brushes_keeps_their_band() {
     let directory = simulated(&format!("{SWEEPS}[uncertainty]\nsamples = 64\nyoungs_modulus_std_pa = 0.3e9\n"));
-    let text = printed(&directory, "advise results --target-force 220 --json");
+    let text = directory.printed("advise results --target-force 220 --json");
     let advice: Value = serde_json::from_str(&text).expect("JSON");
     let recommendation = &advice["recommendation"];
     let verified = &recommendation["verified"];
@@ -148,7 +126,7 @@ fn a_recommendation_of_a_study_of_uncertain_brushes_keeps_their_band() {
 #[test]
 fn failed_cases_are_left_out() {
     let directory = simulated(&format!("{SWEEPS}\"contact.stiffness_n_m\" = [1e300, 1e5]\n"));
-    let text = printed(&directory, "advise results");
+    let text = directory.printed("advise results");
     let (advice, failed) = text.split_once("With k_c = 1e300 N/m^p\n").expect("two sections");
     assert!(advice.starts_with("With k_c = 1e5 N/m^p\n") && !advice.contains("failed"), "{text}");
     assert!(failed.starts_with("All 12 cases failed.\n\n"), "{text}");
@@ -157,20 +135,19 @@ fn failed_cases_are_left_out() {
 #[test]
 fn what_cannot_be_compared_is_refused() {
     let directory = simulated("\"filament.segments\" = [3, 4]\n");
-    let message = refusal(&directory, "advise results");
+    let message = directory.refused("advise results");
     assert!(message.contains("error: results: ") && message.contains("sweep one of them"), "{message}");
-    bristle(directory.path(), "simulate case.toml --out one").assert().success();
+    directory.bristle("simulate case.toml --out one").assert().success();
     for name in ["one", "absent"] {
-        let message = refusal(&directory, &format!("advise {name}"));
+        let message = directory.refused(&format!("advise {name}"));
         assert!(message.contains(&format!("`{name}` has no study.json")) && message.contains("help:"), "{message}");
     }
-    let runs = directory.path().join("results/runs.csv");
-    let text = fs::read_to_string(&runs).expect("runs.csv");
-    fs::write(&runs, text.replacen(",ok\n", ",ok\n10.0,0.1", 1)).expect("the file can be written");
-    let message = refusal(&directory, "advise results");
+    let text = directory.read("results/runs.csv");
+    directory.write("results/runs.csv", text.replacen(",ok\n", ",ok\n10.0,0.1", 1));
+    let message = directory.refused("advise results");
     assert!(message.contains("runs.csv:3") && message.contains("help:"), "{message}");
-    fs::remove_file(&runs).expect("the file can be removed");
-    assert!(refusal(&directory, "advise results").contains("cannot read `results/runs.csv`"));
+    fs::remove_file(directory.path("results/runs.csv")).expect("the file can be removed");
+    assert!(directory.refused("advise results").contains("cannot read `results/runs.csv`"));
 }
 
 #[test]
@@ -194,9 +171,11 @@ fn bad_limits_are_refused() {
         ("--max-force 200 --target-force 250", "the target of 250 N is above the highest force of 200 N"),
         ("--min-ratio 0.6 --max-ratio 0.5", "at least 0.6 and at most 0.5"),
     ] {
-        let message = refusal(&directory, &format!("advise results {limits}"));
+        let message = directory.refused(&format!("advise results {limits}"));
         assert!(message.contains(problem), "{message}");
     }
-    let unmet = printed(&directory, "advise results --max-velocity 1 --no-verify");
+    let far = directory.printed("advise results --target-force 5000 --no-verify");
+    assert!(words(&far).contains("% off the target"), "{far}");
+    let unmet = directory.printed("advise results --max-velocity 1 --no-verify");
     assert!(unmet.contains("No case has v_b ≤ 1 m/s."), "{unmet}");
 }

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -13,9 +12,8 @@ use bristle::model::settings::BrushSettings;
 use bristle_grid::brush::{Interaction, NOT_OF_BRUSHES};
 use bristle_store::results::keys;
 use serde_json::{Map, Value};
-use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::Workspace;
 
 /// A planar sector that takes a tenth of a second.
 const FILE: &str = "\
@@ -42,77 +40,9 @@ steady = false
 /// The section that makes a study of it.
 const STUDY: &str = "\n[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
 
-/// A directory with an input file.
-struct Workspace {
-    directory: TempDir,
-}
-
-impl Workspace {
-    fn new(file: &str) -> Self {
-        let workspace = Self { directory: TempDir::new().expect("a temporary directory") };
-        fs::write(workspace.path().join("case.toml"), file).expect("the file can be written");
-        workspace
-    }
-
-    fn path(&self) -> &Path {
-        self.directory.path()
-    }
-
-    fn result(&self, name: &str) -> PathBuf {
-        self.path().join("out").join(name)
-    }
-
-    fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.result(name)).expect(name)
-    }
-
-    /// The rows of a table, by the keys of its heading.
-    fn rows(&self, name: &str) -> Vec<BTreeMap<String, String>> {
-        let mut reader = csv::Reader::from_path(self.result(name)).expect(name);
-        reader.deserialize().map(|row| row.expect("a row")).collect()
-    }
-
-    fn metrics(&self) -> Map<String, Value> {
-        serde_json::from_str(&self.read("metrics.json")).expect("an object")
-    }
-
-    /// Runs a command that succeeds, and returns what it shows and says.
-    fn run(&self, arguments: &str) -> String {
-        let output = bristle(self.path(), arguments).assert().success().get_output().clone();
-        String::from_utf8([output.stdout, output.stderr].concat()).expect("text")
-    }
-
-    /// Runs a command that fails with a status, and returns what it says.
-    fn fail(&self, arguments: &str, status: i32) -> String {
-        let output = bristle(self.path(), arguments).assert().code(status).get_output().stderr.clone();
-        String::from_utf8(output).expect("text")
-    }
-
-    /// A running simulation.
-    fn start(&self, arguments: &str) -> Child {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
-        command.current_dir(self.path()).args(arguments.split_whitespace());
-        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-        command.spawn().expect("the program starts")
-    }
-
-    /// All files of the results, with their contents.
-    fn files(&self) -> BTreeMap<String, Vec<u8>> {
-        let mut files = BTreeMap::new();
-        let mut open = vec![self.path().join("out")];
-        while let Some(directory) = open.pop() {
-            for entry in fs::read_dir(directory).expect("a directory") {
-                let path = entry.expect("an entry").path();
-                if path.is_dir() {
-                    open.push(path);
-                } else {
-                    let name = path.strip_prefix(self.path().join("out")).expect("below it").to_string_lossy();
-                    files.insert(name.replace('\\', "/"), fs::read(&path).expect("a file"));
-                }
-            }
-        }
-        files
-    }
+/// What a command that succeeds shows and says.
+fn run(workspace: &Workspace, arguments: &str) -> String {
+    workspace.run(arguments).concat()
 }
 
 /// The number in a cell.
@@ -122,13 +52,13 @@ fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
 
 #[test]
 fn a_brush_is_written_and_drawn() {
-    let workspace = Workspace::new(FILE);
-    let said = workspace.run("brush case.toml --out out --vtk --frames 11");
+    let workspace = Workspace::with(FILE);
+    let said = run(&workspace, "brush case.toml --out out --vtk --frames 11");
     assert!(said.contains("8 columns in 1 row; 0 to 7 count") && said.contains("interaction factor 0."), "{said}");
     assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
 
-    let metrics = workspace.metrics();
-    let has = |key: &&str| metrics.contains_key(*key);
+    let metrics = workspace.json("out/metrics.json");
+    let has = |key: &&str| metrics.get(key).is_some();
     let of_contact = keys::<Metrics>();
     let (lacking, common): (Vec<&str>, Vec<&str>) =
         of_contact.into_iter().partition(|key| NOT_OF_BRUSHES.contains(key));
@@ -136,7 +66,7 @@ fn a_brush_is_written_and_drawn() {
     // What a brush does not have is nowhere.
     let lacking: Vec<&str> = lacking.into_iter().filter(|key| !keys::<Interaction>().contains(key)).collect();
     for file in ["metrics.json", "filaments.csv", "brush.html"] {
-        let text = workspace.read(file);
+        let text = workspace.read(&format!("out/{file}"));
         assert!(
             lacking.iter().all(|key| !text.contains(&format!("\"{key}\"")) && !text.contains(&format!(",{key},"))),
             "{file}"
@@ -145,7 +75,7 @@ fn a_brush_is_written_and_drawn() {
     assert!(!said.contains("amplification"), "{said}");
     assert!(metrics["step_error"].as_f64().is_some_and(|error| error < 1e-3), "{metrics:?}");
     assert!(metrics["energy_residual"].as_f64().is_some_and(|residual| residual < 1e-2), "{metrics:?}");
-    let filaments = workspace.rows("filaments.csv");
+    let filaments = workspace.rows("out/filaments.csv");
     assert_eq!(filaments.len(), 8);
     let impulses = filaments.iter().map(|row| number(row, "contact_normal_impulse_n_s"));
     let mean = impulses.sum::<f64>() / 8.0;
@@ -156,29 +86,29 @@ fn a_brush_is_written_and_drawn() {
     assert!((mean / of_tool - 1.0).abs() < 1e-12 && (of_tool / alone / factor - 1.0).abs() < 1e-12);
     assert!(filaments.iter().enumerate().all(|(column, row)| number(row, "column") == column as f64));
 
-    let history = workspace.rows("history.csv");
+    let history = workspace.rows("out/history.csv");
     assert!(history.iter().any(|row| number(row, "touching_pairs") > 0.0));
-    assert!(!workspace.rows("contacts.csv").is_empty());
-    let page = workspace.read("brush.html");
+    assert!(!workspace.rows("out/contacts.csv").is_empty());
+    let page = workspace.read("out/brush.html");
     assert!(page.contains("The sector in motion") && page.matches("<img ").count() == 4, "figures");
 
-    let frames = workspace.files().into_keys().filter(|name| name.starts_with("vtk/brush_")).count();
+    let frames = workspace.files("out").into_keys().filter(|name| name.starts_with("vtk/brush_")).count();
     assert!((5..=11).contains(&frames), "{frames}");
-    let collection = workspace.read("vtk/brush.pvd");
+    let collection = workspace.read("out/vtk/brush.pvd");
     // Each with the workpiece.
     assert_eq!(collection.matches("<DataSet ").count(), 2 * frames);
-    assert!(workspace.result("vtk/workpiece.vtp").exists());
-    assert!(!workspace.result("checkpoint.bin").exists());
+    assert!(workspace.path("out/vtk/workpiece.vtp").exists());
+    assert!(!workspace.path("out/checkpoint.bin").exists());
 }
 
 /// No file can grow beyond a block: the state is written in vain, the results too, but the simulation comes to its end.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_does_not_end_a_brush() {
-    let workspace = Workspace::new(FILE);
+    let workspace = Workspace::with(FILE);
     let script = "trap '' XFSZ\nulimit -f 1\nexec \"$0\" brush case.toml --out out --checkpoint-every 0";
     let mut command = std::process::Command::new("sh");
-    command.args(["-c", script, env!("CARGO_BIN_EXE_bristle")]).current_dir(workspace.path());
+    command.args(["-c", script, env!("CARGO_BIN_EXE_bristle")]).current_dir(workspace.path(""));
     let output = command.output().expect("there is a shell");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(said.matches("warning: cannot write `out/checkpoint.bin`: File too large").count(), 1, "{said}");
@@ -190,26 +120,26 @@ fn a_full_disk_does_not_end_a_brush() {
 
 #[test]
 fn plot_draws_a_saved_brush_to_the_same_bytes() {
-    let workspace = Workspace::new(FILE);
+    let workspace = Workspace::with(FILE);
     workspace.run("brush case.toml --out out");
-    let before = workspace.files();
-    fs::remove_dir_all(workspace.result("figures")).expect("figures");
+    let before = workspace.files("out");
+    fs::remove_dir_all(workspace.path("out/figures")).expect("figures");
     workspace.run("plot out");
-    assert!(workspace.files() == before);
+    assert!(workspace.files("out") == before);
     // Of another brush.
-    let text = workspace.read("filaments.csv").replacen("\n0,0,", "\n1,0,", 1);
-    fs::write(workspace.result("filaments.csv"), text).expect("the file can be written");
-    let said = workspace.fail("plot out", 2);
+    let text = workspace.read("out/filaments.csv").replacen("\n0,0,", "\n1,0,", 1);
+    workspace.write("out/filaments.csv", text);
+    let said = workspace.refused("plot out");
     assert!(said.contains("filaments.csv"), "{said}");
 }
 
 #[test]
 fn neither_threads_nor_frames_change_a_result() {
-    let workspace = Workspace::new(FILE);
+    let workspace = Workspace::with(FILE);
     let tables = ["metrics.json", "filaments.csv", "history.csv", "contacts.csv"];
     let results = |arguments: &str| {
         workspace.run(arguments);
-        tables.map(|name| workspace.read(name))
+        tables.map(|name| workspace.read(&format!("out/{name}")))
     };
     let one = results("brush case.toml --out out --threads 1");
     assert!(one == results("brush case.toml --out out --threads 3 --frames 7"));
@@ -217,16 +147,16 @@ fn neither_threads_nor_frames_change_a_result() {
 
 #[test]
 fn a_brush_and_a_contact_replace_each_other() {
-    let workspace = Workspace::new(FILE);
+    let workspace = Workspace::with(FILE);
     workspace.run("brush case.toml --out out");
-    let said = workspace.run("simulate case.toml --out out");
+    let said = run(&workspace, "simulate case.toml --out out");
     assert!(said.contains("note: this filament is alone; `bristle brush`"), "{said}");
-    let names: Vec<String> = workspace.files().into_keys().collect();
+    let names: Vec<String> = workspace.files("out").into_keys().collect();
     let is_of_brush =
         |name: &&String| name.contains("brush") || name.contains("filaments") || name.contains("contacts");
     assert_eq!(names.iter().find(is_of_brush), None, "{names:?}");
     workspace.run("brush case.toml --out out");
-    let names: Vec<String> = workspace.files().into_keys().collect();
+    let names: Vec<String> = workspace.files("out").into_keys().collect();
     assert!(
         !names.iter().any(|name| ["case.json", "shapes.csv", "figures/history.svg"].contains(&&**name)),
         "{names:?}"
@@ -236,26 +166,29 @@ fn a_brush_and_a_contact_replace_each_other() {
 
 #[test]
 fn a_killed_brush_ends_with_the_same_bytes() {
-    let undisturbed = Workspace::new(&longer());
+    let undisturbed = Workspace::with(&longer());
     undisturbed.run("brush case.toml --out out");
-    let workspace = Workspace::new(&longer());
-    let checkpoint = workspace.result("checkpoint.bin");
+    let workspace = Workspace::with(&longer());
+    let checkpoint = workspace.path("out/checkpoint.bin");
     let mut kills = 0;
     while kills < 3 {
         let before = fs::read(&checkpoint).ok();
-        let mut child = workspace.start("brush case.toml --out out --checkpoint-every 0 --threads 1");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
+        command.args("brush case.toml --out out --checkpoint-every 0 --threads 1".split(' '));
+        let mut child =
+            command.current_dir(workspace.path("")).stderr(Stdio::null()).spawn().expect("the program starts");
         // Until another checkpoint is there.
         while child.try_wait().expect("the process is ours").is_none() && fs::read(&checkpoint).ok() == before {
             sleep(Duration::from_millis(1));
         }
         child.kill().expect("the process is ours");
         child.wait().expect("the process is ours");
-        assert!(!workspace.result("metrics.json").exists(), "it has been killed before its end");
+        assert!(!workspace.path("out/metrics.json").exists(), "it has been killed before its end");
         kills += 1;
     }
-    let said = workspace.run("brush case.toml --out out");
+    let said = run(&workspace, "brush case.toml --out out");
     assert!(said.contains("% of the brush are in `out/checkpoint.bin`, the simulation resumes from there"), "{said}");
-    assert!(workspace.files() == undisturbed.files());
+    assert!(workspace.files("out") == undisturbed.files("out"));
 }
 
 /// A sector that takes long enough to be stopped.
@@ -270,11 +203,11 @@ fn an_interrupted_brush_says_how_to_resume() {
         .replace("10.0", "2.5")
         .replace("segments = 10", "segments = 25")
         .replace("columns = 60", "columns = 240");
-    let workspace = Workspace::new(&slow);
+    let workspace = Workspace::with(&slow);
     let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
-    command.current_dir(workspace.path()).args("brush case.toml --out out --checkpoint-every 0".split(' '));
+    command.current_dir(workspace.path("")).args("brush case.toml --out out --checkpoint-every 0".split(' '));
     let child = command.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
-    while !workspace.result("checkpoint.bin").exists() {
+    while !workspace.path("out/checkpoint.bin").exists() {
         sleep(Duration::from_millis(1));
     }
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
@@ -286,23 +219,23 @@ fn an_interrupted_brush_says_how_to_resume() {
 
     // Of other settings, of other frames, and damaged.
     let refused = |arguments: &str| {
-        let said = workspace.fail(arguments, 2);
+        let said = workspace.refused(arguments);
         assert!(said.contains("cannot resume from `out/checkpoint.bin`") && said.contains("--restart"), "{said}");
         said
     };
     assert!(refused("brush case.toml --out out --frames 9").contains("frames: 120 there, 9 here"));
-    fs::write(workspace.path().join("case.toml"), FILE).expect("the file can be written");
+    workspace.write("case.toml", FILE);
     assert!(refused("brush case.toml --out out").contains("brush.columns: 240 there, 8 here"));
-    let mut bytes = fs::read(workspace.result("checkpoint.bin")).expect("a checkpoint");
-    fs::write(workspace.path().join("case.toml"), &slow).expect("the file can be written");
+    let mut bytes = fs::read(workspace.path("out/checkpoint.bin")).expect("a checkpoint");
+    workspace.write("case.toml", &slow);
     *bytes.last_mut().expect("bytes") ^= 1;
-    fs::write(workspace.result("checkpoint.bin"), &bytes).expect("the file can be written");
+    workspace.write("out/checkpoint.bin", &bytes);
     assert!(refused("brush case.toml --out out").contains("it is damaged"));
-    fs::write(workspace.result("checkpoint.bin"), "mine").expect("the file can be written");
-    let said = workspace.fail("brush case.toml --out out --restart", 2);
+    workspace.write("out/checkpoint.bin", "mine");
+    let said = workspace.refused("brush case.toml --out out --restart");
     assert!(said.contains("it is not the checkpoint of a brush"), "{said}");
-    fs::write(workspace.path().join("case.toml"), FILE).expect("the file can be written");
-    fs::write(workspace.result("checkpoint.bin"), &bytes).expect("the file can be written");
+    workspace.write("case.toml", FILE);
+    workspace.write("out/checkpoint.bin", &bytes);
     workspace.run("brush case.toml --out out --restart");
 }
 
@@ -310,10 +243,10 @@ fn an_interrupted_brush_says_how_to_resume() {
 fn brushes_that_cannot_be_are_refused() {
     let refused = |old: &str, new: &str, expected: &[&str]| {
         assert!(FILE.contains(old), "{old}");
-        let workspace = Workspace::new(&FILE.replacen(old, new, 1));
-        let said = workspace.fail("brush case.toml --out out", 2);
+        let workspace = Workspace::with(&FILE.replacen(old, new, 1));
+        let said = workspace.refused("brush case.toml --out out");
         assert!(expected.iter().all(|part| said.contains(part)), "{said}");
-        assert!(!workspace.result("metrics.json").exists());
+        assert!(!workspace.path("out/metrics.json").exists());
     };
     refused("columns = 8", "columns = 0", &["`brush.columns` is 0, but must be a whole number from 1", "case.toml:17"]);
     refused("columns = 8", "colums = 8", &["unknown key `brush.colums`", "did you mean `brush.columns`?"]);
@@ -328,17 +261,17 @@ fn brushes_that_cannot_be_are_refused() {
         "[uncertainty]\nlength_std_m = 1e-4\n[brush]",
         &["`uncertainty.hold` is \"process\"", "\"machine\""],
     );
-    let workspace = Workspace::new(FILE);
-    let said = workspace.fail("brush case.toml --out out --memory-mib 1", 2);
+    let workspace = Workspace::with(FILE);
+    let said = workspace.refused("brush case.toml --out out --memory-mib 1");
     assert!(said.contains("MB of memory"), "{said}");
 }
 
 #[test]
 fn a_study_of_brushes_has_both_forces_and_resumes() {
-    let workspace = Workspace::new(&format!("{FILE}{STUDY}"));
-    let said = workspace.run("study case.toml --out out --threads 2");
+    let workspace = Workspace::with(&format!("{FILE}{STUDY}"));
+    let said = run(&workspace, "study case.toml --out out --threads 2");
     assert!(said.contains("F_n,w alone in N") && said.contains("interaction factor"), "{said}");
-    let runs = workspace.rows("runs.csv");
+    let runs = workspace.rows("out/runs.csv");
     assert_eq!(runs.len(), 4);
     for row in &runs {
         let [force, alone, factor] =
@@ -346,26 +279,26 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
                 .map(|key| number(row, key));
         assert!((force / alone / factor - 1.0).abs() < 1e-12 && row["status"] == "ok", "{row:?}");
     }
-    let names: Vec<String> = workspace.files().into_keys().collect();
+    let names: Vec<String> = workspace.files("out").into_keys().collect();
     for name in ["interaction_over_velocity", "interaction_over_depth", "interaction_factor_map", "tool_force_map"] {
         assert!(names.contains(&format!("figures/{name}.svg")), "{names:?}");
     }
-    assert!(workspace.read("report.html").contains("\"interaction_factor\""));
+    assert!(workspace.read("out/report.html").contains("\"interaction_factor\""));
 
     // A journal without its last two cases.
-    let before = workspace.files();
-    let journal = workspace.read("journal.jsonl");
+    let before = workspace.files("out");
+    let journal = workspace.read("out/journal.jsonl");
     let kept: String = journal.split_inclusive('\n').take(3).collect();
-    fs::write(workspace.result("journal.jsonl"), kept).expect("the file can be written");
-    let said = workspace.run("study case.toml --out out --threads 1");
+    workspace.write("out/journal.jsonl", kept);
+    let said = run(&workspace, "study case.toml --out out --threads 1");
     assert!(said.contains("2 of 4 cases are in `out/journal.jsonl`, 2 remain"), "{said}");
-    for (name, content) in workspace.files() {
+    for (name, content) in workspace.files("out") {
         assert!(name == "journal.jsonl" || before[&name] == content, "{name} differs");
     }
     // The case is that of the command.
     workspace.run("brush case.toml --out one");
     let metrics: Map<String, Value> =
-        serde_json::from_str(&fs::read_to_string(workspace.path().join("one/metrics.json")).expect("metrics"))
+        serde_json::from_str(&fs::read_to_string(workspace.path("one/metrics.json")).expect("metrics"))
             .expect("an object");
     assert_eq!(metrics["interaction_factor"].as_f64(), Some(number(&runs[0], "interaction_factor")));
     workspace.run("plot out");
@@ -375,10 +308,10 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
 #[test]
 fn a_study_of_brushes_that_cannot_be_is_refused_before_its_first_case() {
     let refused = |study: &str, options: &str, expected: &[&str]| {
-        let workspace = Workspace::new(&format!("{FILE}\n[study]\n{study}\n"));
-        let said = workspace.fail(&format!("study case.toml --out out {options}"), 2);
+        let workspace = Workspace::with(&format!("{FILE}\n[study]\n{study}\n"));
+        let said = workspace.refused(&format!("study case.toml --out out {options}"));
         assert!(expected.iter().all(|part| said.contains(part)), "{said}");
-        assert!(!workspace.path().join("out").exists(), "nothing is written");
+        assert!(!workspace.path("out").exists(), "nothing is written");
     };
     let columns = "\"brush.columns\" = [8, 5000]";
     refused(columns, "", &["case.toml: case 2 of the study: `brush.columns` is 5000", "682 filaments around"]);
@@ -391,7 +324,7 @@ fn a_study_of_brushes_that_cannot_be_is_refused_before_its_first_case() {
     // There is room for one case at a time.
     let at_once = ["2 cases at once need up to", "but 17 MB are available: choose fewer `--threads`"];
     refused(velocity, "--memory-mib 17 --threads 2", &at_once);
-    let workspace = Workspace::new(&format!("{FILE}\n[study]\n{velocity}\n"));
+    let workspace = Workspace::with(&format!("{FILE}\n[study]\n{velocity}\n"));
     workspace.run("study case.toml --out out --memory-mib 17 --threads 1");
 }
 
@@ -399,15 +332,15 @@ fn a_study_of_brushes_that_cannot_be_is_refused_before_its_first_case() {
 #[test]
 fn filaments_of_a_brush_differ_instead_of_tools() {
     let uncertainty = "[uncertainty]\nhold = \"machine\"\nyoungs_modulus_std_pa = 0.3e9\n";
-    let workspace = Workspace::new(&format!("{FILE}{uncertainty}{STUDY}"));
+    let workspace = Workspace::with(&format!("{FILE}{uncertainty}{STUDY}"));
     workspace.run("study case.toml --out out");
-    let runs = workspace.rows("runs.csv");
+    let runs = workspace.rows("out/runs.csv");
     assert!(runs.iter().all(|row| number(row, "interaction_factor") > 0.0 && !row.contains_key("tool_force_mean_n")));
     workspace.run("brush case.toml --out out");
-    let differing = workspace.read("filaments.csv");
-    fs::write(workspace.path().join("case.toml"), FILE).expect("the file can be written");
+    let differing = workspace.read("out/filaments.csv");
+    workspace.write("case.toml", FILE);
     workspace.run("brush case.toml --out out");
-    assert!(workspace.read("filaments.csv") != differing);
+    assert!(workspace.read("out/filaments.csv") != differing);
 }
 
 #[test]
@@ -422,10 +355,10 @@ fn the_documents_list_every_column_of_a_brush() {
     for column in Interaction::COLUMNS {
         assert!(section.contains(&row(column)), "{}", row(column));
     }
-    let workspace = Workspace::new(FILE);
+    let workspace = Workspace::with(FILE);
     workspace.run("brush case.toml --out out");
     for name in ["filaments.csv", "history.csv", "contacts.csv"] {
-        let text = workspace.read(name);
+        let text = workspace.read(&format!("out/{name}"));
         let heading = text.lines().next().expect("a heading");
         for key in heading.split(',').filter(|key| !keys::<Metrics>().contains(key)) {
             assert!(section.contains(&format!("`{key}`")), "{name}: {key}");

@@ -1,81 +1,64 @@
 //! The first steps: a file from a few answers, and what its keys mean.
 
-use std::fs;
-
 use bristle::model::parameters::PARAMETERS;
 use bristle_input::friction::{PAIRINGS, Pairing, range_of_all};
 use bristle_input::materials::{MATERIALS, Spread};
 use bristle_input::mixture::Mixture;
 use bristle_text::number::significant;
 use serde_json::Value;
-use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::{Workspace, words};
 
 const ANSWERS: &str = "--body-radius-mm 140 --width-mm 20 --filaments 10500 --length-mm 40 --diameter-mm 1.18 --max-rpm 1200 \
                        --max-depth-mm 4";
 
-/// What a command that is refused says.
-fn refused(directory: &TempDir, command: &str) -> String {
-    let output = bristle(directory.path(), command).assert().code(2);
-    String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8")
-}
-
-fn printed(directory: &TempDir, command: &str) -> String {
-    let output = bristle(directory.path(), command).assert().success();
-    String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8")
-}
-
 #[test]
 fn a_first_file_can_be_simulated() {
-    let directory = TempDir::new().expect("a temporary directory");
-    bristle(directory.path(), &format!("new brush.toml {ANSWERS} --friction 0.3")).assert().success();
-    let text = fs::read_to_string(directory.path().join("brush.toml")).expect("the file");
+    let directory = Workspace::new();
+    directory.run(&format!("new brush.toml {ANSWERS} --friction 0.3"));
+    let text = directory.read("brush.toml");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
     assert!(text.contains("[brush]  ") && text.contains("# lateral_tilt_std_rad = 0.005"), "{text}");
     for part in ["friction_coefficient = 0.3", "# E: Young’s modulus, in Pa", "rotational_speed_rpm = [200.0, 400.0"]
     {
         assert!(text.contains(part), "no `{part}` in\n{text}");
     }
-    bristle(directory.path(), "simulate brush.toml --out one --strict --no-figures --set filament.segments=4")
-        .assert()
-        .success();
+    directory.run("simulate brush.toml --out one --strict --no-figures --set filament.segments=4");
     // Where tips are far from each other, filaments are alone.
     let sparse = ANSWERS.replace("10500", "1000");
-    bristle(directory.path(), &format!("new sparse.toml {sparse}")).assert().success();
-    assert!(!fs::read_to_string(directory.path().join("sparse.toml")).expect("the file").contains("[brush]"));
+    directory.run(&format!("new sparse.toml {sparse}"));
+    assert!(!directory.read("sparse.toml").contains("[brush]"));
     // A material states density and modulus.
-    bristle(directory.path(), &format!("new nylon.toml {ANSWERS} --material pa6.12")).assert().success();
-    let nylon = fs::read_to_string(directory.path().join("nylon.toml")).expect("the file");
+    directory.run(&format!("new nylon.toml {ANSWERS} --material pa6.12"));
+    let nylon = directory.read("nylon.toml");
     assert!(nylon.contains("material = \"PA6.12\"") && !nylon.contains("youngs_modulus_pa"), "{nylon}");
-    let message = refused(&directory, &format!("new wood.toml {ANSWERS} --material wood"));
+    let message = directory.refused(&format!("new wood.toml {ANSWERS} --material wood"));
     assert!(message.contains("must be one of PA6, PA6.6, PA6.12"), "{message}");
     // It is not replaced.
-    assert!(refused(&directory, &format!("new brush.toml {ANSWERS}")).contains("exists already"));
-    assert_eq!(text, fs::read_to_string(directory.path().join("brush.toml")).expect("the file"));
+    assert!(directory.refused(&format!("new brush.toml {ANSWERS}")).contains("exists already"));
+    assert_eq!(text, directory.read("brush.toml"));
 }
 
 #[test]
 fn answers_that_are_missing_or_wrong_are_named() {
-    let directory = TempDir::new().expect("a temporary directory");
-    let message = refused(&directory, "new brush.toml --width-mm 20 --max-rpm 1200");
+    let directory = Workspace::new();
+    let message = directory.refused("new brush.toml --width-mm 20 --max-rpm 1200");
     assert!(
         message.contains(
             "--length-mm, --diameter-mm, --tool-diameter-mm (or --body-diameter-mm, or --body-radius-mm), --filaments"
         ),
         "{message}"
     );
-    let message =
-        refused(&directory, &format!("new brush.toml {}", ANSWERS.replace("--length-mm 40", "--length-mm 1")));
+    let message = directory.refused(&format!("new brush.toml {}", ANSWERS.replace("--length-mm 40", "--length-mm 1")));
     assert!(message.contains("`filament.diameter_m`") && message.contains("brush.toml:"), "{message}");
-    refused(&directory, &format!("new absent/brush.toml {ANSWERS}"));
-    assert!(!directory.path().join("brush.toml").exists());
+    directory.refused(&format!("new absent/brush.toml {ANSWERS}"));
+    assert!(!directory.path("brush.toml").exists());
 }
 
 #[test]
 fn keys_are_explained() {
-    let directory = TempDir::new().expect("a temporary directory");
-    let modulus = printed(&directory, "explain youngs_modulus_pa");
+    let directory = Workspace::new();
+    let modulus = directory.printed("explain youngs_modulus_pa");
     for part in [
         "filament.youngs_modulus_pa\n",
         "unit     Pa",
@@ -86,11 +69,11 @@ fn keys_are_explained() {
     ] {
         assert!(modulus.contains(part), "no `{part}` in\n{modulus}");
     }
-    let count = printed(&directory, "explain tool.filament_count").split_whitespace().collect::<Vec<_>>().join(" ");
+    let count = words(&directory.printed("explain tool.filament_count"));
     assert!(count.contains("give this one or tool.filaments_per_m2 or tool.fill_factor"), "{count}");
-    let all = printed(&directory, "explain");
+    let all = directory.printed("explain");
     assert!(PARAMETERS.iter().all(|parameter| all.contains(parameter.path)), "{all}");
-    let message = refused(&directory, "explain rpm");
+    let message = directory.refused("explain rpm");
     assert!(message.contains("there is no key `rpm`") && message.contains("process.rotational_speed_rpm"), "{message}");
 }
 
@@ -128,8 +111,8 @@ fn rows<'p>(page: &'p str, section: &str) -> Vec<Vec<&'p str>> {
 #[test]
 fn the_documents_state_the_table_of_settings() {
     let page = include_str!("../../../../docs/input.md");
-    let directory = TempDir::new().expect("a temporary directory");
-    let schema: Value = serde_json::from_str(&printed(&directory, "schema")).expect("the schema");
+    let directory = Workspace::new();
+    let schema: Value = serde_json::from_str(&directory.printed("schema")).expect("the schema");
     for parameter in PARAMETERS {
         let rows = rows(page, parameter.section());
         let key = format!("`{}`", parameter.key());

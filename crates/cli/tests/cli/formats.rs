@@ -1,12 +1,10 @@
 //! The command line's result files for other programs: VTK, and Parquet with the feature of that name.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 
 use predicates::str::contains;
-use tempfile::TempDir;
 
-use crate::program::{bristle, brush};
+use crate::program::{Workspace, brush};
 
 /// A small and quick case.
 const FILE: &str = concat!(
@@ -24,24 +22,9 @@ brushing_velocity_m_s = [10.0, 20.0]
 "
 );
 
-/// A directory with the input file `case.toml`.
-fn workspace() -> TempDir {
-    let directory = TempDir::new().expect("a temporary directory");
-    fs::write(directory.path().join("case.toml"), FILE).expect("the file can be written");
-    directory
-}
-
-/// Names of the files in a directory.
-fn names(directory: &Path) -> Vec<String> {
-    let entries = fs::read_dir(directory).expect("a directory").map(|entry| entry.expect("an entry").file_name());
-    let mut names: Vec<String> = entries.map(|name| name.into_string().expect("a name in UTF-8")).collect();
-    names.sort();
-    names
-}
-
-/// The files listed by the collection in a directory, each once.
-fn listed(directory: &Path) -> Vec<String> {
-    let text = fs::read_to_string(directory.join("contact.pvd")).expect("a collection");
+/// The files that the collection of shapes lists, each once.
+fn listed(directory: &Workspace) -> Vec<String> {
+    let text = directory.read("one/vtk/contact.pvd");
     let files = text.split("file=\"").skip(1).map(|rest| rest.split('"').next().unwrap_or_default().to_owned());
     let mut files: Vec<String> = files.collect();
     files.sort();
@@ -51,86 +34,80 @@ fn listed(directory: &Path) -> Vec<String> {
 
 #[test]
 fn simulate_writes_shapes_for_paraview() {
-    let directory = workspace();
-    let vtk = directory.path().join("one/vtk");
-    bristle(directory.path(), "simulate case.toml --out one").assert().success();
-    assert!(!vtk.exists(), "shapes were written without --vtk");
-    bristle(directory.path(), "simulate case.toml --out one --vtk")
-        .assert()
-        .success()
-        .stderr(contains("vtk/contact.pvd"));
-    let first = fs::read(vtk.join("filament_0000.vtp")).expect("the first shape");
-    let (files, mut present) = (listed(&vtk), names(&vtk));
+    let directory = Workspace::with(FILE);
+    directory.run("simulate case.toml --out one");
+    assert!(!directory.path("one/vtk").exists(), "shapes were written without --vtk");
+    assert!(directory.said("simulate case.toml --out one --vtk").contains("vtk/contact.pvd"));
+    let first = directory.bytes("one/vtk/filament_0000.vtp");
+    let (files, mut present) = (listed(&directory), directory.names("one/vtk"));
     assert_eq!(present.len(), 202);
     present.retain(|name| name != "contact.pvd");
     assert_eq!(files, present);
 
     // Fewer shapes now. The user's own file stays.
-    fs::write(vtk.join("own.pvsm"), "kept").expect("the file can be written");
-    bristle(directory.path(), "simulate case.toml --out one --vtk=2").assert().success();
+    directory.write("one/vtk/own.pvsm", "kept");
+    directory.run("simulate case.toml --out one --vtk=2");
     let expected = ["contact.pvd", "filament_0000.vtp", "filament_0001.vtp", "own.pvsm", "workpiece.vtp"];
-    assert_eq!(names(&vtk), expected);
-    assert_eq!(listed(&vtk), ["filament_0000.vtp", "filament_0001.vtp", "workpiece.vtp"]);
-    assert_eq!(fs::read(vtk.join("filament_0000.vtp")).expect("the first shape"), first);
+    assert_eq!(directory.names("one/vtk"), expected);
+    assert_eq!(listed(&directory), ["filament_0000.vtp", "filament_0001.vtp", "workpiece.vtp"]);
+    assert_eq!(directory.bytes("one/vtk/filament_0000.vtp"), first);
 
     // Shapes of an earlier run would be mistaken for those of this one; incomplete files are of no use.
-    fs::write(vtk.join(".filament_0007.vtp.bristle-killed"), "half a shape").expect("the file can be written");
-    bristle(directory.path(), "simulate case.toml --out one").assert().success();
-    assert_eq!(names(&vtk), ["own.pvsm"]);
+    directory.write("one/vtk/.filament_0007.vtp.bristle-killed", "half a shape");
+    directory.run("simulate case.toml --out one");
+    assert_eq!(directory.names("one/vtk"), ["own.pvsm"]);
 }
 
 #[test]
 fn shapes_change_no_other_result() {
-    let directory = workspace();
-    bristle(directory.path(), "simulate case.toml --out without").assert().success();
-    bristle(directory.path(), "simulate case.toml --out with --vtk=50").assert().success();
+    let directory = Workspace::with(FILE);
+    directory.run("simulate case.toml --out without");
+    directory.run("simulate case.toml --out with --vtk=50");
     for name in ["metrics.json", "history.csv"] {
-        let [without, with] =
-            ["without", "with"].map(|out| fs::read(directory.path().join(out).join(name)).expect(name));
+        let [without, with] = ["without", "with"].map(|out| directory.bytes(&format!("{out}/{name}")));
         assert!(without == with, "{name}");
     }
 }
 
 #[test]
 fn shapes_that_cannot_be_written_are_refused_before_anything_is_written() {
-    let directory = workspace();
+    let directory = Workspace::with(FILE);
     for number in ["1", "10001", "many", "-3"] {
         let arguments = format!("simulate case.toml --out one --vtk={number}");
-        bristle(directory.path(), &arguments).assert().code(2).stderr(contains("--vtk"));
+        directory.bristle(&arguments).assert().code(2).stderr(contains("--vtk"));
     }
-    fs::create_dir(directory.path().join("one")).expect("a directory can be made");
-    fs::write(directory.path().join("one/vtk"), "a file").expect("a file can be written");
-    bristle(directory.path(), "simulate case.toml --out one --vtk").assert().code(2).stderr(contains("one/vtk"));
-    assert_eq!(names(&directory.path().join("one")), ["vtk"]);
+    fs::create_dir(directory.path("one")).expect("a directory can be made");
+    directory.write("one/vtk", "a file");
+    directory.bristle("simulate case.toml --out one --vtk").assert().code(2).stderr(contains("one/vtk"));
+    assert_eq!(directory.names("one"), ["vtk"]);
     // Without --vtk that file does not matter.
-    bristle(directory.path(), "simulate case.toml --out one").assert().success();
-    fs::create_dir_all(directory.path().join("two/vtk/contact.pvd")).expect("a directory can be made");
-    bristle(directory.path(), "simulate case.toml --out two --vtk").assert().code(2).stderr(contains("contact.pvd"));
-    assert_eq!(names(&directory.path().join("two")), ["vtk"]);
+    directory.run("simulate case.toml --out one");
+    fs::create_dir_all(directory.path("two/vtk/contact.pvd")).expect("a directory can be made");
+    directory.bristle("simulate case.toml --out two --vtk").assert().code(2).stderr(contains("contact.pvd"));
+    assert_eq!(directory.names("two"), ["vtk"]);
 }
 
 /// Without the feature, tables of an earlier run are removed.
 #[test]
 fn tables_as_parquet_are_those_of_this_run() {
-    let directory = workspace();
-    let path = |name: &str| -> PathBuf { directory.path().join("results").join(name) };
-    fs::create_dir(path("")).expect("a directory can be made");
+    let directory = Workspace::with(FILE);
+    fs::create_dir(directory.path("results")).expect("a directory can be made");
     for name in ["runs.parquet", "history.parquet"] {
-        fs::write(path(name), "earlier").expect("a file can be written");
+        directory.write(&format!("results/{name}"), "earlier");
     }
-    fs::write(path(".runs.parquet.bristle-killed"), "half of a table").expect("a file can be written");
-    let study = bristle(directory.path(), "study case.toml --out results --json").assert().success();
-    let summary = String::from_utf8_lossy(&study.get_output().stdout).into_owned();
-    bristle(directory.path(), "simulate case.toml --out results").assert().success();
+    directory.write("results/.runs.parquet.bristle-killed", "half of a table");
+    let summary = directory.printed("study case.toml --out results --json");
+    directory.run("simulate case.toml --out results");
     for name in ["runs.parquet", "history.parquet"] {
-        assert_eq!(path(name).exists(), cfg!(feature = "parquet"), "{name}");
+        let path = format!("results/{name}");
+        assert_eq!(directory.path(&path).exists(), cfg!(feature = "parquet"), "{name}");
         if cfg!(feature = "parquet") {
-            let bytes = fs::read(path(name)).expect(name);
+            let bytes = directory.bytes(&path);
             assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"), "{name}");
         }
     }
     assert_eq!(summary.contains("runs.parquet"), cfg!(feature = "parquet"));
-    assert!(!path(".runs.parquet.bristle-killed").exists());
-    fs::create_dir_all(directory.path().join("blocked/runs.parquet")).expect("a directory can be made");
-    bristle(directory.path(), "study case.toml --out blocked").assert().code(2).stderr(contains("runs.parquet"));
+    assert!(!directory.path("results/.runs.parquet.bristle-killed").exists());
+    fs::create_dir_all(directory.path("blocked/runs.parquet")).expect("a directory can be made");
+    directory.bristle("study case.toml --out blocked").assert().code(2).stderr(contains("runs.parquet"));
 }

@@ -1,13 +1,10 @@
 //! Friction and edges as users see them: what documents say of friction, the scatter of its coefficient, and warnings.
 
-use std::fs;
-
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 use bristle_grid::run_study;
-use bristle_input::document::Document;
 
-use crate::program::{bristle, brush, sparse};
+use crate::program::{Workspace, brush, sparse, study, words};
 
 const HEAD: &str = concat!(
     brush!(8, "filament_count_uncertainty = 600\n"),
@@ -33,14 +30,10 @@ fn documents_and_advice_say_what_friction_does() {
     for page in [include_str!("../../../../README.md"), include_str!("../../../../docs/input.md")] {
         assert!(page.contains(&told), "{told}");
     }
-    let directory = tempfile::tempdir().expect("a temporary directory");
-    let sweeps = "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n";
-    fs::write(directory.path().join("case.toml"), format!("{HEAD}{sweeps}")).expect("the file can be written");
-    bristle(directory.path(), "study case.toml --out results").assert().success();
-    let output = bristle(directory.path(), "advise results").assert().success().get_output().clone();
-    let text = String::from_utf8(output.stdout).expect("UTF-8");
-    let words: Vec<&str> = text.split_whitespace().collect();
-    assert!(words.join(" ").contains(&told), "{text}");
+    let directory = Workspace::with(&format!("{HEAD}[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"));
+    directory.run("study case.toml --out results");
+    let text = directory.printed("advise results");
+    assert!(words(&text).contains(&told), "{text}");
 }
 
 /// Much of the scatter of the force comes from friction that is known to a third.
@@ -50,8 +43,7 @@ fn friction_scatters() {
         "{HEAD}[contact]\nfriction_coefficient = 0.3\n[uncertainty]\nfriction_coefficient_std = 0.1\ndiameter_std_m = 1e-5\n\
          samples = 64\n[study]\nbrushing_velocity_m_s = [5.0]\n"
     );
-    let study = Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study");
-    let results = run_study(&study, None, || {}).expect("threads");
+    let results = run_study(&study(&text), None, || {}).expect("threads");
     let scatter = results[0].as_ref().expect("a pass").scatter.clone().expect("friction scatters");
     assert!(scatter.sobol_friction_coefficient > 0.5, "{scatter:?}");
     let metrics = &results[0].as_ref().expect("a pass").metrics;
@@ -68,13 +60,9 @@ fn friction_scatters() {
 #[test]
 fn deep_edges_and_missed_workpieces_have_warnings() {
     let warnings = |command: &str, workpiece: &str| {
-        let directory = tempfile::tempdir().expect("a temporary directory");
         let text =
             format!("{HEAD}[workpiece]\nkind = \"edge\"\n{workpiece}\n[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n");
-        fs::write(directory.path().join("case.toml"), sparse(&text)).expect("the file can be written");
-        let arguments = format!("{command} case.toml --out {command}");
-        let output = bristle(directory.path(), &arguments).assert().success().get_output().clone();
-        let text = String::from_utf8(output.stderr).expect("UTF-8");
+        let text = Workspace::with(&sparse(&text)).said(&format!("{command} case.toml --out {command}"));
         let start = text.find("warning: ").unwrap_or(text.len());
         assert!(text[start..].lines().all(|line| line.chars().count() <= 80), "{text}");
         text[start..].to_owned()

@@ -1,16 +1,15 @@
 //! Hostile files and surroundings: what they contain reaches neither the terminal nor other files, and nothing waits for them.
 
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command as Process, Stdio};
 use std::time::Duration;
 
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
-use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::Workspace;
 
 /// A small and quick case, section by section.
 const SECTIONS: [&str; 4] = [
@@ -26,64 +25,23 @@ const HEADING: &str = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n
 /// Longer than any command of these tests takes, on a busy machine.
 const LONG: Duration = Duration::from_secs(60);
 
-/// What a hostile file has in place of a name: it colours, sets the title of the terminal, moves, forges a line, and turns the
-/// direction of writing. As TOML and JSON write it, except `\u009b`.
-const HOSTILE: &str = r"\u001b[31m\u001b]0;title\u0007\u009b2J\nerror: forged\u202etxt.exe\u2066";
-
-struct Workspace {
-    directory: TempDir,
+/// A directory with `case.toml` and `forces.csv`.
+fn surroundings() -> Workspace {
+    let workspace = Workspace::with(&(SECTIONS.concat() + STUDY));
+    workspace.write("measured.toml", SECTIONS.concat() + STUDY + MEASURED);
+    workspace.write("forces.csv", format!("{HEADING}10.0,1e-3,100.0,10.0\n"));
+    workspace
 }
 
-impl Workspace {
-    /// A directory with `case.toml` and `forces.csv`.
-    fn new() -> Self {
-        let workspace = Self { directory: TempDir::new().expect("a temporary directory") };
-        workspace.write("case.toml", SECTIONS.concat() + STUDY);
-        workspace.write("measured.toml", SECTIONS.concat() + STUDY + MEASURED);
-        workspace.write("forces.csv", format!("{HEADING}10.0,1e-3,100.0,10.0\n"));
-        workspace
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.directory.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
-        fs::write(self.path(name), text).expect("the file can be written");
-    }
-
-    fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).expect(name)
-    }
-
-    fn bristle(&self, arguments: &str) -> Command {
-        let mut command = bristle(self.directory.path(), arguments);
-        command.timeout(LONG);
-        command
-    }
-
-    fn runs(&self, arguments: &str) {
-        self.bristle(arguments).assert().success();
-    }
-
-    /// Runs the program on bad input and returns its message, which cannot drive a terminal and has no endless line.
-    fn refuse(&self, arguments: &str) -> String {
-        message(self.bristle(arguments))
-    }
-
-    /// Names of the entries of a directory, sorted.
-    fn names(&self, directory: &str) -> Vec<String> {
-        let entries = fs::read_dir(self.path(directory)).expect(directory);
-        let mut names: Vec<String> =
-            entries.map(|entry| entry.expect("an entry").file_name().into_string().expect("a name")).collect();
-        names.sort();
-        names
-    }
+/// Runs the program on bad input and returns its message, which cannot drive a terminal and has no endless line.
+fn refuse(workspace: &Workspace, arguments: &str) -> String {
+    message(workspace.bristle(arguments))
 }
 
 /// The message of a command that refuses its input.
 fn message(mut command: Command) -> String {
-    let assert = command.assert().code(2).stdout("").stderr(contains("error: ").and(contains("panicked").not()));
+    let assert =
+        command.timeout(LONG).assert().code(2).stdout("").stderr(contains("error: ").and(contains("panicked").not()));
     let message = String::from_utf8(assert.get_output().stderr.clone()).expect("a message in UTF-8");
     let invisible = |letter: char| {
         letter.is_control() && letter != '\n' || matches!(letter, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
@@ -94,56 +52,10 @@ fn message(mut command: Command) -> String {
     message
 }
 
-#[test]
-fn text_of_files_cannot_drive_the_terminal() {
-    let workspace = Workspace::new();
-    let long = "x".repeat(100_000);
-    for text in [HOSTILE, &long] {
-        for hostile in [
-            format!("\"{text}\" = 1\n"),
-            format!("[\"{text}\"]\nkey = 1\n"),
-            format!("[workpiece]\nkind = \"{text}\"\n"),
-            format!("[contact]\n\"{text}\" = 1\n"),
-            format!("[solver]\nsamples = \"{text}\"\n"),
-            format!("[study]\n\"{text}\" = [1]\n"),
-            format!("[measured]\n\"{text}\" = \"a\"\n"),
-            format!("[measured]\nfile = \"{}\"\n", text.replace("\\u0007", "")),
-        ] {
-            workspace.write("hostile.toml", SECTIONS[..3].concat() + &hostile);
-            let message = workspace.refuse("study hostile.toml --out results");
-            assert!(message.contains("hostile.toml") || message.contains("cannot read"), "{message}");
-        }
-        for hostile in [
-            format!("{{\"{text}\": 1}}"),
-            format!("{{\"q\": \"{text}\"}}"),
-            format!("{{\"q\": [\"{text}\"]}}"),
-            format!("{{\"q\": {{\"{text}\": 1}}}}"),
-        ] {
-            let json = hostile.replace("\\u001b]0;title\\u0007", "");
-            workspace.write("state.json", &json);
-            assert!(workspace.refuse("evaluate case.toml --state state.json").contains("state.json"));
-            workspace.write("graph.json", &json);
-            assert!(workspace.refuse("compare graph.json").contains("graph.json"));
-        }
-        let raw: String = serde_json::from_str(&format!("\"{text}\"")).expect("JSON");
-        let cell = format!("\"{raw}\"");
-        for hostile in [
-            format!("{cell},{HEADING}1,1,1,1,1,1\n"),
-            format!("{cell}\n"),
-            format!("{HEADING}{cell},1,1,1\n"),
-            format!("{HEADING}1,{cell},1,1\n"),
-        ] {
-            workspace.write("forces.csv", hostile);
-            assert!(workspace.refuse("study measured.toml --out results").contains("forces.csv:"));
-        }
-    }
-    assert!(!workspace.path("results").exists());
-}
-
 #[cfg(unix)]
 #[test]
 fn names_of_files_cannot_drive_the_terminal() {
-    let workspace = Workspace::new();
+    let workspace = surroundings();
     let hostile = "\u{1b}[31m\u{9b}2J\nerror: forged\u{202e}\u{7}";
     let call = |arguments: &[&str]| {
         let mut command = workspace.bristle("");
@@ -179,12 +91,12 @@ fn names_of_files_cannot_drive_the_terminal() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_stdout_is_an_error() {
-    let workspace = Workspace::new();
+    let workspace = surroundings();
     workspace.write(
         "state.json",
         r#"{"base_angle": -1.5, "base_rate": 50, "base_acceleration": 0, "gravity": [0, 0, 0], "q": [1.5, 0], "v": [0, 0]}"#,
     );
-    workspace.runs("study case.toml --out results");
+    workspace.run("study case.toml --out results");
     let graph = format!("compare {}/../../derivations/graphs/chain_1.json --states 1", env!("CARGO_MANIFEST_DIR"));
     for arguments in [
         "--help",
@@ -202,7 +114,7 @@ fn a_full_stdout_is_an_error() {
     ] {
         let full = File::options().write(true).open("/dev/full").expect("Linux has it");
         let output = Process::new(env!("CARGO_BIN_EXE_bristle"))
-            .current_dir(workspace.directory.path())
+            .current_dir(workspace.path(""))
             .args(arguments.split(' '))
             .stdout(full)
             .output()
@@ -230,8 +142,8 @@ fn a_reader_that_leaves_is_no_error() {
 
 #[test]
 fn a_killed_command_leaves_nothing_for_long() {
-    let workspace = Workspace::new();
-    workspace.runs("simulate case.toml --out one --vtk=2");
+    let workspace = surroundings();
+    workspace.run("simulate case.toml --out one --vtk=2");
     let clean = [workspace.names("one"), workspace.names("one/figures"), workspace.names("one/vtk")];
     let leftovers = [
         "one/.metrics.json.bristle-a1B2c3",
@@ -244,10 +156,10 @@ fn a_killed_command_leaves_nothing_for_long() {
     // While another process writes there, these files may be its own.
     let other = File::open(workspace.path("one")).expect("the directory");
     other.lock_shared().expect("a lock");
-    workspace.runs("simulate case.toml --out one --vtk=2");
+    workspace.run("simulate case.toml --out one --vtk=2");
     assert!(leftovers.iter().all(|name| workspace.path(name).exists()), "{:?}", workspace.names("one"));
     drop(other);
-    workspace.runs("simulate case.toml --out one --vtk=2");
+    workspace.run("simulate case.toml --out one --vtk=2");
     assert_eq!([workspace.names("one"), workspace.names("one/figures"), workspace.names("one/vtk")], clean);
 
     // Files that no command of this name writes stay.
@@ -256,8 +168,8 @@ fn a_killed_command_leaves_nothing_for_long() {
     foreign.iter().for_each(|name| workspace.write(&format!("one/{name}"), "mine"));
     workspace.write("one/figures/.history.svg.bristle-zzzzzz", "half");
     workspace.write(".equations.txt.bristle-a1B2c3", "half");
-    workspace.runs("simulate case.toml --out one --vtk=2");
-    workspace.runs("derive --segments 1 --out equations.txt");
+    workspace.run("simulate case.toml --out one --vtk=2");
+    workspace.run("derive --segments 1 --out equations.txt");
     assert!(foreign.iter().all(|name| workspace.path("one").join(name).exists()));
     assert_eq!(workspace.names("one/figures"), clean[1]);
     assert!(!workspace.path(".equations.txt.bristle-a1B2c3").exists());
@@ -266,12 +178,12 @@ fn a_killed_command_leaves_nothing_for_long() {
 /// Kills `simulate` while it writes.
 #[test]
 fn a_case_survives_a_kill() {
-    let workspace = Workspace::new();
-    workspace.runs("simulate case.toml --out one");
+    let workspace = surroundings();
+    workspace.run("simulate case.toml --out one");
     let names = workspace.names("one");
     for _ in 0..5 {
         let mut child = Process::new(env!("CARGO_BIN_EXE_bristle"))
-            .current_dir(workspace.directory.path())
+            .current_dir(workspace.path(""))
             .args(["simulate", "case.toml", "--out", "one", "--samples", "100000"])
             .stderr(Stdio::null())
             .spawn()
@@ -283,31 +195,31 @@ fn a_case_survives_a_kill() {
         child.kill().expect("the process is ours");
         child.wait().expect("the process is ours");
     }
-    workspace.runs("simulate case.toml --out one");
+    workspace.run("simulate case.toml --out one");
     assert_eq!(workspace.names("one"), names);
-    workspace.runs("plot one");
+    workspace.run("plot one");
 }
 
 #[test]
 fn results_of_two_cases_are_not_drawn_as_one() {
-    let workspace = Workspace::new();
-    workspace.runs("simulate case.toml --out one --vtk=2");
+    let workspace = surroundings();
+    workspace.run("simulate case.toml --out one --vtk=2");
     workspace.write("other.toml", SECTIONS.concat().replace("10.0", "11.0"));
-    workspace.runs("simulate other.toml --out two --vtk=2");
+    workspace.run("simulate other.toml --out two --vtk=2");
     for name in ["history.csv", "profile.csv", "shapes.csv", "metrics.json", "vtk/contact.pvd", "vtk/filament_0001.vtp"]
     {
         let [one, two] = ["one", "two"].map(|directory| format!("{directory}/{name}"));
         let own = workspace.read(&one);
         workspace.write(&one, workspace.read(&two));
-        let message = workspace.refuse("plot one --out drawn");
+        let message = refuse(&workspace, "plot one --out drawn");
         let expected = format!("{one}:1: case.json does not belong to these results");
         assert!(message.contains(&expected) && message.contains("help: run the command"), "{message}");
         workspace.write(&one, own);
     }
-    workspace.runs("plot one --out drawn");
+    workspace.run("plot one --out drawn");
     // Drawing does not need the shapes.
     fs::remove_dir_all(workspace.path("one/vtk")).expect("the directory is ours");
-    workspace.runs("plot one --out drawn");
+    workspace.run("plot one --out drawn");
 }
 
 #[cfg(unix)]
@@ -315,7 +227,7 @@ fn results_of_two_cases_are_not_drawn_as_one() {
 fn links_in_place_of_results_are_refused() {
     use std::os::unix::fs::symlink;
 
-    let workspace = Workspace::new();
+    let workspace = surroundings();
     let study = ["runs.csv", "study.json", "report.html", "journal.jsonl", "measured.csv", "measured_comparison.csv"];
     let files = |command: &str| match command {
         "study measured.toml" => [&study[..], &["figures/impulse_map.svg"]].concat(),
@@ -333,7 +245,7 @@ fn links_in_place_of_results_are_refused() {
                 let link = workspace.path("results").join(name);
                 fs::create_dir_all(link.parent().expect("a directory")).expect("a directory");
                 symlink(workspace.path("outside").join(target), &link).expect("a link");
-                let message = workspace.refuse(&format!("{command} --out results"));
+                let message = refuse(&workspace, &format!("{command} --out results"));
                 assert!(message.contains(name) && message.contains("it is a symbolic link"), "{message}");
                 assert_eq!(workspace.names("outside"), ["kept"]);
                 assert_eq!(workspace.read("outside/kept"), "kept");
@@ -347,23 +259,23 @@ fn links_in_place_of_results_are_refused() {
     {
         fs::create_dir(workspace.path("results")).expect("a directory");
         symlink(workspace.path("outside"), workspace.path("results").join(name)).expect("a link");
-        let message = workspace.refuse(&format!("{command} --out results"));
+        let message = refuse(&workspace, &format!("{command} --out results"));
         assert!(message.contains(name) && message.contains("it is a symbolic link"), "{message}");
         assert_eq!(workspace.names("outside"), ["kept"]);
         fs::remove_dir_all(workspace.path("results")).expect("the directory is ours");
     }
     symlink(workspace.path("outside/kept"), workspace.path("equations.txt")).expect("a link");
-    assert!(workspace.refuse("derive --segments 1 --out equations.txt").contains("it is a symbolic link"));
+    assert!(refuse(&workspace, "derive --segments 1 --out equations.txt").contains("it is a symbolic link"));
     assert_eq!(workspace.read("outside/kept"), "kept");
     // The directory of the results is chosen by the user, who may name it by a link.
     symlink(workspace.path("outside"), workspace.path("elsewhere")).expect("a link");
-    workspace.runs("simulate case.toml --out elsewhere");
+    workspace.run("simulate case.toml --out elsewhere");
 }
 
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_are_not_waited_for() {
-    let workspace = Workspace::new();
+    let workspace = surroundings();
     let made = Process::new("mkfifo").arg(workspace.path("pipe")).status().expect("mkfifo starts");
     assert!(made.success());
     workspace.write("piped.toml", SECTIONS.concat() + STUDY + "[measured]\nfile = \"pipe\"\n");
@@ -383,7 +295,7 @@ fn pipes_and_devices_are_not_waited_for() {
         "plot saved",
         "advise saved",
     ] {
-        let message = workspace.refuse(arguments);
+        let message = refuse(&workspace, arguments);
         assert!(message.contains("it is not a regular file"), "{arguments}: {message}");
     }
     // What the caller has opened is read.
@@ -393,10 +305,10 @@ fn pipes_and_devices_are_not_waited_for() {
 
 #[test]
 fn repeated_headings_and_huge_forces_are_refused() {
-    let workspace = Workspace::new();
+    let workspace = surroundings();
     let refuse = |text: String, expected: &str| {
         workspace.write("forces.csv", text);
-        let message = workspace.refuse("study measured.toml --out results");
+        let message = refuse(&workspace, "study measured.toml --out results");
         assert!(message.contains(expected), "{message}");
     };
     refuse(format!("force_n,{HEADING}1,1,1,1,1\n"), "forces.csv:1: columns 1 and 4 are both named `force_n`");
@@ -406,21 +318,10 @@ fn repeated_headings_and_huge_forces_are_refused() {
     workspace.bristle("study measured.toml --out results").assert().success().stdout(finite);
 }
 
-#[test]
-fn a_contact_radius_beyond_the_filament_is_refused() {
-    let workspace = Workspace::new();
-    for radius in ["0.04", "1e300"] {
-        workspace.write("case.toml", SECTIONS.concat() + &format!("[contact]\nradius_m = {radius}\n"));
-        let message = workspace.refuse("simulate case.toml --out results");
-        let expected = format!("`contact.radius_m` is {radius}, but must be less than filament.length_m = 0.04");
-        assert!(message.contains(&expected) && message.contains("radius_m = "), "{message}");
-    }
-}
-
 /// Every combination of missing sections and keys.
 #[test]
 fn what_is_missing_is_named_with_its_place_and_an_example() {
-    let workspace = Workspace::new();
+    let workspace = surroundings();
     let lines: [(&str, &[&str]); 3] = [
         ("tool", &["body_radius_m = 0.14", "width_m = 0.02", "filament_count = 10500"]),
         ("filament", &["length_m = 0.04", "diameter_m = 0.00118"]),
@@ -446,7 +347,7 @@ fn what_is_missing_is_named_with_its_place_and_an_example() {
             continue;
         }
         workspace.write("case.toml", &text);
-        let message = workspace.refuse("simulate case.toml --out results");
+        let message = refuse(&workspace, "simulate case.toml --out results");
         check_missing(&message, &text, &lines, states, missing);
     }
 }
@@ -489,7 +390,7 @@ fn check_missing<'l>(
 
 #[test]
 fn missing_sections_are_named_by_all_commands() {
-    let workspace = Workspace::new();
+    let workspace = surroundings();
     workspace.write("state.json", "{}");
     let [tool, filament, process, _] = SECTIONS;
     for (text, command, expected) in [
@@ -505,6 +406,7 @@ fn missing_sections_are_named_by_all_commands() {
             "study case.toml --out results",
             "`process.penetration_depth_m` is missing",
         ),
+        (SECTIONS.concat(), "study case.toml --out results", "`study` is missing"),
         (String::new(), "evaluate case.toml --state state.json", "the sections [tool] and [filament] are missing"),
         (tool.to_owned(), "evaluate case.toml --state state.json", "the section [filament] is missing"),
         (
@@ -514,32 +416,32 @@ fn missing_sections_are_named_by_all_commands() {
         ),
     ] {
         workspace.write("case.toml", &text);
-        let message = workspace.refuse(command);
+        let message = refuse(&workspace, command);
         assert!(message.contains(expected), "{text}\n{message}");
     }
     // A study needs no [process] if it sweeps both.
     workspace.write("case.toml", format!("{tool}{filament}{STUDY}"));
-    workspace.runs("study case.toml --out results");
+    workspace.run("study case.toml --out results");
 }
 
 /// The tree of an input file takes many times its length, so 60 MB filled 4.5 GB.
 #[test]
 fn large_files_are_refused_or_read_within_bounds() {
-    let workspace = Workspace::new();
+    let workspace = surroundings();
     let file = File::create(workspace.path("large.toml")).expect("a file");
     file.set_len(1 << 40).expect("a file with holes");
     workspace.write("long.toml", "#".repeat(5 << 20));
-    assert!(workspace.refuse("simulate long.toml --out results").contains("it is longer than 4 MiB"));
+    assert!(refuse(&workspace, "simulate long.toml --out results").contains("it is longer than 4 MiB"));
     for command in ["simulate large.toml --out results", "evaluate case.toml --state large.toml", "compare large.toml"]
     {
-        let message = workspace.refuse(command);
+        let message = refuse(&workspace, command);
         assert!(message.contains("it is longer than"), "{message}");
     }
 }
 
 #[test]
 fn ordinary_names_are_shown_as_they_are() {
-    let workspace = Workspace::new();
+    let workspace = surroundings();
     let name = "Bürste – Versuch 1 (µ = 0,3).toml";
     workspace.write(name, "key = 1\n");
     let mut command = workspace.bristle("simulate --out results");

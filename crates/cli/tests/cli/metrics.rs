@@ -1,11 +1,8 @@
 //! One table of metrics: each of its readers shows what it says, so that a new metric is one entry and its computation.
 
-use std::fs;
-
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Prominence, Record, Scope};
 use bristle_grid::{CaseResult, Study, run_study};
-use bristle_input::document::Document;
 use bristle_insight::assumptions::Assumptions;
 use bristle_report::drawing::format::Format;
 use bristle_report::figures::study_figures;
@@ -13,9 +10,8 @@ use bristle_report::page::page;
 use bristle_report::tables::study_tables;
 use bristle_store::results::run_columns;
 use bristle_text::layout::WIDTH;
-use serde_json::Value;
 
-use crate::program::{bristle, brush};
+use crate::program::{self, Workspace, brush, page_data};
 
 const FILE: &str = concat!(
     brush!(4, "filament_count_uncertainty = 600\n"),
@@ -43,28 +39,22 @@ fn at_least(prominence: Prominence) -> impl Iterator<Item = &'static Column<Metr
 
 #[test]
 fn every_reader_shows_every_metric() {
-    let study = Document::parse(FILE, "case.toml").and_then(|document| document.study()).expect("a study");
+    let study = program::study(FILE);
     let results = run_study(&study, None, || {}).expect("threads");
     let all = keys(Metrics::COLUMNS);
-    assert_eq!(all.len(), 29);
 
     // runs.csv, and with it Parquet, results read back and the journal's JSON.
     let columns = run_columns(&study, &[]);
     assert_eq!(columns[4..4 + all.len()], all);
 
     // metrics.json.
-    let directory = tempfile::tempdir().expect("a temporary directory");
-    fs::write(directory.path().join("case.toml"), FILE).expect("the file can be written");
-    bristle(directory.path(), "simulate case.toml --out one").assert().success();
-    let text = fs::read_to_string(directory.path().join("one/metrics.json")).expect("metrics.json");
-    let metrics: serde_json::Map<String, Value> = serde_json::from_str(&text).expect("an object");
-    assert!(all.iter().all(|key| metrics.contains_key(*key)), "{text}");
+    let directory = Workspace::with(FILE);
+    directory.run("simulate case.toml --out one");
+    let metrics = directory.json("one/metrics.json");
+    assert!(all.iter().all(|key| metrics.get(key).is_some()), "{metrics}");
 
     // The page, the most prominent metrics first.
-    let page = page("case.toml", &study, &results, &[], &Assumptions::default(), &[]);
-    let (_, data) = page.split_once("id=\"data\">").expect("the data");
-    let (data, _) = data.split_once("</script>").expect("their end");
-    let data: Value = serde_json::from_str(data).expect("JSON");
+    let data = page_data(&page("case.toml", &study, &results, &[], &Assumptions::default(), &[]));
     let quantities = data["quantities"].as_array().expect("quantities");
     let mut prominent: Vec<&Column<Metrics>> = Metrics::COLUMNS.iter().collect();
     // Those of the tool are together.
@@ -80,20 +70,18 @@ fn every_reader_shows_every_metric() {
     }
 
     // A map for each metric of the figures, a table for each headline.
-    assert_eq!(shown(&study, &results), (8, 6));
+    let without_edge = shown(&study, &results);
 
     // With friction on an edge there are all of them.
     let edge = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"edge\"\nedge_radius_m = 2e-4\n[process]";
-    let study = Document::parse(&FILE.replace("[process]", edge), "case.toml").and_then(|document| document.study());
-    let study = study.expect("a study");
+    let study = program::study(&FILE.replace("[process]", edge));
     let results = run_study(&study, None, || {}).expect("threads");
-    let optional = |column: &&Column<Metrics>| column.display.optional;
-    assert_eq!(keys(Metrics::COLUMNS.iter().filter(optional)).len(), 6);
-    assert_eq!(shown(&study, &results), (13, 7));
+    let all = [Prominence::Figure, Prominence::Headline].map(|prominence| at_least(prominence).count());
+    assert!(shown(&study, &results) == all && without_edge < all, "{without_edge:?}, {all:?}");
 }
 
 /// Expects a map and a table for each metric that has one and is not zero in all cases. Returns their numbers.
-fn shown(study: &Study, results: &[CaseResult]) -> (usize, usize) {
+fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
     let is_shown = |column: &&'static Column<Metrics>| {
         let values = results.iter().flatten().map(|summary| column.get(&summary.metrics));
         !column.display.optional || values.into_iter().any(|value| value != 0.0)
@@ -111,7 +99,7 @@ fn shown(study: &Study, results: &[CaseResult]) -> (usize, usize) {
         .collect();
     let headlines: Vec<&str> = at_least(Prominence::Headline).filter(is_shown).map(|column| column.name).collect();
     assert_eq!(titles, headlines);
-    (drawn.len(), headlines.len())
+    [drawn.len(), headlines.len()]
 }
 
 #[test]

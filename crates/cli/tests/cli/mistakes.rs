@@ -1,10 +1,6 @@
 //! Natural mistakes in an input file: each message names the mistake, and says what to write.
 
-use std::fs;
-
-use tempfile::TempDir;
-
-use crate::program::{bristle, brush};
+use crate::program::{Workspace, brush, place};
 
 const FILE: &str = concat!(
     brush!(4),
@@ -147,17 +143,9 @@ const OPTIONS: &[(&str, &[&str])] = &[
 
 /// What `bristle simulate` says about a file, and its exit status.
 fn told(text: &str, options: &str) -> (String, Option<i32>) {
-    let directory = TempDir::new().expect("a temporary directory");
-    fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
-    let output = bristle(directory.path(), &format!("simulate case.toml --out results{options}")).output();
-    let output = output.expect("the program starts");
+    let directory = Workspace::with(text);
+    let output = directory.bristle(&format!("simulate case.toml --out results{options}")).output().expect("an end");
     (String::from_utf8(output.stderr).expect("UTF-8"), output.status.code())
-}
-
-/// The place of the first line that contains a text.
-fn place(file: &str, text: &str) -> String {
-    let line = file.lines().position(|line| line.contains(text)).expect("the text is in the file") + 1;
-    format!("case.toml:{line}:")
 }
 
 #[test]
@@ -192,8 +180,7 @@ fn the_message_names_the_mistake_in_an_option() {
 #[test]
 fn keys_that_are_nearly_right_are_explained() {
     let explained = |key: &str| {
-        let directory = TempDir::new().expect("a temporary directory");
-        let output = bristle(directory.path(), "explain").arg(key).output().expect("the program starts");
+        let output = Workspace::new().bristle("explain").arg(key).output().expect("the program starts");
         [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("UTF-8"))
     };
     for key in ["", " "] {
@@ -203,9 +190,7 @@ fn keys_that_are_nearly_right_are_explained() {
     // A space that nobody sees is no other key.
     assert_eq!(explained("filament.length_m "), explained("filament.length_m"));
     // A comma within brackets ended the meaning.
-    let directory = TempDir::new().expect("a temporary directory");
-    let output = bristle(directory.path(), "explain").output().expect("the program starts");
-    let all = String::from_utf8(output.stdout).expect("UTF-8");
+    let all = Workspace::new().printed("explain");
     assert!(all.contains("its control points [x, y]"), "{all}");
     let count = |bracket: char| all.matches(bracket).count();
     assert!(count('[') == count(']') && count('(') == count(')'), "{all}");
@@ -213,13 +198,11 @@ fn keys_that_are_nearly_right_are_explained() {
 
 #[test]
 fn equal_values_of_a_sweep_are_told() {
-    let directory = TempDir::new().expect("a temporary directory");
     let sweeps = "[study]\npenetration_depth_m = [1e-3, 2e-3, 1.0e-3]\n[solver]\nrelative_tolerance = 1e-3\n";
-    fs::write(directory.path().join("case.toml"), format!("{FILE}{sweeps}")).expect("the file can be written");
-    let output = bristle(directory.path(), "study case.toml --out results").output().expect("the program starts");
-    let message = String::from_utf8(output.stderr).expect("UTF-8").replace("\n         ", " ");
+    let directory = Workspace::with(&format!("{FILE}{sweeps}"));
+    let message = directory.said("study case.toml --out results").replace("\n         ", " ");
     assert!(message.contains("`process.penetration_depth_m` is swept with 1 mm more than once"), "{message}");
-    bristle(directory.path(), "study case.toml --out strict --strict").assert().code(2);
+    directory.refused("study case.toml --out strict --strict");
 }
 
 #[test]
@@ -245,19 +228,16 @@ fn what_is_unusual_is_told_and_refused_if_asked() {
 
 #[test]
 fn a_study_tells_in_which_cases_something_is_unusual() {
-    let directory = TempDir::new().expect("a temporary directory");
     let sweeps = "[study]\npenetration_depth_m = [1e-3, 0.018]\n[solver]\nrelative_tolerance = 1e-3\n";
-    fs::write(directory.path().join("case.toml"), format!("{FILE}{sweeps}")).expect("the file can be written");
-    let output = bristle(directory.path(), "study case.toml --out results").output().expect("the program starts");
-    let message = String::from_utf8(output.stderr).expect("UTF-8").replace("\n         ", " ");
+    let directory = Workspace::with(&format!("{FILE}{sweeps}"));
+    let message = directory.said("study case.toml --out results").replace("\n         ", " ");
     assert!(message.starts_with("warning: `process.penetration_depth_m` is 0.018 m;"), "{message}");
     let statement = "This is so in 1 of 2 cases, first in row 2.";
     assert!(message.contains(statement), "{message}");
     for name in ["results/study.json", "results/report.html"] {
-        let text = fs::read_to_string(directory.path().join(name)).expect(name);
-        assert!(text.contains(statement), "{name}");
+        assert!(directory.read(name).contains(statement), "{name}");
     }
-    bristle(directory.path(), "plot results").assert().success();
-    let refused = bristle(directory.path(), "study case.toml --out strict --strict").assert().code(2);
-    assert!(!directory.path().join("strict").exists(), "{refused}");
+    directory.run("plot results");
+    let refused = directory.refused("study case.toml --out strict --strict");
+    assert!(!directory.path("strict").exists(), "{refused}");
 }

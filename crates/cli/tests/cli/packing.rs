@@ -1,13 +1,11 @@
 //! The number of filaments: stated as such or by the packing, never assumed; and the defaults that decide the force are told.
 
 use std::f64::consts::{PI, TAU};
-use std::fs;
 
 use bristle::model::settings::Settings;
 use bristle_input::document::Document;
-use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::{Workspace, study, words};
 
 /// A file with this line about the number of filaments.
 fn file(count: &str) -> String {
@@ -23,7 +21,7 @@ fn settings(text: &str) -> Settings {
 
 /// The numbers of filaments in the two cases of a study.
 fn counts(text: &str) -> [f64; 2] {
-    let study = Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study");
+    let study = study(text);
     assert_eq!(study.case_count(), 2);
     [0, 1].map(|case| study.settings(case).tool.filament_count)
 }
@@ -54,16 +52,15 @@ fn a_packing_gives_each_diameter_its_number() {
 
 #[test]
 fn defaults_that_decide_the_force_are_told() {
-    let directory = TempDir::new().expect("a temporary directory");
+    let directory = Workspace::new();
     let stated = file("filament_count = 6000").replace("segments = 4", "segments = 4\nyoungs_modulus_pa = 3.3e9");
     let said = |text: &str, command: &str| {
-        fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
-        let output = bristle(directory.path(), command).assert().success();
-        String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8")
+        directory.write("case.toml", text);
+        directory.printed(command)
     };
     // Sentences are wrapped.
     let told = said(&stated, "simulate case.toml --out one");
-    let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    let words = words(&told);
     for part in [
         "n_w in rpm",
         "F_n,w in N",
@@ -83,6 +80,6 @@ fn defaults_that_decide_the_force_are_told() {
 
     let told = said(&(stated + "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"), "study case.toml --out results");
     assert!(told.contains("assumed") && told.contains("(row "), "{told}");
-    let page = fs::read_to_string(directory.path().join("results/report.html")).expect("the page");
+    let page = directory.read("results/report.html");
     assert!(page.contains(r#""path":"filament.damping_ratio""#) && page.contains(r#""force_change":"#));
 }

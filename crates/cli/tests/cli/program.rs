@@ -1,8 +1,14 @@
-//! The program under test, and the input that most tests give it.
+//! The program under test, the directory in which tests run it, and the input that most give it.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use bristle_grid::Study;
+use bristle_input::document::Document;
+use serde_json::Value;
+use tempfile::TempDir;
 
 /// A call of the program in a directory, with arguments separated by spaces. Its lines are made for 80 columns.
 pub fn bristle(directory: &Path, arguments: &str) -> Command {
@@ -33,4 +39,123 @@ pub(crate) use brush;
 pub fn sparse(text: &str) -> String {
     let few = text.replace("filament_count = 10500", "filament_count = 1000");
     few.replace("filament_count_uncertainty = 600", "filament_count_uncertainty = 60")
+}
+
+/// A study in an input file.
+pub fn study(text: &str) -> Study {
+    Document::parse(text, "case.toml").and_then(|document| document.study()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The words of a text, whose lines may break between any two.
+pub fn words(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The place of the first line of `case.toml` that starts with a text, as messages cite it.
+pub fn place(file: &str, text: &str) -> String {
+    let line = file.lines().position(|line| line.starts_with(text)).expect(text);
+    format!("case.toml:{}:", line + 1)
+}
+
+/// The data in the page of a study.
+pub fn page_data(page: &str) -> Value {
+    let (_, data) = page.split_once("id=\"data\">").expect("the data");
+    let (data, _) = data.split_once("</script>").expect("their end");
+    serde_json::from_str(data).expect("JSON")
+}
+
+/// A directory with input files and results, removed at the end of a test.
+pub struct Workspace(TempDir);
+
+impl Workspace {
+    pub fn new() -> Self {
+        Self(TempDir::new().expect("a temporary directory"))
+    }
+
+    /// A directory with the input file `case.toml`.
+    pub fn with(file: &str) -> Self {
+        let workspace = Self::new();
+        workspace.write("case.toml", file);
+        workspace
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        fs::write(self.path(name), text).expect(name);
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        String::from_utf8(self.bytes(name)).expect(name)
+    }
+
+    pub fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).expect(name)
+    }
+
+    pub fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.read(name)).expect(name)
+    }
+
+    /// The rows of a table, by the keys of its heading.
+    pub fn rows(&self, name: &str) -> Vec<BTreeMap<String, String>> {
+        let mut reader = csv::Reader::from_path(self.path(name)).expect(name);
+        reader.deserialize().map(|row| row.expect("a row")).collect()
+    }
+
+    /// Names of the entries of a directory, sorted; none if there is no such directory.
+    pub fn names(&self, directory: &str) -> Vec<String> {
+        let entries = fs::read_dir(self.path(directory)).into_iter().flatten();
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.expect("an entry").file_name().into_string().expect("a name")).collect();
+        names.sort();
+        names
+    }
+
+    /// All files below a directory, with their contents.
+    pub fn files(&self, directory: &str) -> BTreeMap<String, Vec<u8>> {
+        let mut files = BTreeMap::new();
+        for name in self.names(directory) {
+            let path = format!("{directory}/{name}");
+            if self.path(&path).is_dir() {
+                files.extend(self.files(&path).into_iter().map(|(below, bytes)| (format!("{name}/{below}"), bytes)));
+            } else {
+                files.insert(name, self.bytes(&path));
+            }
+        }
+        files
+    }
+
+    /// A call of the program in this directory.
+    pub fn bristle(&self, arguments: &str) -> Command {
+        bristle(self.0.path(), arguments)
+    }
+
+    /// What a command that succeeds prints to stdout and stderr.
+    pub fn run(&self, arguments: &str) -> [String; 2] {
+        let output = self.bristle(arguments).assert().success().get_output().clone();
+        [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("UTF-8"))
+    }
+
+    /// What a command that succeeds prints to stdout.
+    pub fn printed(&self, arguments: &str) -> String {
+        let [printed, _] = self.run(arguments);
+        printed
+    }
+
+    /// What a command that succeeds says on stderr.
+    pub fn said(&self, arguments: &str) -> String {
+        let [_, said] = self.run(arguments);
+        said
+    }
+
+    /// The message of a command that refuses its input, and prints nothing else.
+    pub fn refused(&self, arguments: &str) -> String {
+        let refused = self.bristle(arguments).assert().code(2).stdout("");
+        let message = String::from_utf8(refused.get_output().stderr.clone()).expect("UTF-8");
+        assert!(message.contains("error: ") && !message.contains("panicked"), "{arguments}: {message}");
+        message
+    }
 }

@@ -3,19 +3,16 @@
 
 use std::fs;
 use std::io::{BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::LazyLock;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use bristle_grid::Study;
-use bristle_input::document::Document;
 use bristle_store::journal::{Contents, Journal, JournalError};
 use serde_json::Value;
-use tempfile::TempDir;
 
-use crate::program::brush;
+use crate::program::{self, brush};
 
 /// A study that takes some tenths of a second, with two kinds of passes, and cases that fail. Only the velocity has several
 /// values. With several depths each run would draw maps, which would take longer than the simulation.
@@ -63,31 +60,23 @@ static UNDISTURBED: LazyLock<(String, Duration)> = LazyLock::new(|| {
 });
 
 /// A directory with the input file of the study and the directory of its results.
-struct Workspace {
-    directory: TempDir,
-}
+struct Workspace(program::Workspace);
 
 impl Workspace {
     fn new() -> Self {
-        let workspace = Self { directory: TempDir::new().expect("a temporary directory") };
-        workspace.write_input(FILE);
-        workspace
-    }
-
-    fn path(&self) -> &Path {
-        self.directory.path()
+        Self(program::Workspace::with(FILE))
     }
 
     fn result(&self, name: &str) -> PathBuf {
-        self.path().join("results").join(name)
+        self.0.path("results").join(name)
     }
 
     fn write_input(&self, text: &str) {
-        fs::write(self.path().join("case.toml"), text).expect("the file can be written");
+        self.0.write("case.toml", text);
     }
 
     fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.result(name)).expect(name)
+        self.0.read(&format!("results/{name}"))
     }
 
     fn journal(&self) -> Vec<u8> {
@@ -95,8 +84,8 @@ impl Workspace {
     }
 
     fn write_journal(&self, bytes: &[u8]) {
-        fs::create_dir_all(self.path().join("results")).expect("the directory can be made");
-        fs::write(self.result("journal.jsonl"), bytes).expect("the journal can be written");
+        fs::create_dir_all(self.0.path("results")).expect("the directory can be made");
+        self.0.write("results/journal.jsonl", bytes);
     }
 
     /// A call of the study in this directory.
@@ -115,7 +104,7 @@ impl Workspace {
     }
 
     fn set_up(&self, mut command: Command) -> Command {
-        command.current_dir(self.path()).env_remove("RUST_LOG").stdin(Stdio::null());
+        command.current_dir(self.0.path("")).env_remove("RUST_LOG").stdin(Stdio::null());
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     }
@@ -142,7 +131,7 @@ impl Workspace {
         assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv differs");
         let digest = bristle_codegen::fingerprint::digest(UNDISTURBED.0.as_bytes());
         assert!(self.read("study.json").contains(&digest), "study.json belongs to another runs.csv");
-        assert_eq!(self.files(), RESULTS);
+        assert_eq!(self.0.names("results"), RESULTS);
         let contents = self.contents().expect("the journal is whole");
         assert_eq!((contents.torn, contents.results.iter().flatten().count()), (0, CASES));
     }
@@ -158,17 +147,9 @@ impl Workspace {
         message
     }
 
-    fn files(&self) -> Vec<String> {
-        let entries = fs::read_dir(self.path().join("results")).expect("results");
-        let mut names: Vec<String> =
-            entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
-    }
-
     /// The contents of the journal.
     fn contents(&self) -> Result<Contents, JournalError> {
-        let study = parse(FILE);
+        let study = program::study(FILE);
         Journal::new(&study).read(&study, BufReader::new(self.journal().as_slice()))
     }
 
@@ -183,10 +164,6 @@ impl Workspace {
             sleep(Duration::from_millis(1));
         }
     }
-}
-
-fn parse(file: &str) -> Study {
-    Document::parse(file, "case.toml").and_then(|document| document.study()).expect("the file is right")
 }
 
 fn error_text(output: &Output) -> String {
@@ -311,7 +288,7 @@ fn results_of_other_settings_are_not_mixed_in() {
 fn results_of_another_build_are_not_mixed_in() {
     let workspace = Workspace::new();
     // With a valid check for the line.
-    let study = parse(FILE);
+    let study = program::study(FILE);
     let header = Journal::new(&study).header().to_owned();
     let (object, _) = header.split_once(",\"check\"").expect("a check");
     let object = object.replacen(bristle::equations::FINGERPRINT, &"0".repeat(64), 1);
@@ -356,7 +333,7 @@ fn a_second_study_in_the_same_directory_is_refused() {
 fn leftovers_of_a_killed_process_are_removed() {
     let workspace = Workspace::new();
     workspace.write_journal(b"");
-    fs::write(workspace.result(".runs.csv.bristle-a1B2c3"), "half").expect("the file can be written");
+    workspace.0.write("results/.runs.csv.bristle-a1B2c3", "half");
     workspace.ends_as_undisturbed("");
 }
 
@@ -475,7 +452,7 @@ mod unix {
         let output = child.wait_with_output().expect("the process is ours");
         let message = error_text(&output);
         assert_eq!(output.status.code(), Some(INTERRUPTED), "{message}");
-        let study = parse(&long_file());
+        let study = program::study(&long_file());
         let contents = Journal::new(&study).read(&study, workspace.journal().as_slice()).expect("a whole journal");
         let done = contents.results.iter().flatten().count();
         assert_eq!(contents.torn, 0, "no line is cut off");
@@ -507,21 +484,21 @@ mod unix {
         };
         // Not even the header fits.
         let (_, done) = stops(1, "journal.jsonl");
-        assert_eq!(workspace.files(), ["journal.jsonl"]);
+        assert_eq!(workspace.0.names("results"), ["journal.jsonl"]);
         assert_eq!((workspace.journal().len(), done), (0, 0));
         // Some cases do.
         let (message, done) = stops(30, "journal.jsonl");
-        assert_eq!(workspace.files(), ["figures", "journal.jsonl"]);
+        assert_eq!(workspace.0.names("results"), ["figures", "journal.jsonl"]);
         assert!(0 < done && done < CASES);
         assert!(message.contains(&format!("{done} of 180 cases are in the journal")), "{message}");
         assert!(message.contains("run the same command again to resume"), "{message}");
         workspace.ends_as_undisturbed("");
         // All do, but the table of results does not: the earlier one stays.
-        fs::write(workspace.result("runs.csv"), "the earlier one").expect("the file can be written");
+        workspace.0.write("results/runs.csv", "the earlier one");
         let (message, done) = stops(2, "runs.csv");
         assert!(message.contains("180 of 180 cases are in the journal"), "{message}");
         assert_eq!((done, workspace.read("runs.csv").as_str()), (CASES, "the earlier one"));
-        assert_eq!(workspace.files(), RESULTS);
+        assert_eq!(workspace.0.names("results"), RESULTS);
         workspace.ends_as_undisturbed("");
     }
 
@@ -532,7 +509,7 @@ mod unix {
             command.args(["--map-root-user", "--mount", "sh", "-e", "-c", script, env!("CARGO_BIN_EXE_bristle")]);
             workspace.set_up(command).output()
         };
-        fs::create_dir_all(workspace.path().join("results")).expect("the directory can be made");
+        fs::create_dir_all(workspace.0.path("results")).expect("the directory can be made");
         if !unshare("mount -t tmpfs none results").is_ok_and(|output| output.status.success()) {
             println!("skipped: this system forbids mounting");
             return None;
@@ -558,12 +535,12 @@ mod unix {
         assert_eq!(said, format!("status 2\nfigures\njournal.jsonl\nstatus 3\n{}\n", RESULTS.join("\n")), "{message}");
         assert!(message.contains("cannot write `results/journal.jsonl`: No space left on device"), "{message}");
         assert!(message.contains("cases are in the journal; once there is room"), "{message}");
-        workspace.write_journal(&fs::read(workspace.path().join("first.jsonl")).expect("the journal"));
+        workspace.write_journal(&fs::read(workspace.0.path("first.jsonl")).expect("the journal"));
         let contents = workspace.contents().expect("the journal is whole");
         let done = contents.results.iter().flatten().count();
         assert!(contents.torn == 0 && 0 < done && done < CASES, "{message}");
         assert!(message.contains(&format!("{done} of 180 cases are in `results/journal.jsonl`")), "{message}");
-        assert!(fs::read_to_string(workspace.path().join("runs.csv")).expect("runs.csv") == UNDISTURBED.0);
+        assert!(fs::read_to_string(workspace.0.path("runs.csv")).expect("runs.csv") == UNDISTURBED.0);
     }
 
     #[test]
@@ -583,6 +560,6 @@ mod unix {
         let expected = "error: cannot write to the directory `results`: Read-only file system";
         assert_eq!(message.matches(expected).count(), 2, "{message}");
         assert!((workspace.journal(), workspace.read("runs.csv")) == before);
-        assert_eq!(workspace.files(), RESULTS);
+        assert_eq!(workspace.0.names("results"), RESULTS);
     }
 }

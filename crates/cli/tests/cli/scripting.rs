@@ -1,12 +1,6 @@
 //! Calls by scripts: options that state settings, stdin, figures on demand, and shards of a study.
 
-use std::fs;
-use std::path::Path;
-
-use serde_json::Value;
-use tempfile::TempDir;
-
-use crate::program::{bristle, brush};
+use crate::program::{Workspace, brush};
 
 const FILE: &str = concat!(
     brush!(4),
@@ -25,56 +19,31 @@ const SWEEPS: &str = "\n[study]\nbrushing_velocity_m_s = [5.0, 10.0, 15.0, 20.0]
 const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleration": 0.0, "gravity": [0, 0, 0],
  "q": [1.5, -1.5], "v": [0.1, 50.0]}"#;
 
-fn workspace(text: &str) -> TempDir {
-    let directory = TempDir::new().expect("a temporary directory");
-    fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
-    directory
-}
-
-/// What a successful command says.
-fn said(directory: &TempDir, command: &str) -> String {
-    let output = bristle(directory.path(), command).assert().success();
-    String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8")
-}
-
-/// What a command says that is refused.
-fn refused(directory: &TempDir, command: &str) -> String {
-    let output = bristle(directory.path(), command).assert().code(2);
-    String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8")
-}
-
-fn json(directory: &TempDir, name: &str) -> Value {
-    let text = fs::read_to_string(directory.path().join(name)).expect(name);
-    serde_json::from_str(&text).expect("JSON")
-}
-
 #[test]
 fn options_state_settings_as_the_file_would() {
-    let directory = workspace(FILE);
+    let directory = Workspace::with(FILE);
     let options = "--set process.rotational_speed_rpm=1200 --set filament.segments=5 --set workpiece.kind=plane \
                    --set workpiece.normal=[0,2,0]";
-    said(&directory, &format!("simulate case.toml --out by-options {options}"));
-    let settings = &json(&directory, "by-options/case.json")["settings"];
+    directory.run(&format!("simulate case.toml --out by-options {options}"));
+    let settings = &directory.json("by-options/case.json")["settings"];
     assert_eq!(settings["filament"]["segments"], 5);
     assert_eq!(settings["workpiece"]["normal"][1], 2.0);
-    let speed = json(&directory, "by-options/metrics.json")["rotational_speed_rpm"].as_f64().expect("a number");
+    let speed = directory.json("by-options/metrics.json")["rotational_speed_rpm"].as_f64().expect("a number");
     assert!((speed - 1200.0).abs() < 1e-9, "the option replaces the velocity in the file: {speed}");
 
-    fs::write(directory.path().join("state.json"), STATE).expect("the file can be written");
-    bristle(directory.path(), "evaluate case.toml --state state.json --set filament.density_kg_m3=900")
-        .assert()
-        .success();
-    said(&directory, "study case.toml --out swept --set study.rotational_speed_rpm=[600,1200] --no-figures");
-    let runs = fs::read_to_string(directory.path().join("swept/runs.csv")).expect("runs.csv");
+    directory.write("state.json", STATE);
+    directory.run("evaluate case.toml --state state.json --set filament.density_kg_m3=900");
+    directory.run("study case.toml --out swept --set study.rotational_speed_rpm=[600,1200] --no-figures");
+    let runs = directory.read("swept/runs.csv");
     assert_eq!(runs.lines().count(), 3);
     // A file that is incomplete alone.
-    let directory = workspace(&FILE.replace("length_m = 0.040\n", ""));
-    said(&directory, "simulate case.toml --out whole --set filament.length_m=0.04 --no-figures");
+    let directory = Workspace::with(&FILE.replace("length_m = 0.040\n", ""));
+    directory.run("simulate case.toml --out whole --set filament.length_m=0.04 --no-figures");
 }
 
 #[test]
 fn errors_name_the_option_as_their_place() {
-    let directory = workspace(&format!("{FILE}{SWEEPS}"));
+    let directory = Workspace::with(&format!("{FILE}{SWEEPS}"));
     let cases = [
         (
             "simulate",
@@ -102,37 +71,36 @@ fn errors_name_the_option_as_their_place() {
         ("study", "study.brushing_velocity_m_s=[5,-1]", &["`process.brushing_velocity_m_s` is -1.0", "--> --set:1:29"]),
     ];
     for (command, option, parts) in cases {
-        let message = refused(&directory, &format!("{command} case.toml --out results --set {option}"));
+        let message = directory.refused(&format!("{command} case.toml --out results --set {option}"));
         for part in parts {
             assert!(message.contains(part), "{option}: no `{part}` in\n{message}");
         }
-        assert!(!directory.path().join("results").exists());
+        assert!(!directory.path("results").exists());
     }
 }
 
 #[test]
 fn stdin_is_a_file_too() {
-    let directory = workspace("");
+    let directory = Workspace::new();
     let run = |text: &str, command: &str| {
-        let output = bristle(directory.path(), command).write_stdin(text).output().expect("the program starts");
+        let output = directory.bristle(command).write_stdin(text).output().expect("the program starts");
         (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
     };
     let (status, message) = run(FILE, "simulate - --out one --no-figures");
     assert_eq!(status, Some(0), "{message}");
-    assert!(directory.path().join("one/metrics.json").is_file());
+    assert!(directory.path("one/metrics.json").is_file());
     let (status, message) = run(&format!("{FILE}{SWEEPS}"), "study - --out results --no-figures");
     assert_eq!(status, Some(0), "{message}");
-    let page = fs::read_to_string(directory.path().join("results/report.html")).expect("the page");
+    let page = directory.read("results/report.html");
     assert!(page.contains("stdin: brushing study"));
     let (status, message) = run(&FILE.replace("0.040", "0,04"), "simulate - --out two");
     assert!(status == Some(2) && message.contains("--> stdin:8:"), "{message}");
 }
 
-/// Names of the files in a directory of figures, by their endings; none if there is no such directory.
-fn endings(directory: &Path) -> Vec<String> {
-    let files = fs::read_dir(directory).into_iter().flatten().flatten();
-    let mut endings: Vec<String> =
-        files.map(|file| file.path().extension().expect("an ending").to_string_lossy().into_owned()).collect();
+/// The endings of the files in a directory.
+fn endings(directory: &Workspace, of: &str) -> Vec<String> {
+    let names = directory.names(of);
+    let mut endings: Vec<String> = names.iter().filter_map(|name| Some(name.rsplit_once('.')?.1.to_owned())).collect();
     endings.sort();
     endings.dedup();
     endings
@@ -140,8 +108,7 @@ fn endings(directory: &Path) -> Vec<String> {
 
 #[test]
 fn figures_are_drawn_as_asked() {
-    let directory = workspace(&format!("{FILE}{SWEEPS}"));
-    let figures = directory.path().join("results/figures");
+    let directory = Workspace::with(&format!("{FILE}{SWEEPS}"));
     for (options, expected, message) in [
         ("", &["png", "svg"][..], "figures as SVG and PNG"),
         ("--figures svg", &["svg"], "figures as SVG to"),
@@ -150,22 +117,22 @@ fn figures_are_drawn_as_asked() {
         ("--figures all", &["png", "svg"], "figures as SVG and PNG"),
         ("--no-figures", &[], "no figures"),
     ] {
-        let said = said(&directory, &format!("study case.toml --out results {options}"));
+        let said = directory.said(&format!("study case.toml --out results {options}"));
         assert!(said.contains(message), "{options}: {said}");
-        assert_eq!(endings(&figures), expected, "{options}");
+        assert_eq!(endings(&directory, "results/figures"), expected, "{options}");
     }
-    said(&directory, "plot results --figures svg");
-    assert_eq!(endings(&figures), ["svg"]);
-    said(&directory, "simulate case.toml --out one --figures png");
-    assert_eq!(endings(&directory.path().join("one/figures")), ["png"]);
-    refused(&directory, "study case.toml --out results --figures svg --no-figures");
+    directory.run("plot results --figures svg");
+    assert_eq!(endings(&directory, "results/figures"), ["svg"]);
+    directory.run("simulate case.toml --out one --figures png");
+    assert_eq!(endings(&directory, "one/figures"), ["png"]);
+    directory.refused("study case.toml --out results --figures svg --no-figures");
 
     // For a paper.
-    said(&directory, "plot results --figure-width 84mm --font-size 8pt --figures svg --font STIX");
-    let svg = fs::read_to_string(figures.join("tool_force_map.svg")).expect("a figure");
+    directory.run("plot results --figure-width 84mm --font-size 8pt --figures svg --font STIX");
+    let svg = directory.read("results/figures/tool_force_map.svg");
     assert!(svg.starts_with("<svg width=\"84mm\"") && svg.contains("'STIX', "), "{svg:.200}");
-    said(&directory, "simulate case.toml --out one --figure-width springer --font Arial");
-    let svg = fs::read_to_string(directory.path().join("one/figures/history.svg")).expect("a figure");
+    directory.run("simulate case.toml --out one --figure-width springer --font Arial");
+    let svg = directory.read("one/figures/history.svg");
     assert!(svg.starts_with("<svg width=\"84mm\""), "{svg:.200}");
     for (options, told) in [
         ("--figure-width 84", "must be a length with its unit, such as 84mm or 239pt, or the column of a journal"),
@@ -180,38 +147,37 @@ fn figures_are_drawn_as_asked() {
         for command in
             ["study case.toml --out new", "simulate case.toml --out new", "brush case.toml --out new", "plot results"]
         {
-            let message = refused(&directory, &format!("{command} {options}"));
+            let message = directory.refused(&format!("{command} {options}"));
             assert!(message.contains(told), "{command} {options}: {message}");
         }
     }
-    assert!(!directory.path().join("new").exists(), "what cannot be drawn is refused before anything is written");
+    assert!(!directory.path("new").exists(), "what cannot be drawn is refused before anything is written");
 }
 
 #[test]
 fn shards_make_the_results_of_one_call() {
-    let directory = workspace(&format!("{FILE}{SWEEPS}"));
-    said(&directory, "study case.toml --out whole");
+    let directory = Workspace::with(&format!("{FILE}{SWEEPS}"));
+    directory.run("study case.toml --out whole");
     for shard in 1..=3 {
-        let said = said(&directory, &format!("study case.toml --out part-{shard} --shard {shard}/3"));
+        let said = directory.said(&format!("study case.toml --out part-{shard} --shard {shard}/3"));
         assert!(said.contains(&format!("shard {shard}/3: its ")), "{said}");
-        assert!(!directory.path().join(format!("part-{shard}/runs.csv")).exists());
+        assert!(!directory.path(&format!("part-{shard}/runs.csv")).exists());
     }
-    let message = refused(&directory, "merge case.toml part-1 part-3 --out merged");
+    let message = directory.refused("merge case.toml part-1 part-3 --out merged");
     assert!(message.contains("3 of 8 cases are in none of the shards") && message.contains("help:"), "{message}");
-    said(&directory, "merge case.toml part-1 part-2 part-3 --out merged");
+    directory.run("merge case.toml part-1 part-2 part-3 --out merged");
     for name in ["runs.csv", "study.json", "report.html", "figures/tool_force_map.svg"] {
-        let [whole, merged] =
-            ["whole", "merged"].map(|results| fs::read(directory.path().join(results).join(name)).expect(name));
+        let [whole, merged] = ["whole", "merged"].map(|results| directory.bytes(&format!("{results}/{name}")));
         assert!(whole == merged, "{name}");
     }
     // A shard resumes, and what is not a shard of the study is refused.
-    let again = said(&directory, "study case.toml --out part-1 --shard 1/3");
+    let again = directory.said("study case.toml --out part-1 --shard 1/3");
     assert!(again.contains("3 of 8 cases are in"), "{again}");
-    let message = refused(&directory, "merge case.toml part-1 --out other --set filament.segments=5");
+    let message = directory.refused("merge case.toml part-1 --out other --set filament.segments=5");
     assert!(message.contains("is no shard of this study") && message.contains("filament.segments"), "{message}");
-    let message = refused(&directory, "merge case.toml absent --out other");
+    let message = directory.refused("merge case.toml absent --out other");
     assert!(message.contains("cannot open") && message.contains("absent"), "{message}");
     for shard in ["0/3", "4/3", "1", "a/b"] {
-        assert!(refused(&directory, &format!("study case.toml --out results --shard {shard}")).contains("I/N"));
+        assert!(directory.refused(&format!("study case.toml --out results --shard {shard}")).contains("I/N"));
     }
 }

@@ -1,14 +1,10 @@
 //! The speed of the machine: settings, results and figures by the rotational speed instead of the velocity of the tips.
 
 use std::f64::consts::TAU;
-use std::fs;
 
-use bristle_grid::Study;
-use bristle_input::document::Document;
 use serde_json::Value;
-use tempfile::TempDir;
 
-use crate::program::{bristle, brush};
+use crate::program::{self, Workspace, brush, page_data};
 
 const HEAD: &str = concat!(
     brush!(4),
@@ -25,16 +21,10 @@ fn velocity(speed_rpm: f64) -> f64 {
     TAU * speed_rpm / 60.0 * RADIUS_M
 }
 
-fn study(text: &str) -> Study {
-    Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study")
-}
-
 /// A directory in which a command with an input file has succeeded, and what it showed.
-fn done(command: &str, text: &str) -> (TempDir, String) {
-    let directory = TempDir::new().expect("a temporary directory");
-    fs::write(directory.path().join("case.toml"), text).expect("the file can be written");
-    let output = bristle(directory.path(), command).assert().success();
-    let said = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
+fn done(command: &str, text: &str) -> (Workspace, String) {
+    let directory = Workspace::with(text);
+    let said = directory.printed(command);
     (directory, said)
 }
 
@@ -43,8 +33,7 @@ fn speed_and_velocity_give_the_same_contact() {
     let metrics = |speed: &str| -> Value {
         let text = format!("{HEAD}[process]\n{speed}\npenetration_depth_m = 1e-3\n");
         let (directory, _) = done("simulate case.toml --out one", &text);
-        let text = fs::read_to_string(directory.path().join("one/metrics.json")).expect("metrics");
-        serde_json::from_str(&text).expect("JSON")
+        directory.json("one/metrics.json")
     };
     let by_speed = metrics("rotational_speed_rpm = 600");
     let by_velocity = metrics(&format!("brushing_velocity_m_s = {:?}", velocity(600.0)));
@@ -66,34 +55,30 @@ fn a_study_of_the_speed_has_it_in_all_results() {
     let has_machine = ["F_n,w in N: ", "M_w in N m: ", "P_w in W: "].map(|title| said.find(title));
     assert!(has_machine.is_sorted() && has_machine[0].is_some(), "{said}");
 
-    let runs = fs::read_to_string(directory.path().join("results/runs.csv")).expect("runs.csv");
+    let runs = directory.read("results/runs.csv");
     let row = |row: usize| runs.lines().nth(row).expect("a row").split(',').take(4).collect::<Vec<_>>();
     assert_eq!(row(0), ["brushing_velocity_m_s", "penetration_depth_m", "segments", "rotational_speed_rpm"]);
     assert_eq!(row(2)[1..], ["0.001", "4", "1200.0"]);
     assert!((row(2)[0].parse::<f64>().expect("a number") - velocity(1200.0)).abs() < 1e-12);
 
-    let figures = directory.path().join("results/figures");
-    let drawn = fs::read_to_string(figures.join("tool_force_over_speed.svg")).expect("a figure");
+    let drawn = directory.read("results/figures/tool_force_over_speed.svg");
     assert!(drawn.contains("rotational speed"), "no label");
-    let map = fs::read(figures.join("tool_force_map.svg")).expect("a map");
-    bristle(directory.path(), "plot results").assert().success();
-    assert!(map == fs::read(figures.join("tool_force_map.svg")).expect("a map"), "another map from saved results");
+    let map = directory.read("results/figures/tool_force_map.svg");
+    directory.run("plot results");
+    assert!(map == directory.read("results/figures/tool_force_map.svg"), "another map from saved results");
 
-    let page = fs::read_to_string(directory.path().join("results/report.html")).expect("the page");
-    let (_, data) = page.split_once("id=\"data\">").expect("the data");
-    let data: Value = serde_json::from_str(data.split_once("</script>").expect("its end").0).expect("JSON");
+    let data = page_data(&directory.read("results/report.html"));
     assert_eq!(data["axes"][1]["path"], "process.rotational_speed_rpm");
     let settings = data["settings"].as_array().expect("settings");
     let of = |path: &str| &settings.iter().find(|setting| setting["path"] == path).expect(path)["value"];
     assert!(of("process.rotational_speed_rpm").is_null() && of("process.brushing_velocity_m_s").is_null());
 
-    let output = bristle(directory.path(), "advise results").assert().success();
-    let advice = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
+    let advice = directory.printed("advise results");
     assert!(advice.starts_with("  row   n_w   a_e") && advice.contains("lowest is 183.7 N at 600 rpm"), "{advice}");
     let heading = advice.lines().next().expect("a heading");
     assert!(["F_n,w", "M_w", "P_w"].map(|symbol| heading.find(symbol)).is_sorted(), "{advice}");
-    let output = bristle(directory.path(), "advise results --json --max-velocity 15 --no-verify").assert().success();
-    let advice: Value = serde_json::from_slice(&output.get_output().stdout).expect("JSON");
+    let advice = directory.printed("advise results --json --max-velocity 15 --no-verify");
+    let advice: Value = serde_json::from_str(&advice).expect("JSON");
     let within = &advice["sections"][0]["advice"][1];
     assert_eq!((&within["topic"], &within["rotational_speed_rpm"]), (&"within_limits".into(), &600.0.into()));
     assert!(within["tool_torque_n_m"].as_f64().is_some_and(|torque| torque > 0.0), "{within}");
@@ -101,7 +86,7 @@ fn a_study_of_the_speed_has_it_in_all_results() {
 
 #[test]
 fn a_speed_that_is_held_gives_each_length_its_velocity() {
-    let study = study(&format!(
+    let study = program::study(&format!(
         "{HEAD}[process]\nrotational_speed_rpm = 600\npenetration_depth_m = 1e-3\n[study]\n\
          \"filament.length_m\" = [0.03, 0.04]\n"
     ));
@@ -110,7 +95,7 @@ fn a_speed_that_is_held_gives_each_length_its_velocity() {
     assert!((velocities[0] - velocity(600.0) * 0.17 / RADIUS_M).abs() < 1e-12);
     assert!((velocities[1] - velocity(600.0)).abs() < 1e-12);
     // A velocity that is held gives each length its speed.
-    let study = self::study(&format!(
+    let study = program::study(&format!(
         "{HEAD}[process]\nbrushing_velocity_m_s = 10\npenetration_depth_m = 1e-3\n[study]\n\
          \"filament.length_m\" = [0.03, 0.04]\n"
     ));
@@ -124,29 +109,22 @@ fn a_sweep_replaces_what_states_the_same() {
         ("rotational_speed_rpm = 600", "brushing_velocity_m_s = [10, 20]"),
     ] {
         let text = format!("{HEAD}[process]\n{process}\npenetration_depth_m = 1e-3\n[study]\n{sweep}\n");
-        let study = study(&text);
+        let study = program::study(&text);
         assert_eq!((study.case_count(), study.sweeps().len()), (2, 1), "{text}");
     }
 }
 
 #[test]
 fn measured_forces_are_compared_at_their_velocity() {
-    let directory = TempDir::new().expect("a temporary directory");
     let sweeps = "[study]\nrotational_speed_rpm = [600, 1200]\npenetration_depth_m = [1e-3]\n";
     let measured = "[measured]\nfile = \"forces.csv\"\n";
-    fs::write(directory.path().join("case.toml"), format!("{HEAD}{sweeps}{measured}")).expect("a file");
+    let directory = Workspace::with(&format!("{HEAD}{sweeps}{measured}"));
     let point = format!("{:?},0.001,150,10\n", velocity(600.0));
     let table = format!("brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n{point}");
-    fs::write(directory.path().join("forces.csv"), table).expect("a file");
-    bristle(directory.path(), "study case.toml --out results").assert().success();
-    let rows = |name: &str| {
-        let text = fs::read_to_string(directory.path().join(name)).expect(name);
-        let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
-        let heading = rows.next().expect("a heading");
-        let first = rows.next().expect("a row");
-        heading.into_iter().zip(first).collect::<std::collections::BTreeMap<_, _>>()
-    };
-    let (runs, compared) = (rows("results/runs.csv"), rows("results/measured_comparison.csv"));
+    directory.write("forces.csv", table);
+    directory.run("study case.toml --out results");
+    let first = |name: &str| directory.rows(name).remove(0);
+    let (runs, compared) = (first("results/runs.csv"), first("results/measured_comparison.csv"));
     assert_eq!(runs["tool_contact_normal_force_n"], compared["simulated_force_n"]);
-    assert!(directory.path().join("results/figures/measured_over_speed.svg").is_file());
+    assert!(directory.path("results/figures/measured_over_speed.svg").is_file());
 }

@@ -1,17 +1,13 @@
 //! Lateral stability as users see it: warnings, marks and advice, and the numbers of docs/stability.md.
 
-use std::fs;
-use std::path::Path;
-
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle_grid::{CaseResult, Study, run_study};
-use bristle_input::document::Document;
 use bristle_report::tables::study_tables;
 use bristle_text::layout::WIDTH;
 use serde_json::Value;
 
-use crate::program::{bristle, brush, sparse};
+use crate::program::{self, Workspace, brush, sparse};
 
 /// The paper's brush, in fewer segments: slow passes are unstable without friction.
 const HEAD: &str = concat!(
@@ -23,16 +19,6 @@ penetration_depth_m = 1.0e-3
 "
 );
 
-fn write(directory: &Path, text: &str) {
-    fs::write(directory.join("case.toml"), text).expect("the file can be written");
-}
-
-/// What a command writes to stderr and to stdout.
-fn output(directory: &Path, arguments: &str) -> (String, String) {
-    let output = bristle(directory, arguments).assert().success().get_output().clone();
-    (String::from_utf8(output.stderr).expect("UTF-8"), String::from_utf8(output.stdout).expect("UTF-8"))
-}
-
 /// The warning in a text, which ends it.
 fn warning(text: &str) -> &str {
     text.find("warning: ").map_or("", |start| &text[start..])
@@ -40,67 +26,63 @@ fn warning(text: &str) -> &str {
 
 #[test]
 fn an_unstable_contact_has_a_warning_that_helps() {
-    let directory = tempfile::tempdir().expect("a temporary directory");
-    write(directory.path(), &sparse(HEAD));
-    let (text, _) = output(directory.path(), "simulate case.toml --out one");
+    let directory = Workspace::with(&sparse(HEAD));
+    let text = directory.said("simulate case.toml --out one");
     let told = warning(&text);
     insta::assert_snapshot!("warning_of_a_contact", told);
     assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
 
     // The help works: the line goes under [filament], and other tilts are then the question.
     let line = told.lines().last().expect("a line").trim();
-    write(directory.path(), &sparse(&HEAD.replace("[filament]\n", &format!("[filament]\n{line}\n"))));
-    let (text, _) = output(directory.path(), "simulate case.toml --out one");
+    directory.write("case.toml", sparse(&HEAD.replace("[filament]\n", &format!("[filament]\n{line}\n"))));
+    let text = directory.said("simulate case.toml --out one");
     assert!(warning(&text).is_empty() || warning(&text).contains("how the tilt matters"), "{text}");
-    let metrics = fs::read_to_string(directory.path().join("one/metrics.json")).expect("metrics.json");
-    let metrics: Value = serde_json::from_str(&metrics).expect("JSON");
+    let metrics = directory.json("one/metrics.json");
     assert!(metrics["lateral_amplification"].as_f64().is_some_and(|value| value > 1.0), "{metrics}");
 
     // A stable contact has none.
-    write(directory.path(), &sparse(&HEAD.replace("2.5", "15.0")));
-    assert_eq!(warning(&output(directory.path(), "simulate case.toml --out one").0), "");
+    directory.write("case.toml", sparse(&HEAD.replace("2.5", "15.0")));
+    assert_eq!(warning(&directory.said("simulate case.toml --out one")), "");
 }
 
 const SWEEPS: &str = "[study]\nbrushing_velocity_m_s = [2.5, 15.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
 
 #[test]
 fn a_study_counts_its_unstable_cases_and_marks_them() {
-    let directory = tempfile::tempdir().expect("a temporary directory");
-    write(directory.path(), &sparse(&format!("{HEAD}{SWEEPS}")));
-    let (text, _) = output(directory.path(), "study case.toml --out results");
+    let directory = Workspace::with(&sparse(&format!("{HEAD}{SWEEPS}")));
+    let text = directory.said("study case.toml --out results");
     insta::assert_snapshot!("warning_of_a_study", warning(&text));
     assert!(warning(&text).lines().all(|line| line.chars().count() <= 80), "{text}");
-    let (json, objects) = output(directory.path(), "study case.toml --out results --restart --json");
+    let [objects, json] = directory.run("study case.toml --out results --restart --json");
     assert_eq!(warning(&json), warning(&text));
     assert!(objects.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()), "{objects}");
 
     // The line of the help is one of [study]. A study that sweeps the tilt needs no help.
     let line = warning(&text).lines().last().expect("a line").trim().to_owned();
-    write(directory.path(), &sparse(&format!("{HEAD}{SWEEPS}{}\n", line)));
-    let (text, _) = output(directory.path(), "study case.toml --out tilts");
+    directory.write("case.toml", sparse(&format!("{HEAD}{SWEEPS}{}\n", line)));
+    let text = directory.said("study case.toml --out tilts");
     assert!(warning(&text).starts_with("warning: ") && !text.contains("help"), "{text}");
 
     // Friction makes all of them stable.
-    write(directory.path(), &sparse(&format!("{HEAD}{SWEEPS}\"contact.friction_coefficient\" = [0.5]\n")));
-    let (text, tables) = output(directory.path(), "study case.toml --out friction");
+    directory.write("case.toml", sparse(&format!("{HEAD}{SWEEPS}\"contact.friction_coefficient\" = [0.5]\n")));
+    let [tables, text] = directory.run("study case.toml --out friction");
     assert!(!text.contains("unstable") && !tables.contains("unstable"), "{text}{tables}");
 
-    let study = study(&format!("{HEAD}{SWEEPS}"));
+    let study = program::study(&format!("{HEAD}{SWEEPS}"));
     let tables = study_tables(&study, &results(&study), WIDTH);
     insta::assert_snapshot!("tables_with_marks", tables);
     let list = format!("{HEAD}{SWEEPS}\"contact.friction_coefficient\" = [0.0, 0.5]\n");
-    let study = self::study(&list);
+    let study = program::study(&list);
     insta::assert_snapshot!("list_with_marks", study_tables(&study, &results(&study), WIDTH));
 }
 
 #[test]
 fn advice_tells_of_unstable_cases_and_names_a_stable_one() {
-    let directory = tempfile::tempdir().expect("a temporary directory");
-    write(directory.path(), &format!("{HEAD}{SWEEPS}"));
-    output(directory.path(), "study case.toml --out results");
-    let (_, text) = output(directory.path(), "advise results");
+    let directory = Workspace::with(&format!("{HEAD}{SWEEPS}"));
+    directory.run("study case.toml --out results");
+    let text = directory.printed("advise results");
     insta::assert_snapshot!("advice_on_unstable_cases", text);
-    let (_, json) = output(directory.path(), "advise results --max-velocity 3 --no-verify --json");
+    let json = directory.printed("advise results --max-velocity 3 --no-verify --json");
     let json: Value = serde_json::from_str(&json).expect("JSON");
     let advice = json["sections"][0]["advice"].as_array().expect("advice");
     let within = advice.iter().find(|about| about["topic"] == "within_limits").expect("within the limits");
@@ -110,17 +92,13 @@ fn advice_tells_of_unstable_cases_and_names_a_stable_one() {
     assert!(json.to_string().contains("None of these cases is laterally stable."), "{json}");
 }
 
-fn study(text: &str) -> Study {
-    Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study")
-}
-
 fn results(study: &Study) -> Vec<CaseResult> {
     run_study(study, None, || {}).expect("threads")
 }
 
 /// The results of a study in examples/ whose table is in the document.
 fn example(text: &str) -> (Study, Vec<CaseResult>) {
-    let study = study(text);
+    let study = program::study(text);
     let results = results(&study);
     (study, results)
 }
@@ -184,7 +162,7 @@ fn the_table_of_tilts_is_that_of_the_example() {
 
 #[test]
 fn the_readme_counts_the_unstable_cases() {
-    let study = study(include_str!("../../../../examples/zirconia.toml"));
+    let study = program::study(include_str!("../../../../examples/zirconia.toml"));
     let results = results(&study);
     let unstable = results.iter().flatten().filter(|summary| summary.metrics.laterally_unstable).count();
     for page in [include_str!("../../../../README.md"), include_str!("../../../../docs/stability.md")] {

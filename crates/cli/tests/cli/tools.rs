@@ -1,12 +1,8 @@
 //! Named tools of a study, and saved studies that are compared as such.
 
-use std::fs;
-use std::path::Path;
-
 use serde_json::Value;
-use tempfile::TempDir;
 
-use crate::program::{bristle, brush};
+use crate::program::{Workspace, brush};
 
 const HEAD: &str = concat!(
     brush!(4),
@@ -51,48 +47,11 @@ const ALONE: [(&str, &[(&str, &str)]); 3] = [
     ),
 ];
 
-struct Workspace(TempDir);
-
-impl Workspace {
-    fn new() -> Self {
-        Self(TempDir::new().expect("a temporary directory"))
-    }
-
-    fn path(&self) -> &Path {
-        self.0.path()
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        fs::write(self.path().join(name), text).expect("the file can be written");
-    }
-
-    fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.path().join(name)).expect(name)
-    }
-
-    /// Runs a command that succeeds. Returns stdout and stderr.
-    fn done(&self, command: &str) -> [String; 2] {
-        let output = bristle(self.path(), command).output().expect("the program starts");
-        let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8"));
-        assert!(output.status.success(), "{command}: {err}");
-        [out, err]
-    }
-
-    /// Runs a command that refuses its input. Returns the message.
-    fn refused(&self, command: &str) -> String {
-        let output = bristle(self.path(), command).output().expect("the program starts");
-        let message = String::from_utf8(output.stderr).expect("UTF-8");
-        assert_eq!(output.status.code(), Some(2), "{command}: {message}");
-        message
-    }
-
-    /// A workspace with a study of three tools in `results`, and what it showed.
-    fn with_tools() -> (Self, String) {
-        let workspace = Self::new();
-        workspace.write("case.toml", &format!("{HEAD}{SWEEPS}{TOOLS}"));
-        let [shown, _] = workspace.done("study case.toml --out results --figures svg");
-        (workspace, shown)
-    }
+/// A directory with a study of three tools in `results`, and what it showed.
+fn with_tools() -> (Workspace, String) {
+    let workspace = Workspace::with(&format!("{HEAD}{SWEEPS}{TOOLS}"));
+    let shown = workspace.printed("study case.toml --out results --figures svg");
+    (workspace, shown)
 }
 
 /// The rows of `runs.csv` without the column `without`, if there is one.
@@ -108,7 +67,7 @@ fn rows(text: &str, without: &str) -> Vec<Vec<String>> {
 
 #[test]
 fn each_tool_has_the_results_of_a_study_of_its_own() {
-    let (workspace, shown) = Workspace::with_tools();
+    let (workspace, shown) = with_tools();
     let runs = workspace.read("results/runs.csv");
     let heading: Vec<&str> = runs.lines().next().expect("a heading").split(',').collect();
     assert_eq!(
@@ -121,8 +80,8 @@ fn each_tool_has_the_results_of_a_study_of_its_own() {
             assert!(file.contains(from), "{from}");
             file.replacen(from, to, 1)
         });
-        workspace.write("alone.toml", &format!("{file}{SWEEPS}"));
-        workspace.done("study alone.toml --out alone --restart --no-figures");
+        workspace.write("alone.toml", format!("{file}{SWEEPS}"));
+        workspace.run("study alone.toml --out alone --restart --no-figures");
         // What follows from a fill factor is a column of a study that states it.
         assert_eq!(
             rows(&workspace.read("alone/runs.csv"), "tool.fill_factor"),
@@ -141,23 +100,15 @@ fn each_tool_has_the_results_of_a_study_of_its_own() {
     );
     assert!(shown.contains("at tool steel, short, v_b") && shown.contains("filament.material = \"steel\""), "{shown}");
 
-    let figures = |directory: &str| {
-        let mut names: Vec<String> = fs::read_dir(workspace.path().join(directory))
-            .expect("figures")
-            .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
-            .collect();
-        names.sort();
-        names
-    };
-    let drawn = figures("results/figures");
+    let drawn = workspace.names("results/figures");
     let by_tool = "tool_force_over_speed_by_tool_penetration_depth_m_0.001.svg";
     for name in [by_tool, "tool_force_map_tool_fine_2.svg", "tool_force_over_speed_tool_steel__short.svg"] {
         assert!(drawn.iter().any(|drawn| drawn == name), "{name} in {drawn:?}");
     }
     let svg = workspace.read(&format!("results/figures/{by_tool}"));
     assert!(["plain", "fine_2", "steel, short", "= 1 mm"].iter().all(|text| svg.contains(text)), "{svg}");
-    workspace.done("plot results --out again --figures svg");
-    assert_eq!(figures("again/figures"), drawn);
+    workspace.run("plot results --out again --figures svg");
+    assert_eq!(workspace.names("again/figures"), drawn);
     assert_eq!(workspace.read(&format!("again/figures/{by_tool}")), svg);
 
     let page = workspace.read("results/report.html");
@@ -168,37 +119,35 @@ fn each_tool_has_the_results_of_a_study_of_its_own() {
 
 #[test]
 fn a_study_of_tools_resumes_and_is_split() {
-    let (workspace, _) = Workspace::with_tools();
+    let (workspace, _) = with_tools();
     for shard in ["1/2", "2/2"] {
-        workspace.done(&format!("study case.toml --out part-{} --shard {shard}", &shard[..1]));
+        workspace.run(&format!("study case.toml --out part-{} --shard {shard}", &shard[..1]));
     }
-    workspace.done("merge case.toml part-1 part-2 --out merged --no-figures");
+    workspace.run("merge case.toml part-1 part-2 --out merged --no-figures");
     for file in ["runs.csv", "study.json", "report.html"] {
         assert!(workspace.read(&format!("merged/{file}")) == workspace.read(&format!("results/{file}")), "{file}");
     }
-    let [_, said] = workspace.done("study case.toml --out merged --no-figures");
+    let said = workspace.said("study case.toml --out merged --no-figures");
     assert!(said.contains("12 of 12 cases are in"), "{said}");
     for (from, to, difference) in [
         ("0.6e-3", "0.7e-3", "tool fine_2, filament.diameter_m: 0.0006 there, 0.0007 here"),
         ("fill_factor = 0.2", "fill_factor = 0.3", "tool steel, short, tool.fill_factor: 0.2 there, 0.3 here"),
         ("tools.plain", "tools.paper", "tools: plain, fine_2, steel, short there, paper, fine_2, steel, short here"),
     ] {
-        workspace.write("other.toml", &format!("{HEAD}{SWEEPS}{TOOLS}").replacen(from, to, 1));
+        workspace.write("other.toml", format!("{HEAD}{SWEEPS}{TOOLS}").replacen(from, to, 1));
         let message = workspace.refused("study other.toml --out merged --no-figures");
         assert!(message.contains(difference), "{message}");
     }
-    workspace.write("other.toml", &format!("{HEAD}{SWEEPS}"));
+    workspace.write("other.toml", format!("{HEAD}{SWEEPS}"));
     let message = workspace.refused("study other.toml --out merged --no-figures");
     assert!(message.contains("tools: plain, fine_2, steel, short there, none here"), "{message}");
 }
 
 #[test]
 fn options_state_what_a_tool_has() {
-    let workspace = Workspace::new();
-    workspace.write("case.toml", &format!("{HEAD}{SWEEPS}{TOOLS}"));
-    let study = |options: &str| {
-        workspace.done(&format!("study case.toml --out results --restart --no-figures {options}"))[0].clone()
-    };
+    let workspace = Workspace::with(&format!("{HEAD}{SWEEPS}{TOOLS}"));
+    let study =
+        |options: &str| workspace.printed(&format!("study case.toml --out results --restart --no-figures {options}"));
     let shown = study("--set study.tools.fine_2.filament.diameter_m=0.7e-3");
     assert!(shown.contains("  diameter d in mm                     1.18     0.7           0.3\n"), "{shown}");
     // It replaces the path in quotes, too, and what states the same in another way.
@@ -258,7 +207,7 @@ fn mistakes_about_tools_are_named() {
     for (right, wrong, parts) in REFUSED {
         let file = format!("{HEAD}{SWEEPS}{TOOLS}");
         assert!(file.contains(right), "{right}");
-        workspace.write("case.toml", &file.replacen(right, wrong, 1));
+        workspace.write("case.toml", file.replacen(right, wrong, 1));
         let message = workspace.refused("study case.toml --out results");
         assert!(message.starts_with("error: ") && message.contains("--> case.toml:"), "{wrong}\n{message}");
         for part in *parts {
@@ -270,22 +219,22 @@ fn mistakes_about_tools_are_named() {
         ("tools = {}", "tables of settings"),
         ("tools = { a = 1 }", "a table of settings, as in"),
     ] {
-        workspace.write("case.toml", &format!("{HEAD}{SWEEPS}{tools}\n"));
+        workspace.write("case.toml", format!("{HEAD}{SWEEPS}{tools}\n"));
         let message = workspace.refused("study case.toml --out results");
         assert!(message.contains("`study.tools") && message.contains(part), "{tools}\n{message}");
     }
-    assert!(!workspace.path().join("results").exists());
+    assert!(!workspace.path("results").exists());
 }
 
 #[test]
 fn advice_compares_the_tools() {
-    let (workspace, _) = Workspace::with_tools();
-    let [all, _] = workspace.done("advise results");
+    let (workspace, _) = with_tools();
+    let all = workspace.printed("advise results");
     let best = all.find("Best case of each tool").expect("a comparison");
     let places =
         ["Tool steel, short; it", "Tool plain; it", "Tool fine_2; it", "With tool plain"].map(|text| all.find(text));
     assert!(places.is_sorted() && places[0] > Some(best), "{all}");
-    let [json, _] = workspace.done("advise results --max-force 200 --no-verify --json");
+    let json = workspace.printed("advise results --max-force 200 --no-verify --json");
     let json: Value = serde_json::from_str(&json).expect("JSON");
     let forces =
         |key: &str| json["tools"].as_array().expect("tools").iter().map(|tool| tool[key].clone()).collect::<Vec<_>>();
@@ -296,16 +245,15 @@ fn advice_compares_the_tools() {
         sections.iter().map(|section| section["settings"]["tool"].as_str()).collect::<Vec<_>>(),
         ALONE.map(|(name, _)| Some(name))
     );
-    let [none, _] = workspace.done("advise results --max-force 1 --no-verify");
+    let none = workspace.printed("advise results --max-force 1 --no-verify");
     assert!(none.starts_with("Tools without such a case: plain; fine_2; steel, short\n"), "{none}");
 }
 
 #[test]
 fn tools_alone_are_an_axis() {
-    let workspace = Workspace::new();
     let process = "[process]\nrotational_speed_rpm = 600\npenetration_depth_m = 1e-3\n";
-    workspace.write("case.toml", &format!("{HEAD}{process}{TOOLS}"));
-    let [shown, _] = workspace.done("study case.toml --out results --figures svg");
+    let workspace = Workspace::with(&format!("{HEAD}{process}{TOOLS}"));
+    let shown = workspace.printed("study case.toml --out results --figures svg");
     assert!(shown.contains("\nn_w = 600 rpm in all cases\n") && shown.contains("\n         plain  0."), "{shown}");
     let svg = workspace.read("results/figures/tool_force_over_tool.svg");
     assert!(["plain", "fine_2", "steel, short"].iter().all(|name| svg.contains(name)), "{svg}");
@@ -314,15 +262,15 @@ fn tools_alone_are_an_axis() {
 
 #[test]
 fn saved_studies_are_compared_as_tools() {
-    let (workspace, _) = Workspace::with_tools();
+    let (workspace, _) = with_tools();
     let finer = HEAD.replacen("1.18e-3", "0.8e-3", 1);
     let write = |name: &str, head: &str, sweeps: &str| {
-        workspace.write("one.toml", &format!("{head}[study]\n{sweeps}\n"));
-        workspace.done(&format!("study one.toml --out studies/{name} --no-figures"));
+        workspace.write("one.toml", format!("{head}[study]\n{sweeps}\n"));
+        workspace.run(&format!("study one.toml --out studies/{name} --no-figures"));
     };
     write("old", HEAD, "rotational_speed_rpm = [300, 600, 1200]\npenetration_depth_m = [1e-3, 2e-3]");
     write("new", &finer, "rotational_speed_rpm = [1200, 600]\npenetration_depth_m = [2e-3, 1e-3, 3e-3]");
-    let [shown, said] = workspace.done("compare-studies studies/old thin=studies/new --out compared --figures svg");
+    let [shown, said] = workspace.run("compare-studies studies/old thin=studies/new --out compared --figures svg");
     assert!(shown.starts_with("  tool               old  thin\n  diameter d in mm  1.18   0.8\n"), "{shown}");
     assert!(said.contains("note: of old, 2 of 3 values of n_w are compared"), "{said}");
     assert!(said.contains("note: of thin, 2 of 3 values of a_e are compared"), "{said}");
@@ -335,21 +283,19 @@ fn saved_studies_are_compared_as_tools() {
             assert_eq!(own.iter().filter(|own| *own == row).count(), 1, "{name}: {row:?}");
         }
     }
-    assert!(
-        workspace.path().join("compared/figures/tool_force_over_speed_by_tool_penetration_depth_m_0.002.svg").is_file()
-    );
+    assert!(workspace.path("compared/figures/tool_force_over_speed_by_tool_penetration_depth_m_0.002.svg").is_file());
     assert!(workspace.read("compared/report.html").contains(r#""names":["old","thin"]"#));
-    workspace.done("plot compared --figures svg");
-    let [advice, _] = workspace.done("advise compared");
+    workspace.run("plot compared --figures svg");
+    let advice = workspace.printed("advise compared");
     assert!(advice.contains("Best case of each tool") && advice.contains("With tool thin"), "{advice}");
     // A study of tools has each of them, and a velocity may be the same speed.
-    let [shown, _] = workspace.done("compare-studies results studies/old --out nested --no-figures");
+    let shown = workspace.printed("compare-studies results studies/old --out nested --no-figures");
     for part in ["  results: plain  results: fine_2\n", "  results: steel, short    old\n"] {
         assert!(shown.contains(part), "{shown}");
     }
     let velocity = std::f64::consts::TAU * 600.0 / 60.0 * 0.18;
     write("tips", HEAD, &format!("brushing_velocity_m_s = [{velocity:?}, 3.0]\npenetration_depth_m = [2e-3]"));
-    let [shown, _] = workspace.done("compare-studies studies/old studies/tips --out same --no-figures");
+    let shown = workspace.printed("compare-studies studies/old studies/tips --out same --no-figures");
     assert!(shown.starts_with("The tools differ in nothing but their names.\n"), "{shown}");
 
     write("apart", HEAD, "rotational_speed_rpm = [700]\npenetration_depth_m = [1e-3]");
@@ -376,7 +322,7 @@ fn saved_studies_are_compared_as_tools() {
         let message = workspace.refused(&format!("compare-studies {studies} --out refused"));
         assert!(parts.iter().all(|part| message.contains(part)), "{studies}: {message}");
     }
-    assert!(!workspace.path().join("refused").exists());
+    assert!(!workspace.path("refused").exists());
     let before = workspace.read("studies/old/study.json");
     let message = workspace.refused("compare-studies studies/old studies/new --out studies/old");
     assert!(
@@ -389,11 +335,11 @@ fn saved_studies_are_compared_as_tools() {
 fn measured_forces_are_compared_with_their_tools() {
     let workspace = Workspace::new();
     let measured = "[measured]\nfile = \"forces.csv\"\ncolumns = { tool = \"brush\", force_n = \"F [N]\" }\n";
-    workspace.write("case.toml", &format!("{HEAD}{SWEEPS}{TOOLS}{measured}"));
+    workspace.write("case.toml", format!("{HEAD}{SWEEPS}{TOOLS}{measured}"));
     let heading = "brush;rotational_speed_rpm;penetration_depth_m;F [N]\n";
     workspace
-        .write("forces.csv", &format!("{heading}plain;600;1e-3;180\nplain;1200;1e-3;250\nsteel, short;600;2e-3;300\n"));
-    let [shown, _] = workspace.done("study case.toml --out results --figures svg");
+        .write("forces.csv", format!("{heading}plain;600;1e-3;180\nplain;1200;1e-3;250\nsteel, short;600;2e-3;300\n"));
+    let shown = workspace.printed("study case.toml --out results --figures svg");
     let compared = ["simulated and measured, tool plain\n", "simulated and measured, tool steel, short\n"];
     assert!(
         compared.iter().all(|heading| shown.contains(heading)) && !shown.contains("measured, tool fine_2"),
@@ -404,19 +350,19 @@ fn measured_forces_are_compared_with_their_tools() {
     let tools: Vec<String> = rows(&table, "").into_iter().map(|mut row| row.remove(0)).collect();
     assert_eq!(tools, ["plain", "plain", "steel, short"]);
     assert!(workspace.read("results/measured.csv").starts_with("tool,rotational_speed_rpm,"));
-    assert!(workspace.path().join("results/figures/measured_over_speed_tool_plain.svg").is_file());
-    assert!(!workspace.path().join("results/figures/measured_over_speed_tool_fine_2.svg").exists());
+    assert!(workspace.path("results/figures/measured_over_speed_tool_plain.svg").is_file());
+    assert!(!workspace.path("results/figures/measured_over_speed_tool_fine_2.svg").exists());
     // Redrawn, and with another study that has no measured forces.
-    workspace.done("plot results --figures svg");
+    workspace.run("plot results --figures svg");
     assert_eq!(workspace.read("results/measured_comparison.csv"), table);
-    workspace.write("one.toml", &format!("{HEAD}{SWEEPS}"));
-    workspace.done("study one.toml --out one --no-figures");
-    let [shown, _] = workspace.done("compare-studies one results --out compared --figures svg");
+    workspace.write("one.toml", format!("{HEAD}{SWEEPS}"));
+    workspace.run("study one.toml --out one --no-figures");
+    let shown = workspace.printed("compare-studies one results --out compared --figures svg");
     assert!(
         shown.contains("simulated and measured, tool results: plain\n") && !shown.contains("tool one\n"),
         "{shown}"
     );
-    workspace.write("forces.csv", &format!("{heading}plane;600;1e-3;180\n"));
+    workspace.write("forces.csv", format!("{heading}plane;600;1e-3;180\n"));
     let message = workspace.refused("study case.toml --out results --restart");
     assert!(message.contains("`plane` is none of the tools plain, fine_2, steel, short"), "{message}");
 }
@@ -424,15 +370,15 @@ fn measured_forces_are_compared_with_their_tools() {
 #[test]
 fn keys_of_tools_are_explained_and_in_the_schema() {
     let workspace = Workspace::new();
-    let [text, _] = workspace.done("explain filament.diameter_m");
+    let text = workspace.printed("explain filament.diameter_m");
     assert!(text.contains("under [study.tools.NAME]"), "{text}");
-    let [text, _] = workspace.done("explain process.penetration_depth_m");
+    let text = workspace.printed("explain process.penetration_depth_m");
     assert!(!text.contains("tools"), "{text}");
     for key in ["study", "study.tools", "tools"] {
-        let [text, _] = workspace.done(&format!("explain {key}"));
+        let text = workspace.printed(&format!("explain {key}"));
         assert!(text.contains("study.tools") && text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
-    let [schema, _] = workspace.done("schema");
+    let schema = workspace.printed("schema");
     let schema: Value = serde_json::from_str(&schema).expect("JSON");
     let tool = &schema["properties"]["study"]["properties"]["tools"]["additionalProperties"]["properties"];
     for keys in [&tool["filament"]["properties"]["diameter_m"], &tool["filament.diameter_m"]] {

@@ -5,16 +5,14 @@ use std::fs;
 use bristle::simulation::simulate;
 use bristle_grid::uncertainty::Scatter;
 use bristle_grid::{CaseResult, CaseSummary, Study, run_study};
-use bristle_input::document::Document;
 use bristle_report::drawing::format::Format;
 use bristle_report::figures::study_figures;
 use bristle_report::tables::study_tables;
 use bristle_store::results::write_runs;
 use bristle_store::results::{read_runs, read_study, study_text};
 use bristle_text::layout::WIDTH;
-use tempfile::TempDir;
 
-use crate::program::{bristle, brush};
+use crate::program::{self, Workspace, brush, words};
 
 const FILE: &str = concat!(
     brush!(8, "filament_count_uncertainty = 600\n"),
@@ -34,17 +32,13 @@ youngs_modulus_std_pa = 0.2e9
 samples = 64
 ";
 
-fn study(text: &str) -> Study {
-    Document::parse(text, "case.toml").and_then(|document| document.study()).unwrap_or_else(|error| panic!("{error}"))
-}
-
 fn summaries(study: &Study) -> Vec<CaseSummary> {
     run_study(study, None, || {}).expect("threads").into_iter().map(|result| result.expect("a pass")).collect()
 }
 
 #[test]
 fn tools_of_a_study_are_simulated_as_alone() {
-    let study = study(&format!("{FILE}{UNCERTAINTY}"));
+    let study = program::study(&format!("{FILE}{UNCERTAINTY}"));
     for (case, summary) in summaries(&study).iter().enumerate() {
         let settings = study.settings(case);
         let scatter = Scatter::of(&settings).expect("filaments scatter");
@@ -61,7 +55,9 @@ fn tools_of_a_study_are_simulated_as_alone() {
 #[test]
 fn cases_with_and_without_scatter_mix() {
     let file = FILE.replace("segments = 8", "segments = 2").replace("1e-4", "1e-2");
-    let study = study(&format!("{file}\"uncertainty.diameter_std_m\" = [0.0, 0.02e-3]\n[uncertainty]\nsamples = 64\n"));
+    let study = program::study(&format!(
+        "{file}\"uncertainty.diameter_std_m\" = [0.0, 0.02e-3]\n[uncertainty]\nsamples = 64\n"
+    ));
     let summaries = summaries(&study);
     assert_eq!(
         summaries.iter().map(|summary| summary.scatter.is_some()).collect::<Vec<_>>(),
@@ -96,7 +92,7 @@ fn a_single_uncertain_input_explains_all_scatter() {
             .replace("filament_count_uncertainty = 600", "filament_count_uncertainty = 0.0")
             .replace("2.0e-3", "0.5e-3");
         let uncertainty = format!("[uncertainty]\nlength_std_m = 0.3e-3\nsamples = 64\nhold = \"{hold}\"\n");
-        for summary in summaries(&study(&format!("{file}{uncertainty}"))) {
+        for summary in summaries(&program::study(&format!("{file}{uncertainty}"))) {
             let shares = summary.scatter.expect("filaments scatter").sobol_indices();
             assert!((shares[0] - 1.0).abs() < 1e-12 && shares[1..].iter().all(|share| *share == 0.0), "{shares:?}");
         }
@@ -105,7 +101,8 @@ fn a_single_uncertain_input_explains_all_scatter() {
 
 #[test]
 fn the_nominal_case_is_the_same_without_scatter() {
-    let (with, without) = (summaries(&study(&format!("{FILE}{UNCERTAINTY}"))), summaries(&study(FILE)));
+    let (with, without) =
+        (summaries(&program::study(&format!("{FILE}{UNCERTAINTY}"))), summaries(&program::study(FILE)));
     for (mut with, without) in with.into_iter().zip(without) {
         assert!(with.scatter.take().is_some());
         assert_eq!(with, without);
@@ -116,7 +113,7 @@ fn the_nominal_case_is_the_same_without_scatter() {
 #[test]
 fn a_slow_filament_scatters_as_a_spring() {
     let file = FILE.replace("[1.0, 20.0]", "[1.0]");
-    let study = study(&format!("{file}{}", UNCERTAINTY.replace("samples = 64", "samples = 256")));
+    let study = program::study(&format!("{file}{}", UNCERTAINTY.replace("samples = 64", "samples = 256")));
     let summary = summaries(&study).remove(0);
     let scatter = summary.scatter.expect("filaments scatter");
     // Moments of E/E_0 and of (d/d_0)⁴ from those of normal distributions, then of the product with N_f.
@@ -140,32 +137,23 @@ fn a_slow_filament_scatters_as_a_spring() {
 
 #[test]
 fn a_study_with_scatter_resumes_and_is_redrawn() {
-    let directory = TempDir::new().expect("a temporary directory");
-    let path = |name: &str| directory.path().join(name);
-    let text = format!("{FILE}{UNCERTAINTY}\n[measured]\nfile = \"forces.csv\"\n");
-    fs::write(path("case.toml"), text).expect("the file can be written");
+    let directory = Workspace::with(&format!("{FILE}{UNCERTAINTY}\n[measured]\nfile = \"forces.csv\"\n"));
     let measured = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n20.0,2.0e-3,250,20\n";
-    fs::write(path("forces.csv"), measured).expect("the file can be written");
-    let run = |arguments: &str| {
-        let output = bristle(directory.path(), arguments).output().expect("the program starts");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8([output.stdout, output.stderr].concat()).expect("messages are UTF-8")
-    };
-    let read = |name: &str| fs::read(path(name)).expect(name);
-    // Lines may break between any words.
-    let told = run("study case.toml --out whole").split_whitespace().collect::<Vec<_>>().join(" ");
+    directory.write("forces.csv", measured);
+    let read = |name: &str| directory.bytes(name);
+    let told = words(&directory.printed("study case.toml --out whole"));
     for part in ["95 % of the tools", "The scatter of F_n,w comes from: "] {
         assert!(told.contains(part), "{told}");
     }
-    let comparison = String::from_utf8(read("whole/measured_comparison.csv")).expect("text");
+    let comparison = directory.read("whole/measured_comparison.csv");
     assert!(comparison.contains(",simulated_lower_95_n,simulated_upper_95_n,"), "{comparison}");
 
     // The journal of a study that was stopped after its first case.
-    let journal = String::from_utf8(read("whole/journal.jsonl")).expect("text");
+    let journal = directory.read("whole/journal.jsonl");
     let begun: String = journal.split_inclusive('\n').take(2).collect();
-    fs::create_dir(path("resumed")).expect("a directory");
-    fs::write(path("resumed/journal.jsonl"), begun).expect("the file can be written");
-    assert!(run("study case.toml --out resumed --threads 1").contains("1 of 2 cases"));
+    fs::create_dir(directory.path("resumed")).expect("a directory");
+    directory.write("resumed/journal.jsonl", begun);
+    assert!(directory.said("study case.toml --out resumed --threads 1").contains("1 of 2 cases"));
     for name in [
         "runs.csv",
         "study.json",
@@ -175,7 +163,7 @@ fn a_study_with_scatter_resumes_and_is_redrawn() {
     ] {
         assert!(read(&format!("whole/{name}")) == read(&format!("resumed/{name}")), "{name} differs");
     }
-    run("plot whole --out again");
+    directory.run("plot whole --out again");
     for name in ["scatter_over_velocity.png", "sobol_over_velocity.png", "measured_over_velocity.png"] {
         assert!(read(&format!("whole/figures/{name}")) == read(&format!("again/figures/{name}")), "{name} differs");
     }

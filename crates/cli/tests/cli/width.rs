@@ -1,12 +1,8 @@
 //! What commands print fits a terminal: 80 columns where nothing else is known, more where there are more.
 
-use std::fs;
-use std::path::Path;
-
 use bristle_text::columns;
-use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::Workspace;
 
 /// The start of all input files: a brush whose passes are quick.
 const HEAD: &str = "\
@@ -155,8 +151,8 @@ const COMMANDS: [&str; 15] = [
 ];
 
 /// What a command prints to stdout and stderr in a terminal of so many columns, or where nothing says how many there are.
-fn printed(directory: &Path, command: &str, width: Option<usize>) -> [String; 2] {
-    let mut call = bristle(directory, command);
+fn printed(directory: &Workspace, command: &str, width: Option<usize>) -> [String; 2] {
+    let mut call = directory.bristle(command);
     if let Some(width) = width {
         call.env("COLUMNS", width.to_string());
     }
@@ -165,11 +161,11 @@ fn printed(directory: &Path, command: &str, width: Option<usize>) -> [String; 2]
 }
 
 /// A directory with the input file of a case and its forces.
-fn directory_of(name: &str, sections: &[&str]) -> TempDir {
-    let directory = TempDir::new().expect("a temporary directory");
+fn directory_of(name: &str, sections: &[&str]) -> Workspace {
+    let directory = Workspace::new();
     let text = [&[HEAD], sections].concat().concat();
-    fs::write(directory.path().join(format!("{name}.toml")), text).expect("the file can be written");
-    fs::write(directory.path().join("forces.csv"), FORCES).expect("the file can be written");
+    directory.write(&format!("{name}.toml"), text);
+    directory.write("forces.csv", FORCES);
     directory
 }
 
@@ -178,7 +174,7 @@ fn no_line_is_longer_than_80_columns() {
     for (name, sections, commands) in CASES {
         let directory = directory_of(name, sections);
         for command in *commands {
-            for text in printed(directory.path(), command, None) {
+            for text in printed(&directory, command, None) {
                 let long: Vec<&str> = text.lines().filter(|line| columns(line) > 80).collect();
                 assert!(long.is_empty(), "{command}:\n{}\nin\n{text}", long.join("\n"));
             }
@@ -188,11 +184,11 @@ fn no_line_is_longer_than_80_columns() {
 
 #[test]
 fn help_fits_the_terminal() {
-    let directory = TempDir::new().expect("a temporary directory");
+    let directory = Workspace::new();
     for command in COMMANDS {
         for option in ["--help", "-h"] {
             for width in [80, 120] {
-                let [text, _] = printed(directory.path(), &format!("{command} {option}"), Some(width));
+                let [text, _] = printed(&directory, &format!("{command} {option}"), Some(width));
                 let long: Vec<&str> = text.lines().filter(|line| columns(line) > width).collect();
                 assert!(long.is_empty(), "{command} {option}:\n{}", long.join("\n"));
             }
@@ -207,19 +203,19 @@ fn a_wider_terminal_is_used() {
         let line = text.lines().find(|line| line.trim_start_matches([' ', '│']).starts_with(first));
         line.map(|line| line.split_whitespace().count() - 1)
     };
-    let [tables, _] = printed(directory.path(), "study grid.toml --out grid --no-figures", None);
+    let [tables, _] = printed(&directory, "study grid.toml --out grid --no-figures", None);
     assert_eq!(heading(&tables, "2.5"), Some(6), "two parts of six velocities:\n{tables}");
-    let [tables, _] = printed(directory.path(), "study grid.toml --out grid --no-figures", Some(120));
+    let [tables, _] = printed(&directory, "study grid.toml --out grid --no-figures", Some(120));
     assert_eq!(heading(&tables, "2.5"), Some(12), "all velocities side by side:\n{tables}");
     // A sentence stands beside its row, or below.
-    let [advice, _] = printed(directory.path(), "advise grid", None);
+    let [advice, _] = printed(&directory, "advise grid", None);
     assert!(advice.contains("\n        The highest of 24 cases"), "{advice}");
-    let [advice, _] = printed(directory.path(), "advise grid", Some(120));
+    let [advice, _] = printed(&directory, "advise grid", Some(120));
     assert!(advice.contains("  The highest of 24 cases") && advice.lines().any(|line| columns(line) > 80), "{advice}");
 
     let directory = directory_of("long", &[FEW, LONG_KEYS]);
     let lists = |width| {
-        let [tables, _] = printed(directory.path(), "study long.toml --out long --no-figures", width);
+        let [tables, _] = printed(&directory, "study long.toml --out long --no-figures", width);
         tables.lines().filter(|line| line.trim_start().starts_with("row ")).count()
     };
     assert_eq!((lists(None), lists(Some(200))), (2, 0), "lists that are tied by the numbers of rows, or one list");

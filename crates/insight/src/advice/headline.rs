@@ -11,9 +11,10 @@ use bristle_text::number::{counted, significant, uncertain};
 #[must_use]
 pub fn headline(study: &Study, results: &[CaseResult]) -> String {
     let slices = process_slices(study, usize::MAX).chosen;
-    let in_slice =
-        |slice| cells(study, results, slice).into_iter().flatten().flatten().map(move |cell| Place { slice, cell });
-    let places: Vec<Place<'_>> = slices.iter().flat_map(in_slice).collect();
+    let in_slice = |slice| {
+        cells(study, results, slice).into_iter().flatten().flatten().map(move |cell| CaseInSlice { slice, cell })
+    };
+    let places: Vec<CaseInSlice<'_>> = slices.iter().flat_map(in_slice).collect();
     let solved = match (places.len(), results.len()) {
         (0, 1) => return "The case failed. Its error stands below.".to_owned(),
         (0, total) => return format!("All {} failed. Their errors stand below.", counted(total)),
@@ -27,7 +28,7 @@ pub fn headline(study: &Study, results: &[CaseResult]) -> String {
     let Some(top) = highest_of(&all).and_then(find) else {
         return format!("There is no contact normal force in {solved}. The filaments do not touch the workpiece.");
     };
-    let Place { cell, .. } = top;
+    let CaseInSlice { cell, .. } = top;
     let ratio = significant(cell.outcome.contact_time_ratio);
     let motion = if cell.outcome.contact_time_ratio > TIER { "sweep" } else { "strike" };
     if results.len() == 1 {
@@ -67,12 +68,12 @@ pub fn headline(study: &Study, results: &[CaseResult]) -> String {
 }
 
 /// A case and the slice that it is in.
-struct Place<'a> {
+struct CaseInSlice<'a> {
     slice: &'a Slice,
     cell: Cited,
 }
 
-impl Place<'_> {
+impl CaseInSlice<'_> {
     /// Its velocity, or rotational speed, its depth, and further swept settings.
     fn settings(&self) -> String {
         let Slice { x, y, .. } = self.slice;

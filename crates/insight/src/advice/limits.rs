@@ -42,7 +42,7 @@ pub struct Limits {
 
 /// Velocity and depth of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Place {
+pub struct OperatingPoint {
     /// `v_b` in m/s.
     pub brushing_velocity_m_s: f64,
     /// `n_w` in revolutions per minute.
@@ -51,7 +51,7 @@ pub struct Place {
     pub penetration_depth_m: f64,
 }
 
-impl Place {
+impl OperatingPoint {
     /// Where these settings are.
     #[must_use]
     pub fn of(settings: &Settings) -> Self {
@@ -81,7 +81,7 @@ impl Limits {
     }
 
     /// Whether velocity and depth are within the limits.
-    pub(super) fn allow_place(&self, place: &Place) -> bool {
+    pub(super) fn allow_point(&self, place: &OperatingPoint) -> bool {
         let is_at_most = |value: f64, limit: Option<f64>| limit.is_none_or(|limit| value <= limit * (1.0 + NOISE));
         is_at_most(place.brushing_velocity_m_s, self.max_velocity_m_s)
             && is_at_most(place.rotational_speed_rpm, self.max_rotational_speed_rpm)
@@ -89,9 +89,9 @@ impl Limits {
     }
 
     /// Whether a case is within the limits.
-    pub(crate) fn allow(&self, place: &Place, outcome: &Outcome) -> bool {
+    pub(crate) fn allow(&self, place: &OperatingPoint, outcome: &Outcome) -> bool {
         let is_at_most = |value: f64, limit: Option<f64>| limit.is_none_or(|limit| value <= limit);
-        self.allow_place(place)
+        self.allow_point(place)
             && is_at_most(outcome.tool_contact_normal_force_n, self.max_force_n)
             && is_at_most(outcome.tool_power_w, self.max_power_w)
             && self.min_ratio.is_none_or(|limit| outcome.contact_time_ratio >= limit)

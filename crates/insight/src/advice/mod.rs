@@ -31,7 +31,7 @@ use bristle_text::layout::{aligned, wrap, wrap_beside};
 use bristle_text::number::{counted, short, spanning};
 
 pub use headline::headline;
-pub use limits::{Limits, Place};
+pub use limits::{Limits, OperatingPoint};
 pub use recommendation::{InSpace, Recommendation, Verified};
 pub use suggestion::Suggestion;
 
@@ -229,7 +229,7 @@ pub struct Cited {
     pub row: usize,
     /// Where it is.
     #[serde(flatten)]
-    pub place: Place,
+    pub place: OperatingPoint,
     /// What came out.
     #[serde(flatten)]
     pub outcome: Outcome,
@@ -410,7 +410,7 @@ fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option
         let settings = study.settings(case);
         Some(Cited {
             row: case + 1,
-            place: Place::of(&settings),
+            place: OperatingPoint::of(&settings),
             outcome: Outcome::new(&settings, summary),
             speed: slice.x.setting.text(slice.x.values[x]),
             position: [x, y],
@@ -684,7 +684,7 @@ impl Advice {
             recommendation.write(&mut text, &self.limits, width);
         }
         if let Some(best) = self.tools.first() {
-            let lines: Vec<Line> = self.tools.iter().map(|tool| self.line(&tool.slice, &tool.advice)).collect();
+            let lines: Vec<TableLine> = self.tools.iter().map(|tool| self.line(&tool.slice, &tool.advice)).collect();
             self.write_lines(&mut text, &best.slice, &lines, width);
         }
         if !self.tools_without_case.is_empty() {
@@ -744,7 +744,7 @@ impl Advice {
     }
 
     /// Writes lines about cases of a slice, below the headings of their cells.
-    fn write_lines(&self, text: &mut String, slice: &Slice, lines: &[Line], width: usize) {
+    fn write_lines(&self, text: &mut String, slice: &Slice, lines: &[TableLine], width: usize) {
         let [speed, unit] = [&slice.x.setting.symbol(), slice.x.setting.unit()].map(|text| format!("{text} "));
         let machine = |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
         let headings = [
@@ -768,7 +768,7 @@ impl Advice {
     }
 
     /// The line of a sentence.
-    fn line(&self, slice: &Slice, Sentence { topic, cell, sentence, .. }: &Sentence) -> Line {
+    fn line(&self, slice: &Slice, Sentence { topic, cell, sentence, .. }: &Sentence) -> TableLine {
         let sides = [&slice.x, &slice.y];
         let [velocity, depth] = [0, 1].map(|side| {
             let at = cell.position[side];
@@ -785,11 +785,11 @@ impl Advice {
         };
         let machine = self.machine.iter().map(|each| each.text(cell.row - 1)).collect();
         let place = [cell.row.to_string(), velocity, depth];
-        Line::new(heading, place, self.force(&cell.outcome), machine, &cell.outcome, sentence.clone())
+        TableLine::new(heading, place, self.force(&cell.outcome), machine, &cell.outcome, sentence.clone())
     }
 
     /// The line of a suggestion.
-    fn line_of_suggestion(&self, slice: &Slice, suggestion: &Suggestion) -> Line {
+    fn line_of_suggestion(&self, slice: &Slice, suggestion: &Suggestion) -> TableLine {
         let machine = self.machine.iter().map(|each| each.text_of(&suggestion.summary)).collect();
         let [velocity, depth] = [&slice.x, &slice.y].map(|side| format!("{} ", suggestion.shown(side)));
         let rows = suggestion.between_rows.map(|row| row.to_string()).join("–");
@@ -797,7 +797,7 @@ impl Advice {
         let force = format!("≈ {}", self.force(expected));
         let mut sentence = format!("Not simulated; it {}.", expected.motion());
         warn_of_instability(&mut sentence, expected);
-        Line::new("Interpolated".to_owned(), [rows, velocity, depth], force, machine, expected, sentence)
+        TableLine::new("Interpolated".to_owned(), [rows, velocity, depth], force, machine, expected, sentence)
     }
 
     /// The force with its band, or else with its uncertainty.
@@ -812,14 +812,14 @@ impl Advice {
 
 /// A line of the table.
 #[derive(Clone)]
-struct Line {
+struct TableLine {
     /// Stands above lines that share it.
     heading: String,
     cells: Vec<String>,
     sentence: String,
 }
 
-impl Line {
+impl TableLine {
     fn new(
         heading: String,
         place: [String; 3],

@@ -15,7 +15,7 @@ use bristle_text::layout::wrap;
 use bristle_text::number::{short, uncertain};
 use serde::Serialize;
 
-use super::{Limits, Outcome, Place, Section, TIER};
+use super::{Limits, OperatingPoint, Outcome, Section, TIER};
 use crate::assumptions::Assumptions;
 use crate::warnings::is_packed;
 
@@ -37,7 +37,7 @@ pub struct Recommendation {
     pub rows: Vec<usize>,
     /// Where it is.
     #[serde(flatten)]
-    pub place: Place,
+    pub place: OperatingPoint,
     /// What is expected there; once it is verified, what its simulation has given.
     #[serde(flatten)]
     pub outcome: Outcome,
@@ -98,8 +98,8 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
     }
     let of_section = |section: &Section| {
         let sides = [&section.slice.x, &section.slice.y];
-        let new =
-            |rows: Vec<usize>, place: Place, outcome: &Outcome, settings: Settings, is_end: bool| Recommendation {
+        let new = |rows: Vec<usize>, place: OperatingPoint, outcome: &Outcome, settings: Settings, is_end: bool| {
+            Recommendation {
                 rows,
                 place,
                 outcome: outcome.clone(),
@@ -110,7 +110,8 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
                 condition: section.slice.condition(),
                 changed: if sides[1].varies() { DEPTH } else { VELOCITY },
                 is_end,
-            };
+            }
+        };
         let cells = section.cells.iter().flatten().flatten();
         let within = cells.filter(|cell| limits.allow(&cell.place, &cell.outcome) && super::force(cell) > 0.0);
         let simulated = within.map(|cell| {
@@ -129,7 +130,7 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
         coarse.then(a.is_end.cmp(&b.is_end)).then_with(|| rank(limits, &a.outcome, &b.outcome))
     };
     let mut best = candidates.min_by(better)?;
-    best.weigh();
+    best.weigh(limits);
     Some(best)
 }
 
@@ -183,7 +184,7 @@ fn simulated(settings: &Settings, threads: Option<NonZeroUsize>, stop: &Stop) ->
 
 impl Recommendation {
     /// Says what speaks for and against it.
-    fn weigh(&mut self) {
+    fn weigh(&mut self, limits: &Limits) {
         let Outcome { tool_contact_normal_force_n: force, contact_time_ratio: ratio, .. } = self.outcome;
         let is_narrow = self.outcome.ends().into_iter().all(|end| (end - force).abs() <= NARROW * force);
         let shown = format!("ε_tc = {ratio:.2}");
@@ -196,6 +197,10 @@ impl Recommendation {
         (self.strengths, self.weaknesses) = (Vec::new(), Vec::new());
         for (speaks_for, strength, weakness) in reasons {
             if speaks_for { self.strengths.push(strength) } else { self.weaknesses.push(weakness) }
+        }
+        let off = limits.target_force_n.map_or(0.0, |target| force / target - 1.0);
+        if off.abs() > NEAR {
+            self.weaknesses.push(format!("{:+.0} % off the target", 100.0 * off));
         }
     }
 
@@ -224,7 +229,7 @@ impl Recommendation {
         let goal = Goal::of(limits);
         // The value and what came out before, and the best ones, by how much they miss the goal.
         let mut before: Option<[f64; 2]> = None;
-        let mut best: Option<(f64, Settings, Outcome)> = None;
+        let mut best: Option<(f64, Settings, Outcome, CaseSummary)> = None;
         for _ in 0..MOST {
             let summary = match simulated(&settings, threads, stop)? {
                 Some(Ok(summary)) => summary,
@@ -237,7 +242,7 @@ impl Recommendation {
             let outcome = expected.simulated_as(&settings, &summary);
             let (value, reached, miss) = (changed.get(&settings), goal.reached(&outcome), goal.miss(&outcome));
             if best.as_ref().is_none_or(|(least, ..)| miss < *least) {
-                best = Some((miss, settings.clone(), outcome));
+                best = Some((miss, settings.clone(), outcome, summary));
             }
             if miss == 0.0 || reached <= 0.0 {
                 break;
@@ -252,19 +257,25 @@ impl Recommendation {
             // As finely as machines are set.
             let next = super::suggestion::rounded(next.clamp(0.5 * value, 2.0 * value), f64::round);
             changed.set(&mut settings, next);
-            if next == value || settings.check().is_err() || !limits.allow_place(&Place::of(&settings)) {
+            if next == value || settings.check().is_err() || !limits.allow_point(&OperatingPoint::of(&settings)) {
                 break;
             }
         }
-        if let Some((_, settings, outcome)) = best {
-            (self.place, self.outcome, self.settings) = (Place::of(&settings), outcome, settings);
-            self.weigh();
+        if let Some((_, settings, outcome, summary)) = best {
+            (self.place, self.outcome, self.settings) = (OperatingPoint::of(&settings), outcome, settings);
+            self.weigh(limits);
             if !limits.allow(&self.place, &self.outcome) || !limits.hold_with_band(&self.outcome) {
                 self.weaknesses.push("beyond the limits, once simulated".to_owned());
             }
             self.weaknesses.extend(resonance(&self.settings));
             if verified.with_interaction {
-                match in_space(&self.settings, threads, stop)? {
+                let tilt = self.settings.brush_or_default().lateral_tilt_std_rad;
+                let simulated = if tilt > 0.0 {
+                    Some(InSpace::of(tilt, false, 1.0, summary))
+                } else {
+                    in_space(&self.settings, threads, stop)?
+                };
+                match simulated {
                     Some(Ok(in_space)) => verified.in_space = Some(in_space),
                     Some(Err(error)) => verified.in_space_error = Some(error),
                     None => return Ok(()),
@@ -379,8 +390,23 @@ fn resonance(settings: &Settings) -> Option<String> {
     Some(format!("near resonance ({:+.0} % for 10 % more modulus)", 100.0 * change))
 }
 
-/// The force of a brush whose filaments leave their planes: that which the settings state, in a few rows that repeat along the axis. Tilts that
-/// nobody has stated are assumed. `None` if it was asked to stop.
+impl InSpace {
+    /// That of the simulation of a `share` of the tool with these tilts.
+    fn of(lateral_tilt_std_rad: f64, is_assumed: bool, share: f64, summary: CaseSummary) -> Result<Self, String> {
+        let force = summary.metrics.tool_contact_normal_force_n / share;
+        let interaction = summary.brush.ok_or("it has no filaments that touch")?;
+        let counted = (interaction.last_counted_column - interaction.first_counted_column + 1) * interaction.rows;
+        Ok(Self {
+            lateral_tilt_std_rad,
+            is_assumed,
+            tool_contact_normal_force_n: force,
+            standard_error_n: force * interaction.impulse_scatter / (counted as f64).sqrt(),
+        })
+    }
+}
+
+/// The force of a brush whose filaments leave their planes, where no tilts are stated: with assumed ones, in a few rows that repeat along the
+/// axis. `None` if it was asked to stop.
 fn in_space(
     settings: &Settings,
     threads: Option<NonZeroUsize>,
@@ -393,21 +419,7 @@ fn in_space(
     settings.tool.filament_count *= share;
     let brush = settings.brush.get_or_insert_default();
     brush.rows = Some(rows.min(ROWS));
-    let is_assumed = brush.lateral_tilt_std_rad == 0.0;
-    if is_assumed {
-        brush.lateral_tilt_std_rad = ASSUMED_TILT_RAD;
-    }
-    let lateral_tilt_std_rad = brush.lateral_tilt_std_rad;
-    let in_space = |summary: CaseSummary| {
-        let force = summary.metrics.tool_contact_normal_force_n / share;
-        let interaction = summary.brush.ok_or("it has no filaments that touch")?;
-        let counted = (interaction.last_counted_column - interaction.first_counted_column + 1) * interaction.rows;
-        Ok(InSpace {
-            lateral_tilt_std_rad,
-            is_assumed,
-            tool_contact_normal_force_n: force,
-            standard_error_n: force * interaction.impulse_scatter / (counted as f64).sqrt(),
-        })
-    };
-    Ok(simulated(&settings, threads, stop)?.map(|result| result.and_then(in_space)))
+    brush.lateral_tilt_std_rad = ASSUMED_TILT_RAD;
+    let simulated = simulated(&settings, threads, stop)?;
+    Ok(simulated.map(|result| result.and_then(|summary| InSpace::of(ASSUMED_TILT_RAD, true, share, summary))))
 }

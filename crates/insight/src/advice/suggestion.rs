@@ -8,7 +8,7 @@ use bristle::model::settings::Settings;
 use serde::Serialize;
 
 use super::recommendation::rank;
-use super::{Cited, Limits, Outcome, Place, force};
+use super::{Cited, Limits, OperatingPoint, Outcome, force};
 use crate::slices::{Side, Slice};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{CaseResult, CaseSummary, Study};
@@ -24,7 +24,7 @@ pub struct Suggestion {
     pub between_rows: [usize; 2],
     /// Where it is.
     #[serde(flatten)]
-    pub place: Place,
+    pub place: OperatingPoint,
     /// What interpolation expects.
     pub interpolated: Outcome,
     #[serde(skip)]
@@ -83,7 +83,7 @@ pub(super) fn suggestions(
         let summary = between(first?, second?, share);
         let mut settings = study.settings(a.row - 1);
         side.setting.parameter()?.set(&mut settings, value);
-        let (place, outcome) = (Place::of(&settings), Outcome::new(&settings, &summary));
+        let (place, outcome) = (OperatingPoint::of(&settings), Outcome::new(&settings, &summary));
         limits.allow(&place, &outcome).then_some(Suggestion {
             between_rows: [a.row, b.row],
             place,

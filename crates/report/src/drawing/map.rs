@@ -28,7 +28,7 @@ const HATCH: i32 = 6;
 
 /// A side of a map.
 #[derive(Clone, Debug)]
-pub struct Side {
+pub struct CellAxis {
     /// Quantity and unit.
     pub label: String,
     /// The values of the cells, in ascending order; at least one.
@@ -45,9 +45,9 @@ pub struct Map {
     /// Smaller text below the heading; may be empty.
     pub subtitle: String,
     /// Horizontal side.
-    pub x: Side,
+    pub x: CellAxis,
     /// Vertical side.
-    pub y: Side,
+    pub y: CellAxis,
     /// The scale of the colours, with name and unit of the quantity.
     pub colours: Axis,
     /// The values of the quantity, row by row from the bottom; none where unknown.
@@ -57,19 +57,19 @@ pub struct Map {
     /// Range of the colours; by default that of the values.
     pub range: Option<[f64; 2]>,
     /// The line that is drawn, if there is one.
-    pub line: Option<Line>,
+    pub line: Option<Contour>,
 }
 
 /// A contour line of the quantity, or of another one over the same sides.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct Contour {
     /// The value along it.
     pub level: f64,
     /// The values of the other quantity, row by row from the bottom.
     pub other: Option<Vec<Option<f64>>>,
 }
 
-impl Side {
+impl CellAxis {
     /// Borders of the cells: midway between values, and equally far beyond the first and the last.
     fn borders(&self) -> Vec<f64> {
         let values = &self.values;
@@ -90,7 +90,7 @@ fn placing(borders: &[f64], low: i32, high: i32) -> impl Fn(f64) -> i32 {
 }
 
 /// Values and labels, thinned out until the labels do not touch: every value, or every second, and so on.
-fn ticks(side: &Side, at: impl Fn(f64) -> i32, room: impl Fn(&str) -> i32) -> Vec<(f64, String)> {
+fn ticks(side: &CellAxis, at: impl Fn(f64) -> i32, room: impl Fn(&str) -> i32) -> Vec<(f64, String)> {
     let all: Vec<(f64, String)> = side.values.iter().copied().zip(side.labels.iter().cloned()).collect();
     let apart = |every: usize| {
         let kept: Vec<_> = all.iter().step_by(every).collect();
@@ -261,7 +261,7 @@ impl Map {
 
     /// The pieces of the contour line in coordinates of the canvas; none without a line.
     fn pieces(&self, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> Vec<[(i32, i32); 2]> {
-        let Some(Line { level, other }) = &self.line else { return Vec::new() };
+        let Some(Contour { level, other }) = &self.line else { return Vec::new() };
         let sides = [&self.x.values[..], &self.y.values];
         let pieces = match other {
             Some(values) => contour(sides, values, *level),
@@ -374,9 +374,9 @@ pub fn contour([xs, ys]: [&[f64]; 2], values: &[Option<f64>], level: f64) -> Vec
 mod tests {
     use super::*;
 
-    fn side(values: &[f64]) -> Side {
+    fn side(values: &[f64]) -> CellAxis {
         let labels = values.iter().map(f64::to_string).collect();
-        Side { label: "side in mm".to_owned(), values: values.to_vec(), labels }
+        CellAxis { label: "side in mm".to_owned(), values: values.to_vec(), labels }
     }
 
     fn map(xs: &[f64], ys: &[f64], values: Vec<Option<f64>>) -> Map {
@@ -391,7 +391,7 @@ mod tests {
             values,
             marked,
             range: None,
-            line: Some(Line { level: 0.5, other: None }),
+            line: Some(Contour { level: 0.5, other: None }),
         }
     }
 
@@ -430,7 +430,7 @@ mod tests {
         let lines = [None, Some(vec![Some(0.0), Some(2.0), Some(0.0), Some(2.0)])].map(|other| {
             let [sides, values] = [[1.0, 2.0], [5.0, 6.0]];
             let mut map = map(&sides, &sides, values.into_iter().chain(values).map(Some).collect());
-            map.line = Some(Line { level: 1.0, other });
+            map.line = Some(Contour { level: 1.0, other });
             map.draw().svg().matches("stroke=\"#282C34\" stroke-width=\"20\"").count()
         });
         assert!(lines[0] == 0 && lines[1] > 0, "{lines:?}");

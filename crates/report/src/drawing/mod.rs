@@ -12,7 +12,6 @@ pub mod format;
 pub mod heading;
 pub mod map;
 pub mod pens;
-mod png;
 mod raster;
 pub mod scale;
 mod svg;

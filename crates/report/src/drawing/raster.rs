@@ -1,10 +1,11 @@
 //! A canvas as a PNG file.
 
+use png::{BitDepth, ColorType, Compression, Encoder, Info, PixelDimensions, Unit};
 use tiny_skia::{FillRule, LineCap, Paint, Path, PathBuilder, Pixmap, Rect, Transform};
 
 use super::canvas::{Anchor, Canvas, FINE, Level, Point, Shape, TextStyle};
 use super::color::Color;
-use super::{font, png};
+use super::font;
 
 /// Pixels of the bitmap per pixel of the figure: about 200 dpi.
 const SCALE: f32 = 2.0;
@@ -26,7 +27,20 @@ impl Canvas {
         for shape in self.shapes() {
             draw(&mut pixels, shape, to_pixels);
         }
-        png::encode(width, height, on_paper.map(|(_, per_metre)| per_metre), pixels.data())
+        let mut info = Info::with_size(width, height);
+        info.color_type = ColorType::Rgb;
+        info.bit_depth = BitDepth::Eight;
+        info.pixel_dims =
+            on_paper.map(|(_, per_metre)| PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter });
+        // Pixels are opaque.
+        let colors: Vec<u8> = pixels.data().chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
+        let mut file = Vec::new();
+        let written = Encoder::with_info(&mut file, info).and_then(|mut encoder| {
+            encoder.set_compression(Compression::Fast);
+            encoder.write_header()?.write_image_data(&colors)
+        });
+        written.expect("the pixels are those of the size, and memory takes them");
+        file
     }
 }
 

@@ -5,7 +5,7 @@
 use crate::drawing::diagram::{Curve, Diagram, Look, draw_axes, left_of};
 use crate::drawing::format::Format;
 use crate::drawing::heading::Heading;
-use crate::drawing::map::{self, Line, Map};
+use crate::drawing::map::{self, Contour, Map};
 use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, GREY, Pen, Point, VERMILION, fine, stroke, text};
@@ -336,7 +336,7 @@ impl View<'_> {
             let all = side.shown();
             let values: Vec<f64> = shown.iter().map(|&position| all[position]).collect();
             let labels = side.setting.labels(shown.iter().map(|&position| side.values[position]));
-            map::Side { label: side.setting.label(), labels, values }
+            map::CellAxis { label: side.setting.label(), labels, values }
         };
         let shown = || rows.iter().flat_map(|&row| columns.iter().map(move |&column| (column, row)));
         let values: Vec<Option<f64>> = shown().map(|(column, row)| self.value(metric, column, row)).collect();
@@ -368,7 +368,7 @@ impl View<'_> {
             values,
             marked,
             range: style(metric).range,
-            line: line.map(|(level, other)| Line { level: level.value, other }),
+            line: line.map(|(level, other)| Contour { level: level.value, other }),
         };
         Picture {
             name: format!("{}_{kind}{}", metric.display.file_name, self.slice.suffix()),

@@ -31,7 +31,7 @@ const MIN_POINTS: usize = 5;
 
 /// The sector in motion.
 #[derive(Serialize)]
-struct Motion {
+struct Frames {
     /// Times in s.
     times: Vec<f64>,
     /// Angles of column 0 in rad.
@@ -49,7 +49,7 @@ struct Motion {
     press_force: Packed,
 }
 
-impl Motion {
+impl Frames {
     /// The motion in `frames`; none if there are fewer than two, as nothing moves in them.
     fn new(frames: &[Frame], view: &SideView) -> Option<Self> {
         let nodes = frames.first().and_then(|frame| frame.nodes_m.first()).map_or(0, Vec::len);
@@ -175,7 +175,7 @@ fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
         "axis_height": view.axis_height,
         "feed": brush.settings.workpiece.feed_velocity_m_s,
         "outline": Outline::new(&pass, &brush.settings, &view),
-        "motion": Motion::new(&result.frames, &view),
+        "motion": Frames::new(&result.frames, &view),
     })
 }
 

@@ -44,36 +44,12 @@ fn grid(velocities: usize, depths: usize) -> Study {
 /// Results with numbers of as many digits as real ones have.
 fn made_up(count: usize) -> Vec<CaseResult> {
     let number = |case: usize| 1.0 / (7.0 + case as f64);
-    let metrics = |case| Metrics {
-        contact_angle_rad: number(case),
-        nominal_contact_length_m: number(case),
-        nominal_contact_time_s: number(case),
-        contact_time_s: number(case),
-        contact_length_m: number(case),
-        contact_time_ratio: number(case),
-        contact_count: case % 7,
-        contact_normal_impulse_n_s: number(case),
-        equivalent_contact_normal_force_n: number(case),
-        peak_contact_normal_force_n: number(case),
-        max_tip_deflection_m: number(case),
-        tool_contact_normal_force_n: number(case),
-        contact_impulse_x_n_s: number(case),
-        contact_impulse_y_n_s: number(case),
-        contact_impulse_z_n_s: number(case),
-        edge_contact_normal_impulse_n_s: number(case),
-        edge_share: number(case),
-        edge_evenness: number(case),
-        max_edge_penetration_m: number(case),
-        friction_work_j: number(case),
-        contact_angular_impulse_n_m_s: number(case),
-        tool_tangential_force_n: number(case),
-        tool_torque_n_m: number(case),
-        tool_power_w: number(case),
-        lateral_amplification: number(case),
-        laterally_unstable: case % 7 == 0,
-        turns: 1,
-        unsteady_turns: false,
-        energy_residual: number(case),
+    let metrics = |case| {
+        let mut metrics = Metrics::default();
+        for column in Metrics::COLUMNS {
+            column.set(&mut metrics, if column.whole { (case % 7) as f64 } else { number(case) });
+        }
+        metrics
     };
     let statistics = Statistics { steps: 1234, newton_iterations: 12_345, factorisations: 1234, ..Default::default() };
     let scatter = |case| ForceScatter {

@@ -16,7 +16,7 @@ use bristle_input::table::{AGAIN, DataError, Source};
 bristle::record! {
     /// The first columns of `filaments.csv`.
     #[derive(Clone, Debug, Default, PartialEq)]
-    pub struct Place {
+    pub struct Position {
         column: usize = ["", "", "column", "0 meets the workpiece first"],
         row: usize = ["", "", "row", "from 0 at the least z"],
     }
@@ -68,7 +68,7 @@ bristle::record! {
     }
 }
 
-impl From<&FilamentResult> for Place {
+impl From<&FilamentResult> for Position {
     fn from(filament: &FilamentResult) -> Self {
         Self { column: filament.column, row: filament.row }
     }
@@ -213,9 +213,9 @@ pub fn read_interaction(text: &str, name: &str) -> Result<Interaction, DataError
 /// Writes `filaments.csv`: a heading, then one row per filament.
 pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record([keys::<Place>(), keys_of(metric_columns(true)), keys::<Rest>()].concat())?;
+    writer.write_record([keys::<Position>(), keys_of(metric_columns(true)), keys::<Rest>()].concat())?;
     for filament in filaments {
-        let (place, rest) = (Place::from(filament), Rest::from(filament));
+        let (place, rest) = (Position::from(filament), Rest::from(filament));
         let row =
             [cells(Some(&place)), cells_of(metric_columns(true), Some(&filament.metrics)), cells(Some(&rest))].concat();
         writer.write_record(row.into_iter().map(Cell::into_text))?;
@@ -230,11 +230,11 @@ pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Res
 pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, DataError> {
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
-    let places = table.columns(&keys::<Place>())?;
+    let places = table.columns(&keys::<Position>())?;
     let metrics = table.columns(&keys_of(metric_columns(true)))?;
     let rests = table.columns(&keys::<Rest>())?;
     let filament = |row| {
-        let place = table.read::<Place>(row, &places)?;
+        let place = table.read::<Position>(row, &places)?;
         let rest = table.read::<Rest>(row, &rests)?;
         Ok(FilamentResult {
             column: place.column,

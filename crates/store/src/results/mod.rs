@@ -8,7 +8,7 @@ mod saved;
 mod tables;
 
 pub use brush::{
-    Moment, Pair, Place, Rest, read_brush_history, read_contacts, read_filaments, read_interaction,
+    Moment, Pair, Position, Rest, read_brush_history, read_contacts, read_filaments, read_interaction,
     write_brush_history, write_brush_metrics, write_contacts, write_filaments,
 };
 pub use saved::{

@@ -2,13 +2,11 @@
 
 use bristle::brush::{BrushResult, BrushRun, Frame, RunOptions, simulate_brush};
 use bristle::model::metrics::Metrics;
-use bristle::model::settings::{
-    BrushSettings, ContactSettings, Ends, FilamentSettings, Pattern, ProcessSettings, Settings, ToolSettings,
-};
+use bristle::model::settings::{BrushSettings, Ends, Pattern, ProcessSettings, Settings};
 use bristle::simulation::simulate;
 use serde::Deserialize;
 
-use crate::chains::{logarithmic_slope, paper_case, trajectory_rows, worse};
+use crate::chains::{cases_of, logarithmic_slope, paper_case, trajectory_rows, worse};
 use crate::trial::{Axis, Check, Curve, Figure, Look, Trial};
 use crate::{Extent, Failure, sources, tolerances};
 
@@ -55,7 +53,7 @@ fn run(settings: &Settings, options: RunOptions) -> Result<BrushResult, Failure>
 #[derive(Deserialize)]
 struct Reference {
     name: String,
-    input: Input,
+    input: Settings,
     friction_at: Option<String>,
     filaments: Vec<OfFilament>,
     /// Angle of column 0 at time zero, and the pairs of neighbours, where they are stated.
@@ -63,15 +61,6 @@ struct Reference {
     start_angle_rad: f64,
     #[serde(default)]
     neighbours: Vec<OfPair>,
-}
-
-#[derive(Deserialize)]
-struct Input {
-    tool: ToolSettings,
-    filament: FilamentSettings,
-    contact: ContactSettings,
-    brush: BrushSettings,
-    process: ProcessSettings,
 }
 
 #[derive(Deserialize)]
@@ -85,25 +74,6 @@ struct OfFilament {
 struct OfPair {
     columns: [usize; 2],
     normal_impulse_n_s: f64,
-}
-
-#[derive(Deserialize)]
-struct References {
-    cases: Vec<Reference>,
-}
-
-/// The rows of another code, from the text of a JSON file.
-fn references(text: &str) -> Result<Vec<Reference>, Failure> {
-    let References { cases } = serde_json::from_str(text).map_err(|error| Failure::Reference(error.to_string()))?;
-    Ok(cases)
-}
-
-impl Input {
-    fn settings(&self, tolerance: f64) -> Settings {
-        let brush = BrushSettings { tolerance, ..self.brush.clone() };
-        let settings = Settings::new(self.tool.clone(), self.filament.clone(), self.process.clone());
-        Settings { contact: self.contact.clone(), brush: Some(brush), ..settings }
-    }
 }
 
 /// An instant of the row of three.
@@ -121,12 +91,12 @@ pub fn cvodes(extent: Extent) -> Result<Trial, Failure> {
     const ROWS: &str = include_str!("../../../../tests/data/reference_row.json");
     const TOLERANCE: f64 = 1e-5;
     let mut checks = Vec::new();
-    let mut cases = references(ROWS)?;
+    let mut cases = cases_of::<Reference>(ROWS)?;
     // In some, friction acts elsewhere than in Bristle, to show what that matters.
     cases.retain(|case| case.friction_at.as_deref() != Some("centrelines"));
     let quick = ["two", "three", "three, Hertz's stiffness", "three, close, friction and damped"];
     for case in cases.iter().filter(|case| extent == Extent::Full || quick.contains(&case.name.as_str())) {
-        let result = simulate_brush(&case.input.settings(TOLERANCE), 1)?;
+        let result = simulate_brush(&with(&case.input, |brush| brush.tolerance = TOLERANCE), 1)?;
         let ProcessSettings { brushing_velocity_m_s, penetration_depth_m, .. } = case.input.process;
         let subject = format!("{}, {brushing_velocity_m_s} m/s, {} mm", case.name, 1e3 * penetration_depth_m);
         let [tolerance, of_pairs] = if case.name.contains("Hertz") {
@@ -177,7 +147,7 @@ pub fn cvodes(extent: Extent) -> Result<Trial, Failure> {
 #[derive(Deserialize)]
 struct InSpace {
     name: String,
-    input: Input,
+    input: Settings,
     filaments: Vec<SpatialContact>,
     neighbours: Vec<SpatialPair>,
 }
@@ -199,22 +169,17 @@ struct SpatialPair {
     friction_work_j: f64,
 }
 
-#[derive(Deserialize)]
-struct AllInSpace {
-    cases: Vec<InSpace>,
-}
-
 pub fn space(extent: Extent) -> Result<Trial, Failure> {
     const SPACE: &str = include_str!("../../../../tests/data/reference_space.json");
     const TOLERANCE: f64 = 1e-5;
-    let AllInSpace { cases } = serde_json::from_str(SPACE).map_err(|error| Failure::Reference(error.to_string()))?;
+    let cases: Vec<InSpace> = cases_of(SPACE)?;
     let mut checks = Vec::new();
     for case in cases {
         let ProcessSettings { brushing_velocity_m_s, penetration_depth_m, .. } = case.input.process;
         if extent != Extent::Full && brushing_velocity_m_s != 10.0 {
             continue;
         }
-        let result = simulate_brush(&case.input.settings(TOLERANCE), 1)?;
+        let result = simulate_brush(&with(&case.input, |brush| brush.tolerance = TOLERANCE), 1)?;
         let subject = format!("{}, {brushing_velocity_m_s} m/s, {} mm", case.name, 1e3 * penetration_depth_m);
         let mut check = |subject: String, quantity, error, tolerance| {
             checks.push(Check::value(subject, quantity, 0.0, sources::CVODES_SPACE, error, tolerance));
@@ -268,7 +233,7 @@ pub fn mujoco(_: Extent) -> Result<Trial, Failure> {
     const ROWS: &str = include_str!("../../../../tests/data/reference_row_mujoco.json");
     const TOLERANCE: f64 = 3e-6;
     let (mut checks, mut curves) = (Vec::new(), Vec::new());
-    for case in references(ROWS)? {
+    for case in cases_of::<Reference>(ROWS)? {
         let of_hertz = case.name.contains("Hertz");
         let has_capsules = case.name == "capsules";
         let [of_each, of_mean] = if has_capsules {
@@ -278,7 +243,7 @@ pub fn mujoco(_: Extent) -> Result<Trial, Failure> {
         } else {
             [tolerances::ROW; 2]
         };
-        let computed = impulses(&simulate_brush(&case.input.settings(TOLERANCE), 1)?);
+        let computed = impulses(&simulate_brush(&with(&case.input, |brush| brush.tolerance = TOLERANCE), 1)?);
         let expected: Vec<f64> = case.filaments.iter().map(|filament| filament.contact_normal_impulse_n_s).collect();
         let mut check = |subject: String, expected: f64, computed: f64, tolerance| {
             let source = sources::MUJOCO_ROW;
@@ -326,7 +291,10 @@ fn course(cases: &[Reference], tolerance: f64) -> Result<(Vec<Check>, Vec<Figure
     const FRAMES: usize = 10_000;
     let missing = || Failure::Reference("no row of three at 10 m/s".to_owned());
     let case = cases.iter().find(|case| case.name == "three").ok_or_else(missing)?;
-    let result = run(&case.input.settings(tolerance), RunOptions { frames: FRAMES, ..RunOptions::default() })?;
+    let result = run(
+        &with(&case.input, |brush| brush.tolerance = tolerance),
+        RunOptions { frames: FRAMES, ..RunOptions::default() },
+    )?;
     let instants: Vec<Instant> = trajectory_rows(INSTANTS)?;
     let tool = &case.input.tool;
     let rate = case.input.process.brushing_velocity_m_s / (tool.body_radius_m + case.input.filament.length_m);

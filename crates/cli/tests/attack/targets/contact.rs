@@ -5,7 +5,6 @@ use std::io;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Sampling, Simulation, simulate_with};
 use bristle_input::document::Document;
-use bristle_input::table::DataError;
 use bristle_store::digest::digest;
 
 use bristle_store::results::{
@@ -91,29 +90,13 @@ impl Target for Contact {
     }
 
     fn check(&self, mutant: &Mutant, _: &mut Rng) -> Verdict {
-        let case = match read_case(&mutant.text(0), "case.json") {
-            Ok(case) => case,
-            Err(error) => return Verdict::Refused(error.to_string()),
-        };
+        let case = read_case(&mutant.text(0), "case.json")?;
         let texts = [1, 2, 3, 4].map(|file| mutant.text(file));
-        let refused = |error: DataError| Verdict::Refused(error.to_string());
         let check = |file: usize| case.check(RESULTS[file], &texts[file], RESULTS[file]);
-        let turns = match read_turn_impulses(&texts[0], RESULTS[0]).and_then(|read| check(0).map(|()| read)) {
-            Ok(turns) => turns,
-            Err(error) => return refused(error),
-        };
-        let history = match read_history(&texts[1], RESULTS[1]).and_then(|read| check(1).map(|()| read)) {
-            Ok(history) => history,
-            Err(error) => return refused(error),
-        };
-        let profile = match read_profile(&texts[2], RESULTS[2]).and_then(|read| check(2).map(|()| read)) {
-            Ok(profile) => profile,
-            Err(error) => return refused(error),
-        };
-        let shapes = match read_shapes(&texts[3], RESULTS[3]).and_then(|read| check(3).map(|()| read)) {
-            Ok(shapes) => shapes,
-            Err(error) => return refused(error),
-        };
+        let turns = read_turn_impulses(&texts[0], RESULTS[0]).and_then(|read| check(0).map(|()| read))?;
+        let history = read_history(&texts[1], RESULTS[1]).and_then(|read| check(1).map(|()| read))?;
+        let profile = read_profile(&texts[2], RESULTS[2]).and_then(|read| check(2).map(|()| read))?;
+        let shapes = read_shapes(&texts[3], RESULTS[3]).and_then(|read| check(3).map(|()| read))?;
         let expected = &self.simulation;
         assert_eq!(
             (&case.settings, &turns, &history, &profile, &shapes),
@@ -125,7 +108,7 @@ impl Target for Contact {
                 &expected.shapes
             )
         );
-        Verdict::Accepted
+        Ok(())
     }
 }
 

@@ -3,6 +3,8 @@
 use bristle_codegen::back::json::from_json;
 use bristle_inspect::comparison::{States, compare_graph};
 use fastrand::Rng;
+use jsonschema::Validator;
+use serde_json::Value;
 
 use super::of_texts;
 use crate::runner::{Mutant, Target, Verdict};
@@ -20,12 +22,17 @@ const SEEDS: [&str; 4] = [
 /// The whole equations of one segment.
 pub const CHAIN: &str = include_str!("../../../../../derivations/graphs/chain_1.json");
 
+const SCHEMA: &str = include_str!("../../../../../docs/graph-format.schema.json");
+
 /// Graphs.
-pub struct Graph;
+pub struct Graph {
+    schema: Validator,
+}
 
 impl Graph {
     pub fn new() -> Self {
-        Self
+        let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
+        Self { schema: jsonschema::draft202012::new(&schema).expect("the schema is one") }
     }
 }
 
@@ -49,18 +56,14 @@ impl Target for Graph {
     fn check(&self, mutant: &Mutant, random: &mut Rng) -> Verdict {
         let text = mutant.text(0);
         reading::check(&text);
-        let read = Verdict::from(from_json(&text));
-        if read != Verdict::Accepted || random.u8(..4) > 0 {
-            return read;
+        from_json(&text)?;
+        let file = serde_json::from_str(&text).expect("what is read is JSON");
+        assert!(self.schema.is_valid(&file), "the reader accepts what the schema refuses");
+        if random.u8(..4) == 0 {
+            let table = compare_graph(&text, 3, States::All, random.u64(..))?.to_string();
+            assert!(table.len() < 100_000, "a table of {} bytes", table.len());
+            assert!(!table.chars().any(|character| character != '\n' && character.is_control()), "{table:?}");
         }
-        match compare_graph(&text, 3, States::All, random.u64(..)) {
-            Ok(comparison) => {
-                let table = comparison.to_string();
-                assert!(table.len() < 100_000, "a table of {} bytes", table.len());
-                assert!(!table.chars().any(|character| character != '\n' && character.is_control()), "{table:?}");
-                Verdict::Accepted
-            }
-            Err(error) => Verdict::Refused(error.to_string()),
-        }
+        Ok(())
     }
 }

@@ -80,10 +80,7 @@ impl Input {
 
     /// Reads settings in each way that a command does.
     fn read(&self, text: &str, random: &mut Rng) -> Verdict {
-        let document = match Document::parse(text, "case.toml") {
-            Ok(document) => document,
-            Err(error) => return Verdict::Refused(error.to_string()),
-        };
+        let document = Document::parse(text, "case.toml")?;
         let settings = document.settings();
         if let Ok(settings) = &settings {
             reads_back(settings);
@@ -98,8 +95,8 @@ impl Input {
             self.simulate(&study.settings(random.usize(..study.case_count())), random);
         }
         match (settings, study) {
-            (Err(one), Err(other)) => Verdict::Refused(if random.bool() { one } else { other }.to_string()),
-            _ => Verdict::Accepted,
+            (Err(one), Err(other)) => Err(if random.bool() { one } else { other }.into()),
+            _ => Ok(()),
         }
     }
 

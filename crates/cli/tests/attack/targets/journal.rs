@@ -64,10 +64,7 @@ impl Target for Journaled {
 
     fn check(&self, mutant: &Mutant, _: &mut Rng) -> Verdict {
         let bytes = mutant.files[0].1.as_slice();
-        let contents = match self.journal.read(&self.study, bytes) {
-            Ok(contents) => contents,
-            Err(error) => return Verdict::Refused(error.to_string()),
-        };
+        let contents = self.journal.read(&self.study, bytes)?;
         assert_eq!(contents.intact + contents.torn, bytes.len() as u64);
         for (case, result) in contents.results.iter().enumerate() {
             if let Some(result) = result {
@@ -78,7 +75,7 @@ impl Target for Journaled {
         let again =
             self.journal.read(&self.study, &bytes[..contents.intact as usize]).expect("the intact part is intact");
         assert_eq!((&again.results, again.intact, again.torn), (&contents.results, contents.intact, 0));
-        Verdict::Accepted
+        Ok(())
     }
 }
 

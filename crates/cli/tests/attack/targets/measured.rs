@@ -80,12 +80,9 @@ impl Target for Measured {
     }
 
     fn check(&self, mutant: &Mutant, _: &mut Rng) -> Verdict {
-        let points = match read_measured(&mutant.text(0), "forces.csv", &Format::default()) {
-            Ok(points) => points,
-            Err(error) => return Verdict::Refused(error.to_string()),
-        };
+        let points = read_measured(&mutant.text(0), "forces.csv", &Format::default())?;
         assert_eq!(read_measured(&measured_text(&points, &[]), "again.csv", &Format::default()).as_ref(), Ok(&points));
         self.compare(&points);
-        Verdict::Accepted
+        Ok(())
     }
 }

@@ -21,7 +21,7 @@ use super::results::{Results, saved};
 use super::state::{SEEDS, State};
 use super::{STUDY, contact, one_of, simulated};
 use crate::odd::{EXTREMES, odd_text};
-use crate::runner::{Limits, Mutant, Target, Verdict, plain};
+use crate::runner::{Limits, Mutant, Refused, Target, Verdict, plain};
 
 /// Longest run of the program. All calls are quick, but a machine can be busy.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -145,7 +145,7 @@ impl Program {
         if let Some(name) = after.keys().find(|name| name.contains(".bristle-")) {
             return Err(format!("left the temporary file {name}"));
         }
-        let is_refused = matches!(verdict, Verdict::Refused(_));
+        let is_refused = verdict.is_err();
         if let Some((name, _)) = before.iter().find(|(name, content)| is_refused && after.get(*name) != Some(content)) {
             return Err(format!("changed {name}, though it refused the call"));
         }
@@ -414,7 +414,7 @@ impl Observed {
             plain(&stdout)?;
             return match ["NaN", "_n\":null", ":inf"].iter().find(|text| stdout.contains(**text)) {
                 Some(text) => Err(format!("`{text}` on stdout, which is not finite: {stdout:.500}")),
-                None => Ok(Verdict::Accepted),
+                None => Ok(Ok(())),
             };
         }
         if !stderr.starts_with("error: ") && !stderr.contains("\nerror: ") {
@@ -423,7 +423,7 @@ impl Observed {
         if !stdout.is_empty() {
             return Err(format!("refused, but has printed on stdout: {stdout:.500}"));
         }
-        Ok(Verdict::Refused(stderr))
+        Ok(Err(Refused(stderr)))
     }
 }
 

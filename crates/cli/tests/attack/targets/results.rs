@@ -71,26 +71,15 @@ impl Target for Results {
     }
 
     fn check(&self, mutant: &Mutant, _: &mut Rng) -> Verdict {
-        let saved = match read_study(&mutant.text(0), "study.json") {
-            Ok(saved) => saved,
-            Err(error) => return Verdict::Refused(error.to_string()),
-        };
-        let results = match read_runs(&mutant.text(1), "runs.csv", &saved) {
-            Ok(results) => results,
-            Err(error) => return Verdict::Refused(error.to_string()),
-        };
+        let saved = read_study(&mutant.text(0), "study.json")?;
+        let results = read_runs(&mutant.text(1), "runs.csv", &saved)?;
         assert_eq!(results, self.results);
         let states = |study: &Study| study_text(study, b"", false);
         assert_eq!(states(&saved.study), states(&self.study), "the settings are not those of the results");
         let limits = AdviceLimits { target_force_n: Some(100.0), ..AdviceLimits::default() };
-        match advise(&saved.study, &results, limits) {
-            Ok(advice) => {
-                let text = advice.text(WIDTH);
-                assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
-                Verdict::Accepted
-            }
-            Err(error) => Verdict::Refused(error.to_string()),
-        }
+        let text = advise(&saved.study, &results, limits)?.text(WIDTH);
+        assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
+        Ok(())
     }
 }
 

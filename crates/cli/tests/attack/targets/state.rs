@@ -59,19 +59,14 @@ impl Target for State {
     }
 
     fn check(&self, mutant: &Mutant, random: &mut Rng) -> Verdict {
-        let state = match parse_state(&mutant.text(0)) {
-            Ok(state) => state,
-            Err(error) => return Verdict::Refused(error.to_string()),
-        };
+        let state = parse_state(&mutant.text(0))?;
         assert_eq!(parse_state(&text(&state)).as_ref(), Ok(&state));
         if state.q.len() > 2 * MOST_EVALUATED || random.u8(..4) > 0 {
-            return Verdict::Accepted;
+            return Ok(());
         }
-        let evaluation = evaluate(&self.settings.filament, self.settings.tool.body_radius_m, &state);
-        if let Ok(evaluation) = &evaluation {
-            let json = serde_json::to_string(evaluation).expect("numbers have a form in JSON");
-            assert!(!json.contains("null"), "not finite: {json}");
-        }
-        evaluation.into()
+        let evaluation = evaluate(&self.settings.filament, self.settings.tool.body_radius_m, &state)?;
+        let json = serde_json::to_string(&evaluation).expect("numbers have a form in JSON");
+        assert!(!json.contains("null"), "not finite: {json}");
+        Ok(())
     }
 }
