@@ -29,8 +29,11 @@ const POINTS: [(&[f64], &[f64]); 4] = [
 /// Relative standard deviations.
 const NOISE: [f64; 3] = [0.01, 0.03, 0.1];
 
+/// The settings of a point, and its normal and tangential force.
+type Point = (Settings, [f64; 2]);
+
 /// Forces at the points of a grid without noise.
-fn forces(speeds: &[f64], depths: &[f64]) -> Result<Vec<(Settings, [f64; 2])>, Box<dyn Error>> {
+fn forces(speeds: &[f64], depths: &[f64]) -> Result<Vec<Point>, Box<dyn Error>> {
     let mut settings = Settings::paper(10.0, 1e-3);
     for (path, value) in TRUTH {
         Fitted::parse(path)?.parameter.set(&mut settings, value);
@@ -56,13 +59,13 @@ fn forces(speeds: &[f64], depths: &[f64]) -> Result<Vec<(Settings, [f64; 2])>, B
 
 /// A calibration of normal forces, and of tangential ones too if they are measured, from the true values on.
 fn fit(
-    forces: &[(Settings, [f64; 2])],
+    forces: &[Point],
     noise: f64,
     tangential: bool,
     mut number: impl FnMut() -> f64,
 ) -> Result<Calibration, Box<dyn Error>> {
     let mut reading = |force: f64| Some(Reading { value: force * (1.0 + noise * number()), std: Some(noise * force) });
-    let point = |(settings, [normal, along]): &(Settings, [f64; 2])| MeasuredPoint {
+    let point = |(settings, [normal, along]): &Point| MeasuredPoint {
         speed: Speed::Velocity(settings.process.brushing_velocity_m_s),
         second_speed_rpm: None,
         penetration_depth_m: settings.process.penetration_depth_m,

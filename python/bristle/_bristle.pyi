@@ -128,8 +128,7 @@ def brush(
 ) -> SimulatedBrush: ...
 def calibrate(
     input: Input,
-    measured: str,
-    relative_std: float | None,
+    measured: tuple[str, float | None],
     fit: Sequence[str],
     reach: tuple[float | None, float | None],
     threads: int | None,

@@ -201,7 +201,7 @@ def calibrate(
     threads = arguments.whole_or_none("threads", threads, 1)
     with of_share(progress, "the calibration") as tell:
         record, text = _bristle.calibrate(
-            checked(settings), _table(measured), relative_std, options, reach, threads, tell
+            checked(settings), (_table(measured), relative_std), options, reach, threads, tell
         )
     return Calibration(settings, json.loads(record), text)
 

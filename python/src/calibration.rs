@@ -25,22 +25,21 @@ impl Observer for Share<'_> {
     }
 }
 
-/// What `calibration.json` has of a calibration of `input` by the table `measured`, and its text. Each of `fit` is a key, or a key and its range.
+/// What `calibration.json` has of a calibration of `input` by the table `measured` and its relative standard deviation, and its text. Each of `fit` is a key, or a key and its range.
 #[pyfunction]
-#[pyo3(signature = (input, measured, relative_std, fit, reach, threads, tell))]
 pub fn calibrate(
     py: Python<'_>,
     input: &Input,
-    measured: &str,
-    relative_std: Option<f64>,
+    measured: (String, Option<f64>),
     fit: Vec<String>,
     reach: (Option<f64>, Option<f64>),
     threads: Option<NonZeroUsize>,
     tell: Option<Py<PyAny>>,
 ) -> PyResult<(String, String)> {
     let brushes = input.document()?.brushes().map_err(|error| of_input(&error))?;
+    let (table, relative_std) = measured;
     let format = Format { relative_std, ..Format::default() };
-    let points = read_points(measured, "measured", &format).map_err(|error| of_settings(error.to_string()))?;
+    let points = read_points(&table, "measured", &format).map_err(|error| of_settings(error.to_string()))?;
     let fit = fit.iter().map(|option| Fitted::parse(option)).collect::<Result<Vec<_>, FitError>>();
     let fit = fit.map_err(|error| of_settings(error.to_string()))?;
     let problem = Problem::new(brushes, fit, points).map_err(|error| of_settings(error.to_string()))?;

@@ -146,7 +146,7 @@ impl Study {
     pub fn of_cases(cases: Vec<Settings>) -> Self {
         assert!(!cases.is_empty(), "a study has at least one case");
         let tools: Vec<Tool> = cases.into_iter().map(Tool::alone).collect();
-        Self { case_count: tools.len(), tools, sweeps: Vec::new(), checks: false }
+        Self { case_count: tools.len(), tools, sweeps: Vec::new(), checks: false, needs: Arc::default() }
     }
 
     fn on(tools: Vec<Tool>, mut sweeps: Vec<Sweep>) -> Result<Self, StudyError> {

@@ -254,7 +254,7 @@ fn simulate_brush(study: &Study, case: usize, spare: Option<u64>, stop: &Stop) -
     Some(Ok(CaseSummary {
         turn_contact_normal_impulses_n_s: turn_impulses(&result),
         statistics: statistics(&result.statistics),
-        scatter: calibration_band(settings, &result.tool),
+        scatter: calibration_band(&settings, &result.tool),
         brush: Some(Interaction::of(&result)),
         change_when_checked: checked.map(|checked| largest_change(&result.tool, &checked.tool)),
         metrics: result.tool,
