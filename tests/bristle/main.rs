@@ -13,6 +13,7 @@ mod damping;
 mod edges;
 mod fingerprint;
 mod lateral;
+mod lone;
 mod open_core;
 mod physics;
 mod planar;

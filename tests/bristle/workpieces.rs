@@ -6,7 +6,7 @@ use bristle::equations::linear::{add, dot, scale, sub};
 use bristle::equations::{ChainDynamics, Dynamics, NodeLoads, PlanarDynamics, StepWeights};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{Settings, Side, WorkpieceKind};
-use bristle::simulation::{Form, Pass, Sampling, integral, simulate};
+use bristle::simulation::{Form, Job, Kind, Pass, Sampling, integral, simulate, simulate_side_by_side};
 use bristle::workpiece::{Edge, Part, Workpiece};
 use fastrand::Rng;
 
@@ -147,10 +147,19 @@ fn the_step_matrix_of_an_edge_contact_matches_differences() {
 
 #[test]
 fn passes_side_by_side_are_those_alone() {
-    let passes = passes();
-    for (settings, result) in passes.iter().zip(crate::batch::side_by_side(&passes)) {
-        assert_eq!(result, simulate(settings), "{settings:?}");
-    }
+    let cases = passes();
+    let mut jobs: Vec<Job> = cases.iter().enumerate().map(|(number, settings)| Job::new(number, settings)).collect();
+    let take = |kind: Option<Kind>| {
+        let position = jobs.iter().rposition(|job| kind.is_none_or(|kind| job.pass.kind() == kind))?;
+        Some(jobs.swap_remove(position))
+    };
+    let mut count = 0;
+    simulate_side_by_side(take, |number, result| {
+        let alone = simulate(&cases[number]);
+        assert!(result == alone, "case {number}: {result:?} {alone:?}");
+        count += 1;
+    });
+    assert_eq!(count, cases.len());
 }
 
 #[test]
@@ -174,6 +183,21 @@ fn passes_over_edges_are_the_same_in_space() {
             .map(|pass| pass.simulate(Sampling::default()).expect("the pass ends").metrics);
         let error = deviation(&planar, &spatial);
         assert!(error < 1e-5, "{error:e}: {settings:?}\n{planar:?}\n{spatial:?}");
+    }
+}
+
+#[test]
+fn a_straight_profile_is_a_plane() {
+    for degree in [1, 3, 10] {
+        let mut settings = case(10, 15.0, 1e-3);
+        settings.contact.friction_coefficient = 0.2;
+        let plane = simulate(&settings).expect("the pass ends").metrics;
+        settings.workpiece.kind = WorkpieceKind::Profile;
+        settings.workpiece.degree = degree;
+        settings.workpiece.control_points_m = (-6..=6).map(|i| [f64::from(i) * 0.01, 0.0]).collect();
+        let profile = simulate(&settings).expect("the pass ends").metrics;
+        assert!(deviation(&plane, &profile) < 1e-6, "{plane:?} {profile:?}");
+        assert!((plane.nominal_contact_time_s / profile.nominal_contact_time_s - 1.0).abs() < 1e-12);
     }
 }
 

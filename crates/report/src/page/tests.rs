@@ -65,6 +65,7 @@ fn made_up(count: usize) -> Vec<CaseResult> {
         sobol_waviness_phase: number(case),
         sobol_friction_coefficient: number(case),
         sobol_filament_count: number(case),
+        sobol_calibration: number(case),
         failed_samples: case % 7,
     };
     (0..count)
