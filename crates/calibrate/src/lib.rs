@@ -136,7 +136,11 @@ pub fn calibrate(problem: Problem, reach: Reach, means: Means<'_>) -> Result<Opt
     model.simulator.tell(0.8);
     let (jacobian, derivative_error) = if problem.has_brush() {
         best = interacting(&mut model, best)?;
-        model.precise_jacobian(&best.x, OF_BRUSHES)?
+        let (jacobian, error) = model.precise_jacobian(&best.x, OF_BRUSHES)?;
+        if !error.is_finite() {
+            return Err(model.simulator.failure());
+        }
+        (jacobian, error)
     } else {
         away_from_bends(&model, &mut best)?
     };
@@ -210,9 +214,7 @@ fn interacting(model: &mut Model<'_>, mut minimum: Minimum) -> Result<Minimum, I
             break;
         }
     }
-    if let Some(refined) = search::refined(model, &minimum, OF_BRUSHES)? {
-        minimum = refined;
-    }
+    minimum = search::refined(model, &minimum, OF_BRUSHES)?.ok_or_else(|| model.simulator.failure())?;
     follow_interaction(model, &minimum.x)?;
     Ok(minimum)
 }
@@ -222,6 +224,9 @@ fn follow_interaction(model: &mut Model<'_>, x: &[f64]) -> Result<(), Interrupte
     model.factors.fill(1.0);
     let points = [x.to_vec()];
     let with = model.forces(&points, OF_BRUSHES)?;
+    if with[0].iter().any(|force| !force.is_finite()) {
+        return Err(model.simulator.failure());
+    }
     let without = model.forces(&points, MIDDLE)?;
     for ((factor, with), without) in model.factors.iter_mut().zip(&with[0]).zip(&without[0]) {
         *factor = if *without != 0.0 && (with / without).is_finite() { with / without } else { 1.0 };

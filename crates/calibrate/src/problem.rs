@@ -1,5 +1,6 @@
 //! What is fitted to what: brushes, settings with their bounds, and measured points with their standard deviations.
 
+use bristle::brush::{BrushError, check_brush};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{Settings, UncertaintySettings};
@@ -144,6 +145,14 @@ pub enum ProblemError {
         /// Its key.
         key: &'static str,
     },
+    /// The filaments of a brush cannot be arranged.
+    #[error("line {line} of the measured forces cannot be simulated: {error}")]
+    Brush {
+        /// Its line.
+        line: u64,
+        /// What is wrong with it.
+        error: BrushError,
+    },
     /// A point that cannot be simulated.
     #[error("line {line} of the measured forces cannot be simulated: {violation}")]
     Point {
@@ -196,7 +205,10 @@ impl Problem {
         let start = problem.stated();
         for point in &problem.points {
             let wrong = |violation| ProblemError::Point { line: point.line, violation };
-            problem.settings(&Place::of(point), &start).map_err(wrong)?;
+            let settings = problem.settings(&Place::of(point), &start).map_err(wrong)?;
+            if settings.brush.is_some() {
+                check_brush(&settings, None).map_err(|error| ProblemError::Brush { line: point.line, error })?;
+            }
         }
         Ok(problem)
     }

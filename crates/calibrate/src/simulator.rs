@@ -21,6 +21,9 @@ pub enum Interrupted {
     /// It was asked to stop.
     #[error("the calibration was stopped")]
     Stopped,
+    /// Brushes near the minimum of filaments alone cannot be simulated.
+    #[error("a brush cannot be simulated: {0}")]
+    Brush(String),
     /// What was simulated cannot be kept.
     #[error("what was simulated cannot be kept")]
     NotKept,
@@ -83,11 +86,19 @@ pub struct Simulator<'a> {
     pub means: Means<'a>,
     /// The number of brushes that were simulated.
     brushes: AtomicUsize,
+    /// Why a brush could not be, if one could not.
+    failure: Mutex<Option<String>>,
 }
 
 impl<'a> Simulator<'a> {
     pub fn new(problem: &'a Problem, means: Means<'a>) -> Self {
-        Self { problem, means, brushes: AtomicUsize::new(0) }
+        Self { problem, means, brushes: AtomicUsize::new(0), failure: Mutex::new(None) }
+    }
+
+    /// The error about a brush that could not be simulated.
+    pub fn failure(&self) -> Interrupted {
+        let failure = self.failure.lock().expect(UNBROKEN).take();
+        Interrupted::Brush(failure.unwrap_or_else(|| "its settings contradict each other".to_owned()))
     }
 
     /// Counts a brush, and tells the share of the work if it is about that of brushes.
@@ -140,7 +151,10 @@ impl<'a> Simulator<'a> {
             let flow = Mutex::new(ControlFlow::Continue(()));
             let done = |number: usize, result: CaseResult| {
                 let case = own[number];
-                let forces = result.ok().map(|summary| forces_of(&summary.metrics));
+                let forces = result.as_ref().ok().map(|summary| forces_of(&summary.metrics));
+                if let (Err(error), true) = (result, cases[case].brush.is_some()) {
+                    *self.failure.lock().expect(UNBROKEN) = Some(error);
+                }
                 let kept = match forces {
                     Some(forces) if cases[case].brush.is_some() => observer.keep(&cases[case], &forces),
                     _ => ControlFlow::Continue(()),

@@ -22,8 +22,8 @@ pub use hints::unusual_points;
 const MAX_SLICES: usize = 1000;
 /// The largest numbers of slices, and of points in each, that are printed.
 const MAX_PRINTED: (usize, usize) = (4, 40);
-/// Bands below this, in N, have a decimal.
-const SMALL_N: f64 = 100.0;
+/// Bands narrower than this, in N, have a decimal.
+const NARROW_N: f64 = 10.0;
 /// Forces from here on, in N, are printed as powers of ten.
 const LARGEST_IN_FULL: f64 = 1e5;
 /// A simulated tool force.
@@ -312,7 +312,7 @@ fn row_of_point(point: &Point) -> [String; 6] {
     let measured = std_n.map_or_else(|| newtons(force_n, 1), |std| pair(force_n, std));
     let simulated = match point.simulated {
         Ok(Simulated { force_n, band_n: Some([lower, upper]), .. }) => {
-            let decimals = usize::from(upper < SMALL_N);
+            let decimals = usize::from(upper - lower < NARROW_N);
             format!("{} [{} … {}]", newtons(force_n, 1), newtons(lower, decimals), newtons(upper, decimals))
         }
         Ok(Simulated { force_n, uncertainty_n: 0.0, band_n: None }) => newtons(force_n, 1),

@@ -1,0 +1,93 @@
+"""Settings from measured forces."""
+
+import math
+
+import bristle
+import numpy as np
+import pytest
+
+KEYS = ["filament.youngs_modulus_pa", "contact.friction_coefficient"]
+
+
+def _brush(modulus: float, friction: float) -> bristle.Settings:
+    return bristle.Settings.paper(10.0, 1e-3).replace(
+        filament={"segments": 5, "youngs_modulus_pa": modulus},
+        contact={"friction_coefficient": friction},
+    )
+
+
+@pytest.fixture(scope="module")
+def measured() -> dict[str, np.ndarray]:
+    sweep = {
+        "process.brushing_velocity_m_s": [5.0, 15.0, 30.0],
+        "process.penetration_depth_m": [1e-3, 2e-3],
+    }
+    runs = bristle.study(_brush(2.2e9, 0.25), sweep, progress=False).runs
+    names = ["brushing_velocity_m_s", "penetration_depth_m", "tool_torque_n_m"]
+    columns = {name: np.array(runs[name]) for name in names}
+    columns["force_n"] = np.array(runs["tool_contact_normal_force_n"])
+    columns["torque_n_m"] = columns.pop("tool_torque_n_m")
+    columns["torque_n_m"][0] = math.nan
+    return columns
+
+
+def test_exact_forces_give_the_settings(measured: dict[str, np.ndarray]) -> None:
+    shares: list[float] = []
+    found = bristle.calibrate(
+        _brush(3e9, 0.1), measured, fit=KEYS, relative_std=0.03, progress=shares.append
+    )
+    values = found.values
+    assert values[KEYS[0]] == pytest.approx(2.2e9, rel=1e-3)
+    assert values[KEYS[1]] == pytest.approx(0.25, rel=1e-3)
+    assert found.undetermined == [] and found.chi_squared < 1e-2
+    assert found.residuals["residual"].size == 11
+    errors = [found.standard_errors[key] for key in KEYS]
+    assert np.sqrt(np.diag(found.covariance)) == pytest.approx(errors)
+    assert found.correlations[0, 0] == 1.0
+    assert len(found.next_measurement) == 3
+    assert str(found).startswith("E = 2.2")
+    low, high = found.intervals_95[KEYS[0]] or (0.0, 0.0)
+    assert low < 2.2e9 < high
+    settings = found.settings
+    assert settings.filament["youngs_modulus_pa"] == values[KEYS[0]]
+    runs = bristle.study(settings, {"process.penetration_depth_m": [1e-3]}, progress=False).runs
+    lower, upper = runs["tool_force_lower_95_n"][0], runs["tool_force_upper_95_n"][0]
+    assert lower < runs["tool_contact_normal_force_n"][0] < upper
+
+
+def test_what_is_not_determined_has_no_value() -> None:
+    """Slow filaments sweep: modulus and number of filaments scale all forces alike."""
+    slow = {
+        "brushing_velocity_m_s": [1.5, 1.5, 2.0, 2.0],
+        "penetration_depth_m": [2e-3, 3e-3, 2e-3, 3e-3],
+    }
+    slow["force_n"] = [
+        bristle.simulate(
+            _brush(2.2e9, 0.0).replace(
+                process={"brushing_velocity_m_s": velocity, "penetration_depth_m": depth}
+            )
+        ).metrics["tool_contact_normal_force_n"]
+        for velocity, depth in zip(*slow.values(), strict=True)
+    ]
+    fit = {"filament.youngs_modulus_pa": (1e9, 1e10), "tool.filament_count": (5e3, 2e4)}
+    found = bristle.calibrate(
+        _brush(2.2e9, 0.0), slow, fit=fit, relative_std=0.03, progress=False
+    )
+    assert found.values == dict.fromkeys(fit)
+    assert "only" in found.undetermined[0]
+    with pytest.raises(ValueError, match="only"):
+        _ = found.settings
+
+
+def test_what_cannot_be_calibrated_is_refused(measured: dict[str, np.ndarray]) -> None:
+    def refused(message: str, columns: dict[str, object], fit: list[str]) -> None:
+        with pytest.raises(bristle.SettingsError, match=message):
+            bristle.calibrate(_brush(3e9, 0.1), columns, fit=fit, progress=False)
+
+    refused("there is no column", {"force_n": [1.0]}, KEYS)
+    refused("state what is to be fitted", dict(measured), [])
+    refused("is no scalar setting", dict(measured), ["filament.modulus"])
+    with pytest.raises(ValueError, match="different lengths"):
+        bristle.calibrate(
+            _brush(3e9, 0.1), {**measured, "force_n": [1.0]}, fit=KEYS, progress=False
+        )
