@@ -20,6 +20,7 @@ __all__ = [
     "__version__",
     "accelerations",
     "brush",
+    "calibrate",
     "derive",
     "evaluate",
     "paper",

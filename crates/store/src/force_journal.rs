@@ -181,7 +181,7 @@ mod tests {
         drop(journal);
         let path = directory.path().join(FORCE_JOURNAL);
         let text = std::fs::read_to_string(&path).expect("a journal");
-        std::fs::write(&path, text[..text.len() - 9].to_owned()).expect("a disk");
+        std::fs::write(&path, &text[..text.len() - 9]).expect("a disk");
         let journal = open(false).expect("the same journal");
         let recalled = settings.each_ref().map(|own| journal.recall(own));
         assert_eq!(recalled, [Some([1.0; 4]), None, None]);
