@@ -36,7 +36,7 @@ const COARSE: Precision =
     Precision { tolerance: 1e-3, step: 0.01, central: false, segments: 8, interacts: false, arrival: 3e-3 };
 /// The minimum itself: errors of the derivatives are below 1e-4 (docs/calibration.md).
 const FINE: Precision =
-    Precision { tolerance: 1e-6, step: 1e-3, central: true, segments: usize::MAX, interacts: false, arrival: 1e-5 };
+    Precision { tolerance: 1e-6, step: 1e-3, central: true, segments: usize::MAX, interacts: false, arrival: 3e-4 };
 /// Intervals, and points to measure at next.
 const MIDDLE: Precision = Precision { tolerance: 1e-4, step: 5e-3, ..FINE };
 /// Brushes keep their own tolerance, 1e-3 of the impulse unless a file states another.
