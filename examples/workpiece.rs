@@ -6,7 +6,7 @@
 
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Sampling, Simulation};
-use bristle::tool::RoundTool;
+use bristle::tool::RotaryTool;
 use bristle::workpiece::{Surface, Workpiece};
 
 /// A cylinder at rest, parallel to the axis of the tool.
@@ -35,8 +35,8 @@ impl Workpiece for Cylinder {
 /// The paper's brush at 10 m/s, 1 mm deep in a cylinder of the radius `radius` (m).
 fn pass(radius: f64) -> Result<Simulation, Box<dyn std::error::Error>> {
     let settings = Settings::paper(10.0, 1e-3);
-    let tool = RoundTool::of(&settings);
-    let reach = tool.body_radius + settings.filament.length_m - settings.process.penetration_depth_m;
+    let tool = RotaryTool::of(&settings);
+    let reach = tool.root_radius + settings.filament.length_m - settings.process.penetration_depth_m;
     let cylinder = Cylinder { centre: [0.0, -reach - radius], radius };
     Ok(Pass::with(&settings, tool, cylinder)?.simulate(Sampling::default())?)
 }

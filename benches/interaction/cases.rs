@@ -207,7 +207,7 @@ impl Case {
                 }
             }
             Self::Turning(_) => {
-                settings.process.turns = Turns::Count(TURNS);
+                settings.process.turns = Some(Turns::Count(TURNS));
                 // Turns differ by some per cent along any stretch: `numbers::in_the_middle` takes the mean.
                 brush = BrushSettings { columns: Some(MANY_COLUMNS), steady: false, ..brush };
             }

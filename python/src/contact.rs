@@ -4,7 +4,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Statistics, Stop};
+use bristle::simulation::{Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Statistics, Stop, simulate_places};
 use bristle::tool::Tool;
 use bristle::workpiece::Part;
 use bristle_grid::{CaseSummary, Study, Sweep, VELOCITY};
@@ -44,7 +44,13 @@ pub fn simulate(
     let settings = input.settings()?.clone();
     let sampling = Sampling { samples, shapes, profile: samples > 0, ..Sampling::default() };
     let simulation = match tool {
-        None => simulate_pass(py, Pass::new(&settings), sampling, tell)?,
+        None => {
+            let stop = Stop::default();
+            let mut watch = Watch::new(&stop, tell);
+            let result = py.detach(|| simulate_places(&settings, sampling, &stop, &mut |share: f64| watch.look(share)));
+            watch.end()?;
+            result.map_err(|error| of_simulation(&error))?
+        }
         Some(tool) => simulate_pass(py, tool.get().pass(&settings).map_err(of_settings)?, sampling, tell)?,
     };
     Ok(Simulated { settings, simulation })
@@ -154,6 +160,7 @@ impl Simulated {
             history,
             shapes: _,
             profile,
+            positions: _,
         } = &self.simulation;
         let (times, nodes) = self.shapes(py)?;
         let state = PyDict::new(py);
@@ -192,6 +199,7 @@ impl Simulated {
             history: records(&table("history")?)?,
             shapes,
             profile: records(&table("profile")?)?,
+            positions: Vec::new(),
         };
         Ok(Self { settings: input.settings()?.clone(), simulation })
     }

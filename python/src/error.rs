@@ -63,6 +63,7 @@ pub fn of_simulation(error: &SimulationError) -> PyErr {
         SimulationError::Integration(IntegrationError::Jump { time, .. }) => (Some(*time), None),
         SimulationError::Integration(IntegrationError::NotFree | IntegrationError::Stopped)
         | SimulationError::NotFinite
+        | SimulationError::Force(_)
         | SimulationError::Unbalanced { .. } => (None, None),
     };
     failed(&error.to_string(), time, step)

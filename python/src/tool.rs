@@ -2,6 +2,7 @@
 
 use bristle::model::settings::Settings;
 use bristle::simulation::Pass;
+use bristle::tool::Pose;
 use bristle::workpiece::Part;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
@@ -34,6 +35,11 @@ impl SampledTool {
 impl SampledTool {
     /// The pass of the tool over the workpiece, which lies where the settings place it for the round tool.
     pub fn pass(&self, settings: &Settings) -> Result<Pass<bristle::tool::SampledTool, Part>, String> {
+        if Pose::of(&settings.tool) != Pose::UPRIGHT || settings.process.tool_force_n.is_some() {
+            return Err("a tool of your own states its pose by its samples and needs a depth: leave out tool.tilt_rad, tool.skew_rad, \
+                        tool.kind and process.tool_force_n"
+                .to_owned());
+        }
         let (part, _) = Part::of(settings).map_err(|violation| violation.to_string())?;
         Pass::with(settings, self.tool.clone(), part).map_err(|error| error.to_string())
     }

@@ -7,7 +7,6 @@ use super::team::Team;
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{Settings, Turns};
 use crate::simulation::{IntegrationError, Job, Kind, Pass, Simulation, SimulationError, Stop, simulate_side_by_side};
-use crate::workpiece;
 
 impl From<SimulationError> for BrushError {
     /// That of a filament alone.
@@ -23,10 +22,8 @@ impl From<SimulationError> for BrushError {
 /// they are. None if it does not reach the workpiece.
 fn pass_of(settings: &Settings, own: &Settings, stop: &Stop) -> Option<Pass> {
     let mut own = Settings { brush: None, ..own.clone() };
-    let [nominal, here] = [settings, &own].map(Settings::tool_radius_m);
-    let reach = |radius| workpiece::reach(&settings.workpiece, radius);
-    own.process.brushing_velocity_m_s = settings.angular_velocity_rad_s() * here;
-    own.process.penetration_depth_m += reach(here) - reach(nominal);
+    own.process.brushing_velocity_m_s = settings.angular_velocity_rad_s() * own.tool_radius_m();
+    own.process.penetration_depth_m += own.reach_m() - settings.reach_m();
     (own.process.penetration_depth_m > 0.0).then(|| Pass::new(&own).until(stop))
 }
 

@@ -3,52 +3,16 @@
 use spec_math::cephes64::ndtri;
 
 use crate::contact::ContactLaw;
-use crate::equations::{Clamp, Lanewise};
 use crate::model::filament;
 use crate::model::settings::{FilamentSettings, Settings};
 use crate::simulation::{Filament, Pass};
-use crate::tool::{RoundTool, Tool, Turning};
+use crate::tool::{RotaryTool, Turning};
 use crate::workpiece::Part;
 
 use super::arrangement::Root;
 
-/// Where a filament of a brush is clamped: on a round tool, at a height.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mount {
-    /// The tool.
-    pub tool: RoundTool,
-    /// `z` of the root in m.
-    pub height: f64,
-}
-
-impl Tool for Mount {
-    fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
-        let clamp = self.tool.clamp(angle, rate);
-        let [x, y, _] = clamp.position;
-        Clamp { position: [x, y, self.height], ..clamp }
-    }
-
-    fn in_lanes<'a, T: Lanewise>(mount: impl Fn(usize) -> &'a Self, angles: T, rates: T) -> Clamp<T> {
-        let clamp = RoundTool::in_lanes(|lane| &mount(lane).tool, angles, rates);
-        let [x, y, _] = clamp.position;
-        Clamp { position: [x, y, T::from_lanes(|lane| mount(lane).height)], ..clamp }
-    }
-
-    fn radius(&self, filament_length: f64) -> f64 {
-        self.tool.radius(filament_length)
-    }
-
-    fn is_planar(&self) -> bool {
-        self.tool.is_planar() && self.height == 0.0
-    }
-
-    fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
-        self.tool.undeformed(angle, rate)
-    }
-}
-
 /// A filament of a brush.
-pub type Bristle = Filament<Turning<Mount>, Part>;
+pub type Bristle = Filament<Turning<RotaryTool>, Part>;
 
 /// A standard normal number of filament `[column, row]`, which does not depend on how many others there are.
 pub fn random_of(seed: u32, [column, row]: [usize; 2]) -> impl FnMut() -> f64 {
@@ -99,10 +63,10 @@ pub fn settings_of(settings: &Settings, root: &Root) -> Settings {
 /// A filament of a brush that its own settings state. It turns as `pass`, behind it by the angle of its root.
 pub fn bristle(own: &Settings, pass: &Pass, root: &Root) -> Bristle {
     let Turning { tool, rate, initial_angle } = *pass.tool();
-    let tool = RoundTool { lateral_tilt: own.filament.lateral_tilt_rad, ..tool };
+    let tool = RotaryTool { lateral_tilt: own.filament.lateral_tilt_rad, height: root.z, ..tool };
     Filament {
         chain: filament::chain(&own.filament, own.process.gravity_m_s2),
-        motion: Turning { tool: Mount { tool, height: root.z }, rate, initial_angle: initial_angle - root.angle },
+        motion: Turning { tool, rate, initial_angle: initial_angle - root.angle },
         law: ContactLaw::from(&own.contact),
         workpiece: pass.workpiece().clone(),
     }

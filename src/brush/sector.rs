@@ -5,7 +5,7 @@ use std::f64::consts::SQRT_2;
 
 use super::bundle::{Bundle, Effort, Kinematics, Motion, NoConvergence};
 use super::field::Lane;
-use super::filaments::{Bristle, Mount};
+use super::filaments::Bristle;
 use super::gmres::Vector;
 use super::group::{Budget, Exchange, WorkedEdge, WorkpieceLoad};
 use super::pressing::Pair;
@@ -18,7 +18,7 @@ use crate::equations::{LANES, Lanewise};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::parameters::MAX_TURNS;
 use crate::simulation::{ContactSum, EdgeWork};
-use crate::tool::{ClampMotion, Turning};
+use crate::tool::{ClampMotion, RotaryTool, Turning};
 use crate::workpiece::Workpiece;
 
 /// The middle stage of TR-BDF2 is at `γ = 2 − √2` of the step (Bank et al. 1985; Hosea and Shampine 1996).
@@ -106,7 +106,7 @@ pub struct Failure {
 
 /// Filaments that are coupled.
 pub struct Sector {
-    bundle: Bundle<Turning<Mount>>,
+    bundle: Bundle<Turning<RotaryTool>>,
     motion: Motion,
     stepper: Stepper,
     accounts: Vec<Account>,
@@ -127,7 +127,7 @@ impl Sector {
     /// Filaments at the start of their motion, with their timetables. A stage is solved once velocities change by less than `tolerance`
     /// (m/s). The balance of the energies may lack the share `allowed` of what went in or out.
     pub fn new(
-        mut bundle: Bundle<Turning<Mount>>,
+        mut bundle: Bundle<Turning<RotaryTool>>,
         motion: Motion,
         timetables: Vec<Timetable>,
         tolerance: f64,
@@ -174,7 +174,7 @@ impl Sector {
     }
 
     /// The filaments.
-    pub fn bundle(&self) -> &Bundle<Turning<Mount>> {
+    pub fn bundle(&self) -> &Bundle<Turning<RotaryTool>> {
         &self.bundle
     }
 
@@ -206,7 +206,7 @@ impl Sector {
     }
 
     /// The filaments, once those are placed, too, of which nothing is computed now.
-    pub fn placed(&mut self) -> &Bundle<Turning<Mount>> {
+    pub fn placed(&mut self) -> &Bundle<Turning<RotaryTool>> {
         self.bundle.place_sleeping(&self.motion);
         &self.bundle
     }
@@ -514,6 +514,7 @@ impl Account {
                 max_deflection,
                 lateral_amplification,
                 energy_residual: _,
+                equilibrium_residual: _,
             } = record;
             [
                 time,
@@ -675,7 +676,7 @@ impl Budget {
 
 /// Two filaments one of which is so deep in the other that they may cross in the next step, or have crossed in the last one. A step is so
 /// short that filaments that were apart before it cannot have passed each other beyond that.
-fn crossing(bundle: &Bundle<Turning<Mount>>) -> Option<[usize; 2]> {
+fn crossing(bundle: &Bundle<Turning<RotaryTool>>) -> Option<[usize; 2]> {
     /// The least distance of the centrelines, as a share of the reach.
     const LEAST: f64 = 0.5;
     let is_deep = |(_, press): &&Pair| press.near.square() < (LEAST * press.near.reach).powi(2);
@@ -693,7 +694,7 @@ struct Stage {
 
 impl Stage {
     /// Evaluates all at the end of a stage.
-    fn take(&mut self, bundle: &mut Bundle<Turning<Mount>>, motion: &Motion) {
+    fn take(&mut self, bundle: &mut Bundle<Turning<RotaryTool>>, motion: &Motion) {
         let found = bundle.evaluate(motion);
         self.budget = found.budget;
         self.loads.clear();

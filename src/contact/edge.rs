@@ -11,6 +11,9 @@ use crate::workpiece::Edge;
 /// Position in m and velocity in m/s of the filament's nodes by their number `0 … n`; `0` is the root.
 pub type Nodes<'a> = dyn Fn(usize) -> [[f64; 3]; 2] + 'a;
 
+/// The same positions in the plane of the profile.
+type InProfile<'a> = dyn Fn(usize) -> [f64; 2] + 'a;
+
 /// A point of the filament's polyline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Station {
@@ -21,15 +24,15 @@ pub struct Station {
 }
 
 impl Station {
-    /// The point of the polyline of `segments` segments that is nearest to the line along `z` through `centre`.
-    pub fn nearest(segments: usize, nodes: &Nodes<'_>, centre: [f64; 2]) -> Self {
+    /// The point of the polyline of `segments` segments that is nearest to the line of `centre` along the extrusion.
+    fn nearest(segments: usize, nodes: &InProfile<'_>, centre: [f64; 2]) -> Self {
         let square = |&station: &Self| Projection::at(station.segment, nodes, centre).square;
         let all = (0..segments).map(|segment| Projection::at(segment, nodes, centre).station);
         all.min_by(|a, b| square(a).total_cmp(&square(b))).expect("a filament has a segment")
     }
 
     /// The same, reached from a segment nearby: a point that is nearer than all others on its own and the adjacent segments.
-    pub fn nearest_from(start: usize, segments: usize, nodes: &Nodes<'_>, centre: [f64; 2]) -> Self {
+    fn nearest_from(start: usize, segments: usize, nodes: &InProfile<'_>, centre: [f64; 2]) -> Self {
         let mut here = Projection::at(start, nodes, centre);
         loop {
             let Self { segment, fraction } = here.station;
@@ -50,17 +53,18 @@ impl Station {
     pub fn nearest_to(edge: &Edge, start: Option<usize>, segments: usize, nodes: &Nodes<'_>, time: f64) -> Self {
         /// The nearest points of curve and polyline are found by turns, which converges quadratically.
         const TURNS: usize = 12;
+        let in_profile = |index: usize| edge.in_profile(nodes(index)[0], time);
         let at = |centre| match start {
-            Some(start) => Self::nearest_from(start, segments, nodes, centre),
-            None => Self::nearest(segments, nodes, centre),
+            Some(start) => Self::nearest_from(start, segments, &in_profile, centre),
+            None => Self::nearest(segments, &in_profile, centre),
         };
         let mut here = at(edge.centre(None, time));
         if edge.is_arc() {
             return here;
         }
         for _ in 0..TURNS {
-            let [[x, y, _], _] = here.motion(nodes);
-            let next = at(edge.centre(Some([x, y]), time));
+            let [position, _] = here.motion(nodes);
+            let next = at(edge.centre(Some(edge.in_profile(position, time)), time));
             let moved = next.segment != here.segment || (next.fraction - here.fraction).abs() > 4.0 * f64::EPSILON;
             here = next;
             if !moved {
@@ -91,8 +95,8 @@ struct Projection {
 }
 
 impl Projection {
-    fn at(segment: usize, nodes: &Nodes<'_>, [x, y]: [f64; 2]) -> Self {
-        let ([[x_a, y_a, _], _], [[x_b, y_b, _], _]) = (nodes(segment), nodes(segment + 1));
+    fn at(segment: usize, nodes: &InProfile<'_>, [x, y]: [f64; 2]) -> Self {
+        let ([x_a, y_a], [x_b, y_b]) = (nodes(segment), nodes(segment + 1));
         let (along, from) = ([x_b - x_a, y_b - y_a], [x - x_a, y - y_a]);
         let fraction = (dot(along, from) / dot(along, along)).clamp(0.0, 1.0);
         let offset = sub(from, scale(fraction, along));
@@ -120,24 +124,24 @@ impl EdgeContact {
     }
 
     /// How the forces on both ends of the segment change with the motion of these ends: `[force][motion]`, inner end first.
-    pub fn tangent(&self, law: &ContactLaw, nodes: &Nodes<'_>) -> [[NodeTangent<f64>; 2]; 2] {
+    pub fn tangent(&self, law: &ContactLaw, edge: &Edge, nodes: &Nodes<'_>) -> [[NodeTangent<f64>; 2]; 2] {
         let Self { station, approach, .. } = self;
         let force = law.force(approach).total(approach);
         let at_point = law.tangent_without_turn(approach);
         let turned = law.turned(approach);
         let ([inner, inner_rate], [outer_end, outer_rate]) = (nodes(station.segment), nodes(station.segment + 1));
-        let along = in_plane(sub(outer_end, inner));
+        let along = edge.across_extrusion(sub(outer_end, inner));
         let shares = station.shares();
         // How the normal's angle and the fraction change with the positions of the ends.
         let (angles, fractions) = if station.fraction > 0.0 && station.fraction < 1.0 {
             let square = dot(along, along);
             let from_centre = scale(1.0 / approach.turn, approach.normal);
-            let turn = scale(-dot(approach.across(), along) / square, approach.normal);
+            let turn = scale(-dot(approach.across, along) / square, approach.normal);
             let slip = |share: f64, sign: f64| scale(-1.0 / square, add(scale(share, along), scale(sign, from_centre)));
             ([scale(-1.0, turn), turn], [slip(shares[0], -1.0), slip(shares[1], 1.0)])
         } else {
             // The nearest point is a node.
-            let turn = scale(approach.turn, approach.across());
+            let turn = scale(approach.turn, approach.across);
             ([scale(shares[0], turn), scale(shares[1], turn)], [[0.0; 3]; 2])
         };
         // The material at the point changes with the fraction.
@@ -158,10 +162,6 @@ impl EdgeContact {
         }
         tangent
     }
-}
-
-fn in_plane([x, y, _]: [f64; 3]) -> [f64; 3] {
-    [x, y, 0.0]
 }
 
 /// The sum of a matrix and of products of a column and a row.
@@ -210,7 +210,7 @@ mod tests {
             };
             let nodes = moved(0, 0.0);
             let station = Station::nearest_to(&edge, Some(1), 2, &nodes, 0.0);
-            let tangent = EdgeContact::new(&law, &edge, station, &nodes, 0.0).tangent(&law, &nodes);
+            let tangent = EdgeContact::new(&law, &edge, station, &nodes, 0.0).tangent(&law, &edge, &nodes);
             for number in 0..12 {
                 let step = if number % 6 < 3 { 1e-9 } else { 1e-5 };
                 let (above, below) = (forces(number, step), forces(number, -step));

@@ -20,7 +20,9 @@ pub struct Approach {
     pub normal: [f64; 3],
     /// Velocity of the point relative to the workpiece, along the surface, in m/s.
     pub sliding: [f64; 3],
-    /// By how much the normal turns, in the plane of rotation, per length of the point's way across it, in rad/m.
+    /// See [`Surface::across`].
+    pub across: [f64; 3],
+    /// By how much the normal turns, in the plane of the profile, per length of the point's way across it, in rad/m.
     pub turn: f64,
     /// How far the point is from where it no longer meets this surface, in m; negative beyond. See [`Surface::margin`].
     pub margin: f64,
@@ -37,15 +39,10 @@ impl Approach {
             penetration_rate: -normal_speed,
             normal: surface.normal,
             sliding: sub(relative, scale(normal_speed, surface.normal)),
+            across: surface.across,
             turn: surface.turn,
             margin: surface.margin,
         }
-    }
-
-    /// The tangent across the normal in the plane of rotation: where the normal's end goes as it turns in the positive sense.
-    pub fn across(&self) -> [f64; 3] {
-        let [x, y, _] = self.normal;
-        [-y, x, 0.0]
     }
 }
 
@@ -199,7 +196,7 @@ impl ContactLaw {
         let mut tangent = self.tangent_without_turn(approach);
         if approach.turn != 0.0 {
             let turned = scale(approach.turn, self.turned(approach));
-            let across = approach.across();
+            let across = approach.across;
             for (row, turned) in tangent.position.iter_mut().zip(turned) {
                 *row = add(*row, scale(turned, across));
             }
@@ -209,8 +206,7 @@ impl ContactLaw {
 
     /// How the whole force of a closed contact changes as its normal turns by an angle, in the positive sense, in N/rad.
     pub fn turned(&self, approach: &Approach) -> [f64; 3] {
-        let Approach { penetration, penetration_rate, normal, sliding, .. } = *approach;
-        let across = approach.across();
+        let Approach { penetration, penetration_rate, normal, sliding, across, .. } = *approach;
         let along = dot(across, sliding);
         let force = self.normal_force(approach);
         let by_rate = self.elastic(penetration) * self.damping;

@@ -41,6 +41,12 @@ crate::record! {
     #[derive(Clone, Debug, Default, PartialEq)]
     #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
     pub struct Metrics {
+        penetration_depth_m: f64 = ["a_e", "m", "penetration depth", "as stated, or found for the force with which the tool is pressed on"]
+            => largest(figure("penetration_depth", "mm", 1e3)),
+        force_stiffness_n_m: f64 = [
+            "", "N/m", "stiffness of the force",
+            "dF_n,w/da_e of a tool that is pressed on with a given force; zero where the depth is given"
+        ] => optional(of_tool(Display::DETAIL)),
         contact_angle_rad: f64 =
             ["Ω_c", "rad", "nominal contact angle", "by how much the tool turns while the undeformed filament touches; 2 arccos((R − a_e)/R) on a plane"],
         nominal_contact_length_m: f64 = ["l_d", "m", "nominal contact length", "R Ω_c"],
@@ -96,6 +102,10 @@ crate::record! {
             "F_t,w", "N", "tangential force of the tool",
             "−∫ F_x dt N_f ω/(2π): positive where the tool drags the workpiece along x"
         ] => headline(optional(of_tool(figure("tool_tangential_force", "N", 1.0)))),
+        tool_lateral_force_n: f64 = [
+            "F_l,w", "N", "lateral force of the tool",
+            "−∫ F_z dt N_f ω/(2π): positive where the tool drags the workpiece along z"
+        ] => optional(of_tool(figure("tool_lateral_force", "N", 1.0))),
         tool_torque_n_m: f64 = [
             "M_w", "N m", "torque of the tool",
             "−contact angular impulse N_f ω/(2π): what the drive must supply"
@@ -115,6 +125,10 @@ crate::record! {
             "", "", "unsteady turns",
             "1 if p_n still changes from turn to turn after 50 turns with turns = \"steady\", else 0"
         ] => largest(Display::DETAIL),
+        equilibrium_residual: f64 = [
+            "", "", "residual of the start",
+            "largest angular acceleration of a segment at the start over ω², seen from the tool: filaments that are not radial start in equilibrium"
+        ] => optional(largest(over_decades(Display::DETAIL))),
         energy_residual: f64 = [
             "", "", "energy residual",
             "what is missing in the balance of work, energies and losses over all turns, relative to the sum of its terms; above 1e-3, or ten \
@@ -160,6 +174,8 @@ pub struct ContactRecord {
     pub is_unsteady: bool,
     /// What is missing in the balance of the energies of all turns, relative to the sum of its terms.
     pub energy_residual: f64,
+    /// How far the start is from an equilibrium: largest angular acceleration of a segment over `ω²`, seen from the tool.
+    pub equilibrium_residual: f64,
     /// Total time with `F_n > 0` in s.
     pub time: f64,
     /// Part of it between nominal entry and exit, in s.
@@ -215,6 +231,8 @@ impl Metrics {
         let torque = of_tool(0.0 - record.angular_impulse);
         let [impulse_x, impulse_y, impulse_z] = record.vector_impulse;
         Self {
+            penetration_depth_m: 0.0,
+            force_stiffness_n_m: 0.0,
             contact_angle_rad: contact_angle,
             nominal_contact_length_m: nominal.tool_radius * contact_angle,
             nominal_contact_time_s: nominal_time,
@@ -239,12 +257,14 @@ impl Metrics {
             friction_work_j: record.friction_work,
             contact_angular_impulse_n_m_s: record.angular_impulse,
             tool_tangential_force_n: of_tool(0.0 - impulse_x),
+            tool_lateral_force_n: of_tool(0.0 - impulse_z),
             tool_torque_n_m: torque,
             tool_power_w: torque * nominal.rate(),
             lateral_amplification: record.lateral_amplification,
             laterally_unstable: record.lateral_amplification > UNSTABLE_AMPLIFICATION,
             turns: record.turn,
             unsteady_turns: record.is_unsteady,
+            equilibrium_residual: record.equilibrium_residual,
             energy_residual: record.energy_residual,
         }
     }
@@ -254,15 +274,29 @@ impl Metrics {
     /// Returns `None` if `all` is empty.
     #[must_use]
     pub fn combined(all: &[Self]) -> Option<Self> {
+        // Every one counts alike: the sum is divided once.
+        Self::merged(all, |values| values.iter().sum::<f64>() / all.len() as f64)
+    }
+
+    /// The same with weights whose sum is one.
+    #[must_use]
+    pub fn weighted(all: &[(f64, &Self)]) -> Option<Self> {
+        Self::merged(all.iter().map(|(_, metrics)| *metrics), |values| {
+            all.iter().zip(values).map(|((weight, _), value)| weight * value).sum()
+        })
+    }
+
+    fn merged<'a>(all: impl IntoIterator<Item = &'a Self>, mean: impl Fn(&[f64]) -> f64) -> Option<Self> {
+        let all: Vec<&Self> = all.into_iter().collect();
         if all.is_empty() {
             return None;
         }
         let mut combined = Self::default();
         for column in Self::COLUMNS {
-            let values = all.iter().map(|metrics| column.get(metrics));
+            let values: Vec<f64> = all.iter().map(|metrics| column.get(metrics)).collect();
             let value = match column.display.combine {
-                Combine::Mean => values.sum::<f64>() / all.len() as f64,
-                Combine::Max => values.fold(f64::NEG_INFINITY, f64::max),
+                Combine::Mean => mean(&values),
+                Combine::Max => values.into_iter().fold(f64::NEG_INFINITY, f64::max),
             };
             column.set(&mut combined, value);
         }

@@ -4,22 +4,35 @@
 //! Conditions on vectors and between several settings follow below it.
 
 use std::error::Error;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::{self, Display};
 use std::ops::{Bound, RangeBounds};
 
 use crate::model::filament;
 use crate::model::record::Scalar;
-use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
-use crate::workpiece::{self, Part, unit_normal};
+use crate::model::settings::{BrushSettings, Hold, Settings, ToolKind, Turns};
+use crate::tool::{Pose, Trim, trim};
+use crate::workpiece::{Part, unit_normal};
 
 /// Smallest component of the workpiece's unit normal perpendicular to the tool axis.
 const MIN_NORMAL_ACROSS: f64 = 1e-6;
+
+/// The path of the penetration depth.
+const DEPTH: &str = "process.penetration_depth_m";
+/// The depth at which settings with a force in place of the depth are checked, as a part of the free length.
+const FIRST_DEPTH: f64 = 1e-3;
+
+/// The largest angle of filaments out of the plane of rotation in rad at which they may be wavy in that plane.
+const LARGEST_ELEVATION_OF_WAVES: f64 = 1.0;
 
 /// The largest number of segments of a filament.
 pub const MAX_SEGMENTS: usize = 400;
 
 /// Largest ratio of the diameters at the ends of a filament.
 const MAX_TAPER: f64 = 1e3;
+
+/// The largest number of filaments along a trim.
+pub const MAX_POSITIONS: usize = 65;
 
 /// The largest number of turns of a pass.
 pub const MAX_TURNS: usize = 50;
@@ -143,6 +156,11 @@ impl Parameter {
 
     const fn required(mut self) -> Self {
         self.required = true;
+        self
+    }
+
+    const fn changed_by(mut self, set: fn(&mut Settings, f64)) -> Self {
+        self.set = set;
         self
     }
 
@@ -333,8 +351,8 @@ macro_rules! parameter {
             source: "",
             decides_force: false,
             usual: None,
-            get: |settings| settings.$section.$key(),
-            set: |settings, value| settings.$section.$key = Some(value),
+            get: |settings| Scalar::into_f64(settings.$section.$key()),
+            set: |settings, value| settings.$section.$key = Some(Scalar::from_f64(value)),
         }
     };
     // Another way to state a setting, by a method of the settings of the same name and one that changes that setting.
@@ -416,6 +434,15 @@ pub static PARAMETERS: &[Parameter] = &[
         .required()
         .also(&["width", "breadth"])
         .usually(5e-4, 3.0, "millimetres typed as metres"),
+    parameter!(tool.filament_angle_rad(), "rad", Range::between(0.0, PI), "γ", "angle of the filaments to the axis")
+        .also(&["filament_angle", "cone_angle", "trim_angle", "gamma"])
+        .default_is("that of `tool.kind`: π/2 of a round brush, 0 of a cup"),
+    parameter!(tool.tilt_rad(), "rad", Range::between(-PI, PI), "τ", "tilt of the tool’s axis about x")
+        .also(&["tilt", "tilt_angle", "inclination", "lean"])
+        .default_is("that of `tool.kind`: 0 of a round brush, π/2 of a cup, π/2 − γ of a cone"),
+    parameter!(tool.skew_rad, "rad", Range::between(-PI, PI), "σ", "skew of the tool’s axis about y")
+        .also(&["skew", "skew_angle", "yaw"]),
+    parameter!(tool.positions, "", Range::whole(1.0, MAX_POSITIONS as f64), "", "filaments along a trim on which they differ"),
     parameter!(tool.filament_count, "", Range::NOT_NEGATIVE, "N_f", "number of filaments")
         .required()
         .also(&["count", "filaments", "number_of_filaments", "bristles", "nf"])
@@ -542,11 +569,23 @@ pub static PARAMETERS: &[Parameter] = &[
     .usually(5.0, 1e5, "revolutions per second, or m/s typed as rpm"),
     parameter!(process.penetration_depth_m, "m", Range::POSITIVE, "a_e", "penetration depth")
         .required()
+        .changed_by(|settings, depth| *settings = settings.at_depth(depth))
         .also(&["depth", "penetration", "infeed", "engagement", "ae", "depth_of_cut"])
         .usually(1e-6, 0.05, "millimetres typed as metres, or micrometres typed as millimetres"),
+    parameter!(
+        process.tool_force_n => set_tool_force_n,
+        "N",
+        Range::POSITIVE,
+        "",
+        "force with which the tool is pressed on, in place of the depth"
+    )
+    .instead_of("process.penetration_depth_m")
+    .also(&["force", "tool_force", "normal_force", "pressing_force", "load"]),
     parameter!(process.lead_angle_rad, "rad", Range::ANGLE, "", "angle simulated before nominal entry"),
     parameter!(process.tail_angle_rad, "rad", Range::ANGLE, "", "angle simulated past nominal exit"),
-    parameter!(process.turns, "", Range::whole(1.0, MAX_TURNS as f64), "", "turns of the tool").or(Turns::STEADY),
+    parameter!(process.turns(), "", Range::whole(1.0, MAX_TURNS as f64), "", "turns of the tool")
+        .or(Turns::STEADY)
+        .default_is("1, or \"steady\" where filaments touch during the whole turn"),
     parameter!(solver.relative_tolerance, "", Range::between(1e-10, 1e-2), "", "relative tolerance")
         .also(&["tolerance", "rtol"])
         .usually(1e-10, 1e-3, "a tolerance in per cent"),
@@ -633,6 +672,7 @@ impl Settings {
         PARAMETERS
             .iter()
             .filter(|parameter| parameter.instead_of.is_empty())
+            .filter(|parameter| self.process.tool_force_n.is_none() || parameter.path != DEPTH)
             .try_for_each(|parameter| parameter.check(parameter.get(self)))
     }
 
@@ -645,14 +685,60 @@ impl Settings {
                 allowed: "three finite numbers, in m/s²".to_owned(),
             });
         }
-        // If the normal is zero or infinite this is NaN, and the comparison is false.
-        let [x, y, _] = unit_normal(&self.workpiece);
-        let across = x.hypot(y) >= MIN_NORMAL_ACROSS;
-        if !across {
+        // If the normal is zero or infinite these are NaN.
+        let normal = unit_normal(&self.workpiece);
+        let [x, y, _] = Pose::of(&self.tool).to_tool(normal);
+        let is_across = Trim::of(self).is_radial() && x.hypot(y) < MIN_NORMAL_ACROSS;
+        if is_across || !normal.iter().all(|component| component.is_finite()) {
             return Err(Violation {
                 path: "workpiece.normal",
                 value: format!("{:?}", self.workpiece.normal),
-                allowed: "three finite numbers that do not point along the tool axis z".to_owned(),
+                allowed: "three finite numbers that do not point along the axis of a tool with radial filaments"
+                    .to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Checks the trim of the tool.
+    fn check_trim(&self) -> Result<(), Violation> {
+        let (tool, trim) = (&self.tool, Trim::of(self));
+        if tool.kind == ToolKind::Cone && tool.filament_angle_rad.is_none() {
+            return Err(Violation {
+                path: "tool.filament_angle_rad",
+                value: "left out".to_owned(),
+                allowed: "given for a tool of kind `cone`: the angle of its filaments to the axis, in rad".to_owned(),
+            });
+        }
+        let crossing = trim.ends().iter().any(|&s| trim.root(s)[0] <= 0.0);
+        if !trim.is_radial() && crossing {
+            let [_, half] = trim.ends();
+            let least = half * trim.elevation.sin().abs();
+            return Err(Violation {
+                path: "tool.body_radius_m",
+                value: format!("{:?}", tool.body_radius_m),
+                allowed: format!(
+                    "greater than {least:.4e}, where filaments of this width and angle cross the axis, in m"
+                ),
+            });
+        }
+        if trim.elevation.abs() > LARGEST_ELEVATION_OF_WAVES && self.filament.waviness_amplitude_m != 0.0 {
+            return Err(Violation {
+                path: "filament.waviness_amplitude_m",
+                value: format!("{:?}", self.filament.waviness_amplitude_m),
+                allowed: format!(
+                    "0: waves lie in the plane of rotation, across which filaments at less than {:.1} rad to the axis stand",
+                    FRAC_PI_2 - LARGEST_ELEVATION_OF_WAVES
+                ),
+            });
+        }
+        if self.brush.is_some() && !trim.is_radial() {
+            return Err(Violation {
+                path: "tool.filament_angle_rad",
+                value: format!("{:?}", tool.filament_angle_rad()),
+                allowed: "π/2 with [brush]: filaments that touch each other are simulated on radial trims only; leave [brush] out, \
+                          or run with --without-interaction, for filaments alone"
+                    .to_owned(),
             });
         }
         Ok(())
@@ -691,6 +777,11 @@ impl Settings {
 
     /// Checks the conditions between several settings. Each setting must already be valid on its own.
     pub fn check_relations(&self) -> Result<(), Violation> {
+        if self.process.tool_force_n.is_some() {
+            // A depth at which nothing but the depth itself can be wrong.
+            let shallow = FIRST_DEPTH * self.filament.length_m.min(self.clearance_m());
+            return self.at_depth(shallow.max(f64::MIN_POSITIVE)).check_relations();
+        }
         let length_m = self.filament.length_m;
         if self.filament.diameter_m >= length_m {
             return Err(Violation {
@@ -707,23 +798,36 @@ impl Settings {
                 allowed: format!("less than filament.length_m = {length_m:?}"),
             });
         }
+        self.check_trim()?;
         let penetration_depth_m = self.process.penetration_depth_m;
-        if penetration_depth_m >= length_m {
+        let [tips, roots] = trim::reaches(self);
+        if tips <= roots {
             return Err(Violation {
-                path: "process.penetration_depth_m",
-                value: format!("{penetration_depth_m:?}"),
-                allowed: format!("less than filament.length_m = {length_m:?}"),
+                path: "tool.tilt_rad",
+                value: format!("{:?}", self.tool.tilt_rad()),
+                allowed: "such that filaments reach the workpiece: at this tilt the body of the tool comes first"
+                    .to_owned(),
             });
         }
-        let reach = workpiece::reach(&self.workpiece, self.tool_radius_m());
-        if penetration_depth_m >= reach {
+        if penetration_depth_m >= tips - roots {
+            let allowed = match self.tool.tilt_rad() == 0.0 && Trim::of(self).is_radial() {
+                true if penetration_depth_m >= length_m => format!("less than filament.length_m = {length_m:?}"),
+                true => format!("less than {tips:.4e}, the reach of the tips along workpiece.normal"),
+                false => format!(
+                    "less than {:.4e}, by which the tips are nearer to the workpiece than the body",
+                    tips - roots
+                ),
+            };
             return Err(Violation {
                 path: "process.penetration_depth_m",
                 value: format!("{penetration_depth_m:?}"),
-                allowed: format!("less than {:.4e}, the reach of the tips along workpiece.normal", reach),
+                allowed,
             });
         }
         let (_, passage) = Part::of(self)?;
+        if passage.all_round {
+            return self.check_brush();
+        }
         let nominal_angle_rad = passage.window.angle;
         let angles = [
             ("process.lead_angle_rad", "lead", self.process.lead_angle_rad),

@@ -7,6 +7,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use crate::model::parameters::MAX_TURNS;
 use crate::model::record::Scalar;
+use crate::tool::{Trim, trim};
 
 /// One revolution per minute in rad/s.
 const RPM_RAD_S: f64 = TAU / 60.0;
@@ -72,16 +73,50 @@ impl Settings {
         Self::new(tool, FilamentSettings::new(0.040, 1.18e-3), process)
     }
 
-    /// The undeformed radius of the tool, `R = r_g + l_f`, in m.
+    /// The undeformed radius of the tool in the middle of its trim, `R(0) = r_g + l_f sin γ`, in m.
     #[must_use]
     pub fn tool_radius_m(&self) -> f64 {
-        self.tool.body_radius_m + self.filament.length_m
+        let [radius, _] = Trim::of(self).tip(0.0);
+        radius
+    }
+
+    /// How deep the undeformed tips come, from the tool's centre along the inward normal of the workpiece, in m: `R` of a round tool on a plane.
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        let [tips, _] = trim::reaches(self);
+        tips
     }
 
     /// The angular velocity of the tool, `ω = v_b/R`, in rad/s.
     #[must_use]
     pub fn angular_velocity_rad_s(&self) -> f64 {
         self.process.brushing_velocity_m_s / self.tool_radius_m()
+    }
+
+    /// By how much the undeformed tips are nearer to the workpiece than the roots, in m: the largest possible penetration depth.
+    #[must_use]
+    pub fn clearance_m(&self) -> f64 {
+        let [tips, roots] = trim::reaches(self);
+        tips - roots
+    }
+
+    /// The force with which the tool is pressed on, in N; zero if the penetration depth is given.
+    #[must_use]
+    pub fn tool_force_n(&self) -> f64 {
+        self.process.tool_force_n.unwrap_or(0.0)
+    }
+
+    /// States the force with which the tool is pressed on (N) in place of the penetration depth.
+    pub fn set_tool_force_n(&mut self, force_n: f64) {
+        (self.process.tool_force_n, self.process.penetration_depth_m) = (Some(force_n), 0.0);
+    }
+
+    /// The same settings with the penetration depth `depth_m` (m), and no force.
+    #[must_use]
+    pub fn at_depth(&self, depth_m: f64) -> Self {
+        let mut settings = self.clone();
+        (settings.process.tool_force_n, settings.process.penetration_depth_m) = (None, depth_m);
+        settings
     }
 
     /// The rotational speed of the tool in revolutions per minute: `n_w = 60 ω/(2π)`.
@@ -139,13 +174,29 @@ impl Settings {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ToolSettings {
-    /// The kind of tool.
+    /// The kind of tool. It has no other effect than the defaults of `filament_angle_rad` and `tilt_rad`.
     #[cfg_attr(feature = "serde", serde(default))]
     pub kind: ToolKind,
-    /// Radius `r_g` of the brush body, at which the filaments are clamped, in m.
+    /// Radius `r_g` of the brush body, at which the filaments are clamped, in m; in the middle of the trim.
     pub body_radius_m: f64,
-    /// Width of the brush along its axis, in m.
+    /// Width `b` of the trim, across its filaments, in m: of a round brush that along its axis.
     pub width_m: f64,
+    /// Angle `γ` of the filaments to the axis, in rad: π/2 for radial ones, 0 for those of a cup. Without it that of the kind; a cone states it.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64"))]
+    pub filament_angle_rad: Option<f64>,
+    /// Tilt `τ` of the tool's axis about `x`, in rad: π/2 points it into the workpiece. Without it that of the kind: 0 of a round brush, π/2 of a
+    /// cup, π/2 − γ of a cone.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64"))]
+    pub tilt_rad: Option<f64>,
+    /// Skew `σ` of the tool's axis about `y`, after its tilt, in rad.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "is_zero"))]
+    pub skew_rad: f64,
+    /// Number of filaments along the trim that are simulated where they differ: on a tilted or conical tool. One is that in the middle, and the
+    /// penetration depth is then its own.
+    #[cfg_attr(feature = "serde", serde(default = "default_positions", skip_serializing_if = "is_default_positions"))]
+    pub positions: usize,
     /// Number `N_f` of filaments on the tool. A file may give `filaments_per_m2` or `fill_factor` instead. As an estimate, it need not be a whole number.
     pub filament_count: f64,
     /// Uncertainty of the number of filaments: its standard deviation.
@@ -161,6 +212,10 @@ pub enum ToolKind {
     /// A round brush with radial filaments.
     #[default]
     Round,
+    /// A cup, end or disc brush with axial filaments, its axis at right angles to the workpiece.
+    Cup,
+    /// A cone, whose filaments meet the workpiece at right angles.
+    Cone,
 }
 
 /// One filament of the tool.
@@ -331,6 +386,10 @@ pub struct ProcessSettings {
     pub brushing_velocity_m_s: f64,
     /// Penetration depth `a_e` of the undeformed tool into the workpiece, in m. May be left out if `[study]` sweeps it.
     pub penetration_depth_m: f64,
+    /// Force `F_n,w` with which the tool is pressed on, in N, in place of the penetration depth, which is then found; none if the depth is given.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64"))]
+    pub tool_force_n: Option<f64>,
     /// Gravitational acceleration, in m/s².
     #[cfg_attr(feature = "serde", serde(default))]
     pub gravity_m_s2: [f64; 3],
@@ -341,9 +400,18 @@ pub struct ProcessSettings {
     #[cfg_attr(feature = "serde", serde(default = "default_tail_angle_rad"))]
     pub tail_angle_rad: f64,
     /// Number of turns of the tool, or "steady": until the impulse no longer changes, at most 50. The metrics are those of the
-    /// last turn. A single turn ends at the tail angle, several are whole.
-    #[cfg_attr(feature = "serde", serde(default))]
-    pub turns: Turns,
+    /// last turn. A single turn ends at the tail angle, several are whole. Without it one, or "steady" where filaments touch during the whole turn.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(with = "Turns"))]
+    pub turns: Option<Turns>,
+}
+
+impl ProcessSettings {
+    /// The turns of a filament that comes free of the workpiece in each of them.
+    #[must_use]
+    pub fn turns(&self) -> Turns {
+        self.turns.unwrap_or_default()
+    }
 }
 
 /// For how many turns of the tool a filament is followed.
@@ -677,7 +745,37 @@ impl ToolSettings {
     /// A round brush with this body radius `r_g` and width, both in m, and exactly this number of filaments.
     #[must_use]
     pub fn new(body_radius_m: f64, width_m: f64, filament_count: f64) -> Self {
-        Self { kind: ToolKind::default(), body_radius_m, width_m, filament_count, filament_count_uncertainty: 0.0 }
+        Self {
+            kind: ToolKind::default(),
+            body_radius_m,
+            width_m,
+            filament_angle_rad: None,
+            tilt_rad: None,
+            skew_rad: 0.0,
+            positions: default_positions(),
+            filament_count,
+            filament_count_uncertainty: 0.0,
+        }
+    }
+
+    /// Angle `γ` of the filaments to the axis in rad. A cone has to state it, and has π/4 where it does not.
+    #[must_use]
+    pub fn filament_angle_rad(&self) -> f64 {
+        self.filament_angle_rad.unwrap_or(match self.kind {
+            ToolKind::Round => FRAC_PI_2,
+            ToolKind::Cup => 0.0,
+            ToolKind::Cone => FRAC_PI_4,
+        })
+    }
+
+    /// Tilt `τ` of the axis in rad.
+    #[must_use]
+    pub fn tilt_rad(&self) -> f64 {
+        self.tilt_rad.unwrap_or(match self.kind {
+            ToolKind::Round => 0.0,
+            ToolKind::Cup => FRAC_PI_2,
+            ToolKind::Cone => FRAC_PI_2 - self.filament_angle_rad(),
+        })
     }
 
     /// Area of the body's surface that carries the filaments, `2π r_g` times the width, in m².
@@ -732,12 +830,27 @@ impl ProcessSettings {
         Self {
             brushing_velocity_m_s,
             penetration_depth_m,
+            tool_force_n: None,
             gravity_m_s2: [0.0; 3],
             lead_angle_rad: default_lead_angle_rad(),
             tail_angle_rad: default_tail_angle_rad(),
-            turns: Turns::default(),
+            turns: None,
         }
     }
+}
+
+fn default_positions() -> usize {
+    5
+}
+
+#[cfg(feature = "serde")]
+fn is_default_positions(positions: &usize) -> bool {
+    *positions == default_positions()
+}
+
+#[cfg(feature = "serde")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn default_segments() -> usize {

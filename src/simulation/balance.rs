@@ -137,7 +137,7 @@ mod tests {
     use crate::model::settings::Settings;
     use crate::simulation::error::IntegrationError;
     use crate::simulation::{METHOD, Sampling, SimulationError};
-    use crate::tool::RoundTool;
+    use crate::tool::RotaryTool;
     use crate::workpiece::{ContactArc, Plane, Surface};
 
     /// A plane that breaks the promise of [`Workpiece::surface`]: up to a time (s) what is inside seems to be outside, as if the onset of its contact were
@@ -174,16 +174,16 @@ mod tests {
     }
 
     /// With the onset passed over by this part of the nominal contact.
-    fn hidden(part: f64) -> Pass<RoundTool, Hidden> {
+    fn hidden(part: f64) -> Pass<RotaryTool, Hidden> {
         let settings = settings();
-        let plane = Plane::of(&settings.workpiece, settings.tool_radius_m(), settings.process.penetration_depth_m);
+        let plane = Plane::of(&settings.workpiece, settings.tool_radius_m() - settings.process.penetration_depth_m);
         let [entry, exit] = Pass::new(&settings).nominal_times();
         let until = if part > 0.0 { entry + part * (exit - entry) } else { 0.0 };
-        Pass::with(&settings, RoundTool::of(&settings), Hidden { plane, until }).expect("the tips touch")
+        Pass::with(&settings, RotaryTool::of(&settings), Hidden { plane, until }).expect("the tips touch")
     }
 
     /// The residual of a pass whose jumps of the force, and contacts at its start, are let pass.
-    fn residual<W: Workpiece + Clone>(pass: &Pass<RoundTool, W>) -> f64 {
+    fn residual<W: Workpiece + Clone>(pass: &Pass<RotaryTool, W>) -> f64 {
         let mut system = pass.system_for(Sampling::default());
         let mut trajectory = pass.trajectory(&mut system).unchecked();
         let mut stepper = Stepper::new(METHOD, pass.filament().stage_solution(), system.blocks());

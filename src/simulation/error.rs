@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::fmt;
 
+use super::force::Unreachable;
 use crate::integrate::{self, RejectionCause};
 
 /// A state at which a step can neither start nor end.
@@ -109,6 +110,8 @@ pub enum SimulationError {
     Integration(IntegrationError),
     /// A metric or a sample is infinite or not a number.
     NotFinite,
+    /// No depth reaches the force that is asked for.
+    Force(Unreachable),
     /// Work, energies and losses do not balance.
     Unbalanced {
         /// What is missing, relative to the sum of the terms.
@@ -127,6 +130,7 @@ impl fmt::Display for SimulationError {
                 "the contact was not resolved: work and energies of the pass differ by {residual:.1e} of their sum, more than {limit:.0e}; try a \
                  smaller relative tolerance, a softer contact, or more damping"
             ),
+            Self::Force(error) => error.fmt(formatter),
             Self::NotFinite => {
                 formatter.write_str("the results of the pass are not finite; are the settings of extreme size?")
             }
@@ -135,6 +139,12 @@ impl fmt::Display for SimulationError {
 }
 
 impl Error for SimulationError {}
+
+impl From<Unreachable> for SimulationError {
+    fn from(error: Unreachable) -> Self {
+        Self::Force(error)
+    }
+}
 
 impl From<IntegrationError> for SimulationError {
     fn from(error: IntegrationError) -> Self {

@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use crate::contact::{Approach, ContactLaw};
-use crate::equations::linear::{add, scale};
+use crate::equations::linear::{add, dot, scale};
 use crate::equations::{Chain, Clamp, PolarAxis, sin_cos};
 use crate::integrate::tableau::{ESDIRK54, Tableau};
 use crate::integrate::{Stepper, Tolerances, Work};
@@ -15,12 +15,14 @@ use crate::model::filament;
 use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
 use crate::model::record::Record;
 use crate::model::settings::{Settings, Turns};
-use crate::tool::{ClampMotion, RoundTool, Tool, Turning};
-use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Workpiece};
+use crate::tool::{ClampMotion, Place, Pose, RotaryTool, Tool, Trim, Turning, trim};
+use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Ramp, Workpiece, unit_normal};
 
 mod balance;
 mod crossing;
+mod equilibrium;
 mod error;
+mod force;
 mod form;
 mod observers;
 mod profile;
@@ -32,6 +34,7 @@ mod trajectory;
 mod turns;
 
 pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
+pub use force::{DepthSearch, Found, Unreachable};
 pub(crate) use form::Equations;
 pub use form::Form;
 pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
@@ -44,6 +47,7 @@ pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSys
 pub use trajectory::{Step, Trajectory, integrate};
 pub(crate) use turns::is_steady;
 
+use equilibrium::RigidShape;
 use observers::Sampler;
 use profile::Ledger;
 use turns::Itinerary;
@@ -71,6 +75,17 @@ pub struct Simulation {
     pub shapes: Vec<Shape>,
     /// Where along the profile of the workpiece the work is done, by arc length, if requested: all cells within the tool's reach.
     pub profile: Vec<ProfileCell>,
+    /// The filaments along the trim, where they differ; otherwise empty.
+    pub positions: Vec<AtPlace>,
+}
+
+/// A filament of a trim on which filaments differ.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AtPlace {
+    /// Where it is, and the share of the filaments that it stands for.
+    pub place: Place,
+    /// Its metrics, as if all filaments of the tool were like it.
+    pub metrics: Metrics,
 }
 
 crate::record! {
@@ -103,6 +118,15 @@ crate::record! {
 }
 
 impl Statistics {
+    /// The sums of two works.
+    fn and(self, other: &Self) -> Self {
+        let mut sum = Self { chart_changes: self.chart_changes + other.chart_changes, ..self };
+        for column in Self::COLUMNS {
+            column.set(&mut sum, column.get(&self) + column.get(other));
+        }
+        sum
+    }
+
     /// The `work` of the integrator, and the counts of the simulation itself.
     fn new(work: &Work, contact_events: usize, chart_changes: usize) -> Self {
         let Work { steps, unresolved_steps, rejected_steps, newton_iterations, newton_failures, factorisations } =
@@ -144,7 +168,108 @@ pub fn simulate_with_history(settings: &Settings, samples: usize) -> Result<Simu
 /// # Errors
 /// As for [`simulate`].
 pub fn simulate_with(settings: &Settings, sampling: Sampling) -> Result<Simulation, SimulationError> {
-    Pass::new(settings).simulate(sampling)
+    simulate_places(settings, sampling, &Stop::default(), &mut |_| ())
+}
+
+/// [`simulate_with`], which ends early once `stop` is requested and tells after each step what share of the pass is done
+/// ([`Pass::simulate_telling`]).
+///
+/// Where filaments along the trim differ ([`trim::places`]), samples are those of the one nearest to its middle.
+///
+/// # Errors
+/// As for [`simulate`].
+pub fn simulate_places(
+    settings: &Settings,
+    sampling: Sampling,
+    stop: &Stop,
+    tell: &mut dyn FnMut(f64),
+) -> Result<Simulation, SimulationError> {
+    if let Some(search) = DepthSearch::of(settings, None) {
+        return pressed_on(settings, search, sampling, stop, tell);
+    }
+    let places = trim::places(settings);
+    let middle = places.len() / 2;
+    let at = |place: usize| Pass::at(settings, places[place].s).until(stop);
+    let sampled = at(middle).simulate_telling(sampling, tell)?;
+    let mut results: Vec<Option<Result<Simulation, SimulationError>>> = vec![None; places.len()];
+    results[middle] = Some(Ok(sampled));
+    let mut waiting: Vec<Job> = (0..places.len())
+        .rev()
+        .filter(|&place| place != middle)
+        .map(|number| Job { number, pass: at(number) })
+        .collect();
+    let others = Sampling { profile: sampling.profile, alongside: sampling.alongside, ..Sampling::default() };
+    let take = |kind: Option<Kind>| waiting.pop_if(|job| kind.is_none_or(|kind| job.pass.kind() == kind));
+    sample_side_by_side(others, take, |number, result| results[number] = Some(result));
+    let all = results.into_iter().flatten().collect::<Result<Vec<_>, _>>()?;
+    Ok(of_trim(&places, all))
+}
+
+/// [`simulate_places`] at the depth at which the tool presses with the force that `settings` state.
+fn pressed_on(
+    settings: &Settings,
+    mut search: DepthSearch<Simulation>,
+    sampling: Sampling,
+    stop: &Stop,
+    tell: &mut dyn FnMut(f64),
+) -> Result<Simulation, SimulationError> {
+    /// About as many simulations as a search takes, by which its progress is told.
+    const TYPICAL: f64 = 9.0;
+    let mut count = 0.0;
+    loop {
+        let mut tell = |share: f64| tell((count + share) / (TYPICAL + 1.0_f64).max(count + 1.0));
+        let at_depth = settings.at_depth(search.depth());
+        let simulation = simulate_places(&at_depth, Sampling::default(), stop, &mut tell)?;
+        count += 1.0;
+        if let Some(found) = search.take(simulation.metrics.tool_contact_normal_force_n, simulation)? {
+            let stiffness = found.stiffness;
+            let mut result = match sampling == Sampling::default() {
+                true => found.result,
+                false => simulate_places(&settings.at_depth(found.depth), sampling, stop, &mut |_| ())?,
+            };
+            result.metrics.force_stiffness_n_m = stiffness;
+            return Ok(result);
+        }
+    }
+}
+
+/// The simulation of a trim from those of the filaments at its `places`, in their order: metrics and impulses of turns are their weighted
+/// sums, or the largest of extremes; samples are those of the filament in the middle.
+///
+/// # Panics
+/// If the numbers of both differ, or are zero.
+pub fn of_trim(places: &[Place], mut all: Vec<Simulation>) -> Simulation {
+    assert_eq!(places.len(), all.len(), "a simulation for each place");
+    if let [_] = places {
+        return all.remove(0);
+    }
+    let weighted: Vec<(f64, &Metrics)> =
+        places.iter().map(|place| place.weight).zip(all.iter().map(|one| &one.metrics)).collect();
+    let metrics = Metrics::weighted(&weighted).expect("there are places");
+    let turns = all.iter().map(|one| one.turn_contact_normal_impulses_n_s.len()).max().unwrap_or(0);
+    // A filament that has become steady goes on as it is.
+    let in_turn = |one: &Simulation, turn: usize| {
+        let impulses = &one.turn_contact_normal_impulses_n_s;
+        impulses.get(turn).or(impulses.last()).copied().unwrap_or(0.0)
+    };
+    let impulses = (0..turns)
+        .map(|turn| places.iter().zip(&all).map(|(place, one)| place.weight * in_turn(one, turn)).sum())
+        .collect();
+    let statistics = all.iter().fold(Statistics::default(), |sum, one| sum.and(&one.statistics));
+    let along_trim = places.iter().zip(&all);
+    let positions = along_trim.map(|(&place, one)| AtPlace { place, metrics: one.metrics.clone() }).collect();
+    let profile = profile::weighted(places.iter().zip(&all).map(|(place, one)| (place.weight, &one.profile[..])));
+    let end_time_s = all.iter().map(|one| one.end_time_s).fold(0.0, f64::max);
+    let sampled = all.swap_remove(places.len() / 2);
+    Simulation {
+        metrics,
+        turn_contact_normal_impulses_n_s: impulses,
+        end_time_s: if sampled.history.is_empty() { end_time_s } else { sampled.end_time_s },
+        statistics,
+        positions,
+        profile,
+        ..sampled
+    }
 }
 
 /// How far the nodes of a relaxed filament are ahead of those of a straight one and behind them, as angles about the tool axis in rad.
@@ -170,52 +295,80 @@ const ROUNDING_OF_ANGLES: f64 = 1e-9;
 /// The largest part of a turn in rad in which a relaxed filament is not looked at while it touches.
 const LOOKS: f64 = 1e-3;
 
-/// By what angle in rad before `entry` the relaxed filament, turning rigidly, first touches the workpiece as it is at time zero, with the angle
-/// `lead` before in which it is free. Zero if there is no such angle up to `farthest`: a pass that starts inside the workpiece is refused.
-fn early_touch<T: Tool, W: Workpiece>(filament: &Filament<Turning<T>, W>, entry: f64, lead: f64, farthest: f64) -> f64 {
-    let turning = &filament.motion;
-    let length = filament.chain.length;
-    let mut nodes = vec![[[0.0; 3]; 2]; filament.chain.segments() + 1];
-    // How far the nodes and the centreline are from touching at an angle before entry, in m, and how far they are from the axis; less
-    // than zero if they touch.
-    let mut clearance = |early: f64| {
-        let angle = entry - early;
-        let [q, v] = turning.tool.undeformed(angle, turning.rate);
-        nodes[0] = [turning.tool.clamp(angle, turning.rate).position, [0.0; 3]];
+/// A filament that turns rigidly with its tool, above the workpiece as it is at time zero.
+struct Rigid<'a, T, W> {
+    filament: &'a Filament<Turning<T>, W>,
+    /// None if it is relaxed.
+    shape: Option<&'a RigidShape>,
+}
+
+impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
+    /// The coordinates of the segments about `z` at the `angle` of the tool (rad), and their rates.
+    fn coordinates(&self, angle: f64) -> (Vec<[f64; 2]>, [f64; 2]) {
+        let Turning { tool, rate, .. } = &self.filament.motion;
+        match self.shape {
+            Some(shape) => (shape.at(angle).collect(), [0.0, *rate]),
+            None => {
+                let [q, v] = tool.undeformed(angle, *rate);
+                (self.filament.chain.relaxed(q).collect(), v)
+            }
+        }
+    }
+
+    /// How far its nodes and the centreline are from touching at the `angle` of the tool (rad), in m, and how far they are from the axis; less
+    /// than zero if they touch.
+    fn clearance(&self, angle: f64) -> [f64; 2] {
+        let Filament { chain, motion, .. } = self.filament;
+        let (q, v) = self.coordinates(angle);
+        let mut nodes = vec![[motion.tool.clamp(angle, motion.rate).position, [0.0; 3]]];
         let mut farthest = 0.0_f64;
-        for (k, q) in filament.chain.relaxed(q).enumerate() {
+        for (k, q) in q.into_iter().enumerate() {
             let [direction, ..] = PolarAxis::Z.direction([q, v, [0.0; 2]]);
-            nodes[k + 1] = [add(nodes[k][0], scale(length, direction)), [0.0; 3]];
+            nodes.push([add(nodes[k][0], scale(chain.length, direction)), [0.0; 3]]);
             let [x, y, _] = nodes[k + 1][0];
             farthest = farthest.max(x.hypot(y));
         }
-        let clear = (0..filament.contacts()).map(|contact| {
-            let Approach { penetration, margin, .. } = filament.touch(contact, &|node| nodes[node], None, 0.0).approach;
+        let clear = (0..self.filament.contacts()).map(|contact| {
+            let touch = self.filament.touch(contact, &|node| nodes[node], None, 0.0);
+            let Approach { penetration, margin, .. } = touch.approach;
             if margin > 0.0 { -penetration } else { (-penetration).max(0.0) }
         });
-        (clear.fold(f64::INFINITY, f64::min), farthest)
-    };
-    let (mut early, mut touched) = (0.0, None);
-    loop {
-        let (clear, radius) = clearance(early);
-        if clear < 0.0 {
-            touched = Some(early);
-            if early > farthest {
-                return 0.0;
+        [clear.fold(f64::INFINITY, f64::min), farthest]
+    }
+
+    /// By what angle in rad before `entry` it first touches the workpiece, with the angle `lead` before in which it is free. None if there is no such
+    /// angle up to `farthest`.
+    fn early_touch(&self, entry: f64, lead: f64, farthest: f64) -> Option<f64> {
+        let clearance = |early: f64| self.clearance(entry - early);
+        let (mut early, mut touched) = (0.0, None);
+        loop {
+            let [clear, radius] = clearance(early);
+            if clear < 0.0 {
+                touched = Some(early);
+                if early > farthest {
+                    return None;
+                }
+            } else if early - touched.unwrap_or(0.0) >= lead {
+                break;
             }
-        } else if early - touched.unwrap_or(0.0) >= lead {
-            break;
+            // A gap changes by no more than twice the way.
+            early += (clear / (2.0 * radius)).clamp(LOOKS, LOOKS.max(lead));
         }
-        // A gap changes by no more than twice the way.
-        early += (clear / (2.0 * radius)).clamp(LOOKS, LOOKS.max(lead));
+        let Some(touched) = touched else { return Some(0.0) };
+        let (mut low, mut high) = (touched, touched + LOOKS);
+        while high - low > ROUNDING_OF_ANGLES {
+            let middle = (low + high) / 2.0;
+            if clearance(middle)[0] < 0.0 { low = middle } else { high = middle }
+        }
+        Some(high)
     }
-    let Some(touched) = touched else { return 0.0 };
-    let (mut low, mut high) = (touched, touched + LOOKS);
-    while high - low > ROUNDING_OF_ANGLES {
-        let middle = (low + high) / 2.0;
-        if clearance(middle).0 < 0.0 { low = middle } else { high = middle }
+
+    /// How deep it comes in a turn, in m; less than zero if it does not touch.
+    fn depth(&self) -> f64 {
+        const LOOKS: usize = 256;
+        let clear = (0..LOOKS).map(|i| self.clearance(TAU * i as f64 / LOOKS as f64)[0]);
+        -clear.fold(f64::INFINITY, f64::min)
     }
-    high
 }
 
 /// One pass of a filament over a workpiece, as integrated by [`simulate`].
@@ -229,12 +382,15 @@ fn early_touch<T: Tool, W: Workpiece>(filament: &Filament<Turning<T>, W>, entry:
 /// Where tool, workpiece and gravity make the motion planar ([`Tool::is_planar`], [`Workpiece::is_planar`]), it is integrated in
 /// the plane of rotation, and a result depends neither on rounding nor on how the set-up is turned about `z`.
 #[derive(Clone, Debug)]
-pub struct Pass<T = RoundTool, W = Part> {
+pub struct Pass<T = RotaryTool, W = Part> {
     filament: Filament<Turning<T>, W>,
     form: Form,
     nominal: NominalContact,
     /// The times in s between which the undeformed filament touches the workpiece.
     touches: Vec<[f64; 2]>,
+    /// Whether that is the whole turn. The workpiece then comes up in the turn before the first.
+    all_round: bool,
+    setting: Setting,
     filament_length: f64,
     filament_count: f64,
     tolerances: Tolerances,
@@ -245,22 +401,68 @@ pub struct Pass<T = RoundTool, W = Part> {
 }
 
 impl Pass {
-    /// The pass of the round tool and the workpiece that `settings` state.
+    /// The pass of the tool and the workpiece that `settings` state, of the filament in the middle of the trim.
     ///
     /// # Panics
     /// If the settings fail [`Settings::check`] because their workpiece is not possible.
     pub fn new(settings: &Settings) -> Self {
-        let tool = RoundTool::of(settings);
-        let (part, passage) = Part::of(settings).unwrap_or_else(|violation| panic!("{violation}"));
-        Self::assemble(settings, tool, part, settings.tool_radius_m(), passage, true)
+        Self::at(settings, 0.0)
     }
+
+    /// The same of the filament at the place `s` (m) of the trim.
+    ///
+    /// # Panics
+    /// As [`Pass::new`].
+    pub fn at(settings: &Settings, s: f64) -> Self {
+        let (part, passage) = Part::at(settings, s).unwrap_or_else(|violation| panic!("{violation}"));
+        let (tool, rate) = (RotaryTool::at(settings, s), settings.angular_velocity_rad_s());
+        let trim = Trim::of(settings);
+        let shape = (!trim.is_radial())
+            .then(|| RigidShape::equilibrium(&filament::chain(&settings.filament, [0.0; 3]), &tool, rate));
+        let reach = match trim::differ(settings) {
+            true => trim.ends().into_iter().fold(0.0, |reach: f64, s| reach.max(trim.root(s)[0])) + trim.length,
+            false => 0.0,
+        };
+        let (pose, depth) = (Pose::of(&settings.tool), settings.process.penetration_depth_m);
+        let setting = Setting { pose, shape, is_rotary: true, reach, depth };
+        let pass = Self::assemble(settings, tool, part, settings.tool_radius_m(), passage, setting);
+        if pass.all_round { pass.on_ramp(settings) } else { pass }
+    }
+
+    /// The same, onto which the workpiece comes in the turn before the first.
+    fn on_ramp(mut self, settings: &Settings) -> Self {
+        /// What is left free at the start, as a part of the free length.
+        const FREE: f64 = 1e-6;
+        let rigid = Rigid { filament: &self.filament, shape: self.setting.shape.as_ref() };
+        let deepest = rigid.depth() * (1.0 + 1e-3) + FREE * self.filament_length;
+        let way = scale(settings.process.penetration_depth_m.max(deepest), unit_normal(&settings.workpiece));
+        let ramp = Ramp { way, duration: TAU / self.filament.motion.rate };
+        self.filament.workpiece = self.filament.workpiece.on_ramp(ramp);
+        self.form = Form::Spatial;
+        self
+    }
+}
+
+/// How a pass differs from that of any tool over any workpiece.
+#[derive(Clone, Debug)]
+struct Setting {
+    /// From the tool's frame, in which everything is computed, to that of the workpiece.
+    pose: Pose,
+    /// The shape at the start, unless that is the relaxed one.
+    shape: Option<RigidShape>,
+    /// Whether the tool is that of the settings.
+    is_rotary: bool,
+    /// How far from the axis the filaments of a trim can come on which they differ, in m.
+    reach: f64,
+    /// The penetration depth in m, as the settings state it.
+    depth: f64,
 }
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// The pass of `tool` over `workpiece`. `settings` state everything else.
     ///
     /// The tool turns at `ω = v_b/R`, with `v_b` from the settings and the tool's own radius. The settings of the body's
-    /// radius, the workpiece and the penetration depth are not used.
+    /// radius, of the kind and pose of the tool, the workpiece and the penetration depth are not used.
     ///
     /// # Errors
     /// If the undeformed tips have no [contact arc](Workpiece::contact_arc) on the workpiece.
@@ -272,7 +474,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         };
         let arc = workpiece.contact_arc(&tip).ok_or(NoContactArc)?;
         let radius = tool.radius(length);
-        Ok(Self::assemble(settings, tool, workpiece, radius, arc.into(), false))
+        let depth = settings.process.penetration_depth_m;
+        let setting = Setting { pose: Pose::UPRIGHT, shape: None, is_rotary: false, reach: 0.0, depth };
+        Ok(Self::assemble(settings, tool, workpiece, radius, arc.into(), setting))
     }
 
     fn assemble(
@@ -281,7 +485,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         workpiece: W,
         tool_radius: f64,
         passage: Passage,
-        is_round: bool,
+        setting: Setting,
     ) -> Self {
         let Settings { tool: brush, filament, contact, process, solver, workpiece: _, uncertainty: _, brush: _ } =
             settings;
@@ -289,37 +493,56 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let ContactArc { middle, angle } = passage.window;
         // A rate that is small for a vibrating filament, so that a slow tool does not require absurd precision.
         let slow_rate = 0.01 * filament::first_natural_frequency(filament);
-        let planar = tool.is_planar() && workpiece.is_planar() && process.gravity_m_s2[2] == 0.0;
-        let chain = filament::chain(filament, process.gravity_m_s2);
+        let gravity = setting.pose.to_tool(process.gravity_m_s2);
+        let planar = tool.is_planar() && workpiece.is_planar() && gravity[2] == 0.0;
+        let chain = filament::chain(filament, gravity);
         // A straight, thin filament of a tool from the settings touches no earlier than the undeformed one: it is the undeformed one.
-        let is_nominal = is_round
+        let is_nominal = setting.is_rotary
+            && setting.shape.is_none()
             && contact.radius_m == 0.0
             && filament.lateral_tilt_rad == 0.0
             && filament.waviness_amplitude_m == 0.0;
-        let [ahead, behind] = reach_around(&tool.clamp(middle, 0.0), &chain);
-        let tail_angle = process.tail_angle_rad + behind;
+        let [ahead, behind] = match &setting.shape {
+            None => reach_around(&tool.clamp(middle, 0.0), &chain),
+            Some(_) => [0.0; 2],
+        };
+        let mut tail_angle = process.tail_angle_rad + behind;
         let entry = middle - angle / 2.0;
         let initial_angle = entry - (process.lead_angle_rad + ahead);
         let law = ContactLaw::from(contact);
         let filament_length = filament.length_m;
         let mut filament =
             Filament { chain, motion: Turning { tool, rate: nominal.rate(), initial_angle }, law, workpiece };
-        let lead_angle = process.lead_angle_rad
-            + match is_nominal {
-                true => ahead,
-                false => {
-                    let farthest = TAU - angle - tail_angle - process.lead_angle_rad;
-                    let early = early_touch(&filament, entry, process.lead_angle_rad, farthest);
-                    if early > ahead + ROUNDING_OF_ANGLES { early } else { ahead }
-                }
-            };
+        let mut all_round = passage.all_round;
+        let mut lead_angle = process.lead_angle_rad + ahead;
+        if !is_nominal && !all_round {
+            let farthest = TAU - angle - tail_angle - process.lead_angle_rad;
+            let rigid = Rigid { filament: &filament, shape: setting.shape.as_ref() };
+            let early = rigid.early_touch(entry, process.lead_angle_rad, farthest);
+            // Bent filaments may touch during the whole turn where straight ones do not.
+            all_round = early.is_none() && setting.shape.is_some();
+            let early = early.unwrap_or(0.0);
+            if early > ahead + ROUNDING_OF_ANGLES {
+                lead_angle = process.lead_angle_rad + early;
+                // They are bent in the plane of the axis, and leave as late as they come early.
+                tail_angle += if setting.shape.is_some() { early } else { 0.0 };
+            }
+        }
+        if all_round {
+            (lead_angle, tail_angle) = (0.0, 0.0);
+        }
         filament.motion.initial_angle = entry - lead_angle;
         let time = |angle: f64| (lead_angle + angle) / nominal.rate();
         Self {
             form: if planar { Form::Planar } else { Form::Spatial },
             filament,
             nominal,
-            touches: passage.touches.iter().map(|touch| touch.map(time)).collect(),
+            touches: match all_round {
+                true => vec![[0.0, TAU / nominal.rate()]],
+                false => passage.touches.iter().map(|touch| touch.map(time)).collect(),
+            },
+            all_round,
+            setting,
             filament_length,
             filament_count: brush.filament_count,
             tolerances: Tolerances {
@@ -329,7 +552,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             },
             lead_angle,
             tail_angle,
-            turns: process.turns,
+            turns: process.turns.unwrap_or(if all_round { Turns::Steady } else { Turns::default() }),
             stop: None,
         }
     }
@@ -411,22 +634,45 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The coordinates and rates at the start, about `z`.
     fn start_coordinates(&self) -> [Vec<[f64; 2]>; 2] {
-        let Turning { tool, rate, initial_angle } = &self.filament.motion;
-        let [mut q, mut v] = tool.undeformed(*initial_angle, *rate);
+        let rigid = Rigid { filament: &self.filament, shape: self.setting.shape.as_ref() };
+        let (mut q, mut v) = rigid.coordinates(self.filament.motion.initial_angle);
         if self.form == Form::Planar {
             // Along a clamp tilted by τ: φ = π/2 − τ.
-            (q[0], v[0]) = (-1.0, 0.0);
+            v[0] = 0.0;
+            q.iter_mut().for_each(|q| q[0] = -1.0);
         }
-        [self.filament.chain.relaxed(q).collect(), vec![v; self.filament.chain.segments()]]
+        let rates = vec![v; q.len()];
+        [q, rates]
+    }
+
+    /// The largest angular acceleration of a segment at the start, in the frame that turns with the tool and over the square of its rate: zero
+    /// in a relative equilibrium. Zero, too, for filaments that do not start in one.
+    fn equilibrium_residual(&self) -> f64 {
+        if self.setting.shape.is_none() {
+            return 0.0;
+        }
+        let start = self.start(&mut self.system(false));
+        let square = self.filament.motion.rate.powi(2);
+        let bends = start.charts.iter().enumerate().map(|(k, chart)| {
+            let [[x, y, _], _, bend] = chart.direction([start.q[k], start.v[k], start.accelerations[k]]);
+            let relative = add(bend, scale(square, [x, y, 0.0]));
+            dot(relative, relative).sqrt() / square
+        });
+        bends.fold(0.0, f64::max)
     }
 
     /// The time in s at which the pass ends: that of its turns or, of a single one, that to the tail angle. It can end earlier if it
     /// becomes steady, and later if the filament of a single turn still touches the workpiece.
     pub fn end_time(&self) -> f64 {
         match self.turns.at_most() {
-            0 | 1 => self.pass_time(),
-            turns => turns::start_of_turn(turns, self.turn_time()),
+            0 | 1 if !self.all_round => self.pass_time(),
+            turns => turns::start_of_turn(turns + self.turns_before(), self.turn_time()),
         }
+    }
+
+    /// The turns before the first one that counts: one in which the workpiece comes up to filaments that touch it all round.
+    fn turns_before(&self) -> usize {
+        usize::from(self.all_round)
     }
 
     /// The time of a whole turn of the tool in s.
@@ -436,13 +682,16 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The time in s from the beginning of a turn to its tail angle.
     fn pass_time(&self) -> f64 {
+        if self.all_round {
+            return self.turn_time();
+        }
         (self.lead_angle + self.nominal.window.angle + self.tail_angle) / self.filament.motion.rate
     }
 
     /// The times of nominal entry and nominal exit in s, in the first turn: between them lie all [touches](Pass::touches). Without
     /// any they are those at which the tips pass the plane `y = 0`.
     pub fn nominal_times(&self) -> [f64; 2] {
-        match (self.touches.first(), self.touches.last()) {
+        match (self.touches().first(), self.touches().last()) {
             (Some([entry, _]), Some([_, exit])) => [*entry, *exit],
             _ => [0.0, self.nominal.window.angle].map(|angle| (self.lead_angle + angle) / self.filament.motion.rate),
         }
@@ -450,8 +699,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The times in s between which the undeformed filament touches the workpiece in the first turn. Those of later turns are a
     /// whole number of turns later, also where the workpiece has moved on.
-    pub fn touches(&self) -> &[[f64; 2]] {
-        &self.touches
+    pub fn touches(&self) -> Vec<[f64; 2]> {
+        let before = turns::start_of_turn(self.turns_before(), self.turn_time());
+        self.touches.iter().map(|touch| touch.map(|time| before + time)).collect()
     }
 
     /// Integrates all turns of the pass in `system` from `start`; see [`integrate`].
@@ -490,18 +740,21 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     }
 
     fn itinerary(&self) -> Itinerary {
-        Itinerary::new(self.turns, self.turn_time(), self.pass_time())
+        Itinerary::new(self.turns, self.turns_before(), self.turn_time(), self.pass_time())
     }
 
     /// An observer that reduces the steps of the last turn of this pass to the data for its metrics.
     pub fn observer(&self) -> ContactObserver<Turning<T>, W> {
         ContactObserver::new(self.filament.clone(), self.form, self.filament_length, self.touches.clone())
-            .by_turns(self.turn_time())
+            .by_turns(self.turns_before(), self.turn_time())
+            .with_lateral_tilt(self.setting.shape.is_none() && self.setting.pose == Pose::UPRIGHT)
     }
 
     /// The metrics from the record of this pass's observer.
     pub fn metrics(&self, record: &ContactRecord) -> Metrics {
-        Metrics::new(&self.nominal, record, self.filament_count)
+        let vector_impulse = self.setting.pose.from_tool(record.vector_impulse);
+        let metrics = Metrics::new(&self.nominal, &ContactRecord { vector_impulse, ..*record }, self.filament_count);
+        Metrics { penetration_depth_m: self.setting.depth, ..metrics }
     }
 
     /// Simulates the pass and takes the samples that `sampling` requests.
@@ -550,7 +803,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let [x, y, _] = workpiece.surface([0.0; 3], 0.0).velocity;
         // A filament reaches no farther than stretched out, and its contact radius beyond.
         let [root_x, root_y, _] = self.filament.motion.at(0.0).position;
-        let stretched = root_x.hypot(root_y) + self.filament_length;
+        let stretched = (root_x.hypot(root_y) + self.filament_length).max(self.setting.reach);
         let radius = self.nominal.tool_radius;
         let radius = if stretched > radius * (1.0 + ROUNDING_OF_ANGLES) { stretched } else { radius };
         workpiece.profile(radius + self.filament.law.radius + self.end_time() * x.hypot(y))
@@ -574,9 +827,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The same from another `start`.
     fn trajectory_from(&self, system: &mut FilamentSystem<Turning<T>, W>, start: FilamentState) -> Trajectory {
-        Trajectory::new(system, start, self.pass_time(), METHOD, self.tolerances)
-            .must_be_free()
-            .until(self.stop.clone())
+        let end = if self.all_round { self.turn_time() } else { self.pass_time() };
+        Trajectory::new(system, start, end, METHOD, self.tolerances).must_be_free().until(self.stop.clone())
     }
 
     /// The results of a pass whose last turn has ended.
@@ -588,9 +840,18 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
         let energy_residual = self.energy_residual(observer, trajectory, self.tracks_energy(sampler.sampling));
-        let record = ContactRecord { is_unsteady: itinerary.is_unsteady(), energy_residual, ..*observer.record() };
+        let record = ContactRecord {
+            is_unsteady: itinerary.is_unsteady(),
+            energy_residual,
+            equilibrium_residual: self.equilibrium_residual(),
+            ..*observer.record()
+        };
         let metrics = self.metrics(&record);
         let Sampler { mut history, mut shapes, ledger, sampling, .. } = sampler;
+        if self.setting.pose != Pose::UPRIGHT {
+            history.iter_mut().for_each(|sample| sample.turn(&self.setting.pose));
+            shapes.iter_mut().for_each(|shape| shape.turn(&self.setting.pose));
+        }
         let mut profile = ledger.map_or_else(Vec::new, Ledger::into_cells);
         let finite = history.iter().all(Sample::is_finite)
             && shapes.iter().all(Shape::is_finite)
@@ -615,6 +876,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             history,
             shapes,
             profile,
+            positions: Vec::new(),
         })
     }
 }

@@ -12,7 +12,7 @@ use crate::equations::{Chain, ChainDynamics, Clamp, Energies};
 use crate::integrate::LARGEST_CONTROLLED_VARIATION;
 use crate::integrate::hermite::{Knot, interpolate};
 use crate::model::metrics::{ContactRecord, nearest_on_filament, tip_deflection};
-use crate::tool::{ClampMotion, Tool, Turning};
+use crate::tool::{ClampMotion, Pose, Tool, Turning};
 use crate::workpiece::{ProfileCells, Workpiece};
 
 /// Reduces the steps of a pass to the data for the metrics.
@@ -24,6 +24,8 @@ pub struct ContactObserver<M, W> {
     /// The times between which the undeformed filament touches the workpiece in the first turn.
     touches: Vec<[f64; 2]>,
     turn_time: f64,
+    /// Turns that do not count, before the first.
+    before: usize,
     /// The time of the turns before this one.
     turned: f64,
     /// The integrals when the turn began.
@@ -31,6 +33,8 @@ pub struct ContactObserver<M, W> {
     record: ContactRecord,
     edge_work: EdgeWork,
     was_closed: bool,
+    /// Whether `z` of the clamp's direction is that of a small tilt out of the plane of the motion.
+    has_lateral_tilt: bool,
     /// The angular impulse of gravity about the tool axis in N m s, over all turns.
     gravity_impulse: f64,
     /// What the last step ended with.
@@ -57,20 +61,29 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             filament_length,
             touches,
             turn_time: f64::INFINITY,
+            before: 0,
             turned: 0.0,
             earlier: [0.0; integral::COUNT],
             edge_work,
             record: ContactRecord::of_turn(1),
             was_closed: false,
+            has_lateral_tilt: true,
             gravity_impulse: 0.0,
             last: Tip { time: f64::NAN, deflection: 0.0, speed: 0.0 },
         }
     }
 
-    /// The same observer for turns of `turn_time` (s) each: it begins a new record with each turn.
+    /// The same observer for turns of `turn_time` (s) each, with a number of turns `before` the first that counts: it begins a new record with
+    /// each turn.
     #[must_use]
-    pub fn by_turns(self, turn_time: f64) -> Self {
-        Self { turn_time, ..self }
+    pub fn by_turns(self, before: usize, turn_time: f64) -> Self {
+        Self { record: ContactRecord::of_turn(1 - before), before, turn_time, ..self }
+    }
+
+    /// The same observer, which takes `z` of the clamp's direction for a lateral tilt, or does not.
+    #[must_use]
+    pub(super) fn with_lateral_tilt(self, has_lateral_tilt: bool) -> Self {
+        Self { has_lateral_tilt, ..self }
     }
 
     /// The record of the steps so far: those of the last turn.
@@ -102,7 +115,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
 
     /// Takes the next step of the pass.
     pub fn observe(&mut self, step: &Step<'_>) {
-        if step.start.time >= start_of_turn(self.record.turn, self.turn_time) {
+        if step.start.time >= start_of_turn(self.before + self.record.turn, self.turn_time) {
             self.record = ContactRecord::of_turn(self.record.turn + 1);
             self.turned = step.start.time;
             self.earlier = step.start.integrals;
@@ -156,7 +169,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     /// The largest `|z_tip|/(l_f sin τ)` in a step of a filament whose clamp is tilted by `τ`, or `least` if that is larger.
     fn largest_excursion(&self, step: &Step<'_>, least: f64) -> f64 {
         let [.., tilt] = self.filament.motion.at(step.start.time).direction;
-        if tilt == 0.0 {
+        if tilt == 0.0 || !self.has_lateral_tilt {
             return least;
         }
         let tip = step.start_nodes.len() - 1;
@@ -322,7 +335,22 @@ pub struct NodeForce {
     pub force: [f64; 3],
 }
 
+impl Sample {
+    /// Turns it from the frame of a tool to that of the workpiece.
+    pub(super) fn turn(&mut self, pose: &Pose) {
+        [self.tip_x_m, self.tip_y_m, self.tip_z_m] = pose.from_tool([self.tip_x_m, self.tip_y_m, self.tip_z_m]);
+    }
+}
+
 impl Shape {
+    /// Turns it from the frame of a tool to that of the workpiece.
+    pub(super) fn turn(&mut self, pose: &Pose) {
+        let vectors = self.nodes_m.iter_mut().chain(&mut self.velocities_m_s);
+        for vector in vectors.chain(self.forces.iter_mut().map(|node| &mut node.force)) {
+            *vector = pose.from_tool(*vector);
+        }
+    }
+
     /// True if every value is a finite number.
     pub(super) fn is_finite(&self) -> bool {
         let vectors = self.nodes_m.iter().chain(&self.velocities_m_s);

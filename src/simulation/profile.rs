@@ -32,6 +32,24 @@ crate::record! {
     }
 }
 
+/// The weighted sum of the works of several filaments along the same profile.
+pub(super) fn weighted<'a>(all: impl Iterator<Item = (f64, &'a [ProfileCell])>) -> Vec<ProfileCell> {
+    let mut sum: Vec<ProfileCell> = Vec::new();
+    for (weight, cells) in all {
+        if sum.is_empty() {
+            let empty =
+                |cell: &ProfileCell| ProfileCell { normal_impulse_n_s_m: 0.0, friction_work_j_m: 0.0, ..cell.clone() };
+            sum = cells.iter().map(empty).collect();
+        }
+        debug_assert_eq!(sum.len(), cells.len(), "filaments of one trim have one profile");
+        for (sum, cell) in sum.iter_mut().zip(cells) {
+            sum.normal_impulse_n_s_m += weight * cell.normal_impulse_n_s_m;
+            sum.friction_work_j_m += weight * cell.friction_work_j_m;
+        }
+    }
+    sum
+}
+
 /// What acts on a stretch of the profile within a part of a step.
 #[derive(Clone, Copy, Debug)]
 struct Part {

@@ -9,14 +9,14 @@ use super::{METHOD, Pass, Simulation, SimulationError};
 use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compiled};
 use crate::integrate::{SecondOrderSystem, StageSolution, Stepper};
 use crate::model::settings::Settings;
-use crate::tool::{ClampMotion, RoundTool, Tool, Turning};
+use crate::tool::{ClampMotion, RotaryTool, Tool, Turning};
 use crate::workpiece::{Part, Workpiece};
 
 type Lane = Lanes<LANES>;
 
 /// A pass to simulate, with the number under which it is reported.
 #[derive(Clone, Debug)]
-pub struct Job<T = RoundTool, W = Part> {
+pub struct Job<T = RotaryTool, W = Part> {
     /// The number.
     pub number: usize,
     /// The pass.
@@ -139,8 +139,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         kind: Kind,
         done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
     ) {
-        let mut exhausted = false;
         loop {
+            // A job that has ended may be followed by others.
+            let mut exhausted = false;
             for lane in 0..LANES {
                 while !self.prepare(lane, done) && !exhausted {
                     match take() {

@@ -499,7 +499,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                 if self.tracks_energy || !filament.workpiece.translates() {
                     let velocity = match contact.checked_sub(segments) {
                         None => filament.workpiece.surface(touch.position, time).velocity,
-                        Some(edge) => filament.workpiece.edges()[edge].velocity,
+                        Some(edge) => filament.workpiece.edges()[edge].surface(touch.position, time).velocity,
                     };
                     add(integral::WORK, dot(force, velocity));
                 }
@@ -649,7 +649,7 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
     /// lane with its lane.
     fn for_each_segment(&self, nodes: &dyn NodeMotion, mut take: impl FnMut(usize, &Edges<'_, M, W>)) {
         for (edge, lanes) in self.on_edges.iter().enumerate() {
-            let mut group = Edges { contacts: [const { None }; LANES] };
+            let mut group = Edges { edge, contacts: [const { None }; LANES] };
             for lane in lanes.iter() {
                 let (filament, time) = (&self.filaments[lane], self.time.lane(lane));
                 let (edge, start) = (&filament.workpiece.edges()[edge], self.starts[edge][lane]);
@@ -689,13 +689,14 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
 
 /// The closed contacts with one edge by lane, on one segment or on several.
 struct Edges<'a, M, W> {
+    edge: usize,
     contacts: [Option<(&'a Filament<M, W>, EdgeContact)>; LANES],
 }
 
 impl<M, W> Edges<'_, M, W> {
     /// Keeps those on `segment`, and returns the others.
     fn leave(&mut self, segment: usize) -> Self {
-        let mut rest = Self { contacts: [const { None }; LANES] };
+        let mut rest = Self { edge: self.edge, contacts: [const { None }; LANES] };
         for (here, there) in self.contacts.iter_mut().zip(&mut rest.contacts) {
             if here.as_ref().is_some_and(|(_, contact)| contact.station.segment != segment) {
                 std::mem::swap(here, there);
@@ -735,7 +736,8 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
             let none = NodeTangent { position: [zero(); 3], velocity: [zero(); 3] };
             let mut tangent = PointTangent { segment, ends: [[none; 2]; 2] };
             for (lane, filament, contact) in group.iter() {
-                let change = contact.tangent(&filament.law, &|index| nodes.node(index, lane));
+                let edge = &filament.workpiece.edges()[group.edge];
+                let change = contact.tangent(&filament.law, edge, &|index| nodes.node(index, lane));
                 for (ends, change) in tangent.ends.iter_mut().zip(&change) {
                     for (end, change) in ends.iter_mut().zip(change) {
                         set_tangent(end, lane, change);

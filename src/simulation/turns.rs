@@ -20,6 +20,8 @@ pub(super) fn start_of_turn(turn: usize, turn_time: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(super) struct Itinerary {
     turns: Turns,
+    /// Turns that do not count, before the first.
+    before: usize,
     /// Times in s for a whole turn, and from its beginning to the tail angle.
     turn_time: f64,
     pass_time: f64,
@@ -33,6 +35,8 @@ pub(super) struct Itinerary {
 /// The parts of a turn.
 #[derive(Clone, Copy, Debug)]
 enum Leg {
+    /// The turns that do not count.
+    Before,
     /// From its beginning to the tail angle.
     Pass,
     /// On from there as long as the filament touches.
@@ -42,17 +46,24 @@ enum Leg {
 }
 
 impl Itinerary {
-    /// At the beginning of the first turn. A turn lasts `turn_time` (s), and `pass_time` (s) to its tail angle.
-    pub fn new(turns: Turns, turn_time: f64, pass_time: f64) -> Self {
+    /// At the beginning, with the number of turns `before` the first that counts. A turn lasts `turn_time` (s), and `pass_time` (s) to its tail
+    /// angle.
+    pub fn new(turns: Turns, before: usize, turn_time: f64, pass_time: f64) -> Self {
         let impulses = Vec::with_capacity(turns.at_most());
-        Self { turns, turn_time, pass_time, leg: Leg::Pass, earlier: 0.0, impulses }
+        let leg = if before > 0 { Leg::Before } else { Leg::Pass };
+        Self { turns, before, turn_time, pass_time, leg, earlier: 0.0, impulses }
     }
 
     /// Sends a trajectory that has reached its end on. Returns false at the end of the last turn.
     pub fn proceed(&mut self, trajectory: &mut Trajectory) -> bool {
-        let next_turn = start_of_turn(self.impulses.len() + 1, self.turn_time);
+        let next_turn = start_of_turn(self.before + self.impulses.len() + 1, self.turn_time);
         let is_single = self.turns.at_most() == 1;
         match self.leg {
+            Leg::Before => {
+                self.leg = Leg::Pass;
+                self.earlier = trajectory.start().integrals[NORMAL_IMPULSE];
+                trajectory.go_on(start_of_turn(self.before, self.turn_time) + self.pass_time, false);
+            }
             Leg::Pass if !is_single => {
                 self.leg = Leg::Flight;
                 trajectory.go_on(next_turn, false);
@@ -119,7 +130,7 @@ mod tests {
     fn turns_end_when_they_are_steady_or_many() {
         let after = |turns: Turns, impulses: &[f64]| Itinerary {
             impulses: impulses.to_vec(),
-            ..Itinerary::new(turns, 1.0, 0.1)
+            ..Itinerary::new(turns, 0, 1.0, 0.1)
         };
         assert!(after(Turns::Count(1), &[1.0]).is_over());
         assert!(!after(Turns::Count(3), &[1.0; 2]).is_over() && after(Turns::Count(3), &[1.0; 3]).is_over());

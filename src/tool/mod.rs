@@ -1,12 +1,16 @@
 //! Tools: where they hold a filament, and how they move its clamp.
 //!
-//! A [`Tool`] is geometry: the clamp with the tool body at a given angle. [`Turning`] sets it in motion. [`RoundTool`] is the
+//! A [`Tool`] is geometry: the clamp with the tool body at a given angle. [`Turning`] sets it in motion. [`RotaryTool`] is the
 //! tool of the settings, and a [`SampledTool`] has any motion; implement [`Tool`] for another mounting, and pass it to
 //! [`Pass::with`](crate::simulation::Pass::with).
 
+mod pose;
 mod sampled;
+pub(crate) mod trim;
 
+pub use pose::Pose;
 pub use sampled::{SampledTool, SamplesError};
+pub use trim::{Place, Trim, places};
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -33,12 +37,12 @@ pub trait ClampMotion {
 ///
 /// ```
 /// use bristle::equations::Clamp;
-/// use bristle::tool::{RoundTool, Tool};
+/// use bristle::tool::{RotaryTool, Tool};
 ///
 /// /// A round tool whose filaments trail: each leans back from the radius by a trim angle.
 /// #[derive(Clone, Debug)]
 /// struct Trimmed {
-///     body: RoundTool,
+///     body: RotaryTool,
 ///     trim_angle: f64,
 /// }
 ///
@@ -49,7 +53,7 @@ pub trait ClampMotion {
 ///     }
 ///
 ///     fn radius(&self, filament_length: f64) -> f64 {
-///         let (r, l) = (self.body.body_radius, filament_length);
+///         let (r, l) = (self.body.root_radius, filament_length);
 ///         (r * r + l * l + 2.0 * r * l * self.trim_angle.cos()).sqrt()
 ///     }
 /// }
@@ -146,55 +150,86 @@ impl ClampMotion for FixedClamp {
     }
 }
 
-/// A round tool whose filaments are radial, or tilted out of the plane of rotation.
+/// The tool of the settings, in its own frame: one filament of a trim that turns about `z` (MODEL, "Rotary tools of any kind and pose").
+///
+/// Its root is at `r_0 = r ρ̂ + z ẑ`, and the clamp holds it along `e_0 = cos ε ρ̂ + sin ε ẑ`, where `ε` is its elevation and its lateral tilt.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RoundTool {
-    /// Radius `r_g` of the brush body in m.
-    pub body_radius: f64,
-    /// Tilt `τ` of the clamp towards `+z`, in rad.
+pub struct RotaryTool {
+    /// Distance `r` of the root from the axis in m.
+    pub root_radius: f64,
+    /// `z` of the root in m.
+    pub height: f64,
+    /// Angle of the undeformed filament out of the plane of rotation, towards `+z`, in rad: `π/2 − γ`.
+    pub elevation: f64,
+    /// Tilt `τ` of the clamp out of there, in the same sense, in rad: an imperfection.
     pub lateral_tilt: f64,
 }
 
-impl RoundTool {
-    /// The tool that `settings` state.
+impl RotaryTool {
+    /// A radial filament in the plane of rotation, on a body of the radius `body_radius` (m).
+    pub const fn radial(body_radius: f64) -> Self {
+        Self { root_radius: body_radius, height: 0.0, elevation: 0.0, lateral_tilt: 0.0 }
+    }
+
+    /// The filament in the middle of the trim that `settings` state.
     pub fn of(settings: &Settings) -> Self {
-        Self { body_radius: settings.tool.body_radius_m, lateral_tilt: settings.filament.lateral_tilt_rad }
+        Self::at(settings, 0.0)
+    }
+
+    /// The filament at the place `s` (m) of the trim.
+    pub fn at(settings: &Settings, s: f64) -> Self {
+        let trim = Trim::of(settings);
+        let [root_radius, height] = trim.root(s);
+        let lateral_tilt = settings.filament.lateral_tilt_rad;
+        Self { root_radius, height, elevation: trim.elevation, lateral_tilt }
+    }
+
+    /// Angle `ε` of the clamp out of the plane of rotation in rad.
+    fn inclination(&self) -> f64 {
+        self.elevation + self.lateral_tilt
     }
 }
 
-impl Tool for RoundTool {
+impl Tool for RotaryTool {
     fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
-        let clamp = radial_clamp(self.body_radius, angle, rate, 0.0);
+        let clamp = radial_clamp(self.root_radius, angle, rate, 0.0);
         if self.is_planar() {
             return clamp;
         }
-        let (sin, cos) = sin_cos(self.lateral_tilt);
-        let ([x, y, _], direction_rate) = (clamp.direction, scale(cos, clamp.direction_rate));
-        Clamp { direction: [cos * x, cos * y, sin], direction_rate, ..clamp }
+        let (sin, cos) = sin_cos(self.inclination());
+        let ([x, y, _], [root_x, root_y, _]) = (clamp.direction, clamp.position);
+        Clamp {
+            position: [root_x, root_y, self.height],
+            direction: [cos * x, cos * y, sin],
+            direction_rate: scale(cos, clamp.direction_rate),
+            ..clamp
+        }
     }
 
     fn in_lanes<'a, T: Lanewise>(tool: impl Fn(usize) -> &'a Self, angles: T, rates: T) -> Clamp<T> {
-        if !(0..T::LANES).all(|lane| tool(lane).is_planar()) {
+        if (0..T::LANES).any(|lane| tool(lane).inclination() != 0.0) {
             return Clamp::from_lanes(|lane| tool(lane).clamp(angles.lane(lane), rates.lane(lane)));
         }
-        dispatch(RadialClamp {
-            body_radius: T::from_lanes(|lane| tool(lane).body_radius),
+        let clamp = dispatch(RadialClamp {
+            body_radius: T::from_lanes(|lane| tool(lane).root_radius),
             angle: angles,
             rate: rates,
             acceleration: T::from_f64(0.0),
-        })
+        });
+        let [x, y, _] = clamp.position;
+        Clamp { position: [x, y, T::from_lanes(|lane| tool(lane).height)], ..clamp }
     }
 
     fn radius(&self, filament_length: f64) -> f64 {
-        self.body_radius + filament_length
+        self.root_radius + filament_length * sin_cos(self.elevation).1
     }
 
     fn is_planar(&self) -> bool {
-        self.lateral_tilt == 0.0
+        self.inclination() == 0.0 && self.height == 0.0
     }
 
     fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
-        [[FRAC_PI_2 - self.lateral_tilt, angle], [0.0, rate]]
+        [[FRAC_PI_2 - self.inclination(), angle], [0.0, rate]]
     }
 }
 
@@ -245,11 +280,7 @@ mod tests {
     impl Tool for Cup {
         fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
             let axial = [0.0, 0.0, -1.0];
-            Clamp {
-                direction: axial,
-                direction_rate: [0.0; 3],
-                ..RoundTool { body_radius: 0.1, lateral_tilt: 0.0 }.clamp(angle, rate)
-            }
+            Clamp { direction: axial, direction_rate: [0.0; 3], ..RotaryTool::radial(0.1).clamp(angle, rate) }
         }
 
         fn radius(&self, _: f64) -> f64 {
@@ -257,7 +288,7 @@ mod tests {
         }
     }
 
-    const TILTED: RoundTool = RoundTool { body_radius: 0.14, lateral_tilt: 0.2 };
+    const TILTED: RotaryTool = RotaryTool { root_radius: 0.14, height: 0.0, elevation: 0.0, lateral_tilt: 0.2 };
 
     /// A round tool that leaves its coordinates to the default.
     struct Plain;

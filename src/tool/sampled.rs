@@ -31,9 +31,9 @@ type Series = Vec<[[f64; 3]; 2]>;
 /// ([`Clamp::without_spin`]).
 ///
 /// ```
-/// use bristle::tool::{RoundTool, SampledTool, Tool};
+/// use bristle::tool::{RotaryTool, SampledTool, Tool};
 ///
-/// let round = RoundTool { body_radius: 0.14, lateral_tilt: 0.0 };
+/// let round = RotaryTool::radial(0.14);
 /// let clamps: Vec<_> = (0..8).map(|k| round.clamp(std::f64::consts::TAU * k as f64 / 8.0, 0.0)).collect();
 /// let [positions, directions] =
 ///     [clamps.iter().map(|clamp| clamp.position).collect(), clamps.iter().map(|clamp| clamp.direction).collect::<Vec<_>>()];
@@ -208,11 +208,11 @@ impl Tool for SampledTool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tool::RoundTool;
+    use crate::tool::RotaryTool;
 
     /// A round tool, tilted so that its motion is not planar, sampled `count` times.
-    fn sampled(count: usize) -> (RoundTool, SampledTool) {
-        let round = RoundTool { body_radius: 0.14, lateral_tilt: 0.2 };
+    fn sampled(count: usize) -> (RotaryTool, SampledTool) {
+        let round = RotaryTool { lateral_tilt: 0.2, ..RotaryTool::radial(0.14) };
         let clamps = (0..count).map(|k| round.clamp(TAU * k as f64 / count as f64, 0.0));
         let (positions, directions): (Vec<_>, Vec<_>) =
             clamps.map(|clamp| (clamp.position, scale(7.0, clamp.direction))).unzip();

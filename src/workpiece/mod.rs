@@ -7,6 +7,7 @@
 //! curves whose radii are not large against a segment, and are met by the centreline.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use crate::equations::linear::{add, dot, scale, sub};
 
@@ -14,13 +15,15 @@ mod cells;
 mod outline;
 mod part;
 mod plane;
+mod posed;
 mod profile;
 mod spline;
 
 pub use cells::{Cell, ProfileCells};
 pub use outline::Outline;
 pub use part::Part;
-pub use plane::{Plane, reach, unit_normal};
+pub use plane::{Plane, unit_normal};
+pub use posed::{Placement, Posed, Ramp};
 pub use profile::{Profile, Stretch};
 pub use spline::{Foot, Spline, SplineError};
 
@@ -33,7 +36,10 @@ pub struct Surface {
     pub normal: [f64; 3],
     /// Velocity of the workpiece there in m/s.
     pub velocity: [f64; 3],
-    /// By how much the normal turns, in the plane of rotation, per length that the point goes across it, in rad/m: `κ/(1 + κ g)`
+    /// The tangent across the normal in the plane of the workpiece's profile: where the normal's end goes as it turns in the positive sense. Of no
+    /// meaning on a plane.
+    pub across: [f64; 3],
+    /// By how much the normal turns, in that plane, per length that the point goes across it, in rad/m: `κ/(1 + κ g)`
     /// with the curvature `κ` of the surface, positive where it is convex, and the gap `g`. Zero on a plane.
     pub turn: f64,
     /// How far the point is from where it no longer meets this surface, because the nearest point of the workpiece is on an edge,
@@ -44,7 +50,12 @@ pub struct Surface {
 impl Surface {
     /// The surface of a plane without edges.
     pub fn flat(gap: f64, normal: [f64; 3], velocity: [f64; 3]) -> Self {
-        Self { gap, normal, velocity, turn: 0.0, margin: f64::INFINITY }
+        Self { gap, normal, velocity, across: [0.0; 3], turn: 0.0, margin: f64::INFINITY }
+    }
+
+    /// The surface of a profile extruded along `z`, with the outward unit normal `[x, y]`.
+    fn of_profile(gap: f64, [x, y]: [f64; 2], velocity: [f64; 3], turn: f64, margin: f64) -> Self {
+        Self { gap, normal: [x, y, 0.0], velocity, across: [-y, x, 0.0], turn, margin }
     }
 }
 
@@ -52,8 +63,10 @@ impl Surface {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
     curve: EdgeCurve,
-    /// Velocity of the workpiece in m/s.
-    pub velocity: [f64; 3],
+    /// Velocity of the workpiece in m/s, in its own frame.
+    velocity: [f64; 3],
+    /// Where the workpiece is in the frame of the tool; none if both have the same frame.
+    placement: Option<Arc<Placement>>,
 }
 
 /// The curve of an edge at time zero.
@@ -73,11 +86,35 @@ impl Edge {
     /// An arc about `centre` (m) of the radius `radius` (m). It goes from the first outward unit normal of `ends` to the second in the
     /// positive sense, by less than half a turn, or all the way round. The workpiece moves at `velocity` (m/s).
     pub fn arc(centre: [f64; 2], radius: f64, ends: Option<[[f64; 2]; 2]>, velocity: [f64; 3]) -> Self {
-        Self { curve: EdgeCurve::Arc { centre, radius, ends }, velocity }
+        Self { curve: EdgeCurve::Arc { centre, radius, ends }, velocity, placement: None }
+    }
+
+    /// The same edge in the frame of a tool.
+    fn placed(self, placement: Arc<Placement>) -> Self {
+        Self { placement: Some(placement), ..self }
+    }
+
+    /// Where a point (m) of the frame of the tool is in the plane of the profile at `time` (s).
+    #[inline]
+    pub fn in_profile(&self, position: [f64; 3], time: f64) -> [f64; 2] {
+        let [x, y, _] = self.placement.as_ref().map_or(position, |placement| placement.local(position, time));
+        [x, y]
+    }
+
+    /// The part of a vector across the direction along which the edge is extruded.
+    pub fn across_extrusion(&self, vector: [f64; 3]) -> [f64; 3] {
+        let [x, y, z] = vector;
+        match &self.placement {
+            None => [x, y, 0.0],
+            Some(placement) => {
+                let along = placement.extrusion();
+                sub([x, y, z], scale(dot(along, vector), along))
+            }
+        }
     }
 
     fn of_stretch(stretch: Stretch, velocity: [f64; 3]) -> Self {
-        Self { curve: EdgeCurve::Stretch(stretch), velocity }
+        Self { curve: EdgeCurve::Stretch(stretch), velocity, placement: None }
     }
 
     /// The smallest radius of curvature in m.
@@ -88,7 +125,7 @@ impl Edge {
         }
     }
 
-    /// The centre of an arc at `time` (s) in m.
+    /// The centre of an arc at `time` (s) in m, as all points of its own in the plane of the profile.
     ///
     /// That of a stretch of a spline is the centre of curvature where the stretch is nearest to `point`, or half-way along it: the
     /// point of a filament that is nearest to an edge is found by turns with its centre.
@@ -130,8 +167,8 @@ impl Edge {
     }
 
     /// The part of its length, from 0 to 1, that lies before the point nearest to `position` (m) at `time` (s).
-    pub fn part_before(&self, [x, y, _]: [f64; 3], time: f64) -> f64 {
-        let point = sub([x, y], self.moved(time));
+    pub fn part_before(&self, position: [f64; 3], time: f64) -> f64 {
+        let point = sub(self.in_profile(position, time), self.moved(time));
         let before = match &self.curve {
             EdgeCurve::Arc { centre, radius, ends } => {
                 let [first, _] = ends.unwrap_or([[-1.0, 0.0]; 2]);
@@ -145,9 +182,9 @@ impl Edge {
     }
 
     /// The surface of the edge, as the point of a filament at `position` (m) sees it at `time` (s).
-    pub fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
-        let point = sub([x, y], self.moved(time));
-        let (gap, [nx, ny], turn, margin) = match &self.curve {
+    pub fn surface(&self, position: [f64; 3], time: f64) -> Surface {
+        let point = sub(self.in_profile(position, time), self.moved(time));
+        let (gap, normal, turn, margin) = match &self.curve {
             EdgeCurve::Arc { centre, radius, .. } => {
                 let offset = sub(point, *centre);
                 let distance = dot(offset, offset).sqrt();
@@ -158,7 +195,8 @@ impl Edge {
                 (gap, normal, 1.0 / (1.0 / curvature + gap), inside)
             }
         };
-        Surface { gap, normal: [nx, ny, 0.0], velocity: self.velocity, turn, margin }
+        let surface = Surface::of_profile(gap, normal, self.velocity, turn, margin);
+        self.placement.as_ref().map_or(surface, |placement| placement.seen(&surface, time))
     }
 
     /// How far the workpiece has moved at `time` (s), in m.
@@ -176,7 +214,8 @@ fn cross([x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
 
 /// The geometry and motion of a workpiece.
 ///
-/// The tool turns about the `z` axis of the frame, in the positive direction.
+/// The tool turns about the `z` axis of the frame, in the positive direction. [`Posed`] is a workpiece in the frame of a tool whose axis is
+/// tilted against its own `z`.
 pub trait Workpiece {
     /// The face seen from the node at `position` (m) at `time` (s). The normal should be continuous where filaments touch.
     ///
@@ -236,16 +275,24 @@ pub struct Passage {
     pub window: ContactArc,
     /// The parts of the window in which the filament touches the workpiece: angles from the start of the window, in rad, ascending.
     pub touches: Vec<[f64; 2]>,
+    /// Whether it touches during the whole turn. The window is then one turn.
+    pub all_round: bool,
 }
 
 impl From<ContactArc> for Passage {
     /// That of tips which touch the workpiece throughout the window.
     fn from(window: ContactArc) -> Self {
-        Self { window, touches: vec![[0.0, window.angle]] }
+        Self { window, touches: vec![[0.0, window.angle]], all_round: false }
     }
 }
 
 impl Passage {
+    /// That of a filament which touches during the whole turn, from the angle `start` (rad) on.
+    fn all_round(start: f64) -> Self {
+        let window = ContactArc { middle: start + PI, angle: TAU };
+        Self { window, touches: vec![[0.0, TAU]], all_round: true }
+    }
+
     /// The nominal contact angle in rad: that of all touches.
     pub fn contact_angle(&self) -> f64 {
         self.touches.iter().map(|[start, end]| end - start).sum()

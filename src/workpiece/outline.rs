@@ -329,24 +329,19 @@ pub(super) fn passage(mut touches: Vec<[f64; 2]>, plane: ContactArc) -> Option<P
     let exit = joined.iter().fold(plane.middle + plane.angle / 2.0, |exit, touch| exit.max(touch[1]));
     let window = ContactArc { middle: (entry + exit) / 2.0, angle: exit - entry };
     let touches = joined.iter().map(|touch| touch.map(|angle| angle - entry)).collect();
-    (window.angle < TAU).then_some(Passage { window, touches })
+    (window.angle < TAU).then_some(Passage { window, touches, all_round: false })
 }
 
 impl Workpiece for Outline {
     fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
         let [x_rate, y_rate, _] = self.velocity;
         let position = [x - time * x_rate, y - time * y_rate];
-        let Some(Seen { gap, normal: [nx, ny], curvature, .. }) = self.face(position) else {
+        let Some(Seen { gap, normal, curvature, .. }) = self.face(position) else {
             return Surface::flat(f64::INFINITY, [0.0, 1.0, 0.0], self.velocity);
         };
         let margin = |edge: &Edge| -edge.inside(position);
-        Surface {
-            gap,
-            normal: [nx, ny, 0.0],
-            velocity: self.velocity,
-            turn: curvature / (1.0 + curvature * gap),
-            margin: self.edges.iter().map(margin).fold(f64::INFINITY, f64::min),
-        }
+        let margin = self.edges.iter().map(margin).fold(f64::INFINITY, f64::min);
+        Surface::of_profile(gap, normal, self.velocity, curvature / (1.0 + curvature * gap), margin)
     }
 
     fn edges(&self) -> &[Edge] {

@@ -4,9 +4,14 @@ use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::outline::Corner;
-use super::{ContactArc, Edge, Outline, Passage, Plane, Profile, ProfileCells, Spline, Surface, Workpiece, reach};
+use super::{
+    ContactArc, Edge, Outline, Passage, Plane, Posed, Profile, ProfileCells, Ramp, Spline, Surface, Workpiece,
+    unit_normal,
+};
 use crate::model::parameters::Violation;
 use crate::model::settings::{Settings, Side, WorkpieceKind, WorkpieceSettings};
+use crate::tool::trim::{self, reach_of};
+use crate::tool::{Pose, RotaryTool, Trim};
 
 /// A convex arc is a face if its radius is at least so many segments long. Nodes then meet it; a filament does not bend more
 /// tightly in a pass, so that a smaller arc touches it at one point.
@@ -21,28 +26,70 @@ pub enum Part {
     Outline(Arc<Outline>),
     /// A spline.
     Profile(Arc<Profile>),
+    /// One of these in the frame of a tool that is tilted, or on which it comes up.
+    Posed(Box<Posed>),
 }
 
 impl Part {
-    /// The workpiece of `settings`, and how the undeformed filaments pass it.
+    /// The workpiece of `settings`, and how the undeformed filament in the middle of the trim passes it.
     ///
     /// # Errors
     /// If the numbers do not fit together. Each must be within its own range.
     pub fn of(settings: &Settings) -> Result<(Self, Passage), Violation> {
-        let Settings { filament, workpiece, process, .. } = settings;
+        Self::at(settings, 0.0)
+    }
+
+    /// The workpiece of `settings` in the frame of the tool, and how the undeformed filament at the place `s` (m) of the trim passes it.
+    ///
+    /// # Errors
+    /// As for [`Part::of`].
+    pub fn at(settings: &Settings, s: f64) -> Result<(Self, Passage), Violation> {
+        let Settings { tool, workpiece, .. } = settings;
         check_keys(workpiece)?;
         check_unused_keys(workpiece)?;
-        let (radius, depth) = (settings.tool_radius_m(), process.penetration_depth_m);
-        let plane = ContactArc::on_plane(workpiece.normal, reach(workpiece, radius), depth);
-        let ground = depth - radius;
+        let (pose, trim, [reach, _]) = (Pose::of(tool), Trim::of(settings), trim::reaches(settings));
+        let ground = settings.process.penetration_depth_m - reach;
+        let part = Self::upright(settings, ground)?;
+        let (normal, tip) = (pose.to_tool(unit_normal(workpiece)), trim.tip(s));
+        let across = tip[0] * normal[0].hypot(normal[1]);
+        let depth = settings.process.penetration_depth_m + (reach_of(tip, normal) - reach);
+        // Filaments that touch it during their whole turn have no arc on the plane.
+        let plane = (depth < 2.0 * across).then(|| ContactArc::on_plane(normal, across, depth.max(0.0)));
+        let part = match pose == Pose::UPRIGHT {
+            true => part,
+            false => {
+                let farthest = trim.ends().into_iter().flat_map(|s| [trim.root(s)[1], trim.tip(s)[1]]);
+                let axial_reach = farthest.fold(0.0, |reach: f64, height| reach.max(height.abs()));
+                Self::Posed(Box::new(Posed::new(part, pose, axial_reach)))
+            }
+        };
+        let passage = match (&part, plane) {
+            (_, None) if workpiece.kind == WorkpieceKind::Plane => Passage::all_round(PI),
+            (_, Some(arc)) if workpiece.kind == WorkpieceKind::Plane => match depth > 0.0 {
+                true => arc.into(),
+                false => Passage { touches: Vec::new(), ..arc.into() },
+            },
+            (Self::Posed(posed), plane) => {
+                let tool = RotaryTool { lateral_tilt: 0.0, ..RotaryTool::at(settings, s) };
+                posed.passage(&tool, trim.length, plane)
+            }
+            (Self::Outline(outline), Some(plane)) => {
+                outline.passage(tip[0], plane).ok_or_else(|| touches(workpiece))?
+            }
+            (Self::Profile(profile), Some(plane)) => {
+                profile.passage(tip[0], plane).ok_or_else(|| touches(workpiece))?
+            }
+            _ => return Err(touches(workpiece)),
+        };
+        Ok((part, passage))
+    }
+
+    /// The workpiece in its own frame, where its `y = 0` lies at the height `ground` (m).
+    fn upright(settings: &Settings, ground: f64) -> Result<Self, Violation> {
+        let Settings { tool, filament, workpiece, .. } = settings;
         let face_radius = SEGMENTS_OF_FACE * filament.length_m / filament.segments as f64;
         let velocity = [workpiece.feed_velocity_m_s, 0.0, 0.0];
         let WorkpieceSettings { offset_m, radius_m, .. } = *workpiece;
-        let touching_all_round = || Violation {
-            path: "workpiece.offset_m",
-            value: format!("{offset_m:?}"),
-            allowed: "such that the filaments leave the workpiece at some angle of the tool".to_owned(),
-        };
         let outline = match workpiece.kind {
             WorkpieceKind::Edge | WorkpieceKind::Chamfer => {
                 let (corners, direction) = corners(workpiece, ground)?;
@@ -59,14 +106,31 @@ impl Part {
             WorkpieceKind::Profile => {
                 let spline = spline(workpiece)?;
                 let profile = Profile::new(spline, [offset_m, ground], face_radius, velocity);
-                check_body(&profile, settings.tool.body_radius_m)?;
-                let passage = profile.passage(radius, plane).ok_or_else(touching_all_round)?;
-                return Ok((Self::Profile(Arc::new(profile)), passage));
+                if Pose::of(tool) == Pose::UPRIGHT {
+                    check_body(&profile, tool.body_radius_m)?;
+                }
+                return Ok(Self::Profile(Arc::new(profile)));
             }
-            WorkpieceKind::Plane => return Ok((Self::Plane(Plane::of(workpiece, radius, depth)), plane.into())),
+            WorkpieceKind::Plane => return Ok(Self::Plane(Plane::of(workpiece, -ground))),
         };
-        let passage = outline.passage(radius, plane).ok_or_else(touching_all_round)?;
-        Ok((Self::Outline(Arc::new(outline)), passage))
+        Ok(Self::Outline(Arc::new(outline)))
+    }
+
+    /// The same workpiece, which comes up to its place along `ramp`.
+    pub(crate) fn on_ramp(self, ramp: Ramp) -> Self {
+        Self::Posed(Box::new(match self {
+            Self::Posed(posed) => posed.on_ramp(ramp),
+            part => Posed::new(part, Pose::UPRIGHT, 0.0).on_ramp(ramp),
+        }))
+    }
+}
+
+/// The workpiece never lets the filaments go.
+fn touches(workpiece: &WorkpieceSettings) -> Violation {
+    Violation {
+        path: "workpiece.offset_m",
+        value: format!("{:?}", workpiece.offset_m),
+        allowed: "such that the filaments leave the workpiece at some angle of the tool".to_owned(),
     }
 }
 
@@ -256,6 +320,7 @@ macro_rules! each {
             Part::Plane($workpiece) => $result,
             Part::Outline($workpiece) => $result,
             Part::Profile($workpiece) => $result,
+            Part::Posed($workpiece) => $result,
         }
     };
 }

@@ -1,6 +1,6 @@
 //! A plane that moves without turning.
 
-use super::{ContactArc, ProfileCells, Surface, Workpiece};
+use super::{ProfileCells, Surface, Workpiece};
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::model::settings::WorkpieceSettings;
 
@@ -12,42 +12,32 @@ pub fn unit_normal(settings: &WorkpieceSettings) -> [f64; 3] {
     scale(1.0 / dot(normal, normal).sqrt(), normal)
 }
 
-/// Radius in m of the undeformed tips of a tool of the radius `tool_radius` (m) as the normal of the workpiece sees it:
-/// `R` for a normal across the axis.
-pub fn reach(settings: &WorkpieceSettings, tool_radius: f64) -> f64 {
-    let [x, y, _] = unit_normal(settings);
-    tool_radius * x.hypot(y)
-}
-
 /// A plane that moves without turning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
     point: [f64; 3],
     normal: [f64; 3],
     velocity: [f64; 3],
-    /// Where the tips of the tool that it was made for touch it.
-    arc: Option<ContactArc>,
 }
 
 impl Plane {
     /// The plane through `point` (m, at time zero) with the outward `normal` (of any length), moving at `velocity`
     /// (m/s).
     pub fn new(point: [f64; 3], normal: [f64; 3], velocity: [f64; 3]) -> Self {
-        Self { point, normal: scale(1.0 / dot(normal, normal).sqrt(), normal), velocity, arc: None }
+        Self { point, normal: scale(1.0 / dot(normal, normal).sqrt(), normal), velocity }
     }
 
-    /// The plane of `settings` that a round tool of the radius `tool_radius` (m) enters by `penetration_depth` (m).
+    /// The plane of `settings` at the distance `distance` (m) from the origin.
     ///
-    /// MODEL, "Contact": `y = −(R − a_e)`, moving along `x`. For a general normal `n`, the undeformed tips come as
-    /// deep as `a_e` below the plane, measured along `n`, and the feed is along `n × z`.
-    pub fn of(settings: &WorkpieceSettings, tool_radius: f64, penetration_depth: f64) -> Self {
+    /// MODEL, "Contact": `y = −(R − a_e)`, moving along `x`. For a general normal `n`, the distance is measured along `n`, and the feed is along
+    /// `n × z`, or along `x` where `n` is along `z`.
+    pub fn of(settings: &WorkpieceSettings, distance: f64) -> Self {
         let normal = unit_normal(settings);
         let [x, y, _] = normal;
         let across = x.hypot(y);
-        let reach = reach(settings, tool_radius);
-        let feed = scale(settings.feed_velocity_m_s / across, [y, -x, 0.0]);
-        let plane = Self::new(scale(-(reach - penetration_depth), normal), normal, feed);
-        Self { arc: Some(ContactArc::on_plane(settings.normal, reach, penetration_depth)), ..plane }
+        let along = if across > 0.0 { [y, -x, 0.0] } else { [1.0, 0.0, 0.0] };
+        let feed = scale(settings.feed_velocity_m_s / if across > 0.0 { across } else { 1.0 }, along);
+        Self::new(scale(-distance, normal), normal, feed)
     }
 }
 
@@ -91,10 +81,6 @@ impl Workpiece for Plane {
         let [x, y, _] = sub(position, scale(time, self.velocity));
         Some(dot(direction, [x, y]))
     }
-
-    fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
-        self.arc.or_else(|| ContactArc::find(|angle| self.surface(tip(angle), 0.0).gap))
-    }
 }
 
 #[cfg(test)]
@@ -102,10 +88,11 @@ mod tests {
     use std::f64::consts::FRAC_PI_3;
 
     use super::*;
+    use crate::workpiece::ContactArc;
 
     #[test]
     fn default_plane_is_the_models() {
-        let plane = Plane::of(&WorkpieceSettings { feed_velocity_m_s: 0.25, ..Default::default() }, 0.18, 0.001);
+        let plane = Plane::of(&WorkpieceSettings { feed_velocity_m_s: 0.25, ..Default::default() }, 0.18 - 0.001);
         let surface = plane.surface([0.3, -0.1795, -0.2], 7.0);
         assert!((surface.gap + 0.0005).abs() < 1e-16, "{surface:?}");
         assert_eq!(surface.normal, [0.0, 1.0, 0.0]);
@@ -115,7 +102,7 @@ mod tests {
     #[test]
     fn tips_reach_the_depth_below_a_tilted_plane() {
         let settings = WorkpieceSettings { normal: [3.0, 4.0, 2.0], ..Default::default() };
-        let plane = Plane::of(&settings, 0.18, 0.002);
+        let plane = Plane::of(&settings, 0.18 * (25.0_f64 / 29.0).sqrt() - 0.002);
         let deepest = (0..100_000)
             .map(|i| f64::from(i) * 1e-4)
             .map(|angle| plane.surface([0.18 * angle.cos(), 0.18 * angle.sin(), 0.0], 0.0).gap);
@@ -126,10 +113,12 @@ mod tests {
     fn arcs_are_found_as_they_are_stated() {
         for (normal, depth) in [([0.0, 1.0, 0.0], 0.001), ([1.0, 2.0, 0.0], 0.005), ([-3.0, -0.1, 1.0], 1e-4)] {
             let settings = WorkpieceSettings { normal, ..Default::default() };
-            let plane = Plane::of(&settings, 0.18, depth);
+            let [x, y, _] = unit_normal(&settings);
+            let reach = 0.18 * x.hypot(y);
+            let plane = Plane::of(&settings, reach - depth);
             let tip = |angle: f64| [0.18 * angle.cos(), 0.18 * angle.sin(), 0.0];
-            let stated = plane.contact_arc(&tip).expect("the tips touch");
-            let found = Plane { arc: None, ..plane }.contact_arc(&tip).expect("the tips touch");
+            let stated = ContactArc::on_plane(normal, reach, depth);
+            let found = plane.contact_arc(&tip).expect("the tips touch");
             assert!(
                 (stated.angle - found.angle).abs() < 1e-11 && (stated.middle - found.middle).abs() < 1e-11,
                 "{found:?}"

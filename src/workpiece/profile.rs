@@ -175,9 +175,9 @@ impl Workpiece for Profile {
     fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
         let [x_rate, y_rate, _] = self.velocity;
         let position = [x - time * x_rate, y - time * y_rate];
-        let Foot { normal: [nx, ny], gap, curvature, .. } = self.spline.nearest(sub(position, self.origin));
+        let Foot { normal, gap, curvature, .. } = self.spline.nearest(sub(position, self.origin));
         let margin = self.edges.iter().map(|edge| -edge.inside(position)).fold(f64::INFINITY, f64::min);
-        Surface { gap, normal: [nx, ny, 0.0], velocity: self.velocity, turn: 1.0 / (1.0 / curvature + gap), margin }
+        Surface::of_profile(gap, normal, self.velocity, 1.0 / (1.0 / curvature + gap), margin)
     }
 
     fn edges(&self) -> &[Edge] {

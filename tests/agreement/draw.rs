@@ -151,10 +151,10 @@ pub const SIMPLIFICATIONS: &[Simplification] = &[
     |settings| settings.process.gravity_m_s2 = [0.0; 3],
     |settings| settings.workpiece.feed_velocity_m_s = 0.0,
     |settings| settings.workpiece = WorkpieceSettings::default(),
-    |settings| settings.process.turns = Turns::default(),
+    |settings| settings.process.turns = None,
     |settings| {
-        if settings.process.turns.at_most() > 2 {
-            settings.process.turns = Turns::Count(2);
+        if settings.process.turns().at_most() > 2 {
+            settings.process.turns = Some(Turns::Count(2));
         }
     },
     |settings| settings.filament.segments = settings.filament.segments.min(4),

@@ -83,7 +83,7 @@ pub fn judge(pair: &Pair, results: &[Result]) -> Verdict {
 /// The number that differs most of those that differ by more than they may, in words. `share` is what a number may differ by in addition.
 fn excess(pair: &Pair, one: &Outcome, other: &Outcome, share: impl Fn(&'static str) -> f64) -> Option<String> {
     let settings = pair.settings();
-    let is_steady = settings.process.turns == Turns::Steady;
+    let is_steady = settings.process.turns() == Turns::Steady;
     if !is_steady && one.turns.len() != other.turns.len() && one.metrics.turns == other.metrics.turns {
         return Some(format!("{} and {} turns are listed", one.turns.len(), other.turns.len()));
     }
@@ -123,10 +123,10 @@ fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome)
         .zip(&partner.turns)
         .map(|(turn, _)| number("p_n of a turn", *turn, turn.max(momentum)))
         .collect();
-    if outcome.metrics.turns != partner.metrics.turns && settings.process.turns != Turns::Steady {
+    if outcome.metrics.turns != partner.metrics.turns && settings.process.turns() != Turns::Steady {
         return numbers;
     }
-    let is_steady = settings.process.turns == Turns::Steady;
+    let is_steady = settings.process.turns() == Turns::Steady;
     let slack = if is_steady { STEADY } else { 0.0 };
     numbers.push(Number { slack, ..number("p_n", metrics.contact_normal_impulse_n_s, impulse) });
     // The tolerance of a brush is that of the impulse.

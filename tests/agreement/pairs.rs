@@ -93,7 +93,7 @@ impl Display for Run {
             WorkpieceKind::Profile => writeln!(formatter, "workpiece.control_points_m = {control_points_m:?}")?,
             WorkpieceKind::Cylinder | WorkpieceKind::Bore => {}
         }
-        if settings.process.turns == Turns::Steady {
+        if settings.process.turns() == Turns::Steady {
             writeln!(formatter, "# and process.turns = {:?} instead", Turns::STEADY)?;
         }
         if let Some(brush) = &settings.brush {
@@ -187,7 +187,7 @@ fn several_turns(settings: &mut Settings, random: &mut Rng) {
     let velocity = &mut settings.process.brushing_velocity_m_s;
     *velocity = velocity.max(between(random, 8.0, 40.0));
     settings.tool.body_radius_m = settings.tool.body_radius_m.min(0.08);
-    settings.process.turns = if once_in(random, 3) { Turns::Steady } else { Turns::Count(random.usize(2..5)) };
+    settings.process.turns = Some(if once_in(random, 3) { Turns::Steady } else { Turns::Count(random.usize(2..5)) });
     settings.filament.damping_ratio = settings.filament.damping_ratio.max(0.05);
     settings.workpiece.feed_velocity_m_s = 0.0;
     if settings.check().is_err() {
@@ -242,7 +242,7 @@ fn far_apart(settings: &mut Settings, random: &mut Rng) {
     several_turns(settings, random);
     rests(settings, random);
     if once_in(random, 2) {
-        settings.process.turns = Turns::default();
+        settings.process.turns = Some(Turns::default());
     }
 }
 
@@ -347,7 +347,7 @@ fn shifted(settings: &Settings, random: &mut Rng) -> Pair {
 fn longer(settings: &Settings, random: &mut Rng) -> Pair {
     let [mut one, mut other] = [settings.clone(), settings.clone()];
     let turns = random.usize(2..4);
-    (one.process.turns, other.process.turns) = (Turns::Count(turns), Turns::Count(turns + 1));
+    (one.process.turns, other.process.turns) = (Some(Turns::Count(turns)), Some(Turns::Count(turns + 1)));
     Pair::alone(&one, &other, 1e-6)
 }
 

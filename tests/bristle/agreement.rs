@@ -5,7 +5,7 @@ use bristle::contact::{Approach, ContactLaw};
 use bristle::equations::linear::add;
 use bristle::equations::{ChainDynamics, Dynamics, LaneSet, NoLoads, NodeLoads, StepWeights, kernels};
 use bristle::simulation::FilamentSystem;
-use bristle::tool::{RoundTool, Turning};
+use bristle::tool::{RotaryTool, Turning};
 use bristle::workpiece::{Plane, Workpiece};
 use bristle_codegen::ir::graph::NodeId;
 use bristle_codegen::model::chain::Motion;
@@ -14,8 +14,7 @@ use bristle_inspect::evaluation::symbol_values;
 use fastrand::Rng;
 
 /// The tool, which every system has; the loads do not depend on it.
-const TOOL: Turning<RoundTool> =
-    Turning { tool: RoundTool { body_radius: 0.14, lateral_tilt: 0.0 }, rate: 0.0, initial_angle: 0.0 };
+const TOOL: Turning<RotaryTool> = Turning { tool: RotaryTool::radial(0.14), rate: 0.0, initial_angle: 0.0 };
 
 /// `M` and `f` of the whole equations at a state.
 fn whole(state: &RandomState) -> (Vec<Vec<f64>>, Vec<f64>) {
@@ -378,6 +377,7 @@ fn contact_law_at_its_singular_points() {
         penetration_rate: rate,
         normal: [0.0, 1.0, 0.0],
         sliding: [sliding, 0.0, 0.0],
+        across: [-1.0, 0.0, 0.0],
         turn: 0.0,
         margin: f64::INFINITY,
     };

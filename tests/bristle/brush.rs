@@ -350,7 +350,7 @@ fn a_whole_row_is_a_ring() {
 fn steady_turns_of_a_brush_go_on_until_they_are() {
     let mut settings = row(10, 600.0, 1);
     settings.process.brushing_velocity_m_s = 30.0;
-    settings.process.turns = Turns::Steady;
+    settings.process.turns = Some(Turns::Steady);
     let brush = simulate_brush(&settings, 1).expect("a brush");
     let impulses = &brush.turn_contact_normal_impulses_n_s;
     // MODEL, "Turns".

@@ -5,7 +5,7 @@ use bristle::equations::{
     Chain, ChainDynamics, Clamp, Dynamics, NoLoads, PolarAxis, PoleError, RelaxedAngle, StepWeights,
 };
 use bristle::model::filament;
-use bristle::tool::{RoundTool, SampledTool, Tool};
+use bristle::tool::{RotaryTool, SampledTool, Tool};
 use fastrand::Rng;
 
 use crate::common::{filament as paper, random_pairs, tolerance};
@@ -220,6 +220,6 @@ fn a_sampled_tool_turns_with_its_body_where_its_samples_do() {
     let clamp = sampled(&rocking);
     assert_eq!(clamp.angular_velocity, cross(clamp.direction, clamp.direction_rate));
     assert!((clamp.angular_velocity[2] - 50.0 * 0.2 * 0.3_f64.cos()).abs() < 1e-9);
-    let tilted = RoundTool { body_radius: 0.14, lateral_tilt: 0.3 }.clamp(0.3, 50.0);
+    let tilted = RotaryTool { lateral_tilt: 0.3, ..RotaryTool::radial(0.14) }.clamp(0.3, 50.0);
     assert_eq!(tilted.angular_velocity, [0.0, 0.0, 50.0]);
 }

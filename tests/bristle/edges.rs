@@ -69,7 +69,7 @@ impl Reference {
         };
         settings.contact.friction_coefficient = self.friction_coefficient;
         settings.workpiece = self.workpiece.clone();
-        settings.process.turns = Turns::Count(self.turns);
+        settings.process.turns = Some(Turns::Count(self.turns));
         settings.solver.relative_tolerance = 1e-9;
         // The reference starts and ends at the angles of a straight filament.
         let (pass, process) = (Pass::new(&settings), &mut settings.process);

@@ -97,7 +97,7 @@ fn the_opposite_tilt_mirrors_the_motion() {
                 continue;
             }
             let [a, mut b] = [&one, &other].map(|pass| column.get(&pass.metrics));
-            if column.key == "contact_impulse_z_n_s" {
+            if ["contact_impulse_z_n_s", "tool_lateral_force_n"].contains(&column.key) {
                 b = -b;
             }
             assert!((a - b).abs() <= 1e-8 * a.abs(), "{name}: {} is {a} and {b}", column.key);

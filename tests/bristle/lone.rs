@@ -62,11 +62,11 @@ fn settings_of(seed: u64) -> Settings {
         }
         _ => {}
     }
-    settings.process.turns = match between(0.0, 1.0) {
+    settings.process.turns = Some(match between(0.0, 1.0) {
         share if share < 0.7 => Turns::Count(1),
         share if share < 0.9 => Turns::Count(between(2.0, 4.0) as usize),
         _ => Turns::Steady,
-    };
+    });
     let tolerance = if between(0.0, 1.0) < 0.7 { 1e-3 } else { 1e-4 };
     let brush = BrushSettings { columns: Some(1), rows: Some(1), steady: false, tolerance, ..BrushSettings::default() };
     Settings { brush: Some(brush), ..settings }
@@ -80,7 +80,7 @@ fn a_brush_of_one_filament_is_its_pass() {
         let mut settings = settings_of(seed);
         if count == COUNT {
             // Several turns take minutes.
-            settings.process.turns = Turns::Count(1);
+            settings.process.turns = Some(Turns::Count(1));
         }
         // What cannot be stated, or simulated, is tried elsewhere.
         if settings.check().is_err() {
@@ -136,7 +136,7 @@ fn a_brush_of_one_filament_and_one_segment_moves() {
 fn steady_turns_of_a_brush_go_on_until_they_are() {
     let mut settings = Settings::paper(30.0, 1e-3);
     settings.filament.segments = 10;
-    settings.process.turns = Turns::Steady;
+    settings.process.turns = Some(Turns::Steady);
     settings.tool.filament_count = 600.0;
     settings.brush = Some(BrushSettings { columns: Some(1), rows: Some(1), steady: false, ..BrushSettings::default() });
     let brush = simulate_brush(&settings, 1).expect("a brush");

@@ -18,6 +18,7 @@ mod open_core;
 mod physics;
 mod planar;
 mod poles;
+mod poses;
 mod profile;
 mod reference;
 mod resolved;

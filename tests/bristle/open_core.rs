@@ -4,7 +4,7 @@ use crate::common::case;
 use bristle::equations::{Clamp, PolarAxis};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, NoContactArc, Pass, Sampling, Simulation, sample_side_by_side, simulate_with};
-use bristle::tool::{RoundTool, Tool, radial_clamp};
+use bristle::tool::{RotaryTool, Tool, radial_clamp};
 use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
 
 const SAMPLING: Sampling = Sampling { samples: 20, shapes: 5, loads: true, profile: false, alongside: false };
@@ -105,9 +105,8 @@ fn outside_tools_and_workpieces_have_the_bits_of_the_built_in_ones() {
 fn a_pass_of_its_own_plane_is_that_of_the_settings() {
     let mut settings = case(5, 20.0, 2e-3);
     settings.workpiece.normal = [1.0, 3.0, -0.5];
-    let tool = RoundTool::of(&settings);
-    let radius = tool.radius(settings.filament.length_m);
-    let plane = Plane::of(&settings.workpiece, radius, 2e-3);
+    let tool = RotaryTool::of(&settings);
+    let plane = Plane::of(&settings.workpiece, settings.reach_m() - 2e-3);
     let pass = Pass::with(&settings, tool, plane).expect("the tips touch the plane");
     assert!(pass.simulate(SAMPLING) == simulate_with(&settings, SAMPLING));
 }

@@ -6,7 +6,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Form, Job, Kind, Pass, Simulation, simulate_side_by_side, simulate_with_history};
-use bristle::tool::{RoundTool, Tool};
+use bristle::tool::{RotaryTool, Tool};
 use bristle::workpiece::{Plane, Workpiece};
 use fastrand::Rng;
 use std::f64::consts::TAU;
@@ -91,7 +91,7 @@ fn scale(key: &str, metrics: &Metrics) -> f64 {
         "contact_impulse_x_n_s" | "contact_impulse_y_n_s" | "contact_impulse_z_n_s" => {
             metrics.contact_normal_impulse_n_s
         }
-        "tool_tangential_force_n" => force,
+        "tool_tangential_force_n" | "tool_lateral_force_n" => force,
         "contact_angular_impulse_n_m_s" => LEVER * metrics.contact_normal_impulse_n_s,
         "tool_torque_n_m" => LEVER * force,
         "tool_power_w" => force * metrics.nominal_contact_length_m / metrics.nominal_contact_time_s,
@@ -110,6 +110,7 @@ fn image(metrics: &Metrics, image: impl Fn([f64; 3]) -> [f64; 3], sense: f64) ->
         contact_impulse_z_n_s: z_image,
         contact_angular_impulse_n_m_s: sense * metrics.contact_angular_impulse_n_m_s,
         tool_tangential_force_n: -x_image * per_impulse,
+        tool_lateral_force_n: -z_image * per_impulse,
         tool_torque_n_m: sense * metrics.tool_torque_n_m,
         tool_power_w: sense * metrics.tool_power_w,
         ..metrics.clone()
@@ -162,7 +163,7 @@ fn turned_by([x, y, z]: [f64; 3], angle: f64) -> [f64; 3] {
 /// The mirror image of a round tool at `x = 0`, which turns the other way.
 #[derive(Clone, Copy)]
 struct Mirrored {
-    tool: RoundTool,
+    tool: RotaryTool,
 }
 
 impl Mirrored {
@@ -172,7 +173,7 @@ impl Mirrored {
 
     /// The mirror image of the pass of `settings`.
     fn pass(settings: &Settings) -> Pass<Self, Plane> {
-        let mirrored = Self { tool: RoundTool::of(settings) };
+        let mirrored = Self { tool: RotaryTool::of(settings) };
         let depth = settings.process.penetration_depth_m;
         let distance = settings.tool_radius_m() - depth;
         let feed = [settings.workpiece.feed_velocity_m_s, 0.0, 0.0];

@@ -44,7 +44,7 @@ fn all() -> impl Iterator<Item = Settings> {
     wire.workpiece.radius_m = 0.002;
     // The work is that of the last turn.
     let mut turning = settings(Edge, 0.3);
-    (turning.process.turns, turning.process.brushing_velocity_m_s) = (Turns::Count(2), 20.0);
+    (turning.process.turns, turning.process.brushing_velocity_m_s) = (Some(Turns::Count(2)), 20.0);
     all.extend([entering, moving, wire, turning]);
     all.into_iter()
 }

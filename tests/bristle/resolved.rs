@@ -3,7 +3,7 @@
 use crate::common::case;
 use bristle::model::settings::{Settings, Side, WorkpieceKind};
 use bristle::simulation::{Pass, Sampling, simulate, simulate_with};
-use bristle::tool::{RoundTool, Tool};
+use bristle::tool::{RotaryTool, Tool};
 use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
 
 /// A filament whose tip crosses the face of a chamfer within 87 µs, an eighth of a step, before it meets the edge behind.
@@ -90,8 +90,8 @@ impl Workpiece for Around {
 #[test]
 fn a_tool_that_begins_inside_the_workpiece_is_refused() {
     let settings = case(6, 10.0, 1e-3);
-    let tool = RoundTool::of(&settings);
-    let plane = Plane::of(&settings.workpiece, tool.radius(settings.filament.length_m), 1e-3);
+    let tool = RotaryTool::of(&settings);
+    let plane = Plane::of(&settings.workpiece, tool.radius(settings.filament.length_m) - 1e-3);
     let pass = Pass::with(&settings, tool, Around(plane)).expect("a contact arc is stated");
     let error = pass.simulate(Sampling::default()).expect_err("no angle is free");
     assert!(error.to_string().contains("start inside the workpiece"), "{error}");

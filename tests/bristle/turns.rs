@@ -10,7 +10,7 @@ use bristle::simulation::{
 
 fn turning(segments: usize, velocity: f64, depth: f64, turns: Turns) -> Settings {
     let mut settings = case(segments, velocity, depth);
-    settings.process.turns = turns;
+    settings.process.turns = Some(turns);
     settings
 }
 
@@ -207,7 +207,7 @@ fn turns_side_by_side_are_those_alone() {
 fn a_further_turn_changes_nothing_where_nothing_is_left_of_the_vibration() {
     let mut settings = turning(5, 1.0, 1e-3, Turns::Count(1));
     let one = simulated(&settings);
-    settings.process.turns = Turns::Count(2);
+    settings.process.turns = Some(Turns::Count(2));
     let two = simulated(&settings);
     let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-3, "{a}, not {b}");
     near(two.metrics.contact_normal_impulse_n_s, one.metrics.contact_normal_impulse_n_s);

@@ -27,6 +27,7 @@ pub const CHECK: &str = "check.json";
 pub const METRICS: &str = "metrics.json";
 pub const HISTORY: &str = "history.csv";
 pub const PROFILE: &str = "profile.csv";
+pub const POSITIONS: &str = "positions.csv";
 pub const SHAPES: &str = "shapes.csv";
 pub const HISTORY_PARQUET: &str = "history.parquet";
 pub const BRUSH: &str = "brush.json";
@@ -36,7 +37,7 @@ pub const BRUSH_PAGE: &str = "brush.html";
 
 /// The files that only a contact has, and those that only a brush has. One of them replaces the other in a directory, as both have
 /// metrics and a history.
-pub const OF_CONTACT: [&str; 4] = [CASE, PROFILE, SHAPES, HISTORY_PARQUET];
+pub const OF_CONTACT: [&str; 5] = [CASE, PROFILE, POSITIONS, SHAPES, HISTORY_PARQUET];
 pub const OF_BRUSH: [&str; 4] = [BRUSH, FILAMENTS, CONTACTS, BRUSH_PAGE];
 
 /// Why saved results cannot be used.

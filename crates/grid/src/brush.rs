@@ -73,9 +73,14 @@ pub fn check_brushes(study: &Study, threads: Option<NonZeroUsize>, memory: Optio
 /// push and hold; and a brush has a balance of its own.
 pub const NOT_OF_BRUSHES: &[&str] = &["lateral_amplification", "laterally_unstable", "energy_residual"];
 
-/// The metrics of a contact that results have: those of brushes, or of single filaments.
-pub fn metric_columns(of_brushes: bool) -> impl Iterator<Item = &'static Column<Metrics>> {
-    Metrics::COLUMNS.iter().filter(move |column| !of_brushes || !NOT_OF_BRUSHES.contains(&column.key))
+/// The metrics of tools that are pressed on with a given force. Where the depth is given, it is a setting.
+const OF_FORCE: &[&str] = &["penetration_depth_m", "force_stiffness_n_m"];
+
+/// The metrics of a contact that tables have: those of brushes, or of single filaments, with those of tools that are pressed on, or without.
+pub fn metric_columns(of_brushes: bool, pressed_on: bool) -> impl Iterator<Item = &'static Column<Metrics>> {
+    let of_brushes = move |key| !of_brushes || !NOT_OF_BRUSHES.contains(key);
+    let of_force = move |key| pressed_on || !OF_FORCE.contains(key);
+    Metrics::COLUMNS.iter().filter(move |column| of_brushes(&column.key) && of_force(&column.key))
 }
 
 /// Drawn in figures whose file names start with `file_name`, and shown in the tables of a terminal.

@@ -9,11 +9,12 @@ use std::sync::{Arc, Mutex};
 use bristle::brush::{BrushError, check_brush};
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::Settings;
+use bristle::tool::Trim;
 use bristle_text::shown;
 use thiserror::Error;
 
 use super::setting::{Setting, TOOL};
-use super::sweep::{MAX_CASES, MAX_TOOLS, SPEED, Sweep, SweepText, TURNS, VELOCITY};
+use super::sweep::{FORCE, MAX_CASES, MAX_TOOLS, SPEED, Sweep, SweepText, TURNS, VELOCITY};
 use super::tool::{LONGEST_NAME, Tool, ToolText, are_alike, is_name};
 use crate::uncertainty::{INPUTS, MOVING, check};
 
@@ -293,13 +294,32 @@ impl Study {
         })
     }
 
+    /// Whether the depth of some case follows from a force.
+    #[must_use]
+    pub fn is_pressed_on(&self) -> bool {
+        self.sweep(FORCE).is_some() || self.tools.iter().any(|tool| tool.settings.process.tool_force_n.is_some())
+    }
+
     /// Whether some case has more than one turn.
     #[must_use]
     pub fn takes_turns(&self) -> bool {
         match self.sweep(TURNS) {
             Some(sweep) => sweep.values().iter().any(|&turns| turns > 1.0),
-            None => self.tools.iter().any(|tool| tool.settings.process.turns.at_most() > 1),
+            // Those of filaments that touch during the whole turn are as many as it takes.
+            None => {
+                self.tools.iter().any(|tool| tool.settings.process.turns().at_most() > 1) || self.may_touch_all_round()
+            }
         }
+    }
+
+    /// Whether filaments may touch the workpiece during the whole turn: on tools that are tilted or whose filaments are not radial.
+    fn may_touch_all_round(&self) -> bool {
+        let swept =
+            self.sweeps.iter().any(|sweep| ["tool.tilt_rad", "tool.filament_angle_rad"].contains(&sweep.path()));
+        let tilted = |settings: &Settings| {
+            settings.process.turns.is_none() && (settings.tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial())
+        };
+        swept || self.tools.iter().any(|tool| tilted(&tool.settings))
     }
 
     /// All settings of one case, counted from 0.

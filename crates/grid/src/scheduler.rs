@@ -1,5 +1,6 @@
 //! Simulates the cases of a study in lanes and threads.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::num::NonZeroUsize;
@@ -14,9 +15,10 @@ use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle::simulation::{
-    IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError, Stop, sample_side_by_side,
+    DepthSearch, IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError, Stop, of_trim,
+    sample_side_by_side,
 };
-use bristle::tool::Tool;
+use bristle::tool::{Place, Tool, places};
 use bristle::workpiece::Workpiece;
 use tracing::{debug, info, warn};
 
@@ -127,18 +129,15 @@ pub fn simulate_cases(
             simulate_brush(study, case, spare, stop)
         });
     }
-    complete_cases(study, cases, threads, on_case_done, |take, done| {
+    complete_cases(study, cases, threads, on_pass, on_case_done, |take, done| {
         let take = |kind| {
             let Job { number, pass } = if stop.is_requested() { None } else { take(kind) }?;
             Some(Job { number, pass: pass.until(stop) })
         };
         sample_taken(sampling, &take, &|number, result| {
-            match &result {
-                Err(SimulationError::Integration(IntegrationError::Stopped)) => return,
-                Ok(simulation) if number < study.case_count() => on_pass(number, simulation),
-                _ => {}
+            if !matches!(result, Err(SimulationError::Integration(IntegrationError::Stopped))) {
+                done(number, result);
             }
-            done(number, result);
         });
     })
 }
@@ -218,7 +217,14 @@ pub fn work(study: &Study, case: usize) -> f64 {
         Some(_) => study.brush_memory(case).map_or(0.0, |bytes| bytes as f64),
         None => settings.filament.segments as f64,
     };
+    let settings = tentative(settings);
     size * Pass::new(&settings).end_time() * settings.process.brushing_velocity_m_s
+}
+
+/// Settings with a depth: the first one of a search for a force.
+fn tentative(settings: Settings) -> Settings {
+    let first = DepthSearch::<()>::of(&settings, None).map(|search| settings.at_depth(search.depth()));
+    first.unwrap_or(settings)
 }
 
 /// The bytes by which a brush may need more than at its beginning, when it takes more columns: an equal share for each of those that are
@@ -324,13 +330,71 @@ pub fn thread_count(asked: Option<NonZeroUsize>) -> usize {
 struct Queue {
     /// The cases to begin. The first one is last.
     waiting: Vec<(Kind, usize)>,
-    /// The case begun last, with its kind, while it has passes that have not been given out.
-    current: Option<(Kind, usize)>,
     begun: BTreeMap<usize, BegunCase>,
-    /// Case and run of each pass being simulated, by the number of its job.
-    running: BTreeMap<usize, (usize, Run)>,
-    /// The number of passes that have been given out beyond those of the cases themselves.
-    further: usize,
+    /// The tools of the cases that are begun, by number.
+    inquiries: BTreeMap<usize, Inquiry>,
+    /// Passes to give out, by kind, tool and place. The first one is last.
+    ready: Vec<(Kind, usize, usize)>,
+    /// Tool and place of each pass being simulated, by the number of its job.
+    running: BTreeMap<usize, (usize, usize)>,
+    /// How many tools and passes there have been.
+    asked: usize,
+    given: usize,
+}
+
+/// One tool of a case: the passes of the filaments along its trim, and again at other depths until it presses with the force that is asked for.
+struct Inquiry {
+    case: usize,
+    run: Run,
+    kind: Kind,
+    settings: Settings,
+    search: Option<DepthSearch<Simulation>>,
+    places: Vec<Place>,
+    /// Results at this depth, by place.
+    results: Vec<Option<Simulation>>,
+}
+
+impl Inquiry {
+    fn new(case: usize, run: Run, kind: Kind, settings: Settings) -> Self {
+        let (search, places) = (DepthSearch::of(&settings, None), places(&settings));
+        let results = vec![None; places.len()];
+        Self { case, run, kind, search, results, places, settings }
+    }
+
+    /// The settings at the depth that is being simulated.
+    fn at_depth(&self) -> Cow<'_, Settings> {
+        match &self.search {
+            Some(search) => Cow::Owned(self.settings.at_depth(search.depth())),
+            None => Cow::Borrowed(&self.settings),
+        }
+    }
+
+    /// The pass of the filament at a place, by number.
+    fn pass(&self, place: usize) -> Pass {
+        Pass::at(&self.at_depth(), self.places[place].s)
+    }
+
+    /// Takes the result of a pass. `None` if others are still to come, at this depth or at the next.
+    fn take(&mut self, place: usize, result: Simulation) -> Result<Option<Simulation>, String> {
+        self.results[place] = Some(result);
+        if self.results.contains(&None) {
+            return Ok(None);
+        }
+        let all = self.results.iter_mut().map(|result| result.take().expect("all are there")).collect();
+        let whole = of_trim(&self.places, all);
+        let Some(search) = &mut self.search else { return Ok(Some(whole)) };
+        let found = search.take(whole.metrics.tool_contact_normal_force_n, whole).map_err(|error| error.to_string())?;
+        Ok(found.map(|found| {
+            let mut simulation = found.result;
+            simulation.metrics.force_stiffness_n_m = found.stiffness;
+            simulation
+        }))
+    }
+
+    /// Whether a round of passes is about to begin.
+    fn is_fresh(&self) -> bool {
+        self.results.iter().all(Option::is_none)
+    }
 }
 
 /// The role of a pass in its case.
@@ -347,9 +411,9 @@ enum Run {
 struct BegunCase {
     start: Instant,
     settings: Settings,
-    /// The passes to give out. The first one is last.
+    /// Its tools. The first one is last.
     runs: Vec<Run>,
-    /// Passes without a result yet.
+    /// Tools without a result yet.
     left: usize,
     nominal: Option<CaseResult>,
     finer: Option<Metrics>,
@@ -388,22 +452,18 @@ impl BegunCase {
         sampled.unwrap_or_else(|| self.settings.clone())
     }
 
-    /// Takes the result of a pass. Returns true if it was the last.
-    fn take<E: Display>(&mut self, run: Run, result: Result<Simulation, E>) -> bool {
+    /// Takes the result of a tool. Returns true if it was the last.
+    fn take(&mut self, run: Run, result: Result<Simulation, String>) -> bool {
         match run {
             Run::Nominal => {
-                self.nominal = Some(
-                    result
-                        .map(|simulation| CaseSummary {
-                            metrics: simulation.metrics,
-                            turn_contact_normal_impulses_n_s: simulation.turn_contact_normal_impulses_n_s,
-                            statistics: simulation.statistics,
-                            scatter: None,
-                            brush: None,
-                            change_when_checked: None,
-                        })
-                        .map_err(|error| error.to_string()),
-                );
+                self.nominal = Some(result.map(|simulation| CaseSummary {
+                    metrics: simulation.metrics,
+                    turn_contact_normal_impulses_n_s: simulation.turn_contact_normal_impulses_n_s,
+                    statistics: simulation.statistics,
+                    scatter: None,
+                    brush: None,
+                    change_when_checked: None,
+                }));
             }
             Run::Finer => self.finer = result.ok().map(|simulation| simulation.metrics),
             Run::Tool(tool) => {
@@ -413,8 +473,8 @@ impl BegunCase {
         self.left -= 1;
         if matches!(self.nominal, Some(Err(_))) {
             // A case that failed needs no sampled tools.
-            self.left -= self.runs.len();
             self.runs.clear();
+            return true;
         }
         self.left == 0
     }
@@ -428,47 +488,86 @@ impl BegunCase {
 }
 
 impl Queue {
-    /// The next pass of this kind, or of any kind.
-    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Job> {
-        if self.current.is_none() {
-            let &(next, case) = self.waiting.last()?;
-            if kind.is_some_and(|kind| kind != next) {
-                return None;
-            }
-            self.waiting.pop();
-            self.current = Some((next, case));
-            self.begun.insert(case, BegunCase::new(study.settings(case), study.checks()));
+    fn new(waiting: Vec<(Kind, usize)>) -> Self {
+        Self {
+            waiting,
+            begun: BTreeMap::new(),
+            inquiries: BTreeMap::new(),
+            ready: Vec::new(),
+            running: BTreeMap::new(),
+            asked: 0,
+            given: 0,
         }
-        let (of_current, case) = self.current?;
-        // Sampled tools are of the same kind as the nominal one: scatter neither adds nor removes dampers or friction.
-        if kind.is_some_and(|kind| kind != of_current) {
-            return None;
-        }
-        let begun = self.begun.get_mut(&case)?;
-        let run = begun.runs.pop()?;
-        if begun.runs.is_empty() {
-            self.current = None;
-        }
-        // The numbers of further passes follow those of all cases.
-        let number = match run {
-            Run::Nominal => case,
-            Run::Finer | Run::Tool(_) => study.case_count() + self.further,
-        };
-        self.further += usize::from(number != case);
-        self.running.insert(number, (case, run));
-        Some(Job::new(number, &begun.settings(run)))
     }
 
-    /// Takes the result of a pass, and returns its case if the case is complete.
-    fn take<E: Display>(&mut self, number: usize, result: Result<Simulation, E>) -> Option<(usize, BegunCase)> {
-        let (case, run) = self.running.remove(&number)?;
-        let begun = self.begun.get_mut(&case)?;
-        let is_complete = begun.take(run, result);
-        if begun.runs.is_empty() && self.current.is_some_and(|(_, current)| current == case) {
-            self.current = None;
+    /// The next pass of this kind, or of any kind.
+    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Job> {
+        let fits = |of: Kind| kind.is_none_or(|kind| kind == of);
+        if !self.ready.last().is_some_and(|&(of, ..)| fits(of)) {
+            self.waiting.last().filter(|&&(of, _)| fits(of))?;
+            let (of, case) = self.waiting.pop()?;
+            self.begin(study, of, case);
         }
-        is_complete.then(|| self.begun.remove(&case).map(|begun| (case, begun))).flatten()
+        let (_, asked, place) = self.ready.pop()?;
+        let number = self.given;
+        self.given += 1;
+        self.running.insert(number, (asked, place));
+        Some(Job { number, pass: self.inquiries[&asked].pass(place) })
     }
+
+    /// Begins a case. Its sampled tools are of the same kind as the nominal one: scatter neither adds nor removes dampers or friction.
+    fn begin(&mut self, study: &Study, kind: Kind, case: usize) {
+        let begun = BegunCase::new(study.settings(case), study.checks());
+        for &run in &begun.runs {
+            self.inquiries.insert(self.asked, Inquiry::new(case, run, kind, begun.settings(run)));
+            self.make_ready(self.asked);
+            self.asked += 1;
+        }
+        self.begun.insert(case, begun);
+    }
+
+    /// Makes the passes of a tool ready.
+    fn make_ready(&mut self, asked: usize) {
+        let inquiry = &self.inquiries[&asked];
+        self.ready.extend((0..inquiry.places.len()).rev().map(|place| (inquiry.kind, asked, place)));
+    }
+
+    /// Takes the result of a pass: with its case and simulation if it completes the nominal tool, and the case if that is complete.
+    fn take<E: Display>(&mut self, number: usize, result: Result<Simulation, E>) -> Taken {
+        let Some((asked, place)) = self.running.remove(&number) else { return Taken::default() };
+        let Some(inquiry) = self.inquiries.get_mut(&asked) else { return Taken::default() };
+        let (case, run) = (inquiry.case, inquiry.run);
+        let answer = match result.map_err(|error| error.to_string()).and_then(|result| inquiry.take(place, result)) {
+            Ok(None) => {
+                if inquiry.is_fresh() {
+                    self.make_ready(asked);
+                }
+                return Taken::default();
+            }
+            Ok(Some(simulation)) => Ok(simulation),
+            Err(error) => Err(error),
+        };
+        self.inquiries.remove(&asked);
+        self.ready.retain(|(_, other, _)| *other != asked);
+        let Some(begun) = self.begun.get_mut(&case) else { return Taken::default() };
+        let nominal = matches!((run, &answer), (Run::Nominal, Ok(_))).then(|| answer.clone().ok()).flatten();
+        let mut taken = Taken { nominal: nominal.map(|simulation| (case, simulation)), complete: None };
+        if begun.take(run, answer) {
+            let inquiries = &mut self.inquiries;
+            inquiries.retain(|_, inquiry| inquiry.case != case);
+            self.ready.retain(|(_, asked, _)| inquiries.contains_key(asked));
+            taken.complete = self.begun.remove(&case).map(|begun| (case, begun));
+        }
+        taken
+    }
+}
+
+/// What the result of a pass completes.
+#[derive(Default)]
+struct Taken {
+    /// The nominal tool of a case, by number.
+    nominal: Option<(usize, Simulation)>,
+    complete: Option<(usize, BegunCase)>,
 }
 
 /// [`simulate_cases`] with a function that takes and simulates passes until there are none left.
@@ -476,23 +575,28 @@ pub(super) fn complete_cases<E: Display>(
     study: &Study,
     cases: &[usize],
     threads: Option<NonZeroUsize>,
+    on_pass: impl Fn(usize, &Simulation) + Sync,
     on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
     simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
 ) -> io::Result<()> {
     let waiting = in_order_of_work(study, cases);
     let threads = thread_count(threads);
     // Where tools are sampled, a single case has passes for several threads.
-    let passes = if study.scatters() { waiting.len().saturating_mul(MIN_SAMPLES) } else { waiting.len() };
+    let tools = if study.scatters() { MIN_SAMPLES } else { 1 };
+    let along = cases.first().map_or(1, |&case| places(&study.settings(case)).len());
+    let passes = waiting.len().saturating_mul(tools * along);
     let threads = threads.min(passes);
     info!(cases = study.case_count(), to_simulate = waiting.len(), threads, "study started");
     let start = Instant::now();
 
-    let queue = Queue { waiting, current: None, begun: BTreeMap::new(), running: BTreeMap::new(), further: 0 };
-    let queue = Mutex::new(queue);
+    let queue = Mutex::new(Queue::new(waiting));
     let queued = || queue.lock().expect("nothing panics with the queue in hand");
     let take = |kind: Option<Kind>| queued().give_out(study, kind);
     let done = |number: usize, result: Result<Simulation, E>| {
-        let complete = queued().take(number, result);
+        let Taken { nominal, complete } = queued().take(number, result);
+        if let Some((case, simulation)) = nominal {
+            on_pass(case, &simulation);
+        }
         let Some((case, begun)) = complete else { return };
         let start = begun.start;
         let result = begun.conclude();
@@ -500,7 +604,7 @@ pub(super) fn complete_cases<E: Display>(
         if on_case_done(case, result).is_break() {
             let mut queue = queued();
             queue.waiting.clear();
-            queue.current = None;
+            queue.ready.clear();
         }
     };
     thread::scope(|scope| {
@@ -532,9 +636,8 @@ pub(super) fn in_order_of_work(study: &Study, cases: &[usize]) -> Vec<(Kind, usi
     let mut cases: Vec<(Kind, f64, usize)> = cases
         .iter()
         .map(|&number| {
-            let settings = study.settings(number);
-            let duration = Pass::new(&settings).end_time();
-            (Kind::of(&settings), duration, number)
+            let pass = Pass::new(&tentative(study.settings(number)));
+            (pass.kind(), pass.end_time(), number)
         })
         .collect();
     cases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));

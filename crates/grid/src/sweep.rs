@@ -17,6 +17,8 @@ pub const FRICTION: &str = "contact.friction_coefficient";
 
 /// Path of the number of turns.
 pub const TURNS: &str = "process.turns";
+/// The path of the force with which a tool is pressed on.
+pub const FORCE: &str = "process.tool_force_n";
 
 /// Short names in `[study]`, and the paths that they abbreviate.
 pub const SHORT_NAMES: [(&str, &str); 3] =

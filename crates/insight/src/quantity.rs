@@ -3,7 +3,7 @@
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 
-use bristle_grid::brush::Interaction;
+use bristle_grid::brush::{Interaction, metric_columns};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{CaseResult, CaseSummary};
 use bristle_text::number::spanning;
@@ -104,7 +104,9 @@ impl Quantity {
 pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator<Item = &'static Column<Metrics>> {
     let varies = |column: &Column<Metrics>| results.iter().flatten().any(|case| column.get(&case.metrics) != 0.0);
     let shown = move |column: &&Column<Metrics>| column.display.prominence <= least;
-    Metrics::COLUMNS.iter().filter(shown).filter(move |column| !column.display.optional || varies(column))
+    let pressed_on = results.iter().flatten().any(|case| case.metrics.force_stiffness_n_m != 0.0);
+    let columns = metric_columns(false, pressed_on).filter(shown);
+    columns.filter(move |column| !column.display.optional || varies(column))
 }
 
 /// A quantity in all cases, scaled to a readable unit.

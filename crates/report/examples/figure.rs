@@ -130,7 +130,7 @@ impl Contact {
             shapes,
             tip_path,
             axis_height: 1e3 * axis_height,
-            body_radius: 1e3 * motion.tool.body_radius,
+            body_radius: 1e3 * motion.tool.root_radius,
             tool_radius: 1e3 * radius,
         })
     }

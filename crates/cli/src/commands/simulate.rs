@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Pass, Sampling, Shape};
+use bristle::simulation::{Pass, Sampling, Shape, Stop, simulate_places};
 use bristle_grid::check::{FINER_PASS, check_text, finer};
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
@@ -16,7 +16,9 @@ use bristle_report::figures::drawn_shapes;
 use bristle_report::parquet::write_history_parquet;
 use bristle_report::tables::{check_table, contact_table};
 use bristle_report::vtk::{MAX_SHAPES, files, is_file_name};
-use bristle_store::results::{FileHashes, case_text, write_history, write_metrics, write_profile, write_shapes};
+use bristle_store::results::{
+    FileHashes, case_text, write_history, write_metrics, write_positions, write_profile, write_shapes,
+};
 use bristle_store::staged::{StagedFile, occupy, prepare_directory, remove};
 use bristle_text::layout::note;
 use clap::Args;
@@ -25,7 +27,7 @@ use crate::error::CliError;
 use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, draw_contact, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
-use crate::saved::{CASE, CHECK, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, PROFILE, SHAPES};
+use crate::saved::{CASE, CHECK, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, POSITIONS, PROFILE, SHAPES};
 use crate::terminal::{say, say_written, show, width};
 use crate::values::parse_count;
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
@@ -93,7 +95,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         say(note(ALONE));
     }
     prepare_directory(&arguments.out)?;
-    let results = [METRICS, HISTORY, PROFILE, SHAPES, HISTORY_PARQUET, CASE, CHECK];
+    let results = [METRICS, HISTORY, PROFILE, POSITIONS, SHAPES, HISTORY_PARQUET, CASE, CHECK];
     let _occupied = occupy(
         &arguments.out,
         &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_simulation), (VTK, &is_file_name)],
@@ -106,13 +108,15 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
     let mut progress = PassProgress::begin("the pass", 0.0);
     // More than those for ParaView if these are few, so that the figures can show the filament while it touches.
-    let least = LEAST_SHAPES * settings.process.turns.at_most().min(MOST_TURNS);
+    let least = LEAST_SHAPES * settings.process.turns().at_most().min(MOST_TURNS);
     let every = least.div_ceil(shapes.max(2) - 1);
     let sampling =
         Sampling { samples, shapes: every * (shapes.max(2) - 1) + 1, loads: true, profile: true, alongside: false };
-    let simulation = Pass::new(&settings).simulate_telling(sampling, |share| progress.tell(share));
+    let simulation = simulate_places(&settings, sampling, &Stop::default(), &mut |share| progress.tell(share));
     progress.end();
     let mut simulation = simulation?;
+    // What was simulated: a force is given in place of the depth that was found.
+    let settings = settings.at_depth(simulation.metrics.penetration_depth_m);
     let impulses = simulation.turn_contact_normal_impulses_n_s.clone();
     let last_turn = impulses.len().saturating_sub(1) as f64 * Pass::new(&settings).turn_time();
     let contact = Contact {
@@ -133,6 +137,10 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         stage(PROFILE, &|out| write_profile(out, &contact.profile))?,
         stage(SHAPES, &|out| write_shapes(out, &contact.shapes))?,
     ];
+    let along_trim = match simulation.positions.is_empty() {
+        true => None,
+        false => Some(stage(POSITIONS, &|out| write_positions(out, &simulation.positions))?),
+    };
     let for_vtk = (shapes > 0).then(|| files(&contact.settings, &for_vtk)).into_iter().flatten();
     let vtk = stage_vtk(&arguments.out, for_vtk, &mut hashes)?;
     let case = case_text(&contact.settings, &hashes);
@@ -141,7 +149,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         write_history_parquet(out, &contact.history, &case)
     })?;
     StagedFile::text(&arguments.out, CASE, &case)?.commit()?;
-    for file in staged {
+    for file in staged.into_iter().chain(along_trim) {
         say_written(&file.commit()?);
     }
     #[cfg(feature = "parquet")]
@@ -152,6 +160,9 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
     // Of an earlier result.
     remove(&arguments.out.join(CHECK))?;
+    if simulation.positions.is_empty() {
+        remove(&arguments.out.join(POSITIONS))?;
+    }
     if !cfg!(feature = "parquet") {
         remove(&arguments.out.join(HISTORY_PARQUET))?;
     }
@@ -174,7 +185,8 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
 /// The metrics of the pass at a tenth of its tolerance.
 fn check(settings: &Settings) -> Result<Metrics, CliError> {
     let mut progress = PassProgress::begin("the check", 0.0);
-    let simulation = Pass::new(&finer(settings)).simulate_telling(Sampling::default(), |share| progress.tell(share));
+    let simulation =
+        simulate_places(&finer(settings), Sampling::default(), &Stop::default(), &mut |share| progress.tell(share));
     progress.end();
     Ok(simulation?.metrics)
 }

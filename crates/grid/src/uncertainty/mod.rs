@@ -16,7 +16,6 @@ use spec_math::cephes64::{ndtr, ndtri};
 use bristle::model::metrics::tool_force;
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{Hold, Settings};
-use bristle::workpiece;
 
 mod calibration;
 mod indices;
@@ -263,10 +262,8 @@ impl Scatter {
         settings.filament.tip_diameter_m =
             settings.filament.tip_diameter_m.map(|tip| tip * (settings.filament.diameter_m / nominal.diameter_m));
         if settings.uncertainty.hold == Hold::Machine {
-            let [nominal, here] = [&self.settings, &settings].map(Settings::tool_radius_m);
-            settings.process.brushing_velocity_m_s = self.settings.angular_velocity_rad_s() * here;
-            let reach = |radius| workpiece::reach(&self.settings.workpiece, radius);
-            settings.process.penetration_depth_m += reach(here) - reach(nominal);
+            settings.process.brushing_velocity_m_s = self.settings.angular_velocity_rad_s() * settings.tool_radius_m();
+            settings.process.penetration_depth_m += settings.reach_m() - self.settings.reach_m();
         }
         (settings.process.penetration_depth_m > 0.0).then_some(settings)
     }

@@ -214,7 +214,7 @@ impl Recommendation {
         if is_packed(&settings) {
             settings.brush = Some(BrushSettings::default());
             // Neighbours decide how filaments arrive, and the band is that of the study, from brush to brush.
-            settings.process.turns = Turns::Count(1);
+            settings.process.turns = Some(Turns::Count(1));
             settings.uncertainty = UncertaintySettings::default();
         }
         let expected = self.outcome.clone();

@@ -36,7 +36,7 @@ fn left_out(settings: &Settings) -> Option<f64> {
     if settings.brush.is_some() || is_packed(settings) {
         return None;
     }
-    let residual = (settings.process.turns == Turns::Count(1)).then(|| residual_vibration(settings))?;
+    let residual = (settings.process.turns() == Turns::Count(1)).then(|| residual_vibration(settings))?;
     (residual > MUCH).then_some(residual)
 }
 
@@ -168,7 +168,7 @@ mod tests {
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         assert_eq!(told(&sparse(10.0)), "");
         assert_eq!(told(&Settings::paper(30.0, 1e-3)), "", "neighbours decide how filaments arrive");
-        settings.process.turns = Turns::Count(2);
+        settings.process.turns = Some(Turns::Count(2));
         assert_eq!(told(&settings), "");
         let unsteady = Metrics { unsteady_turns: true, ..Metrics::default() };
         let text = of_contact(&settings, &unsteady)[0].to_string();

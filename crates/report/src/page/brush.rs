@@ -140,7 +140,7 @@ pub(super) fn figure(Picture { name, canvas }: &Picture) -> String {
 fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
     let view = SideView::new(&brush.settings);
     let pass = Pass::new(&brush.settings);
-    let mut metrics: Vec<&Column<Metrics>> = metric_columns(true).collect();
+    let mut metrics: Vec<&Column<Metrics>> = metric_columns(true, false).collect();
     metrics.sort_by_key(|column| place_on_page(column));
     let metrics: Vec<Value> = metrics
         .into_iter()

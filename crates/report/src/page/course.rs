@@ -16,7 +16,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::{
     Job, Kind, Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Stop, sample_side_by_side,
 };
-use bristle::workpiece::{ProfileCells, Workpiece, reach, unit_normal};
+use bristle::workpiece::{ProfileCells, Workpiece, unit_normal};
 use bristle_grid::{CaseResult, Study, thread_count};
 
 /// Maximum number of cases whose courses are shown.
@@ -87,8 +87,7 @@ impl SideView {
     pub(super) fn new(settings: &Settings) -> Self {
         let [x, y, _] = unit_normal(&settings.workpiece);
         let across = x.hypot(y);
-        let axis_height =
-            (reach(&settings.workpiece, settings.tool_radius_m()) - settings.process.penetration_depth_m) / across;
+        let axis_height = (settings.reach_m() - settings.process.penetration_depth_m) / across;
         Self { up: [x / across, y / across], axis_height }
     }
 

@@ -226,7 +226,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], c
     let cases: Vec<&CaseResult> = shown.cases.iter().map(|&case| &results[case]).collect();
     let summary = |result: &&CaseResult| result.as_ref().ok().cloned();
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
-    let mut metrics: Vec<&Column<Metrics>> = metric_columns(study.has_brush()).collect();
+    let mut metrics: Vec<&Column<Metrics>> = metric_columns(study.has_brush(), study.is_pressed_on()).collect();
     metrics.sort_by_key(|column| place_on_page(column));
     let metrics = metrics.into_iter().map(|column| quantity(column, &summaries, |summary| Some(&summary.metrics)));
     let scatter =

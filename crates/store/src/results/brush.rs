@@ -158,7 +158,7 @@ struct OfBrush<'a>(&'a Metrics);
 impl Serialize for OfBrush<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let all = serde_json::to_value(self.0).map_err(S::Error::custom)?;
-        serializer.collect_map(metric_columns(true).map(|column| (column.key, &all[column.key])))
+        serializer.collect_map(metric_columns(true, true).map(|column| (column.key, &all[column.key])))
     }
 }
 /// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its [`Interaction`] and the band that a calibration
@@ -213,11 +213,12 @@ pub fn read_interaction(text: &str, name: &str) -> Result<Interaction, DataError
 /// Writes `filaments.csv`: a heading, then one row per filament.
 pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record([keys::<Position>(), keys_of(metric_columns(true)), keys::<Rest>()].concat())?;
+    writer.write_record([keys::<Position>(), keys_of(metric_columns(true, false)), keys::<Rest>()].concat())?;
     for filament in filaments {
         let (place, rest) = (Position::from(filament), Rest::from(filament));
         let row =
-            [cells(Some(&place)), cells_of(metric_columns(true), Some(&filament.metrics)), cells(Some(&rest))].concat();
+            [cells(Some(&place)), cells_of(metric_columns(true, false), Some(&filament.metrics)), cells(Some(&rest))]
+                .concat();
         writer.write_record(row.into_iter().map(Cell::into_text))?;
     }
     writer.flush()
@@ -231,7 +232,7 @@ pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, Dat
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
     let places = table.columns(&keys::<Position>())?;
-    let metrics = table.columns(&keys_of(metric_columns(true)))?;
+    let metrics = table.columns(&keys_of(metric_columns(true, false)))?;
     let rests = table.columns(&keys::<Rest>())?;
     let filament = |row| {
         let place = table.read::<Position>(row, &places)?;
@@ -242,7 +243,7 @@ pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, Dat
             root_angle_rad: rest.root_angle_rad,
             root_z_m: rest.root_z_m,
             is_counted: rest.is_counted,
-            metrics: table.read_columns(row, &metrics, metric_columns(true))?,
+            metrics: table.read_columns(row, &metrics, metric_columns(true, false))?,
             press_impulse_n_s: rest.press_impulse_n_s,
         })
     };

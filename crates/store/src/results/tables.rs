@@ -9,7 +9,8 @@ use bristle::model::parameters::Parameter;
 use bristle::model::record::{Column, Record};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
-use bristle::simulation::{ProfileCell, Sample, Shape, Simulation};
+use bristle::simulation::{AtPlace, ProfileCell, Sample, Shape, Simulation};
+use bristle::tool::Place;
 use bristle_text::shortened;
 use serde::{Deserialize, Serialize};
 
@@ -111,7 +112,10 @@ pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io:
 
 /// The settings that are columns of a study's table: first the fixed columns, then the other axes.
 fn setting_columns(study: &Study) -> Vec<(&'static str, Setting)> {
-    let fixed = FIXED_COLUMNS.iter().filter_map(|(name, path)| Some((*name, Setting::Number(Parameter::find(path)?))));
+    // A depth that is found is a result.
+    let is_setting = |path: &str| path != DEPTH || !study.is_pressed_on();
+    let fixed = FIXED_COLUMNS.iter().filter(|(_, path)| is_setting(path));
+    let fixed = fixed.filter_map(|(name, path)| Some((*name, Setting::Number(Parameter::find(path)?))));
     let is_further = |sweep: &&Sweep| FIXED_COLUMNS.iter().all(|(_, path)| *path != sweep.path());
     let further = study.sweeps().iter().filter(is_further);
     fixed.chain(further.map(|sweep| (sweep.path(), sweep.setting().clone()))).collect()
@@ -124,7 +128,9 @@ pub fn run_columns(study: &Study, results: &[CaseResult]) -> Vec<&'static str> {
     let scatter = if study.scatters() { keys::<ForceScatter>() } else { Vec::new() };
     let brush = if study.has_brush() { keys::<Interaction>() } else { Vec::new() };
     let figures =
-        [keys_of(metric_columns(study.has_brush())), scatter, brush, keys::<Statistics>()].into_iter().flatten();
+        [keys_of(metric_columns(study.has_brush(), study.is_pressed_on())), scatter, brush, keys::<Statistics>()]
+            .into_iter()
+            .flatten();
     let turns = study.takes_turns().then_some(TURN_IMPULSES);
     names.chain(figures).chain(turns).chain(are_checked(results).then_some(CHANGE)).chain(["status"]).collect()
 }
@@ -138,12 +144,13 @@ fn are_checked(results: &[CaseResult]) -> bool {
 pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = Vec<Cell>> {
     let columns = setting_columns(study);
     let (scatters, has_brush, takes_turns) = (study.scatters(), study.has_brush(), study.takes_turns());
+    let pressed_on = study.is_pressed_on();
     let are_checked = are_checked(results);
     results.iter().enumerate().map(move |(case, result)| {
         let mut row: Vec<Cell> =
             columns.iter().map(|(_, setting)| Cell::setting(setting, study.value(setting, case))).collect();
         let summary = result.as_ref().ok();
-        row.extend(cells_of(metric_columns(has_brush), summary.map(|summary| &summary.metrics)));
+        row.extend(cells_of(metric_columns(has_brush, pressed_on), summary.map(|summary| &summary.metrics)));
         if scatters {
             row.extend(cells::<ForceScatter>(summary.and_then(|summary| summary.scatter.as_ref())));
         }
@@ -247,6 +254,26 @@ pub fn write_profile(out: impl Write, profile: &[ProfileCell]) -> io::Result<()>
     write_records(out, profile)
 }
 
+bristle::record! {
+    /// The first columns of `positions.csv`.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    struct OnTrim {
+        position_m: f64 = ["s", "m", "place along the trim", "zero in its middle"],
+        weight: f64 = ["", "", "weight", "the share of the tool's filaments for which this one stands"],
+    }
+}
+
+/// Writes `positions.csv`: a heading, then one row per filament along the trim, with its metrics as if all were like it.
+pub fn write_positions(out: impl Write, positions: &[AtPlace]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record([keys::<OnTrim>(), keys::<Metrics>()].concat())?;
+    for AtPlace { place: Place { s, weight }, metrics } in positions {
+        let place = cells(Some(&OnTrim { position_m: *s, weight: *weight }));
+        writer.write_record(place.into_iter().chain(cells(Some(metrics))).map(Cell::into_text))?;
+    }
+    writer.flush()
+}
+
 /// Writes `shapes.csv`: a heading, then one row per node of each shape.
 pub fn write_shapes(out: impl Write, shapes: &[Shape]) -> io::Result<()> {
     let rows = shapes.iter().flat_map(|shape| {
@@ -281,7 +308,7 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
         let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
         settings.push((position, sweep.setting(), table.column(fixed.map_or(path, |(name, _)| name))?));
     }
-    let of_metrics = || metric_columns(study.has_brush());
+    let of_metrics = || metric_columns(study.has_brush(), study.is_pressed_on());
     let metrics = table.columns(&keys_of(of_metrics()))?;
     let scatter = if study.scatters() { Some(table.columns(&keys::<ForceScatter>())?) } else { None };
     let brush = if study.has_brush() { Some(table.columns(&keys::<Interaction>())?) } else { None };

@@ -1,0 +1,150 @@
+//! The shape of a filament that turns with its tool and touches nothing.
+//!
+//! Radial filaments start relaxed. Others are bent outwards by centrifugal forces: they start in the relative equilibrium, in which
+//! `V = E_spring − ½ ω² Σ ∫ρ² dm` is stationary (MODEL, "Rotary tools of any kind and pose"). It is a static equilibrium of the same kernels under the
+//! centrifugal forces as loads. The integral over a rigid segment is that of a quadratic function, so that Simpson's rule is exact: a sixth of
+//! the mass at each end, the rest at the centre.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::equations::linear::{add, scale, zero};
+use crate::equations::{
+    Chain, ChainDynamics, Dynamics, LaneSet, NodeLoads, NodeMotion, NodeTangent, PointLoad, PointTangent, PolarAxis,
+    StepWeights,
+};
+use crate::tool::{RotaryTool, Tool};
+
+/// The angle of the tool at which the equilibrium is computed: straight filaments then stay in the plane across `x`, far from the poles of
+/// coordinates about `x`.
+const ANGLE: f64 = FRAC_PI_2;
+/// Newton's method has converged where no coordinate changes by more, in rad, or where changes below the second one no longer halve.
+const CONVERGED: f64 = 1e-14;
+const NEARLY: f64 = 1e-8;
+/// The largest number of its iterations.
+const MAX_ITERATIONS: usize = 500;
+
+/// The shape of a filament that turns rigidly with its tool: polar angle `φ` of each segment, and how far its azimuth is ahead of the tool, in rad.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct RigidShape(Vec<[f64; 2]>);
+
+impl RigidShape {
+    /// The relative equilibrium of `chain` on `tool`, which turns at `rate` (rad/s), without gravity.
+    ///
+    /// Newton's method with steps that the masses hold back at first: `(M + w ∂²V) δ = ∂V`, with a weight `w` that grows as the forces fall.
+    pub fn equilibrium(chain: &Chain<f64>, tool: &RotaryTool, rate: f64) -> Self {
+        let chain = Chain { gravity: [0.0; 3], ..chain.clone() };
+        let n = chain.segments();
+        let axis = PolarAxis::X;
+        let clamp = tool.clamp(ANGLE, 0.0);
+        let none = [0.0; 2];
+        let mut q: Vec<[f64; 2]> = chain
+            .relaxed(tool.undeformed(ANGLE, 0.0)[0])
+            .map(|q| {
+                let direction = PolarAxis::Z.direction([q, none, none]);
+                axis.coordinates(direction)[0]
+            })
+            .collect();
+        let rest = vec![[0.0; 2]; n];
+        let loads = Centrifugal { square: rate * rate, masses: chain.links.iter().map(|link| link.mass).collect() };
+        let mut dynamics = Dynamics::new(chain);
+        dynamics.set_charts(&vec![axis; n]);
+        let mut residual = rest.clone();
+        // A time in which the filament moves by little at first.
+        let (mut weight, mut before, mut last) = (rate.powi(-2).min(1.0), f64::INFINITY, f64::INFINITY);
+        for _ in 0..MAX_ITERATIONS {
+            let at = clamp.holding(&q, &rest);
+            dynamics.residual(at, &rest, &loads, &mut residual);
+            let size = residual.as_flattened().iter().fold(0.0_f64, |largest, torque| largest.max(torque.abs()));
+            if size > 0.0 {
+                weight = (weight * (before / size).clamp(0.1, 1e3)).min(1e12);
+            }
+            before = size;
+            let weights = StepWeights { coordinates: weight, rates: 0.0 };
+            dynamics.factorise(at, &rest, &loads, weights, LaneSet::first(1));
+            dynamics.solve(&mut residual);
+            let mut change = 0.0_f64;
+            for (q, correction) in q.iter_mut().zip(&residual) {
+                for (q, correction) in q.iter_mut().zip(correction) {
+                    *q -= weight * correction;
+                    change = change.max((weight * correction).abs());
+                }
+            }
+            if change <= CONVERGED || (change < NEARLY && change > last / 2.0) {
+                break;
+            }
+            last = change;
+        }
+        let shape = q.iter().map(|&q| {
+            let [[x, y, z], ..] = axis.direction([q, none, none]);
+            let azimuth = y.atan2(x) - ANGLE;
+            [x.hypot(y).atan2(z), azimuth - TAU * (azimuth / TAU).round()]
+        });
+        Self(shape.collect())
+    }
+
+    /// The coordinates about `z` at the `angle` of the tool (rad).
+    pub fn at(&self, angle: f64) -> impl Iterator<Item = [f64; 2]> {
+        self.0.iter().map(move |[polar, ahead]| [*polar, angle + ahead])
+    }
+}
+
+/// The centrifugal forces `ω² ρ` on a chain: on its nodes, and at the centres of its segments.
+struct Centrifugal {
+    /// `ω²` in 1/s².
+    square: f64,
+    /// Of the segments, in kg.
+    masses: Vec<f64>,
+}
+
+/// The share of a segment's mass at each of its ends.
+const AT_ENDS: f64 = 1.0 / 6.0;
+
+impl Centrifugal {
+    /// Force per length of the distance from the axis, of a mass, in N/m.
+    fn slope(&self, mass: f64) -> f64 {
+        self.square * mass
+    }
+
+    fn at_node(&self, node: usize) -> f64 {
+        self.slope(AT_ENDS * (self.masses[node] + self.masses.get(node + 1).unwrap_or(&0.0)))
+    }
+
+    fn at_centre(&self, segment: usize) -> f64 {
+        self.slope((1.0 - 2.0 * AT_ENDS) * self.masses[segment])
+    }
+}
+
+fn across_axis(slope: f64) -> NodeTangent<f64> {
+    let position = [[slope, 0.0, 0.0], [0.0, slope, 0.0], [0.0; 3]];
+    NodeTangent { position, velocity: [zero(); 3] }
+}
+
+impl NodeLoads<f64> for Centrifugal {
+    fn loads_points(&self) -> bool {
+        true
+    }
+
+    fn point_loads(&self, nodes: &dyn NodeMotion, add_load: &mut dyn FnMut(PointLoad<f64>)) {
+        for segment in 0..self.masses.len() {
+            let [[inner, _], [outer, _]] = [segment, segment + 1].map(|node| nodes.node(node, 0));
+            let [x, y, _] = scale(0.5 * self.at_centre(segment), add(inner, outer));
+            add_load(PointLoad { segment, fraction: 0.5, force: [x, y, 0.0] });
+        }
+    }
+
+    fn point_tangents(&self, _: &dyn NodeMotion, add_tangent: &mut dyn FnMut(PointTangent<f64>)) {
+        for segment in 0..self.masses.len() {
+            // Half of the force acts on each end, and follows half of the motion of each.
+            let quarter = across_axis(0.25 * self.at_centre(segment));
+            add_tangent(PointTangent { segment, ends: [[quarter; 2]; 2] });
+        }
+    }
+
+    fn force(&self, node: usize, [x, y, _]: [f64; 3], _: [f64; 3]) -> Option<[f64; 3]> {
+        Some(scale(self.at_node(node), [x, y, 0.0]))
+    }
+
+    fn tangent(&self, node: usize, _: [f64; 3], _: [f64; 3]) -> Option<NodeTangent<f64>> {
+        Some(across_axis(self.at_node(node)))
+    }
+}

@@ -1,0 +1,151 @@
+//! The trim of a tool: where its filaments are along it.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use super::Pose;
+use crate::equations::sin_cos;
+use crate::model::settings::{Settings, WorkpieceKind};
+use crate::workpiece::unit_normal;
+
+/// A filament of the trim that stands for others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Its place `s` along the trim in m; zero in the middle.
+    pub s: f64,
+    /// The share of the tool's filaments that it stands for.
+    pub weight: f64,
+}
+
+/// The undeformed trim in the tool's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trim {
+    /// Radius `r_g` of the roots in the middle of the trim, in m.
+    pub body_radius: f64,
+    /// Width `b` in m.
+    pub width: f64,
+    /// Free length `l_f` in m.
+    pub length: f64,
+    /// `π/2 − γ` in rad: zero for radial filaments.
+    pub elevation: f64,
+}
+
+impl Trim {
+    /// That of the tool that `settings` state.
+    pub fn of(settings: &Settings) -> Self {
+        Self {
+            body_radius: settings.tool.body_radius_m,
+            width: settings.tool.width_m,
+            length: settings.filament.length_m,
+            elevation: FRAC_PI_2 - settings.tool.filament_angle_rad(),
+        }
+    }
+
+    /// Whether all filaments are radial.
+    pub fn is_radial(&self) -> bool {
+        self.elevation == 0.0
+    }
+
+    /// Distance from the axis and `z` in m of the root at `s` (m).
+    pub fn root(&self, s: f64) -> [f64; 2] {
+        let (cos_angle, sin_angle) = sin_cos(self.elevation);
+        [self.body_radius - s * cos_angle, s * sin_angle]
+    }
+
+    /// Distance from the axis, `R(s)`, and `z` in m of the tip of the undeformed filament at `s` (m).
+    pub fn tip(&self, s: f64) -> [f64; 2] {
+        let (cos_angle, sin_angle) = sin_cos(self.elevation);
+        let [radius, height] = self.root(s);
+        [radius + self.length * sin_angle, height + self.length * cos_angle]
+    }
+
+    /// The ends of the trim.
+    pub fn ends(&self) -> [f64; 2] {
+        [-self.width / 2.0, self.width / 2.0]
+    }
+}
+
+/// How far, in m, a point at the distance `radius` from the axis and at `height` comes along the inward normal of a surface as it turns, if
+/// the outward one is `normal` in the tool's frame.
+pub(crate) fn reach_of([radius, height]: [f64; 2], [x, y, z]: [f64; 3]) -> f64 {
+    radius * x.hypot(y) - height * z
+}
+
+/// The filaments that stand for all: one, unless those along the trim differ (MODEL, "Rotary tools of any kind and pose"). Then they are at the
+/// points of Gauss and Legendre, with weights in proportion to their root radius.
+pub fn places(settings: &Settings) -> Vec<Place> {
+    let (trim, count) = (Trim::of(settings), settings.tool.positions);
+    if count == 1 || !differ(settings) {
+        return vec![Place { s: 0.0, weight: 1.0 }];
+    }
+    let mut places: Vec<Place> = (0..count)
+        .map(|i| {
+            let [point, weight] = gauss_legendre(count, i);
+            let s = point * trim.width / 2.0;
+            Place { s, weight: weight * trim.root(s)[0] }
+        })
+        .collect();
+    let sum: f64 = places.iter().map(|place| place.weight).sum();
+    for place in &mut places {
+        place.weight /= sum;
+    }
+    places
+}
+
+/// Whether the filaments along the trim differ: because the tool is tilted or conical, or skewed over a workpiece that is no plane.
+pub fn differ(settings: &Settings) -> bool {
+    let tool = &settings.tool;
+    let skewed = tool.skew_rad != 0.0 && settings.workpiece.kind != WorkpieceKind::Plane;
+    tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial() || skewed
+}
+
+/// How deep, in m along the inward normal from the tool's centre, the tips of the undeformed turning tool come, and its roots: the deepest of the
+/// whole trim or, if one filament stands for all, that filament's.
+pub(crate) fn reaches(settings: &Settings) -> [f64; 2] {
+    let normal = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
+    let trim = Trim::of(settings);
+    let whole = differ(settings) && settings.tool.positions > 1;
+    let ends: &[f64] = if whole { &trim.ends() } else { &[0.0] };
+    let deepest = |point: fn(&Trim, f64) -> [f64; 2]| {
+        ends.iter().map(|&s| reach_of(point(&trim, s), normal)).fold(f64::NEG_INFINITY, f64::max)
+    };
+    [deepest(Trim::tip), deepest(Trim::root)]
+}
+
+/// Point `i` of the `count` points of Gauss and Legendre in `[−1, 1]`, and its weight; they are in ascending order.
+fn gauss_legendre(count: usize, i: usize) -> [f64; 2] {
+    let n = count as f64;
+    let mut x = -(PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+    let mut slope = 1.0;
+    // Newton's method from here doubles the digits each time.
+    for _ in 0..8 {
+        let (mut before, mut here) = (1.0, x);
+        for k in 1..count {
+            let k = k as f64;
+            (before, here) = (here, ((2.0 * k + 1.0) * x * here - k * before) / (k + 1.0));
+        }
+        slope = n * (x * here - before) / (x * x - 1.0);
+        x -= here / slope;
+    }
+    if 2 * i + 1 == count {
+        x = 0.0;
+    }
+    [x, 2.0 / ((1.0 - x * x) * slope * slope)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gauss_legendre_integrates_polynomials() {
+        for count in [2, 5, 9, 17] {
+            let points: Vec<[f64; 2]> = (0..count).map(|i| gauss_legendre(count, i)).collect();
+            assert!(points.windows(2).all(|pair| pair[0][0] < pair[1][0]), "{points:?}");
+            for power in 0..2 * count as i32 {
+                let found: f64 = points.iter().map(|[x, weight]| weight * x.powi(power)).sum();
+                let expected = if power % 2 == 0 { 2.0 / f64::from(power + 1) } else { 0.0 };
+                assert!((found - expected).abs() < 1e-14, "{count} {power}: {found}");
+            }
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! Workpieces in the frame of a tool whose axis is not their `z`, or from which they come nearer at first.
+
+use std::sync::Arc;
+
+use super::{ContactArc, Edge, Part, Passage, ProfileCells, Surface, Workpiece, bisect};
+use crate::equations::Clamp;
+use crate::equations::linear::{add, scale, sub};
+use crate::tool::{Pose, RotaryTool, Tool};
+
+/// The way on which a workpiece comes up to its place: smoothly, from rest to rest, twice differentiable in time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ramp {
+    /// How far, as a vector in m along its outward normal, in its own frame.
+    pub way: [f64; 3],
+    /// How long it takes in s, from time zero on.
+    pub duration: f64,
+}
+
+impl Ramp {
+    /// The part of the way that is left at `time` (s), and its rate in 1/s.
+    fn left(&self, time: f64) -> [f64; 2] {
+        let u = time / self.duration;
+        if u >= 1.0 {
+            return [0.0; 2];
+        }
+        // 1 − u³ (10 − 15 u + 6 u²)
+        let v = 1.0 - u;
+        [v * v * v * (1.0 + 3.0 * u + 6.0 * u * u), -30.0 * u * u * v * v / self.duration]
+    }
+}
+
+/// Where a workpiece is in the frame of the tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement {
+    pose: Pose,
+    ramp: Option<Ramp>,
+}
+
+impl Placement {
+    /// A point of the tool's frame (m) at `time` (s), in the frame of the workpiece.
+    #[inline]
+    pub fn local(&self, position: [f64; 3], time: f64) -> [f64; 3] {
+        let position = self.pose.from_tool(position);
+        match &self.ramp {
+            None => position,
+            Some(ramp) => {
+                let [left, _] = ramp.left(time);
+                add(position, scale(left, ramp.way))
+            }
+        }
+    }
+
+    /// A surface at `time` (s) in the tool's frame.
+    #[inline]
+    pub fn seen(&self, surface: &Surface, time: f64) -> Surface {
+        let mut velocity = surface.velocity;
+        if let Some(ramp) = &self.ramp {
+            let [_, rate] = ramp.left(time);
+            velocity = sub(velocity, scale(rate, ramp.way));
+        }
+        let [normal, across, velocity] =
+            [surface.normal, surface.across, velocity].map(|vector| self.pose.to_tool(vector));
+        Surface { normal, across, velocity, ..*surface }
+    }
+
+    /// The direction along which the workpiece is extruded, in the tool's frame.
+    pub fn extrusion(&self) -> [f64; 3] {
+        self.pose.to_tool([0.0, 0.0, 1.0])
+    }
+}
+
+/// A part in the frame of a tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Posed {
+    part: Part,
+    placement: Arc<Placement>,
+    edges: Vec<Edge>,
+    /// The largest distance of a point of the trim from the plane `z = 0` of the tool, in m.
+    axial_reach: f64,
+}
+
+impl Posed {
+    /// The `part` as a tool in `pose` sees it, whose trim comes as far as `axial_reach` (m) from its plane `z = 0`.
+    pub(super) fn new(part: Part, pose: Pose, axial_reach: f64) -> Self {
+        Self { edges: Vec::new(), placement: Arc::new(Placement { pose, ramp: None }), part, axial_reach }.with_edges()
+    }
+
+    fn with_edges(self) -> Self {
+        let edges = self.part.edges().iter().map(|edge| edge.clone().placed(Arc::clone(&self.placement))).collect();
+        Self { edges, ..self }
+    }
+
+    /// The same, which comes up to its place on a ramp.
+    pub(super) fn on_ramp(self, ramp: Ramp) -> Self {
+        let placement = Placement { ramp: Some(ramp), ..(*self.placement).clone() };
+        Self { placement: Arc::new(placement), ..self }.with_edges()
+    }
+
+    /// The part in its own frame.
+    pub fn part(&self) -> &Part {
+        &self.part
+    }
+
+    /// How far a point in the tool's frame is outside the part at time zero, in m.
+    fn gap(&self, position: [f64; 3]) -> f64 {
+        let face = self.surface(position, 0.0);
+        let edges = self.edges.iter().map(|edge| edge.surface(position, 0.0));
+        let there = [face].into_iter().chain(edges).filter(|surface| surface.margin >= 0.0);
+        // Outside of all of them the point is at a border, and the face is as near.
+        there.map(|surface| surface.gap).reduce(f64::min).unwrap_or(face.gap)
+    }
+
+    /// How the undeformed filament of `tool`, `length` (m) long, passes the part at time zero. The window also has the angles of `plane`, unless that is
+    /// all round.
+    pub(super) fn passage(&self, tool: &RotaryTool, length: f64, plane: Option<ContactArc>) -> Passage {
+        use std::f64::consts::{PI, TAU};
+        /// The least step of the angle in rad: touches that are shorter can be missed.
+        const LEAST_STEP: f64 = 1e-4;
+        let Clamp { position, direction, .. } = tool.clamp(0.0, 0.0);
+        let tip = add(position, scale(length, direction));
+        let farthest = position[0].abs().max(tip[0].abs());
+        let gap = |angle: f64| {
+            let Clamp { position, direction, .. } = tool.clamp(angle, 0.0);
+            self.least_gap(position, direction, length)
+        };
+        let above = plane.map_or(PI / 2.0, |arc| arc.middle - PI);
+        // From an angle at which the filament is free, once round.
+        let starts = (0..64).map(|i| above + TAU * f64::from(i) / 64.0);
+        let Some(start) = starts.into_iter().find(|&angle| gap(angle) > 0.0) else {
+            return Passage::all_round(above);
+        };
+        let (mut angle, mut here) = (start, gap(start));
+        let mut touches: Vec<[f64; 2]> = Vec::new();
+        let mut entry = None;
+        while angle < start + TAU {
+            // A gap changes by no more than the way.
+            let next = (angle + (here.abs() / farthest).max(LEAST_STEP)).min(start + TAU);
+            let there = gap(next);
+            match entry {
+                None if there < 0.0 => entry = Some(bisect(|angle| gap(angle) < 0.0, angle, next)),
+                Some(from) if there >= 0.0 => {
+                    touches.push([from, bisect(|angle| gap(angle) >= 0.0, angle, next)]);
+                    entry = None;
+                }
+                _ => {}
+            }
+            (angle, here) = (next, there);
+        }
+        touches.extend(entry.map(|from| [from, start + TAU]));
+        let mut window = [f64::INFINITY, f64::NEG_INFINITY];
+        if let Some(ContactArc { middle, angle }) = plane {
+            let middle = middle + TAU * ((start + PI - middle) / TAU).round();
+            window = [middle - angle / 2.0, middle + angle / 2.0];
+        }
+        if let (Some([first, _]), Some([_, last])) = (touches.first(), touches.last()) {
+            window = [window[0].min(*first), window[1].max(*last)];
+        }
+        if window[0] > window[1] {
+            window = [start + PI; 2];
+        }
+        let [first, last] = window;
+        let touches = touches.iter().map(|touch| touch.map(|angle| angle - first)).collect();
+        Passage { window: ContactArc { middle: (first + last) / 2.0, angle: last - first }, touches, all_round: false }
+    }
+
+    /// The least gap of a straight filament in m.
+    fn least_gap(&self, root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
+        /// In how many parts its least is looked for before it is enclosed.
+        const PARTS: usize = 32;
+        let gap = |share: f64| self.gap(add(root, scale(share * length, direction)));
+        let ends = [gap(0.0), gap(1.0)];
+        if self.edges.is_empty() && matches!(self.part, Part::Plane(_)) {
+            return ends[0].min(ends[1]);
+        }
+        let (mut least, mut best) = if ends[0] < ends[1] { (ends[0], 0.0) } else { (ends[1], 1.0) };
+        let mut share = 0.0;
+        while share < 1.0 {
+            let here = gap(share);
+            if here < least {
+                (least, best) = (here, share);
+            }
+            // Parts that are too far to have the least are left out: a gap changes by no more than the way.
+            share += ((here - least) / length).max(1.0 / PARTS as f64);
+        }
+        let mut width = 1.0 / PARTS as f64;
+        while width > 1e-9 {
+            let [below, above] = [best - width / 2.0, best + width / 2.0].map(|share| share.clamp(0.0, 1.0));
+            let (low, high) = (gap(below), gap(above));
+            if low < least && low <= high {
+                (least, best) = (low, below);
+            } else if high < least {
+                (least, best) = (high, above);
+            } else {
+                width /= 2.0;
+            }
+        }
+        least
+    }
+}
+
+impl Workpiece for Posed {
+    #[inline]
+    fn surface(&self, position: [f64; 3], time: f64) -> Surface {
+        let local = self.placement.local(position, time);
+        self.placement.seen(&self.part.surface(local, time), time)
+    }
+
+    fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// Only a plane can be, whose normal stands across the axis.
+    fn is_planar(&self) -> bool {
+        let surface = self.surface([0.0; 3], 0.0);
+        matches!(self.part, Part::Plane(_))
+            && self.placement.ramp.is_none()
+            && surface.normal[2] == 0.0
+            && surface.velocity[2] == 0.0
+    }
+
+    fn translates(&self) -> bool {
+        self.placement.ramp.is_none()
+    }
+
+    fn profile(&self, reach: f64) -> Option<ProfileCells> {
+        self.part.profile(reach.hypot(self.axial_reach))
+    }
+
+    fn arc_length(&self, position: [f64; 3], time: f64) -> Option<f64> {
+        self.part.arc_length(self.placement.local(position, time), time)
+    }
+}

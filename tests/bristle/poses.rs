@@ -1,0 +1,143 @@
+//! Rotary tools of any kind and pose.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::common::case;
+use bristle::model::filament::{bending_stiffness, cross_section};
+use bristle::model::metrics::Metrics;
+use bristle::model::settings::{Settings, Side, ToolKind, Turns, WorkpieceKind};
+use bristle::simulation::{Pass, simulate};
+use bristle::tool::Pose;
+
+fn posed(segments: usize, [tilt, skew]: [f64; 2]) -> Settings {
+    let mut settings = case(segments, 10.0, 1e-3);
+    (settings.tool.tilt_rad, settings.tool.skew_rad, settings.tool.positions) = (Some(tilt), skew, 1);
+    settings
+}
+
+fn cup(segments: usize) -> Settings {
+    let mut settings = case(segments, 10.0, 1e-3);
+    (settings.tool.kind, settings.tool.positions) = (ToolKind::Cup, 1);
+    settings
+}
+
+fn metrics(settings: &Settings) -> Metrics {
+    simulate(settings).unwrap_or_else(|error| panic!("{error}: {settings:?}")).metrics
+}
+
+fn near(found: f64, expected: f64, tolerance: f64) {
+    assert!((found - expected).abs() <= tolerance * expected.abs().max(1e-12), "{found}, not {expected}");
+}
+
+/// A tool and the normal of its workpiece, turned together, have the same contact.
+#[test]
+fn a_pose_and_its_workpiece_may_be_turned_together() {
+    let mut cases = vec![posed(5, [0.3, 0.2]), posed(5, [0.1, 0.0]), cup(5), cup(5), cup(5)];
+    cases[3].tool.tilt_rad = Some(FRAC_PI_2 - 0.12);
+    (cases[4].tool.kind, cases[4].tool.filament_angle_rad) = (ToolKind::Cone, Some(0.9));
+    for mut settings in cases {
+        settings.contact.friction_coefficient = 0.2;
+        let here = metrics(&settings);
+        let pose = Pose::of(&settings.tool);
+        for [tilt, skew] in [[0.0, 0.0], [0.7, -0.4]] {
+            let mut turned = settings.clone();
+            (turned.tool.tilt_rad, turned.tool.skew_rad) = (Some(tilt), skew);
+            let other = Pose::of(&turned.tool);
+            turned.workpiece.normal = other.from_tool(pose.to_tool([0.0, 1.0, 0.0]));
+            let there = metrics(&turned);
+            near(there.contact_normal_impulse_n_s, here.contact_normal_impulse_n_s, 1e-6);
+            near(there.contact_angular_impulse_n_m_s, here.contact_angular_impulse_n_m_s, 1e-6);
+            near(there.nominal_contact_time_s, here.nominal_contact_time_s, 1e-9);
+            let impulse = |metrics: &Metrics, pose: &Pose| {
+                pose.to_tool([
+                    metrics.contact_impulse_x_n_s,
+                    metrics.contact_impulse_y_n_s,
+                    metrics.contact_impulse_z_n_s,
+                ])
+            };
+            for (there, here) in impulse(&there, &other)[2..].iter().zip(&impulse(&here, &pose)[2..]) {
+                assert!((there - here).abs() < 1e-6 * here.abs() + 1e-12, "{there} {here}");
+            }
+        }
+    }
+}
+
+/// The way through the frame of a tilted tool does not change what an upright one does, on any workpiece.
+#[test]
+fn a_tilt_that_is_too_small_to_matter_changes_nothing() {
+    let mut edge = case(8, 10.0, 2e-3);
+    (edge.workpiece.kind, edge.workpiece.side) = (WorkpieceKind::Edge, Side::Entering);
+    (edge.workpiece.edge_radius_m, edge.workpiece.offset_m) = (0.5e-3, -5e-3);
+    let mut cylinder = case(8, 10.0, 2e-3);
+    (cylinder.workpiece.kind, cylinder.workpiece.radius_m, cylinder.workpiece.feed_velocity_m_s) =
+        (WorkpieceKind::Cylinder, 0.05, 0.5);
+    let mut bump = case(8, 10.0, 2e-3);
+    bump.workpiece.kind = WorkpieceKind::Profile;
+    bump.workpiece.control_points_m =
+        [-0.2, -0.05, -0.02, 0.0, 0.02, 0.05, 0.2].map(|x: f64| [x, if x.abs() < 0.01 { 1e-3 } else { 0.0 }]).to_vec();
+    for mut settings in [edge, cylinder, bump] {
+        settings.contact.friction_coefficient = 0.2;
+        settings.tool.positions = 1;
+        let upright = metrics(&settings);
+        settings.tool.skew_rad = 1e-13;
+        let posed = metrics(&settings);
+        near(posed.contact_normal_impulse_n_s, upright.contact_normal_impulse_n_s, 1e-5);
+        near(posed.edge_contact_normal_impulse_n_s, upright.edge_contact_normal_impulse_n_s, 1e-5);
+        near(posed.nominal_contact_time_s, upright.nominal_contact_time_s, 1e-6);
+        near(posed.friction_work_j, upright.friction_work_j, 1e-5);
+    }
+}
+
+/// Slow axial filaments bend as a cantilever under the centrifugal force of its root (order 2 in the length of the segments).
+#[test]
+fn a_slow_cup_splays_as_a_cantilever() {
+    for segments in [5, 25] {
+        let mut settings = cup(segments);
+        settings.process.brushing_velocity_m_s = 0.1;
+        let pass = Pass::new(&settings);
+        let mut system = pass.system(false);
+        let start = pass.start(&mut system);
+        let length = settings.filament.length_m / segments as f64;
+        let bent: f64 = start
+            .q
+            .iter()
+            .zip(&start.charts)
+            .map(|(q, chart)| {
+                let [[x, y, _], ..] = chart.direction([*q, [0.0; 2], [0.0; 2]]);
+                let (sin, cos) = pass.tool().initial_angle.sin_cos();
+                length * (x * cos + y * sin)
+            })
+            .sum();
+        let filament = &settings.filament;
+        let stiffness = bending_stiffness(filament, filament.diameter_m);
+        let load = filament.density_kg_m3
+            * cross_section(filament.diameter_m)
+            * settings.angular_velocity_rad_s().powi(2)
+            * settings.tool.body_radius_m;
+        let expected = load * filament.length_m.powi(4) / (8.0 * stiffness);
+        near(bent, expected, 1.1 / (segments as f64).powi(2));
+    }
+}
+
+/// A cup that is pressed flat touches all round; the filament neither strikes nor leaves.
+#[test]
+fn a_flat_cup_touches_all_round() {
+    let mut settings = cup(8);
+    settings.process.brushing_velocity_m_s = 5.0;
+    let result = simulate(&settings).expect("it turns");
+    let found = &result.metrics;
+    assert!(found.contact_time_ratio > 0.999_999, "{found:?}");
+    near(found.nominal_contact_time_s, std::f64::consts::TAU / settings.angular_velocity_rad_s(), 1e-12);
+    assert!(found.turns >= 2 && !found.unsteady_turns && found.turns == result.turn_contact_normal_impulses_n_s.len());
+    assert!(found.equilibrium_residual < 1e-5 && found.energy_residual < 1e-4, "{found:?}");
+    // Its force is the mean of all filaments.
+    let force = found.contact_normal_impulse_n_s / found.nominal_contact_time_s;
+    near(found.tool_contact_normal_force_n, force * settings.tool.filament_count, 1e-12);
+    // Turns that the file states are those.
+    settings.process.turns = Some(Turns::Count(2));
+    assert_eq!(metrics(&settings).turns, 2);
+    // Faster, it lifts off.
+    settings.process.brushing_velocity_m_s = 30.0;
+    settings.process.penetration_depth_m = 0.2e-3;
+    assert_eq!(metrics(&settings).contact_normal_impulse_n_s, 0.0);
+}
