@@ -1,28 +1,29 @@
 //! The depth at which a tool presses with a given force (MODEL, "Force instead of depth").
 //!
-//! It is the smallest one, which a tool that is pressed on finds, coming from no contact. The search goes up from a small depth in steps of at most a
-//! factor of two, which it predicts by the power law of the last two forces, until the force is reached. It then encloses the depth by the
-//! secant of the logarithms. Where forces fall again before they reach the force, the maximum between is looked at, too.
+//! It is the smallest one, which a tool that is pressed on finds, coming from no contact. At first the force is nearly that of rigid filaments,
+//! because they have no time to bend: the search begins there. From there on forces rise and fall, by as many strikes as there is time for, before they rise
+//! for good: a brush of 10 m/s presses with 166 N at 69 µm, 110 N at 0.4 mm, and 163 N at 0.9 mm. The search therefore goes up in steps, the
+//! smaller the nearer the force is, and looks at maxima between them, until the force is reached. It then encloses the depth by the secant
+//! of the logarithms.
 
 use std::error::Error;
+use std::f64::consts::{PI, TAU};
 use std::fmt;
 
-use crate::model::settings::Settings;
+use crate::model::settings::{Settings, WorkpieceKind};
+use crate::tool::{Pose, Trim};
+use crate::workpiece::unit_normal;
 
 /// The largest relative difference of the force that is found.
 const TOLERANCE: f64 = 1e-3;
-/// The first depth as a part of the free length, and the largest one.
-const FIRST: f64 = 1.0 / 256.0;
+/// The largest depth as a part of the free length.
 const LARGEST: f64 = 0.5;
-/// The largest ratio of two depths that follow each other.
-const FACTOR: f64 = 2.0;
+/// The largest ratio of two depths that follow each other, where the force is at least this share of the one that is asked for.
+const FACTORS: [(f64, f64); 4] = [(0.8, 1.6), (0.6, 2.0), (0.3, 3.0), (0.0, 5.0)];
 /// The relative width at which a force that jumps is enclosed.
 const WIDTH: f64 = 1e-6;
 /// The relative difference of the depths by which the stiffness is measured.
 const OFFSET: f64 = 0.01;
-/// A force is the sum of a power law of the depth with this exponent as long as there is one force only.
-const EXPONENT: f64 = 0.7;
-
 /// A depth, and the force there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Point {
@@ -88,6 +89,8 @@ enum Stage {
 pub struct DepthSearch<R> {
     target: f64,
     deepest: f64,
+    /// The exponent of the force of rigid filaments.
+    exponent: f64,
     /// In ascending order of their depths.
     points: Vec<Point>,
     stage: Stage,
@@ -105,9 +108,19 @@ impl<R> DepthSearch<R> {
         let target = settings.process.tool_force_n?;
         let length = settings.filament.length_m;
         let deepest = (LARGEST * length).min(settings.clearance_m() * (1.0 - 1e-9));
-        let next = first.unwrap_or(FIRST * length).min(deepest);
+        let exponent = settings.contact.exponent + 0.5;
+        let next = first.unwrap_or_else(|| rigid_depth(settings, target)).min(deepest);
         let origin = Point { depth: 0.0, force: 0.0 };
-        Some(Self { target, deepest, points: vec![origin], stage: Stage::Scan, next, stayed: (false, 0), found: None })
+        Some(Self {
+            target,
+            deepest,
+            exponent,
+            points: vec![origin],
+            stage: Stage::Scan,
+            next,
+            stayed: (false, 0),
+            found: None,
+        })
     }
 
     /// The depth to simulate next, in m.
@@ -179,11 +192,13 @@ impl<R> DepthSearch<R> {
                 deepest: self.deepest,
             });
         }
-        let mut factor = FACTOR;
-        if last.force > 0.0 {
-            let exponent = power(before, last).unwrap_or(EXPONENT).max(0.2);
+        let share = last.force / self.target;
+        let (_, limit) = FACTORS.into_iter().find(|(least, _)| share >= *least).unwrap_or(FACTORS[3]);
+        let mut factor = limit;
+        if share > 0.0 {
+            let exponent = if before.depth > 0.0 { power(before, last).unwrap_or(0.2).max(0.2) } else { 1.0 };
             // A little beyond, so that the depth is enclosed.
-            factor = (1.02 * (self.target / last.force).powf(1.0 / exponent)).clamp(1.05, FACTOR);
+            factor = (1.02 * share.powf(-1.0 / exponent)).clamp(1.05, limit);
         }
         self.next = (factor * last.depth).min(self.deepest);
         Ok(())
@@ -195,7 +210,7 @@ impl<R> DepthSearch<R> {
         self.stayed = if self.stayed.0 == is_high { (is_high, self.stayed.1 + 1) } else { (is_high, 1) };
         if low.force <= 0.0 {
             // Below the first force nothing is known but a power law.
-            let predicted = high.depth * (self.target / high.force).powf(1.0 / EXPONENT);
+            let predicted = high.depth * (self.target / high.force).powf(1.0 / self.exponent);
             return predicted
                 .clamp(low.depth + 0.1 * (high.depth - low.depth), low.depth + 0.9 * (high.depth - low.depth));
         }
@@ -244,6 +259,35 @@ impl<R> DepthSearch<R> {
     }
 }
 
+/// The depth in m at which rigid filaments would press with `force` (N) on a plane, or all the time where the workpiece may be hollow: a little less
+/// than the smallest depth of those that bend.
+fn rigid_depth(settings: &Settings, force: f64) -> f64 {
+    /// A little less, because filaments that are bent also come deeper.
+    const LESS: f64 = 0.98;
+    const POINTS: usize = 64;
+    let [x, y, _] = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
+    let [tip, _] = Trim::of(settings).tip(0.0);
+    let hollow = matches!(settings.workpiece.kind, WorkpieceKind::Bore | WorkpieceKind::Profile);
+    let radius = if hollow { 0.0 } else { tip * x.hypot(y) };
+    let (law, count) = (&settings.contact, settings.tool.filament_count);
+    let rigid = |depth: f64| {
+        // Half of the angle for which a tip is below the plane.
+        let half = if depth < 2.0 * radius { 2.0 * (depth / (2.0 * radius)).sqrt().asin() } else { PI };
+        let at = |i: usize| {
+            let angle = half * (i as f64 + 0.5) / POINTS as f64;
+            (depth - 2.0 * radius * (angle / 2.0).sin().powi(2)).max(0.0).powf(law.exponent)
+        };
+        let mean = (0..POINTS).map(at).sum::<f64>() / POINTS as f64;
+        count * law.stiffness_n_m * mean * 2.0 * half / TAU
+    };
+    let (mut low, mut high) = (f64::MIN_POSITIVE.ln(), settings.filament.length_m.ln());
+    while high - low > 1e-6 {
+        let middle = (low + high) / 2.0;
+        if rigid(middle.exp()) < force { low = middle } else { high = middle }
+    }
+    LESS * low.exp()
+}
+
 /// The exponent of the power law through two points, if both have a force.
 fn power(a: Point, b: Point) -> Option<f64> {
     (a.force > 0.0 && b.force > a.force).then(|| (b.force / a.force).ln() / (b.depth / a.depth).ln())
@@ -267,39 +311,53 @@ mod tests {
         panic!("the search ends");
     }
 
-    #[test]
-    fn forces_are_found_in_few_simulations() {
-        let root = |depth: f64| 165.0 * (depth / 1e-3).sqrt();
-        let late = |depth: f64| (depth - 0.4e-3).max(0.0) * 2e5;
-        let mut total = 0;
-        for target in [5.0, 20.0, 80.0, 165.0, 300.0] {
-            for (force, slope) in [
-                (
-                    &root as &dyn Fn(f64) -> f64,
-                    &(|depth: f64| 165.0 / 2.0 / (depth * 1e-3).sqrt()) as &dyn Fn(f64) -> f64,
-                ),
-                (&late, &|_| 2e5),
-            ] {
-                let (depth, stiffness, count) = search(target, force).expect("a depth");
-                assert!((force(depth) / target - 1.0).abs() <= 1e-3, "{target}: {depth}");
-                assert!((stiffness / slope(depth) - 1.0).abs() < 2e-3, "{target}: {stiffness}");
-                total += count;
-            }
-        }
-        assert!(total <= 85, "{total} simulations for 10 depths");
+    /// That of rigid filaments, as far as they have no time to bend, and what is left of it, with a maximum of 166 N at 69 µm.
+    fn of_the_papers_brush(depth: f64) -> f64 {
+        let points = [
+            (1e-6, 0.74),
+            (10.1e-6, 23.8),
+            (21.7e-6, 76.4),
+            (34.5e-6, 145.5),
+            (43.4e-6, 158.8),
+            (50.7e-6, 156.4),
+            (68.9e-6, 165.6),
+            (118e-6, 150.3),
+            (202e-6, 131.4),
+            (405e-6, 110.2),
+            (550e-6, 142.9),
+            (694e-6, 158.6),
+            (943e-6, 163.7),
+            (2e-3, 234.0),
+            (20e-3, 900.0),
+        ];
+        let after = points.iter().position(|(d, _)| *d >= depth).unwrap_or(points.len() - 1).max(1);
+        let ([d, f], [e, g]) = ([points[after - 1].0, points[after - 1].1], [points[after].0, points[after].1]);
+        f * (g / f).powf((depth / d).ln() / (e / d).ln())
     }
 
     #[test]
-    fn the_smallest_depth_is_found() {
-        // A maximum of 120 N at 0.9 mm, a minimum, and a rise.
-        let force = |depth: f64| {
-            let x = depth / 1e-3;
-            120.0 * x / 0.9 * (1.0 - x / 0.9).exp() + 2.0 * x * x
-        };
-        let (depth, ..) = search(115.0, force).expect("a depth");
-        assert!(depth < 0.9e-3, "{depth}");
-        let (depth, ..) = search(140.0, force).expect("a depth");
-        assert!(depth > 3e-3 && (force(depth) - 140.0).abs() < 0.2, "{depth}");
+    fn forces_are_found_at_the_smallest_depth_in_few_simulations() {
+        let (mut total, targets) = (0, [20.0, 50.0, 100.0, 150.0, 157.0, 164.0, 170.0, 200.0, 300.0, 500.0]);
+        for target in targets {
+            let (depth, stiffness, count) = search(target, of_the_papers_brush).expect("a depth");
+            assert!((of_the_papers_brush(depth) / target - 1.0).abs() <= 1e-3, "{target}: {depth}");
+            assert!(stiffness > 0.0);
+            let smaller = (1..1000).map(|i| depth * 0.999 * f64::from(i) / 1000.0);
+            let highest = smaller.map(of_the_papers_brush).fold(0.0, f64::max);
+            assert!(highest < target * 1.001, "{target}: {highest} before {depth}");
+            total += count - 2;
+        }
+        assert!(
+            total <= 8 * targets.len(),
+            "{total} simulations for {} depths, but for their stiffness",
+            targets.len()
+        );
+    }
+
+    #[test]
+    fn the_stiffness_is_the_derivative() {
+        let (depth, stiffness, _) = search(80.0, |depth| 165.0 * (depth / 1e-3).sqrt()).expect("a depth");
+        assert!((stiffness * 2.0 * depth / 80.0 - 1.0).abs() < 2e-3, "{stiffness}");
     }
 
     #[test]
