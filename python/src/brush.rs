@@ -8,7 +8,7 @@ use bristle::model::record::Record;
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_grid::brush::{Interaction, NOT_OF_BRUSHES, calibration_band};
-use bristle_grid::thread_count;
+use bristle_grid::{press_brush, thread_count};
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings;
@@ -57,14 +57,18 @@ pub fn brush(
     let (stop, done) = (Stop::default(), AtomicU64::default());
     let tell = |py: Python<'_>| tell_share(py, tell.as_ref(), f64::from_bits(done.load(Ordering::Relaxed)));
     let simulated = on_a_thread_telling(py, &stop, tell, || {
-        let mut run = BrushRun::new(&settings, options)?.until(&stop);
-        while run.advance()? {
-            done.store(run.done().to_bits(), Ordering::Relaxed);
-        }
-        let state = run.checkpoint();
-        Ok((run.finish()?, state))
+        let mut state = Vec::new();
+        let (settings, result) = press_brush(&settings, &stop, |settings| {
+            let mut run = BrushRun::new(settings, options)?.until(&stop);
+            while run.advance()? {
+                done.store(run.done().to_bits(), Ordering::Relaxed);
+            }
+            state = run.checkpoint();
+            run.finish()
+        })?;
+        Ok((settings, result, state))
     })?;
-    let (result, state) = simulated.map_err(|error| of_brush(&error))?;
+    let (settings, result, state) = simulated.map_err(|error| of_brush(&error))?;
     Ok(SimulatedBrush { settings, result, frames, state })
 }
 
@@ -120,18 +124,20 @@ impl SimulatedBrush {
     }
 
     /// Everything but the settings, for [`SimulatedBrush::of_state`].
-    fn state<'py>(&self, py: Python<'py>) -> (usize, Bound<'py, PyBytes>) {
-        (self.frames, PyBytes::new(py, &self.state))
+    fn state<'py>(&self, py: Python<'py>) -> (usize, Bound<'py, PyBytes>, [f64; 2]) {
+        let tool = &self.result.tool;
+        (self.frames, PyBytes::new(py, &self.state), [tool.penetration_depth_m, tool.force_stiffness_n_m])
     }
 
     /// The brush of which [`SimulatedBrush::state`] has told.
     #[staticmethod]
-    fn of_state(py: Python<'_>, input: &Input, state: (usize, Vec<u8>)) -> PyResult<Self> {
-        let (frames, state) = state;
-        let settings = input.settings()?.clone();
+    fn of_state(py: Python<'_>, input: &Input, state: (usize, Vec<u8>, [f64; 2])) -> PyResult<Self> {
+        let (frames, state, [depth, stiffness]) = state;
+        let settings = input.settings()?.at_depth(depth);
         let options = RunOptions { frames, ..RunOptions::default() };
         let result = py.detach(|| BrushRun::resume(&settings, options, &state)?.finish());
-        let result = result.map_err(|error| of_brush(&error))?;
+        let mut result = result.map_err(|error| of_brush(&error))?;
+        result.tool.force_stiffness_n_m = stiffness;
         Ok(Self { settings, result, frames, state })
     }
 

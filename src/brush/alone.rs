@@ -6,7 +6,15 @@ use super::run::Plan;
 use super::team::Team;
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{Settings, Turns};
-use crate::simulation::{IntegrationError, Job, Kind, Pass, Simulation, SimulationError, Stop, simulate_side_by_side};
+use crate::simulation::{
+    IntegrationError, Job, Kind, Pass, Simulation, SimulationError, Stop, Unreachable, simulate_side_by_side,
+};
+
+impl From<Unreachable> for BrushError {
+    fn from(error: Unreachable) -> Self {
+        Self::Alone(error.into())
+    }
+}
 
 impl From<SimulationError> for BrushError {
     /// That of a filament alone.
@@ -19,19 +27,20 @@ impl From<SimulationError> for BrushError {
 }
 
 /// The pass of a filament with settings of its `own` on the machine that `settings` state, as in a brush: body and workpiece stay where
-/// they are. None if it does not reach the workpiece.
-fn pass_of(settings: &Settings, own: &Settings, stop: &Stop) -> Option<Pass> {
+/// they are. It is at `s` (m) along the trim. None if it does not reach the workpiece.
+fn pass_of(settings: &Settings, (own, s): &(Settings, f64), stop: &Stop) -> Option<Pass> {
     let mut own = Settings { brush: None, ..own.clone() };
     own.process.brushing_velocity_m_s = settings.angular_velocity_rad_s() * own.tool_radius_m();
     own.process.penetration_depth_m += own.reach_m() - settings.reach_m();
-    (own.process.penetration_depth_m > 0.0).then(|| Pass::new(&own).until(stop))
+    (own.process.penetration_depth_m > 0.0).then(|| Pass::at(&own, *s).until(stop))
 }
 
-/// The mean metrics of filaments with the settings `own`, each alone: their turns, tilts and constants are those in the brush.
+/// The mean metrics of filaments with the settings `own`, each alone and at its place along the trim (m): their turns, tilts and constants are those
+/// in the brush.
 ///
 /// # Errors
 /// If one of them cannot be simulated.
-pub fn metrics(settings: &Settings, own: &[Settings], stop: &Stop, team: &Team) -> Result<Metrics, BrushError> {
+pub fn metrics(settings: &Settings, own: &[(Settings, f64)], stop: &Stop, team: &Team) -> Result<Metrics, BrushError> {
     /// Filaments that a thread takes at once: enough to fill the lanes for most of the time.
     const AT_ONCE: usize = 64;
     type Each = Result<Metrics, SimulationError>;
@@ -88,8 +97,8 @@ fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<f64>>
     Some(if turns == 1 { vec![account.last().impulse] } else { account.impulses.clone() })
 }
 
-/// The arrangement of one filament.
-pub fn arrangement() -> Arrangement {
-    let root = Root { column: 0, row: 0, angle: 0.0, z: 0.0 };
+/// The arrangement of one filament, at the height `z` (m).
+pub fn arrangement(z: f64) -> Arrangement {
+    let root = Root { column: 0, row: 0, angle: 0.0, z };
     Arrangement { columns: 1, rows: 1, around: 1.0, roots: vec![root], period: None }
 }

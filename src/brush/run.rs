@@ -23,6 +23,7 @@ use crate::equations::{LANES, lanes_are_compiled};
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
 use crate::simulation::{Form, Pass, Sampling, Stop, is_steady};
+use crate::tool::trim::differ;
 use crate::tool::{ClampMotion, Tool, Turning};
 
 /// How a brush is simulated. Results do not depend on it, except for the frames that it requests, and for halved steps.
@@ -109,9 +110,9 @@ impl Precision {
         typical.filament.lateral_tilt_rad += brush.lateral_tilt_std_rad;
         let tolerance = &mut typical.solver.relative_tolerance;
         *tolerance = tolerance.min(CLOSER * brush.tolerance);
-        let pass = Pass::new(&typical);
+        let pass = Pass::deepest(&typical);
         let expected = pass.simulate(Sampling::default())?;
-        let arrangement = alone::arrangement();
+        let arrangement = alone::arrangement(pass.tool().tool.height);
         let begin = begin(&pass, &arrangement, std::slice::from_ref(&typical), &|_| None);
         let velocity = settings.process.brushing_velocity_m_s;
         let mut next = Self::first(settings, &pass);
@@ -221,7 +222,7 @@ impl Draft {
             return Err(BrushError::NoLanes);
         }
         let brush = settings.brush_or_default();
-        let pass = Pass::new(settings);
+        let pass = Pass::deepest(settings);
         if settings.uncertainty.scatters() && settings.uncertainty.hold != Hold::Machine {
             return Err(BrushError::Hold);
         }
@@ -581,7 +582,7 @@ impl BrushRun {
             let height = roots[filament].z - roots[group.members[index]].z;
             let node = |k| {
                 let [x, y, z] = bundle.node(index, k);
-                [x as f32, y as f32, (z + height) as f32]
+                self.pass.pose().from_tool([x, y, z + height]).map(|component| component as f32)
             };
             (0..=n).map(node).collect()
         };
@@ -748,12 +749,15 @@ impl BrushRun {
 
     /// The mean metrics of the filaments that count, each alone. Equal ones are simulated once.
     fn alone(&self, filaments: &[FilamentResult]) -> Result<Metrics, BrushError> {
-        let own: Vec<Settings> = if filaments::differ(&self.settings) {
-            let counted = self.own.iter().zip(filaments).filter(|(_, filament)| filament.is_counted);
-            counted.map(|(own, _)| own.clone()).collect()
-        } else {
-            vec![self.settings.clone()]
-        };
+        let roots = self.arrangement.roots.iter().map(|root| root.z);
+        let counted = self.own.iter().cloned().zip(roots).zip(filaments).filter(|(_, filament)| filament.is_counted);
+        let mut own: Vec<(Settings, f64)> = counted.map(|(own, _)| own).collect();
+        if !filaments::differ(&self.settings) {
+            let along_trim = differ(&self.settings);
+            own.iter_mut().filter(|_| !along_trim).for_each(|(_, z)| *z = 0.0);
+            own.sort_by(|(_, a), (_, b)| a.total_cmp(b));
+            own.dedup_by(|(_, a), (_, b)| a == b);
+        }
         alone::metrics(&self.settings, &own, &self.stop, &self.team)
     }
 

@@ -10,7 +10,7 @@ use std::ops::{Bound, RangeBounds};
 
 use crate::model::filament;
 use crate::model::record::Scalar;
-use crate::model::settings::{BrushSettings, Hold, Settings, ToolKind, Turns};
+use crate::model::settings::{BrushSettings, Ends, Hold, Settings, ToolKind, Turns};
 use crate::tool::{Pose, Trim, trim};
 use crate::workpiece::{Part, unit_normal};
 
@@ -853,6 +853,14 @@ impl Settings {
 
     /// Checks that the filaments of a brush can differ from each other as `[uncertainty]` states.
     fn check_brush(&self) -> Result<(), Violation> {
+        let brush = self.brush_or_default();
+        if self.brush.is_some() && trim::differ(self) && brush.ends == Ends::Periodic && self.brush_rows() > 1 {
+            return Err(Violation {
+                path: "brush.ends",
+                value: "\"periodic\"".to_owned(),
+                allowed: "\"free\" on a tilted tool, whose rows differ: they do not repeat along the axis".to_owned(),
+            });
+        }
         if self.brush.is_some() && self.uncertainty.hold != Hold::Machine && self.uncertainty.scatters() {
             return Err(Violation {
                 path: "uncertainty.hold",

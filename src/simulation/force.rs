@@ -96,13 +96,16 @@ pub struct DepthSearch<R> {
     stage: Stage,
     /// The depth to simulate next, in m.
     next: f64,
+    /// Whether the stiffness is measured by simulations of its own.
+    looks_aside: bool,
     /// The last end of the bracket that stayed, and how often.
     stayed: (bool, u32),
     found: Option<(Point, R)>,
 }
 
 impl<R> DepthSearch<R> {
-    /// The search that `settings` ask for, if they state a force. It begins at `first` (m), if there is a guess.
+    /// The search that `settings` ask for, if they state a force. It begins at `first` (m), if there is a guess, and then measures the stiffness by the
+    /// depths that it looks at anyway.
     #[must_use]
     pub fn of(settings: &Settings, first: Option<f64>) -> Option<Self> {
         let target = settings.process.tool_force_n?;
@@ -115,6 +118,7 @@ impl<R> DepthSearch<R> {
             target,
             deepest,
             exponent,
+            looks_aside: first.is_none(),
             points: vec![origin],
             stage: Stage::Scan,
             next,
@@ -141,7 +145,7 @@ impl<R> DepthSearch<R> {
             self.stage = Stage::Sides(left - 1);
         } else if (force / self.target - 1.0).abs() <= TOLERANCE || self.is_narrow() {
             self.found = Some((here, result));
-            self.stage = Stage::Sides(2);
+            self.stage = Stage::Sides(if self.looks_aside { 2 } else { 0 });
         }
         if let (Stage::Sides(left), Some((point, _))) = (self.stage, &self.found) {
             if left > 0 {
@@ -255,6 +259,25 @@ impl<R> DepthSearch<R> {
             }
             ([.., before], []) => slope(*before, point),
             _ => 0.0,
+        }
+    }
+}
+
+/// Finds the depth at which a tool presses with the force that `settings` state, by the force (N) and the result that `simulate` returns at a depth. `None` if
+/// they state none. The search begins at `first` (m), if there is a guess ([`DepthSearch::of`]).
+///
+/// # Errors
+/// If no depth reaches the force, or the first one of `simulate`.
+pub fn press_on<R, E: From<Unreachable>>(
+    settings: &Settings,
+    first: Option<f64>,
+    mut simulate: impl FnMut(&Settings) -> Result<(f64, R), E>,
+) -> Result<Option<Found<R>>, E> {
+    let Some(mut search) = DepthSearch::of(settings, first) else { return Ok(None) };
+    loop {
+        let (force, result) = simulate(&settings.at_depth(search.depth()))?;
+        if let Some(found) = search.take(force, result)? {
+            return Ok(Some(found));
         }
     }
 }

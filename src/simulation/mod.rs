@@ -34,7 +34,7 @@ mod trajectory;
 mod turns;
 
 pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
-pub use force::{DepthSearch, Found, Unreachable};
+pub use force::{DepthSearch, Found, Unreachable, press_on};
 pub(crate) use form::Equations;
 pub use form::Form;
 pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
@@ -184,8 +184,22 @@ pub fn simulate_places(
     stop: &Stop,
     tell: &mut dyn FnMut(f64),
 ) -> Result<Simulation, SimulationError> {
-    if let Some(search) = DepthSearch::of(settings, None) {
-        return pressed_on(settings, search, sampling, stop, tell);
+    /// About as many simulations as a search for a depth takes, by which its progress is told.
+    const TYPICAL: f64 = 9.0;
+    let mut count = 0.0;
+    let found = press_on(settings, None, |at_depth| {
+        let mut tell = |share: f64| tell((count + share) / (TYPICAL + 1.0_f64).max(count + 1.0));
+        let simulation = simulate_places(at_depth, Sampling::default(), stop, &mut tell)?;
+        count += 1.0;
+        Ok::<_, SimulationError>((simulation.metrics.tool_contact_normal_force_n, simulation))
+    })?;
+    if let Some(Found { depth, stiffness, result }) = found {
+        let mut result = match sampling == Sampling::default() {
+            true => result,
+            false => simulate_places(&settings.at_depth(depth), sampling, stop, &mut |_| ())?,
+        };
+        result.metrics.force_stiffness_n_m = stiffness;
+        return Ok(result);
     }
     let places = trim::places(settings);
     let middle = places.len() / 2;
@@ -203,34 +217,6 @@ pub fn simulate_places(
     sample_side_by_side(others, take, |number, result| results[number] = Some(result));
     let all = results.into_iter().flatten().collect::<Result<Vec<_>, _>>()?;
     Ok(of_trim(&places, all))
-}
-
-/// [`simulate_places`] at the depth at which the tool presses with the force that `settings` state.
-fn pressed_on(
-    settings: &Settings,
-    mut search: DepthSearch<Simulation>,
-    sampling: Sampling,
-    stop: &Stop,
-    tell: &mut dyn FnMut(f64),
-) -> Result<Simulation, SimulationError> {
-    /// About as many simulations as a search takes, by which its progress is told.
-    const TYPICAL: f64 = 9.0;
-    let mut count = 0.0;
-    loop {
-        let mut tell = |share: f64| tell((count + share) / (TYPICAL + 1.0_f64).max(count + 1.0));
-        let at_depth = settings.at_depth(search.depth());
-        let simulation = simulate_places(&at_depth, Sampling::default(), stop, &mut tell)?;
-        count += 1.0;
-        if let Some(found) = search.take(simulation.metrics.tool_contact_normal_force_n, simulation)? {
-            let stiffness = found.stiffness;
-            let mut result = match sampling == Sampling::default() {
-                true => found.result,
-                false => simulate_places(&settings.at_depth(found.depth), sampling, stop, &mut |_| ())?,
-            };
-            result.metrics.force_stiffness_n_m = stiffness;
-            return Ok(result);
-        }
-    }
 }
 
 /// The simulation of a trim from those of the filaments at its `places`, in their order: metrics and impulses of turns are their weighted
@@ -409,6 +395,11 @@ impl Pass {
         Self::at(settings, 0.0)
     }
 
+    /// The same of the filament that comes deepest.
+    pub(crate) fn deepest(settings: &Settings) -> Self {
+        Self::at(settings, trim::deepest(settings))
+    }
+
     /// The same of the filament at the place `s` (m) of the trim.
     ///
     /// # Panics
@@ -579,6 +570,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// The workpiece.
     pub fn workpiece(&self) -> &W {
         &self.filament.workpiece
+    }
+
+    /// The pose of the tool: everything of the pass is in the frame of the tool, samples and metrics in that of the workpiece.
+    pub fn pose(&self) -> &Pose {
+        &self.setting.pose
     }
 
     /// The tool and its rotation.

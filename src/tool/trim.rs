@@ -98,15 +98,28 @@ pub fn differ(settings: &Settings) -> bool {
     tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial() || skewed
 }
 
+/// The place in m of the filament of the trim that comes deepest, of those that [`reaches`] looks at.
+pub(crate) fn deepest(settings: &Settings) -> f64 {
+    let normal = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
+    let trim = Trim::of(settings);
+    let depth = |s: &f64| reach_of(trim.tip(*s), normal);
+    considered(settings, &trim).into_iter().max_by(|a, b| depth(a).total_cmp(&depth(b))).unwrap_or(0.0)
+}
+
+/// The places among which the deepest is: the ends of the trim or, if one filament stands for all, its middle.
+fn considered(settings: &Settings, trim: &Trim) -> Vec<f64> {
+    let whole = differ(settings) && settings.tool.positions > 1;
+    if whole { trim.ends().to_vec() } else { vec![0.0] }
+}
+
 /// How deep, in m along the inward normal from the tool's centre, the tips of the undeformed turning tool come, and its roots: the deepest of the
 /// whole trim or, if one filament stands for all, that filament's.
 pub(crate) fn reaches(settings: &Settings) -> [f64; 2] {
     let normal = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
     let trim = Trim::of(settings);
-    let whole = differ(settings) && settings.tool.positions > 1;
-    let ends: &[f64] = if whole { &trim.ends() } else { &[0.0] };
+    let places = considered(settings, &trim);
     let deepest = |point: fn(&Trim, f64) -> [f64; 2]| {
-        ends.iter().map(|&s| reach_of(point(&trim, s), normal)).fold(f64::NEG_INFINITY, f64::max)
+        places.iter().map(|&s| reach_of(point(&trim, s), normal)).fold(f64::NEG_INFINITY, f64::max)
     };
     [deepest(Trim::tip), deepest(Trim::root)]
 }

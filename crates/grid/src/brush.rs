@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::uncertainty::{ForceScatter, check};
-use crate::{Study, run_study, thread_count};
+use crate::{Study, run_study, tentative, thread_count};
 
 /// Why a study of brushes is not begun.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -52,7 +52,7 @@ pub fn check_brushes(study: &Study, threads: Option<NonZeroUsize>, memory: Optio
     let needs = (0..study.case_count()).map(|case| {
         let needed = match (study.brush_memory(case), memory) {
             // The error says what is too large.
-            (Ok(needed), Some(limit)) if needed > limit => check_brush(&study.settings(case), memory),
+            (Ok(needed), Some(limit)) if needed > limit => check_brush(&tentative(study.settings(case)), memory),
             (needed, _) => needed,
         };
         needed.map(|needed| (needed, case)).map_err(|error| BrushStudyError::Case { case, error })

@@ -16,6 +16,7 @@ use thiserror::Error;
 use super::setting::{Setting, TOOL};
 use super::sweep::{FORCE, MAX_CASES, MAX_TOOLS, SPEED, Sweep, SweepText, TURNS, VELOCITY};
 use super::tool::{LONGEST_NAME, Tool, ToolText, are_alike, is_name};
+use crate::scheduler::tentative;
 use crate::uncertainty::{INPUTS, MOVING, check};
 
 /// The section of an input file whose sweeps make every case a brush.
@@ -288,7 +289,7 @@ impl Study {
         let needs = || self.needs.lock().expect("nothing panics with them in hand");
         let known = needs().get(&case).cloned();
         known.unwrap_or_else(|| {
-            let needed = check_brush(&self.settings(case), None);
+            let needed = check_brush(&tentative(self.settings(case)), None);
             needs().insert(case, needed.clone());
             needed
         })

@@ -19,8 +19,8 @@ pub mod uncertainty;
 
 pub use grid::{BRUSH, Study, StudyError};
 pub use scheduler::{
-    CaseResult, CaseSummary, Resources, Waiting, run_study, simulate_cases, simulate_cases_with, thread_count,
-    waiting_cases, without_result, work,
+    CaseResult, CaseSummary, Resources, Waiting, press_brush, run_study, simulate_cases, simulate_cases_with,
+    tentative, thread_count, waiting_cases, without_result, work,
 };
 pub use setting::{OFFSET, Setting, TOOL, equation};
 pub use shard::Shard;

@@ -9,14 +9,14 @@ use std::sync::Mutex;
 use std::time::Instant;
 use std::{io, thread};
 
-use bristle::brush::{BrushError, BrushRun, RunOptions};
+use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle::simulation::{
-    DepthSearch, IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError, Stop, of_trim,
-    sample_side_by_side,
+    DepthSearch, Found, IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError, Stop, of_trim,
+    press_on, sample_side_by_side, simulate_places,
 };
 use bristle::tool::{Place, Tool, places};
 use bristle::workpiece::Workpiece;
@@ -221,8 +221,9 @@ pub fn work(study: &Study, case: usize) -> f64 {
     size * Pass::new(&settings).end_time() * settings.process.brushing_velocity_m_s
 }
 
-/// Settings with a depth: the first one of a search for a force.
-fn tentative(settings: Settings) -> Settings {
+/// Settings with a depth: the first one of a search, where they state a force.
+#[must_use]
+pub fn tentative(settings: Settings) -> Settings {
     let first = DepthSearch::<()>::of(&settings, None).map(|search| settings.at_depth(search.depth()));
     first.unwrap_or(settings)
 }
@@ -241,19 +242,20 @@ fn spare_memory(study: &Study, cases: &[usize], threads: Option<NonZeroUsize>, m
 /// was asked to stop.
 fn simulate_brush(study: &Study, case: usize, spare: Option<u64>, stop: &Stop) -> Option<CaseResult> {
     let settings = study.settings(case);
-    let simulate = |options: RunOptions| {
+    let simulate = |settings: &Settings, options: RunOptions| {
         let needed = study.brush_memory(case)?;
         let memory = spare.map(|spare| needed.saturating_add(spare));
-        let mut run = BrushRun::new(&settings, RunOptions { memory, ..options })?.until(stop);
+        let mut run = BrushRun::new(settings, RunOptions { memory, ..options })?.until(stop);
         while run.advance()? {}
         run.finish()
     };
-    let result = match simulate(RunOptions::default()) {
+    let result = press_brush(&settings, stop, |settings| simulate(settings, RunOptions::default()));
+    let (settings, result) = match result {
         Err(BrushError::Stopped) => return None,
         Err(error) => return Some(Err(error.to_string())),
         Ok(result) => result,
     };
-    let checked = match study.checks().then(|| simulate(finer_steps(RunOptions::default()))) {
+    let checked = match study.checks().then(|| simulate(&settings, finer_steps(RunOptions::default()))) {
         Some(Err(BrushError::Stopped)) => return None,
         checked => checked.and_then(Result::ok),
     };
@@ -265,6 +267,33 @@ fn simulate_brush(study: &Study, case: usize, spare: Option<u64>, stop: &Stop) -
         change_when_checked: checked.map(|checked| largest_change(&result.tool, &checked.tool)),
         metrics: result.tool,
     }))
+}
+
+/// The brush that `settings` state, by `simulate`, with its settings. If they state a force, these have the depth at which the brush presses with it; the
+/// search begins at that of filaments alone.
+///
+/// # Errors
+/// If no depth reaches the force, or the first one of `simulate`.
+pub fn press_brush(
+    settings: &Settings,
+    stop: &Stop,
+    mut simulate: impl FnMut(&Settings) -> Result<BrushResult, BrushError>,
+) -> Result<(Settings, BrushResult), BrushError> {
+    let Some(force) = settings.process.tool_force_n else { return Ok((settings.clone(), simulate(settings)?)) };
+    let alone = Settings { brush: None, ..settings.clone() };
+    let first = match simulate_places(&alone, Sampling::default(), stop, &mut |_| ()) {
+        Err(SimulationError::Force(unreachable)) => {
+            unreachable.depth.min(unreachable.deepest * unreachable.largest / force)
+        }
+        alone => alone?.metrics.penetration_depth_m,
+    };
+    let found = press_on(settings, Some(first), |at_depth| {
+        let result = simulate(at_depth)?;
+        Ok::<_, BrushError>((result.tool.tool_contact_normal_force_n, result))
+    })?;
+    let Found { depth, stiffness, mut result } = found.expect("the settings state a force");
+    result.tool.force_stiffness_n_m = stiffness;
+    Ok((settings.at_depth(depth), result))
 }
 
 /// [`simulate_cases`] where each thread simulates one case at a time, those with the most work first, until `simulate` returns none.

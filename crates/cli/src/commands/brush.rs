@@ -11,9 +11,10 @@ use std::time::Duration;
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
+use bristle::simulation::Stop;
 use bristle_grid::brush::{Interaction, calibration_band};
 use bristle_grid::check::{FINER_BRUSH, check_text, finer_steps};
-use bristle_grid::thread_count;
+use bristle_grid::{press_brush, thread_count};
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings::of_brush;
@@ -140,8 +141,10 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
         prepare_directory(&arguments.out.join(VTK))?;
     }
     let stop = stop_on_interrupt();
+    let Some((settings, stiffness)) = at_depth(arguments, settings, &stop)? else { return Ok(INTERRUPTED.into()) };
     match simulate(arguments, &settings, &stop)? {
-        Some((result, checkpoint)) => {
+        Some((mut result, checkpoint)) => {
+            result.tool.force_stiffness_n_m = stiffness;
             let metrics = result.tool.clone();
             let assumptions =
                 Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
@@ -160,6 +163,43 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
             Ok(ExitCode::SUCCESS)
         }
         None => Ok(INTERRUPTED.into()),
+    }
+}
+
+/// The settings with the depth at which the brush presses with the force that they state, and the stiffness of the force there (N/m). They are as they
+/// were, and the stiffness is zero, where they state a depth. `None` if Ctrl-C has stopped the search.
+fn at_depth(arguments: &BrushArgs, settings: Settings, stop: &AtomicBool) -> Result<Option<(Settings, f64)>, CliError> {
+    if settings.process.tool_force_n.is_none() {
+        return Ok(Some((settings, 0.0)));
+    }
+    let asked = Stop::default();
+    let found = press_brush(&settings, &asked, |at_depth| {
+        let mut run = BrushRun::new(at_depth, RunOptions { frames: 0, ..arguments.options() })?.until(&asked);
+        let depth = format!("a_e = {:.4} mm", 1e3 * at_depth.process.penetration_depth_m);
+        let mut progress = PassProgress::begin(BRUSH_IN_WORDS, 0.0);
+        let mut advance = || {
+            while run.advance()? {
+                progress.tell(run.done());
+                if stop.load(Ordering::Relaxed) {
+                    asked.request();
+                }
+            }
+            Ok(())
+        };
+        let outcome: Result<(), BrushError> = advance();
+        progress.end();
+        outcome?;
+        let result = run.finish()?;
+        say(format_args!("{depth}: {:.1} N", result.tool.tool_contact_normal_force_n));
+        Ok(result)
+    });
+    match found {
+        Ok((at_depth, result)) => Ok(Some((at_depth, result.tool.force_stiffness_n_m))),
+        Err(BrushError::Stopped) => {
+            say_at_the_end("stopped in the search for the depth; the same command begins it again");
+            Ok(None)
+        }
+        Err(error) => Err(CliError::BrushFailed(Box::new(error))),
     }
 }
 
