@@ -82,6 +82,11 @@ impl RigidShape {
         Self(shape.collect())
     }
 
+    /// Whether it is nearer to the axis than to the plane of rotation everywhere.
+    pub fn is_axial(&self) -> bool {
+        self.0.iter().all(|[polar, _]| polar.cos().abs() > 0.5)
+    }
+
     /// The coordinates about `z` at the `angle` of the tool (rad).
     pub fn at(&self, angle: f64) -> impl Iterator<Item = [f64; 2]> {
         self.0.iter().map(move |[polar, ahead]| [*polar, angle + ahead])

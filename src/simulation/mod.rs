@@ -599,7 +599,14 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The properties that passes must share with this one to be simulated side by side.
     pub fn kind(&self) -> Kind {
-        Kind::new(self.form, &self.filament, self.integrates_work())
+        Kind::new(self.form, &self.filament, self.integrates_work(), self.axis())
+    }
+
+    /// The polar axis of the coordinates at the start: `x` for filaments that stand along `z`, or nearly so. They then seldom change to
+    /// other coordinates on their way round.
+    fn axis(&self) -> PolarAxis {
+        let shape = self.setting.shape.as_ref().filter(|shape| shape.is_axial());
+        if shape.is_some() { PolarAxis::X } else { PolarAxis::Z }
     }
 
     /// The equations to integrate; see [`FilamentSystem::new`].
@@ -625,7 +632,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// The start at time zero: in the relaxed shape, and turning rigidly with the body.
     pub fn start(&self, system: &mut FilamentSystem<Turning<T>, W>) -> FilamentState {
         let [q, v] = self.start_coordinates();
-        system.state(0.0, q, v)
+        system.state_about(self.axis(), 0.0, q, v)
     }
 
     /// The coordinates and rates at the start, about `z`.

@@ -69,9 +69,16 @@ pub struct Kind {
     solution: StageSolution,
     /// Whether the work of clamp and workpiece is integrated.
     integrates_work: bool,
+    /// Whether all segments begin with coordinates about `x`, rather than about `z`.
+    about_x: bool,
 }
 
 impl Kind {
+    /// The polar axis of all coordinates at the start.
+    pub(super) fn axis(self) -> PolarAxis {
+        if self.about_x { PolarAxis::X } else { PolarAxis::Z }
+    }
+
     /// The kind of the pass that `settings` state.
     pub fn of(settings: &Settings) -> Self {
         Pass::new(settings).kind()
@@ -81,8 +88,10 @@ impl Kind {
         form: Form,
         filament: &Filament<M, W>,
         integrates_work: bool,
+        axis: PolarAxis,
     ) -> Self {
         Self {
+            about_x: axis == PolarAxis::X,
             form,
             segments: filament.chain.segments(),
             contacts: filament.contacts(),
@@ -122,15 +131,19 @@ struct Batch<T, W> {
     runs: [Option<Run<T, W>>; LANES],
     steps: Lane,
     sampling: Sampling,
+    /// The polar axis of all coordinates.
+    axis: PolarAxis,
 }
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     fn new(example: &Pass<T, W>, sampling: Sampling) -> Self {
         let filament = example.filament();
         let energy = example.tracks_energy(sampling);
-        let system = FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], energy);
+        let mut system = FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], energy);
+        let axis = example.kind().axis();
+        system.set_charts(&vec![axis; if example.form() == Form::Spatial { filament.chain.segments() } else { 0 }]);
         let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments());
-        Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling }
+        Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling, axis }
     }
 
     fn run(
@@ -191,8 +204,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     /// Prepares the next step of a lane. Returns false if the lane is free, or its pass has just ended.
     fn prepare(&mut self, lane: usize, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) -> bool {
         let Some(run) = &mut self.runs[lane] else { return false };
-        if run.trajectory.start().charts.iter().any(|&axis| axis != PolarAxis::Z) {
-            // All lanes share their charts: a filament that leaves those about z continues alone.
+        if run.trajectory.start().charts.iter().any(|&axis| axis != self.axis) {
+            // All lanes share their charts: a filament that leaves those of its start continues alone.
             let run = self.runs[lane].take().expect("the lane has a job");
             self.finish_alone(run, done);
             return false;

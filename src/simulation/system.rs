@@ -315,10 +315,21 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     ///
     /// Segments near the poles of `z` are switched to their other chart, as stated in the returned state. At a pole itself,
     /// `θ` is that of the plane in which `φ` moves, and `θ̇` is meaningless.
-    pub fn state(&mut self, time: f64, mut q: Vec<[f64; 2]>, mut v: Vec<[f64; 2]>) -> FilamentState {
+    pub fn state(&mut self, time: f64, q: Vec<[f64; 2]>, v: Vec<[f64; 2]>) -> FilamentState {
+        self.state_about(PolarAxis::Z, time, q, v)
+    }
+
+    /// The same, which changes all segments to coordinates about `preferred`.
+    pub(super) fn state_about(
+        &mut self,
+        preferred: PolarAxis,
+        time: f64,
+        mut q: Vec<[f64; 2]>,
+        mut v: Vec<[f64; 2]>,
+    ) -> FilamentState {
         let mut charts = vec![PolarAxis::Z; self.equations.charts().len()];
         for (axis, (q, v)) in charts.iter_mut().zip(q.iter_mut().zip(&mut v)) {
-            if near_pole(q[0]) {
+            if near_pole(q[0]) || preferred != PolarAxis::Z {
                 let direction = axis.direction([*q, *v, [0.0; 2]]);
                 *axis = axis.other();
                 [*q, *v, _] = axis.coordinates(direction);

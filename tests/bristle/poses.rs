@@ -6,7 +6,7 @@ use crate::common::case;
 use bristle::model::filament::{bending_stiffness, cross_section};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{Settings, Side, ToolKind, Turns, WorkpieceKind};
-use bristle::simulation::{Pass, simulate};
+use bristle::simulation::{Job, Pass, Sampling, simulate, simulate_side_by_side};
 use bristle::tool::Pose;
 
 fn posed(segments: usize, [tilt, skew]: [f64; 2]) -> Settings {
@@ -140,4 +140,28 @@ fn a_flat_cup_touches_all_round() {
     settings.process.brushing_velocity_m_s = 30.0;
     settings.process.penetration_depth_m = 0.2e-3;
     assert_eq!(metrics(&settings).contact_normal_impulse_n_s, 0.0);
+}
+
+/// Axial filaments have other coordinates than radial ones; in lanes they have the same bits as alone.
+#[test]
+fn cups_are_the_same_side_by_side() {
+    let passes = |speed: f64| {
+        let mut settings = cup(6);
+        settings.tool.tilt_rad = Some(FRAC_PI_2 - 0.1);
+        (settings.process.brushing_velocity_m_s, settings.contact.friction_coefficient) = (speed, 0.2);
+        Pass::new(&settings)
+    };
+    let all: Vec<Pass> = [5.0, 8.0, 12.0, 20.0].map(passes).to_vec();
+    let mut jobs: Vec<Job> = all.iter().cloned().enumerate().map(|(number, pass)| Job { number, pass }).collect();
+    let mut done = 0;
+    simulate_side_by_side(
+        |_| jobs.pop(),
+        |number, result| {
+            let alone = all[number].simulate(Sampling::default());
+            assert!(result == alone, "{number}: {result:?} {alone:?}");
+            assert!(result.is_ok_and(|simulation| simulation.metrics.contact_normal_impulse_n_s > 0.0));
+            done += 1;
+        },
+    );
+    assert_eq!(done, all.len());
 }
