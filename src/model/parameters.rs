@@ -442,7 +442,8 @@ pub static PARAMETERS: &[Parameter] = &[
         .default_is("that of `tool.kind`: 0 of a round brush, π/2 of a cup, π/2 − γ of a cone"),
     parameter!(tool.skew_rad, "rad", Range::between(-PI, PI), "σ", "skew of the tool’s axis about y")
         .also(&["skew", "skew_angle", "yaw"]),
-    parameter!(tool.positions, "", Range::whole(1.0, MAX_POSITIONS as f64), "", "filaments along a trim on which they differ"),
+    parameter!(tool.positions(), "", Range::whole(1.0, MAX_POSITIONS as f64), "", "filaments along a trim on which they differ")
+    .default_is("5, or 33 where part of the trim lifts off the workpiece"),
     parameter!(tool.filament_count, "", Range::NOT_NEGATIVE, "N_f", "number of filaments")
         .required()
         .also(&["count", "filaments", "number_of_filaments", "bristles", "nf"])

@@ -194,9 +194,10 @@ pub struct ToolSettings {
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "is_zero"))]
     pub skew_rad: f64,
     /// Number of filaments along the trim that are simulated where they differ: on a tilted or conical tool. One is that in the middle, and the
-    /// penetration depth is then its own.
-    #[cfg_attr(feature = "serde", serde(default = "default_positions", skip_serializing_if = "is_default_positions"))]
-    pub positions: usize,
+    /// penetration depth is then its own. Without it 5, or 33 where part of the trim lifts off the workpiece.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(with = "usize"))]
+    pub positions: Option<usize>,
     /// Number `N_f` of filaments on the tool. A file may give `filaments_per_m2` or `fill_factor` instead. As an estimate, it need not be a whole number.
     pub filament_count: f64,
     /// Uncertainty of the number of filaments: its standard deviation.
@@ -752,7 +753,7 @@ impl ToolSettings {
             filament_angle_rad: None,
             tilt_rad: None,
             skew_rad: 0.0,
-            positions: default_positions(),
+            positions: None,
             filament_count,
             filament_count_uncertainty: 0.0,
         }
@@ -766,6 +767,12 @@ impl ToolSettings {
             ToolKind::Cup => 0.0,
             ToolKind::Cone => FRAC_PI_4,
         })
+    }
+
+    /// Number of filaments along a trim that touches the workpiece all along.
+    #[must_use]
+    pub fn positions(&self) -> usize {
+        self.positions.unwrap_or(5)
     }
 
     /// Tilt `τ` of the axis in rad.
@@ -837,15 +844,6 @@ impl ProcessSettings {
             turns: None,
         }
     }
-}
-
-fn default_positions() -> usize {
-    5
-}
-
-#[cfg(feature = "serde")]
-fn is_default_positions(positions: &usize) -> bool {
-    *positions == default_positions()
 }
 
 #[cfg(feature = "serde")]

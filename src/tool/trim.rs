@@ -73,10 +73,14 @@ pub(crate) fn reach_of([radius, height]: [f64; 2], [x, y, z]: [f64; 3]) -> f64 {
 /// The filaments that stand for all: one, unless those along the trim differ (MODEL, "Rotary tools of any kind and pose"). Then they are at the
 /// points of Gauss and Legendre, with weights in proportion to their root radius.
 pub fn places(settings: &Settings) -> Vec<Place> {
-    let (trim, count) = (Trim::of(settings), settings.tool.positions);
-    if count == 1 || !differ(settings) {
+    if settings.tool.positions == Some(1) || !differ(settings) {
         return vec![Place { s: 0.0, weight: 1.0 }];
     }
+    let trim = Trim::of(settings);
+    let count = settings.tool.positions.unwrap_or_else(|| match lifts_off(settings, &trim) {
+        true => POSITIONS_OF_LIFTED_TRIM,
+        false => settings.tool.positions(),
+    });
     let mut places: Vec<Place> = (0..count)
         .map(|i| {
             let [point, weight] = gauss_legendre(count, i);
@@ -89,6 +93,20 @@ pub fn places(settings: &Settings) -> Vec<Place> {
         place.weight /= sum;
     }
     places
+}
+
+/// The number of filaments along a trim of which a part lifts off: where it begins, the force rises within some ten micrometres of depth. With so many
+/// the force of the paper's brush at a tilt of 0.1 rad and 1 mm is accurate to a per cent; 5 are off by up to 17 %.
+const POSITIONS_OF_LIFTED_TRIM: usize = 33;
+
+/// Whether an end of the trim comes free of the workpiece, or nearly so.
+fn lifts_off(settings: &Settings, trim: &Trim) -> bool {
+    /// As a part of the depth.
+    const NEARLY: f64 = 0.1;
+    let normal = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
+    let [reach, _] = reaches(settings);
+    let depth = settings.process.penetration_depth_m;
+    trim.ends().into_iter().any(|s| reach - reach_of(trim.tip(s), normal) >= (1.0 - NEARLY) * depth)
 }
 
 /// Whether the filaments along the trim differ: because the tool is tilted or conical, or skewed over a workpiece that is no plane.
@@ -108,7 +126,7 @@ pub(crate) fn deepest(settings: &Settings) -> f64 {
 
 /// The places among which the deepest is: the ends of the trim or, if one filament stands for all, its middle.
 fn considered(settings: &Settings, trim: &Trim) -> Vec<f64> {
-    let whole = differ(settings) && settings.tool.positions > 1;
+    let whole = differ(settings) && settings.tool.positions != Some(1);
     if whole { trim.ends().to_vec() } else { vec![0.0] }
 }
 

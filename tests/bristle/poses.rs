@@ -11,13 +11,13 @@ use bristle::tool::Pose;
 
 fn posed(segments: usize, [tilt, skew]: [f64; 2]) -> Settings {
     let mut settings = case(segments, 10.0, 1e-3);
-    (settings.tool.tilt_rad, settings.tool.skew_rad, settings.tool.positions) = (Some(tilt), skew, 1);
+    (settings.tool.tilt_rad, settings.tool.skew_rad, settings.tool.positions) = (Some(tilt), skew, Some(1));
     settings
 }
 
 fn cup(segments: usize) -> Settings {
     let mut settings = case(segments, 10.0, 1e-3);
-    (settings.tool.kind, settings.tool.positions) = (ToolKind::Cup, 1);
+    (settings.tool.kind, settings.tool.positions) = (ToolKind::Cup, Some(1));
     settings
 }
 
@@ -77,7 +77,7 @@ fn a_tilt_that_is_too_small_to_matter_changes_nothing() {
         [-0.2, -0.05, -0.02, 0.0, 0.02, 0.05, 0.2].map(|x: f64| [x, if x.abs() < 0.01 { 1e-3 } else { 0.0 }]).to_vec();
     for mut settings in [edge, cylinder, bump] {
         settings.contact.friction_coefficient = 0.2;
-        settings.tool.positions = 1;
+        settings.tool.positions = Some(1);
         let upright = metrics(&settings);
         settings.tool.skew_rad = 1e-13;
         let posed = metrics(&settings);

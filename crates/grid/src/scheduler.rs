@@ -385,9 +385,16 @@ struct Inquiry {
 
 impl Inquiry {
     fn new(case: usize, run: Run, kind: Kind, settings: Settings) -> Self {
-        let (search, places) = (DepthSearch::of(&settings, None), places(&settings));
-        let results = vec![None; places.len()];
-        Self { case, run, kind, search, results, places, settings }
+        let search = DepthSearch::of(&settings, None);
+        let mut inquiry = Self { case, run, kind, search, results: Vec::new(), places: Vec::new(), settings };
+        inquiry.begin_round();
+        inquiry
+    }
+
+    /// Begins with the filaments along the trim at the depth that is to be simulated.
+    fn begin_round(&mut self) {
+        self.places = places(&self.at_depth());
+        self.results = vec![None; self.places.len()];
     }
 
     /// The settings at the depth that is being simulated.
@@ -413,6 +420,9 @@ impl Inquiry {
         let whole = of_trim(&self.places, all);
         let Some(search) = &mut self.search else { return Ok(Some(whole)) };
         let found = search.take(whole.metrics.tool_contact_normal_force_n, whole).map_err(|error| error.to_string())?;
+        if found.is_none() {
+            self.begin_round();
+        }
         Ok(found.map(|found| {
             let mut simulation = found.result;
             simulation.metrics.force_stiffness_n_m = found.stiffness;
