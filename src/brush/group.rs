@@ -321,9 +321,9 @@ impl Group {
                     load.sum += sum;
                     load.energy += bristle.law.stored_energy(&touch.approach);
                     load.moving_power += dot(sum.force, clearance.workpiece_velocity);
-                    if touch.on_edge {
+                    if touch.on_edge.is_some() {
                         load.edge_penetration = load.edge_penetration.max(touch.approach.penetration);
-                        let power = sum.normal * dot(touch.approach.sliding, touch.approach.sliding).sqrt();
+                        let power = sum.sliding_power;
                         if load.worked.is_none_or(|worked| power > worked.power) {
                             let edge = contact - n;
                             let place = bristle.workpiece.edges()[edge].part_before(touch.position, time);

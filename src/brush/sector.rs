@@ -436,6 +436,8 @@ impl Account {
         record.angular_impulse += mean(&|sum| sum.moment);
         record.edge_impulse += mean(&|sum| sum.on_edges);
         record.friction_work += mean(&|sum| sum.friction_power);
+        record.sliding_work += mean(&|sum| sum.sliding_power);
+        record.edge_work = std::array::from_fn(|order| record.edge_work[order] + mean(&|sum| sum.edge_power[order]));
         record.peak_force = record.peak_force.max(middle.sum.normal).max(end.sum.normal);
         record.edge_penetration = record.edge_penetration.max(end.edge_penetration);
         let part = contact_part(start.pressing, end.pressing);
@@ -494,7 +496,17 @@ impl Account {
     fn numbers(&mut self) -> Vec<&mut f64> {
         let Self { record, completed, impulses, load, edge_work, timetable: _ } = self;
         let WorkpieceLoad { sum, moving_power, energy, pressing, edge_penetration, worked } = load;
-        let ContactSum { normal, on_edges, force: [x, y, z], moment, friction_power, damped_power } = sum;
+        let ContactSum {
+            normal,
+            on_edges,
+            force: [x, y, z],
+            moment,
+            friction_power,
+            damped_power,
+            sliding_power,
+            edge_power,
+        } = sum;
+        let [edge_power, first_moment, second_moment] = edge_power;
         let worked = worked.iter_mut().flat_map(|WorkedEdge { edge: _, place, power }| [place, power]);
         let records = std::iter::once(record).chain(completed).flat_map(|record| {
             let ContactRecord {
@@ -510,6 +522,8 @@ impl Account {
                 edge_evenness,
                 edge_penetration,
                 friction_work,
+                sliding_work,
+                edge_work: [edge_work, first_moment, second_moment],
                 peak_force,
                 max_deflection,
                 lateral_amplification,
@@ -528,6 +542,10 @@ impl Account {
                 edge_evenness,
                 edge_penetration,
                 friction_work,
+                sliding_work,
+                edge_work,
+                first_moment,
+                second_moment,
                 peak_force,
                 max_deflection,
                 lateral_amplification,
@@ -542,6 +560,10 @@ impl Account {
             on_edges,
             friction_power,
             damped_power,
+            sliding_power,
+            edge_power,
+            first_moment,
+            second_moment,
             moving_power,
             energy,
             pressing,

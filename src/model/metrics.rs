@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::model::record::{Combine, Display, Prominence, Record, Scale, Scope};
+use crate::model::settings::{Settings, WorkpieceKind};
 use crate::workpiece::{ContactArc, Passage};
 
 /// Drawn in figures whose file names start with `file_name`, in the unit `unit`.
@@ -96,6 +97,17 @@ crate::record! {
         ] => largest(Display::DETAIL),
         friction_work_j: f64 = ["", "J", "friction work", "energy taken by friction in one pass of one filament"]
             => optional(figure("friction_work", "mJ", 1e3)),
+        sliding_work_j: f64 = [
+            "W_s", "J", "sliding work", "∫ F_n |v_t| dt of one filament, one pass, by which it removes material and wears"
+        ] => figure("sliding_work", "mJ", 1e3),
+        edge_sliding_work_j: f64 = ["W_e", "J", "sliding work on edges", "the share of W_s on edges of the workpiece"]
+            => optional(figure("edge_sliding_work", "mJ", 1e3)),
+        edge_work_angle_rad: f64 = [
+            "", "rad", "angle of the edge's work",
+            "mean angle of W_e from the bisector of the edge, positive towards the face that filaments meet last; zero without such work"
+        ] => optional(Display::DETAIL),
+        edge_work_angle_std_rad: f64 =
+            ["", "rad", "deviation of that angle", "standard deviation of W_e around the edge"] => optional(Display::DETAIL),
         contact_angular_impulse_n_m_s: f64 =
             ["", "N m s", "contact angular impulse", "∫ of the moment of the contact force about the tool axis"],
         tool_tangential_force_n: f64 = [
@@ -112,6 +124,14 @@ crate::record! {
         ] => headline(of_tool(figure("tool_torque", "N m", 1.0))),
         tool_power_w: f64 = ["P_w", "W", "power of the tool", "M_w ω: what the contact takes from the drive"]
             => headline(of_tool(figure("tool_power", "W", 1.0))),
+        removal_rate_m3_s: f64 =
+            ["", "m³/s", "removal rate of the tool", "k_P W_s N_f ω/(2π) (Preston)"] => optional(of_tool(figure("removal_rate", "mm³/s", 1e9))),
+        recession_per_pass_m: f64 = [
+            "", "m", "recession per pass",
+            "k_P W_s N_f ω/(2π b v_f): by how much a plane recedes under a brush of the width b that is fed over it once"
+        ] => optional(of_tool(figure("recession", "µm", 1e6))),
+        wear_ratio: f64 =
+            ["", "", "wear ratio", "volume removed from the workpiece over volume lost by the filaments, k_P/k_w"] => optional(Display::DETAIL),
         lateral_amplification: f64 = [
             "", "", "lateral amplification",
             "largest |∂z_tip/∂τ|/l_f of the pass, τ the tilt of the clamp out of the plane of rotation; above 100 the pass \
@@ -196,6 +216,10 @@ pub struct ContactRecord {
     pub edge_penetration: f64,
     /// Energy taken by friction in J.
     pub friction_work: f64,
+    /// `∫ F_n |v_t| dt` in J.
+    pub sliding_work: f64,
+    /// The part of `sliding_work` on edges in J, and its first and second moment about the bisectors of the edges in J rad and J rad².
+    pub edge_work: [f64; 3],
     /// Largest `F_n` in N.
     pub peak_force: f64,
     /// Largest tip deflection in m.
@@ -221,15 +245,55 @@ impl ContactRecord {
     }
 }
 
+/// What sliding work removes from the workpiece and wears off the filaments, as far as it is known (MODEL, "Removal and wear").
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RemovalLaw {
+    /// Preston coefficient `k_P` in m²/N.
+    pub preston: Option<f64>,
+    /// Wear coefficient `k_w` in m²/N.
+    pub wear: Option<f64>,
+    /// `b |v_f|` in m²/s: the area over which a brush is fed per time; none if it is not fed over a plane.
+    pub area_rate: Option<f64>,
+}
+
+impl RemovalLaw {
+    /// What `settings` state.
+    #[must_use]
+    pub fn of(settings: &Settings) -> Self {
+        let Settings { removal, workpiece, tool, .. } = settings;
+        let is_fed = workpiece.kind == WorkpieceKind::Plane && workpiece.feed_velocity_m_s != 0.0;
+        Self {
+            preston: removal.as_ref().and_then(|removal| removal.preston_m2_n),
+            wear: removal.as_ref().and_then(|removal| removal.filament_wear_m2_n),
+            area_rate: is_fed.then(|| tool.width_m * workpiece.feed_velocity_m_s.abs()),
+        }
+    }
+
+    /// Whether it says anything about the metric with this key; true of metrics that do not depend on it.
+    #[must_use]
+    pub fn tells(&self, key: &str) -> bool {
+        match key {
+            "removal_rate_m3_s" => self.preston.is_some(),
+            "recession_per_pass_m" => self.preston.is_some() && self.area_rate.is_some(),
+            "wear_ratio" => self.preston.is_some() && self.wear.is_some(),
+            _ => true,
+        }
+    }
+}
+
 impl Metrics {
     /// Reduces observations to metrics.
-    pub fn new(nominal: &NominalContact, record: &ContactRecord, filament_count: f64) -> Self {
+    pub fn new(nominal: &NominalContact, record: &ContactRecord, filament_count: f64, removal: &RemovalLaw) -> Self {
         let contact_angle = nominal.contact_angle;
         let nominal_time = contact_angle / nominal.rate();
         let of_tool = |impulse| tool_force(impulse, filament_count, nominal.rate());
         // Subtracted from zero, so that nothing becomes a negative zero.
         let torque = of_tool(0.0 - record.angular_impulse);
         let [impulse_x, impulse_y, impulse_z] = record.vector_impulse;
+        // Work on edges can fall below zero by rounding.
+        let edge_work = record.edge_work[0].max(0.0);
+        let [angle, deviation] = angle_of_work([edge_work, record.edge_work[1], record.edge_work[2]]);
+        let removal_rate = removal.preston.map_or(0.0, |preston| preston * of_tool(record.sliding_work.max(0.0)));
         Self {
             penetration_depth_m: 0.0,
             force_stiffness_n_m: 0.0,
@@ -255,11 +319,18 @@ impl Metrics {
             edge_evenness: record.edge_evenness,
             max_edge_penetration_m: record.edge_penetration,
             friction_work_j: record.friction_work,
+            sliding_work_j: record.sliding_work.max(0.0),
+            edge_sliding_work_j: edge_work,
+            edge_work_angle_rad: angle,
+            edge_work_angle_std_rad: deviation,
             contact_angular_impulse_n_m_s: record.angular_impulse,
             tool_tangential_force_n: of_tool(0.0 - impulse_x),
             tool_lateral_force_n: of_tool(0.0 - impulse_z),
             tool_torque_n_m: torque,
             tool_power_w: torque * nominal.rate(),
+            removal_rate_m3_s: removal_rate,
+            recession_per_pass_m: removal.area_rate.map_or(0.0, |rate| removal_rate / rate),
+            wear_ratio: removal.preston.zip(removal.wear).map_or(0.0, |(preston, wear)| preston / wear),
             lateral_amplification: record.lateral_amplification,
             laterally_unstable: record.lateral_amplification > UNSTABLE_AMPLIFICATION,
             turns: record.turn,
@@ -300,8 +371,35 @@ impl Metrics {
             };
             column.set(&mut combined, value);
         }
+        // Angles are weighted by the work.
+        let moment = |order: usize| {
+            let values: Vec<f64> = all
+                .iter()
+                .map(|one| {
+                    let Self {
+                        edge_sliding_work_j: work,
+                        edge_work_angle_rad: angle,
+                        edge_work_angle_std_rad: deviation,
+                        ..
+                    } = one;
+                    let of_angle = [1.0, *angle, angle * angle + deviation * deviation];
+                    work * of_angle[order]
+                })
+                .collect();
+            mean(&values)
+        };
+        [combined.edge_work_angle_rad, combined.edge_work_angle_std_rad] = angle_of_work([0, 1, 2].map(moment));
         Some(combined)
     }
+}
+
+/// Mean and standard deviation in rad of the angle of work with these moments of the orders 0, 1 and 2 (J, J rad, J rad²); zero without work.
+fn angle_of_work([work, first, second]: [f64; 3]) -> [f64; 2] {
+    if work <= 0.0 {
+        return [0.0; 2];
+    }
+    let mean = first / work;
+    [mean, (second / work - mean * mean).max(0.0).sqrt()]
 }
 
 /// Tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N (paper, Eq. 5): every filament passes once per turn.

@@ -10,7 +10,7 @@ use std::ops::{Bound, RangeBounds};
 
 use crate::model::filament;
 use crate::model::record::Scalar;
-use crate::model::settings::{BrushSettings, Ends, Hold, Settings, ToolKind, Turns};
+use crate::model::settings::{BrushSettings, Ends, Hold, RemovalGoal, RemovalSettings, Settings, ToolKind, Turns};
 use crate::tool::{Pose, Trim, trim};
 use crate::workpiece::{Part, unit_normal};
 
@@ -377,35 +377,11 @@ macro_rules! parameter {
     };
 }
 
-/// Makes the entry of a setting in `[brush]`, which a file may leave out: the settings of a lone filament have its default.
-/// Changing one makes them those of a brush. A count that the brush chooses itself if it is not stated (`auto`) is one, the least.
-macro_rules! brush_parameter {
-    (auto $key:ident, $range:expr, $symbol:literal, $name:literal) => {
-        brush_parameter!(
-            $key,
-            "",
-            $range,
-            $symbol,
-            $name,
-            |brush: &BrushSettings| Scalar::into_f64(brush.$key.unwrap_or(1)),
-            |brush: &mut BrushSettings, value| brush.$key = Some(Scalar::from_f64(value))
-        )
-        .default_is("chosen by the program")
-    };
-    ($key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
-        brush_parameter!(
-            $key,
-            $unit,
-            $range,
-            $symbol,
-            $name,
-            |brush: &BrushSettings| Scalar::into_f64(brush.$key),
-            |brush: &mut BrushSettings, value| brush.$key = Scalar::from_f64(value)
-        )
-    };
-    ($key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal, $get:expr, $set:expr) => {
+/// Makes the entry of a setting in a section that a file may leave out: settings without it have its default. Changing one adds the section.
+macro_rules! section_parameter {
+    ($section:ident, $or_default:ident, $key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal, $get:expr, $set:expr) => {
         Parameter {
-            path: concat!("brush.", stringify!($key)),
+            path: concat!(stringify!($section), ".", stringify!($key)),
             unit: $unit,
             symbol: $symbol,
             name: $name,
@@ -418,9 +394,57 @@ macro_rules! brush_parameter {
             source: "",
             decides_force: false,
             usual: None,
-            get: |settings| $get(&settings.brush_or_default()),
-            set: |settings, value| $set(settings.brush.get_or_insert_default(), value),
+            get: |settings| $get(&settings.$or_default()),
+            set: |settings, value| $set(settings.$section.get_or_insert_default(), value),
         }
+    };
+}
+
+/// An entry of `[brush]`. A count that the brush chooses itself if it is not stated (`auto`) is one, the least.
+macro_rules! brush_parameter {
+    (auto $key:ident, $range:expr, $symbol:literal, $name:literal) => {
+        section_parameter!(
+            brush,
+            brush_or_default,
+            $key,
+            "",
+            $range,
+            $symbol,
+            $name,
+            |brush: &BrushSettings| Scalar::into_f64(brush.$key.unwrap_or(1)),
+            |brush: &mut BrushSettings, value| brush.$key = Some(Scalar::from_f64(value))
+        )
+        .default_is("chosen by the program")
+    };
+    ($key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
+        section_parameter!(
+            brush,
+            brush_or_default,
+            $key,
+            $unit,
+            $range,
+            $symbol,
+            $name,
+            |brush: &BrushSettings| Scalar::into_f64(brush.$key),
+            |brush: &mut BrushSettings, value| brush.$key = Scalar::from_f64(value)
+        )
+    };
+}
+
+/// An entry of `[removal]` without a default. Where it is not stated, its value has no meaning, and is one.
+macro_rules! removal_parameter {
+    ($key:ident, $unit:literal, $symbol:literal, $name:literal) => {
+        section_parameter!(
+            removal,
+            removal_or_default,
+            $key,
+            $unit,
+            Range::POSITIVE,
+            $symbol,
+            $name,
+            |removal: &RemovalSettings| removal.$key.unwrap_or(1.0),
+            |removal: &mut RemovalSettings, value| removal.$key = Some(value)
+        )
     };
 }
 
@@ -652,6 +676,26 @@ pub static PARAMETERS: &[Parameter] = &[
     brush_parameter!(root_std_m, "m", Range::between(0.0, 1.0), "", "standard deviation of the roots’ shifts"),
     brush_parameter!(seed, "", Range::whole(0.0, u32::MAX as f64), "", "seed of the brush"),
     brush_parameter!(tolerance, "", Range::between(1e-6, 0.1), "", "tolerance of the mean impulse"),
+    removal_parameter!(preston_m2_n, "m²/N", "k_P", "Preston coefficient of the workpiece")
+        .also(&["preston", "preston_coefficient", "kp", "removal_coefficient"])
+        .default_is("not known")
+        .usually(1e-18, 1e-9, "mm³/(N m) typed as m²/N, which are 1e-9 of it"),
+    removal_parameter!(filament_wear_m2_n, "m²/N", "k_w", "wear coefficient of the filaments")
+        .also(&["wear", "wear_coefficient", "archard", "kw"])
+        .default_is("not known: filaments do not wear")
+        .usually(1e-18, 1e-9, "mm³/(N m) typed as m²/N, which are 1e-9 of it"),
+    section_parameter!(
+        removal,
+        removal_or_default,
+        force_loss,
+        "",
+        Range::real(Bound::Excluded(0.0), Bound::Excluded(1.0)),
+        "",
+        "part of the force that a worn brush may lose",
+        |removal: &RemovalSettings| removal.force_loss,
+        |removal: &mut RemovalSettings, value| removal.force_loss = value
+    ),
+    removal_parameter!(edge_feed_velocity_m_s, "m/s", "", "velocity of the feed along the edge").default_is("not fed"),
 ];
 
 impl Settings {
@@ -745,6 +789,32 @@ impl Settings {
         Ok(())
     }
 
+    /// Checks the goal of the removal, and what a trial showed.
+    fn check_removal(&self) -> Result<(), Violation> {
+        let Some(removal) = &self.removal else { return Ok(()) };
+        let is_sane = |value: f64| value.is_finite() && value > 0.0;
+        let wrong = |path, value: String, allowed: &str| Err(Violation { path, value, allowed: allowed.to_owned() });
+        if let Some(observed) = removal.observed {
+            let value = format!("{{ edge_radius_m = {:?}, time_s = {:?} }}", observed.edge_radius_m, observed.time_s);
+            if !is_sane(observed.edge_radius_m) || !is_sane(observed.time_s) {
+                return wrong("removal.observed", value, "two finite numbers greater than 0, in m and s");
+            }
+            if removal.preston_m2_n.is_some() {
+                let allowed =
+                    "left out beside removal.preston_m2_n: the observed edge is there to find that coefficient";
+                return wrong("removal.observed", value, allowed);
+            }
+        }
+        match removal.until {
+            Some(RemovalGoal::EdgeRadiusM(goal) | RemovalGoal::Turns(goal) | RemovalGoal::TimeS(goal))
+                if !is_sane(goal) =>
+            {
+                wrong("removal.until", format!("{goal:?}"), "a finite number greater than 0")
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Checks the taper and the waviness of the filament.
     fn check_shape(&self) -> Result<(), Violation> {
         let Settings { filament, .. } = self;
@@ -792,6 +862,7 @@ impl Settings {
             });
         }
         self.check_shape()?;
+        self.check_removal()?;
         if self.contact.radius_m >= length_m {
             return Err(Violation {
                 path: "contact.radius_m",

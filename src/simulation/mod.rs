@@ -12,7 +12,7 @@ use crate::equations::{Chain, Clamp, PolarAxis, sin_cos};
 use crate::integrate::tableau::{ESDIRK54, Tableau};
 use crate::integrate::{Stepper, Tolerances, Work};
 use crate::model::filament;
-use crate::model::metrics::{ContactRecord, Metrics, NominalContact};
+use crate::model::metrics::{ContactRecord, Metrics, NominalContact, RemovalLaw};
 use crate::model::record::Record;
 use crate::model::settings::{Settings, Turns};
 use crate::tool::{ClampMotion, Place, Pose, RotaryTool, Tool, Trim, Turning, trim};
@@ -415,7 +415,7 @@ impl Pass {
             false => 0.0,
         };
         let (pose, depth) = (Pose::of(&settings.tool), settings.process.penetration_depth_m);
-        let setting = Setting { pose, shape, is_rotary: true, reach, depth };
+        let setting = Setting { pose, shape, is_rotary: true, reach, depth, removal: RemovalLaw::of(settings) };
         let pass = Self::assemble(settings, tool, part, settings.tool_radius_m(), passage, setting);
         if pass.all_round { pass.on_ramp(settings) } else { pass }
     }
@@ -447,6 +447,8 @@ struct Setting {
     reach: f64,
     /// The penetration depth in m, as the settings state it.
     depth: f64,
+    /// What its work removes.
+    removal: RemovalLaw,
 }
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
@@ -466,7 +468,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let arc = workpiece.contact_arc(&tip).ok_or(NoContactArc)?;
         let radius = tool.radius(length);
         let depth = settings.process.penetration_depth_m;
-        let setting = Setting { pose: Pose::UPRIGHT, shape: None, is_rotary: false, reach: 0.0, depth };
+        let removal = RemovalLaw::of(settings);
+        let setting = Setting { pose: Pose::UPRIGHT, shape: None, is_rotary: false, reach: 0.0, depth, removal };
         Ok(Self::assemble(settings, tool, workpiece, radius, arc.into(), setting))
     }
 
@@ -478,8 +481,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         passage: Passage,
         setting: Setting,
     ) -> Self {
-        let Settings { tool: brush, filament, contact, process, solver, workpiece: _, uncertainty: _, brush: _ } =
-            settings;
+        let Settings { tool: brush, filament, contact, process, solver, .. } = settings;
         let nominal = NominalContact::new(tool_radius, process.brushing_velocity_m_s, &passage);
         let ContactArc { middle, angle } = passage.window;
         // A rate that is small for a vibrating filament, so that a slow tool does not require absurd precision.
@@ -756,7 +758,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// The metrics from the record of this pass's observer.
     pub fn metrics(&self, record: &ContactRecord) -> Metrics {
         let vector_impulse = self.setting.pose.from_tool(record.vector_impulse);
-        let metrics = Metrics::new(&self.nominal, &ContactRecord { vector_impulse, ..*record }, self.filament_count);
+        let record = ContactRecord { vector_impulse, ..*record };
+        let metrics = Metrics::new(&self.nominal, &record, self.filament_count, &self.setting.removal);
         Metrics { penetration_depth_m: self.setting.depth, ..metrics }
     }
 

@@ -143,6 +143,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         self.record.angular_impulse = integrals[integral::ANGULAR_IMPULSE];
         self.record.edge_impulse = integrals[integral::EDGE_IMPULSE];
         self.record.friction_work = integrals[integral::FRICTION_WORK];
+        self.record.sliding_work = integrals[integral::SLIDING_WORK];
+        self.record.edge_work = std::array::from_fn(|order| integrals[integral::EDGE_WORK + order]);
         let nodes = step.start_nodes.len();
         if step.closed[nodes..].contains(&true) {
             self.edge_work.observe(step, &self.filament);

@@ -29,6 +29,19 @@ crate::record! {
         normal_impulse_n_s_m: f64 = ["", "N s/m", "contact normal impulse per length", "times `length_m` it adds up to p_n"],
         friction_work_j_m: f64 =
             ["", "J/m", "friction work per length", "times `length_m` it adds up to the friction work"],
+        sliding_work_j_m: f64 = ["w_s", "J/m", "sliding work per length", "times `length_m` it adds up to the sliding work"],
+    }
+}
+
+/// What is distributed over the profile, by the integral of a step: normal impulse in N s, friction work in J, sliding work in J.
+const AMOUNTS: [usize; 3] = [integral::NORMAL_IMPULSE, integral::FRICTION_WORK, integral::SLIDING_WORK];
+/// The number of these kinds.
+const KINDS: usize = AMOUNTS.len();
+
+impl ProfileCell {
+    /// The amounts per length, in the order of [`AMOUNTS`].
+    fn amounts_mut(&mut self) -> [&mut f64; KINDS] {
+        [&mut self.normal_impulse_n_s_m, &mut self.friction_work_j_m, &mut self.sliding_work_j_m]
     }
 }
 
@@ -37,14 +50,14 @@ pub(super) fn weighted<'a>(all: impl Iterator<Item = (f64, &'a [ProfileCell])>) 
     let mut sum: Vec<ProfileCell> = Vec::new();
     for (weight, cells) in all {
         if sum.is_empty() {
-            let empty =
-                |cell: &ProfileCell| ProfileCell { normal_impulse_n_s_m: 0.0, friction_work_j_m: 0.0, ..cell.clone() };
-            sum = cells.iter().map(empty).collect();
+            sum = cells.to_vec();
+            sum.iter_mut().for_each(|cell| cell.amounts_mut().into_iter().for_each(|amount| *amount = 0.0));
         }
         debug_assert_eq!(sum.len(), cells.len(), "filaments of one trim have one profile");
         for (sum, cell) in sum.iter_mut().zip(cells) {
-            sum.normal_impulse_n_s_m += weight * cell.normal_impulse_n_s_m;
-            sum.friction_work_j_m += weight * cell.friction_work_j_m;
+            for (sum, amount) in sum.amounts_mut().into_iter().zip(cell.clone().amounts_mut()) {
+                *sum += weight * *amount;
+            }
         }
     }
     sum
@@ -55,8 +68,8 @@ pub(super) fn weighted<'a>(all: impl Iterator<Item = (f64, &'a [ProfileCell])>) 
 struct Part {
     /// The places at which it begins and ends.
     places: [f64; 2],
-    /// `∫ F_n dt` in N s, and `∫` of the power of friction in J.
-    amounts: [f64; 2],
+    /// See [`AMOUNTS`].
+    amounts: [f64; KINDS],
 }
 
 /// What a contact does in a step, by `place` on the workpiece: calls `each` with the places between which it acts, and with
@@ -109,12 +122,12 @@ pub(super) struct Ledger {
     profile: ProfileCells,
     boundaries: Vec<f64>,
     finest: f64,
-    /// Normal impulse in N s and friction work in J, by cell.
-    amounts: Vec<[f64; 2]>,
+    /// By cell.
+    amounts: Vec<[f64; KINDS]>,
     /// The parts of the current step.
     parts: Vec<Part>,
     /// What earlier steps have left over, because no contact was closed in them that could have it.
-    owed: [f64; 2],
+    owed: [f64; KINDS],
     /// The places where the last work was done.
     last: [f64; 2],
 }
@@ -125,15 +138,15 @@ impl Ledger {
         let boundaries = profile.boundaries();
         let length = |cell: &Cell| cell.arc_length[1] - cell.arc_length[0];
         let finest = profile.cells.iter().map(length).reduce(f64::min)?;
-        let amounts = vec![[0.0; 2]; profile.cells.len()];
+        let amounts = vec![[0.0; KINDS]; profile.cells.len()];
         let parts = Vec::with_capacity(INTERVALS[1] as usize);
         let last = [boundaries[0]; 2];
-        Some(Self { profile, boundaries, finest, amounts, parts, owed: [0.0; 2], last })
+        Some(Self { profile, boundaries, finest, amounts, parts, owed: [0.0; KINDS], last })
     }
 
     /// Enters the work of the next step.
     pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>) {
-        for (owed, integral) in self.owed.iter_mut().zip([integral::NORMAL_IMPULSE, integral::FRICTION_WORK]) {
+        for (owed, integral) in self.owed.iter_mut().zip(AMOUNTS) {
             *owed += step.end.integrals[integral] - step.start.integrals[integral];
         }
         self.parts.clear();
@@ -145,7 +158,8 @@ impl Ledger {
         };
         let weigh = |touch: &Touch| {
             let force = filament.law.pressing_force(&touch.approach);
-            [force.normal, -dot(force.tangential, touch.approach.sliding)]
+            let Approach { sliding, .. } = touch.approach;
+            [force.normal, -dot(force.tangential, sliding), force.normal * dot(sliding, sliding).sqrt()]
         };
         for contact in step.contacts() {
             let parts = &mut self.parts;
@@ -157,7 +171,7 @@ impl Ledger {
             self.last = part.places;
         }
         let count = self.parts.len() as f64;
-        for k in 0..2 {
+        for k in 0..KINDS {
             // Less than nothing is a rounding error, which the next step makes up for.
             if self.parts.is_empty() || self.owed[k] <= 0.0 {
                 continue;
@@ -194,28 +208,31 @@ impl Ledger {
 
     /// Forgets all work.
     pub fn clear(&mut self) {
-        self.amounts.fill([0.0; 2]);
-        self.owed = [0.0; 2];
+        self.amounts.fill([0.0; KINDS]);
+        self.owed = [0.0; KINDS];
     }
 
     /// The cells with their work.
     pub fn into_cells(mut self) -> Vec<ProfileCell> {
-        for k in 0..2 {
+        for k in 0..KINDS {
             self.enter(k, self.last, self.owed[k]);
         }
         let cells = self.profile.cells.iter().zip(&self.amounts);
         cells
-            .map(|(&Cell { arc_length: [start, end], ends, on_edge }, [impulse, work])| {
+            .map(|(&Cell { arc_length: [start, end], ends, on_edge }, amounts)| {
                 let length_m = end - start;
                 let [x_m, y_m] = scale(0.5, add(ends[0], ends[1]));
+                let [normal_impulse_n_s_m, friction_work_j_m, sliding_work_j_m] =
+                    amounts.map(|amount| amount / length_m);
                 ProfileCell {
                     arc_length_m: (start + end) / 2.0,
                     x_m,
                     y_m,
                     length_m,
                     on_edge,
-                    normal_impulse_n_s_m: impulse / length_m,
-                    friction_work_j_m: work / length_m,
+                    normal_impulse_n_s_m,
+                    friction_work_j_m,
+                    sliding_work_j_m,
                 }
             })
             .collect()

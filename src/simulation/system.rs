@@ -39,8 +39,12 @@ pub mod integral {
     /// Natural logarithm of the factor by which the lateral variation of a planar state has been divided, so that it stays
     /// finite. Constant within a step.
     pub const VARIATION_SCALE: usize = 10;
+    /// Sliding work `∫ F_n |v_t| dt` in J.
+    pub const SLIDING_WORK: usize = 11;
+    /// The part of it on edges in J, then its first and second moment about the bisectors of the edges in J rad and J rad².
+    pub const EDGE_WORK: usize = 12;
     /// The number of integrals.
-    pub const COUNT: usize = 11;
+    pub const COUNT: usize = 15;
 }
 
 use integral::COUNT;
@@ -117,8 +121,8 @@ pub struct Touch {
     pub position: [f64; 3],
     /// The filament there, relative to the workpiece.
     pub approach: Approach,
-    /// Whether it is an edge.
-    pub on_edge: bool,
+    /// If it is an edge: the angle from its bisector in rad ([`Edge::angle`]).
+    pub on_edge: Option<f64>,
 }
 
 /// What a contact does to a filament, or several together.
@@ -136,6 +140,10 @@ pub struct ContactSum {
     pub friction_power: f64,
     /// Power taken by contact damping in W.
     pub damped_power: f64,
+    /// `F_n |v_t|` in W.
+    pub sliding_power: f64,
+    /// The part of it on edges in W, and its first and second moment about their bisectors in W rad and W rad².
+    pub edge_power: [f64; 3],
 }
 
 impl AddAssign for ContactSum {
@@ -146,6 +154,8 @@ impl AddAssign for ContactSum {
         self.moment += other.moment;
         self.friction_power += other.friction_power;
         self.damped_power += other.damped_power;
+        self.sliding_power += other.sliding_power;
+        self.edge_power = add(self.edge_power, other.edge_power);
     }
 }
 
@@ -180,24 +190,28 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         let Some(edge) = contact.checked_sub(segments) else {
             let [position, velocity] = nodes(contact + 1);
             let station = Station { segment: contact, fraction: 1.0 };
-            return Touch { station, position, approach: self.approach(position, velocity, time), on_edge: false };
+            return Touch { station, position, approach: self.approach(position, velocity, time), on_edge: None };
         };
         let edge = &self.workpiece.edges()[edge];
         let EdgeContact { station, position, approach } = self.edge_contact(edge, nodes, start, time);
-        Touch { station, position, approach, on_edge: true }
+        Touch { station, position, approach, on_edge: Some(edge.angle(position, time)) }
     }
 
     /// What a contact does, by the smooth law, even where it pulls: stages of a step that ends on an opening can lie past it.
     pub fn sum(&self, Touch { position: [x, y, _], approach, on_edge, .. }: &Touch) -> ContactSum {
         let force = self.law.force(approach);
         let total = force.total(approach);
+        let sliding_power = force.normal * dot(approach.sliding, approach.sliding).sqrt();
         ContactSum {
             normal: force.normal,
-            on_edges: if *on_edge { force.normal } else { 0.0 },
+            on_edges: if on_edge.is_some() { force.normal } else { 0.0 },
             force: total,
             moment: x * total[1] - y * total[0],
             friction_power: -dot(force.tangential, approach.sliding),
             damped_power: self.law.damped_power(approach),
+            sliding_power,
+            edge_power: on_edge
+                .map_or([0.0; 3], |angle| [1.0, angle, angle * angle].map(|moment| sliding_power * moment)),
         }
     }
 
@@ -498,7 +512,16 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                 let mut add = |integral: usize, rate: f64| {
                     rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
                 };
-                let ContactSum { normal, on_edges, force, moment, friction_power, damped_power } = filament.sum(&touch);
+                let ContactSum {
+                    normal,
+                    on_edges,
+                    force,
+                    moment,
+                    friction_power,
+                    damped_power,
+                    sliding_power,
+                    edge_power,
+                } = filament.sum(&touch);
                 add(integral::NORMAL_IMPULSE, normal);
                 for (i, component) in force.into_iter().enumerate() {
                     add(integral::IMPULSE + i, component);
@@ -507,6 +530,12 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                 add(integral::EDGE_IMPULSE, on_edges);
                 add(integral::FRICTION_WORK, friction_power);
                 add(integral::CONTACT_DISSIPATION, damped_power + friction_power);
+                add(integral::SLIDING_WORK, sliding_power);
+                if touch.on_edge.is_some() {
+                    for (order, moment) in edge_power.into_iter().enumerate() {
+                        add(integral::EDGE_WORK + order, moment);
+                    }
+                }
                 if self.tracks_energy || !filament.workpiece.translates() {
                     let velocity = match contact.checked_sub(segments) {
                         None => filament.workpiece.surface(touch.position, time).velocity,

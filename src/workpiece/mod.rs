@@ -181,6 +181,25 @@ impl Edge {
         (before / self.length()).clamp(0.0, 1.0)
     }
 
+    /// The angle in rad from the edge's bisector of the normal nearest to `position` (m) at `time` (s), positive towards the face that filaments of
+    /// a tool which turns in the positive sense above the edge meet last. On a whole circle it counts from `+y`.
+    pub fn angle(&self, position: [f64; 3], time: f64) -> f64 {
+        let point = sub(self.in_profile(position, time), self.moved(time));
+        let (normal, bisector) = match &self.curve {
+            EdgeCurve::Arc { centre, ends, .. } => {
+                (sub(point, *centre), ends.map_or([0.0, 1.0], |[first, second]| add(first, second)))
+            }
+            EdgeCurve::Stretch(stretch) => {
+                let (foot, _) = stretch.foot(point);
+                (foot.normal, stretch.bisector())
+            }
+        };
+        // Filaments go towards +x, unless the tool's axis points to the other side: normals turn in the negative sense.
+        let goes_back = self.placement.as_ref().is_some_and(|placement| placement.axis()[2] < 0.0);
+        let angle = cross(normal, bisector).atan2(dot(normal, bisector));
+        if goes_back { -angle } else { angle }
+    }
+
     /// The surface of the edge, as the point of a filament at `position` (m) sees it at `time` (s).
     pub fn surface(&self, position: [f64; 3], time: f64) -> Surface {
         let point = sub(self.in_profile(position, time), self.moved(time));

@@ -63,6 +63,11 @@ impl Placement {
         Surface { normal, across, velocity, ..*surface }
     }
 
+    /// The tool's axis in the frame of the workpiece.
+    pub fn axis(&self) -> [f64; 3] {
+        self.pose.from_tool([0.0, 0.0, 1.0])
+    }
+
     /// The direction along which the workpiece is extruded, in the tool's frame.
     pub fn extrusion(&self) -> [f64; 3] {
         self.pose.to_tool([0.0, 0.0, 1.0])

@@ -64,6 +64,12 @@ impl Stretch {
         (foot, inside * (1.0 + foot.curvature * foot.gap).max(0.0))
     }
 
+    /// The sum of the outward unit normals at its ends.
+    pub(super) fn bisector(&self) -> [f64; 2] {
+        let [first, second] = [self.from, self.to].map(|along| self.spline.nearest(self.spline.at(along).0).normal);
+        add(first, second)
+    }
+
     /// The centre of curvature where the stretch is nearest to `point` (m), or half-way along it.
     pub(super) fn centre(&self, point: Option<[f64; 2]>) -> [f64; 2] {
         let along = match point {
