@@ -72,6 +72,7 @@ fn brush(random: &mut Rng, damping_ratio: f64) -> Settings {
         solver: SolverSettings::default(),
         uncertainty: UncertaintySettings::default(),
         brush: None,
+        removal: None,
     }
 }
 
@@ -110,5 +111,6 @@ fn extreme(random: &mut Rng) -> Settings {
         solver: SolverSettings { relative_tolerance: spread(random, 1e-10, 1e-2), ..SolverSettings::default() },
         uncertainty: UncertaintySettings::default(),
         brush: None,
+        removal: None,
     }
 }

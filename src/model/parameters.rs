@@ -431,9 +431,9 @@ macro_rules! brush_parameter {
     };
 }
 
-/// An entry of `[removal]` without a default. Where it is not stated, its value has no meaning, and is one.
+/// An entry of `[removal]` without a default. Where it is not stated, its value has no meaning, and is a `typical` one.
 macro_rules! removal_parameter {
-    ($key:ident, $unit:literal, $symbol:literal, $name:literal) => {
+    ($key:ident, $unit:literal, $typical:literal, $symbol:literal, $name:literal) => {
         section_parameter!(
             removal,
             removal_or_default,
@@ -442,7 +442,7 @@ macro_rules! removal_parameter {
             Range::POSITIVE,
             $symbol,
             $name,
-            |removal: &RemovalSettings| removal.$key.unwrap_or(1.0),
+            |removal: &RemovalSettings| removal.$key.unwrap_or($typical),
             |removal: &mut RemovalSettings, value| removal.$key = Some(value)
         )
     };
@@ -676,11 +676,11 @@ pub static PARAMETERS: &[Parameter] = &[
     brush_parameter!(root_std_m, "m", Range::between(0.0, 1.0), "", "standard deviation of the roots’ shifts"),
     brush_parameter!(seed, "", Range::whole(0.0, u32::MAX as f64), "", "seed of the brush"),
     brush_parameter!(tolerance, "", Range::between(1e-6, 0.1), "", "tolerance of the mean impulse"),
-    removal_parameter!(preston_m2_n, "m²/N", "k_P", "Preston coefficient of the workpiece")
+    removal_parameter!(preston_m2_n, "m²/N", 1e-14, "k_P", "Preston coefficient of the workpiece")
         .also(&["preston", "preston_coefficient", "kp", "removal_coefficient"])
         .default_is("not known")
         .usually(1e-18, 1e-9, "mm³/(N m) typed as m²/N, which are 1e-9 of it"),
-    removal_parameter!(filament_wear_m2_n, "m²/N", "k_w", "wear coefficient of the filaments")
+    removal_parameter!(filament_wear_m2_n, "m²/N", 1e-14, "k_w", "wear coefficient of the filaments")
         .also(&["wear", "wear_coefficient", "archard", "kw"])
         .default_is("not known: filaments do not wear")
         .usually(1e-18, 1e-9, "mm³/(N m) typed as m²/N, which are 1e-9 of it"),
@@ -695,7 +695,7 @@ pub static PARAMETERS: &[Parameter] = &[
         |removal: &RemovalSettings| removal.force_loss,
         |removal: &mut RemovalSettings, value| removal.force_loss = value
     ),
-    removal_parameter!(edge_feed_velocity_m_s, "m/s", "", "velocity of the feed along the edge").default_is("not fed"),
+    removal_parameter!(edge_feed_velocity_m_s, "m/s", 1e-2, "", "velocity of the feed along the edge").default_is("not fed"),
 ];
 
 impl Settings {

@@ -13,6 +13,7 @@ use crate::commands::explain::ExplainArgs;
 use crate::commands::merge::MergeArgs;
 use crate::commands::new::NewArgs;
 use crate::commands::plot::PlotArgs;
+use crate::commands::remove::RemoveArgs;
 use crate::commands::simulate::SimulateArgs;
 use crate::commands::study::StudyCommandArgs;
 use crate::commands::validate::ValidateArgs;
@@ -25,6 +26,7 @@ Examples:
   bristle simulate brush.toml --out one        simulate one contact over time
   bristle brush examples/brush.toml --out all  simulate filaments that touch
   bristle calibrate lab.toml --fit KEY --out c fit settings to measured forces
+  bristle remove edge.toml --out rounding      follow an edge that grows round
   bristle plot results                         redraw the figures of a study
   bristle advise results --max-force 300       show which settings meet a limit
   bristle compare-studies old new --out both   compare the tools of two studies
@@ -47,7 +49,8 @@ Exit status:
        its journal; or stdout cannot be written, and the result files are
        complete (a reader that stops early is not an error)
   3    a simulation failed; a study has written the results of the others
-  130  Ctrl-C stopped a study, a brush or a calibration; the same command resumes it";
+  130  Ctrl-C stopped a study, a brush or a calibration, which the same command
+       resumes, or a removal";
 
 /// Contact forces of brushing tools, from the equations of motion of one filament.
 #[derive(Parser)]
@@ -66,6 +69,7 @@ pub enum Command {
     Simulate(SimulateArgs),
     Brush(BrushArgs),
     Calibrate(CalibrateArgs),
+    Remove(RemoveArgs),
     Evaluate(EvaluateArgs),
     Derive(DeriveArgs),
     Compare(CompareArgs),

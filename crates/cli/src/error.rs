@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use bristle::brush::BrushError;
 use bristle::simulation::SimulationError;
 use bristle_grid::brush::BrushStudyError;
+use bristle_grid::removal::RemovalError;
 use bristle_input::explain::UnknownKey;
 use bristle_input::input_error::InputError;
 use bristle_input::table::DataError;
@@ -77,6 +78,9 @@ pub enum CliError {
     /// Settings cannot be fitted to measured forces.
     #[error("{}: {error}", shown_path(path))]
     Calibration { path: PathBuf, error: String },
+    /// An edge cannot be followed.
+    #[error("{}: {error}", shown_path(path))]
+    Removal { path: PathBuf, error: Box<RemovalError> },
     #[error(transparent)]
     ForceJournal(#[from] ForceJournalError),
     #[error(transparent)]

@@ -4,7 +4,7 @@
 use std::num::NonZeroUsize;
 
 use bristle::brush::{BrushError, BrushResult, BrushStatistics, Stretch, check_brush};
-use bristle::model::metrics::Metrics;
+use bristle::model::metrics::{Metrics, RemovalLaw};
 use bristle::model::record::{Column, Display, Prominence, Record, Scope};
 use bristle::model::settings::{Settings, UncertaintySettings};
 use bristle::simulation::Statistics;
@@ -76,11 +76,47 @@ pub const NOT_OF_BRUSHES: &[&str] = &["lateral_amplification", "laterally_unstab
 /// The metrics of tools that are pressed on with a given force. Where the depth is given, it is a setting.
 const OF_FORCE: &[&str] = &["penetration_depth_m", "force_stiffness_n_m"];
 
-/// The metrics of a contact that tables have: those of brushes, or of single filaments, with those of tools that are pressed on, or without.
-pub fn metric_columns(of_brushes: bool, pressed_on: bool) -> impl Iterator<Item = &'static Column<Metrics>> {
-    let of_brushes = move |key| !of_brushes || !NOT_OF_BRUSHES.contains(key);
-    let of_force = move |key| pressed_on || !OF_FORCE.contains(key);
-    Metrics::COLUMNS.iter().filter(move |column| of_brushes(&column.key) && of_force(&column.key))
+/// What results have, by which tables leave out the metrics that they do not have.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Having {
+    /// Whether they are those of brushes, rather than of single filaments.
+    pub brush: bool,
+    /// Whether the depth was found for a given force.
+    pub force: bool,
+    /// What is known of removal.
+    pub removal: RemovalLaw,
+}
+
+impl Having {
+    /// The results of one contact or brush.
+    #[must_use]
+    pub fn of(settings: &Settings) -> Self {
+        let (brush, force) = (settings.brush.is_some(), settings.process.tool_force_n.is_some());
+        Self { brush, force, removal: RemovalLaw::of(settings) }
+    }
+
+    /// The results of a study: what some case has.
+    #[must_use]
+    pub fn of_study(study: &Study) -> Self {
+        let removal = study.each_tool_at_its_ends().fold(RemovalLaw::default(), |law, settings| {
+            let RemovalLaw { preston, wear, area_rate } = RemovalLaw::of(&settings);
+            RemovalLaw {
+                preston: law.preston.or(preston),
+                wear: law.wear.or(wear),
+                area_rate: law.area_rate.or(area_rate),
+            }
+        });
+        Self { brush: study.has_brush(), force: study.is_pressed_on(), removal }
+    }
+}
+
+/// The metrics of a contact that tables of such results have.
+pub fn metric_columns(having: Having) -> impl Iterator<Item = &'static Column<Metrics>> {
+    Metrics::COLUMNS.iter().filter(move |column| {
+        let of_brushes = !having.brush || !NOT_OF_BRUSHES.contains(&column.key);
+        let of_force = having.force || !OF_FORCE.contains(&column.key);
+        of_brushes && of_force && having.removal.tells(column.key)
+    })
 }
 
 /// Drawn in figures whose file names start with `file_name`, and shown in the tables of a terminal.

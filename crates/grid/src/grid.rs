@@ -338,6 +338,21 @@ impl Study {
         settings
     }
 
+    /// The settings of each tool at the first and at the last values of all sweeps.
+    pub(crate) fn each_tool_at_its_ends(&self) -> impl Iterator<Item = Settings> {
+        self.tools.iter().flat_map(|tool| {
+            [0, usize::MAX].map(|end| {
+                let mut settings = tool.settings.clone();
+                for sweep in &self.sweeps {
+                    if let Some(parameter) = sweep.setting().parameter() {
+                        parameter.set(&mut settings, sweep.values()[end.min(sweep.values().len() - 1)]);
+                    }
+                }
+                settings
+            })
+        })
+    }
+
     /// The setting by which the study states how fast the tool turns: its rotational speed, or the velocity of the tips.
     #[must_use]
     pub fn speed(&self) -> &'static Parameter {

@@ -10,6 +10,7 @@
 pub mod brush;
 pub mod check;
 mod grid;
+pub mod removal;
 mod scheduler;
 mod setting;
 mod shard;

@@ -87,7 +87,7 @@ pub fn run_study(
     Ok(results.into_iter().map(|result| result.expect("every case is done")).collect())
 }
 
-const UNBROKEN: &str = "nothing panics with the results in hand";
+pub(crate) const UNBROKEN: &str = "nothing panics with the results in hand";
 
 /// The cases that have no result yet, counted from 0.
 ///

@@ -1,9 +1,9 @@
 //! A quantity in all cases of a study, in a unit that makes its numbers readable.
 
-use bristle::model::metrics::Metrics;
+use bristle::model::metrics::{Metrics, RemovalLaw};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 
-use bristle_grid::brush::{Interaction, metric_columns};
+use bristle_grid::brush::{Having, Interaction, metric_columns};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{CaseResult, CaseSummary};
 use bristle_text::number::spanning;
@@ -104,8 +104,10 @@ impl Quantity {
 pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator<Item = &'static Column<Metrics>> {
     let varies = |column: &Column<Metrics>| results.iter().flatten().any(|case| column.get(&case.metrics) != 0.0);
     let shown = move |column: &&Column<Metrics>| column.display.prominence <= least;
-    let pressed_on = results.iter().flatten().any(|case| case.metrics.force_stiffness_n_m != 0.0);
-    let columns = metric_columns(false, pressed_on).filter(shown);
+    let force = results.iter().flatten().any(|case| case.metrics.force_stiffness_n_m != 0.0);
+    // What is not known of removal is zero in all of them, and optional.
+    let anything = RemovalLaw { preston: Some(0.0), wear: Some(0.0), area_rate: Some(0.0) };
+    let columns = metric_columns(Having { brush: false, force, removal: anything }).filter(shown);
     columns.filter(move |column| !column.display.optional || varies(column))
 }
 

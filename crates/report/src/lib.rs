@@ -9,6 +9,7 @@ pub mod figures;
 pub mod page;
 #[cfg(feature = "parquet")]
 pub mod parquet;
+pub mod removal;
 pub mod tables;
 pub mod vtk;
 

@@ -4,6 +4,7 @@
 //! it is. [`publish`] writes the files of results that are there already.
 
 pub mod calibration;
+pub mod removal;
 
 use std::io;
 use std::num::NonZeroUsize;

@@ -19,6 +19,7 @@ pub mod explain;
 pub mod merge;
 pub mod new;
 pub mod plot;
+pub mod remove;
 pub mod simulate;
 pub mod study;
 pub mod validate;
@@ -33,6 +34,7 @@ pub fn run(command: Command) -> Result<ExitCode, CliError> {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Brush(arguments) => brush::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::Remove(arguments) => remove::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Derive(arguments) => derive::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

@@ -26,7 +26,7 @@ pub const INPUT_COUNT: usize = 8;
 pub const MOVING: usize = 7;
 
 /// Ends of the band, as shares of the tools.
-const BAND: [f64; 2] = [0.025, 0.975];
+pub(crate) const BAND: [f64; 2] = [0.025, 0.975];
 
 /// Something that scatters.
 #[derive(Clone, Copy, Debug)]
@@ -240,6 +240,12 @@ impl Scatter {
     #[must_use]
     pub fn count(&self) -> usize {
         self.points.len()
+    }
+
+    /// The number of filaments of a tool, counted from 0.
+    #[must_use]
+    pub fn filament_count(&self, tool: usize) -> f64 {
+        self.value(tool, MOVING)
     }
 
     /// The settings of a tool, counted from 0, with the nominal number of filaments. `None` if it does not reach the workpiece.
@@ -456,7 +462,7 @@ fn mean_and_variance(values: &[f64]) -> (f64, f64) {
 
 /// The quantile of sorted values: the value below which `share` of them lies. Value `k` is the quantile at `(k − ½)/n`, with
 /// linear interpolation between values (Hyndman and Fan 1996, no. 5).
-fn quantile(sorted: &[f64], share: f64) -> f64 {
+pub(crate) fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = (share * sorted.len() as f64 - 0.5).clamp(0.0, (sorted.len() - 1) as f64);
     let below = sorted[place.floor() as usize];
     let above = sorted[place.ceil() as usize];

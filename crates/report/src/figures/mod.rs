@@ -27,10 +27,12 @@ mod brush;
 mod calibration;
 mod force;
 mod profile;
+mod removal;
 
 pub use brush::{Brush, brush_figures, is_of_brush};
 pub use calibration::{calibration_figures, is_of_calibration};
 pub use profile::drawn_shapes;
+pub use removal::{corner_outline, is_of_removal, removal_figures, unit_of_time};
 
 /// Maximum number of values of the further sweeps for which figures are drawn.
 const MAX_SLICES: usize = 4;

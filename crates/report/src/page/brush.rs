@@ -9,7 +9,7 @@ use bristle::equations;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Record};
 use bristle::simulation::Pass;
-use bristle_grid::brush::{Interaction, metric_columns};
+use bristle_grid::brush::{Having, Interaction, metric_columns};
 use bristle_text::shown;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -140,7 +140,8 @@ pub(super) fn figure(Picture { name, canvas }: &Picture) -> String {
 fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
     let view = SideView::new(&brush.settings);
     let pass = Pass::new(&brush.settings);
-    let mut metrics: Vec<&Column<Metrics>> = metric_columns(true, false).collect();
+    let mut metrics: Vec<&Column<Metrics>> =
+        metric_columns(Having { force: false, ..Having::of(&brush.settings) }).collect();
     metrics.sort_by_key(|column| place_on_page(column));
     let metrics: Vec<Value> = metrics
         .into_iter()

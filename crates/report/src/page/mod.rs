@@ -13,7 +13,7 @@ use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
-use bristle_grid::brush::{Interaction, metric_columns};
+use bristle_grid::brush::{Having, Interaction, metric_columns};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{CaseResult, CaseSummary, Study};
 use bristle_input::plausibility::{Unusual, unusual_in_study};
@@ -27,10 +27,12 @@ mod calibration;
 mod course;
 mod measured;
 mod packed;
+mod removal;
 
 pub use brush::brush_page;
 pub use calibration::calibration_page;
 pub use course::{Course, MAX_COURSES, Recorder};
+pub use removal::removal_page;
 
 /// A page with places to be filled in, of which one is for the sections of its own.
 const FRAME: &str = include_str!("frame.html");
@@ -226,7 +228,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], c
     let cases: Vec<&CaseResult> = shown.cases.iter().map(|&case| &results[case]).collect();
     let summary = |result: &&CaseResult| result.as_ref().ok().cloned();
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
-    let mut metrics: Vec<&Column<Metrics>> = metric_columns(study.has_brush(), study.is_pressed_on()).collect();
+    let mut metrics: Vec<&Column<Metrics>> = metric_columns(Having::of_study(study)).collect();
     metrics.sort_by_key(|column| place_on_page(column));
     let metrics = metrics.into_iter().map(|column| quantity(column, &summaries, |summary| Some(&summary.metrics)));
     let scatter =

@@ -3,13 +3,12 @@
 use std::io::{self, Write};
 
 use bristle::brush::{BrushResult, BrushStatistics, FilamentResult, PairResult, ToolSample};
-use bristle::model::metrics::Metrics;
+use bristle::model::metrics::RemovalLaw;
 use bristle::model::settings::Settings;
-use serde::ser::Error;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
-use super::tables::{Cell, cells, cells_of, keys, keys_of, read_records, write_records};
-use bristle_grid::brush::{Interaction, metric_columns, turn_impulses};
+use super::tables::{Cell, Known, cells, cells_of, keys, keys_of, read_records, write_records};
+use bristle_grid::brush::{Having, Interaction, metric_columns, turn_impulses};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_input::table::{AGAIN, DataError, Source};
 
@@ -152,18 +151,8 @@ impl From<Pair> for PairResult {
     }
 }
 
-/// The metrics that a brush has.
-struct OfBrush<'a>(&'a Metrics);
-
-impl Serialize for OfBrush<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let all = serde_json::to_value(self.0).map_err(S::Error::custom)?;
-        serializer.collect_map(metric_columns(true, true).map(|column| (column.key, &all[column.key])))
-    }
-}
 /// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its [`Interaction`] and the band that a calibration
 /// leaves its force, then the work, then the impulses of all turns.
-/// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its [`Interaction`], then the work, then the impulses of all turns.
 pub fn write_brush_metrics(
     mut out: impl Write,
     settings: &Settings,
@@ -175,7 +164,7 @@ pub fn write_brush_metrics(
         brushing_velocity_m_s: f64,
         rotational_speed_rpm: f64,
         #[serde(flatten)]
-        metrics: OfBrush<'a>,
+        metrics: Known<'a>,
         #[serde(flatten)]
         interaction: Interaction,
         #[serde(flatten)]
@@ -190,7 +179,7 @@ pub fn write_brush_metrics(
     let flat = Flat {
         brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
         rotational_speed_rpm: settings.rotational_speed_rpm(),
-        metrics: OfBrush(metrics),
+        metrics: Known(metrics, Having { brush: true, force: true, ..Having::of(settings) }),
         interaction,
         band,
         steps,
@@ -210,14 +199,18 @@ pub fn read_interaction(text: &str, name: &str) -> Result<Interaction, DataError
     serde_json::from_str(text).map_err(|error| Source { name, text }.json(&error))
 }
 
+/// What one filament of a brush has.
+const OF_FILAMENT: Having =
+    Having { brush: true, force: false, removal: RemovalLaw { preston: None, wear: None, area_rate: None } };
+
 /// Writes `filaments.csv`: a heading, then one row per filament.
 pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record([keys::<Position>(), keys_of(metric_columns(true, false)), keys::<Rest>()].concat())?;
+    writer.write_record([keys::<Position>(), keys_of(metric_columns(OF_FILAMENT)), keys::<Rest>()].concat())?;
     for filament in filaments {
         let (place, rest) = (Position::from(filament), Rest::from(filament));
         let row =
-            [cells(Some(&place)), cells_of(metric_columns(true, false), Some(&filament.metrics)), cells(Some(&rest))]
+            [cells(Some(&place)), cells_of(metric_columns(OF_FILAMENT), Some(&filament.metrics)), cells(Some(&rest))]
                 .concat();
         writer.write_record(row.into_iter().map(Cell::into_text))?;
     }
@@ -232,7 +225,7 @@ pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, Dat
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
     let places = table.columns(&keys::<Position>())?;
-    let metrics = table.columns(&keys_of(metric_columns(true, false)))?;
+    let metrics = table.columns(&keys_of(metric_columns(OF_FILAMENT)))?;
     let rests = table.columns(&keys::<Rest>())?;
     let filament = |row| {
         let place = table.read::<Position>(row, &places)?;
@@ -243,7 +236,7 @@ pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, Dat
             root_angle_rad: rest.root_angle_rad,
             root_z_m: rest.root_z_m,
             is_counted: rest.is_counted,
-            metrics: table.read_columns(row, &metrics, metric_columns(true, false))?,
+            metrics: table.read_columns(row, &metrics, metric_columns(OF_FILAMENT))?,
             press_impulse_n_s: rest.press_impulse_n_s,
         })
     };

@@ -16,7 +16,8 @@ pub use saved::{
 };
 pub use tables::{
     Cell, FIXED_COLUMNS, cells, keys, read_history, read_profile, read_runs, read_shapes, read_turn_impulses,
-    run_columns, run_rows, write_history, write_metrics, write_positions, write_profile, write_runs, write_shapes,
+    run_columns, run_rows, write_edge_work, write_history, write_metrics, write_positions, write_profile,
+    write_removal_rows, write_runs, write_shapes,
 };
 
 #[cfg(test)]

@@ -12,11 +12,13 @@ use bristle::simulation::Statistics;
 use bristle::simulation::{AtPlace, ProfileCell, Sample, Shape, Simulation};
 use bristle::tool::Place;
 use bristle_text::shortened;
-use serde::{Deserialize, Serialize};
+use serde::ser::Error;
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::saved::SavedStudy;
 use crate::digest::digest;
-use bristle_grid::brush::{Interaction, metric_columns};
+use bristle_grid::brush::{Having, Interaction, metric_columns};
+use bristle_grid::removal::{Removal, RemovalRow, SimulatedEdge};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, VELOCITY};
 use bristle_input::table::{AGAIN, DataError, Source, Table};
@@ -128,9 +130,7 @@ pub fn run_columns(study: &Study, results: &[CaseResult]) -> Vec<&'static str> {
     let scatter = if study.scatters() { keys::<ForceScatter>() } else { Vec::new() };
     let brush = if study.has_brush() { keys::<Interaction>() } else { Vec::new() };
     let figures =
-        [keys_of(metric_columns(study.has_brush(), study.is_pressed_on())), scatter, brush, keys::<Statistics>()]
-            .into_iter()
-            .flatten();
+        [keys_of(metric_columns(Having::of_study(study))), scatter, brush, keys::<Statistics>()].into_iter().flatten();
     let turns = study.takes_turns().then_some(TURN_IMPULSES);
     names.chain(figures).chain(turns).chain(are_checked(results).then_some(CHANGE)).chain(["status"]).collect()
 }
@@ -144,13 +144,13 @@ fn are_checked(results: &[CaseResult]) -> bool {
 pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = Vec<Cell>> {
     let columns = setting_columns(study);
     let (scatters, has_brush, takes_turns) = (study.scatters(), study.has_brush(), study.takes_turns());
-    let pressed_on = study.is_pressed_on();
+    let having = Having::of_study(study);
     let are_checked = are_checked(results);
     results.iter().enumerate().map(move |(case, result)| {
         let mut row: Vec<Cell> =
             columns.iter().map(|(_, setting)| Cell::setting(setting, study.value(setting, case))).collect();
         let summary = result.as_ref().ok();
-        row.extend(cells_of(metric_columns(has_brush, pressed_on), summary.map(|summary| &summary.metrics)));
+        row.extend(cells_of(metric_columns(having), summary.map(|summary| &summary.metrics)));
         if scatters {
             row.extend(cells::<ForceScatter>(summary.and_then(|summary| summary.scatter.as_ref())));
         }
@@ -171,6 +171,17 @@ pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = V
     })
 }
 
+/// The metrics that results have, with the types of their fields.
+pub(super) struct Known<'a>(pub &'a Metrics, pub Having);
+
+impl Serialize for Known<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self(metrics, having) = *self;
+        let all = serde_json::to_value(metrics).map_err(S::Error::custom)?;
+        serializer.collect_map(metric_columns(having).map(|column| (column.key, &all[column.key])))
+    }
+}
+
 /// Writes `metrics.json`: one flat object, the speeds and the metrics first, then the solver's statistics, then the impulses of all
 /// turns.
 pub fn write_metrics(mut out: impl Write, settings: &Settings, simulation: &Simulation) -> io::Result<()> {
@@ -179,7 +190,7 @@ pub fn write_metrics(mut out: impl Write, settings: &Settings, simulation: &Simu
         brushing_velocity_m_s: f64,
         rotational_speed_rpm: f64,
         #[serde(flatten)]
-        metrics: &'a Metrics,
+        metrics: Known<'a>,
         #[serde(flatten)]
         statistics: &'a Statistics,
         turn_contact_normal_impulses_n_s: &'a [f64],
@@ -188,7 +199,7 @@ pub fn write_metrics(mut out: impl Write, settings: &Settings, simulation: &Simu
     let flat = Flat {
         brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
         rotational_speed_rpm: settings.rotational_speed_rpm(),
-        metrics,
+        metrics: Known(metrics, Having { brush: false, force: true, ..Having::of(settings) }),
         statistics,
         turn_contact_normal_impulses_n_s,
     };
@@ -294,6 +305,37 @@ pub(super) fn write_records<R: Record>(out: impl Write, records: &[R]) -> io::Re
     writer.flush()
 }
 
+/// Columns of a removal that are those of the second edge of a chamfer.
+const OF_SECOND_EDGE: [&str; 2] = ["second_edge_radius_m", "second_edge_sliding_work_j"];
+/// Columns of the band where tools are sampled.
+const OF_BAND: [&str; 2] = ["edge_radius_lower_95_m", "edge_radius_upper_95_m"];
+
+/// The columns of a record that a removal has.
+fn of_removal<R: Record>(removal: &Removal) -> impl Iterator<Item = &'static Column<R>> + Clone {
+    let (chamfer, band) = (removal.angles_rad.len() > 1, removal.has_band);
+    let has = move |key| (chamfer || !OF_SECOND_EDGE.contains(&key)) && (band || !OF_BAND.contains(&key));
+    R::COLUMNS.iter().filter(move |column| has(column.key))
+}
+
+fn write_of_removal<R: Record>(out: impl Write, removal: &Removal, records: &[R]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(keys_of(of_removal::<R>(removal)))?;
+    for record in records {
+        writer.write_record(cells_of(of_removal::<R>(removal), Some(record)).into_iter().map(Cell::into_text))?;
+    }
+    writer.flush()
+}
+
+/// Writes `removal.csv`: a heading, then one row per time, without the columns of edges and bands that the removal does not have.
+pub fn write_removal_rows(out: impl Write, removal: &Removal) -> io::Result<()> {
+    write_of_removal::<RemovalRow>(out, removal, &removal.rows)
+}
+
+/// Writes `edge_work.csv`: a heading, then one row per simulated radius and length.
+pub fn write_edge_work(out: impl Write, removal: &Removal) -> io::Result<()> {
+    write_of_removal::<SimulatedEdge>(out, removal, &removal.simulated)
+}
+
 /// Reads `runs.csv` of a study, in the order of the grid. Errors use `name` for the file.
 ///
 /// # Errors
@@ -308,7 +350,8 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
         let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
         settings.push((position, sweep.setting(), table.column(fixed.map_or(path, |(name, _)| name))?));
     }
-    let of_metrics = || metric_columns(study.has_brush(), study.is_pressed_on());
+    let having = Having::of_study(study);
+    let of_metrics = || metric_columns(having);
     let metrics = table.columns(&keys_of(of_metrics()))?;
     let scatter = if study.scatters() { Some(table.columns(&keys::<ForceScatter>())?) } else { None };
     let brush = if study.has_brush() { Some(table.columns(&keys::<Interaction>())?) } else { None };
@@ -333,7 +376,10 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
         }
         results.push(match row.get(status) {
             Some(OK) => {
-                let metrics = table.read_columns(row, &metrics, of_metrics())?;
+                let mut metrics: Metrics = table.read_columns(row, &metrics, of_metrics())?;
+                if !having.force {
+                    metrics.penetration_depth_m = study.settings(case).process.penetration_depth_m;
+                }
                 Ok(CaseSummary {
                     turn_contact_normal_impulses_n_s: match turns {
                         Some(column) => read_turns(row.get(column).unwrap_or_default(), metrics.turns)

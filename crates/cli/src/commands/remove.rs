@@ -1,0 +1,122 @@
+//! `bristle remove`.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::process::{self, ExitCode};
+use std::sync::Mutex;
+
+use bristle::simulation::Stop;
+use bristle_grid::Resources;
+use bristle_grid::removal::{RemovalError, remove};
+use bristle_grid::uncertainty::check;
+use bristle_input::plausibility::unusual;
+use bristle_report::removal::removal_text;
+use bristle_run::removal::{OF_REMOVAL, write_removal};
+use bristle_store::staged::{occupy, prepare_directory};
+use bristle_text::layout::Warning;
+use clap::Args;
+
+use crate::error::CliError;
+use crate::input::InputArgs;
+use crate::pictures::{FIGURES, FigureArgs, draw_removal, is_picture_of_removal, say_drawn};
+use crate::progress::PassProgress;
+use crate::terminal::{say, say_at_the_end, say_written, show, width};
+use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
+
+/// Follow an edge that grows round and filaments that wear, and write DIR/removal.csv
+///
+/// The section [removal] states how fast material is removed per sliding work, preston_m2_n, or what one trial showed,
+/// observed = { edge_radius_m = …, time_s = … }, and when to end, until = { edge_radius_m = … } or turns or time_s. Passes over edges of a few
+/// radii tell the work on the edge, and more are simulated until the radius over time no longer changes. With filament_wear_m2_n filaments
+/// become shorter, and are simulated so.
+///
+/// DIR/removal.csv has radius, force and length over time, DIR/edge_work.csv the passes that were simulated, DIR/removal.html a page on which
+/// the edge grows round. [study] is ignored.
+#[derive(Args)]
+#[command(allow_negative_numbers = true)]
+pub struct RemoveArgs {
+    #[command(flatten)]
+    input: InputArgs,
+    /// Directory for the results, created if it does not exist
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    #[command(flatten)]
+    figures: FigureArgs,
+    /// Number of threads [default: one per core]; does not change the results
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
+    threads: Option<u64>,
+    #[command(flatten)]
+    memory: MemoryArgs,
+}
+
+/// Runs the command.
+pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
+    let figures = arguments.figures.figures()?;
+    let text = arguments.input.read()?;
+    let settings = text.document()?.settings()?;
+    arguments.input.warn_of(&unusual(&settings))?;
+    let refused =
+        |error: RemovalError| CliError::Removal { path: arguments.input.file.clone(), error: Box::new(error) };
+    check(&settings).map_err(|violation| refused(RemovalError::Settings(violation.to_string())))?;
+    prepare_directory(&arguments.out)?;
+    let is_ours = |name: &str| OF_REMOVAL.contains(&name);
+    let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture_of_removal)])?;
+    let stop = Stop::default();
+    let mark = stop.clone();
+    // If signals are handled elsewhere, or ignored, that is intended.
+    let _ = ctrlc::try_set_handler(move || {
+        if mark.is_requested() {
+            process::exit(INTERRUPTED.into());
+        }
+        mark.request();
+    });
+    let resources = Resources {
+        threads: arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize)),
+        memory: arguments.memory.limit(),
+    };
+    let progress = Mutex::new(PassProgress::begin("the removal", 0.0));
+    let tell = |done: usize, of: usize| {
+        if let Ok(mut progress) = progress.lock() {
+            progress.tell(done as f64 / of as f64);
+        }
+    };
+    let outcome = remove(&settings, resources, &stop, &tell);
+    if let Ok(progress) = progress.into_inner() {
+        progress.end();
+    }
+    let removal = match outcome {
+        Err(RemovalError::Stopped) => {
+            say_at_the_end("stopped: nothing was written");
+            return Ok(INTERRUPTED.into());
+        }
+        outcome => outcome.map_err(refused)?,
+    };
+    let name = arguments.input.short_name();
+    for file in write_removal(&arguments.out, &name, &settings, &removal)? {
+        say_written(&file);
+    }
+    say_drawn(&draw_removal(&arguments.out, &settings, &removal, &figures)?)?;
+    show(removal_text(&settings, &removal, width()))?;
+    if removal.is_unresolved() {
+        say(Warning::new(format!(
+            "the radius still changes by {:.1} % as more radii are simulated: the work on the edge jumps from radius to radius",
+            100.0 * removal.change_when_refined
+        )));
+    }
+    if let Some(soft) = removal.softest() {
+        let least = match removal.dips_through() {
+            true => format!(
+                "; they dip through smaller ones, which are taken for one of {:.3} mm",
+                1e3 * removal.least_radius_m
+            ),
+            false => String::new(),
+        };
+        say(Warning::new(format!(
+            "filaments dip {:.0} % of the radius into an edge of {:.3} mm, which is softer than it is sharp{least}",
+            100.0 * soft.max_edge_penetration_m / soft.edge_radius_m,
+            1e3 * soft.edge_radius_m
+        ))
+        .with_help("a stiffer contact shows whether that matters", "contact.stiffness_n_m = 1e6"));
+    }
+    Ok(ExitCode::SUCCESS)
+}

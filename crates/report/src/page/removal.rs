@@ -1,0 +1,98 @@
+//! The page of a removal, on which the edge grows round as a slider moves.
+
+use bristle::model::settings::Settings;
+use bristle_grid::removal::Removal;
+use bristle_text::number::significant;
+use bristle_text::shown;
+use serde_json::json;
+
+use super::brush::figure;
+use super::{LONGEST_NAME, STYLE, escape_html, escape_script, fill};
+use crate::drawing::format::Format;
+use crate::figures::{corner_outline, removal_figures, unit_of_time};
+use crate::removal::lines;
+
+const TEMPLATE: &str = include_str!("removal.html");
+const SCRIPT: &str = include_str!("removal.js");
+/// Rows of the table.
+const ROWS: usize = 11;
+/// How far faces are seen beyond the roundest arc, over its tangent length.
+const FACES: f64 = 1.6;
+
+/// The page of a removal by the settings of the input file `name`.
+#[must_use]
+pub fn removal_page(name: &str, settings: &Settings, removal: &Removal) -> String {
+    let name = escape_html(&shown(name, LONGEST_NAME));
+    let lines: Vec<String> = lines(settings, removal).iter().map(|line| escape_html(line)).collect();
+    let (lead, rest) = lines.split_first().expect("the edge comes first");
+    let rest: String = rest.iter().map(|line| format!("<li>{line}</li>")).collect();
+    let figures: String = removal_figures(settings, removal, &Format::default()).iter().map(figure).collect();
+    let last = removal.rows.last().map_or(0.0, |row| row.time_s);
+    let (unit, second) = unit_of_time(last);
+    let rows = (0..ROWS).map(|i| &removal.rows[i * (removal.rows.len() - 1) / (ROWS - 1)]);
+    let rows: String = rows
+        .map(|row| {
+            let cells = [
+                row.time_s / second,
+                row.turns,
+                1e3 * row.edge_radius_m,
+                row.tool_contact_normal_force_n,
+                1e3 * row.filament_length_m,
+                1e3 * row.edge_sliding_work_j,
+            ];
+            let cells = cells.map(|value| format!("<td class=\"number\">{}</td>", significant(value)));
+            format!("<tr>{}</tr>\n", cells.concat())
+        })
+        .collect();
+    let edges: Vec<_> = removal
+        .angles_rad
+        .iter()
+        .enumerate()
+        .map(|(edge, &angle)| {
+            let radius = |row: &bristle_grid::removal::RemovalRow| {
+                if edge == 0 { row.edge_radius_m } else { row.second_edge_radius_m }
+            };
+            let largest = removal.rows.iter().map(radius).fold(0.0, f64::max);
+            let reach = FACES * largest / (angle / 2.0).tan();
+            let outlines: Vec<Vec<[f64; 2]>> = removal
+                .rows
+                .iter()
+                .step_by(4)
+                .map(|row| {
+                    let outline = corner_outline(angle, radius(row), reach);
+                    outline
+                        .into_iter()
+                        .map(|point| point.map(|value| (1e6 * value / reach.max(1e-9)).round() / 1e6))
+                        .collect()
+                })
+                .collect();
+            json!({ "outlines": outlines, "reach_mm": 1e3 * reach, "half_rad": angle / 2.0 })
+        })
+        .collect();
+    let shown_rows: Vec<_> = removal
+        .rows
+        .iter()
+        .step_by(4)
+        .map(|row| {
+            let numbers = [row.time_s / second, row.turns, 1e3 * row.edge_radius_m, 1e3 * row.second_edge_radius_m];
+            numbers.map(significant)
+        })
+        .collect();
+    let data = json!({ "unit": unit, "edges": edges, "rows": shown_rows });
+    fill(
+        TEMPLATE,
+        &[
+            ("title", &format!("{name}: an edge that grows round")),
+            ("style", STYLE),
+            ("name", &name),
+            ("lead", lead),
+            ("rest", &rest),
+            ("last", &(shown_rows.len() - 1).to_string()),
+            ("unit", unit),
+            ("rows", &rows),
+            ("figures", &figures),
+            ("data", &escape_script(&data.to_string())),
+            ("script", SCRIPT),
+        ],
+    )
+}
