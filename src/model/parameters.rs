@@ -285,8 +285,11 @@ fn bound_in_words(bound: Bound<f64>, included: &str, excluded: &str) -> Option<S
 /// From here on, numbers are shown as powers of ten.
 const LARGE: f64 = 1e7;
 
-/// A number without a trailing `.0`; a large one as a power of ten if that is much shorter.
+/// A number without a trailing `.0`, or π; a large one as a power of ten if that is much shorter.
 fn plain(number: f64) -> String {
+    if number.abs() == PI {
+        return if number < 0.0 { "-π" } else { "π" }.to_owned();
+    }
     let (text, scientific) = (format!("{number:?}"), format!("{number:e}"));
     if number.abs() >= LARGE && scientific.len() + 4 < text.len() {
         return scientific;
@@ -430,7 +433,7 @@ pub static PARAMETERS: &[Parameter] = &[
         .required()
         .also(&["radius", "core_radius", "hub_radius", "rg"])
         .usually(2e-3, 1.0, "millimetres typed as metres, or the diameter instead of the radius"),
-    parameter!(tool.width_m, "m", Range::POSITIVE, "", "width of the brush")
+    parameter!(tool.width_m, "m", Range::POSITIVE, "", "width of the trim")
         .required()
         .also(&["width", "breadth"])
         .usually(5e-4, 3.0, "millimetres typed as metres"),
@@ -578,7 +581,7 @@ pub static PARAMETERS: &[Parameter] = &[
         "N",
         Range::POSITIVE,
         "",
-        "force with which the tool is pressed on, in place of the depth"
+        "force with which the tool is pressed on"
     )
     .instead_of("process.penetration_depth_m")
     .also(&["force", "tool_force", "normal_force", "pressing_force", "load"]),
@@ -719,7 +722,7 @@ impl Settings {
                 path: "tool.body_radius_m",
                 value: format!("{:?}", tool.body_radius_m),
                 allowed: format!(
-                    "greater than {least:.4e}, where filaments of this width and angle cross the axis, in m"
+                    "greater than {least:.4e}, in m: nearer to the axis, filaments of a trim this wide would be rooted across it"
                 ),
             });
         }
@@ -803,10 +806,15 @@ impl Settings {
         let penetration_depth_m = self.process.penetration_depth_m;
         let [tips, roots] = trim::reaches(self);
         if tips <= roots {
+            // The angle that is stated is to blame.
+            let (path, value) = match (self.tool.tilt_rad, self.tool.filament_angle_rad) {
+                (None, Some(angle)) => ("tool.filament_angle_rad", angle),
+                _ => ("tool.tilt_rad", self.tool.tilt_rad()),
+            };
             return Err(Violation {
-                path: "tool.tilt_rad",
-                value: format!("{:?}", self.tool.tilt_rad()),
-                allowed: "such that filaments reach the workpiece: at this tilt the body of the tool comes first"
+                path,
+                value: format!("{value:?}"),
+                allowed: "such that filaments reach the workpiece: at this angle the body of the tool comes first"
                     .to_owned(),
             });
         }
@@ -903,5 +911,6 @@ mod tests {
         assert_eq!(Range::at_least(1.0).to_string(), "a finite number of at least 1");
         assert_eq!(Range::whole(1.0, 400.0).to_string(), "a whole number from 1 to 400");
         assert_eq!(Range::between(1e-10, 1e-2).to_string(), "a finite number from 1e-10 to 0.01");
+        assert_eq!(Range::between(-PI, PI).to_string(), "a finite number from -π to π");
     }
 }

@@ -85,8 +85,19 @@ impl Quantity {
 
     /// The contact normal force of the tool.
     fn tool_force() -> Self {
-        let column = Metrics::COLUMNS.iter().find(|column| column.key == TOOL_FORCE);
-        Self::metric(column.expect("the force of the tool is a metric"))
+        Self::of_key(TOOL_FORCE)
+    }
+
+    /// The penetration depth, which is a result where a force is given in its place.
+    #[must_use]
+    pub fn depth() -> Self {
+        Self::of_key("penetration_depth_m")
+    }
+
+    /// The metric with a key.
+    fn of_key(key: &str) -> Self {
+        let column = Metrics::COLUMNS.iter().find(|column| column.key == key);
+        Self::metric(column.expect("it is a metric"))
     }
 
     fn metric(column: &'static Column<Metrics>) -> Self {
@@ -100,9 +111,17 @@ impl Quantity {
     }
 }
 
+/// A force this small against F_n,w is none.
+const NOISE: f64 = 1e-4;
+
 /// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results.
 pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator<Item = &'static Column<Metrics>> {
-    let varies = |column: &Column<Metrics>| results.iter().flatten().any(|case| column.get(&case.metrics) != 0.0);
+    let varies = |column: &Column<Metrics>| {
+        // Forces that cancel, as those of a cup all round, leave the tolerance of their parts.
+        let noise =
+            |metrics: &Metrics| if column.unit == "N" { NOISE * metrics.tool_contact_normal_force_n } else { 0.0 };
+        results.iter().flatten().any(|case| column.get(&case.metrics).abs() > noise(&case.metrics))
+    };
     let shown = move |column: &&Column<Metrics>| column.display.prominence <= least;
     let pressed_on = results.iter().flatten().any(|case| case.metrics.force_stiffness_n_m != 0.0);
     let columns = metric_columns(false, pressed_on).filter(shown);
@@ -200,6 +219,10 @@ impl Readable {
     /// A number in the unit of this quantity.
     fn scaled(&self, value: f64) -> String {
         match self.quantity.scale {
+            // Not a negative zero.
+            Scale::Linear if value.abs() < 0.5 * 0.1_f64.powi(self.decimals as i32) => {
+                format!("{:.*}", self.decimals, 0.0)
+            }
             Scale::Linear => format!("{value:.*}", self.decimals),
             Scale::Logarithmic => spanning(value),
         }

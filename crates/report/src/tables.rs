@@ -34,14 +34,17 @@ const UNSTABLE: &str = "!";
 
 /// The results of a study for people, in lines of at most `width` columns: a table for each quantity if velocity and depth vary and
 /// nothing else does, with the tools below each other if there are several; otherwise a list. Swept settings that have the same value in
-/// all cases stand above.
+/// all cases stand above. Where forces are given in place of depths, the depths that were found are one of the quantities.
 ///
 /// Where filaments scatter, the band of the tool force is one of the quantities, and a line states the origin of the scatter.
 #[must_use]
 pub fn study_tables(study: &Study, results: &[CaseResult], width: usize) -> String {
     let band = study.scatters().then(Quantity::band);
     let interaction = study.has_brush().then(Quantity::interaction).into_iter().flatten();
-    let quantities: Vec<Readable> = Quantity::headlines(results)
+    let depth = study.is_pressed_on().then(Quantity::depth);
+    let quantities: Vec<Readable> = depth
+        .into_iter()
+        .chain(Quantity::headlines(results))
         .chain(band)
         .chain(interaction)
         .map(|quantity| Readable::new(quantity, results))
@@ -200,7 +203,8 @@ pub fn brush_table(result: &BrushResult) -> String {
     let results = [brush, alone];
     let mut rows = vec![["", "brush", "alone"].map(str::to_owned).to_vec()];
     // What a brush does not have is zero in its metrics, and left out where the first column says so.
-    for quantity in Quantity::headlines(&results[..1]) {
+    let depth = (result.tool.force_stiffness_n_m != 0.0).then(Quantity::depth);
+    for quantity in depth.into_iter().chain(Quantity::headlines(&results[..1])) {
         let readable = Readable::new(quantity, &results);
         rows.push(vec![readable.heading(""), readable.text(0), readable.text(1)]);
     }
