@@ -22,6 +22,9 @@ const DEPTH: &str = "process.penetration_depth_m";
 /// The depth at which settings with a force in place of the depth are checked, as a part of the free length.
 const FIRST_DEPTH: f64 = 1e-3;
 
+/// Relative rounding error of the difference of two reaches.
+const ROUNDING: f64 = 1e-12;
+
 /// The largest angle of filaments out of the plane of rotation in rad at which they may be wavy in that plane.
 const LARGEST_ELEVATION_OF_WAVES: f64 = 1.0;
 
@@ -581,7 +584,7 @@ pub static PARAMETERS: &[Parameter] = &[
         "N",
         Range::POSITIVE,
         "",
-        "force with which the tool is pressed on"
+        "force with which the tool is pressed on, in place of the depth"
     )
     .instead_of("process.penetration_depth_m")
     .also(&["force", "tool_force", "normal_force", "pressing_force", "load"]),
@@ -818,7 +821,7 @@ impl Settings {
                     .to_owned(),
             });
         }
-        if penetration_depth_m >= tips - roots {
+        if penetration_depth_m >= (tips - roots) * (1.0 - ROUNDING) {
             let allowed = match self.tool.tilt_rad() == 0.0 && Trim::of(self).is_radial() {
                 true if penetration_depth_m >= length_m => format!("less than filament.length_m = {length_m:?}"),
                 true => format!("less than {tips:.4e}, the reach of the tips along workpiece.normal"),

@@ -85,19 +85,8 @@ impl Quantity {
 
     /// The contact normal force of the tool.
     fn tool_force() -> Self {
-        Self::of_key(TOOL_FORCE)
-    }
-
-    /// The penetration depth, which is a result where a force is given in its place.
-    #[must_use]
-    pub fn depth() -> Self {
-        Self::of_key("penetration_depth_m")
-    }
-
-    /// The metric with a key.
-    fn of_key(key: &str) -> Self {
-        let column = Metrics::COLUMNS.iter().find(|column| column.key == key);
-        Self::metric(column.expect("it is a metric"))
+        let column = Metrics::COLUMNS.iter().find(|column| column.key == TOOL_FORCE);
+        Self::metric(column.expect("the force of the tool is a metric"))
     }
 
     fn metric(column: &'static Column<Metrics>) -> Self {
@@ -114,7 +103,8 @@ impl Quantity {
 /// A force this small against F_n,w is none.
 const NOISE: f64 = 1e-4;
 
-/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results.
+/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results. A depth that was found for a force
+/// is always among them.
 pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator<Item = &'static Column<Metrics>> {
     let varies = |column: &Column<Metrics>| {
         // Forces that cancel, as those of a cup all round, leave the tolerance of their parts.
@@ -122,7 +112,8 @@ pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator
             |metrics: &Metrics| if column.unit == "N" { NOISE * metrics.tool_contact_normal_force_n } else { 0.0 };
         results.iter().flatten().any(|case| column.get(&case.metrics).abs() > noise(&case.metrics))
     };
-    let shown = move |column: &&Column<Metrics>| column.display.prominence <= least;
+    let shown =
+        move |column: &&Column<Metrics>| column.display.prominence <= least || column.key == "penetration_depth_m";
     let pressed_on = results.iter().flatten().any(|case| case.metrics.force_stiffness_n_m != 0.0);
     let columns = metric_columns(false, pressed_on).filter(shown);
     columns.filter(move |column| !column.display.optional || varies(column))

@@ -41,10 +41,7 @@ const UNSTABLE: &str = "!";
 pub fn study_tables(study: &Study, results: &[CaseResult], width: usize) -> String {
     let band = study.scatters().then(Quantity::band);
     let interaction = study.has_brush().then(Quantity::interaction).into_iter().flatten();
-    let depth = study.is_pressed_on().then(Quantity::depth);
-    let quantities: Vec<Readable> = depth
-        .into_iter()
-        .chain(Quantity::headlines(results))
+    let quantities: Vec<Readable> = Quantity::headlines(results)
         .chain(band)
         .chain(interaction)
         .map(|quantity| Readable::new(quantity, results))
@@ -160,7 +157,9 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult], width: usize) -> Str
 #[must_use]
 pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assumptions, width: usize) -> String {
     let results = [Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() })];
-    let speeds = [VELOCITY, SPEED, DEPTH].into_iter().filter_map(Parameter::find);
+    // A depth that was found for a force is one of the metrics.
+    let stated = (metrics.force_stiffness_n_m == 0.0).then_some(DEPTH);
+    let speeds = [VELOCITY, SPEED].into_iter().chain(stated).filter_map(Parameter::find);
     let speeds = speeds.map(|parameter| {
         let setting = Setting::Number(parameter);
         let number = short(setting.factor() * parameter.get(settings));
@@ -203,8 +202,7 @@ pub fn brush_table(result: &BrushResult) -> String {
     let results = [brush, alone];
     let mut rows = vec![["", "brush", "alone"].map(str::to_owned).to_vec()];
     // What a brush does not have is zero in its metrics, and left out where the first column says so.
-    let depth = (result.tool.force_stiffness_n_m != 0.0).then(Quantity::depth);
-    for quantity in depth.into_iter().chain(Quantity::headlines(&results[..1])) {
+    for quantity in Quantity::headlines(&results[..1]) {
         let readable = Readable::new(quantity, &results);
         rows.push(vec![readable.heading(""), readable.text(0), readable.text(1)]);
     }

@@ -2,6 +2,7 @@
 
 use bristle::model::settings::{Settings, ToolKind};
 use bristle_input::document::Document;
+use bristle_text::number::short;
 
 use crate::program::{Workspace, brush, study, words};
 
@@ -58,7 +59,7 @@ fn a_cup_is_pressed_on_with_a_force() {
     assert!((number("tool_contact_normal_force_n") / 6.0 - 1.0).abs() < 1.1e-3);
     let (depth, stiffness) = (number("penetration_depth_m"), number("force_stiffness_n_m"));
     assert!((0.8e-3..1.6e-3).contains(&depth) && stiffness > 0.0, "{depth} {stiffness}");
-    assert!(printed.contains(&format!("a_e in mm  {:.3}", 1e3 * depth)), "{printed}");
+    assert!(words(&printed).contains(&format!("a_e in mm {} ", short(1e3 * depth))), "{printed}");
     // Its steady turns are the default, and filaments that touch all round have no force along x.
     assert!(number("turns") >= 2.0 && !printed.contains("F_t,w"), "{printed}");
     // What is found is what it presses with at that depth.
@@ -86,7 +87,7 @@ fn a_study_by_force_shows_the_depths_that_it_finds() {
     assert!(!words(&said).contains("penetration_depth_m` is 0"), "{said}");
 
     let advice = workspace.printed("advise results");
-    assert!(advice.contains("Least power for the force") && !advice.contains("Highest"), "{advice}");
+    assert!(advice.contains("Least power for each force") && !advice.contains("Highest"), "{advice}");
     let advice = workspace.printed("advise results --target-force 200 --no-verify");
     let depth = |row: usize| format!("{:.3}", 1e3 * depths[row]);
     assert!(

@@ -88,17 +88,18 @@ struct CaseInSlice<'a> {
 }
 
 impl CaseInSlice<'_> {
-    /// Its velocity, or rotational speed, its depth, and further swept settings.
+    /// Its velocity, or rotational speed, its depth if that is stated, and further swept settings.
     fn settings(&self) -> String {
         let Slice { x, y, .. } = self.slice;
         let [across, up] = self.cell.position;
-        let value = |side: &Side, at: usize| match side.setting.path() {
-            // It may be found for a force.
-            DEPTH => self.cell.place.penetration_depth_m,
-            _ => side.values[at],
-        };
-        let sides = [(x, across), (y, up)].map(|(side, at)| side.setting.equation(value(side, at)));
-        sides.into_iter().chain([self.slice.condition()]).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+        let is_stated = |(side, at): &(&Side, usize)| side.setting.path() != DEPTH || side.values[*at] > 0.0;
+        let sides = [(x, across), (y, up)].into_iter().filter(is_stated);
+        sides
+            .map(|(side, at)| side.setting.equation(side.values[at]))
+            .chain([self.slice.condition()])
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 
     /// Its depth and row.

@@ -26,7 +26,7 @@ use crate::measured::relative_uncertainty;
 use crate::quantity::{Quantity, Readable};
 use crate::slices::{Side, Slice, process_slices};
 use crate::warnings::turns::vibrating_note;
-use bristle_grid::{CaseResult, CaseSummary, DEPTH, FRICTION, Study, TOOL, Tool};
+use bristle_grid::{CaseResult, CaseSummary, FORCE, FRICTION, Study, TOOL, Tool};
 use bristle_text::layout::{aligned, wrap, wrap_beside};
 use bristle_text::number::{counted, short, spanning};
 
@@ -221,7 +221,7 @@ pub enum Topic {
     PerDepth,
     /// A local maximum over the velocity along the tier.
     Tier,
-    /// The least power, where forces are given in place of depths.
+    /// The least power for each force that is given in place of a depth.
     LeastPower,
     /// The best case of a named tool.
     OfTool,
@@ -462,11 +462,14 @@ impl Adviser<'_> {
             }
             return (self.ranked(&within, &limits, MOST_RANKED - interpolated), notes);
         }
-        if self.is_pressed_on
-            && let Some(least) = highest(&cells, |cell| -cell.outcome.tool_power_w)
-        {
-            let sentence = format!("The least power of {}; it {}.", counted(cells.len()), least.outcome.motion());
-            advice.push(about(Topic::LeastPower, least, sentence, &[]));
+        if self.is_pressed_on {
+            for (row, asked_n) in self.cells.iter().zip(&self.slice.y.values) {
+                let cells: Vec<&Cited> = row.iter().flatten().collect();
+                let Some(least) = highest(&cells, |cell| -cell.outcome.tool_power_w) else { continue };
+                let (count, motion) = (counted(cells.len()), least.outcome.motion());
+                let sentence = format!("The least power of {count} with {} N; it {motion}.", short(*asked_n));
+                advice.push(about(Topic::LeastPower, least, sentence, &[]));
+            }
             return (advice, notes);
         }
         let sentence = format!("The highest of {}; it {}.", counted(cells.len()), top.outcome.motion());
@@ -677,7 +680,7 @@ impl Topic {
             Self::PerDepth => "Most force per penetration depth",
             Self::OfTool => "Best case of each tool",
             Self::Tier => "Local maxima over the velocity along the line ε_tc = ½ between sweeping and striking",
-            Self::LeastPower => "Least power for the force",
+            Self::LeastPower => "Least power for each force",
         }
     }
 }
@@ -792,11 +795,14 @@ impl Advice {
             let is_end = at == 0 || at + 1 == sides[side].values.len();
             let Side { setting, values, .. } = sides[side];
             let label = match setting.path() {
-                // It may be found for a force.
-                DEPTH if !sides[side].varies() => short(setting.factor() * cell.place.penetration_depth_m),
+                // The depth that was found for it.
+                FORCE => short(1e3 * cell.place.penetration_depth_m),
                 _ => setting.labels(values.iter().copied()).swap_remove(at),
             };
-            format!("{label}{}", if is_free && is_end && sides[side].varies() { '*' } else { ' ' })
+            format!(
+                "{label}{}",
+                if is_free && is_end && sides[side].varies() && setting.path() != FORCE { '*' } else { ' ' }
+            )
         });
         // The study states the velocity or the rotational speed.
         let heading = match topic {
