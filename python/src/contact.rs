@@ -9,7 +9,7 @@ use bristle::tool::Tool;
 use bristle::workpiece::Part;
 use bristle_grid::{CaseSummary, Study, Sweep, VELOCITY};
 use bristle_insight::assumptions::Assumptions;
-use bristle_insight::warnings::of_contact;
+use bristle_insight::warnings::{of_contact, of_force};
 use bristle_report::page::{Recorder, page};
 use bristle_store::results::write_metrics;
 use bristle_text::layout::Warning;
@@ -101,7 +101,10 @@ impl Simulated {
     /// What the program warns of.
     fn warnings(&self) -> Vec<String> {
         let Simulation { metrics, statistics, .. } = &self.simulation;
-        of_contact(&self.settings, metrics, statistics).iter().map(Warning::plain).collect()
+        let (at_depth, force_n) =
+            (self.settings.at_depth(metrics.penetration_depth_m), self.settings.process.tool_force_n);
+        let warnings = of_contact(&at_depth, metrics, statistics).into_iter().chain(of_force(force_n, metrics));
+        warnings.map(|warning| warning.plain()).collect()
     }
 
     /// The columns of `history.csv`, and their units.

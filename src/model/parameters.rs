@@ -22,6 +22,9 @@ const DEPTH: &str = "process.penetration_depth_m";
 /// The depth at which settings with a force in place of the depth are checked, as a part of the free length.
 const FIRST_DEPTH: f64 = 1e-3;
 
+/// Relative rounding error of the difference of two reaches.
+const ROUNDING: f64 = 1e-12;
+
 /// The largest angle of filaments out of the plane of rotation in rad at which they may be wavy in that plane.
 const LARGEST_ELEVATION_OF_WAVES: f64 = 1.0;
 
@@ -285,8 +288,11 @@ fn bound_in_words(bound: Bound<f64>, included: &str, excluded: &str) -> Option<S
 /// From here on, numbers are shown as powers of ten.
 const LARGE: f64 = 1e7;
 
-/// A number without a trailing `.0`; a large one as a power of ten if that is much shorter.
+/// A number without a trailing `.0`, or π; a large one as a power of ten if that is much shorter.
 fn plain(number: f64) -> String {
+    if number.abs() == PI {
+        return if number < 0.0 { "-π" } else { "π" }.to_owned();
+    }
     let (text, scientific) = (format!("{number:?}"), format!("{number:e}"));
     if number.abs() >= LARGE && scientific.len() + 4 < text.len() {
         return scientific;
@@ -454,7 +460,7 @@ pub static PARAMETERS: &[Parameter] = &[
         .required()
         .also(&["radius", "core_radius", "hub_radius", "rg"])
         .usually(2e-3, 1.0, "millimetres typed as metres, or the diameter instead of the radius"),
-    parameter!(tool.width_m, "m", Range::POSITIVE, "", "width of the brush")
+    parameter!(tool.width_m, "m", Range::POSITIVE, "", "width of the trim")
         .required()
         .also(&["width", "breadth"])
         .usually(5e-4, 3.0, "millimetres typed as metres"),
@@ -763,7 +769,7 @@ impl Settings {
                 path: "tool.body_radius_m",
                 value: format!("{:?}", tool.body_radius_m),
                 allowed: format!(
-                    "greater than {least:.4e}, where filaments of this width and angle cross the axis, in m"
+                    "greater than {least:.4e}, in m: nearer to the axis, filaments of a trim this wide would be rooted across it"
                 ),
             });
         }
@@ -874,14 +880,19 @@ impl Settings {
         let penetration_depth_m = self.process.penetration_depth_m;
         let [tips, roots] = trim::reaches(self);
         if tips <= roots {
+            // The angle that is stated is to blame.
+            let (path, value) = match (self.tool.tilt_rad, self.tool.filament_angle_rad) {
+                (None, Some(angle)) => ("tool.filament_angle_rad", angle),
+                _ => ("tool.tilt_rad", self.tool.tilt_rad()),
+            };
             return Err(Violation {
-                path: "tool.tilt_rad",
-                value: format!("{:?}", self.tool.tilt_rad()),
-                allowed: "such that filaments reach the workpiece: at this tilt the body of the tool comes first"
+                path,
+                value: format!("{value:?}"),
+                allowed: "such that filaments reach the workpiece: at this angle the body of the tool comes first"
                     .to_owned(),
             });
         }
-        if penetration_depth_m >= tips - roots {
+        if penetration_depth_m >= (tips - roots) * (1.0 - ROUNDING) {
             let allowed = match self.tool.tilt_rad() == 0.0 && Trim::of(self).is_radial() {
                 true if penetration_depth_m >= length_m => format!("less than filament.length_m = {length_m:?}"),
                 true => format!("less than {tips:.4e}, the reach of the tips along workpiece.normal"),
@@ -974,5 +985,6 @@ mod tests {
         assert_eq!(Range::at_least(1.0).to_string(), "a finite number of at least 1");
         assert_eq!(Range::whole(1.0, 400.0).to_string(), "a whole number from 1 to 400");
         assert_eq!(Range::between(1e-10, 1e-2).to_string(), "a finite number from 1e-10 to 0.01");
+        assert_eq!(Range::between(-PI, PI).to_string(), "a finite number from -π to π");
     }
 }

@@ -185,7 +185,7 @@ impl Settings {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ToolSettings {
-    /// The kind of tool. It has no other effect than the defaults of `filament_angle_rad` and `tilt_rad`.
+    /// Kind of tool: it sets the defaults of `filament_angle_rad` and `tilt_rad`, and has no other effect.
     #[cfg_attr(feature = "serde", serde(default))]
     pub kind: ToolKind,
     /// Radius `r_g` of the brush body, at which the filaments are clamped, in m; in the middle of the trim.

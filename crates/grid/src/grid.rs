@@ -16,7 +16,7 @@ use thiserror::Error;
 use super::setting::{Setting, TOOL};
 use super::sweep::{FORCE, MAX_CASES, MAX_TOOLS, SPEED, Sweep, SweepText, TURNS, VELOCITY};
 use super::tool::{LONGEST_NAME, Tool, ToolText, are_alike, is_name};
-use crate::scheduler::tentative;
+use crate::scheduler::{CaseResult, tentative};
 use crate::uncertainty::{INPUTS, MOVING, check};
 
 /// The section of an input file whose sweeps make every case a brush.
@@ -351,6 +351,18 @@ impl Study {
                 settings
             })
         })
+    }
+
+    /// [`Study::settings`] at the depth that the `result` of the case has found, if they state a force; where it failed, at the first one of the search.
+    #[must_use]
+    pub fn settings_found(&self, case: usize, result: &CaseResult) -> Settings {
+        let settings = self.settings(case);
+        match result {
+            Ok(summary) if settings.process.tool_force_n.is_some() => {
+                settings.at_depth(summary.metrics.penetration_depth_m)
+            }
+            _ => tentative(settings),
+        }
     }
 
     /// The setting by which the study states how fast the tool turns: its rotational speed, or the velocity of the tips.

@@ -1,7 +1,8 @@
 //! A first input file from a few answers: brush, filaments, and the limits of the machine.
 
 use bristle::model::parameters::Parameter;
-use bristle::model::settings::Settings;
+use bristle::model::settings::{Settings, ToolKind, ToolSettings};
+use bristle::tool::Trim;
 use bristle_text::{columns, shown};
 
 use crate::cells::has_thousands;
@@ -10,8 +11,9 @@ use crate::input_error::{InputError, LONGEST_KEY};
 use crate::materials::Material;
 use crate::packing::{PACKED, tip_spacing};
 use crate::plausibility::{Unusual, unusual_in_study, unusual_value};
+use crate::units::other_paths;
 use bristle_grid::{DEPTH, SPEED, without_rounding_noise};
-use bristle_text::layout::left;
+use bristle_text::layout::{left, wrap};
 use bristle_text::number::short;
 use bristle_text::units::{Unit, in_unit_of, units_of};
 
@@ -35,15 +37,31 @@ const BODY_RADIUS: &str = "tool.body_radius_m";
 const COUNT: &str = "tool.filament_count";
 const SHARE: &str = "tool.fill_factor";
 
-/// Position of the question for the length of the filaments.
-pub const LENGTH: usize = 0;
+/// Position of the question for the angle of the filaments, which only a cone has to state.
+pub const ANGLE: usize = 0;
+/// Position of that for the tilt, which is not asked.
+pub const TILT: usize = 1;
+/// Position of that for the length of the filaments.
+pub const LENGTH: usize = 2;
 /// Position of that for the modulus, which a material answers.
-pub const MODULUS: usize = 2;
-/// Position of that for the size of the brush, whose answer needs the length of the filaments.
-pub const SIZE: usize = 3;
+pub const MODULUS: usize = 4;
+/// Position of that for the width of the trim.
+pub const WIDTH: usize = 5;
+/// Position of that for the size of the brush, whose answer needs what filaments reach.
+pub const SIZE: usize = 6;
+
+/// The answers to all questions, each in the unit of its setting; `None` stands for the default.
+pub type Answers = [Option<f64>; QUESTIONS.len()];
 
 /// All questions, in the order in which they are asked.
-pub const QUESTIONS: [Question; 9] = [
+pub const QUESTIONS: [Question; 11] = [
+    question(
+        "--filament-angle-deg",
+        "Angle of the filaments to the axis, in degrees: 90 for radial ones, 0 for those of a cup",
+        "tool.filament_angle_rad",
+        "°",
+    ),
+    question("--tilt-deg", "Tilt of the axis, in degrees: 90 points it into the workpiece", "tool.tilt_rad", "°"),
     question("--length-mm", "Free length of the filaments, in mm", "filament.length_m", "mm"),
     question("--diameter-mm", "Diameter of the filaments, in mm", "filament.diameter_m", "mm"),
     Question {
@@ -56,13 +74,18 @@ pub const QUESTIONS: [Question; 9] = [
         )
     },
     question(
+        "--width-mm",
+        "Width of the trim, in mm: of a round brush along its axis, of a cup along its radius",
+        "tool.width_m",
+        "mm",
+    ),
+    question(
         "--tool-diameter-mm (or --body-diameter-mm, or --body-radius-mm)",
-        "Diameter of the brush over its filaments, in mm; or that of its body, where the filaments are\n\
-         clamped, as in body 280; or the radius of the body, as in radius 140",
+        "Diameter of the brush over its filaments, in mm; or that of its body, where the filaments in the middle\n\
+         of the trim are clamped, as in body 280; or the radius of the body, as in radius 140",
         BODY_RADIUS,
         "mm",
     ),
-    question("--width-mm", "Width of the brush along its axis, in mm", "tool.width_m", "mm"),
     question(
         "--filaments",
         "Number of filaments, or the share of the body's surface that they cover, such as 0.6 or 60 %",
@@ -103,18 +126,29 @@ pub enum Size {
     ToolDiameter(f64),
 }
 
+/// How far, in m, filaments of a length reach beyond the radius of the body, on a trim of a width (m) of a kind of tool whose filaments are at an
+/// `angle` (rad) to the axis, if it is not that of the kind.
+#[must_use]
+pub fn reach_m(kind: ToolKind, angle: Option<f64>, [length_m, width_m]: [f64; 2]) -> f64 {
+    let tool = ToolSettings { kind, filament_angle_rad: angle, ..ToolSettings::new(0.0, width_m, 0.0) };
+    let mut settings = Settings::paper(1.0, 1e-3);
+    (settings.tool, settings.filament.length_m) = (tool, length_m);
+    let trim = Trim::of(&settings);
+    trim.ends().map(|s| trim.tip(s)[0]).into_iter().fold(f64::NEG_INFINITY, f64::max)
+}
+
 impl Size {
-    /// The radius of the body in m, with filaments of a length in m.
+    /// The radius of the body in m, beyond which filaments reach by `reach_m`.
     ///
     /// # Errors
     /// If it is not an allowed one, which then is told.
-    pub fn body_radius_m(self, length_m: f64) -> Result<f64, String> {
+    pub fn body_radius_m(self, reach_m: f64) -> Result<f64, String> {
         let (radius_m, slip) = match self {
             Self::BodyRadius(radius_m) => (radius_m, ""),
             Self::BodyDiameter(diameter_m) => (diameter_m / 2.0, ""),
             Self::ToolDiameter(diameter_m) => (
-                without_rounding_noise(diameter_m / 2.0 - length_m),
-                ": half the diameter over the filaments, less their length",
+                without_rounding_noise(diameter_m / 2.0 - reach_m),
+                ": half the diameter over the filaments, less what they reach beyond the body",
             ),
         };
         parameter(BODY_RADIUS).check(radius_m).map(|()| radius_m).map_err(|violation| format!("{violation}{slip}"))
@@ -123,13 +157,13 @@ impl Size {
 
 impl Question {
     /// The answer that a text states, in the unit of the setting. The number may have a decimal comma, and a unit behind it. For the
-    /// size of the brush, filaments have a length in m.
+    /// size of the brush, filaments reach beyond the body by `reach_m` ([`reach_m`]).
     ///
     /// # Errors
     /// If it is no number, or not one that the setting may have; it says what to type.
-    pub fn answer(&self, text: &str, length_m: f64) -> Result<f64, String> {
+    pub fn answer(&self, text: &str, reach_m: f64) -> Result<f64, String> {
         if self.path == BODY_RADIUS {
-            return self.size(text)?.body_radius_m(length_m);
+            return self.size(text)?.body_radius_m(reach_m);
         }
         let value = self.number(text)?;
         self.parameter(value).check(value).map_err(|violation| violation.to_string())?;
@@ -203,8 +237,19 @@ fn parameter(path: &str) -> &'static Parameter {
     Parameter::find(path).expect("a question is about a setting")
 }
 
-/// The text of an input file from the answers to [`QUESTIONS`], each in the unit of its setting, and the material of the filaments if it
-/// is known, with a study up to the machine's limits; and what is unusual in it. A question without an answer has its default, and the
+/// An input file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FirstFile {
+    /// Its text.
+    pub text: String,
+    /// What is unusual in it.
+    pub unusual: Vec<Unusual>,
+    /// What to know of filaments that touch each other and cannot be simulated together; empty if there are none.
+    pub note: String,
+}
+
+/// An input file from the answers to [`QUESTIONS`] about a tool of some kind, and the material of the filaments if it
+/// is known, with a study up to the machine's limits. A question without an answer has its default, and the
 /// file does not state it. `name` is that of the file.
 ///
 /// # Errors
@@ -213,16 +258,18 @@ fn parameter(path: &str) -> &'static Parameter {
 /// # Panics
 /// If there is no answer to a question without a default.
 pub fn first_file(
-    answers: [Option<f64>; 9],
+    kind: ToolKind,
+    answers: Answers,
     material: Option<&'static Material>,
     name: &str,
-) -> Result<(String, Vec<Unusual>), InputError> {
-    let mut questions = QUESTIONS.iter();
-    let [length, diameter, modulus, radius, width, filaments, friction, speed, depth] = answers.map(|answer| {
+) -> Result<FirstFile, InputError> {
+    let [angle, tilt, others @ ..] = answers;
+    let mut questions = QUESTIONS[TILT + 1..].iter();
+    let [length, diameter, modulus, width, radius, filaments, friction, speed, depth] = others.map(|answer| {
         let question = questions.next().expect("each answer has its question");
         answer.unwrap_or_else(|| question.default_answer())
     });
-    let [_, _, has_modulus, _, _, _, has_friction, _, _] = answers.map(|answer| answer.is_some());
+    let [_, _, has_modulus, _, _, _, has_friction, _, _] = others.map(|answer| answer.is_some());
     let count = if filaments < 1.0 { SHARE } else { COUNT };
     let shares = |limit: f64, parts: u32| {
         let values = (1..=parts).map(|part| rounded(limit * f64::from(part) / f64::from(parts)));
@@ -258,7 +305,14 @@ pub fn first_file(
         format!("# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n{calls}")
     };
     let sections = [
-        section("tool", &[(BODY_RADIUS, radius, true), ("tool.width_m", width, true), (count, filaments, true)]),
+        format!(
+            "\n[tool]\n{}{}",
+            line_of_kind(kind),
+            [("tool.filament_angle_rad", angle), ("tool.tilt_rad", tilt)].map(line_in_degrees).concat()
+        ),
+        [(BODY_RADIUS, radius), ("tool.width_m", width), (count, filaments)]
+            .map(|(path, value)| line("", path, value))
+            .concat(),
         section("filament", &filament),
         section(
             "contact",
@@ -276,20 +330,60 @@ pub fn first_file(
     let alone =
         head(format!("bristle simulate {shown_name} --out contact"), "one contact, as in [process]") + &sections;
     let settings = Document::parse(&alone, name)?.settings()?;
-    let text = if tip_spacing(&settings) < PACKED {
-        let brush = format!("bristle brush {shown_name} --out sector");
-        head(brush, "filaments that touch, as in [process]") + &sections + &section_of_brush(&settings)
-    } else {
-        alone
+    let is_packed = tip_spacing(&settings) < PACKED;
+    let note = if is_packed && !Trim::of(&settings).is_radial() { apart(&settings) } else { String::new() };
+    let text = match (is_packed, note.is_empty()) {
+        (true, true) => {
+            let brush = format!("bristle brush {shown_name} --out sector");
+            head(brush, "filaments that touch, as in [process]") + &sections + &section_of_brush(&settings)
+        }
+        (true, false) => {
+            let mut why = String::new();
+            wrap(WIDTH_OF_NOTES, &mut why, COMMENT, &note);
+            alone + "\n" + &why.trim_end().replace("\n  ", "\n# ") + "\n"
+        }
+        (false, _) => alone,
     };
     let unusual = unusual_in_study(&Document::parse(&text, name)?.study()?);
-    Ok((text, unusual))
+    Ok(FirstFile { text, unusual, note })
+}
+
+/// The line of a kind that is not the default.
+fn line_of_kind(kind: ToolKind) -> String {
+    let (word, what) = match kind {
+        ToolKind::Round => return String::new(),
+        ToolKind::Cup => ("cup", "axial filaments, the axis at right angles to the workpiece"),
+        ToolKind::Cone => ("cone", "filaments meet the workpiece at right angles"),
+    };
+    let setting = format!("kind = \"{word}\"");
+    format!("{setting:34} # {what}\n")
+}
+
+/// A setting in rad as people state it, if it is stated.
+fn line_in_degrees((path, value): (&str, Option<f64>)) -> String {
+    let Some(value) = value else { return String::new() };
+    let (key, unit) =
+        other_paths(path).find(|(key, _)| key.ends_with("_deg")).expect("an angle can be stated in degrees");
+    let Parameter { symbol, name, .. } = parameter(path);
+    let setting = format!("{} = {:?}", &key[path.find('.').map_or(0, |dot| dot + 1)..], unit.of_own(value));
+    format!("{setting:34} # {symbol}: {name}, in degrees\n")
+}
+
+/// Why filaments that touch each other are simulated alone.
+fn apart(settings: &Settings) -> String {
+    format!(
+        "The tips are {} diameters apart: filaments touch each other. Those of axial and conical trims are simulated alone all the same, \
+         so that there is no section [brush] here.",
+        short(tip_spacing(settings))
+    )
 }
 
 /// The section of filaments that touch each other. Its commented lines are guesses of what no brush is without.
 fn section_of_brush(settings: &Settings) -> String {
+    let rows_differ = settings.tool.tilt_rad() != 0.0;
+    let ends = if rows_differ { "ends = \"free\"                      # rows of a tilted tool differ\n" } else { "" };
     format!(
-        "\n[brush]                            # filaments touch: their tips are {} diameters apart\n\
+        "\n[brush]                            # filaments touch: their tips are {} diameters apart\n{ends}\
          # No brush is as even as these rows. Guesses of how uneven it is, which decide the force;\n\
          # docs/what-to-measure.md says how to see yours. With them a brush is simulated in space,\n\
          # which takes some fifty times as long:\n{}{}",
@@ -304,6 +398,8 @@ pub const ASSUMED_TILT_RAD: f64 = 5e-3;
 /// That of the shifts of the roots, over the diameter: a guess.
 const ASSUMED_SHIFT: f64 = 0.05;
 
+/// Longest line of prose, in columns.
+const WIDTH_OF_NOTES: usize = 90;
 /// What makes a line a comment.
 const COMMENT: &str = "# ";
 
@@ -334,19 +430,24 @@ fn rounded(value: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The answers to all questions, typed by a person.
-    fn typed(texts: [&str; 9]) -> [Option<f64>; 9] {
-        let mut answers = [None; 9];
-        for ((answer, question), text) in answers.iter_mut().zip(&QUESTIONS).zip(texts) {
+    /// The answers to all questions but those about the pose, typed by a person.
+    fn typed(texts: [&str; 9]) -> Answers {
+        let mut answers = [None; 11];
+        for ((answer, question), text) in answers.iter_mut().zip(&QUESTIONS).skip(LENGTH).zip(texts) {
             *answer = Some(question.answer(text, 0.04).expect(text));
         }
         answers
     }
 
+    fn file(answers: Answers, material: Option<&'static Material>) -> FirstFile {
+        first_file(ToolKind::Round, answers, material, "brush.toml").expect("a brush")
+    }
+
     #[test]
     fn answers_become_a_brush() {
-        let mut answers = typed(["40", "1,18 mm", "3", "36 cm", "20", "10500", "0.3", "25 Hz", "4"]);
-        let (text, unusual) = first_file(answers, None, "brush.toml").expect("the paper's brush");
+        let mut answers = typed(["40", "1,18 mm", "3", "20", "36 cm", "10500", "0.3", "25 Hz", "4"]);
+        let FirstFile { text, unusual, note } = file(answers, None);
+        assert_eq!(note, "");
         assert_eq!(unusual, []);
         let document = Document::parse(&text, "brush.toml").expect("a document");
         let settings = document.settings().expect("settings");
@@ -358,11 +459,11 @@ mod tests {
         let unstated: Vec<&str> = unstated.iter().map(|parameter| parameter.key()).collect();
         assert_eq!(unstated, ["density_kg_m3", "damping_ratio", "stiffness_n_m"], "what was not asked is not stated");
 
-        answers[2] = None;
-        answers[5] = Some(0.6);
-        let (packed, _) = first_file(answers, None, "brush.toml").expect("a brush");
+        answers[MODULUS] = None;
+        answers[7] = Some(0.6);
+        let packed = file(answers, None).text;
         assert!(packed.contains("\nfill_factor = 0.6 ") && packed.contains("\n# youngs_modulus_pa = "), "{packed}");
-        let (named, _) = first_file(answers, Material::find("PA6.12"), "brush.toml").expect("a brush");
+        let named = file(answers, Material::find("PA6.12")).text;
         assert!(
             named.contains("\nmaterial = \"PA6.12\" ") && named.contains("# E = 3.31 GPa, ρ = 1060 kg/m³, dry;"),
             "{named}"
@@ -370,12 +471,61 @@ mod tests {
         assert!(!named.contains("youngs_modulus_pa") && !named.contains("density_kg_m3"), "{named}");
         let document = Document::parse(&named, "brush.toml").expect("a document");
         assert_eq!(document.settings().expect("settings").filament.youngs_modulus_pa, 3.31e9);
-        answers[5] = Some(20_000.0);
-        let (_, unusual) = first_file(answers, None, "brush.toml").expect("a brush");
+        answers[7] = Some(20_000.0);
+        let unusual = file(answers, None).unusual;
         assert!(unusual.iter().any(|unusual| unusual.statement.contains("fit on the body")), "{unusual:?}");
-        answers[8] = Some(50e-3);
-        let wrong = first_file(answers, None, "brush.toml");
+        answers[10] = Some(50e-3);
+        let wrong = first_file(ToolKind::Round, answers, None, "brush.toml");
         assert!(wrong.expect_err("too deep").to_string().contains("`process.penetration_depth_m`"));
+    }
+
+    #[test]
+    fn cups_and_cones_are_stated_in_degrees_and_diameters() {
+        let texts = ["25", "0,5", "3", "10", "200", "1500", "0.3", "3000", "1"];
+        let answers = |kind, angle: Option<f64>| {
+            let mut answers = typed(texts);
+            let reach = reach_m(kind, angle, [0.025, 0.010]);
+            answers[SIZE] = Some(QUESTIONS[SIZE].answer("70", reach).expect("a size"));
+            answers[ANGLE] = angle;
+            answers
+        };
+        let read = |text: &str| Document::parse(text, "brush.toml").and_then(|file| file.settings()).expect("settings");
+        let cup = first_file(ToolKind::Cup, answers(ToolKind::Cup, None), None, "brush.toml").expect("a cup");
+        let settings = read(&cup.text);
+        assert_eq!(
+            (settings.tool.kind, settings.tool.body_radius_m),
+            (ToolKind::Cup, 0.030),
+            "35 mm less half of the width"
+        );
+        assert!(
+            cup.note.contains("so that there is no section [brush]") && !cup.text.contains("\n[brush]"),
+            "{}",
+            cup.text
+        );
+        assert!(
+            cup.text.contains("\n# The tips are 2.242 diameters apart") && cup.text.contains("bristle simulate"),
+            "{}",
+            cup.text
+        );
+        assert!(cup.text.lines().all(|line| line.chars().count() <= 100), "{}", cup.text);
+
+        let angle = Some(30_f64.to_radians());
+        let mut of_cone = answers(ToolKind::Cone, angle);
+        let cone = first_file(ToolKind::Cone, of_cone, None, "brush.toml").expect("a cone").text;
+        assert!(cone.contains("\nfilament_angle_deg = 30.0 ") && cone.contains("\nkind = \"cone\" "), "{cone}");
+        let settings = read(&cone);
+        assert!((settings.tool.tilt_rad() - 60_f64.to_radians()).abs() < 1e-12);
+        let largest = Trim::of(&settings).ends().map(|s| Trim::of(&settings).tip(s)[0]).into_iter().fold(0.0, f64::max);
+        assert!((largest - 0.035).abs() < 1e-9, "{largest}");
+        of_cone[ANGLE] = None;
+        let missing = first_file(ToolKind::Cone, of_cone, None, "brush.toml").expect_err("no angle").to_string();
+        assert!(missing.contains("`tool.filament_angle_rad` is left out"), "{missing}");
+
+        // Rows of a tilted round brush differ.
+        let mut tilted = typed(["40", "1,18", "3", "20", "360", "10500", "0.3", "1500", "4"]);
+        tilted[TILT] = Some(0.1);
+        let text = file(tilted, None).text;
+        assert!(text.contains("\n[brush] ") && text.contains("\nends = \"free\" "), "{text}");
     }
 
     #[test]
@@ -392,6 +542,8 @@ mod tests {
             ("--tool-diameter", "body 280", 0.14),
             ("--tool-diameter", "Radius 14 cm", 0.14),
             ("--max-rpm", "20 Hz", 1200.0),
+            ("--filament-angle", "90", std::f64::consts::FRAC_PI_2),
+            ("--tilt-deg", "-90 °", -std::f64::consts::FRAC_PI_2),
         ] {
             assert_eq!(question(option).answer(text, 0.04), Ok(expected), "{text}");
         }
@@ -403,7 +555,7 @@ mod tests {
             ("--filaments", "10,500", "may separate decimals or thousands: write 10500"),
             ("--filaments", "100 %", "has another unit: please use no unit, or below 100 %"),
             ("--tool-diameter", "60", "`tool.body_radius_m` is -0.01, but must be"),
-            ("--tool-diameter", "60", "half the diameter over the filaments, less their length"),
+            ("--tool-diameter", "60", "half the diameter over the filaments, less what they reach beyond the body"),
             ("--tool-diameter", "", "is not a number"),
         ] {
             let problem = question(option).answer(text, 0.04).expect_err(text);

@@ -3,15 +3,36 @@
 //! The table of settings has the usual range of each; relations between several follow here.
 
 use bristle::model::parameters::{PARAMETERS, Parameter, Usual};
-use bristle::model::settings::Settings;
-use bristle::workpiece::Part;
+use bristle::model::settings::{Settings, WorkpieceKind};
+use bristle::tool::{Place, Pose, Trim, places};
+use bristle::workpiece::{Part, unit_normal};
 
-use bristle_grid::{Study, Sweep};
+use bristle_grid::{DEPTH, Study, Sweep};
 use bristle_text::layout::Warning;
 use bristle_text::number::short;
 
 /// Largest share of an area that equal circles can cover: π/√12, of the hexagonal packing.
 const DENSEST: f64 = 0.906_899_682_117_108_9;
+
+/// The largest depth at which a force is searched for, as a part of the free length (MODEL, "Force instead of depth").
+const DEEPEST: f64 = 0.5;
+/// Smallest share of a trim's width that usually reaches the workpiece, on tilted tools that are pressed on with an edge of their trim.
+const LEAST_REACHING_SHARE: f64 = 0.1;
+
+/// The share of the trim's width along which undeformed tips reach a plane as the tool turns; one on other workpieces.
+fn reaching_share(settings: &Settings) -> f64 {
+    if settings.workpiece.kind != WorkpieceKind::Plane || settings.tool.positions == Some(1) {
+        return 1.0;
+    }
+    let [x, y, z] = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
+    let trim = Trim::of(settings);
+    // Along the inward normal; linear in the place on the trim.
+    let [one, other] = trim.ends().map(|s| {
+        let [radius, height] = trim.tip(s);
+        radius * x.hypot(y) - height * z
+    });
+    (settings.process.penetration_depth_m / (one - other).abs()).min(1.0)
+}
 
 /// A setting that is unusual.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,8 +85,23 @@ const RELATIONS: &[Relation] = &[
         slip: "a wrong unit, or the distance of the tool instead of the depth",
     },
     Relation {
+        path: "tool.tilt_rad",
+        holds: |settings| reaching_share(settings) >= LEAST_REACHING_SHARE,
+        usual: |settings| {
+            format!(
+                "such that more of the trim reaches the workpiece; here {} % of its width does",
+                short(100.0 * reaching_share(settings))
+            )
+        },
+        slip: "degrees typed as radians, an angle to the workpiece in the place of that from the upright tool, or a depth that is too small",
+    },
+    Relation {
         path: "workpiece.offset_m",
-        holds: |settings| Part::of(settings).is_ok_and(|(_, passage)| passage.contact_angle() > 0.0),
+        holds: |settings| {
+            let touches =
+                |place: &Place| Part::at(settings, place.s).is_ok_and(|(_, passage)| passage.contact_angle() > 0.0);
+            places(settings).iter().any(touches)
+        },
         usual: |_| "such that undeformed filaments reach it; here they never touch the workpiece".to_owned(),
         slip: "a workpiece next to or below the reach of the tool, by its offset, its kind or the penetration depth",
     },
@@ -113,8 +149,16 @@ pub fn unusual_value(parameter: &Parameter, value: f64) -> Option<Unusual> {
 /// What is unusual about settings.
 #[must_use]
 pub fn unusual(settings: &Settings) -> Vec<Unusual> {
-    let of_values = PARAMETERS.iter().filter_map(|parameter| unusual_value(parameter, parameter.get(settings)));
-    let of_relations = RELATIONS.iter().filter(|relation| !(relation.holds)(settings)).filter_map(|relation| {
+    // A depth that is to be found for a force is any up to the largest that the search looks at.
+    let is_found = settings.process.tool_force_n.is_some();
+    let at_depth =
+        is_found.then(|| settings.at_depth(settings.clearance_m().min(DEEPEST * settings.filament.length_m)));
+    let settings = at_depth.as_ref().unwrap_or(settings);
+    let is_known = |path: &str| !is_found || path != DEPTH;
+    let parameters = PARAMETERS.iter().filter(|parameter| is_known(parameter.path));
+    let of_values = parameters.filter_map(|parameter| unusual_value(parameter, parameter.get(settings)));
+    let relations = RELATIONS.iter().filter(|relation| is_known(relation.path) && !(relation.holds)(settings));
+    let of_relations = relations.filter_map(|relation| {
         let parameter = Parameter::find(relation.path)?;
         Some(Unusual::new(parameter, parameter.get(settings), &(relation.usual)(settings), relation.slip))
     });
@@ -175,6 +219,8 @@ pub fn warnings(found: &[Unusual]) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use bristle::model::settings::ToolKind;
+
     use super::*;
 
     #[test]
@@ -215,6 +261,46 @@ mod tests {
             assert!(statement.contains("usually it is") && statement.contains("A likely slip: "), "{statement}");
             assert!(warnings(&found).iter().flat_map(|text| text.lines()).all(|line| line.chars().count() <= 80));
         }
+    }
+
+    #[test]
+    fn trims_that_miss_the_workpiece_are_told() {
+        let paths = |settings: &Settings| unusual(settings).iter().map(|unusual| unusual.path).collect::<Vec<_>>();
+        let mut tilted = Settings::paper(10.0, 1e-3);
+        // It lifts the far end of the trim by 20 mm · sin τ.
+        tilted.tool.tilt_rad = Some(0.3);
+        assert_eq!(paths(&tilted), [""; 0], "a sixth of the trim reaches it");
+        tilted.tool.tilt_rad = Some(0.7);
+        let told = unusual(&tilted);
+        assert!(
+            told[0].path == "tool.tilt_rad" && told[0].statement.contains("here 7.761 % of its width does"),
+            "{told:?}"
+        );
+        tilted.tool.positions = Some(1);
+        assert_eq!(paths(&tilted), [""; 0], "the depth is that of the only filament");
+        // A cone whose axis is held like that of a round brush, and one that is far from a shaft.
+        let mut cone = Settings::paper(10.0, 1e-3);
+        (cone.tool.kind, cone.tool.filament_angle_rad) = (ToolKind::Cone, Some(0.5));
+        assert_eq!(paths(&cone), [""; 0]);
+        cone.tool.tilt_rad = Some(0.0);
+        assert_eq!(paths(&cone), ["tool.tilt_rad"]);
+        cone.tool.tilt_rad = None;
+        (cone.workpiece.kind, cone.workpiece.radius_m, cone.workpiece.offset_m) = (WorkpieceKind::Cylinder, 0.02, 0.5);
+        assert_eq!(paths(&cone), ["workpiece.offset_m"]);
+        // Only an end of the trim of a tilted cup touches, not its middle.
+        let mut cup = Settings::paper(10.0, 1e-3);
+        (cup.tool.kind, cup.tool.tilt_rad) = (ToolKind::Cup, Some(1.4));
+        assert_eq!(paths(&cup), [""; 0]);
+    }
+
+    #[test]
+    fn a_depth_that_is_to_be_found_is_not_unusual() {
+        let mut settings = Settings::paper(10.0, 1e-3);
+        settings.set_tool_force_n(50.0);
+        assert_eq!(unusual(&settings), []);
+        (settings.workpiece.kind, settings.workpiece.radius_m, settings.workpiece.offset_m) =
+            (WorkpieceKind::Cylinder, 0.02, 0.5);
+        assert_eq!(unusual(&settings).iter().map(|unusual| unusual.path).collect::<Vec<_>>(), ["workpiece.offset_m"]);
     }
 
     #[test]

@@ -14,6 +14,9 @@ use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::settings::Settings;
 use bristle_grid::{SHORT_NAMES, TOOL};
 
+/// The path of a setting that files of results leave out where it is zero.
+const SKEW: &str = "tool.skew_rad";
+
 /// The schema, with the limits of every number, as indented text.
 #[must_use]
 pub fn input_schema() -> String {
@@ -30,19 +33,22 @@ pub(crate) fn file_schema() -> Value {
     let mut schema = settings_schema();
     schema["title"] = json!("Input file of Bristle");
     for parameter in PARAMETERS {
-        if !parameter.instead_of.is_empty() {
+        let property = &mut schema["properties"][parameter.section()]["properties"][parameter.key()];
+        if !parameter.instead_of.is_empty() && property.is_null() {
             let description = format!(
                 "{}{}, instead of `{}`.",
                 capitalised(parameter.name),
                 parameter.in_unit(),
                 parameter.instead_of
             );
-            let property = json!({ "type": "number", "description": description });
-            schema["properties"][parameter.section()]["properties"][parameter.key()] = property;
+            *property = json!({ "type": "number", "description": description });
         }
-        let number = &mut schema["properties"][parameter.section()]["properties"][parameter.key()];
-        if let Value::Object(number) = number {
+        if let Value::Object(number) = property {
             state_limits(number, parameter);
+            // One that is left out where it is zero has none in the structure.
+            if parameter.path == SKEW {
+                number.insert("default".to_owned(), json!(0.0));
+            }
         }
     }
     // Velocity and depth may come from [study] instead. Only the program checks this condition between sections.
@@ -314,14 +320,14 @@ mod tests {
                 if !whole && schema_of_key["type"] != json!("number") {
                     continue;
                 }
-                numbers += 1;
                 let parameter = Parameter::find(&path).expect(&path);
+                numbers += usize::from(parameter.instead_of.is_empty());
                 let required = schema["required"].as_array().is_some_and(|keys| keys.contains(&json!(key)));
                 assert_eq!(parameter.range.whole, whole, "{path}");
                 assert_eq!(parameter.required, required, "{path}");
             }
         }
-        // Those that state others in their own way are in files only.
+        // Those that state others in their own way are in files only, but for the force in place of the depth.
         assert_eq!(numbers, PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()).count());
     }
 
@@ -335,6 +341,10 @@ mod tests {
         let sweeps = &schema["properties"]["study"]["properties"];
         assert!(sweeps["penetration_depth_m"].is_object());
         assert!(sweeps["filament.segments"].is_object());
+        assert_eq!(schema["properties"]["tool"]["properties"]["skew_rad"]["default"], json!(0.0));
+        let force = &schema["properties"]["process"]["properties"]["tool_force_n"];
+        assert_eq!((&force["exclusiveMinimum"], &force["type"]), (&json!(0.0), &json!("number")));
+        assert!(force["description"].as_str().is_some_and(|text| text.contains("which is then found")), "{force}");
         let [tool, process] = ["tool", "process"].map(|section| &schema["properties"][section]);
         assert_eq!(process["properties"]["rotational_speed_rpm"]["maximum"], json!(1e7));
         let choices = |section: &Value| {
@@ -342,7 +352,7 @@ mod tests {
             section["allOf"].as_array().expect("choices").iter().map(of).collect::<Vec<_>>()
         };
         // Of a length in four units, and of the number of filaments: itself, per area in three units, and the share.
-        assert_eq!((choices(tool), choices(process)), (vec![4, 4, 5], vec![9]));
+        assert_eq!((choices(tool), choices(process)), (vec![4, 4, 5], vec![9, 8]));
         let pattern = "^(length_mm|length_cm|length_um)$";
         assert_eq!(schema["properties"]["filament"]["patternProperties"][pattern]["type"], json!("number"));
         let pattern = "^(process\\.)?(penetration_depth_mm|penetration_depth_cm|penetration_depth_um)$";

@@ -133,7 +133,8 @@ impl Assumptions {
         let is_swept = |parameter: &&Parameter| study.sweep(parameter.path).is_some();
         let unstated: Vec<&'static Parameter> =
             document.unstated_of(tool).into_iter().filter(|each| !is_swept(each)).collect();
-        let contact = Self::of_contact(&study.settings(case), &unstated).with_material(document.material_of(tool));
+        let contact = Self::of_contact(&study.settings_found(case, &results[case]), &unstated)
+            .with_material(document.material_of(tool));
         let of_tool = tool.map(|name| format!("tool {name}, ")).unwrap_or_default();
         Self { row: Some(case + 1), place: of_tool + &contact.place, ..contact }
     }

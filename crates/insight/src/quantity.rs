@@ -100,10 +100,20 @@ impl Quantity {
     }
 }
 
-/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results.
+/// A force this small against F_n,w is none.
+const NOISE: f64 = 1e-4;
+
+/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results. A depth that was found for a force
+/// is always among them.
 pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator<Item = &'static Column<Metrics>> {
-    let varies = |column: &Column<Metrics>| results.iter().flatten().any(|case| column.get(&case.metrics) != 0.0);
-    let shown = move |column: &&Column<Metrics>| column.display.prominence <= least;
+    let varies = |column: &Column<Metrics>| {
+        // Forces that cancel, as those of a cup all round, leave the tolerance of their parts.
+        let noise =
+            |metrics: &Metrics| if column.unit == "N" { NOISE * metrics.tool_contact_normal_force_n } else { 0.0 };
+        results.iter().flatten().any(|case| column.get(&case.metrics).abs() > noise(&case.metrics))
+    };
+    let shown =
+        move |column: &&Column<Metrics>| column.display.prominence <= least || column.key == "penetration_depth_m";
     let force = results.iter().flatten().any(|case| case.metrics.force_stiffness_n_m != 0.0);
     // What is not known of removal is zero in all of them, and optional.
     let anything = RemovalLaw { preston: Some(0.0), wear: Some(0.0), area_rate: Some(0.0) };
@@ -202,6 +212,10 @@ impl Readable {
     /// A number in the unit of this quantity.
     fn scaled(&self, value: f64) -> String {
         match self.quantity.scale {
+            // Not a negative zero.
+            Scale::Linear if value.abs() < 0.5 * 0.1_f64.powi(self.decimals as i32) => {
+                format!("{:.*}", self.decimals, 0.0)
+            }
             Scale::Linear => format!("{value:.*}", self.decimals),
             Scale::Logarithmic => spanning(value),
         }

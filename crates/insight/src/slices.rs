@@ -3,7 +3,7 @@
 //! Figures and comparisons show a study slice by slice.
 
 use bristle::model::parameters::Parameter;
-use bristle_grid::{DEPTH, OFFSET, SPEED, Setting, Study, Sweep, TOOL};
+use bristle_grid::{DEPTH, FORCE, OFFSET, SPEED, Setting, Study, Sweep, TOOL};
 use bristle_input::measured::Speed;
 
 /// One of the two settings that vary.
@@ -153,8 +153,10 @@ pub fn offset_slices(study: &Study, limit: usize) -> Slices {
     }
 }
 
+/// Velocity or rotational speed, and depth or the force in its place.
 fn process_settings(study: &Study) -> [Setting; 2] {
-    [study.speed(), Parameter::find(DEPTH).expect("the table has the depth")].map(Setting::Number)
+    let pressing = if study.is_pressed_on() { FORCE } else { DEPTH };
+    [study.speed(), Parameter::find(pressing).expect("the table has depth and force")].map(Setting::Number)
 }
 
 fn slices(study: &Study, x: &Setting, y: &Setting, limit: usize) -> Slices {

@@ -34,7 +34,7 @@ const UNSTABLE: &str = "!";
 
 /// The results of a study for people, in lines of at most `width` columns: a table for each quantity if velocity and depth vary and
 /// nothing else does, with the tools below each other if there are several; otherwise a list. Swept settings that have the same value in
-/// all cases stand above.
+/// all cases stand above. Where forces are given in place of depths, the depths that were found are one of the quantities.
 ///
 /// Where filaments scatter, the band of the tool force is one of the quantities, and a line states the origin of the scatter.
 #[must_use]
@@ -157,7 +157,9 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult], width: usize) -> Str
 #[must_use]
 pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assumptions, width: usize) -> String {
     let results = [Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() })];
-    let speeds = [VELOCITY, SPEED, DEPTH].into_iter().filter_map(Parameter::find);
+    // A depth that was found for a force is one of the metrics.
+    let stated = (metrics.force_stiffness_n_m == 0.0).then_some(DEPTH);
+    let speeds = [VELOCITY, SPEED].into_iter().chain(stated).filter_map(Parameter::find);
     let speeds = speeds.map(|parameter| {
         let setting = Setting::Number(parameter);
         let number = short(setting.factor() * parameter.get(settings));

@@ -17,7 +17,7 @@ use bristle_grid::check::{FINER_BRUSH, check_text, finer_steps};
 use bristle_grid::{press_brush, thread_count};
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
-use bristle_insight::warnings::of_brush;
+use bristle_insight::warnings::{of_brush, of_force};
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
 use bristle_report::tables::{band_line, brush_table, check_table};
@@ -140,7 +140,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     if arguments.vtk {
         prepare_directory(&arguments.out.join(VTK))?;
     }
-    let stop = stop_on_interrupt();
+    let (stop, force_n) = (stop_on_interrupt(), settings.process.tool_force_n);
     let Some((settings, stiffness)) = at_depth(arguments, settings, &stop)? else { return Ok(INTERRUPTED.into()) };
     match simulate(arguments, &settings, &stop)? {
         Some((mut result, checkpoint)) => {
@@ -154,6 +154,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
             checkpoint.remove()?;
             show(table)?;
             warnings.iter().for_each(say);
+            of_force(force_n, &metrics).iter().for_each(say);
             if !assumptions.list.is_empty() {
                 show(format_args!("\n{}", assumptions.text(width())))?;
             }

@@ -4,16 +4,21 @@ use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use bristle_input::first_file::{LENGTH, MODULUS, QUESTIONS, Question, SIZE, Size, first_file, question_of};
+use bristle::model::settings::ToolKind;
+use bristle_input::first_file::{
+    ANGLE, Answers, FirstFile, LENGTH, MODULUS, QUESTIONS, Question, SIZE, Size, TILT, WIDTH, first_file, question_of,
+    reach_m,
+};
 use bristle_input::materials::{MATERIALS, Material};
 use bristle_input::plausibility::warnings;
 use bristle_store::staged::{FileError, StagedFile};
+use bristle_text::layout;
 use clap::Args;
 
 use crate::error::CliError;
 use crate::terminal::{say, say_written};
 
-/// Write a first input file from a few answers: brush, filaments, and the limits of the machine
+/// Write a first input file from a few answers: kind of brush, filaments, and the limits of the machine
 ///
 /// On a terminal the program asks for what the options do not state; an empty line takes the value in brackets. Elsewhere the
 /// options must state everything that has no such value. Numbers may have a decimal comma, and another unit behind them, as in
@@ -24,16 +29,25 @@ pub struct NewArgs {
     /// The file to write
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
+    /// Kind of tool: round with radial filaments, cup with axial ones, or cone [default: round]
+    #[arg(long, value_name = "KIND", value_parser = parse_kind)]
+    kind: Option<ToolKind>,
+    /// Angle of the filaments to the axis in degrees, which a cone needs: 90 for radial ones [default: that of the kind]
+    #[arg(long, value_name = "DEG", value_parser = number("--filament-angle-deg"))]
+    filament_angle_deg: Option<f64>,
+    /// Tilt of the axis in degrees: 0 along the workpiece, 90 into it [default: that of the kind]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number("--tilt-deg"))]
+    tilt_deg: Option<f64>,
     /// Diameter of the brush over its filaments, in mm
     #[arg(long, value_name = "MM", group = "size", value_parser = number("--tool-diameter-mm"))]
     tool_diameter_mm: Option<f64>,
-    /// Diameter of the brush body, where the filaments are clamped, in mm
+    /// Diameter of the brush body, where the filaments in the middle of the trim are clamped, in mm
     #[arg(long, value_name = "MM", group = "size", value_parser = number("--tool-diameter-mm"))]
     body_diameter_mm: Option<f64>,
     /// Radius of the brush body, in mm
     #[arg(long, value_name = "MM", group = "size", value_parser = number("--tool-diameter-mm"))]
     body_radius_mm: Option<f64>,
-    /// Width of the brush along its axis, in mm
+    /// Width of the trim, in mm: of a round brush along its axis, of a cup along its radius
     #[arg(long, value_name = "MM", value_parser = number("--width-mm"))]
     width_mm: Option<f64>,
     /// Number of filaments, or the share of the body's surface that they cover
@@ -71,11 +85,13 @@ impl NewArgs {
     /// The answers that the options give, in the order of [`QUESTIONS`]. The size of the brush is stated apart.
     fn stated(&self) -> Answers {
         [
+            self.filament_angle_deg,
+            self.tilt_deg,
             self.length_mm,
             self.diameter_mm,
             self.youngs_modulus_gpa,
-            None,
             self.width_mm,
+            None,
             self.filaments,
             self.friction,
             self.max_rpm,
@@ -97,58 +113,102 @@ pub fn run(arguments: &NewArgs) -> Result<ExitCode, CliError> {
         return Err(CliError::Exists(path.clone()));
     }
     let lines = io::stdin().is_terminal().then(|| io::stdin().lock().lines());
-    let (answers, material) = answered(arguments, lines)?;
+    let Answered { kind, answers, material } = answered(arguments, lines)?;
     let Some(name) = path.file_name() else {
         return Err(FileError::new("write", path, io::Error::other("it has no name")).into());
     };
-    let (text, unusual) = first_file(answers, material, &name.to_string_lossy())?;
+    let FirstFile { text, unusual, note } = first_file(kind, answers, material, &name.to_string_lossy())?;
     warnings(&unusual).iter().for_each(say);
+    if !note.is_empty() {
+        say(layout::note(&note));
+    }
     let directory = path.parent().unwrap_or(Path::new(""));
     let written = StagedFile::write(directory.join(name), |out| out.write_all(text.as_bytes()))?.commit()?;
     say_written(&written);
     Ok(ExitCode::SUCCESS)
 }
 
-/// The answers to all questions; `None` stands for the default.
-type Answers = [Option<f64>; QUESTIONS.len()];
+/// What is known of the brush.
+#[derive(Debug)]
+struct Answered {
+    kind: ToolKind,
+    answers: Answers,
+    material: Option<&'static Material>,
+}
 
-/// The answers of the options, and those of a user at a terminal, if there is one. The modulus of a material is not asked for.
+/// The answers of the options, and those of a user at a terminal, if there is one. The modulus of a material is not asked for, nor angles that
+/// follow from the kind of tool.
 fn answered(
     arguments: &NewArgs,
     mut lines: Option<impl Iterator<Item = io::Result<String>>>,
-) -> Result<(Answers, Option<&'static Material>), CliError> {
+) -> Result<Answered, CliError> {
     let (mut answers, mut material) = (arguments.stated(), arguments.material);
+    let kind = match (arguments.kind, &mut lines) {
+        (Some(kind), _) => kind,
+        (None, Some(lines)) => {
+            ask_word("Kind of tool, one of round, cup (also end and disc brushes), cone [round]:", lines, find_kind)?
+                .unwrap_or_default()
+        }
+        (None, None) => ToolKind::default(),
+    };
     let mut missing = Vec::new();
     for (position, question) in QUESTIONS.iter().enumerate() {
-        let length_m = answers[LENGTH];
-        if let (SIZE, Some(size)) = (position, arguments.size()) {
-            let body_radius_m = length_m.map(|length_m| size.body_radius_m(length_m));
+        let sizes_m = answers[LENGTH].zip(answers[WIDTH]);
+        let reach_m = sizes_m.map(|(length_m, width_m)| reach_m(kind, answers[ANGLE], [length_m, width_m]));
+        if position == TILT || (position == ANGLE && kind != ToolKind::Cone) {
+            continue;
+        } else if let (SIZE, Some(size)) = (position, arguments.size()) {
+            let body_radius_m = reach_m.map(|reach_m| size.body_radius_m(reach_m));
             answers[SIZE] = body_radius_m.transpose().map_err(CliError::Answer)?;
         } else if let (None, Some(lines)) = (answers[position], &mut lines) {
             if position == MODULUS && material.is_none() {
-                material = ask_material(lines)?;
+                let words = format!("Material of the filaments, one of {}, if it is one of these [none]:", names());
+                material = ask_word(&words, lines, Material::find)?;
             }
             if position != MODULUS || material.is_none() {
-                answers[position] = ask(question, length_m.unwrap_or_default(), lines)?;
+                answers[position] = ask(question, reach_m.unwrap_or_default(), lines)?;
             }
         } else if answers[position].is_none() && question.default.is_none() {
             missing.push(question.option);
         }
     }
-    if missing.is_empty() { Ok((answers, material)) } else { Err(CliError::Unanswered(missing.join(", "))) }
+    if missing.is_empty() {
+        Ok(Answered { kind, answers, material })
+    } else {
+        Err(CliError::Unanswered(missing.join(", ")))
+    }
 }
 
-/// Asks until the answer is a material, or an empty line for none.
-fn ask_material(lines: &mut impl Iterator<Item = io::Result<String>>) -> Result<Option<&'static Material>, CliError> {
+/// Asks until the answer is the name of something that `find` knows, or an empty line for none.
+fn ask_word<T>(
+    words: &str,
+    lines: &mut impl Iterator<Item = io::Result<String>>,
+    find: fn(&str) -> Option<T>,
+) -> Result<Option<T>, CliError> {
     loop {
-        say(format_args!("Material of the filaments, one of {}, if it is one of these [none]:", names()));
+        say(words);
         let line = lines.next().transpose()?.unwrap_or_default();
-        match (line.trim(), Material::find(&line)) {
+        match (line.trim(), find(&line)) {
             ("", _) => return Ok(None),
-            (_, Some(material)) => return Ok(Some(material)),
+            (_, Some(found)) => return Ok(Some(found)),
             (_, None) => say("please type one of these names, or nothing"),
         }
     }
+}
+
+/// The kind of tool with a name.
+fn find_kind(text: &str) -> Option<ToolKind> {
+    match text.trim().to_lowercase().as_str() {
+        "round" => Some(ToolKind::Round),
+        "cup" => Some(ToolKind::Cup),
+        "cone" => Some(ToolKind::Cone),
+        _ => None,
+    }
+}
+
+/// Parses the kind of a tool.
+fn parse_kind(text: &str) -> Result<ToolKind, String> {
+    find_kind(text).ok_or_else(|| "must be one of round, cup, cone".to_owned())
 }
 
 /// The names of all materials.
@@ -162,10 +222,10 @@ fn parse_material(text: &str) -> Result<&'static Material, String> {
 }
 
 /// Asks until the answer is one that the setting may have, or an empty line for the default. An unusual answer must be given twice. For
-/// the size of the brush, filaments have a length in m.
+/// the size of the brush, filaments reach beyond the body by `reach_m`.
 fn ask(
     question: &Question,
-    length_m: f64,
+    reach_m: f64,
     lines: &mut impl Iterator<Item = io::Result<String>>,
 ) -> Result<Option<f64>, CliError> {
     let mut told = None;
@@ -178,7 +238,7 @@ fn ask(
         if line.trim().is_empty() && question.default.is_some() {
             return Ok(None);
         }
-        match question.answer(&line, length_m) {
+        match question.answer(&line, reach_m) {
             Ok(answer) => match question.unusual(answer).filter(|_| told != Some(answer)) {
                 Some(unusual) => {
                     told = Some(answer);
@@ -205,7 +265,7 @@ mod tests {
         arguments: NewArgs,
     }
 
-    fn answers(options: &str, typed: &[&str]) -> Result<(Answers, Option<&'static Material>), CliError> {
+    fn answers(options: &str, typed: &[&str]) -> Result<Answered, CliError> {
         let call = Call::try_parse_from(["new", "brush.toml"].into_iter().chain(options.split_whitespace()));
         let lines = typed.iter().map(|line| Ok((*line).to_owned()));
         answered(&call.unwrap_or_else(|error| panic!("{error}")).arguments, Some(lines))
@@ -213,19 +273,33 @@ mod tests {
 
     #[test]
     fn answers_are_asked_again_until_they_are_right_or_meant() {
-        // A unit, a slip, an unusual diameter that is meant, a material, and the diameter over the filaments.
-        let typed = ["4 cm", "1,18 m", "1,18", "wood", "", "", "long", "360", "20", "60 %", "", "1500", "4"];
-        let (all, material) = answers("", &typed).expect("answers");
+        // A kind, a unit, a slip, an unusual diameter that is meant, a material, and the diameter over the filaments.
+        let typed = ["", "4 cm", "1,18 m", "1,18", "wood", "", "", "20", "long", "360", "60 %", "", "1500", "4"];
+        let Answered { kind, answers: all, material } = answers("", &typed).expect("answers");
         let of_machine = [Some(1500.0), Some(4e-3)];
-        assert_eq!(all[..6], [Some(0.04), Some(1.18e-3), None, Some(0.14), Some(0.02), Some(0.6)]);
-        assert_eq!((&all[7..], material.is_none()), (&of_machine[..], true));
-        let (all, _) = answers(
-            "--length-mm 40 --diameter-mm 1,18 --material PA6 --body-diameter-mm 3000 --width-mm 20",
+        assert_eq!(all[..8], [None, None, Some(0.04), Some(1.18e-3), None, Some(0.02), Some(0.14), Some(0.6)]);
+        assert_eq!((&all[9..], material.is_none(), kind), (&of_machine[..], true, ToolKind::Round));
+        let Answered { answers: all, .. } = answers(
+            "--kind round --length-mm 40 --diameter-mm 1,18 --material PA6 --body-diameter-mm 3000 --width-mm 20",
             &["2000000", "2000000", "0,3", "1500", "4"],
         )
         .expect("answers");
-        assert_eq!((all[3], all[5], all[6]), (Some(1.5), Some(2e6), Some(0.3)));
-        let error = answers("--length-mm 40", &["1.18"]).expect_err("an end").to_string();
+        assert_eq!((all[SIZE], all[7], all[8]), (Some(1.5), Some(2e6), Some(0.3)));
+        let error = answers("--kind round --length-mm 40", &["1.18"]).expect_err("an end").to_string();
         assert!(error.contains("--youngs-modulus-gpa") || error.contains("--diameter-mm"), "{error}");
+    }
+
+    #[test]
+    fn only_a_cone_is_asked_for_its_angle() {
+        let typed = ["wheel", "cone", "30", "25", "0.5", "", "3", "10", "70", "500", "", "3000", "1"];
+        let Answered { kind, answers: all, .. } = answers("", &typed).expect("answers");
+        assert_eq!((kind, all[TILT]), (ToolKind::Cone, None));
+        let (angle, radius) = (30_f64.to_radians(), all[SIZE].expect("a size"));
+        assert_eq!(all[ANGLE], Some(angle));
+        assert!((radius - (0.035 - 0.005 * angle.cos() - 0.025 * angle.sin())).abs() < 1e-9, "{radius}");
+        let of_cup = "--kind cup --tilt-deg 80 --body-radius-mm 30";
+        let Answered { answers: all, .. } =
+            answers(of_cup, &["25", "0.5", "", "3", "10", "500", "", "3000", "1"]).expect("answers");
+        assert_eq!((all[ANGLE], all[TILT], all[SIZE]), (None, Some(80_f64.to_radians()), Some(0.030)));
     }
 }

@@ -10,7 +10,7 @@ use bristle::simulation::{Pass, Sampling, Shape, Stop, simulate_places};
 use bristle_grid::check::{FINER_PASS, check_text, finer};
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
-use bristle_insight::warnings::of_contact;
+use bristle_insight::warnings::{of_contact, of_force};
 use bristle_report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
@@ -116,6 +116,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     progress.end();
     let mut simulation = simulation?;
     // What was simulated: a force is given in place of the depth that was found.
+    let force_n = settings.process.tool_force_n;
     let settings = settings.at_depth(simulation.metrics.penetration_depth_m);
     let impulses = simulation.turn_contact_normal_impulses_n_s.clone();
     let last_turn = impulses.len().saturating_sub(1) as f64 * Pass::new(&settings).turn_time();
@@ -172,6 +173,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let shown = say_drawn(&drawn)
         .and_then(|()| show(contact_table(&contact.settings, &simulation.metrics, &assumptions, width())));
     of_contact(&contact.settings, &simulation.metrics, &simulation.statistics).iter().for_each(say);
+    of_force(force_n, &simulation.metrics).iter().for_each(say);
     shown?;
     if arguments.check {
         let checked = check(&contact.settings)?;

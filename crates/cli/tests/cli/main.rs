@@ -10,6 +10,7 @@ mod first;
 mod formats;
 mod friction;
 mod hostile;
+mod kinds;
 mod metrics;
 mod mistakes;
 mod packing;

@@ -2,9 +2,9 @@
 
 use super::{Cited, Limits, TIER, cells, force, highest};
 use crate::quantity::Readable;
-use crate::slices::{Slice, process_slices};
-use bristle_grid::{CaseResult, Study};
-use bristle_text::number::{counted, significant, uncertain};
+use crate::slices::{Side, Slice, process_slices};
+use bristle_grid::{CaseResult, DEPTH, Study};
+use bristle_text::number::{counted, short, significant, uncertain};
 
 /// Says in two sentences where the tool force of a study is highest, and where it is highest among laterally stable cases whose
 /// filaments sweep. It is true of any study: of one case, without a force, and if cases failed.
@@ -43,6 +43,20 @@ pub fn headline(study: &Study, results: &[CaseResult]) -> String {
             cell.force_text(&forces)
         );
     }
+    if study.is_pressed_on() {
+        let by = |value: fn(&Cited) -> f64| highest(&all, value).and_then(|cell| find(cell.row)).unwrap_or(top);
+        let (deepest, shallowest) =
+            (by(|cell| cell.place.penetration_depth_m), by(|cell| -cell.place.penetration_depth_m));
+        let least = by(|cell| -cell.outcome.tool_power_w);
+        return format!(
+            "The depths at which the tool presses with the forces of {solved} reach from {} to {}. The least power is {} W, at {} (row {}).",
+            shallowest.depth(),
+            deepest.depth(),
+            significant(least.cell.outcome.tool_power_w),
+            least.settings(),
+            least.cell.row
+        );
+    }
     let unstable = if cell.outcome.laterally_unstable { ", and the pass is laterally unstable" } else { "" };
     let first = format!(
         "The highest tool force of {solved} is F_n,w = {}, where the filaments {motion} (ε_tc = {ratio}){unstable}.",
@@ -74,12 +88,23 @@ struct CaseInSlice<'a> {
 }
 
 impl CaseInSlice<'_> {
-    /// Its velocity, or rotational speed, its depth, and further swept settings.
+    /// Its velocity, or rotational speed, its depth if that is stated, and further swept settings.
     fn settings(&self) -> String {
         let Slice { x, y, .. } = self.slice;
         let [across, up] = self.cell.position;
-        let sides = [(x, across), (y, up)].map(|(side, at)| side.setting.equation(side.values[at]));
-        sides.into_iter().chain([self.slice.condition()]).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+        let is_stated = |(side, at): &(&Side, usize)| side.setting.path() != DEPTH || side.values[*at] > 0.0;
+        let sides = [(x, across), (y, up)].into_iter().filter(is_stated);
+        sides
+            .map(|(side, at)| side.setting.equation(side.values[at]))
+            .chain([self.slice.condition()])
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
+
+    /// Its depth and row.
+    fn depth(&self) -> String {
+        format!("{} mm (row {})", short(1e3 * self.cell.place.penetration_depth_m), self.cell.row)
     }
 
     /// Its force, settings and row.

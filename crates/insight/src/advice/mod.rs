@@ -26,7 +26,7 @@ use crate::measured::relative_uncertainty;
 use crate::quantity::{Quantity, Readable};
 use crate::slices::{Side, Slice, process_slices};
 use crate::warnings::turns::vibrating_note;
-use bristle_grid::{CaseResult, CaseSummary, FRICTION, Study, TOOL, Tool};
+use bristle_grid::{CaseResult, CaseSummary, FORCE, FRICTION, Study, TOOL, Tool};
 use bristle_text::layout::{aligned, wrap, wrap_beside};
 use bristle_text::number::{counted, short, spanning};
 
@@ -52,6 +52,9 @@ const MOST_RANKED: usize = 5;
 
 /// The note where no suggestion is interpolated.
 const NOTHING_BETWEEN: &str = "Nothing is interpolated: nowhere between neighbouring cases within the limits does the force pass what is asked for.";
+
+/// The note where forces are given in place of depths.
+const FORCES_ARE_GIVEN: &str = "Nothing is interpolated, as the depths follow from the forces of this study: for others, state or sweep process.tool_force_n.";
 
 /// Why there is no advice.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -218,6 +221,8 @@ pub enum Topic {
     PerDepth,
     /// A local maximum over the velocity along the tier.
     Tier,
+    /// The least power for each force that is given in place of a depth.
+    LeastPower,
     /// The best case of a named tool.
     OfTool,
 }
@@ -332,15 +337,16 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
     let section = |slice: Slice| {
         let cells = cells(study, results, &slice);
         let interpolated = suggestions(study, results, &slice, &cells, &limits);
-        let (advice, mut notes) =
-            Adviser { slice: &slice, forces: &forces, cells: &cells }.advise(limits, interpolated.len());
+        let is_pressed_on = study.is_pressed_on();
+        let adviser = Adviser { slice: &slice, is_pressed_on, forces: &forces, cells: &cells };
+        let (advice, mut notes) = adviser.advise(limits, interpolated.len());
         if interpolated.is_empty() && limits.wanted_n().is_some() && !advice.is_empty() {
-            notes.push(NOTHING_BETWEEN.to_owned());
+            notes.push(if is_pressed_on { FORCES_ARE_GIVEN } else { NOTHING_BETWEEN }.to_owned());
         }
         notes.extend(advice.first().and_then(|top| friction_note(study, &forces, top)));
         let touching = cells.iter().flatten().flatten().filter(|cell| force(cell) > 0.0);
         let cases = touching.map(|cell| cell.row - 1);
-        notes.extend(vibrating_note(study, &cases.collect::<Vec<_>>()));
+        notes.extend(vibrating_note(study, results, &cases.collect::<Vec<_>>()));
         let settings = slice.fixed.iter().map(|(setting, value)| (setting.path(), setting.json(*value))).collect();
         Section { settings, advice, interpolated, notes, slice, cells }
     };
@@ -407,7 +413,7 @@ fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option
     let cell = |x: usize, y: usize| {
         let case = slice.case(x, y);
         let summary = results[case].as_ref().ok()?;
-        let settings = study.settings(case);
+        let settings = study.settings_found(case, &results[case]);
         Some(Cited {
             row: case + 1,
             place: OperatingPoint::of(&settings),
@@ -422,6 +428,8 @@ fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option
 /// The data from which the sentences of a section are made.
 struct Adviser<'a> {
     slice: &'a Slice,
+    /// Whether forces are given in place of depths.
+    is_pressed_on: bool,
     forces: &'a Readable,
     cells: &'a [Vec<Option<Cited>>],
 }
@@ -453,6 +461,16 @@ impl Adviser<'_> {
                 notes.push("None of these cases is laterally stable.".to_owned());
             }
             return (self.ranked(&within, &limits, MOST_RANKED - interpolated), notes);
+        }
+        if self.is_pressed_on {
+            for (row, asked_n) in self.cells.iter().zip(&self.slice.y.values) {
+                let cells: Vec<&Cited> = row.iter().flatten().collect();
+                let Some(least) = highest(&cells, |cell| -cell.outcome.tool_power_w) else { continue };
+                let (count, motion) = (counted(cells.len()), least.outcome.motion());
+                let sentence = format!("The least power of {count} with {} N; it {motion}.", short(*asked_n));
+                advice.push(about(Topic::LeastPower, least, sentence, &[]));
+            }
+            return (advice, notes);
         }
         let sentence = format!("The highest of {}; it {}.", counted(cells.len()), top.outcome.motion());
         advice.push(about(Topic::Highest, top, sentence, &[]));
@@ -662,6 +680,7 @@ impl Topic {
             Self::PerDepth => "Most force per penetration depth",
             Self::OfTool => "Best case of each tool",
             Self::Tier => "Local maxima over the velocity along the line ε_tc = ½ between sweeping and striking",
+            Self::LeastPower => "Least power for each force",
         }
     }
 }
@@ -775,8 +794,15 @@ impl Advice {
             let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
             let is_end = at == 0 || at + 1 == sides[side].values.len();
             let Side { setting, values, .. } = sides[side];
-            let label = &setting.labels(values.iter().copied())[at];
-            format!("{label}{}", if is_free && is_end && sides[side].varies() { '*' } else { ' ' })
+            let label = match setting.path() {
+                // The depth that was found for it.
+                FORCE => short(1e3 * cell.place.penetration_depth_m),
+                _ => setting.labels(values.iter().copied()).swap_remove(at),
+            };
+            format!(
+                "{label}{}",
+                if is_free && is_end && sides[side].varies() && setting.path() != FORCE { '*' } else { ' ' }
+            )
         });
         // The study states the velocity or the rotational speed.
         let heading = match topic {

@@ -108,7 +108,7 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
                 verified: None,
                 settings,
                 condition: section.slice.condition(),
-                changed: if sides[1].varies() { DEPTH } else { VELOCITY },
+                changed: if sides[1].varies() || study.is_pressed_on() { DEPTH } else { VELOCITY },
                 is_end,
             }
         };
@@ -117,7 +117,8 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
         let simulated = within.map(|cell| {
             let is_end = |(side, at): (&&super::Side, usize)| side.varies() && (at == 0 || at + 1 == side.values.len());
             let is_end = sides.iter().zip(cell.position).any(is_end);
-            new(vec![cell.row], cell.place, &cell.outcome, study.settings(cell.row - 1), is_end)
+            let settings = study.settings(cell.row - 1).at_depth(cell.place.penetration_depth_m);
+            new(vec![cell.row], cell.place, &cell.outcome, settings, is_end)
         });
         let between = section.interpolated.iter();
         let between = between

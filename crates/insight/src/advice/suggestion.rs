@@ -50,7 +50,8 @@ pub(super) fn suggestions(
     cells: &[Vec<Option<Cited>>],
     limits: &Limits,
 ) -> Vec<Suggestion> {
-    let Some(wanted) = limits.wanted_n() else { return Vec::new() };
+    // Forces that are given differ by what the search leaves.
+    let Some(wanted) = limits.wanted_n().filter(|_| !study.is_pressed_on()) else { return Vec::new() };
     let [x, y] = [slice.x.values.len(), slice.y.values.len()];
     // Along the depth; along the velocity if there is one depth.
     let (axis, side, steps): (usize, &Side, Vec<[[usize; 2]; 2]>) = if slice.y.varies() {

@@ -9,21 +9,24 @@ use bristle_text::layout::Warning;
 mod brush;
 mod limited_work;
 mod packing;
+mod pressing;
 pub(crate) mod stability;
 mod touch;
 pub(crate) mod turns;
 
 pub use brush::of_brush;
 pub(crate) use packing::is_packed;
+pub use pressing::of_force;
 pub use stability::is_unstable;
 
-/// The warnings about one contact.
+/// The warnings about one contact, at the depth in its settings; about the force with which it was found see [`of_force`].
 #[must_use]
 pub fn of_contact(settings: &Settings, metrics: &Metrics, statistics: &Statistics) -> Vec<Warning> {
     let single = [
         limited_work::of_contact(statistics),
         packing::of_contact(settings),
         touch::of_contact(settings, metrics),
+        touch::of_free_contact(settings, metrics),
         stability::of_contact(settings, metrics),
     ];
     single.into_iter().flatten().chain(turns::of_contact(settings, metrics)).collect()
@@ -42,8 +45,10 @@ pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
         limited_work::of_study(results),
         packing::of_study(study, results),
         touch::of_study(study, results),
+        touch::of_free_cases(study, results),
         stability::of_study(study, results),
         brush::of_study(study, results),
     ];
-    single.into_iter().flatten().chain(turns::of_study(study, results)).collect()
+    let several = pressing::of_study(study, results).into_iter().chain(turns::of_study(study, results));
+    single.into_iter().flatten().chain(several).collect()
 }

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use bristle::model::filament::first_natural_frequency;
 use bristle::model::settings::Settings;
 use bristle::simulation::Pass;
+use bristle::tool::Trim;
 use bristle_grid::{CaseResult, Study};
 use bristle_input::packing::{PACKED, tip_spacing};
 use bristle_text::layout::Warning;
@@ -29,37 +30,101 @@ fn effect(settings: &Settings) -> &'static str {
 }
 
 /// How to simulate filaments together, whose file does not say so, or does.
-const SECTION: [&str; 2] = ["simulate the filaments together, by this section; all its keys have defaults:", "[brush]"];
+const SECTION: &str = "simulate the filaments together, by this section; all its keys have defaults:";
 const COMMAND: [&str; 2] = ["simulate the filaments together, by this command:", "bristle brush FILE.toml --out DIR"];
+
+/// Whether filaments that touch can be simulated together.
+fn can_interact(settings: &Settings) -> bool {
+    Trim::of(settings).is_radial()
+}
+
+/// What is said where they cannot.
+const APART: &str = "Filaments that touch each other are simulated on radial trims only, so that nothing is known of what they do to the force here.";
+
+/// The section by which filaments are simulated together. Rows of a tilted tool differ.
+fn section(settings: &Settings) -> String {
+    let is_posed = settings.tool.tilt_rad() != 0.0 || settings.tool.skew_rad != 0.0;
+    format!("[brush]{}", if is_posed { "\n           ends = \"free\"" } else { "" })
+}
 
 /// The warning about one contact, which is that of a filament alone whatever its file states.
 pub(super) fn of_contact(settings: &Settings) -> Option<Warning> {
     let spacing = tip_spacing(settings);
     (spacing < PACKED).then(|| {
-        let [how, line] = if settings.brush.is_some() { COMMAND } else { SECTION };
         let statement = format!(
-            "the tips are {} diameters apart, so that filaments touch each other, but each is simulated alone. Together their force is likely \
-             {} here.",
-            short(spacing),
-            effect(settings)
+            "the tips are {} diameters apart, so that filaments touch each other, but each is simulated alone.",
+            short(spacing)
         );
-        Warning::new(statement).with_help(how, line)
+        if !can_interact(settings) {
+            return Warning::new(format!("{statement} {APART}"));
+        }
+        let statement = format!("{statement} Together their force is likely {} here.", effect(settings));
+        match settings.brush {
+            Some(_) => Warning::new(statement).with_help(COMMAND[0], COMMAND[1]),
+            None => Warning::new(statement).with_help(SECTION, section(settings)),
+        }
     })
 }
 
 /// The warning about the cases of a study.
 pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning> {
-    let packed: Vec<Settings> = (0..results.len()).map(|case| study.settings(case)).filter(is_packed).collect();
+    let settings = results.iter().enumerate().map(|(case, result)| study.settings_found(case, result));
+    let packed: Vec<Settings> = settings.filter(is_packed).collect();
     let closest = packed.iter().map(tip_spacing).reduce(f64::min)?;
-    let lower = packed.iter().filter(|settings| effect(settings) == "lower").count();
     let (total, cases) = (results.len(), if results.len() == 1 { "case" } else { "cases" });
-    let [how, line] = SECTION;
     let statement = format!(
-        "in {} of {total} {cases} filaments touch each other, as their tips are {} diameters apart, but each is simulated alone. Together \
-         their force is likely lower in {lower} and higher in {} of them.",
+        "in {} of {total} {cases} filaments touch each other, as their tips are {} diameters apart, but each is simulated alone.",
         packed.len(),
-        short(closest),
-        packed.len() - lower
+        short(closest)
     );
-    Some(Warning::new(statement).with_help(how, line))
+    let radial: Vec<&Settings> = packed.iter().filter(|settings| can_interact(settings)).collect();
+    let Some(first) = radial.first() else { return Some(Warning::new(format!("{statement} {APART}"))) };
+    let lower = radial.iter().filter(|settings| effect(settings) == "lower").count();
+    let others = packed.len() - radial.len();
+    let others = if others > 0 {
+        format!(" The trims of {others} are not radial, and cannot be simulated so.")
+    } else {
+        String::new()
+    };
+    let statement = format!(
+        "{statement} Together their force is likely lower in {lower} and higher in {} of them.{others}",
+        radial.len() - lower
+    );
+    Some(Warning::new(statement).with_help(SECTION, section(first)))
+}
+
+#[cfg(test)]
+mod tests {
+    use bristle::model::settings::ToolKind;
+    use bristle_grid::Tool;
+
+    use super::*;
+
+    #[test]
+    fn what_to_do_depends_on_the_trim() {
+        let mut settings = Settings::paper(10.0, 1e-3);
+        let told = |settings: &Settings| of_contact(settings).expect("a packed brush").to_string();
+        assert!(told(&settings).ends_with("\n           [brush]"));
+        settings.tool.tilt_rad = Some(0.05);
+        let tilted = told(&settings);
+        assert!(tilted.ends_with("\n           [brush]\n           ends = \"free\""), "{tilted}");
+        (settings.tool.kind, settings.tool.tilt_rad) = (ToolKind::Cup, None);
+        let cup = told(&settings);
+        assert!(cup.contains("radial trims only") && !cup.contains("help") && !cup.contains("likely"), "{cup}");
+        assert!(tilted.lines().chain(cup.lines()).all(|line| line.chars().count() <= 80), "{tilted}\n{cup}");
+
+        let tool = |name: &str, settings: &Settings| Tool {
+            name: name.to_owned(),
+            settings: settings.clone(),
+            held: Vec::new(),
+        };
+        let tools = vec![tool("round", &Settings::paper(10.0, 1e-3)), tool("cup", &settings)];
+        let study = Study::of_tools(tools, Vec::new()).expect("a study");
+        let failed = || Err("failed".to_owned());
+        let both =
+            of_study(&study, &[failed(), failed()]).expect("they are packed").to_string().replace("\n         ", " ");
+        assert!(both.contains("lower in 1 and higher in 0 of them. The trims of 1 are not radial"), "{both}");
+        let alone = Study::new(settings, Vec::new()).expect("a study");
+        assert!(of_study(&alone, &[failed()]).is_some_and(|told| !told.to_string().contains("[brush]")));
+    }
 }

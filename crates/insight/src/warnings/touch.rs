@@ -1,7 +1,8 @@
-//! Passes that are not what their settings mean: edges that are penetrated too deeply.
+//! Passes that are not what their settings mean: edges that are penetrated too deeply, and filaments that are splayed clear of the workpiece.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
+use bristle::tool::Trim;
 use bristle::workpiece::{Edge, Part, Workpiece};
 
 use bristle_grid::{CaseResult, Study};
@@ -13,6 +14,35 @@ const DEEPEST_SHARE: f64 = 0.5;
 
 /// What a deep penetration means for results, and what avoids it.
 const DEEP: &str = "The force then depends on the contact stiffness: a larger `contact.stiffness_n_m` penetrates less.";
+
+/// What clears the workpiece, and what avoids it.
+const SPLAYED: &str = "Centrifugal forces splay its filaments, whose tips then lie less deep than those of the tool at rest. Press it deeper, or turn it slower.";
+
+/// Whether a tool whose filaments splay never touches.
+fn is_free(settings: &Settings, metrics: &Metrics) -> bool {
+    !Trim::of(settings).is_radial() && metrics.contact_angle_rad > 0.0 && metrics.contact_count == 0
+}
+
+/// The warning about one tool that never touches the workpiece.
+pub(super) fn of_free_contact(settings: &Settings, metrics: &Metrics) -> Option<Warning> {
+    is_free(settings, metrics).then(|| Warning::new(format!("the turning tool never touches the workpiece. {SPLAYED}")))
+}
+
+/// The warning about the cases of a study in which the tool never touches the workpiece.
+pub(super) fn of_free_cases(study: &Study, results: &[CaseResult]) -> Option<Warning> {
+    let row = |(case, result): (usize, &CaseResult)| {
+        let is_free = result.as_ref().is_ok_and(|summary| is_free(&study.settings(case), &summary.metrics));
+        is_free.then_some(case + 1)
+    };
+    let free: Vec<usize> = results.iter().enumerate().filter_map(row).collect();
+    let (total, cases) = (results.len(), if results.len() == 1 { "case" } else { "cases" });
+    let count = free.len();
+    free.first().map(|first| {
+        Warning::new(format!(
+            "in {count} of {total} {cases}, first in row {first} of runs.csv, the turning tool never touches the workpiece. {SPLAYED}"
+        ))
+    })
+}
 
 /// The warning about one contact.
 pub(super) fn of_contact(settings: &Settings, metrics: &Metrics) -> Option<Warning> {
@@ -59,6 +89,7 @@ fn edge_radius(settings: &Settings) -> f64 {
 mod tests {
     use super::*;
     use crate::testing::brush;
+    use bristle::model::settings::ToolKind;
     use bristle_grid::CaseSummary;
     use bristle_input::document::Document;
 
@@ -102,5 +133,24 @@ mod tests {
         assert!(told.replace("\n         ", " ").contains("first in row 3"), "{told:?}");
         assert!(told.lines().all(|line| line.chars().count() <= 80));
         assert_eq!(of_study(&study, &results[..2]), None);
+    }
+
+    #[test]
+    fn cups_that_splay_clear_of_the_workpiece_are_told() {
+        let document = Document::parse(FILE, "case.toml").expect("a document");
+        let mut settings = document.settings().expect("settings");
+        let free = Metrics { contact_angle_rad: 1.0, ..Metrics::default() };
+        assert_eq!(of_free_contact(&settings, &free), None, "radial filaments do not splay");
+        settings.tool.kind = ToolKind::Cup;
+        let told = of_free_contact(&settings, &free).expect("a warning").to_string();
+        assert!(told.starts_with("warning: the turning tool never touches the workpiece. Centrifugal"), "{told}");
+        assert_eq!(of_free_contact(&settings, &Metrics { contact_count: 1, ..free.clone() }), None);
+        let study = Study::new(settings, Vec::new()).expect("a study");
+        let result = Ok(CaseSummary { metrics: free, ..CaseSummary::default() });
+        let told = of_free_cases(&study, &[result]).expect("a warning").to_string();
+        assert!(
+            told.starts_with("warning: in 1 of 1 case, first in row 1 of runs.csv, the turning tool never"),
+            "{told}"
+        );
     }
 }

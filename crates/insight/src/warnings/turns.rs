@@ -36,7 +36,7 @@ fn left_out(settings: &Settings) -> Option<f64> {
     if settings.brush.is_some() || is_packed(settings) {
         return None;
     }
-    let residual = (settings.process.turns() == Turns::Count(1)).then(|| residual_vibration(settings))?;
+    let residual = (Pass::new(settings).turns() == Turns::Count(1)).then(|| residual_vibration(settings))?;
     (residual > MUCH).then_some(residual)
 }
 
@@ -48,8 +48,9 @@ struct Vibrating {
 }
 
 impl Vibrating {
-    fn among(study: &Study, cases: &[usize]) -> Option<Self> {
-        let all = || cases.iter().filter_map(|&case| Some((case, left_out(&study.settings(case))?)));
+    fn among(study: &Study, results: &[CaseResult], cases: &[usize]) -> Option<Self> {
+        let share = |case: usize| left_out(&study.settings_found(case, &results[case]));
+        let all = || cases.iter().filter_map(|&case| Some((case, share(case)?)));
         // Of equal ones the first.
         let (worst, residual) = all().reduce(|worst, next| if next.1 > worst.1 { next } else { worst })?;
         Some(Self { count: all().count(), worst, residual })
@@ -57,8 +58,8 @@ impl Vibrating {
 }
 
 /// The note of advice about cases among `cases`, counted from 0, in which a single pass leaves out much vibration.
-pub(crate) fn vibrating_note(study: &Study, cases: &[usize]) -> Option<String> {
-    let Vibrating { count, worst, residual } = Vibrating::among(study, cases)?;
+pub(crate) fn vibrating_note(study: &Study, results: &[CaseResult], cases: &[usize]) -> Option<String> {
+    let Vibrating { count, worst, residual } = Vibrating::among(study, results, cases)?;
     let (of_cases, comes) =
         (if cases.len() == 1 { "case" } else { "cases" }, "the filament comes back still vibrating");
     Some(format!(
@@ -84,7 +85,7 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
         )));
     }
     let solved: Vec<usize> = (0..results.len()).filter(|&case| results[case].is_ok()).collect();
-    if let Some(Vibrating { count, worst, residual }) = Vibrating::among(study, &solved) {
+    if let Some(Vibrating { count, worst, residual }) = Vibrating::among(study, results, &solved) {
         let statement = format!(
             "in {count} of {} {cases} the filament comes back still vibrating, with {} of its vibration at {} (row {} of \
              runs.csv): its impulse then differs from that of its first pass.",
@@ -133,6 +134,7 @@ fn percent(share: f64) -> String {
 mod tests {
     use super::*;
     use bristle::model::parameters::Parameter;
+    use bristle::model::settings::ToolKind;
     use bristle_grid::{Sweep, VELOCITY};
 
     #[test]
@@ -176,13 +178,22 @@ mod tests {
     }
 
     #[test]
+    fn filaments_that_touch_all_round_are_followed_until_they_are_steady() {
+        let mut cup = sparse(10.0);
+        cup.tool.kind = ToolKind::Cup;
+        assert_eq!(left_out(&cup), None);
+        cup.process.turns = Some(Turns::Count(1));
+        assert!(left_out(&cup).is_some(), "a single turn is asked for");
+    }
+
+    #[test]
     fn a_study_tells_how_many_cases_and_the_worst() {
         let velocities = Sweep::list(Parameter::find(VELOCITY).expect("it exists"), vec![10.0, 30.0, 25.0, 20.0]);
         let study = Study::new(sparse(10.0), vec![velocities.expect("right")]).expect("right");
         let results = vec![Err("failed".to_owned()); 4];
         assert_eq!(of_study(&study, &results), []);
-        let note = vibrating_note(&study, &[0, 1, 2, 3]).expect("they vibrate");
+        let note = vibrating_note(&study, &results, &[0, 1, 2, 3]).expect("they vibrate");
         assert!(note.starts_with("In 3 of 4 cases") && note.contains("up to 14 % of its vibration (row 2)"), "{note}");
-        assert_eq!(vibrating_note(&study, &[0]), None);
+        assert_eq!(vibrating_note(&study, &results, &[0]), None);
     }
 }

@@ -1,0 +1,120 @@
+//! Tools that are pressed on with a given force: depths below the roundness of a brush, and forces that jump.
+
+use bristle::model::metrics::Metrics;
+use bristle_grid::{CaseResult, Study};
+use bristle_text::layout::Warning;
+use bristle_text::number::short;
+
+/// The depth in m below which filaments of a real brush do not touch alike (MODEL, "Force instead of depth").
+const ROUNDNESS_M: f64 = 1e-4;
+/// The relative difference from the force that is asked for, above which none closer to it exists.
+const JUMP: f64 = 2e-3;
+
+/// What a depth below the roundness means.
+const SHALLOW: &str = "That is far below the roundness of a brush, of which only some filaments touch there: the force of a real one differs.";
+/// What a jump means.
+const JUMPS: &str = "Contact sets in or ends there, or the turns do not become steady; a slightly different force or speed may have a depth.";
+
+/// Whether a depth that was found is below the roundness of a brush.
+fn is_shallow(metrics: &Metrics) -> bool {
+    metrics.penetration_depth_m < ROUNDNESS_M
+}
+
+/// Whether the force jumps past the one that is asked for (N).
+fn jumps(asked_n: f64, metrics: &Metrics) -> bool {
+    (metrics.tool_contact_normal_force_n / asked_n - 1.0).abs() > JUMP
+}
+
+/// The warnings about a tool that is pressed on with the force `asked_n` (N); none if its depth is given.
+#[must_use]
+pub fn of_force(asked_n: Option<f64>, metrics: &Metrics) -> Vec<Warning> {
+    let Some(asked_n) = asked_n else { return Vec::new() };
+    let shallow = is_shallow(metrics).then(|| {
+        let depth = short(1e3 * metrics.penetration_depth_m);
+        Warning::new(format!("the tool presses with this force at a depth of {depth} mm. {SHALLOW}"))
+    });
+    let jump = jumps(asked_n, metrics).then(|| {
+        let found = short(metrics.tool_contact_normal_force_n);
+        Warning::new(format!(
+            "F_n,w jumps past process.tool_force_n = {} N at this depth: it is {found} N. {JUMPS}",
+            short(asked_n)
+        ))
+    });
+    shallow.into_iter().chain(jump).collect()
+}
+
+/// The warnings about the cases of a study.
+pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
+    let pressed = results.iter().enumerate().filter_map(|(case, result)| {
+        let asked_n = study.settings(case).process.tool_force_n?;
+        Some((case + 1, asked_n, &result.as_ref().ok()?.metrics))
+    });
+    let (total, cases) = (results.len(), if results.len() == 1 { "case" } else { "cases" });
+    let rows = |is_one: fn(f64, &Metrics) -> bool| -> Vec<usize> {
+        pressed.clone().filter(|(_, asked_n, metrics)| is_one(*asked_n, metrics)).map(|(row, ..)| row).collect()
+    };
+    let told = |rows: Vec<usize>, statement: &str| {
+        let first = *rows.first()?;
+        Some(Warning::new(format!(
+            "in {} of {total} {cases}, first in row {first} of runs.csv, {statement}",
+            rows.len()
+        )))
+    };
+    let shallow = told(
+        rows(|_, metrics| is_shallow(metrics)),
+        &format!("the tool presses with the force at a depth of less than {} mm. {SHALLOW}", short(1e3 * ROUNDNESS_M)),
+    );
+    let jump =
+        told(rows(jumps), &format!("F_n,w jumps past process.tool_force_n at the depth that was found. {JUMPS}"));
+    shallow.into_iter().chain(jump).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use bristle::model::parameters::Parameter;
+    use bristle::model::settings::Settings;
+    use bristle_grid::{CaseSummary, FORCE, Sweep};
+
+    use super::*;
+
+    fn metrics(penetration_depth_m: f64, tool_contact_normal_force_n: f64) -> Metrics {
+        Metrics { penetration_depth_m, tool_contact_normal_force_n, ..Metrics::default() }
+    }
+
+    #[test]
+    fn small_depths_and_jumps_are_told_at_80_columns() {
+        let told = |asked_n, metrics: &Metrics| {
+            of_force(asked_n, metrics).iter().map(Warning::to_string).collect::<Vec<_>>().join("\n")
+        };
+        let shallow = told(Some(166.0), &metrics(69.1234e-6, 166.1));
+        assert!(
+            shallow.starts_with("warning: the tool presses with this force at a depth of 0.06912 mm."),
+            "{shallow}"
+        );
+        let jump = told(Some(10.0), &metrics(1e-3, 14.91)).replace("\n         ", " ");
+        assert!(jump.contains("jumps past process.tool_force_n = 10 N at this depth: it is 14.91 N."), "{jump}");
+        assert!(shallow.lines().chain(jump.lines()).all(|line| line.chars().count() <= 80 || line == jump));
+        assert_eq!(told(Some(10.0), &metrics(1e-3, 10.009)), "", "found to a thousandth");
+        assert_eq!(told(None, &metrics(1e-5, 14.91)), "", "the depth is given");
+    }
+
+    #[test]
+    fn a_study_tells_the_first_of_its_cases() {
+        let force = Sweep::list(Parameter::find(FORCE).expect("it exists"), vec![10.0, 20.0, 30.0]).expect("right");
+        let study = Study::new(Settings::paper(10.0, 1e-3), vec![force]).expect("right");
+        let result = |metrics| Ok(CaseSummary { metrics, ..CaseSummary::default() });
+        let results = [Err("failed".to_owned()), result(metrics(5e-5, 20.0)), result(metrics(9e-5, 33.0))];
+        let told: Vec<String> =
+            of_study(&study, &results).iter().map(|told| told.to_string().replace("\n         ", " ")).collect();
+        assert!(
+            told[0].starts_with("warning: in 2 of 3 cases, first in row 2 of runs.csv, the tool presses"),
+            "{told:?}"
+        );
+        assert!(
+            told[1].starts_with("warning: in 1 of 3 cases, first in row 3 of runs.csv, F_n,w jumps past"),
+            "{told:?}"
+        );
+        let given = Study::new(Settings::paper(10.0, 1e-3), Vec::new()).expect("right");
+        assert_eq!(of_study(&given, &[result(metrics(5e-5, 20.0))]), []);
+    }
+}
