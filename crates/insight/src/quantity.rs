@@ -100,10 +100,12 @@ impl Quantity {
     }
 }
 
-/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results.
+/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results. A depth that was found for a force
+/// is always among them.
 pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator<Item = &'static Column<Metrics>> {
     let varies = |column: &Column<Metrics>| results.iter().flatten().any(|case| column.get(&case.metrics) != 0.0);
-    let shown = move |column: &&Column<Metrics>| column.display.prominence <= least;
+    let shown =
+        move |column: &&Column<Metrics>| column.display.prominence <= least || column.key == "penetration_depth_m";
     let pressed_on = results.iter().flatten().any(|case| case.metrics.force_stiffness_n_m != 0.0);
     let columns = metric_columns(false, pressed_on).filter(shown);
     columns.filter(move |column| !column.display.optional || varies(column))

@@ -10,6 +10,7 @@ pub mod page;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod tables;
+pub mod view;
 pub mod vtk;
 
 /// The input files of tests, included by path because a test module is not part of a library.

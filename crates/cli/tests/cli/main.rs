@@ -14,6 +14,7 @@ mod metrics;
 mod mistakes;
 mod packing;
 mod pages;
+mod poses;
 mod resume;
 mod scripting;
 mod speed;

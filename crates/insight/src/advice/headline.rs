@@ -2,8 +2,8 @@
 
 use super::{Cited, Limits, TIER, cells, force, highest};
 use crate::quantity::Readable;
-use crate::slices::{Slice, process_slices};
-use bristle_grid::{CaseResult, Study};
+use crate::slices::{Side, Slice, process_slices};
+use bristle_grid::{CaseResult, DEPTH, Study};
 use bristle_text::number::{counted, significant, uncertain};
 
 /// Says in two sentences where the tool force of a study is highest, and where it is highest among laterally stable cases whose
@@ -74,12 +74,18 @@ struct CaseInSlice<'a> {
 }
 
 impl CaseInSlice<'_> {
-    /// Its velocity, or rotational speed, its depth, and further swept settings.
+    /// Its velocity, or rotational speed, its depth if that is stated, and further swept settings.
     fn settings(&self) -> String {
         let Slice { x, y, .. } = self.slice;
         let [across, up] = self.cell.position;
-        let sides = [(x, across), (y, up)].map(|(side, at)| side.setting.equation(side.values[at]));
-        sides.into_iter().chain([self.slice.condition()]).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+        let is_stated = |(side, at): &(&Side, usize)| side.setting.path() != DEPTH || side.values[*at] > 0.0;
+        let sides = [(x, across), (y, up)].into_iter().filter(is_stated);
+        sides
+            .map(|(side, at)| side.setting.equation(side.values[at]))
+            .chain([self.slice.condition()])
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 
     /// Its force, settings and row.
