@@ -13,11 +13,11 @@ mod figures;
 mod numbers;
 mod tables;
 
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
 
+use bristle_benches::filled;
 use cases::Results;
 
 const PAGE: &str = include_str!("page.md");
@@ -38,22 +38,4 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     fs::write(directory.join("interaction.md"), page)?;
     Ok(())
-}
-
-/// A text with its places `{{name}}` filled in.
-///
-/// # Errors
-/// If a place has no value, or a value no place.
-fn filled(text: &str, values: &BTreeMap<&'static str, String>) -> Result<String, String> {
-    let mut unused: Vec<&str> = values.keys().copied().collect();
-    let mut filled = String::new();
-    let mut rest = text;
-    while let Some((before, after)) = rest.split_once("{{") {
-        let (name, after) = after.split_once("}}").ok_or("page.md: a place does not end")?;
-        filled += before;
-        filled += values.get(name).ok_or_else(|| format!("page.md: no value for {name}"))?;
-        unused.retain(|other| *other != name);
-        rest = after;
-    }
-    if unused.is_empty() { Ok(filled + rest) } else { Err(format!("page.md does not use {}", unused.join(", "))) }
 }

@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 use bristle::brush::BrushResult;
 use bristle::simulation::{Pass, SimulationError};
 
+use bristle_benches::{fixed, table};
 use bristle_input::packing::tip_spacing;
 
 use crate::cases::{
@@ -43,21 +44,8 @@ pub fn all(results: &Results) -> Result<BTreeMap<&'static str, String>, Box<dyn 
     ]))
 }
 
-/// A table in Markdown whose columns hold numbers from the second on.
-fn table(heads: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
-    let line = |cells: &[String]| format!("| {} |", cells.join(" | "));
-    let heads: Vec<String> = heads.iter().map(|head| (*head).to_owned()).collect();
-    let ruler: Vec<&str> = (0..heads.len()).map(|column| if column == 0 { "---" } else { "---:" }).collect();
-    let rows = rows.into_iter().map(|row| line(&row));
-    [line(&heads), format!("|{}|", ruler.join("|"))].into_iter().chain(rows).collect::<Vec<_>>().join("\n")
-}
-
 fn whole(value: f64) -> String {
     format!("{value:.0}").replace('-', "−")
-}
-
-fn fixed(digits: usize, value: f64) -> String {
-    format!("{value:.digits$}").replace('-', "−")
 }
 
 /// An impulse in mN s.

@@ -116,7 +116,9 @@ impl Setting {
     #[must_use]
     pub fn label(&self) -> String {
         let symbol = self.parameter().map_or("", |parameter| parameter.symbol);
-        self.with_unit(format!("{} {symbol}", self.name()).trim_end())
+        // A name that has to be explained has a short one in its key.
+        let name = if self.name().contains(", ") { self.symbol() } else { Cow::Borrowed(self.name()) };
+        self.with_unit(format!("{name} {symbol}").trim_end())
     }
 
     /// Symbol and unit, for a column.

@@ -11,6 +11,7 @@ pub mod page;
 pub mod parquet;
 pub mod removal;
 pub mod tables;
+pub mod view;
 pub mod vtk;
 
 /// The input files of tests, included by path because a test module is not part of a library.

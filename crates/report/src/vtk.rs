@@ -13,8 +13,10 @@ use bristle::brush::{FilamentResult, Frame};
 use bristle::equations::linear::{add, dot, scale, sub};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Shape};
-use bristle::tool::ClampMotion;
+use bristle::tool::{ClampMotion, Pose, Trim};
 use bristle::workpiece::{Workpiece, unit_normal};
+
+use crate::view::{cross, is_upright, sampled_pass};
 
 /// The largest number of shapes in a pass: their numbers in file names have four digits.
 pub const MAX_SHAPES: usize = 10_000;
@@ -52,7 +54,7 @@ fn brush_name(frame: usize) -> String {
 
 /// Names and texts of the files, the collection last. `shapes` belong to the pass that `settings` state and have loads.
 pub fn files(settings: &Settings, shapes: &[Shape]) -> impl Iterator<Item = (String, String)> {
-    let pass = Pass::new(settings);
+    let pass = sampled_pass(settings);
     let piece = workpiece(&pass, settings);
     let filament = move |(k, shape)| (filament_name(k), filament(&pass, settings, shape));
     let filaments = shapes.iter().enumerate().map(filament);
@@ -124,11 +126,14 @@ fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
     let contact_radius = settings.contact.radius_m;
     let nodes = &shape.nodes_m;
     let arc: Vec<f64> = (0..nodes.len()).map(|k| k as f64 * segment).collect();
-    let gaps: Vec<f64> = nodes.iter().map(|&node| gap(pass.workpiece(), node, shape.time_s) - contact_radius).collect();
+    // The pass is in the frame of the tool, shapes are in that of the workpiece.
+    let pose = pass.pose();
+    let gap = |&node: &[f64; 3]| gap(pass.workpiece(), pose.to_tool(node), shape.time_s) - contact_radius;
+    let gaps: Vec<f64> = nodes.iter().map(gap).collect();
     let normal_forces: Vec<f64> = shape.forces.iter().map(|load| load.normal).collect();
     let forces: Vec<[f64; 3]> = shape.forces.iter().map(|load| load.force).collect();
     // The joint at the root connects to the clamp. The tip has no joint.
-    let clamp = pass.tool().at(shape.time_s).direction;
+    let clamp = pose.from_tool(pass.tool().at(shape.time_s).direction);
     let directions: Vec<[f64; 3]> =
         iter::once(clamp).chain(nodes.windows(2).map(|pair| sub(pair[1], pair[0]))).collect();
     let angles: Vec<f64> = directions.windows(2).map(|pair| angle(pair[0], pair[1])).chain([0.0]).collect();
@@ -144,10 +149,6 @@ fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
     poly_data(places(nodes), "Lines", &[line], [&data.concat(), ""], &time_value(shape.time_s))
 }
 
-fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [b * z - c * y, c * x - a * z, a * y - b * x]
-}
-
 /// The angle between two directions in rad.
 fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     let normal = cross(a, b);
@@ -160,21 +161,34 @@ fn gap(workpiece: &impl Workpiece, position: [f64; 3], time: f64) -> f64 {
     edges.map(|seen| seen.gap).reduce(f64::min).unwrap_or_else(|| workpiece.surface(position, time).gap)
 }
 
-/// The part of the workpiece's profile that the filament can reach, as it lies at time zero: a strip of rectangles as wide as the tool.
+/// The part of the workpiece's profile that the filament can reach: a strip of rectangles as wide as the trim turns. It is as it lies at time zero, or where the
+/// workpiece has come up to.
 fn workpiece(pass: &Pass, settings: &Settings) -> String {
     let profile = pass.workpiece().profile((1.0 + MARGIN) * settings.tool_radius_m()).unwrap_or_default();
     // Along z, but for a plane that is tilted about its line at z = 0.
     let [x, y, z] = unit_normal(&settings.workpiece);
     let steepness = x.hypot(y);
     let across = [-x * z / steepness, -y * z / steepness, steepness];
-    let half = settings.tool.width_m / 2.0;
+    let [low, high] = extent(settings, across);
     let side = |side: f64| profile.points().into_iter().map(move |[x, y]| add([x, y, 0.0], scale(side, across)));
-    let (near, far): (Vec<_>, Vec<_>) = (side(-half).collect(), side(half).collect());
+    let (near, far): (Vec<_>, Vec<_>) = (side(low).collect(), side(high).collect());
     let count = near.len() as i64;
     let points = [near, far].concat();
     let rectangles: Vec<[i64; 4]> = (1..count).map(|end| [end - 1, end, count + end, count + end - 1]).collect();
     let arc_lengths = profile.boundaries().repeat(2);
     poly_data(places(&points), "Polys", &rectangles, [&reals("arc_length_m", COMPONENTS, 1, &arc_lengths), ""], "")
+}
+
+/// How far the undeformed turning trim reaches along a unit vector to either side of the tool's centre, in m: of upright radial tools half their width.
+fn extent(settings: &Settings, along: [f64; 3]) -> [f64; 2] {
+    let trim = Trim::of(settings);
+    if is_upright(settings) {
+        return trim.ends();
+    }
+    let [x, y, z] = Pose::of(&settings.tool).to_tool(along);
+    let points = trim.ends().into_iter().flat_map(|s| [trim.root(s), trim.tip(s)]);
+    let reaches = points.flat_map(|[radius, height]| [-1.0, 1.0].map(|side| side * radius * x.hypot(y) + height * z));
+    reaches.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], reach| [low.min(reach), high.max(reach)])
 }
 
 /// The number of points, and the array of their coordinates in m.
@@ -239,7 +253,9 @@ fn collection(moving: &str, file_name: fn(usize) -> String, times: impl Iterator
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bristle::model::settings::{WorkpieceKind, WorkpieceSettings};
+    use std::f64::consts::FRAC_PI_2;
+
+    use bristle::model::settings::{ToolKind, Turns, WorkpieceKind, WorkpieceSettings};
     use bristle::simulation::{Sampling, Simulation, simulate_with};
     use bristle_input::document::Document;
 
@@ -347,6 +363,49 @@ mod tests {
         for node in simulation.shapes.iter().flat_map(|shape| &shape.nodes_m) {
             let place = dot(sub(*node, near[0]), along) / dot(along, along);
             assert!(place > 0.05 && place < 0.95, "{place}");
+        }
+    }
+
+    /// Tools of any pose have their nodes, gaps, joints and forces in the frame of the workpiece, which lies below all that turns.
+    #[test]
+    fn tilted_tools_are_where_they_are() {
+        for (kind, tilt) in [(ToolKind::Round, 0.05), (ToolKind::Cup, 1.5), (ToolKind::Cup, FRAC_PI_2)] {
+            let (mut settings, _) = contact();
+            settings.workpiece = WorkpieceSettings::default();
+            (settings.tool.kind, settings.tool.tilt_rad, settings.tool.positions) = (kind, Some(tilt), Some(1));
+            (settings.filament.segments, settings.process.turns) = (6, Some(Turns::Count(1)));
+            let sampling = Sampling { shapes: SHAPES, samples: SHAPES, loads: true, ..Sampling::default() };
+            let simulation = simulate_with(&settings, sampling).expect("the pass ends");
+            let texts: Vec<(String, String)> = files(&settings, &simulation.shapes).collect();
+            let ground = settings.process.penetration_depth_m - settings.reach_m();
+            let strip = vectors(&texts[SHAPES].1, "Points");
+            // Once the workpiece has come up to filaments that touch it all round.
+            let arrived = if tilt == FRAC_PI_2 { Pass::new(&settings).turn_time() } else { 0.0 };
+            let (mut first, mut touches) = (true, false);
+            for ((_, text), sample) in iter::zip(&texts, &simulation.history) {
+                let (nodes, gaps) = (vectors(text, "Points"), numbers(text, "gap_m"));
+                assert_eq!(nodes[6], [sample.tip_x_m, sample.tip_y_m, sample.tip_z_m]);
+                for (node, gap) in iter::zip(&nodes, &gaps).filter(|_| sample.time_s >= arrived) {
+                    let expected = node[1] - ground - settings.contact.radius_m;
+                    assert!((gap - expected).abs() < 1e-12, "{kind:?} {tilt}: {gap} {expected}");
+                }
+                let normal_forces = numbers(text, "contact_normal_force_n");
+                let forces = vectors(text, "contact_force_n");
+                assert!(iter::zip(&normal_forces, &forces).all(|(normal, force)| (normal - force[1]).abs() < 1e-12));
+                touches |= normal_forces.iter().any(|force| *force > 0.0);
+                let joints = numbers(text, "joint_angle_rad");
+                // A filament starts straight, or splayed by a little; a wrong frame of the clamp would show a right angle.
+                assert!(!first || joints[0] < 0.1, "{joints:?}");
+                first = false;
+                let over = |k: usize| {
+                    let ends = strip.iter().map(|point| point[k]);
+                    let [low, high] =
+                        [ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max)];
+                    nodes.iter().all(|node| node[k] > low - 1e-3 && node[k] < high + 1e-3)
+                };
+                assert!(over(0) && over(2), "{kind:?} {tilt} at {}", sample.time_s);
+            }
+            assert!(touches && strip.iter().all(|point| (point[1] - ground).abs() < 1e-15));
         }
     }
 

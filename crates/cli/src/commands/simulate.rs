@@ -15,6 +15,7 @@ use bristle_report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_report::parquet::write_history_parquet;
 use bristle_report::tables::{check_table, contact_table};
+use bristle_report::view::first_turn;
 use bristle_report::vtk::{MAX_SHAPES, files, is_file_name};
 use bristle_store::results::{
     FileHashes, case_text, write_history, write_metrics, write_positions, write_profile, write_shapes,
@@ -119,7 +120,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let force_n = settings.process.tool_force_n;
     let settings = settings.at_depth(simulation.metrics.penetration_depth_m);
     let impulses = simulation.turn_contact_normal_impulses_n_s.clone();
-    let last_turn = impulses.len().saturating_sub(1) as f64 * Pass::new(&settings).turn_time();
+    let last_turn = first_turn(&settings) + impulses.len().saturating_sub(1) as f64 * Pass::new(&settings).turn_time();
     let contact = Contact {
         shapes: drawn_shapes(&simulation.shapes, last_turn),
         impulses,

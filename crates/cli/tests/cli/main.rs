@@ -15,6 +15,7 @@ mod metrics;
 mod mistakes;
 mod packing;
 mod pages;
+mod poses;
 mod resume;
 mod scripting;
 mod speed;

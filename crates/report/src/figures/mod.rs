@@ -8,14 +8,16 @@ use crate::drawing::heading::Heading;
 use crate::drawing::map::{self, Contour, Map};
 use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
-use crate::drawing::{BLUE, Canvas, Color, GREY, Pen, Point, VERMILION, fine, stroke, text};
+use crate::drawing::{BLUE, Canvas, Color, GREY, INK, Pen, Point, VERMILION, fine, stroke, text};
+use crate::view::{height, is_all_round, is_upright, root, sampled_pass};
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::{MAX_TURNS, Parameter};
 use bristle::model::record::{self, Column, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Sample, Shape};
+use bristle::tool::places;
 use bristle_grid::brush::Interaction;
-use bristle_grid::{CaseResult, CaseSummary, DEPTH, SPEED, Study, VELOCITY, equation};
+use bristle_grid::{CaseResult, CaseSummary, DEPTH, FORCE, SPEED, Study, VELOCITY, equation};
 use bristle_input::measured::Measurement;
 use bristle_insight::measured::{points_of, relative_uncertainty};
 use bristle_insight::quantity::shown_metrics;
@@ -139,7 +141,9 @@ fn style<R>(metric: &Column<R>) -> Style {
             ..plain
         },
         "edge_share" | "edge_evenness" => Style { range: Some([0.0, 1.0]), ..plain },
-        "contact_normal_impulse_n_s" => Style { families: &[Family::OverX, Family::OverY], ..plain },
+        "contact_normal_impulse_n_s" | "penetration_depth_m" => {
+            Style { families: &[Family::OverX, Family::OverY], ..plain }
+        }
         "tool_contact_normal_force_n" => Style { has_tier: true, families: &[Family::OverX, Family::OverY], ..plain },
         "tool_contact_normal_force_alone_n" => Style { has_tier: true, ..plain },
         _ => plain,
@@ -164,11 +168,18 @@ fn with_unit<R>(metric: &Column<R>, text: &str) -> String {
     if unit.is_empty() { text.to_owned() } else { format!("{text} in {unit}") }
 }
 
-/// The axis of a metric.
-fn axis_of<R>(metric: &Column<R>, linear: impl FnOnce(String) -> Axis) -> Axis {
+/// The axis of a metric with these values. Depths that were found for forces can span decades.
+fn axis_of<'a, R>(
+    metric: &Column<R>,
+    values: impl Iterator<Item = &'a Option<f64>>,
+    linear: impl FnOnce(String) -> Axis,
+) -> Axis {
+    let range =
+        values.flatten().fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| [low.min(*value), high.max(*value)]);
+    let is_found_over_decades = metric.key == "penetration_depth_m" && span_decades(range);
     match metric.display.scale {
-        record::Scale::Linear => linear(label(metric)),
-        record::Scale::Logarithmic => Axis::logarithmic(label(metric)),
+        record::Scale::Linear if !is_found_over_decades => linear(label(metric)),
+        _ => Axis::logarithmic(label(metric)),
     }
 }
 
@@ -193,7 +204,9 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     for slice in &slices.chosen {
         let view = view_of(slice);
         let is_map = is_map(slice);
-        for metric in shown_metrics(Prominence::Figure, results) {
+        // The force of a tool that is pressed on is the one that the file states.
+        let is_given = |metric: &&Column<Metrics>| study.is_pressed_on() && metric.key == "tool_contact_normal_force_n";
+        for metric in shown_metrics(Prominence::Figure, results).filter(|metric| !is_given(metric)) {
             if is_map {
                 pictures.push(view.map(metric, "map"));
             }
@@ -250,9 +263,10 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     Pictures { pictures, note }
 }
 
-/// Whether a slice is over velocity, or rotational speed, and depth.
+/// Whether a slice is over velocity, or rotational speed, and depth or the force in its place.
 fn is_map(slice: &Slice) -> bool {
-    [VELOCITY, SPEED].contains(&slice.x.setting.path()) && slice.y.setting.path() == DEPTH && slice.y.varies()
+    let is_pressing = [DEPTH, FORCE].contains(&slice.y.setting.path());
+    [VELOCITY, SPEED].contains(&slice.x.setting.path()) && is_pressing && slice.y.varies()
 }
 
 /// Whether [`study_figures`] can make a figure of this name.
@@ -366,7 +380,7 @@ impl View<'_> {
             subtitle,
             x: side(x, &columns),
             y: side(y, &rows),
-            colours: axis_of(metric, Axis::linear),
+            colours: axis_of(metric, values.iter(), Axis::linear),
             values,
             marked,
             range: style(metric).range,
@@ -413,6 +427,7 @@ impl View<'_> {
             curves.push(Curve::new(name, Look::Reference, ends.map(|end| (end, value)).to_vec()));
         }
         let selection = selection(members.len(), of.values.len(), &values_of(of));
+        let axis = axis_of(metric, family.iter().flatten(), Axis::amount);
         let failures = self.failures(family.into_iter().flatten(), "gaps");
         let diagram = Diagram {
             title: title(metric),
@@ -420,7 +435,7 @@ impl View<'_> {
             x: axis_along(over),
             y: match means {
                 Some(_) => Axis::linear("deviation from the mean in %"),
-                None => axis_of(metric, Axis::amount),
+                None => axis,
             },
             curves,
         };
@@ -435,13 +450,18 @@ const DECADES: f64 = 100.0;
 /// Largest change along a curve, as a part of its mean, that is flat next to curves at other levels.
 const FLAT: f64 = 0.1;
 
+/// Whether values from the least to the largest span decades.
+fn span_decades([least, largest]: [f64; 2]) -> bool {
+    least > 0.0 && largest >= DECADES * least
+}
+
 /// The axis along a side: logarithmic if its values span decades.
 fn axis_along(side: &Side) -> Axis {
     let label = side.setting.label();
     let (least, largest) = (side.values[0], side.values[side.values.len() - 1]);
     match side.setting.names() {
         Some(names) => Axis::named(label, names.to_vec()),
-        None if least > 0.0 && largest >= DECADES * least => Axis::logarithmic(label),
+        None if span_decades([least, largest]) => Axis::logarithmic(label),
         None => Axis::linear(label),
     }
 }
@@ -520,9 +540,10 @@ fn contact_title(title: &str, settings: &Settings) -> String {
     format!("{title}: {}", settings.join(", "))
 }
 
-/// Width of the figure of a history, and height of its panels on a screen and at least, in pixels.
+/// Width of the figure of a history, and height of its panels on a screen, of more than two, and at least, in pixels.
 const HISTORY: i32 = 760;
 const PANEL: i32 = 190;
+const LOW_PANEL: i32 = 130;
 const MIN_PANEL: i32 = 120;
 /// Pixels between the heading and the panels, between them, and below them.
 const ABOVE: i32 = 10;
@@ -531,42 +552,93 @@ const BELOW: i32 = 54;
 /// Background of times in contact.
 const CONTACT: Color = Color(225, 232, 240);
 
+/// A quantity over time.
+struct Panel {
+    label: &'static str,
+    color: Color,
+    points: Vec<(f64, f64)>,
+    /// Whether its axis begins at zero.
+    from_zero: bool,
+}
+
+/// Force and tip deflection over the `times` of a history (ms) and, of tools that are not upright radial ones, the heights of tip and root.
+fn panels(settings: &Settings, pass: &Pass, history: &[Sample], times: &[f64]) -> Vec<Panel> {
+    let panel = |label, color, from_zero, value: &dyn Fn(&Sample) -> f64| Panel {
+        label,
+        color,
+        points: times.iter().copied().zip(history.iter().map(value)).collect(),
+        from_zero,
+    };
+    let mut panels = vec![
+        panel("F_n in N", VERMILION, true, &|sample| sample.contact_normal_force_n),
+        panel("s_n in mm", BLUE, true, &|sample| 1e3 * sample.tip_deflection_m),
+    ];
+    if !is_upright(settings) {
+        let above = |point, sample: &Sample| 1e3 * height(settings, pass, point, sample.time_s);
+        let tip = |sample: &Sample| above([sample.tip_x_m, sample.tip_y_m, sample.tip_z_m], sample);
+        let root = |sample: &Sample| above(root(pass, sample.base_angle_rad), sample);
+        panels.extend([panel("tip in mm", INK, false, &tip), panel("root in mm", INK, false, &root)]);
+    }
+    panels
+}
+
 /// Draws one contact over time, with force and tip deflection (Fig. 3 of the paper).
 fn history_figure(settings: &Settings, history: &[Sample], format: &Format) -> Picture {
     let milliseconds = |time: f64| 1e3 * time;
-    let pass = Pass::new(settings);
+    let pass = sampled_pass(settings);
+    let all_round = is_all_round(&pass);
+    let touches = !pass.touches().is_empty();
     let [entry, exit] = pass.nominal_times();
     let last_time = history.last().map_or(0.0, |sample| sample.time_s);
     let begun = (0..MAX_TURNS).map(|turn| turn as f64 * pass.turn_time()).take_while(|&begun| begun < last_time);
     let nominal: Vec<(f64, &str)> = begun
-        .flat_map(|begun| [(begun + entry, "entry"), (begun + exit, "exit")])
+        .filter(|_| touches || is_upright(settings))
+        // One turn ends where the next begins if the filament touches all round.
+        .flat_map(|begun| {
+            [(begun + entry, "entry"), (begun + exit, "exit")].into_iter().take(if all_round { 1 } else { 2 })
+        })
         .map(|(time, name)| (milliseconds(time), name))
         .collect();
     // Those of several turns would hide each other.
-    let are_named = nominal.len() == 2;
-    let times = || history.iter().map(|sample| milliseconds(sample.time_s));
-    let x = Scale::exact(Axis::linear("time t in ms"), times());
-    let forces: Vec<(f64, f64)> = times().zip(history.iter().map(|sample| sample.contact_normal_force_n)).collect();
-    let deflections: Vec<(f64, f64)> =
-        times().zip(history.iter().map(|sample| 1e3 * sample.tip_deflection_m)).collect();
-    let panels = [("F_n in N", &forces, VERMILION), ("s_n in mm", &deflections, BLUE)].map(|(label, points, color)| {
-        (Scale::new(Axis::from_zero(label), points.iter().map(|(_, y)| *y)), points, color)
-    });
+    let are_named = nominal.len() == 2 && !all_round;
+    let times: Vec<f64> = history.iter().map(|sample| milliseconds(sample.time_s)).collect();
+    let x = Scale::exact(Axis::linear("time t in ms"), times.iter().copied());
+    let panels = panels(settings, &pass, history, &times);
+    let forces = panels[0].points.clone();
+    let panels: Vec<(Scale, Panel)> = panels
+        .into_iter()
+        .map(|panel| {
+            let axis = if panel.from_zero { Axis::from_zero } else { Axis::linear };
+            (Scale::new(axis(panel.label), panel.points.iter().map(|(_, y)| *y)), panel)
+        })
+        .collect();
     let left = panels.iter().map(|(scale, ..)| left_of(format, scale)).max().unwrap_or(0);
     let page = format.width(HISTORY);
     let right = page - 24;
     let title = contact_title("One contact", settings);
-    let subtitle = "shaded: in contact; dashed: nominal entry and exit of the undeformed filament";
-    let heading = Heading::new(format, &title, subtitle, [left, page]);
-    let panel = format.height(PANEL, HISTORY, MIN_PANEL);
+    let mut subtitle = match all_round {
+        false => "shaded: in contact; dashed: nominal entry and exit of the undeformed filament",
+        true => "shaded: in contact; dashed: the beginnings of the turns, before which the workpiece comes up",
+    }
+    .to_owned();
+    if panels.len() > 2 {
+        subtitle.push_str("; tip and root: their heights above the workpiece");
+    }
+    if places(settings).len() > 1 {
+        subtitle.push_str("; all of the filament in the middle of the trim");
+    }
+    let heading = Heading::new(format, &title, &subtitle, [left, page]);
+    let panel = if panels.len() > 2 { LOW_PANEL } else { PANEL };
+    let panel = format.height(panel, HISTORY, MIN_PANEL);
     let first = heading.height() + ABOVE;
-    let mut canvas = Canvas::on(format, (page, first + 2 * panel + BETWEEN + BELOW));
+    let count = panels.len() as i32;
+    let mut canvas = Canvas::on(format, (page, first + count * panel + (count - 1) * BETWEEN + BELOW));
     heading.draw(&mut canvas);
-    for (row, (scale, points, color)) in (0..).zip(&panels) {
+    for (row, (scale, Panel { points, color, .. })) in (0..).zip(&panels) {
         let top = first + row * (panel + BETWEEN);
         let frame = [left, top, right, top + panel];
         draw_contact(&mut canvas, &x, &forces, frame);
-        let last = row + 1 == panels.len() as i32;
+        let last = row + 1 == count;
         let mut x = x.clone();
         if !last {
             x.axis.label = "".into();

@@ -5,10 +5,13 @@ use crate::drawing::clip::{clip_line, clip_polygon};
 use crate::drawing::diagram::{Frame, draw_axes, left_of};
 use crate::drawing::format::Format;
 use crate::drawing::heading::Heading;
+use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
-use crate::drawing::{BLUE, Canvas, Color, FAINT, GREY, INK, Point, VERMILION, fine, stroke, text};
+use crate::drawing::{BLUE, Canvas, Color, FAINT, GREY, INK, Pen, Point, VERMILION, fine, stroke, text};
+use crate::view::{View as TiltedView, is_upright, moved, sampled_pass};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Shape};
+use bristle::tool::places;
 use bristle::workpiece::Workpiece;
 use bristle_text::number::{short, significant};
 
@@ -35,6 +38,8 @@ const LONGEST_BAR: f64 = 46.0;
 
 /// How far the drawn outline may be off, in m.
 const OUTLINE_ERROR: f64 = 1e-6;
+/// The name of the part around edges.
+const AT_THE_EDGE: &str = "at the edge";
 
 /// The material of a workpiece, and the background of edges.
 const MATERIAL: Color = Color(222, 218, 208);
@@ -197,6 +202,13 @@ impl View {
         }
     }
 
+    fn dashed(&self, canvas: &mut Canvas, points: &[[f64; 2]], color: Color, tenths: i32) {
+        let points: Vec<[f64; 2]> = points.iter().map(|&point| self.place(point)).collect();
+        for part in clip_line(&points, self.frame) {
+            Pen { color, tenths, dash: (5, 4), ..pen(0) }.line(canvas, &part);
+        }
+    }
+
     fn polygon(&self, canvas: &mut Canvas, points: &[[f64; 2]], color: Color, opacity: f64) {
         let points: Vec<[f64; 2]> = points.iter().map(|&point| self.place(point)).collect();
         let clipped = clip_polygon(&points, self.frame);
@@ -237,22 +249,60 @@ fn raised([[x, y], [x_end, y_end]]: [[f64; 2]; 2], length: f64) -> [[f64; 2]; 4]
     [[x, y], [x_end, y_end], [x_end + u, y_end + v], [x + u, y + v]]
 }
 
-/// The filament at some times on the profile in true scale, with the work as bars across the surface; a second panel shows edges on a
-/// larger scale.
-pub(super) fn drawn(
-    settings: &Settings,
-    profile: &[ProfileCell],
-    shapes: &[Shape],
-    format: &Format,
-) -> Option<Picture> {
-    let whole = stretch(profile)?;
-    let edges = worked_edges(profile, whole);
+/// A part of a contact in true scale: coordinates in m as they are seen.
+struct Pane {
+    /// What it shows, unless that is plain.
+    name: &'static str,
+    /// Opposite corners of what is shown.
+    corners: [[f64; 2]; 2],
+    surface: Vec<[f64; 2]>,
+    /// Whether the material is what the surface goes round.
+    is_filled: bool,
+    /// The ends of the cells of the profile; none where they cannot be told from each other.
+    cells: Vec<Option<[[f64; 2]; 2]>>,
+    /// Outlines of the tool's body, and of its trim.
+    body: Vec<Vec<[f64; 2]>>,
+    trim: Vec<Vec<[f64; 2]>>,
+    filaments: Vec<Vec<[f64; 2]>>,
+}
+
+/// The arc lengths of the worked part of a profile, and of its worked edges.
+struct Worked {
+    whole: [f64; 2],
+    edges: Option<[f64; 2]>,
+}
+
+impl Worked {
+    fn of(profile: &[ProfileCell]) -> Option<Self> {
+        let whole = stretch(profile)?;
+        Some(Self { whole, edges: worked_edges(profile, whole) })
+    }
+
+    /// Places in the worked part.
+    fn places<'a>(&self, profile: &'a [ProfileCell]) -> impl Iterator<Item = [f64; 2]> + 'a {
+        let [from, to] = self.whole;
+        let worked = profile.iter().filter(move |cell| cell.arc_length_m > from && cell.arc_length_m < to);
+        worked.map(|cell| [cell.x_m, cell.y_m])
+    }
+
+    /// Places on the worked edges, if there are any.
+    fn places_of_edges<'a>(&self, profile: &'a [ProfileCell]) -> Option<impl Iterator<Item = [f64; 2]> + 'a> {
+        let [from, to] = self.edges?;
+        let on_edges =
+            profile.iter().filter(move |cell| cell.on_edge && cell.arc_length_m > from && cell.arc_length_m < to);
+        Some(on_edges.map(|cell| [cell.x_m, cell.y_m]))
+    }
+}
+
+/// How far a part around edges goes beyond them, as a part of their size, and how far one of all goes.
+const AROUND_EDGES: f64 = 0.8;
+const AROUND_ALL: f64 = 0.04;
+
+/// The view along the axis of an upright tool, and another of edges.
+fn upright_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, shapes: &[Shape]) -> Option<Vec<Pane>> {
     let pass = Pass::new(settings);
     // As far as the picture may go.
     let outline = pass.workpiece().profile(1.5 * settings.tool_radius_m())?;
-    let surface = outline.simplified(OUTLINE_ERROR);
-    let cells = pass.profile()?.cells;
-    let worked = profile.iter().filter(|cell| cell.arc_length_m > whole[0] && cell.arc_length_m < whole[1]);
     // As they are seen from the workpiece, which may move.
     let [x_rate, y_rate, _] = pass.workpiece().surface([0.0; 3], 0.0).velocity;
     let seen = |shape: &Shape| {
@@ -260,61 +310,145 @@ pub(super) fn drawn(
         shape.nodes_m.iter().map(|&[x, y, _]| [x - time * x_rate, y - time * y_rate]).collect::<Vec<_>>()
     };
     let filaments: Vec<Vec<[f64; 2]>> = shapes.iter().map(seen).collect();
-    let nodes = filaments.iter().flatten().copied();
+    let body = (0..=720).map(|k| {
+        let (sin, cos) = (f64::from(k) / 2.0).to_radians().sin_cos();
+        [cos, sin].map(|part| part * settings.tool.body_radius_m)
+    });
+    let body = body.collect::<Vec<_>>();
+    let cells: Vec<_> = pass.profile()?.cells.iter().map(|cell| Some(cell.ends)).collect();
+    let surface = outline.simplified(OUTLINE_ERROR);
+    let pane = |name, corners| Pane {
+        name,
+        corners,
+        surface: surface.clone(),
+        is_filled: outline.is_solid(),
+        cells: cells.clone(),
+        body: vec![body.clone()],
+        trim: Vec::new(),
+        filaments: filaments.clone(),
+    };
+    let mut panes =
+        vec![pane("", around(worked.places(profile).chain(filaments.iter().flatten().copied()), AROUND_ALL)?)];
+    if let Some(places) = worked.places_of_edges(profile) {
+        panes.push(pane(AT_THE_EDGE, around(places, AROUND_EDGES)?));
+    }
+    Some(panes)
+}
+
+/// The views of another tool along its axis and from the side, and another of edges.
+fn posed_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, shapes: &[Shape]) -> Option<Vec<Pane>> {
+    let pass = sampled_pass(settings);
+    let cells = pass.profile()?.cells;
+    let mut edge = None;
+    let mut panes = Vec::new();
+    for view in TiltedView::both(settings, &pass) {
+        // As they are seen from the workpiece, which may move.
+        let seen = |shape: &Shape| {
+            let [x, y] = view.shift(moved(&pass, shape.time_s));
+            let node = |node: &[f64; 3]| {
+                let [along, above] = view.place(*node);
+                [along - x, above - y]
+            };
+            shape.nodes_m.iter().map(node).collect::<Vec<_>>()
+        };
+        let filaments: Vec<Vec<[f64; 2]>> = shapes.iter().map(seen).collect();
+        let end = |end: [f64; 2]| view.on_profile(end);
+        let places = worked.places(profile).filter_map(end);
+        let corners =
+            around(places.chain(filaments.iter().flatten().copied()).chain(view.nearest.iter().copied()), AROUND_ALL)?;
+        let edges = worked.places_of_edges(profile).and_then(|places| around(places.filter_map(end), AROUND_EDGES));
+        let pane = |name, corners| Pane {
+            name,
+            corners,
+            surface: view.surface.points.clone(),
+            is_filled: view.surface.is_filled,
+            cells: cells.iter().map(|cell| Some([end(cell.ends[0])?, end(cell.ends[1])?])).collect(),
+            body: view.body.clone(),
+            trim: view.trim.clone(),
+            filaments: filaments.clone(),
+        };
+        panes.push(pane(view.name, corners));
+        edge = edge.or(edges.map(|corners| pane(AT_THE_EDGE, corners)));
+    }
+    panes.extend(edge);
+    Some(panes)
+}
+
+/// The filament at some times on the profile in true scale, with the work as bars across the surface; another panel shows edges on a
+/// larger scale. Tools that are not upright radial ones are seen along their axis and from the side.
+pub(super) fn drawn(
+    settings: &Settings,
+    profile: &[ProfileCell],
+    shapes: &[Shape],
+    format: &Format,
+) -> Option<Picture> {
+    let worked = Worked::of(profile)?;
+    let is_upright = is_upright(settings);
+    let panes = if is_upright { upright_panes } else { posed_panes }(settings, profile, &worked, shapes)?;
     let quantity = if profile.iter().any(|cell| cell.friction_work_j_m > 0.0) { &WORK } else { &IMPULSE };
     let largest = profile.iter().map(quantity.value).fold(0.0, f64::max);
     let name = quantity.label.split(" in ").next().unwrap_or_default();
     let unit = quantity.label.split(" in ").nth(1).unwrap_or_default();
-    let bars =
+    let mut bars =
         format!("bars: {name} per length, at most {} {unit}; the filament from light to dark", significant(largest));
+    if !is_upright {
+        bars.push_str("; dashed: undeformed trim");
+    }
+    if places(settings).len() > 1 {
+        bars.push_str("; the filament is that in the middle of the trim, the work that of all");
+    }
     let page = format.width(WIDTH);
     let heading = Heading::new(format, &contact_title("Filament on the workpiece", settings), &bars, [24, page]);
     let top = heading.height() + ABOVE;
     let bottom = top + format.height(DRAWN, WIDTH, 0);
-    let split = if edges.is_some() { page - 24 - AROUND * page / WIDTH } else { page };
-    let frames = [[24, top, split - 24, bottom], [split, top, page - 24, bottom]];
-    let mut views = vec![View::new(frames[0], around(worked.map(|cell| [cell.x_m, cell.y_m]).chain(nodes), 0.04)?)];
-    if let Some([from, to]) = edges {
-        let on_edges = profile.iter().filter(|cell| cell.on_edge && cell.arc_length_m > from && cell.arc_length_m < to);
-        views.push(View::new(frames[1], around(on_edges.map(|cell| [cell.x_m, cell.y_m]), 0.8)?));
-    }
+    let frames: Vec<Frame> = if is_upright {
+        let split = if panes.len() > 1 { page - 24 - AROUND * page / WIDTH } else { page };
+        vec![[24, top, split - 24, bottom], [split, top, page - 24, bottom]]
+    } else {
+        let count = panes.len() as i32;
+        let place = |k: i32| 24 + (page - 24) * k / count;
+        (0..count).map(|k| [place(k), top, place(k + 1) - 24, bottom]).collect()
+    };
     let mut canvas = Canvas::on(format, (page, bottom + 40));
     heading.draw(&mut canvas);
-    for view in &views {
-        if outline.is_solid() {
-            view.polygon(&mut canvas, &surface, MATERIAL, 1.0);
+    for (pane, &frame) in panes.iter().zip(&frames) {
+        let view = View::new(frame, pane.corners);
+        if pane.is_filled {
+            view.polygon(&mut canvas, &pane.surface, MATERIAL, 1.0);
         } else {
-            for ends in surface.windows(2) {
+            for ends in pane.surface.windows(2) {
                 view.polygon(&mut canvas, &raised([ends[0], ends[1]], -THICKNESS / view.scale), MATERIAL, 1.0);
             }
         }
-        for (worked, cell) in profile.iter().zip(&cells) {
+        for (worked, cell) in profile.iter().zip(&pane.cells) {
             let length = LONGEST_BAR * (quantity.value)(worked) / largest / view.scale;
-            if length * view.scale > 0.05 {
-                view.polygon(&mut canvas, &raised(cell.ends, length), quantity.color, 0.55);
+            if let Some(ends) = cell
+                && length * view.scale > 0.05
+            {
+                view.polygon(&mut canvas, &raised(*ends, length), quantity.color, 0.55);
             }
         }
-        let body = (0..=720).map(|k| {
-            let (sin, cos) = (f64::from(k) / 2.0).to_radians().sin_cos();
-            [cos, sin].map(|part| part * settings.tool.body_radius_m)
-        });
-        view.line(&mut canvas, &body.collect::<Vec<_>>(), FAINT, 14);
-        for (index, filament) in filaments.iter().enumerate() {
+        for body in &pane.body {
+            view.line(&mut canvas, body, FAINT, 14);
+        }
+        for trim in &pane.trim {
+            view.dashed(&mut canvas, trim, GREY, 8);
+        }
+        for (index, filament) in pane.filaments.iter().enumerate() {
             // From light to dark as time passes.
             let shade = |light: u8, dark: u8| {
-                let part = (index + 1) as f64 / filaments.len() as f64;
+                let part = (index + 1) as f64 / pane.filaments.len() as f64;
                 (f64::from(light) + part * (f64::from(dark) - f64::from(light))).round() as u8
             };
             let color = Color(shade(190, 40), shade(200, 44), shade(212, 52));
             view.line(&mut canvas, filament, color, 12);
         }
-        view.line(&mut canvas, &surface, INK, 14);
-        scale_bar(&mut canvas, view);
+        view.line(&mut canvas, &pane.surface, INK, 14);
+        scale_bar(&mut canvas, &view);
     }
-    if let [_, view] = &views[..] {
-        let [left, top, right, bottom] = view.frame;
+    for (pane, &[left, top, right, bottom]) in panes.iter().zip(&frames).filter(|(pane, _)| !pane.name.is_empty()) {
         canvas.frame([(fine(left), fine(top)), (fine(right), fine(bottom))], stroke(FAINT, 8));
-        canvas.text("at the edge", text(11, GREY).right(), (fine(left + 6), fine(top + 12)));
+        canvas.text(pane.name, text(11, GREY).right(), (fine(left + 6), fine(top + 12)));
     }
     Some(Picture { name: PROFILE_DRAWN.to_owned(), canvas })
 }

@@ -24,6 +24,19 @@ const DIAGRAMS = [
       { key: "dissipated", name: "dissipated so far" },
     ],
   },
+  // Of tools that are no upright radial ones.
+  {
+    name: "height of the tip above the workpiece",
+    symbol: "",
+    unit: "m",
+    series: [{ key: "tip_height", name: "tip" }],
+  },
+  {
+    name: "height of the root above the workpiece",
+    symbol: "",
+    unit: "m",
+    series: [{ key: "root_height", name: "root" }],
+  },
 ];
 /** What a contact does per length of the workpiece's profile. */
 const WORKS = [
@@ -33,6 +46,11 @@ const WORKS = [
 /** Length of the longest bar of work in the scene, in pixels. */
 const LONGEST_BAR = 44;
 const PACKED = ["mean_force", "peak_force", "deflection", "kinetic", "potential", "dissipated", "along", "above"];
+const PACKED_IN_VIEW = ["along", "above", "moved_along", "moved_above"];
+const LINE = ["along", "above"];
+/** Part of a view that is left free around the filament, and the least thickness of the workpiece in pixels. */
+const AROUND = 0.06;
+const THICKNESS = 14;
 
 /** Points as an SVG attribute, to a hundredth of a pixel. */
 function pointList(points) {
@@ -58,7 +76,14 @@ function createCaseView(study, grid) {
   const byId = (id) => document.getElementById(id);
   const courses = new Map(study.courses);
   const errors = new Map(study.errors);
-  const [animation, scene, slider, playButton, speed] = ["animation", "scene", "time", "play", "speed"].map(byId);
+  const [animation, scene, slider, playButton, speed, viewChoice] = [
+    "animation",
+    "scene",
+    "time",
+    "play",
+    "speed",
+    "view",
+  ].map(byId);
   let course = null;
   /** Time shown, in s, and time of the last frame while playing. */
   let time = 0;
@@ -73,9 +98,22 @@ function createCaseView(study, grid) {
       ...object,
       ...Object.fromEntries(keys.map((key) => [key, unpack(object[key])])),
     });
+    const line = (points) => unpackAll(points, LINE);
+    const posed = packed.views && {
+      tip_height: unpack(packed.tip_height),
+      root_height: unpack(packed.root_height),
+      views: packed.views.map((view) => ({
+        ...unpackAll(view, PACKED_IN_VIEW),
+        outline: line(view.outline),
+        body: view.body.map(line),
+        trim: view.trim.map(line),
+        work: view.work && line(view.work),
+      })),
+    };
     return {
       ...unpackAll(packed, PACKED),
-      outline: unpackAll(packed.outline, ["along", "above"]),
+      ...posed,
+      outline: line(packed.outline),
       work: unpackAll(packed.work, ["arc_length", "along", "above", "on_edge", "impulse", "friction"]),
     };
   }
@@ -93,6 +131,10 @@ function createCaseView(study, grid) {
     showTables(index);
     if (course === null) return;
     scene.setAttribute("aria-label", `Filament at ${name}`);
+    byId("view-choice").hidden = !course.views;
+    byId("seen").hidden = Boolean(course.views);
+    if (course.views && viewChoice.options.length === 0)
+      viewChoice.append(...course.views.map(({ name }, k) => element("option", { value: k }, name)));
     const slow = Math.round(PLAYING_TIME / course.end);
     byId("slowdown").textContent = slow > 1 ? `At speed 1 it is slowed down ${number(slow, 2)} times.` : "";
     setTime(0);
@@ -191,7 +233,8 @@ function createCaseView(study, grid) {
   function layOut() {
     drawScene();
     const worked = WORKS.filter(({ key }) => Math.max(0, ...course.work[key]) > 0);
-    diagrams = [...DIAGRAMS.map(drawDiagram), ...worked.map(drawWork)];
+    const known = DIAGRAMS.filter(({ series }) => course[series[0].key]);
+    diagrams = [...known.map(drawDiagram), ...worked.map(drawWork)];
     const turns = course.turn_impulses.length > 1 ? [drawTurns()] : [];
     byId("curves").replaceChildren(...[...diagrams, ...turns].map(({ figure }) => figure));
     for (const bars of turns) bars.layOut();
@@ -200,15 +243,44 @@ function createCaseView(study, grid) {
     update();
   }
 
-  function drawScene() {
-    const { points: count, shapes, along, above, body_radius, tool_radius, axis_height } = course;
+  /** What is seen of the course: in a view of its own, or along the axis of an upright tool. */
+  const seenView = () => course.views?.[Number(viewChoice.value)] ?? null;
+
+  /** Left, right, lower and upper end of the scene, in m. */
+  function windowOf(view) {
+    const { body_radius, tool_radius, along, above } = course;
+    if (view) {
+      const [left, right, low, high] = view.window;
+      const margin = AROUND * Math.max(right - left, high - low);
+      return [left - margin, right + margin, low - margin, high + margin];
+    }
     const margin = 0.08 * (tool_radius - body_radius);
-    const [low, high] = [Math.min(...along) - margin, Math.max(...along) + margin];
-    const top = Math.max(...above) + 2 * margin;
+    return [Math.min(...along) - margin, Math.max(...along) + margin, 0, Math.max(...above) + 2 * margin];
+  }
+
+  /** The body of the tool and the undeformed trim, each a list of shapes. */
+  function toolParts(view, { x, y, scale }) {
+    const { body_radius, tool_radius, axis_height } = course;
+    if (view) {
+      const shape = (style) => ({ along, above }) =>
+        svgElement("polyline", { class: style, points: pointList(Array.from(along, (value, k) => [x(value), y(above[k])])) });
+      return [view.body.map(shape("scene-body")), view.trim.map(shape("scene-nominal"))];
+    }
+    const circle = (style, radius) =>
+      svgElement("circle", { class: style, cx: x(0), cy: y(axis_height), r: scale * radius });
+    return [[circle("scene-body", body_radius)], [circle("scene-nominal", tool_radius)]];
+  }
+
+  function drawScene() {
+    const view = seenView();
+    const { points: count, shapes, tool_radius, axis_height } = course;
+    const { along, above, outline } = view ?? course;
+    const [low, high, bottom, top] = windowOf(view);
     const width = animation.clientWidth;
-    const scale = Math.min(width / (high - low), 390 / top);
+    const scale = Math.min(width / (high - low), 390 / (top - bottom));
     // The workpiece is as thick as the undeformed tool penetrates it, plus the height of its label.
-    const height = Math.round(scale * top + Math.max(scale * (tool_radius - axis_height) + 8, 28));
+    const below = view ? 28 : Math.max(scale * (tool_radius - axis_height) + 8, 28);
+    const height = Math.round(scale * (top - bottom) + below);
     const shift = (width - scale * (high - low)) / 2;
     const x = (along) => shift + scale * (along - low);
     const y = (above) => scale * (top - above);
@@ -217,22 +289,24 @@ function createCaseView(study, grid) {
 
     const shape = (frame) =>
       Array.from({ length: count }, (_, k) => [x(along[frame * count + k]), y(above[frame * count + k])]);
-    const circle = (style, radius) =>
-      svgElement("circle", { class: style, cx: x(0), cy: y(axis_height), r: scale * radius });
     const tips = Array.from({ length: shapes }, (_, frame) => shape(frame).at(-1));
     const ghosts = Array.from({ length: 15 }, (_, k) => shape(Math.round((k * (shapes - 1)) / 14)));
     // A scale bar of a round length, about a sixth of the width.
     const length = ticks(0, (high - low) / 3, 2)[1] ?? high - low;
     const label = withUnit(length, scaleFor("m", length));
     const [from, level] = [width - 14 - scale * length, height - 10];
-    const { outline, work } = course;
+    const { work } = course;
     const points = (along, above) => Array.from(along, (value, k) => [x(value), y(above[k])]);
     const surface = points(outline.along, outline.above);
     // Friction work if there is any; it is what removes material.
     const bars = Math.max(0, ...work.friction) > 0 ? work.friction : work.impulse;
     const largest = Math.max(0, ...bars);
-    const worked = points(work.along, work.above);
-    const raised = Array.from(bars, (value, k) => quadrilateral(worked[k], worked[k + 1], (LONGEST_BAR * value) / largest));
+    const workedLine = view ? view.work : work;
+    const worked = workedLine ? points(workedLine.along, workedLine.above) : null;
+    const raised = Array.from(worked ? bars : [], (value, k) =>
+      quadrilateral(worked[k], worked[k + 1], (LONGEST_BAR * value) / largest),
+    );
+    const thickness = view ? Math.max(height - y(0), THICKNESS) : height - y(0);
     parts = {
       x,
       y,
@@ -240,7 +314,7 @@ function createCaseView(study, grid) {
       piece: svgElement(
         "g",
         { id: "workpiece" },
-        svgElement("path", { class: "scene-work", d: material(surface, outline.solid, height - y(0)) }),
+        svgElement("path", { class: "scene-work", d: material(surface, outline.solid, thickness) }),
         svgElement("path", { class: "scene-done", d: largest > 0 ? raised.join("") : "" }),
         svgElement("polyline", { class: "scene-surface", points: pointList(surface) }),
       ),
@@ -248,11 +322,15 @@ function createCaseView(study, grid) {
       filament: svgElement("polyline", { class: "scene-filament", id: "filament" }),
       tip: svgElement("circle", { class: "scene-tip", r: 4.5 }),
       tips,
+      along,
+      above,
+      view,
     };
+    const [body, trim] = toolParts(view, parts);
     scene.replaceChildren(
-      parts.piece,
-      circle("scene-body", body_radius),
-      circle("scene-nominal", tool_radius),
+      // What is seen against its axis has the workpiece in front of its body.
+      ...(view ? [...body, parts.piece] : [parts.piece, ...body]),
+      ...trim,
       ...ghosts.map((points) => svgElement("polyline", { class: "scene-ghost", points: pointList(points) })),
       svgElement("polyline", { class: "scene-way", points: pointList(tips) }),
       parts.trace,
@@ -372,11 +450,15 @@ function createCaseView(study, grid) {
         );
       }
       content.push(svgText({ x: left + plot.width / 2, y: height - 4, "text-anchor": "middle" }, "time in ms"));
+      // A filament that touches all round begins each turn where it ends the last one, the first after the workpiece has come up.
+      const isAllRound = course.exit - course.entry > 0.999999 * course.turn;
+      const before = isAllRound ? course.turn : 0;
+      const marks = [
+        [isAllRound ? "turn begins" : "nominal entry", course.entry],
+        ["nominal exit", course.exit],
+      ].slice(0, isAllRound ? 1 : 2);
       course.turn_impulses.forEach((_, turn) => {
-        for (const [label, ofFirst] of [
-          ["nominal entry", course.entry],
-          ["nominal exit", course.exit],
-        ]) {
+        for (const [label, ofFirst] of marks) {
           const time = ofFirst + turn * course.turn;
           const at = { x1: x(time), x2: x(time), y1: top - 4, y2: height - bottom };
           content.push(svgElement("line", { class: "nominal", ...at }));
@@ -385,7 +467,7 @@ function createCaseView(study, grid) {
             content.push(svgText({ class: "quiet", x: x(time) + 4, y: top - 5 }, label));
         }
         if (course.turn_impulses.length > 1 && x(course.turn) - x(0) > 60)
-          content.push(svgText({ class: "quiet", x: x(turn * course.turn) + 4, y: top - 5 }, `turn ${turn + 1}`));
+          content.push(svgText({ class: "quiet", x: x(before + turn * course.turn) + 4, y: top - 5 }, `turn ${turn + 1}`));
       });
       for (const curve of curves) {
         const line = points(curve.values);
@@ -468,17 +550,21 @@ function createCaseView(study, grid) {
 
   /** Updates all views to the current time. */
   function update() {
-    const { points, shapes, along, above, samples, peak_force, end } = course;
+    const { points, shapes, samples, peak_force, end } = course;
+    const { along, above, view } = parts;
     const place = (time / end) * (shapes - 1);
     const frame = Math.min(Math.floor(place), shapes - 2);
     const share = place - frame;
-    const between = (values, k) => {
-      const [here, next] = [values[frame * points + k], values[(frame + 1) * points + k]];
+    const between = (values, k, each = points) => {
+      const [here, next] = [values[frame * each + k], values[(frame + 1) * each + k]];
       return here + share * (next - here);
     };
     const shape = Array.from({ length: points }, (_, k) => [parts.x(between(along, k)), parts.y(between(above, k))]);
+    const way = view
+      ? [between(view.moved_along, 0, 1), -between(view.moved_above, 0, 1)]
+      : [course.feed * time];
     const tip = shape.at(-1);
-    parts.piece.setAttribute("transform", `translate(${(parts.scale * course.feed * time).toFixed(2)})`);
+    parts.piece.setAttribute("transform", `translate(${way.map((part) => (parts.scale * part).toFixed(2)).join(" ")})`);
     parts.filament.setAttribute("points", pointList(shape));
     parts.trace.setAttribute("points", pointList([...parts.tips.slice(0, frame + 1), tip]));
     parts.tip.setAttribute("cx", tip[0]);
@@ -525,6 +611,10 @@ function createCaseView(study, grid) {
   }
 
   playButton.addEventListener("click", toggle);
+  viewChoice.addEventListener("change", () => {
+    drawScene();
+    update();
+  });
   slider.addEventListener("input", () => {
     pause();
     setTime((Number(slider.value) / Number(slider.max)) * course.end);

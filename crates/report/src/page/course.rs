@@ -12,15 +12,20 @@ use serde::Serialize;
 
 use super::Selection;
 use super::packed::Packed;
+use crate::view::{View, height, is_upright, moved, root, sampled_pass};
+use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::{
-    Job, Kind, Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Stop, sample_side_by_side,
+    Job, Kind, Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Stop, sample_side_by_side, simulate_places,
 };
+use bristle::tool::places;
 use bristle::workpiece::{ProfileCells, Workpiece, unit_normal};
 use bristle_grid::{CaseResult, Study, thread_count};
 
 /// Maximum number of cases whose courses are shown.
 pub const MAX_COURSES: usize = 120;
+
+const UNBROKEN: &str = "nothing panics with the queue in hand";
 
 /// How a single turn is sampled: enough for curves 600 pixels wide and for smooth motion.
 const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false, profile: true, alongside: true };
@@ -72,6 +77,103 @@ pub struct Course {
     /// Points from root to tip, shape by shape: along the surface, and above it, in m.
     along: Packed,
     above: Packed,
+    /// Of a tool that is no upright radial one: the views along its axis and from the side, in place of the one that the numbers above are of, and the
+    /// heights of tip and root in m.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    posed: Option<Posed>,
+}
+
+/// A tool that is no upright radial one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Posed {
+    views: Vec<ViewData>,
+    /// Above the workpiece in m.
+    tip_height: Packed,
+    root_height: Packed,
+}
+
+/// A view of such a tool. Places are along the surface and above it, in m.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct ViewData {
+    name: &'static str,
+    /// Left, right, lower and upper end of what is shown.
+    window: [f64; 4],
+    outline: Outline,
+    /// Outlines of the body and of the undeformed trim.
+    body: Vec<Line>,
+    trim: Vec<Line>,
+    /// The ends of the cells of the work; none where they cannot be told from each other.
+    work: Option<Line>,
+    /// The points of the shapes, and how far the workpiece has moved with each shape.
+    along: Packed,
+    above: Packed,
+    moved_along: Packed,
+    moved_above: Packed,
+}
+
+/// Points along and above the surface in m.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Line {
+    along: Packed,
+    above: Packed,
+}
+
+impl Line {
+    fn new(points: &[[f64; 2]]) -> Self {
+        let pack = |k: usize| Packed::new(&points.iter().map(|point| point[k]).collect::<Vec<_>>());
+        Self { along: pack(0), above: pack(1) }
+    }
+}
+
+impl Posed {
+    /// The views of `shapes`, of which the nodes `drawn` are shown; none of an upright tool.
+    fn new(
+        settings: &Settings,
+        pass: &Pass,
+        simulation: &Simulation,
+        drawn: &[usize],
+        worked: &ProfileCells,
+    ) -> Option<Self> {
+        if is_upright(settings) {
+            return None;
+        }
+        let Simulation { shapes, history, .. } = simulation;
+        let pack = |value: &dyn Fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
+        let above = |point, sample: &Sample| height(settings, pass, point, sample.time_s);
+        let views = View::both(settings, pass).into_iter().map(|view| {
+            let nodes = shapes.iter().flat_map(|shape| drawn.iter().map(|&node| view.place(shape.nodes_m[node])));
+            let nodes: Vec<[f64; 2]> = nodes.collect();
+            let shifts: Vec<[f64; 2]> = shapes.iter().map(|shape| view.shift(moved(pass, shape.time_s))).collect();
+            let Line { along: moved_along, above: moved_above } = Line::new(&shifts);
+            let Line { along, above } = Line::new(&nodes);
+            let lines = |lines: &[Vec<[f64; 2]>]| lines.iter().map(|line| Line::new(line)).collect();
+            let surface = Line::new(&view.surface.points);
+            let work: Option<Vec<[f64; 2]>> = worked.points().into_iter().map(|end| view.on_profile(end)).collect();
+            ViewData {
+                name: view.name,
+                window: window(nodes.iter().chain(&view.nearest)),
+                outline: Outline { along: surface.along, above: surface.above, solid: view.surface.is_filled },
+                body: lines(&view.body),
+                trim: lines(&view.trim),
+                work: work.as_deref().map(Line::new),
+                along,
+                above,
+                moved_along,
+                moved_above,
+            }
+        });
+        Some(Self {
+            views: views.collect(),
+            tip_height: pack(&|sample| above([sample.tip_x_m, sample.tip_y_m, sample.tip_z_m], sample)),
+            root_height: pack(&|sample| above(root(pass, sample.base_angle_rad), sample)),
+        })
+    }
+}
+
+/// Left, right, lower and upper end of points.
+fn window<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 4] {
+    let empty = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
+    points.fold(empty, |[left, right, low, high], &[x, y]| [left.min(x), right.max(x), low.min(y), high.max(y)])
 }
 
 /// The view along the tool's axis with the workpiece below: the component of its normal across the axis points up.
@@ -153,19 +255,24 @@ impl Course {
     }
 
     fn new(case: usize, settings: &Settings, simulation: &Simulation) -> Self {
-        let pass = Pass::new(settings);
+        let pass = sampled_pass(settings);
         let [entry, exit] = pass.nominal_times();
         let view = SideView::new(settings);
         let along = |point| view.along(point);
         let above = |point| view.above(point);
         let points = simulation.shapes.first().map_or(0, |shape| shape.nodes_m.len());
         let drawn: Vec<usize> = super::spread(points, points.min(MAX_POINTS)).collect();
+        // Other tools have views of their own.
+        let shapes = if is_upright(settings) { &simulation.shapes[..] } else { &[] };
         let coordinates = |coordinate: &dyn Fn([f64; 3]) -> f64| {
             let points = |shape: &Shape| drawn.iter().map(|&node| coordinate(shape.nodes_m[node])).collect::<Vec<_>>();
-            Packed::new(&simulation.shapes.iter().flat_map(points).collect::<Vec<_>>())
+            Packed::new(&shapes.iter().flat_map(points).collect::<Vec<_>>())
         };
         let history = &simulation.history;
         let curve = |value: fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
+        let [first, last] = worked(&simulation.profile);
+        let cells = pass.profile().unwrap_or_default().cells;
+        let cells = ProfileCells { cells: cells.get(first..last).unwrap_or_default().to_vec(), period: None };
         Self {
             case,
             end: simulation.end_time_s,
@@ -178,7 +285,7 @@ impl Course {
             axis_height: view.axis_height,
             outline: Outline::new(&pass, settings, &view),
             feed: settings.workpiece.feed_velocity_m_s,
-            work: Work::new(&pass, &simulation.profile, &view),
+            work: Work::new(&cells, simulation.profile.get(first..last).unwrap_or_default(), &view),
             samples: history.len(),
             mean_force: Packed::new(&mean_forces(history)),
             peak_force: curve(|sample| sample.peak_contact_normal_force_n),
@@ -190,23 +297,25 @@ impl Course {
             points: drawn.len(),
             along: coordinates(&along),
             above: coordinates(&above),
+            posed: Posed::new(settings, &pass, simulation, &drawn, &cells),
         }
     }
 }
 
+/// The cells of `profile` from the first that has work to the one after the last.
+fn worked(profile: &[ProfileCell]) -> [usize; 2] {
+    let has_work = |cell: &ProfileCell| cell.normal_impulse_n_s_m > 0.0;
+    let first = profile.iter().position(has_work).unwrap_or(0);
+    [first, profile.iter().rposition(has_work).map_or(0, |last| last + 1)]
+}
+
 impl Work {
-    /// The work in the cells of `profile` from the first to the last that has any.
-    fn new(pass: &Pass, profile: &[ProfileCell], view: &SideView) -> Self {
-        let has_work = |cell: &ProfileCell| cell.normal_impulse_n_s_m > 0.0;
-        let first = profile.iter().position(has_work).unwrap_or(0);
-        let last = profile.iter().rposition(has_work).map_or(0, |last| last + 1);
-        let (shown, cells) = (&profile[first..last], pass.profile().unwrap_or_default().cells);
-        let cells = cells.get(first..last).unwrap_or_default();
-        let profile = ProfileCells { cells: cells.to_vec(), period: None };
+    /// The work that is `shown` of the cells of `profile`.
+    fn new(profile: &ProfileCells, shown: &[ProfileCell], view: &SideView) -> Self {
         let [along, above] = view.packed(&profile.points());
         let pack = |value: fn(&ProfileCell) -> f64| Packed::new(&shown.iter().map(value).collect::<Vec<_>>());
         Self {
-            cells: cells.len(),
+            cells: profile.cells.len(),
             arc_length: Packed::new(&profile.boundaries()),
             along,
             above,
@@ -268,9 +377,15 @@ impl<'a> Recorder<'a> {
     pub fn take(&self, case: usize, pass: &Simulation) {
         // The history is empty too if some of its samples were not finite.
         if !pass.history.is_empty() {
-            let course = Course::new(case, &self.study.settings(case), pass);
+            let course = Course::new(case, &self.at_depth(case, &pass.metrics), pass);
             self.courses().push(course);
         }
+    }
+
+    /// The settings of a case, at the depth that was found for its force if it states one.
+    fn at_depth(&self, case: usize, found: &Metrics) -> Settings {
+        let settings = self.study.settings(case);
+        if settings.process.tool_force_n.is_some() { settings.at_depth(found.penetration_depth_m) } else { settings }
     }
 
     fn courses(&self) -> MutexGuard<'_, Vec<Course>> {
@@ -290,34 +405,42 @@ impl<'a> Recorder<'a> {
             return Ok(Vec::new());
         }
         let recorded: BTreeSet<usize> = self.courses().iter().map(Course::case).collect();
-        let mut queue: Vec<(Kind, f64, usize)> = Selection::with_course(study)
-            .cases
+        let waiting = Selection::with_course(study).cases.into_iter().filter(|case| !recorded.contains(case));
+        let settings = |case: usize| Some(self.at_depth(case, &results[case].as_ref().ok()?.metrics));
+        let all = waiting.filter_map(|case| Some((case, settings(case)?)));
+        let (trims, alone): (Vec<_>, Vec<_>) = all.partition(|(_, settings)| places(settings).len() > 1);
+        let trims = Mutex::new(trims);
+        let mut queue: Vec<(Kind, f64, usize, Settings)> = alone
             .into_iter()
-            .filter(|case| results[*case].is_ok() && !recorded.contains(case))
-            .map(|case| {
-                let settings = study.settings(case);
-                let duration = Pass::new(&settings).end_time();
-                (Kind::of(&settings), duration, case)
-            })
+            .map(|(case, settings)| (Kind::of(&settings), Pass::new(&settings).end_time(), case, settings))
             .collect();
         // Taken from the end: by kind, with the longest passes first, so that all threads finish at about the same time.
         queue.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
-        let count = queue.len();
+        let count = queue.len() + trims.lock().expect(UNBROKEN).len();
         let queue = Mutex::new(queue);
         let work = || {
             let take = |kind: Option<Kind>| {
                 if self.stop.is_requested() {
                     return None;
                 }
-                let mut queue = queue.lock().expect("nothing panics with the queue in hand");
-                let (_, _, number) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
-                Some(Job { number, pass: Pass::new(&study.settings(number)).until(&self.stop) })
+                let mut queue = queue.lock().expect(UNBROKEN);
+                let (_, _, number, settings) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
+                Some(Job { number, pass: Pass::new(&settings).until(&self.stop) })
             };
-            sample_side_by_side(self.sampling_of_courses(), take, |number, result| {
+            let sampling = self.sampling_of_courses();
+            sample_side_by_side(sampling, take, |number, result| {
                 if let Ok(simulation) = result {
                     self.take(number, &simulation);
                 }
             });
+            let next = || trims.lock().expect(UNBROKEN).pop();
+            while !self.stop.is_requested()
+                && let Some((case, settings)) = next()
+            {
+                if let Ok(simulation) = simulate_places(&settings, sampling, &self.stop, &mut |_| ()) {
+                    self.take(case, &simulation);
+                }
+            }
         };
         let threads = thread_count(threads);
         thread::scope(|scope| {

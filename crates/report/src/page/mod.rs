@@ -294,9 +294,11 @@ fn assumptions_data(assumptions: &Assumptions) -> Value {
     json!({ "row": row, "place": place, "list": list, "notes": assumptions.notes() })
 }
 
-/// The order of metrics on the page: the most prominent first, with all those of the tool together.
+/// The order of metrics on the page: the most prominent first, with all those of the tool together. A depth is shown where it is a result.
 fn place_on_page(column: &Column<Metrics>) -> Prominence {
     match column.display.scope {
+        _ if column.key == "penetration_depth_m" => Prominence::Headline,
+        Scope::Tool if column.display.prominence == Prominence::Detail => Prominence::Figure,
         Scope::Tool => Prominence::Headline,
         Scope::Filament => column.display.prominence,
     }
@@ -338,6 +340,9 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
             let &Parameter { path, symbol, name, unit, .. } = parameter;
             let value = match path {
                 _ if is_swept(parameter) => Value::Null,
+                // A number, or what takes its place.
+                "process.penetration_depth_m" if base.process.tool_force_n.is_some() => json!("found for the force"),
+                "process.tool_force_n" if base.process.tool_force_n.is_none() => json!("none: the depth is stated"),
                 // What follows from others is rounded.
                 _ if !parameter.instead_of.is_empty() => json!(rounded(parameter.get(base))),
                 // A number, or a word.

@@ -3,6 +3,7 @@
 const VELOCITY = "process.brushing_velocity_m_s";
 const SPEED = "process.rotational_speed_rpm";
 const DEPTH = "process.penetration_depth_m";
+const PRESSED = "process.tool_force_n";
 const RATIO = "contact_time_ratio";
 const FORCE = "tool_contact_normal_force_n";
 const AMPLIFICATION = "lateral_amplification";
@@ -19,12 +20,20 @@ const DECADES = 100;
 /** Number of quantities on the card; they come in the order of importance. */
 const ON_CARD = 8;
 
+/** The name of a setting or a quantity, short enough for an axis. */
+const shortName = ({ name, path }) => (path === PRESSED ? "tool force" : name);
+
+/** Whether a study states forces in place of depths. */
+function isPressedOn({ axes, settings }) {
+  return axes.some(({ path }) => path === PRESSED) || settings.some(({ path, value }) => path === PRESSED && value > 0);
+}
+
 /** The cases of a study by their positions on its axes; the last axis changes fastest. */
 class Grid {
   constructor(study) {
     this.axes = study.axes.map((axis) => {
       const scale = scaleFor(axis.unit, Math.max(...axis.values.map(Math.abs)));
-      return { ...axis, scale, label: axis.symbol || axis.name };
+      return { ...axis, scale, label: axis.symbol || shortName(axis) };
     });
     const fixed = (path) => {
       const setting = study.settings.find((setting) => setting.path === path);
@@ -32,12 +41,12 @@ class Grid {
         ...setting,
         values: [setting.value],
         scale: scaleFor(setting.unit, setting.value),
-        label: setting.symbol,
+        label: setting.symbol || shortName(setting),
       };
     };
-    // Velocity, or rotational speed, and depth belong to a case's name, swept or not.
+    // Velocity, or rotational speed, and depth, or the force in its place, belong to a case's name, swept or not.
     const paths = this.axes.map((axis) => axis.path);
-    const named = [paths.includes(SPEED) ? SPEED : VELOCITY, DEPTH];
+    const named = [paths.includes(SPEED) ? SPEED : VELOCITY, isPressedOn(study) ? PRESSED : DEPTH];
     const missing = named.filter((path) => !paths.includes(path)).map(fixed);
     const rank = (axis) => named.indexOf(axis.path) >>> 0;
     this.named = [...this.axes, ...missing].sort((a, b) => rank(a) - rank(b));
@@ -111,8 +120,8 @@ function tickText({ names, values, scale }, place) {
 }
 
 /** Label of an axis: quantity and unit. */
-function axisLabel({ name, symbol, scale }) {
-  const label = symbol ? `${name} ${symbol}` : name;
+function axisLabel({ name, path, symbol, scale }) {
+  const label = symbol ? `${name} ${symbol}` : shortName({ name, path });
   return scale.unit ? `${label} in ${scale.unit}` : label;
 }
 
@@ -139,7 +148,7 @@ function createOverview(study, grid, open) {
 
   const across = long.find((axis) => [VELOCITY, SPEED].includes(axis.path)) ?? long.at(-1);
   const rest = long.filter((axis) => axis !== across);
-  const upward = rest.find((axis) => axis.path === DEPTH) ?? rest.at(-1) ?? null;
+  const upward = rest.find((axis) => [DEPTH, PRESSED].includes(axis.path)) ?? rest.at(-1) ?? null;
   const sliced = rest.filter((axis) => axis !== upward);
   const [acrossAt, upwardAt] = [grid.axes.indexOf(across), grid.axes.indexOf(upward)];
   const errors = new Map(study.errors);
@@ -198,7 +207,7 @@ function createOverview(study, grid, open) {
         ...options,
       );
       choose.value = places[place];
-      byId("choices").append(element("label", {}, axis.name, " ", axis.symbol ? symbol(axis.symbol) : [], " ", choose));
+      byId("choices").append(element("label", {}, shortName(axis), " ", axis.symbol ? symbol(axis.symbol) : [], " ", choose));
     }
     byId("choices").addEventListener("submit", (event) => event.preventDefault());
   }

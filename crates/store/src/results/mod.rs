@@ -27,10 +27,12 @@ mod tests {
     use super::*;
     use crate::digest::digest;
     use crate::testing::brush;
-    use bristle::simulation::{Sampling, Simulation, simulate_with, simulate_with_history};
+    use bristle::model::metrics::Metrics;
+    use bristle::simulation::{AtPlace, Sampling, Simulation, simulate_with, simulate_with_history};
+    use bristle::tool::Place;
     use bristle_grid::{CaseResult, Study, run_study};
     use bristle_input::document::Document;
-    use bristle_input::table::AGAIN;
+    use bristle_input::table::{AGAIN, Source};
 
     const FILE: &str = concat!(
         brush!(3),
@@ -125,6 +127,32 @@ mod tests {
         assert_eq!(read_profile(&empty, "profile.csv"), Ok(Vec::new()));
         let empty = text(&|out| write_shapes(out, &[]).expect("a heading"));
         assert_eq!(read_shapes(&empty, "shapes.csv"), Ok(Vec::new()));
+    }
+
+    #[test]
+    fn positions_have_one_row_per_filament_along_the_trim() {
+        let mut settings =
+            Document::parse(FILE, "case.toml").and_then(|document| document.settings()).expect("settings");
+        (settings.tool.tilt_rad, settings.tool.positions) = (Some(0.02), Some(3));
+        let simulation = simulate_with(&settings, Sampling::default()).expect("a pass");
+        let mut text = Vec::new();
+        write_positions(&mut text, &simulation.positions).expect("a table");
+        let text = String::from_utf8(text).expect("text");
+        let source = Source { name: "positions.csv", text: &text };
+        let table = source.table(AGAIN).expect("a table");
+        let place = table.columns(&["position_m", "weight"]).expect("the columns of the place");
+        let metrics = table.columns(&keys::<Metrics>()).expect("the columns of the metrics");
+        assert_eq!(table.headings().len(), place.len() + metrics.len());
+        assert_eq!(table.rows().len(), 3);
+        for (row, AtPlace { place: Place { s, weight }, metrics: expected }) in
+            table.rows().iter().zip(&simulation.positions)
+        {
+            assert_eq!([0, 1].map(|k| row[place[k]].parse()), [Ok(*s), Ok(*weight)]);
+            assert_eq!(table.read::<Metrics>(row, &metrics).as_ref(), Ok(expected));
+        }
+        let mean: f64 =
+            simulation.positions.iter().map(|at| at.place.weight * at.metrics.tool_contact_normal_force_n).sum();
+        assert!((mean / simulation.metrics.tool_contact_normal_force_n - 1.0).abs() < 1e-12);
     }
 
     #[test]
