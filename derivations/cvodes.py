@@ -214,6 +214,11 @@ class Motion:
         self._shares = np.linspace(0.0, 1.0, POINTS)
         self._integrator = equations.integrator(relative_tolerance, self._shares)
 
+    @property
+    def ends_of_turns_s(self) -> list[float]:
+        """When turns end."""
+        return self.case.ends_of_turns_s
+
     def check(self, window: Window) -> None:
         """That nothing happens which the equations leave out."""
 
@@ -264,7 +269,7 @@ class Motion:
         """The whole motion."""
         start_s, y, until_s, self.changes = 0.0, self.start(), None, 0
         touch, length, since_s = self.touch(start_s, y), self.longest_window_s, 0.0
-        for end_of_turn in self.case.ends_of_turns_s:
+        for end_of_turn in self.ends_of_turns_s:
             while start_s < end_of_turn:
                 end_s = until_s or min(start_s + length, end_of_turn)
                 # The last bit of a turn is no window of its own.

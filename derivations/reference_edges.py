@@ -99,6 +99,8 @@ class Filament:
     waviness_amplitude_m: float = 0.0
     waviness_length_m: float = 0.020
     waviness_phase_rad: float = 0.0
+    youngs_modulus_pa: float = YOUNGS_MODULUS_PA
+    damping_ratio: float = DAMPING_RATIO
 
     def diameter_m(self, arc_length: float) -> float:
         """Linear from the root to the tip."""
@@ -106,7 +108,7 @@ class Filament:
 
     def bending_stiffness(self, arc_length: float) -> float:
         """E I in N m²."""
-        return YOUNGS_MODULUS_PA * math.pi * self.diameter_m(arc_length) ** 4 / 64
+        return self.youngs_modulus_pa * math.pi * self.diameter_m(arc_length) ** 4 / 64
 
     def mass_per_length(self, arc_length: float) -> float:
         """ρ A in kg/m."""
@@ -320,17 +322,21 @@ class Equations(cvodes.Equations):
             # The clamp joint carries only half a segment's compliance.
             [2 * filament.bending_stiffness(h / 4) / h]
             + [filament.bending_stiffness(k * h) / h for k in range(1, n)],
-            2 * DAMPING_RATIO / filament.first_frequency(),
+            2 * filament.damping_ratio / filament.first_frequency(),
             filament.relaxed_angles(),
         )
         instant = [time, angles, rates]
-        contact = Contact(instant, case[2])
+        contact = self._contact(instant, case[2])
         self._add_contacts(contact, nodes, touch)
         energies = kinetic, kinetic - springs, dissipation
         self.derive(instant, parameters, energies, [contact.torques], contact.integrands)
         tip = nodes[:, n]
         observed = casadi.vertcat(contact.forces, tip, velocity_of(tip, instant))
         self.observed = casadi.Function("observed", [*instant, parameters], [observed])
+
+    def _contact(self, instant: list[casadi.SX], friction: casadi.SX) -> "Contact":
+        """What sums over the contacts."""
+        return Contact(instant, friction)
 
     def _touch_symbols(self) -> tuple[casadi.SX, ...]:
         """What the contacts depend on besides the motion, in the order of the parameters."""
@@ -457,6 +463,7 @@ class Motion(cvodes.Motion):
     """A pass, whose touch has of every node the face, and of every arc the feature (see `Profile`)."""
 
     longest_window_s = shortest_window_s = 4e-4
+    integral_names = INTEGRALS
 
     def __init__(self, case: Case, relative_tolerance: float) -> None:
         self._n = case.filament.segments
@@ -467,7 +474,7 @@ class Motion(cvodes.Motion):
         """The relaxed shape, turning rigidly with the body."""
         angles = self.case.start_angle_rad + self.case.filament.relaxed_angles()
         rates = np.full(self._n, self.case.rate_rad_s / RATE_UNIT_RAD_S)
-        return np.concatenate([angles, rates, np.zeros(len(INTEGRALS))])
+        return np.concatenate([angles, rates, np.zeros(self.equations.integral_count)])
 
     @staticmethod
     def _profile_and_equations(case: Case) -> tuple[Profile, Equations]:
@@ -521,7 +528,7 @@ def metrics(motion: Motion) -> dict[str, object]:
     """What the file says about a case, from a run at one tolerance."""
     contact_time, turns, deepest, n = 0.0, [], 0.0, motion.case.filament.segments
     faces: set[int] = set()
-    before = np.zeros(len(INTEGRALS))
+    before = np.zeros(motion.equations.integral_count)
     for window in motion.windows():
         if np.any(window.touch):
             contact_time += window.times[-1] - window.times[0]
@@ -536,7 +543,7 @@ def metrics(motion: Motion) -> dict[str, object]:
     tip = motion.observed(last.times[-1], last.states[:, -1], last.parameters)[0][4:]
     return {
         "contact_time_s": of_time,
-        **dict(zip(INTEGRALS, of_turn, strict=True)),
+        **dict(zip(motion.integral_names, of_turn, strict=True)),
         "turn_contact_normal_impulses_n_s": turns,
         "final_tip_m": tip[:2],
         "final_tip_velocity_m_s": tip[2:],
@@ -572,6 +579,8 @@ def result(case: Case) -> dict[str, object]:
 def entry_of(case: Case, values: dict[str, object], others: dict[str, object]) -> dict[str, object]:
     """The entry of a case with the metrics of two runs."""
     entry = asdict(case)
+    # Those of the paper.
+    del entry["filament"]["youngs_modulus_pa"], entry["filament"]["damping_ratio"]
     # Only what makes the filament and the workpiece what they are.
     if case.filament.waviness_amplitude_m == 0.0:
         del entry["filament"]["waviness_length_m"], entry["filament"]["waviness_phase_rad"]

@@ -26,6 +26,7 @@ Run from the repository root:
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi
@@ -127,9 +128,64 @@ class Case(Passing):
         return row.inputs(self, width, self.filament_count, tilt, brush)
 
 
-def crossed(a: casadi.SX, b: casadi.SX) -> casadi.SX:
-    """Cross product."""
-    return casadi.cross(a, b)
+def chain(
+    instant: Sequence[casadi.SX],
+    angles: casadi.SX,
+    clamp: tuple[casadi.SX, casadi.SX],
+    body_rate: casadi.SX,
+    length_m: float = LENGTH_M,
+) -> tuple[casadi.SX, casadi.SX, casadi.SX, list[casadi.SX], list[casadi.SX]]:
+    """E_kin and E_spring in J, D in W of the paper's filament, its nodes 0 … n and directions.
+
+    `angles` are (φ_1, θ_1, …, φ_n, θ_n) of the coordinates of `instant`; `clamp` is the root and the
+    direction there. Dampers see rates from a body that turns at `body_rate`.
+    """
+    n = angles.numel() // 2
+    h = length_m / n
+    mass = MASS_PER_LENGTH * h
+    damping_s = DAMPING_TIME_S * (length_m / LENGTH_M) ** 2
+
+    def turning(direction: casadi.SX) -> casadi.SX:
+        """The angular velocity of a segment, without spin about itself, that its dampers see."""
+        rate = velocity_of(direction, instant)
+        return casadi.cross(direction, rate - casadi.cross(body_rate, direction))
+
+    root, before = clamp
+    nodes, directions, kinetic, springs, dissipation = [root], [], 0, 0, 0
+    turning_before = turning(before)
+    for k in range(n):
+        polar, azimuth = angles[2 * k], angles[2 * k + 1]
+        direction = casadi.vertcat(
+            casadi.sin(polar) * casadi.cos(azimuth),
+            casadi.sin(polar) * casadi.sin(azimuth),
+            casadi.cos(polar),
+        )
+        velocity = velocity_of(nodes[k] + h / 2 * direction, instant)
+        kinetic += mass / 2 * casadi.sumsqr(velocity)
+        kinetic += mass * h**2 / 24 * casadi.sumsqr(velocity_of(direction, instant))
+        # The clamp joint carries only half a segment's compliance.
+        stiffness = (2 if k == 0 else 1) * BENDING_STIFFNESS / h
+        springs += stiffness / 2 * angle_squared(direction - before)
+        turns = turning(direction)
+        dissipation += damping_s * stiffness / 2 * casadi.sumsqr(turns - turning_before)
+        nodes.append(nodes[k] + h * direction)
+        directions.append(direction)
+        before, turning_before = direction, turns
+    return kinetic, springs, dissipation, nodes, directions
+
+
+def angle_squared(chord: casadi.SX) -> casadi.SX:
+    """α² = (2 asin(|chord|/2))² = Σ 2 (k−1)!²/(2k)! |chord|^(2k)."""
+    square, total = casadi.sumsqr(chord), 0
+    for k in range(TERMS, 0, -1):
+        total = (total + 2 * math.factorial(k - 1) ** 2 / math.factorial(2 * k)) * square
+    return total
+
+
+def friction(coefficient: float, pressure: casadi.SX, sliding: casadi.SX) -> casadi.SX:
+    """Coulomb's law, regularised."""
+    speed = casadi.sqrt(casadi.sumsqr(sliding) + REGULARISATION_M_S**2)
+    return -coefficient * pressure / speed * sliding
 
 
 class Equations(cvodes.Equations):
@@ -167,67 +223,26 @@ class Equations(cvodes.Equations):
 
     def _chains(self) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
         """E_kin and E_spring in J, D in W; sets nodes, their velocities, and e × ė of segments."""
-        case, n = self.case, self.case.segments
-        h = LENGTH_M / n
-        mass = MASS_PER_LENGTH * h
-        body_rate = casadi.SX([0.0, 0.0, case.rate_rad_s])
-        kinetic, springs, dissipation = 0, 0, 0
+        case, count = self.case, 2 * self.case.segments
+        axis, tilt = casadi.SX([0.0, 0.0, 1.0]), case.lateral_tilt_rad
+        body_rate = case.rate_rad_s * axis if case.objective else casadi.SX.zeros(3)
+        energies = casadi.SX.zeros(3)
         self._nodes, self._velocities, self._directions, self._spins = [], [], [], []
         for filament in range(self.columns):
             body = case.start_angle_rad - filament * case.behind_rad
             body += case.rate_rad_s * self._instant[0]
             radial = casadi.vertcat(casadi.cos(body), casadi.sin(body), 0.0)
-            tilt = case.lateral_tilt_rad
-            before = math.cos(tilt) * radial + casadi.SX([0.0, 0.0, math.sin(tilt)])
-            nodes = [BODY_RADIUS_M * radial + casadi.SX([0.0, 0.0, filament * case.along_m])]
-            turning_before = self._turning(before, body_rate)
-            directions, spins = [], []
-            for k in range(n):
-                place = 2 * (filament * n + k)
-                polar, azimuth = self._angles[place], self._angles[place + 1]
-                direction = casadi.vertcat(
-                    casadi.sin(polar) * casadi.cos(azimuth),
-                    casadi.sin(polar) * casadi.sin(azimuth),
-                    casadi.cos(polar),
-                )
-                velocity = self._rate_of(nodes[k] + h / 2 * direction)
-                kinetic += mass / 2 * casadi.sumsqr(velocity)
-                kinetic += mass * h**2 / 24 * casadi.sumsqr(self._rate_of(direction))
-                # The clamp joint carries only half a segment's compliance.
-                stiffness = (2 if k == 0 else 1) * BENDING_STIFFNESS / h
-                springs += stiffness / 2 * self._angle_squared(direction - before)
-                turning = self._turning(direction, body_rate)
-                relative = casadi.sumsqr(turning - turning_before)
-                dissipation += DAMPING_TIME_S * stiffness / 2 * relative
-                nodes.append(nodes[k] + h * direction)
-                directions.append(direction)
-                spins.append(crossed(direction, self._rate_of(direction)))
-                before, turning_before = direction, turning
+            root = BODY_RADIUS_M * radial + filament * case.along_m * axis
+            clamp = root, math.cos(tilt) * radial + math.sin(tilt) * axis
+            angles = self._angles[filament * count : (filament + 1) * count]
+            *of_filament, nodes, directions = chain(self._instant, angles, clamp, body_rate)
+            energies += casadi.vertcat(*of_filament)
+            spins = [casadi.cross(each, self._rate_of(each)) for each in directions]
             self._nodes.append(casadi.horzcat(*nodes))
             self._velocities.append(casadi.horzcat(*map(self._rate_of, nodes)))
             self._directions.append(casadi.horzcat(*directions))
             self._spins.append(casadi.horzcat(*spins))
-        return kinetic, springs, dissipation
-
-    def _turning(self, direction: casadi.SX, body_rate: casadi.SX) -> casadi.SX:
-        """The angular velocity of a segment, without spin about itself, that its dampers see."""
-        rate = self._rate_of(direction)
-        seen = rate - crossed(body_rate, direction) if self.case.objective else rate
-        return crossed(direction, seen)
-
-    @staticmethod
-    def _angle_squared(chord: casadi.SX) -> casadi.SX:
-        """α² = (2 asin(|chord|/2))² = Σ 2 (k−1)!²/(2k)! |chord|^(2k)."""
-        square, total = casadi.sumsqr(chord), 0
-        for k in range(TERMS, 0, -1):
-            total = (total + 2 * math.factorial(k - 1) ** 2 / math.factorial(2 * k)) * square
-        return total
-
-    @staticmethod
-    def _rubbing(coefficient: float, pressure: casadi.SX, sliding: casadi.SX) -> casadi.SX:
-        """Coulomb's law, regularised."""
-        speed = casadi.sqrt(casadi.sumsqr(sliding) + REGULARISATION_M_S**2)
-        return -coefficient * pressure / speed * sliding
+        return energies[0], energies[1], energies[2]
 
     def _workpiece(self, below: casadi.SX) -> tuple[casadi.SX, casadi.SX]:
         """Generalised forces of the plane, and the rates of the integrals of each filament."""
@@ -241,7 +256,7 @@ class Equations(cvodes.Equations):
                 pressure *= below[filament * n + k]
                 velocity = self._velocities[filament][:, k + 1]
                 sliding = casadi.vertcat(velocity[0], 0.0, velocity[2])
-                rubbing = self._rubbing(case.friction_coefficient, pressure, sliding)
+                rubbing = friction(case.friction_coefficient, pressure, sliding)
                 force = rubbing + casadi.vertcat(0.0, pressure, 0.0)
                 torques += casadi.jtimes(node, self._angles, force, True)
                 sums += casadi.vertcat(pressure, force, -casadi.dot(rubbing, sliding))
@@ -273,17 +288,17 @@ class Equations(cvodes.Equations):
             pressure, normal = touches * stiffness * (DIAMETER_M - distance), offset / distance
             # Half-way: from the point by −offset/2, from the nearest point by +offset/2.
             relative = velocities @ (own - other)
-            relative -= crossed(spins @ (own_turning + other_turning), offset) / 2
+            relative -= casadi.cross(spins @ (own_turning + other_turning), offset) / 2
             sliding = relative - casadi.dot(relative, normal) * normal
-            rubbing = self._rubbing(case.filament_friction_coefficient, pressure, sliding)
+            rubbing = friction(case.filament_friction_coefficient, pressure, sliding)
             force = pressure * normal + rubbing
             # What is paired with velocities and spins in the power of the force.
             on_nodes += force @ (own - other).T
-            moments -= crossed(offset, force) / 2 @ (own_turning + other_turning).T
+            moments -= casadi.cross(offset, force) / 2 @ (own_turning + other_turning).T
             sums += casadi.vertcat(pressure, sign * force, -casadi.dot(rubbing, sliding))
         torques = casadi.jtimes(casadi.vec(nodes), self._angles, casadi.vec(on_nodes), True)
         # (e × ė)·m = ė·(m × e)
-        pairs = [crossed(moments[:, k], directions[:, k]) for k in range(self.node_count)]
+        pairs = [casadi.cross(moments[:, k], directions[:, k]) for k in range(self.node_count)]
         of_moments = casadi.vertcat(*pairs)
         torques += casadi.jtimes(casadi.vec(directions), self._angles, of_moments, True)
         if self.columns == 1:

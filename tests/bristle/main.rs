@@ -18,6 +18,8 @@ mod open_core;
 mod physics;
 mod planar;
 mod poles;
+#[cfg(feature = "serde")]
+mod posed;
 mod poses;
 mod profile;
 mod reference;

@@ -8,6 +8,7 @@ use bristle_calibrate::{
 use bristle_grid::{Resources, Study, run_study};
 use bristle_input::document::StatedBrush;
 use bristle_input::measured::{MeasuredPoint, Reading, Speed};
+use serde::Deserialize;
 
 /// The brush of the paper with few segments.
 fn brush() -> Settings {
@@ -90,6 +91,54 @@ fn exact_forces_give_the_settings_from_far_away() {
         assert!((width - 1.0).abs() < 0.1, "{width}");
     }
     assert!(sure.next.len() == 3 && sure.next[0].gain > 1.0);
+}
+
+/// Forces by CasADi and CVODES, `derivations/reference_calibration.py`, and the constants that they were computed with.
+#[derive(Deserialize)]
+struct Reference {
+    cases: Vec<OfPoint>,
+    constants: Constants,
+}
+
+#[derive(Deserialize)]
+struct OfPoint {
+    brushing_velocity_m_s: f64,
+    penetration_depth_m: f64,
+    tool_contact_normal_force_n: f64,
+    tool_tangential_force_n: f64,
+}
+
+#[derive(Deserialize)]
+struct Constants {
+    segments: usize,
+    youngs_modulus_pa: f64,
+    friction_coefficient: f64,
+    damping_ratio: f64,
+}
+
+#[test]
+fn forces_of_another_code_give_its_constants() {
+    let text = include_str!("../../../tests/data/reference_calibration.json");
+    let Reference { cases, constants } = serde_json::from_str(text).expect("a reference");
+    assert_eq!(cases.len(), 16);
+    let points = cases.iter().map(|case| {
+        let reading = |value: f64| Some(Reading { value, std: Some(0.03 * value) });
+        let [normal, tangential] = [case.tool_contact_normal_force_n, case.tool_tangential_force_n].map(reading);
+        let point = point(case.brushing_velocity_m_s, case.penetration_depth_m, 1.0, None);
+        MeasuredPoint { readings: [normal, tangential, None, None], ..point }
+    });
+    // The values of the paper and another friction.
+    let mut wrong = Settings::paper(10.0, 1e-3);
+    (wrong.filament.segments, wrong.contact.friction_coefficient) = (constants.segments, 0.3);
+    let keys = ["filament.youngs_modulus_pa", "contact.friction_coefficient", "filament.damping_ratio"];
+    let found = calibrated(Problem::new(stated(wrong), fitted(&keys), points.collect()).expect("a problem"), 0);
+    let truth = [constants.youngs_modulus_pa, constants.friction_coefficient, constants.damping_ratio];
+    for (value, truth) in found.values.iter().zip(truth) {
+        assert!((value / truth - 1.0).abs() < 1e-3, "{value}, not {truth}");
+    }
+    for (force, observation) in found.forces.iter().zip(&found.problem.observations) {
+        assert!((force / observation.value - 1.0).abs() < 1e-3, "{force}, not {}", observation.value);
+    }
 }
 
 #[test]

@@ -13,6 +13,7 @@ mod impact;
 mod invariants;
 mod paper;
 mod peers;
+mod poses;
 mod report;
 mod rotation;
 mod shape;
@@ -83,7 +84,7 @@ pub struct Group {
 }
 
 /// The suite, in the order of the page.
-pub static GROUPS: [Group; 11] = [
+pub static GROUPS: [Group; 12] = [
     statics::GROUP,
     vibration::GROUP,
     shape::GROUP,
@@ -92,6 +93,7 @@ pub static GROUPS: [Group; 11] = [
     impact::GROUP,
     contact::GROUP,
     edges::GROUP,
+    poses::GROUP,
     touching::GROUP,
     peers::GROUP,
     paper::GROUP,

@@ -71,6 +71,8 @@ sources! {
         derivations/reference_edges.py";
     CVODES_PROFILES = "CasADi, CVODES, profiles": "tests/data/reference_profiles.json, by derivations/reference_profiles.py";
     CVODES_SPACE = "CasADi, CVODES, space": "tests/data/reference_space.json, by derivations/reference_space.py";
+    CVODES_POSES = "CasADi, CVODES, poses": "tests/data/reference_poses.json, by derivations/reference_poses.py";
+    SCIPY_POSES = "SciPy, poses": "The same file: minima of energies that CasADi differentiates";
     CVODES_ROWS = "CasADi, CVODES, rows": "tests/data/reference_row.json and derivations/trajectories/row_three_cvodes.csv, by \
         derivations/reference_row.py";
     MUJOCO_ROW = "MuJoCo, row": "tests/data/reference_row_mujoco.json, by benches/peers/trajectories.py: MuJoCo 4.0";

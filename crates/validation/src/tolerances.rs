@@ -147,6 +147,12 @@ tolerances! {
     PROFILES = Relative 2e-5, "profiles": "The error of CVODES is at most 2e-6.";
     PROFILE_EDGES = Absolute 5e-5, "profiles, edges": "The share of an edge depends on when a tip slides from a face onto it, which is \
         located to the tolerance in its path.";
+    POSES = Absolute 1e-6, "poses": "The error of CVODES is at most 4e-7, in the tool with a trim.";
+    POSES_ENERGY = Absolute 1e-9, "energy of poses": "The tolerance, to which the balance of the energies is closed.";
+    MINIMUM = Absolute 1e-10, "minimum": "Twelve digits of the other code, whose minimum is as flat as rounding.";
+    SPLAY = Relative 1e-6, "splay": "The beam bends by up to 3e-4 of its length. The linear theory leaves the square of that out, which \
+        shows more near the natural frequency.";
+    FLAT = Relative 1e-8, "flat": "At a tolerance of 1e-9; the turn in which the workpiece comes up has damped out.";
     CVODES_TIP = Absolute 1e-8, "CVODES, tip": "The error of CVODES is 4e-11 m, which is 5e-9 of s_n,max.";
     CVODES_FORCE = Absolute 2e-8, "CVODES, force": "The error of CVODES is 1e-7 N of 6 N.";
     CVODES_METRICS = Relative 3e-9, "CVODES, metrics": "The error of CVODES is 1e-9 in the contact time.";

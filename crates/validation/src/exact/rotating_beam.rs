@@ -69,6 +69,16 @@ pub fn southwell(hub: f64) -> f64 {
     tensed / moved
 }
 
+/// Deflection of the tip, over the distance of the clamp from the axis, of a beam of length 1 with `E I = ρ A = 1` that is parallel to the
+/// axis about which it turns at `speed`.
+///
+/// `w⁗ = Ω² (r + w)` with `w(0) = w′(0) = w″(1) = w‴(1) = 0` has `w(1)/r = (cosh Λ + cos Λ)/(1 + cosh Λ cos Λ) − 1`, `Λ² = Ω`: the
+/// centrifugal force is across the beam, and does not stiffen it.
+pub fn splay(speed: f64) -> f64 {
+    let root = speed.sqrt();
+    (root.cosh() + root.cos()) / (1.0 + root.cosh() * root.cos()) - 1.0
+}
+
 /// Legendre's polynomials at `x`, with their first and second derivatives.
 fn legendre<const N: usize>(x: f64) -> [[f64; 3]; N] {
     let mut values = [[0.0; 3]; N];
@@ -135,6 +145,22 @@ mod tests {
     fn southwells_coefficient_is_known() {
         assert!((southwell(0.0) - 1.193).abs() < 1e-3, "{}", southwell(0.0));
         assert!((southwell(1.0) - southwell(0.0) - 1.571).abs() < 1e-3, "{}", southwell(1.0));
+    }
+
+    #[test]
+    fn splay_solves_its_boundary_value_problem() {
+        // y[0, -1] of scipy.integrate.solve_bvp(lambda x, y: [y[1], y[2], y[3], speed**2 * (1 + y[0])], …, tol=1e-12), SciPy 1.17.1.
+        let solved = [
+            (0.25, 0.00785271532126589),
+            (1.0, 0.13614485891093978),
+            (2.25, 1.0774527157446163),
+            (3.24, 8.797654047599794),
+        ];
+        for (speed, tip) in solved {
+            assert!((splay(speed) / tip - 1.0).abs() < 1e-12, "{speed}: {}", splay(speed));
+        }
+        // A slow one is a cantilever under a uniform load.
+        assert!((splay(1e-3) / (1e-6 / 8.0) - 1.0).abs() < 1e-6, "{}", splay(1e-3));
     }
 
     #[test]
