@@ -103,6 +103,19 @@ class ContactMetrics(TypedDict):
     friction_work_j: float
     """Energy taken by friction in one pass of one filament, in J."""
 
+    sliding_work_j: float
+    """W_s, integral of F_n |v_t| over one pass of one filament, in J."""
+
+    edge_sliding_work_j: float
+    """W_e, the share of W_s on edges of the workpiece, in J."""
+
+    edge_work_angle_rad: float
+    """Mean angle of W_e from the bisector of the edge, in rad; positive towards the face
+    that filaments meet last."""
+
+    edge_work_angle_std_rad: float
+    """Standard deviation of W_e around the edge, in rad."""
+
     contact_angular_impulse_n_m_s: float
     """Integral of the moment of the contact force about the tool axis, in N m s."""
 

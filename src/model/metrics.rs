@@ -99,7 +99,7 @@ crate::record! {
             => optional(figure("friction_work", "mJ", 1e3)),
         sliding_work_j: f64 = [
             "W_s", "J", "sliding work", "∫ F_n |v_t| dt of one filament, one pass, by which it removes material and wears"
-        ] => figure("sliding_work", "mJ", 1e3),
+        ],
         edge_sliding_work_j: f64 = ["W_e", "J", "sliding work on edges", "the share of W_s on edges of the workpiece"]
             => optional(figure("edge_sliding_work", "mJ", 1e3)),
         edge_work_angle_rad: f64 = [

@@ -42,6 +42,10 @@ struct Reference {
     largest_edge_penetration_m: f64,
     /// Where it is stated.
     peak_contact_normal_force_n: Option<f64>,
+    sliding_work_j: Option<f64>,
+    edge_sliding_work_j: Option<f64>,
+    edge_work_angle_rad: Option<f64>,
+    edge_work_angle_std_rad: Option<f64>,
     own_error: f64,
 }
 
@@ -111,7 +115,17 @@ impl Reference {
         let peak = self
             .peak_contact_normal_force_n
             .map(|peak| ("peak_contact_normal_force_n", metrics.peak_contact_normal_force_n, peak, peak));
-        let all = numbers.into_iter().chain(peak);
+        let whole = self.sliding_work_j.unwrap_or(1.0);
+        let sliding = [
+            ("sliding_work_j", metrics.sliding_work_j, self.sliding_work_j, whole),
+            // Onto an edge a tip slides as its share of the impulse says.
+            ("edge_sliding_work_j", metrics.edge_sliding_work_j, self.edge_sliding_work_j, whole),
+            ("edge_work_angle_rad", metrics.edge_work_angle_rad, self.edge_work_angle_rad, 1.0),
+            ("edge_work_angle_std_rad", metrics.edge_work_angle_std_rad, self.edge_work_angle_std_rad, 1.0),
+        ];
+        let sliding =
+            sliding.into_iter().filter_map(|(name, value, expected, scale)| Some((name, value, expected?, scale)));
+        let all = numbers.into_iter().chain(peak).chain(sliding);
         all.map(|(name, value, expected, scale)| (name, (value - expected).abs() / scale)).collect()
     }
 }
@@ -124,6 +138,11 @@ fn passes_agree_with_casadi_and_cvodes() {
 #[test]
 fn passes_over_chamfers_circles_and_splines_with_friction_agree_with_casadi_and_cvodes() {
     agree("reference_profiles.json", 27, SLIDING_ONTO_EDGES);
+}
+
+#[test]
+fn sliding_work_and_its_place_on_edges_agree_with_casadi_and_cvodes() {
+    agree("reference_sliding.json", 14, SLIDING_ONTO_EDGES);
 }
 
 /// Compares the `count` cases of a file. The shares of edges agree to `of_edges`.
@@ -147,7 +166,7 @@ fn agree(file: &str, count: usize, of_edges: f64) {
             differences.push(("turn_contact_normal_impulses_n_s", (impulse / expected - 1.0).abs()));
         }
         for (name, difference) in differences {
-            let tolerance = if name == "edge_contact_normal_impulse_n_s" { of_edges } else { TOLERANCE };
+            let tolerance = if name.starts_with("edge_") { of_edges } else { TOLERANCE };
             if difference.is_nan() || difference > tolerance + 10.0 * case.own_error {
                 failures.push(format!(
                     "{}, {} m/s, {} m, µ = {}: {name} {difference:.1e}",

@@ -200,3 +200,139 @@ pub fn stage_at(stages: &[Stage], turns: f64) -> Stage {
     let radius = |edge: usize| between(left.radii[edge].powi(2), right.radii[edge].powi(2)).sqrt();
     Stage { turns, radii: [radius(0), radius(1)], loss: between(left.loss, right.loss) }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use serde::Deserialize;
+
+    use super::super::curve::Curve;
+    use super::*;
+
+    /// Edges that grow by a given work, by SciPy: `derivations/reference_removal.py`.
+    #[derive(Deserialize)]
+    struct Reference {
+        cases: Vec<ReferenceCase>,
+        constants: Constants,
+        work_on_edge: WorkOnEdge,
+    }
+
+    #[derive(Deserialize)]
+    struct ReferenceCase {
+        included_angle_rad: f64,
+        area_over_square: f64,
+        turns: Vec<f64>,
+        radii_m: Vec<f64>,
+    }
+
+    #[derive(Deserialize)]
+    struct Constants {
+        preston_m2_n: f64,
+        filament_count: f64,
+        width_m: f64,
+        start_radius_m: f64,
+    }
+
+    #[derive(Deserialize)]
+    struct WorkOnEdge {
+        work_j: f64,
+        radius_m: f64,
+        slope: f64,
+        bend: f64,
+    }
+
+    #[test]
+    fn edges_grow_as_an_integrator_of_scipy_says() {
+        let text = include_str!("../../../../tests/data/reference_removal.json");
+        let Reference { cases, constants, work_on_edge: own } = serde_json::from_str(text).expect("the reference");
+        let work = |radius: f64| {
+            let x = (radius / own.radius_m).ln();
+            own.work_j * (own.slope * x + own.bend * x * x).exp()
+        };
+        let radii: Vec<f64> = (0..=200).map(|i| 1e-5 * 1e3_f64.powf(f64::from(i) / 200.0)).collect();
+        let table = Table::of_work(&radii, work);
+        assert_eq!(cases.len(), 5);
+        for case in cases {
+            let factor = area_factor(case.included_angle_rad);
+            assert!((factor / case.area_over_square - 1.0).abs() < 1e-10, "{factor} {}", case.area_over_square);
+            let rates = Rates {
+                factors: [factor, 0.0],
+                radius: constants.start_radius_m,
+                area_per_work: constants.preston_m2_n * constants.filament_count / constants.width_m,
+                loss_per_work: 0.0,
+                largest: [0.0, 1.0],
+                least_radius: radii[0],
+            };
+            for (turns, expected) in case.turns.iter().zip(&case.radii_m) {
+                let (stages, ended) = grow(&table, &rates, End::Turns(*turns));
+                let [radius, _] = stages[stages.len() - 1].radii;
+                assert!(ended == Ended::Done && (radius / expected - 1.0).abs() < 2e-5, "{radius} {expected}");
+                // The other way round: the turns until that radius.
+                let (stages, _) = grow(&table, &rates, End::Radius(*expected));
+                let found = stages[stages.len() - 1].turns;
+                assert!((found / turns - 1.0).abs() < 1e-4, "{found} {turns}");
+            }
+        }
+    }
+
+    /// What is cut off a corner, by Simpson's rule across its bisector.
+    #[test]
+    fn the_area_is_that_between_corner_and_arc() {
+        for degrees in [30.0, 60.0, 90.0, 120.0, 150.0_f64] {
+            let half = degrees.to_radians() / 2.0;
+            let tangent = half.cos();
+            let gap = |x: f64| (1.0 / half.sin() - x / half.tan()) - (1.0 - x * x).sqrt();
+            const PARTS: usize = 20_000;
+            let sum: f64 = (0..=PARTS)
+                .map(|i| {
+                    let weight = if i == 0 || i == PARTS { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+                    weight * gap(tangent * i as f64 / PARTS as f64)
+                })
+                .sum();
+            let area = 2.0 * sum * tangent / PARTS as f64 / 3.0;
+            assert!((area / area_factor(2.0 * half) - 1.0).abs() < 1e-6, "{degrees}: {area}");
+        }
+        assert!((area_factor(PI / 2.0) - (1.0 - PI / 4.0)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn constant_work_makes_the_square_of_the_radius_grow_evenly() {
+        let table = Table::of_work(&[1e-5, 1e-2], |_| 1e-4);
+        let rates = Rates {
+            factors: [0.25, 0.0],
+            radius: 0.0,
+            area_per_work: 1e-7,
+            loss_per_work: 0.0,
+            largest: [0.0, 1.0],
+            least_radius: 1e-5,
+        };
+        let (stages, _) = grow(&table, &rates, End::Turns(1e3));
+        for stage in &stages {
+            let expected = (1e-11 * stage.turns / 0.25).sqrt();
+            assert!((stage.radii[0] - expected).abs() <= 1e-12 * expected, "{stage:?}");
+        }
+        let middle = stage_at(&stages, 500.0).radii[0];
+        assert!((middle / (1e-11 * 500.0 / 0.25_f64).sqrt() - 1.0).abs() < 1e-12);
+        let (stages, ended) = grow(&Table::of_work(&[1e-5, 1e-2], |_| 0.0), &rates, End::Radius(1e-4));
+        assert!(ended == Ended::Stopped && stages.len() == 1);
+    }
+
+    #[test]
+    fn filaments_wear_by_their_work() {
+        let curves = |work: f64| [0.0, 0.0, work, 10.0].map(|value| Curve::through(vec![0.0], vec![value]));
+        // Work that falls in proportion to the loss decays exponentially.
+        let table = Table::of_rows(vec![0.0, 1e-3], vec![curves(1e-3), curves(0.0)]);
+        let rates = Rates {
+            factors: [0.0; 2],
+            radius: 1e-4,
+            area_per_work: 0.0,
+            loss_per_work: 1e-3,
+            largest: [1e-3, 1.0],
+            least_radius: 1e-4,
+        };
+        let (stages, _) = grow(&table, &rates, End::Turns(2e3));
+        let last = stages[stages.len() - 1];
+        assert!((last.loss / (1e-3 * (1.0 - (-2.0_f64).exp())) - 1.0).abs() < 1e-6, "{last:?}");
+    }
+}

@@ -324,6 +324,21 @@ pub struct Table {
 }
 
 impl Table {
+    /// A table of these rows, by loss.
+    #[cfg(test)]
+    pub fn of_rows(losses: Vec<f64>, rows: Vec<[Curve; NUMBERS]>) -> Self {
+        Self { losses, rows }
+    }
+
+    /// A table of work on one edge, over its radius (m).
+    #[cfg(test)]
+    pub fn of_work(radii: &[f64], work: impl Fn(f64) -> f64) -> Self {
+        let x: Vec<f64> = radii.iter().map(|radius| radius.ln()).collect();
+        let on_edge = Curve::through(x.clone(), radii.iter().map(|radius| work(*radius)).collect());
+        let none = Curve::through(vec![x[0]], vec![0.0]);
+        Self::of_rows(vec![0.0], vec![[on_edge, none.clone(), none.clone(), none]])
+    }
+
     /// The work over an edge of the radius `radius` (m) by filaments that have lost the length `loss` (m).
     pub fn at(&self, radius: f64, loss: f64) -> Work {
         let x = radius.ln();

@@ -889,7 +889,12 @@ mod tests {
             let metrics = Metrics {
                 tool_contact_normal_force_n: force,
                 contact_time_ratio: ratio,
-                ..Metrics::new(&nominal, &ContactRecord::default(), 1.0)
+                ..Metrics::new(
+                    &nominal,
+                    &ContactRecord::default(),
+                    1.0,
+                    &bristle::model::metrics::RemovalLaw::default(),
+                )
             };
             Ok(CaseSummary { metrics, ..CaseSummary::default() })
         };
