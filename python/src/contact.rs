@@ -100,10 +100,10 @@ impl Simulated {
     /// What the program warns of.
     fn warnings(&self) -> Vec<String> {
         let Simulation { metrics, statistics, .. } = &self.simulation;
-        let (at_depth, force_n) =
-            (self.settings.at_depth(metrics.penetration_depth_m), self.settings.process.tool_force_n);
-        let warnings = of_contact(&at_depth, metrics, statistics).into_iter().chain(of_force(force_n, metrics));
-        warnings.map(|warning| warning.plain()).collect()
+        let at_depth = self.settings.at_depth(metrics.penetration_depth_m);
+        let mut warnings = of_contact(&at_depth, metrics, statistics);
+        warnings.extend(of_force(self.settings.process.tool_force_n, metrics));
+        warnings.iter().map(Warning::plain).collect()
     }
 
     /// The columns of `history.csv`, and their units.

@@ -2,7 +2,6 @@
 
 use bristle::model::settings::{Settings, ToolKind};
 use bristle_input::document::Document;
-use bristle_text::number::short;
 
 use crate::program::{Workspace, brush, study, words};
 
@@ -59,7 +58,7 @@ fn a_cup_is_pressed_on_with_a_force() {
     assert!((number("tool_contact_normal_force_n") / 6.0 - 1.0).abs() < 1.1e-3);
     let (depth, stiffness) = (number("penetration_depth_m"), number("force_stiffness_n_m"));
     assert!((0.8e-3..1.6e-3).contains(&depth) && stiffness > 0.0, "{depth} {stiffness}");
-    assert!(words(&printed).contains(&format!("a_e in mm {} ", short(1e3 * depth))), "{printed}");
+    assert!(words(&printed).contains(&format!("a_e in mm {:.3} ", 1e3 * depth)), "{printed}");
     // Its steady turns are the default, and filaments that touch all round have no force along x.
     assert!(number("turns") >= 2.0 && !printed.contains("F_t,w"), "{printed}");
     // What is found is what it presses with at that depth.

@@ -290,6 +290,34 @@ fn the_formulas_for_measurements_give_what_the_page_says() {
 }
 
 #[test]
+fn cups_cones_and_tilted_brushes_do_what_the_page_says() {
+    let page = include_str!("../../../../docs/cup-cone-tilted.md");
+    let directory = check(&Page {
+        text: page,
+        counts: (6, 6),
+        files: &["cup/positions.csv", "tilted/positions.csv", "pressed/report.html", "kinds/runs.csv"],
+        metrics: &[
+            ("cup/metrics.json", "turns", 2.0, 1.0),
+            ("cup/metrics.json", "tool_contact_normal_force_n", 10.29, 0.01),
+            ("tilted/metrics.json", "tool_lateral_force_n", -0.251, 0.001),
+        ],
+    });
+    let drawn = fs::read_to_string(directory.path().join("pressed/figures/penetration_depth_over_speed.svg"));
+    let committed = include_str!("../../../../docs/cup-cone-tilted_depth.svg");
+    assert!(drawn.expect("a figure") == committed, "docs/cup-cone-tilted_depth.svg is another figure");
+    // The examples are the files of the page.
+    for example in [
+        include_str!("../../../../examples/cup.toml"),
+        include_str!("../../../../examples/cone.toml"),
+        include_str!("../../../../examples/tilted.toml"),
+        include_str!("../../../../examples/pressed_on.toml"),
+    ] {
+        let (_, file) = example.split_once("\n\n").expect("a heading");
+        assert!(page.contains(file), "{file}");
+    }
+}
+
+#[test]
 fn deburring_does_what_it_says() {
     let directory = check(&Page {
         text: include_str!("../../../../docs/deburring.md"),

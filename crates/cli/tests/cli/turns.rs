@@ -147,5 +147,7 @@ fn the_schema_takes_numbers_and_the_word() {
     let turns = &schema["properties"]["process"]["properties"]["turns"];
     let limits = serde_json::json!({ "type": "integer", "minimum": 1, "maximum": 50 });
     assert_eq!(turns["anyOf"], serde_json::json!([limits, { "const": "steady" }]), "{turns}");
-    assert_eq!(turns["default"], 1);
+    // The default depends on the tool.
+    let description = turns["description"].as_str().expect("a text");
+    assert!(turns["default"].is_null() && description.contains("touch during the whole turn"), "{turns}");
 }
