@@ -100,8 +100,8 @@ impl Quantity {
     }
 }
 
-/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results. A depth that was found for a force
-/// is always among them.
+/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results. A depth that was found
+/// for a force is always among them.
 pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator<Item = &'static Column<Metrics>> {
     let varies = |column: &Column<Metrics>| results.iter().flatten().any(|case| column.get(&case.metrics) != 0.0);
     let shown =
