@@ -4,7 +4,7 @@ use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 
-use bristle_grid::{CaseResult, DEPTH, Study, VELOCITY, equation};
+use bristle_grid::{CaseResult, DEPTH, FORCE, Study, VELOCITY, equation};
 use bristle_text::layout::Warning;
 use bristle_text::number::spanning;
 
@@ -73,8 +73,9 @@ pub(crate) fn place_in(study: &Study, case: usize) -> String {
     tool + &place(&study.settings(case))
 }
 
-/// Velocity and depth of a case.
+/// Velocity and depth of a case, or the force in its place.
 pub(crate) fn place(settings: &Settings) -> String {
     let shown = |path| Parameter::find(path).map(|parameter| equation(parameter, parameter.get(settings)));
-    [VELOCITY, DEPTH].into_iter().filter_map(shown).collect::<Vec<_>>().join(", ")
+    let pressing = if settings.process.tool_force_n.is_some() { FORCE } else { DEPTH };
+    [VELOCITY, pressing].into_iter().filter_map(shown).collect::<Vec<_>>().join(", ")
 }
