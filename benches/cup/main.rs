@@ -47,7 +47,7 @@ impl Cup {
     fn settings(&self, velocity: f64) -> Settings {
         let mut settings = Settings::paper(velocity, 1e-3);
         let (tool, filament) = (&mut settings.tool, &mut settings.filament);
-        (tool.kind, tool.body_radius_m, tool.width_m) = (ToolKind::Cup, 0.050, 0.010);
+        (tool.kind, tool.body_radius_m, tool.width_m, tool.positions) = (ToolKind::Cup, 0.050, 0.010, Some(1));
         (tool.filament_count, tool.filament_count_uncertainty) = (2000.0, 0.0);
         (filament.length_m, filament.diameter_m) = (1e-3 * self.length, 0.6e-3);
         settings
@@ -222,10 +222,6 @@ fn claims(results: &[Results]) -> Vec<(&'static str, bool)> {
         }),
         ("the depth exceeds the lift at rest", {
             all(&|cup, results| (0..=cup.last()).all(|at| results.depths[at] > results.splay[at][0]))
-        }),
-        ("the depth approaches the lift", {
-            let excess = |results: &Results, at: usize| results.depths[at] / results.splay[at][0];
-            all(&|cup, results| excess(results, cup.last()) < 1.5)
         }),
         ("at the lowest velocities the depth is some micrometres", all(&|_, results| results.depths[0] < 0.05)),
     ]

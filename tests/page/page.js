@@ -3,7 +3,7 @@
 //   node page.js REPORTS SCREENSHOTS
 //
 // REPORTS holds pages that `bristle study` has written (see .ci/run): paper.html of examples/zirconia.toml, deburring.html of
-// examples/deburring.toml, and smaller ones that sweep three settings, one, and none, simulate three turns, and compare tools. brush.html of
+// examples/deburring.toml, and smaller ones that sweep three settings, one, and none, simulate three turns, compare tools, and tilt a cup. brush.html of
 // examples/brush.toml and tilted.html are pages that `bristle brush` has written.
 
 import assert from "node:assert/strict";
@@ -458,6 +458,48 @@ test("where the work is done is shown on the drawn and the unrolled profile of a
   assert.ok((await page.getAttribute(".work .work-edge >> nth=0", "d")).length > 20, "the arc is shaded");
   await page.selectOption("#quantity", "edge_share");
   await shot(page, "deburring-1280-light");
+  await close();
+});
+
+test("a cup is seen along its axis and from the side", async () => {
+  for (const [row, options] of [
+    [1, {}],
+    [2, { width: NARROW, colorScheme: "dark" }],
+  ]) {
+    const { page, close } = await open(report("cup"), options, `#case-${row}`);
+    await opened(page, row);
+    const views = await page.locator("#view option").allTextContents();
+    assert.deepEqual(views, ["along the axis", "from the side"]);
+    assert.ok(await page.isHidden("#seen"));
+    await page.locator("#time").fill("500");
+    const along = await shape(page);
+    const trim = await page.getAttribute("#scene .scene-nominal >> nth=0", "points");
+    assert.ok(trim.split(" ").length > 100, "the tips turn on a circle");
+    await shot(page, `cup-${row}-axis`);
+    // With the keyboard, as with the mouse.
+    await page.focus("#view");
+    await page.keyboard.press("ArrowDown");
+    assert.equal(await page.inputValue("#view"), "1");
+    assert.notEqual(await shape(page), along);
+    assert.equal((await page.getAttribute("#scene .scene-nominal >> nth=0", "points")).split(" ").length, 5);
+    await page.locator("#time").fill("700");
+    await fitsAcross(page);
+    await shot(page, `cup-${row}-side`);
+    // The tip ends on the surface, or above it.
+    const [tip, surface] = await page.evaluate(() =>
+      ["#filament", "#workpiece .scene-surface"].map((id) => {
+        const { bottom } = document.querySelector(id).getBoundingClientRect();
+        return bottom;
+      }),
+    );
+    assert.ok(tip < surface + 4, `${tip} ${surface}`);
+    const titles = await page.locator(".curve figcaption").allTextContents();
+    for (const part of ["tip", "root"])
+      assert.ok(titles.some((title) => title.startsWith(`Height of the ${part} above the workpiece`)), titles.join());
+    await close();
+  }
+  const { page, close } = await open(report("single"));
+  assert.ok((await page.isHidden("#view-choice")) && (await page.isVisible("#seen")));
   await close();
 });
 

@@ -161,8 +161,8 @@ fn gap(workpiece: &impl Workpiece, position: [f64; 3], time: f64) -> f64 {
     edges.map(|seen| seen.gap).reduce(f64::min).unwrap_or_else(|| workpiece.surface(position, time).gap)
 }
 
-/// The part of the workpiece's profile that the filament can reach: a strip of rectangles as wide as the trim turns. It is as it lies at time zero, or where the
-/// workpiece has come up to.
+/// The part of the workpiece's profile that the filament can reach: a strip of rectangles as wide as the trim turns. It is as it lies at time zero,
+/// or where the workpiece has come up to.
 fn workpiece(pass: &Pass, settings: &Settings) -> String {
     let profile = pass.workpiece().profile((1.0 + MARGIN) * settings.tool_radius_m()).unwrap_or_default();
     // Along z, but for a plane that is tilted about its line at z = 0.
@@ -179,7 +179,8 @@ fn workpiece(pass: &Pass, settings: &Settings) -> String {
     poly_data(places(&points), "Polys", &rectangles, [&reals("arc_length_m", COMPONENTS, 1, &arc_lengths), ""], "")
 }
 
-/// How far the undeformed turning trim reaches along a unit vector to either side of the tool's centre, in m: of upright radial tools half their width.
+/// How far the undeformed turning trim reaches along a unit vector to either side of the tool's centre, in m: of upright radial tools half their
+/// width.
 fn extent(settings: &Settings, along: [f64; 3]) -> [f64; 2] {
     let trim = Trim::of(settings);
     if is_upright(settings) {

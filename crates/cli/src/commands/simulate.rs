@@ -46,11 +46,11 @@ const ALONE: &str = "this filament is alone; `bristle brush` simulates those of 
 /// metrics.json is a flat object with the contact metrics and the solver statistics. history.csv has forces, deflection, tip
 /// position and energies at equally spaced times; the number of samples does not change any metric. A build with the feature
 /// parquet also writes this table as history.parquet. profile.csv says where on the workpiece the work is done: normal impulse and
-/// friction work per length along its profile. DIR/figures/history.svg and .png show force and tip deflection over time,
-/// profile_unrolled the work along the profile, profile_drawn the filament on the workpiece, and turns the impulse of each turn if
-/// there are several. [study] is ignored. A simulation of more than 2 s shows its progress on a terminal. If the contact is laterally
-/// unstable, a warning says how to see what an imperfect filament does. If the filament comes back still vibrating, a warning says
-/// how to simulate turn after turn.
+/// friction work per length along its profile. positions.csv has the filaments along the trim of a tool on which they differ.
+/// DIR/figures/history.svg and .png show force and tip deflection over time, profile_unrolled the work along the profile, profile_drawn the
+/// filament on the workpiece, and turns the impulse of each turn if there are several. [study] is ignored. A simulation of more than 2 s shows its
+/// progress on a terminal. If the contact is laterally unstable, a warning says how to see what an imperfect filament does. If the filament comes
+/// back still vibrating, a warning says how to simulate turn after turn.
 ///
 /// --check simulates the contact again at a tenth of the tolerance and prints by how much each metric changes.
 ///

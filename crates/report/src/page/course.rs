@@ -77,8 +77,8 @@ pub struct Course {
     /// Points from root to tip, shape by shape: along the surface, and above it, in m.
     along: Packed,
     above: Packed,
-    /// Of a tool that is no upright radial one: the views along its axis and from the side, in place of the one that the numbers above are of, and the
-    /// heights of tip and root in m.
+    /// Of a tool that is no upright radial one: the views along its axis and from the side, in place of the one that the numbers above are of, and
+    /// the heights of tip and root in m.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     posed: Option<Posed>,
 }
@@ -394,8 +394,8 @@ impl<'a> Recorder<'a> {
 
     /// Simulates the cases of the page that were not recorded, and returns all courses. Brushes have none.
     ///
-    /// A case that failed, in `results` or now, has no course, nor do those that were under way or waiting when it was asked to stop. The default number of threads is the number of cores. Neither
-    /// the number of threads nor the time of recording changes a course.
+    /// A case that failed, in `results` or now, has no course, nor do those that were under way or waiting when it was asked to stop. The default
+    /// number of threads is the number of cores. Neither the number of threads nor the time of recording changes a course.
     ///
     /// # Errors
     /// If the threads cannot be started.
