@@ -29,7 +29,7 @@ enum Conversion {
 use Conversion::{Ratio, Ten};
 
 /// All units. Of each quantity the first is that of the settings.
-pub static UNITS: [Unit; 35] = [
+pub static UNITS: [Unit; 37] = [
     unit("_m", &["m"], "_m", Ten(0)),
     unit("_mm", &["mm"], "_m", Ten(-3)),
     unit("_cm", &["cm"], "_m", Ten(-2)),
@@ -60,6 +60,8 @@ pub static UNITS: [Unit; 35] = [
     unit("_n_m2", &["N/m²", "N/m2"], "_n_m2", Ten(0)),
     unit("_n_mm2", &["N/mm²", "N/mm2"], "_n_m2", Ten(6)),
     unit("_s_m", &["s/m"], "_s_m", Ten(0)),
+    unit("_m2_n", &["m²/N", "m2/N"], "_m2_n", Ten(0)),
+    unit("_mm3_n_m", &["mm³/(N m)", "mm3/(N m)", "mm³/Nm", "mm3/Nm"], "_m2_n", Ten(-9)),
     unit("_n", &["N"], "_n", Ten(0)),
     unit("_kn", &["kN"], "_n", Ten(3)),
     unit("_mn", &["mN"], "_n", Ten(-3)),
