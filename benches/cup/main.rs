@@ -179,8 +179,8 @@ fn values(results: &[Results]) -> BTreeMap<&'static str, String> {
 /// The place of a velocity that both cups have, the largest, in the list of each.
 fn common() -> [usize; 2] {
     let place = |velocity: &f64| CUPS[1].velocities.iter().position(|other| other == velocity);
-    let both = CUPS[0].velocities.iter().enumerate().filter_map(|(at, velocity)| Some([at, place(velocity)?]));
-    both.last().expect("cups have a velocity in common")
+    let mut both = CUPS[0].velocities.iter().enumerate().filter_map(|(at, velocity)| Some([at, place(velocity)?]));
+    both.next_back().expect("cups have a velocity in common")
 }
 
 /// The statements of the page that depend on its numbers, and whether they hold.

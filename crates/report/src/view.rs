@@ -126,7 +126,7 @@ impl View {
     /// The views of a contact that `pass` is of, along the axis and from the side.
     pub fn both(settings: &Settings, pass: &Pass) -> [Self; 2] {
         let frame = Frame::new(settings, pass);
-        [frame.along_the_axis(), frame.from_the_side()]
+        [frame.along_axis(), frame.side_on()]
     }
 
     /// Where a point is seen, in m.
@@ -212,7 +212,7 @@ impl<'a> Frame<'a> {
     }
 
     /// The view against the axis, which points to the viewer, with the normal of the workpiece upwards.
-    fn along_the_axis(&self) -> View {
+    fn along_axis(&self) -> View {
         let Self { axis, normal, .. } = *self;
         let height = self.trim.tip(sampled_place(self.settings))[1];
         let upright = direction(across(normal, axis));
@@ -265,7 +265,7 @@ impl<'a> Frame<'a> {
 
     /// The view along the surface: in the plane of axis and normal on a plane, otherwise along the direction of extrusion or, of a tool that turns
     /// about that, across it.
-    fn from_the_side(&self) -> View {
+    fn side_on(&self) -> View {
         let Self { axis, normal: up, .. } = *self;
         let is_about_extrusion = axis[2].abs() > std::f64::consts::FRAC_1_SQRT_2;
         let right = match self.is_plane {
