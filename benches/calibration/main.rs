@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo run --release -p bristle-benches --example calibration            # the tables
-//! cargo run --release -p bristle-benches --example calibration -- 200     # and the coverage of so many data sets
+//! cargo run --release -p bristle-benches --example calibration -- 200     # the coverage of so many data sets
 //! ```
 
 use std::error::Error;
@@ -89,6 +89,14 @@ fn normal(random: &mut Rng) -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    match std::env::args().nth(1) {
+        Some(sets) => coverage(sets.parse()?),
+        None => tables(),
+    }
+}
+
+/// The standard errors of exact forces.
+fn tables() -> Result<(), Box<dyn Error>> {
     println!("| points | measured | noise | error of E | of µ | of ζ |\n|---|---|---|---|---|---|");
     for (speeds, depths) in POINTS {
         let exact = forces(speeds, depths)?;
@@ -111,8 +119,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
     }
-    let Some(sets) = std::env::args().nth(1) else { return Ok(()) };
-    let sets: u64 = sets.parse()?;
+    Ok(())
+}
+
+/// How often the intervals hold the truth, in so many sets of 16 normal forces.
+fn coverage(sets: u64) -> Result<(), Box<dyn Error>> {
     let (speeds, depths) = POINTS[2];
     let exact = forces(speeds, depths)?;
     let mut held = [0; TRUTH.len()];
@@ -122,6 +133,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for ((held, interval), (_, truth)) in held.iter_mut().zip(&found.intervals).zip(TRUTH) {
             *held += u64::from(interval.is_some_and(|[low, high]| (low..=high).contains(&truth)));
         }
+        eprintln!("{} sets: {held:?}", seed + 1);
     }
     for ((path, _), held) in TRUTH.iter().zip(held) {
         println!(

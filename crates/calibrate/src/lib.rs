@@ -16,7 +16,7 @@ mod simulator;
 mod statistics;
 mod words;
 
-use nalgebra::DMatrix;
+use nalgebra::DVector;
 use spec_math::cephes64::{chdtrc, stdtri};
 
 pub use calibrated::{Frame, calibrated};
@@ -24,8 +24,8 @@ use model::Model;
 pub use next::{Next, Reach};
 pub use parameters::{FitError, Fitted};
 pub use problem::{Forces, Observation, Place, Problem, ProblemError, forces_of};
-use search::Minimum;
 pub use search::STARTS;
+use search::{Minimum, Search};
 pub use simulator::{Interrupted, Means, Observer, Unwatched};
 use simulator::{Precision, Simulator};
 pub use statistics::{Errors, Undetermined, undetermined};
@@ -33,25 +33,23 @@ pub use words::{estimate, lines, summary};
 
 /// The starts go downhill with filaments alone, of few segments, and as precisely as it takes to find the minima.
 const COARSE: Precision =
-    Precision { tolerance: 1e-3, step: 0.01, central: false, segments: 8, interacts: false, arrival: 3e-3 };
+    Precision { tolerance: 3e-3, step: 0.02, central: false, segments: 8, interacts: false, arrival: 0.1 };
+/// Near the minimum, for intervals, and points to measure at next: forces to 1e-4 of their values (docs/calibration.md).
+const MIDDLE: Precision = Precision { tolerance: 1e-3, step: 0.01, segments: usize::MAX, arrival: 1e-2, ..COARSE };
 /// The minimum itself: errors of the derivatives are below 1e-4 (docs/calibration.md).
-const FINE: Precision =
-    Precision { tolerance: 1e-6, step: 1e-3, central: true, segments: usize::MAX, interacts: false, arrival: 3e-4 };
-/// Intervals, and points to measure at next.
-const MIDDLE: Precision = Precision { tolerance: 1e-4, step: 5e-3, ..FINE };
+const FINE: Precision = Precision { tolerance: 1e-6, step: 1e-3, arrival: 1e-4, ..MIDDLE };
 /// Brushes keep their own tolerance, 1e-3 of the impulse unless a file states another.
 const OF_BRUSHES: Precision = Precision { step: 0.05, interacts: true, arrival: 1e-2, ..FINE };
-/// Minima are refined whose sum of squares is at most so many times the least, or so large.
-const REFINED: f64 = 4.0;
 /// The most rounds in which the effect of interaction follows the settings.
 const INTERACTION_ROUNDS: usize = 4;
 /// Change of a coordinate at which it does no longer.
 const SETTLED: f64 = 2e-3;
-/// Relative error of derivatives next to a force that bends, how often a minimum moves away from there, and the step of derivatives that look past
-/// bends.
+/// Relative error of derivatives next to a force that bends, and the step of derivatives that look past bends.
 const BENT: f64 = 5e-3;
-const BENDS: usize = 4;
 const WIDE: f64 = 0.03;
+/// How far the minimum is from where derivatives were taken, over the standard error, at which they are taken anew, and how often they are at most.
+const FAR: f64 = 0.5;
+const ROUNDS: usize = 5;
 /// Two-sided probability of an interval.
 const CONFIDENCE: f64 = 0.95;
 
@@ -76,7 +74,9 @@ pub struct Calibration {
     pub undetermined: Vec<Undetermined>,
     /// The sum of squares and the number of starts of each minimum that the starts found, the least first, at a coarse precision.
     pub minima: Vec<(f64, usize)>,
-    /// The starts that could not be simulated.
+    /// The number of starts that were stopped far above the least minimum.
+    pub stopped_starts: usize,
+    /// The number of starts that could not be simulated.
     pub failed_starts: usize,
     /// The largest relative error of the derivatives, before they were extrapolated.
     pub derivative_error: f64,
@@ -124,32 +124,26 @@ impl Calibration {
 /// If it is interrupted.
 pub fn calibrate(problem: Problem, reach: Reach, means: Means<'_>) -> Result<Option<Calibration>, Interrupted> {
     let mut model = Model::new(Simulator::new(&problem, means));
-    let (minima, failed_starts) = search::minima(&model, COARSE)?;
-    let mut best: Option<Minimum> = None;
-    let is_near =
-        |minimum: &&Minimum| minimum.squares <= REFINED * minima[0].squares.max(problem.observations.len() as f64);
-    for minimum in minima.iter().filter(is_near) {
-        let refined = search::refined(&model, minimum, FINE)?;
-        best = refined.into_iter().chain(best).min_by(|a, b| a.squares.total_cmp(&b.squares));
-    }
-    let Some(mut best) = best else { return Ok(None) };
-    model.simulator.tell(0.8);
-    let (jacobian, derivative_error) = if problem.has_brush() {
-        best = interacting(&mut model, best)?;
-        let (jacobian, error) = model.precise_jacobian(&best.x, OF_BRUSHES)?;
-        if !error.is_finite() {
-            return Err(model.simulator.failure());
-        }
-        (jacobian, error)
+    let Search { minima, stopped, failed } = search::minima(&model, COARSE)?;
+    let Some(lowest) = minima.first().map(|minimum| minimum.squares) else { return Ok(None) };
+    let highest = model.highest(lowest);
+    let near = minima.iter().filter(|minimum| minimum.squares <= highest).cloned().collect();
+    let refined = search::refined(&model, near, MIDDLE)?;
+    let Some(best) = refined.into_iter().min_by(|a, b| a.squares.total_cmp(&b.squares)) else { return Ok(None) };
+    model.simulator.tell(0.6);
+    let (best, derivative_error) = if problem.has_brush() {
+        interacting(&mut model, best)?
     } else {
-        away_from_bends(&model, &mut best)?
+        let Some(found) = precise(&model, best)? else { return Ok(None) };
+        found
     };
+    let jacobian = &best.jacobian;
     let chi_squared = model.residuals(&best.forces).norm_squared();
     let freedom = problem.observations.len() - problem.fitted.len();
     let scale = if problem.has_std { 1.0 } else { chi_squared / freedom as f64 };
-    let errors = Errors::of(&jacobian, scale);
+    let errors = Errors::of(jacobian, scale);
     let values = model.values(&best.x);
-    let spread = &jacobian * errors.covariance() * jacobian.transpose();
+    let spread = jacobian * errors.covariance() * jacobian.transpose();
     let observations = problem.observations.iter().enumerate();
     let force_errors = observations.map(|(row, own)| own.std * spread[(row, row)].max(0.0).sqrt()).collect();
     let undetermined = undetermined(&problem, &values, &errors);
@@ -158,13 +152,13 @@ pub fn calibrate(problem: Problem, reach: Reach, means: Means<'_>) -> Result<Opt
         .collect();
     let share = 0.5 + 0.5 * CONFIDENCE;
     let quantile = if problem.has_std { spec_math::cephes64::ndtri(share) } else { stdtri(freedom as isize, share) };
-    let found = profile::intervals(&model, &best, &jacobian, &errors, quantile.powi(2) * scale, &determined, MIDDLE)?;
+    let found = profile::intervals(&model, &best, jacobian, &errors, quantile.powi(2) * scale, &determined, MIDDLE)?;
     let mut intervals = vec![None; values.len()];
     for (&setting, ends) in determined.iter().zip(&found) {
         intervals[setting] = Some(ends.map(|end| problem.fitted[setting].value(end)));
     }
     model.simulator.tell(0.9);
-    let next = next::next(&model, &best, &errors, reach, MIDDLE)?;
+    let next = next::next(&model, &best, &errors, reach, Precision { central: true, ..MIDDLE })?;
     let minima = minima.iter().map(|minimum| (minimum.squares, minimum.starts)).collect();
     let forces = best.forces;
     Ok(Some(Calibration {
@@ -176,47 +170,71 @@ pub fn calibrate(problem: Problem, reach: Reach, means: Means<'_>) -> Result<Opt
         chi_squared,
         undetermined,
         minima,
-        failed_starts,
+        stopped_starts: stopped,
+        failed_starts: failed,
         derivative_error,
         next,
         problem,
     }))
 }
 
-/// The derivatives at a minimum of filaments alone. Where they tell that a contact begins or ends nearby, the minimum moves to a lower one, if
-/// there is one beyond.
-fn away_from_bends(model: &Model<'_>, best: &mut Minimum) -> Result<(DMatrix<f64>, f64), Interrupted> {
-    for _ in 0..BENDS {
-        let found = model.precise_jacobian(&best.x, FINE)?;
-        if found.1 < BENT {
+/// Goes on to the minimum of filaments alone, with the derivatives there and their error. Where they tell that a contact begins or ends
+/// nearby, it moves to a lower minimum, if there is one beyond.
+fn precise(model: &Model<'_>, mut best: Minimum) -> Result<Option<(Minimum, f64)>, Interrupted> {
+    let mut found = None;
+    for _ in 0..ROUNDS {
+        let Some(at) = search::evaluated(model, vec![best.x], FINE)?.pop().filter(|at| at.squares.is_finite()) else {
             return Ok(found);
+        };
+        if found.as_ref().is_some_and(|(lowest, _): &(Minimum, f64)| at.squares >= lowest.squares) {
+            break;
         }
-        let wide = model.jacobian(&best.x, &[], Precision { step: WIDE, ..MIDDLE })?;
-        let Some(lower) = search::lower(model, best, &Errors::of(&wide, 1.0), MIDDLE)? else { return Ok(found) };
-        let Some(refined) = search::refined(model, &lower, FINE)? else { return Ok(found) };
-        if refined.squares >= best.squares {
-            return Ok(found);
+        let Some((end, error, moved)) = exact(model, at, FINE)? else { break };
+        found = Some((end.clone(), error));
+        best = end;
+        if moved > FAR {
+            continue;
         }
-        *best = refined;
+        if error < BENT {
+            break;
+        }
+        let wide = model.jacobians(&[(&best.x, &best.forces)], Precision { step: WIDE, central: true, ..MIDDLE })?;
+        let Some(lower) = search::lower(model, &best, &wide[0], MIDDLE)? else { break };
+        best = lower;
     }
-    model.precise_jacobian(&best.x, FINE)
+    Ok(found)
 }
 
-/// The minimum with filaments that touch, from that of filaments alone. The forces of filaments alone, times the effect of interaction at
-/// the last estimate, lead near it; then descents with interaction itself.
-fn interacting(model: &mut Model<'_>, mut minimum: Minimum) -> Result<Minimum, Interrupted> {
+/// Takes precise derivatives at a point near a minimum, and goes there with them: the minimum, the error of the derivatives, and how far the
+/// minimum is over the standard error in its direction. None if what is around the point cannot be simulated.
+fn exact(model: &Model<'_>, at: Minimum, precision: Precision) -> Result<Option<(Minimum, f64, f64)>, Interrupted> {
+    let (jacobian, error) = model.precise_jacobian(&at.x, &at.forces, precision)?;
+    if !jacobian.iter().all(|derivative| derivative.is_finite()) {
+        return Ok(None);
+    }
+    let end = search::descended(model, vec![Minimum { jacobian, ..at.clone() }], precision)?.pop();
+    let end = end.expect("it begins where it can be simulated");
+    let step = DVector::from_iterator(at.x.len(), end.x.iter().zip(&at.x).map(|(end, at)| end - at));
+    let moved = (&end.jacobian * step).norm() / model.unit(end.squares).sqrt();
+    Ok(Some((end, error, moved)))
+}
+
+/// The minimum with filaments that touch, from that of filaments alone, with the derivatives there and their error. The forces of filaments
+/// alone, times the effect of interaction at the last estimate, lead near it; then descents with interaction itself.
+fn interacting(model: &mut Model<'_>, mut minimum: Minimum) -> Result<(Minimum, f64), Interrupted> {
     for _ in 0..INTERACTION_ROUNDS {
         follow_interaction(model, &minimum.x)?;
-        let Some(next) = search::refined(model, &minimum, MIDDLE)? else { break };
+        let Some(next) = search::refined(model, vec![minimum.clone()], MIDDLE)?.pop() else { break };
         let moved = next.x.iter().zip(&minimum.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         minimum = next;
         if moved < SETTLED {
             break;
         }
     }
-    minimum = search::refined(model, &minimum, OF_BRUSHES)?.ok_or_else(|| model.simulator.failure())?;
+    let near = search::refined(model, vec![minimum], OF_BRUSHES)?.pop().ok_or_else(|| model.simulator.failure())?;
+    let (minimum, error, _) = exact(model, near, OF_BRUSHES)?.ok_or_else(|| model.simulator.failure())?;
     follow_interaction(model, &minimum.x)?;
-    Ok(minimum)
+    Ok((minimum, error))
 }
 
 /// Takes the effect of interaction at `x`.

@@ -48,59 +48,91 @@ impl<'a> Model<'a> {
         DVector::from_iterator(forces.len(), observations.zip(forces).map(|(own, force)| (force - own.value) / own.std))
     }
 
-    /// The derivatives of the residuals in the coordinates at `x`, where forces are `here`, by differences within the bounds.
-    pub fn jacobian(&self, x: &[f64], here: &[f64], precision: Precision) -> Result<DMatrix<f64>, Interrupted> {
-        let (mut points, widths) = self.stencil(x, precision.step);
-        let mut ends: Vec<[Option<usize>; 2]> =
-            (0..x.len()).map(|column| [Some(2 * column), Some(2 * column + 1)]).collect();
-        if !precision.central {
-            // Towards the end of the range that is farther away.
-            let is_forwards =
-                |column: usize| points[2 * column + 1][column] - x[column] >= x[column] - points[2 * column][column];
-            ends = (0..x.len())
-                .map(|column| if is_forwards(column) { [None, Some(column)] } else { [Some(column), None] })
-                .collect();
-            points = (0..x.len()).map(|column| points[2 * column + usize::from(is_forwards(column))].clone()).collect();
-        }
-        let forces = self.forces(&points, precision)?;
-        let at = |end: Option<usize>| end.map_or(here, |end| &forces[end]);
-        let observations = &self.problem().observations;
-        Ok(DMatrix::from_fn(observations.len(), x.len(), |row, column| {
-            let [below, above] = ends[column].map(at);
-            let width = match ends[column] {
-                [Some(_), Some(_)] => widths[column],
-                [_, Some(end)] => points[end][column] - x[column],
-                [Some(end), _] => x[column] - points[end][column],
-                _ => f64::NAN,
-            };
-            (above[row] - below[row]) / (width * observations[row].std)
-        }))
+    /// What a sum of squares is measured by: the variance of a residual, which is 1 if standard deviations are stated and explain it.
+    pub fn unit(&self, squares: f64) -> f64 {
+        let mean = squares / self.problem().observations.len() as f64;
+        if self.problem().has_std { mean.max(1.0) } else { mean }
     }
 
-    /// For each coordinate two points around `x`, and their distance.
-    pub fn stencil(&self, x: &[f64], step: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
-        let (mut points, mut widths) = (Vec::new(), Vec::new());
+    /// The sum of squares up to which a minimum at a coarse precision may turn out to be the lowest.
+    pub fn highest(&self, lowest: f64) -> f64 {
+        /// Over the lowest, or over that of residuals of one standard deviation.
+        const REFINED: f64 = 4.0;
+        REFINED * lowest.max(self.problem().observations.len() as f64)
+    }
+
+    /// The derivatives of the residuals in the coordinates at several points, each with the forces there, by differences within the bounds.
+    pub fn jacobians(&self, at: &[(&[f64], &[f64])], precision: Precision) -> Result<Vec<DMatrix<f64>>, Interrupted> {
+        let stencils: Vec<Stencil> = at.iter().map(|(x, _)| self.stencil(x, precision)).collect();
+        let points: Vec<Vec<f64>> = stencils.iter().flat_map(|stencil| stencil.points.clone()).collect();
+        let forces = self.forces(&points, precision)?;
+        let mut forces = &forces[..];
+        let observations = &self.problem().observations;
+        let jacobian = |((_, here), stencil): (&(&[f64], &[f64]), Stencil)| {
+            let (own, others) = forces.split_at(stencil.points.len());
+            forces = others;
+            DMatrix::from_fn(observations.len(), stencil.sides.len(), |row, column| {
+                stencil.derivative(column, here[row], |point| own[point][row]) / observations[row].std
+            })
+        };
+        Ok(at.iter().zip(stencils).map(jacobian).collect())
+    }
+
+    /// The points around `x` from which derivatives are taken: two for each coordinate, or one, towards the end of the range that is farther
+    /// away.
+    pub fn stencil(&self, x: &[f64], Precision { step, central, .. }: Precision) -> Stencil {
+        let mut stencil = Stencil { points: Vec::new(), sides: Vec::new() };
         for (column, fitted) in self.problem().fitted.iter().enumerate() {
             let [low, high] = fitted.limits();
             let ends = [(x[column] - step).max(low), (x[column] + step).min(high)];
-            widths.push(ends[1] - ends[0]);
-            points.extend(ends.map(|end| {
-                let mut point = x.to_vec();
-                point[column] = end;
-                point
-            }));
+            let [below, above] = [x[column] - ends[0], ends[1] - x[column]];
+            let mut point = |is_taken: bool, end: f64| {
+                is_taken.then(|| {
+                    let mut point = x.to_vec();
+                    point[column] = end;
+                    stencil.points.push(point);
+                    stencil.points.len() - 1
+                })
+            };
+            let sides = [point(central || below > above, ends[0]), point(central || above >= below, ends[1])];
+            let width = sides[0].map_or(0.0, |_| below) + sides[1].map_or(0.0, |_| above);
+            stencil.sides.push((sides, width));
         }
-        (points, widths)
+        stencil
     }
 
-    /// The Jacobian by central differences of one and two steps, extrapolated (Richardson), and the largest relative error of a column that
-    /// their difference tells.
-    pub fn precise_jacobian(&self, x: &[f64], precision: Precision) -> Result<(DMatrix<f64>, f64), Interrupted> {
-        let fine = self.jacobian(x, &[], precision)?;
-        let coarse = self.jacobian(x, &[], Precision { step: 2.0 * precision.step, ..precision })?;
+    /// The Jacobian at a point with these forces by central differences of one and two steps, extrapolated (Richardson), and the largest
+    /// relative error of a column that their difference tells.
+    pub fn precise_jacobian(
+        &self,
+        x: &[f64],
+        forces: &[f64],
+        precision: Precision,
+    ) -> Result<(DMatrix<f64>, f64), Interrupted> {
+        let jacobian = |step: f64| {
+            let found = self.jacobians(&[(x, forces)], Precision { step, central: true, ..precision })?;
+            Ok::<_, Interrupted>(found.into_iter().next().expect("one for each point"))
+        };
+        let (fine, coarse) = (jacobian(precision.step)?, jacobian(2.0 * precision.step)?);
         let correction = (&fine - coarse) / 3.0;
         let error = |column: usize| correction.column(column).norm() / fine.column(column).norm();
         let error = (0..x.len()).map(error).fold(0.0, f64::max);
         Ok((fine + correction, error))
+    }
+}
+
+/// Points around one, between which differences are taken.
+pub struct Stencil {
+    pub points: Vec<Vec<f64>>,
+    /// For each coordinate the positions of the points below and above, if that is not the one in the middle, and their distance.
+    sides: Vec<([Option<usize>; 2], f64)>,
+}
+
+impl Stencil {
+    /// The derivative in a coordinate of what is `here` in the middle, and `at` each of the points.
+    pub fn derivative(&self, column: usize, here: f64, at: impl Fn(usize) -> f64) -> f64 {
+        let (sides, width) = self.sides[column];
+        let [below, above] = sides.map(|point| point.map_or(here, &at));
+        (above - below) / width
     }
 }

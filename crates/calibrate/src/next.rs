@@ -51,10 +51,11 @@ pub fn next(
     let values = model.values(&minimum.x);
     let places = grid(problem, &values, reach);
     let stds = relative_stds(problem);
-    let (points, widths) = model.stencil(&minimum.x, precision.step);
+    let stencil = model.stencil(&minimum.x, precision);
+    let points = &stencil.points;
     let evaluations: Vec<(Place, Vec<f64>)> = places
         .iter()
-        .flat_map(|place| std::iter::once(&minimum.x).chain(&points).map(|x| (*place, model.values(x))))
+        .flat_map(|place| std::iter::once(&minimum.x).chain(points).map(|x| (*place, model.values(x))))
         .collect();
     let forces = model.simulator.forces(&evaluations, precision)?;
     // A setting that nothing determines is somewhere in its range.
@@ -76,8 +77,8 @@ pub fn next(
             stds.iter().enumerate().filter_map(|(force, std)| Some((force, (*std)?))).collect();
         let rows = DMatrix::from_fn(measured.len(), values.len(), |row, column| {
             let (force, std) = measured[row];
-            (forces[2 * column + 2][force] - forces[2 * column + 1][force])
-                / (widths[column] * std * forces[0][force].abs())
+            let here = forces[0][force];
+            stencil.derivative(column, here, |point| forces[1 + point][force]) / (std * here.abs())
         });
         if rows.iter().any(|derivative| !derivative.is_finite()) {
             continue;

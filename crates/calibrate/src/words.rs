@@ -116,19 +116,34 @@ fn fit(calibration: &Calibration) -> String {
 }
 
 /// How many minima the starts found.
-fn minima(calibration: &Calibration) -> String {
-    let starts: usize = calibration.minima.iter().map(|(_, starts)| starts).sum();
-    let most = calibration.minima[0].0 + RIVAL * calibration.errors.scale;
-    let rivals = calibration.minima.iter().skip(1).filter(|(squares, _)| *squares < most);
-    match (calibration.minima.len(), rivals.count()) {
-        (1, _) => format!("all {starts} starts lead to this minimum"),
-        (count, 0) => format!("{starts} starts lead to {count} minima, of which this is by far the least"),
-        (count, _) => format!(
-            "{starts} starts lead to {count} minima, and the second is nearly as low (χ² = {:.1} there): narrow the ranges of what \
-             is fitted, as in --fit KEY=LOW..HIGH",
-            calibration.minima[1].0
-        ),
+#[must_use]
+pub fn minima(calibration: &Calibration) -> String {
+    let Calibration { minima, stopped_starts, failed_starts, .. } = calibration;
+    let here = minima[0].1;
+    let starts = minima.iter().map(|(_, starts)| starts).sum::<usize>() + stopped_starts + failed_starts;
+    if here == starts {
+        return if starts == 1 { "one start leads to this minimum" } else { "all starts lead to this minimum" }
+            .to_owned();
     }
+    let others = match minima.len() - 1 {
+        0 => String::new(),
+        1 => format!(", {} to another one", minima[1].1),
+        count => format!(", {} to {count} others", minima.iter().skip(1).map(|(_, starts)| starts).sum::<usize>()),
+    };
+    let stopped = if *stopped_starts > 0 { format!(", {stopped_starts} stopped far above") } else { String::new() };
+    let failed = if *failed_starts > 0 { format!(", {failed_starts} cannot be simulated") } else { String::new() };
+    let most = minima[0].0 + RIVAL * calibration.errors.scale;
+    let rival = minima.get(1).filter(|(squares, _)| *squares < most).map_or_else(
+        || "; no other is nearly as low".to_owned(),
+        |(squares, _)| {
+            format!(
+                "; another is nearly as low (χ² = {squares:.1} there): narrow the ranges of what is fitted, as in --fit \
+                 KEY=LOW..HIGH"
+            )
+        },
+    );
+    let lead = if here == 1 { "leads" } else { "lead" };
+    format!("{here} of {starts} starts {lead} to this minimum{others}{stopped}{failed}{rival}")
 }
 
 /// Where to measure next, and what for.
