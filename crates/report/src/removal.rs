@@ -87,7 +87,7 @@ pub fn lines(settings: &Settings, removal: &Removal) -> Vec<String> {
     let mut simulated: Vec<f64> = removal.simulated.iter().map(|edge| edge.edge_radius_m).collect();
     simulated.dedup();
     lines.push(format!(
-        "{} radii simulated; half of them change R by {} % at most",
+        "{} radii simulated; with half of them R changes by {} % at most",
         simulated.len(),
         significant(100.0 * removal.change_when_refined)
     ));

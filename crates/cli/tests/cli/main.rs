@@ -16,6 +16,7 @@ mod mistakes;
 mod packing;
 mod pages;
 mod poses;
+mod removal;
 mod resume;
 mod scripting;
 mod speed;

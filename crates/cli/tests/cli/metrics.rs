@@ -2,6 +2,7 @@
 
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Prominence, Record, Scope};
+use bristle_grid::brush::{Having, metric_columns};
 use bristle_grid::{CaseResult, Study, run_study};
 use bristle_insight::assumptions::Assumptions;
 use bristle_report::drawing::format::Format;
@@ -41,7 +42,8 @@ fn at_least(prominence: Prominence) -> impl Iterator<Item = &'static Column<Metr
 fn every_reader_shows_every_metric() {
     let study = program::study(FILE);
     let results = run_study(&study, None, || {}).expect("threads");
-    let all = keys(Metrics::COLUMNS);
+    let having = Having::of_study(&study);
+    let all = keys(metric_columns(having));
 
     // runs.csv, and with it Parquet, results read back and the journal's JSON.
     let columns = run_columns(&study, &[]);
@@ -51,12 +53,15 @@ fn every_reader_shows_every_metric() {
     let directory = Workspace::with(FILE);
     directory.run("simulate case.toml --out one");
     let metrics = directory.json("one/metrics.json");
-    assert!(all.iter().all(|key| metrics.get(key).is_some()), "{metrics}");
+    let of_force = keys(metric_columns(Having { force: true, ..having }));
+    assert!(of_force.iter().all(|key| metrics.get(key).is_some()), "{metrics}");
+    // What no coefficient tells is not there.
+    assert!(metrics.get("removal_rate_m3_s").is_none() && !all.contains(&"wear_ratio"), "{metrics}");
 
     // The page, the most prominent metrics first.
     let data = page_data(&page("case.toml", &study, &results, &[], &Assumptions::default(), &[]));
     let quantities = data["quantities"].as_array().expect("quantities");
-    let mut prominent: Vec<&Column<Metrics>> = Metrics::COLUMNS.iter().collect();
+    let mut prominent: Vec<&Column<Metrics>> = metric_columns(having).collect();
     // Those of the tool are together.
     prominent.sort_by_key(|column| match column.display.scope {
         Scope::Tool => Prominence::Headline,
@@ -72,11 +77,12 @@ fn every_reader_shows_every_metric() {
     // A map for each metric of the figures, a table for each headline.
     let without_edge = shown(&study, &results);
 
-    // With friction on an edge there are all of them.
+    // With friction on an edge there are all of them but those of removal and of a given force.
     let edge = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"edge\"\nedge_radius_m = 2e-4\n[process]";
     let study = program::study(&FILE.replace("[process]", edge));
     let results = run_study(&study, None, || {}).expect("threads");
-    let all = [Prominence::Figure, Prominence::Headline].map(|prominence| at_least(prominence).count());
+    let all = [Prominence::Figure, Prominence::Headline]
+        .map(|prominence| metric_columns(having).filter(|column| column.display.prominence <= prominence).count());
     assert!(shown(&study, &results) == all && without_edge < all, "{without_edge:?}, {all:?}");
 }
 

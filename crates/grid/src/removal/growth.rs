@@ -137,7 +137,7 @@ pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
                 step = step.min(LARGEST_GROWTH * (state[edge] + 0.1 * least_area[edge]) / now[edge]);
             }
         }
-        if now[2] > 0.0 {
+        if now[2] > 0.0 && largest_loss > 0.0 {
             step = step.min(LARGEST_LOSS * largest_loss / now[2]);
         }
         let ended = match end {

@@ -1,0 +1,155 @@
+//! Edges that grow round, and filaments that wear.
+
+use crate::program::{Workspace, words};
+
+const FILE: &str = "[tool]
+body_radius_m = 0.140
+width_m = 0.020
+filament_count = 10500
+[filament]
+segments = 10
+length_m = 0.040
+diameter_m = 1.18e-3
+[contact]
+friction_coefficient = 0.3
+[workpiece]
+kind = \"edge\"
+side = \"entering\"
+edge_radius_m = 0.1e-3
+offset_m = -5e-3
+[solver]
+relative_tolerance = 1e-5
+[process]
+brushing_velocity_m_s = 10.0
+penetration_depth_m = 2e-3
+[removal]
+preston_m2_n = 2e-14
+until = { edge_radius_m = 0.2e-3 }
+";
+
+fn column(directory: &Workspace, file: &str, key: &str) -> Vec<f64> {
+    directory.rows(file).iter().map(|row| row[key].parse().expect("a number")).collect()
+}
+
+#[test]
+fn an_edge_grows_until_its_goal() {
+    let directory = Workspace::with(FILE);
+    let said = directory.printed("remove case.toml --out grown --threads 1");
+    assert!(said.starts_with("edge of 90°: R = 0.200 mm after ") && said.lines().count() <= 10, "{said}");
+    let [turns, radii, areas, works] = ["turns", "edge_radius_m", "removed_area_m2", "edge_sliding_work_j"]
+        .map(|key| column(&directory, "grown/removal.csv", key));
+    assert!(radii[0] == 0.1e-3 && (radii[200] / 0.2e-3 - 1.0).abs() < 1e-9 && turns[0] == 0.0);
+    assert!(radii.windows(2).chain(turns.windows(2)).all(|pair| pair[0] < pair[1]));
+    // The area of a right angle, and the work by which it was removed: k_P N_f/b times the mean of W_e over the turns.
+    let factor = 1.0 - std::f64::consts::PI / 4.0;
+    assert!((areas[200] / (factor * (4.0 - 1.0) * 1e-8) - 1.0).abs() < 1e-9);
+    let dose: f64 = (0..200).map(|i| (turns[i + 1] - turns[i]) * (works[i + 1] + works[i]) / 2.0).sum();
+    let removed = 2e-14 * 10_500.0 / 0.020 * dose;
+    assert!((removed / areas[200] - 1.0).abs() < 2e-3, "{removed} {}", areas[200]);
+    for file in
+        ["edge_work.csv", "removal.html", "figures/edge_radius.svg", "figures/edge_shape.png", "figures/edge_work.svg"]
+    {
+        assert!(directory.path(&format!("grown/{file}")).is_file(), "{file}");
+    }
+    // What was simulated is what `simulate` says, and any number of threads gives the same.
+    directory.run("simulate case.toml --out one --no-figures");
+    let one = directory.json("one/metrics.json");
+    let first = &directory.rows("grown/edge_work.csv")[0];
+    for key in ["edge_sliding_work_j", "sliding_work_j", "tool_contact_normal_force_n"] {
+        let (there, here) = (first[key].parse::<f64>().expect("a number"), one[key].as_f64().expect("a number"));
+        assert!((there / here - 1.0).abs() < 1e-6, "{key}: {there} {here}");
+    }
+    let rate = one["removal_rate_m3_s"].as_f64().expect("a rate");
+    let expected =
+        2e-14 * one["sliding_work_j"].as_f64().expect("work") * 10_500.0 * 10.0 / 0.18 / std::f64::consts::TAU;
+    assert!((rate / expected - 1.0).abs() < 1e-12 && one.get("wear_ratio").is_none());
+    directory.run("remove case.toml --out again --threads 3");
+    assert_eq!(directory.read("grown/removal.csv"), directory.read("again/removal.csv"));
+}
+
+#[test]
+fn one_trial_takes_the_place_of_the_coefficient() {
+    let directory = Workspace::with(FILE);
+    directory.run("remove case.toml --out grown --no-figures");
+    let rows = directory.rows("grown/removal.csv");
+    let (time, radius) = (&rows[150]["time_s"], &rows[150]["edge_radius_m"]);
+    let observed = format!("observed = {{ edge_radius_m = {radius}, time_s = {time} }}");
+    directory.write("trial.toml", FILE.replace("preston_m2_n = 2e-14", &observed));
+    let said = directory.printed("remove trial.toml --out trial --no-figures");
+    assert!(said.contains("k_P = 2.00e-14 m²/N, from the edge that was observed"), "{said}");
+    let times = column(&directory, "trial/removal.csv", "time_s");
+    let expected = column(&directory, "grown/removal.csv", "time_s");
+    assert!((times[200] / expected[200] - 1.0).abs() < 2e-3, "{} {}", times[200], expected[200]);
+}
+
+#[test]
+fn worn_filaments_press_less_unless_the_tool_follows() {
+    let directory = Workspace::with(&(FILE.to_owned() + "filament_wear_m2_n = 1e-11\n"));
+    let said = words(&directory.printed("remove case.toml --out worn --no-figures"));
+    assert!(said.contains("filaments lose ") && said.contains("wear ratio 0.00200"), "{said}");
+    let [forces, lengths] =
+        ["tool_contact_normal_force_n", "filament_length_m"].map(|key| column(&directory, "worn/removal.csv", key));
+    assert!(lengths.windows(2).all(|pair| pair[0] > pair[1]) && lengths[200] < 0.0399, "{}", lengths[200]);
+    assert!(forces[200] < forces[0]);
+    let said = directory.printed("remove case.toml --out held --no-figures --set removal.compensate=true");
+    assert!(said.contains("filaments lose "), "{said}");
+    let held = column(&directory, "held/removal.csv", "tool_contact_normal_force_n");
+    assert!((held[200] / held[0] - 1.0).abs() < (forces[200] / forces[0] - 1.0).abs());
+}
+
+#[test]
+fn both_directions_and_both_edges_of_a_chamfer() {
+    let directory = Workspace::with(FILE);
+    let works = |directory: &Workspace, out: &str| {
+        let keys = ["edge_sliding_work_j", "second_edge_sliding_work_j"];
+        let rows = directory.rows(&format!("{out}/edge_work.csv"));
+        keys.map(|key| rows[0].get(key).map(|work| work.parse::<f64>().expect("a number")))
+    };
+    let short = "--no-figures --set removal.until={turns=10}";
+    directory.run(&format!("remove case.toml --out entering {short}"));
+    directory.run(&format!(
+        "remove case.toml --out leaving {short} --set workpiece.side=leaving --set workpiece.offset_m=5e-3"
+    ));
+    directory.run(&format!("remove case.toml --out both {short} --set removal.alternate=true"));
+    let [entering, leaving, both] = ["entering", "leaving", "both"].map(|out| works(&directory, out)[0].expect("work"));
+    assert!((both / ((entering + leaving) / 2.0) - 1.0).abs() < 1e-9, "{both} {entering} {leaving}");
+    directory.run(&format!(
+        "remove case.toml --out chamfer {short} --set workpiece.kind=chamfer --set workpiece.chamfer_width_m=1e-3"
+    ));
+    let [Some(first), Some(second)] = works(&directory, "chamfer") else { panic!("two edges") };
+    directory.run(
+        "simulate case.toml --out one --no-figures --set workpiece.kind=chamfer --set workpiece.chamfer_width_m=1e-3",
+    );
+    let whole = directory.json("one/metrics.json")["edge_sliding_work_j"].as_f64().expect("work");
+    assert!(first > 0.0 && second > 0.0 && ((first + second) / whole - 1.0).abs() < 1e-6, "{first} {second} {whole}");
+}
+
+#[test]
+fn what_cannot_be_followed_says_why() {
+    let directory = Workspace::with(FILE);
+    let start = FILE.find("[workpiece]").expect("the section");
+    let workpiece = &FILE[start..FILE.find("[solver]").expect("the next one")];
+    let cases = [
+        ("preston_m2_n = 2e-14\n", "", "state `removal.preston_m2_n`, or what one trial showed"),
+        ("until = { edge_radius_m = 0.2e-3 }\n", "", "state when to end"),
+        ("0.2e-3 }", "0.05e-3 }", "but the edge has a radius of 1e-4 m at the start"),
+        (workpiece, "", "has no edge that grows round"),
+        ("preston_m2_n = 2e-14", "preston_m2_n = 0.0", "`removal.preston_m2_n` is 0.0"),
+        (
+            "preston_m2_n",
+            "observed = { edge_radius_m = 1.5e-4, time_s = 10.0 }\npreston_m2_n",
+            "beside removal.preston_m2_n",
+        ),
+        ("offset_m = -5e-3", "offset_m = 0.15", "is never reached"),
+        ("{ edge_radius_m = 0.2e-3 }", "{ turns = 5, time_s = 3 }", "until"),
+        ("{ edge_radius_m = 0.2e-3 }", "{ turns = -5 }", "`removal.until` is -5.0, but must be"),
+        ("until = { edge_radius_m = 0.2e-3 }", "until = { edge_radius_m = 0.2 }", "is never reached"),
+    ];
+    for (old, new, expected) in cases {
+        directory.write("wrong.toml", FILE.replacen(old, new, 1));
+        let output = directory.bristle("remove wrong.toml --out nothing").output().expect("it runs");
+        let message = String::from_utf8_lossy(&output.stderr).replace("\n         ", " ");
+        assert!(output.status.code() == Some(2) && message.contains(expected), "{new}: {message}");
+        assert!(!directory.path("nothing/removal.csv").exists());
+    }
+}
