@@ -65,7 +65,8 @@ fn write(directory: &Path, before: &str, text: &str) {
 
 /// Runs a command of the page in `directory`, and returns what it prints to stderr and stdout.
 fn run(command: &str, directory: &Path) -> String {
-    let mut words = command.split_whitespace();
+    // No quoted word has a space.
+    let mut words = command.split_whitespace().map(|word| word.trim_matches('\''));
     assert_eq!(words.next(), Some("bristle"), "{command}");
     let mut call = Command::new(env!("CARGO_BIN_EXE_bristle"));
     let output = call.env_remove("COLUMNS").current_dir(directory).args(words).output();
@@ -315,6 +316,28 @@ fn cups_cones_and_tilted_brushes_do_what_the_page_says() {
         let (_, file) = example.split_once("\n\n").expect("a heading");
         assert!(page.contains(file), "{file}");
     }
+}
+
+#[test]
+fn edges_grow_round_as_the_page_says() {
+    let directory = check(&Page {
+        text: include_str!("../../../../docs/edge-rounding.md"),
+        counts: (3, 3),
+        files: &[
+            "rounding/removal.csv",
+            "rounding/edge_work.csv",
+            "rounding/removal.html",
+            "worn/figures/worn_force.svg",
+        ],
+        metrics: &[],
+    });
+    let drawn = fs::read_to_string(directory.path().join("rounding/figures/edge_radius.svg"));
+    let committed = include_str!("../../../../docs/edge_rounding_radius.svg");
+    assert!(drawn.expect("a figure") == committed, "docs/edge_rounding_radius.svg is another figure");
+    // The example has the coefficient besides.
+    let (_, example) = include_str!("../../../../examples/edge_rounding.toml").split_once("\n\n").expect("a heading");
+    let (sections, _) = example.split_once("\n# The coefficient").expect("the coefficient");
+    assert!(include_str!("../../../../docs/edge-rounding.md").contains(sections));
 }
 
 #[test]

@@ -28,7 +28,7 @@ impl Run<'_> {
 /// Splits a text into the parts on the baseline and the subscripts of symbols.
 ///
 /// A symbol is one letter, possibly with accents or a leading `Δ`, followed by `_` and its subscript. A subscript consists of
-/// lower-case letters and digits, and of commas without a space between them. Names such as `relative_tolerance` are not
+/// lower-case letters and digits, and of commas without a space between them, or of one capital letter. Names such as `relative_tolerance` are not
 /// symbols and stay as they are.
 #[must_use]
 pub fn runs(text: &str) -> Vec<Run<'_>> {
@@ -66,7 +66,10 @@ fn subscript(text: &str) -> usize {
     let is_part = |byte: &u8| byte.is_ascii_lowercase() || byte.is_ascii_digit();
     let bytes = text.as_bytes();
     let joins = |at: usize| bytes[at] == b',' && at > 0 && bytes.get(at + 1).is_some_and(is_part);
-    let length = (0..bytes.len()).take_while(|&at| is_part(&bytes[at]) || joins(at)).count();
+    let length = match bytes.first() {
+        Some(first) if first.is_ascii_uppercase() => 1,
+        _ => (0..bytes.len()).take_while(|&at| is_part(&bytes[at]) || joins(at)).count(),
+    };
     let goes_on = text[length..].starts_with(|next: char| next.is_alphanumeric() || next == '_');
     if goes_on { 0 } else { length }
 }
@@ -94,6 +97,7 @@ mod tests {
             ("ΔE/E_kin", "ΔE/E[kin]"),
             ("exp(−0.05 Ω_1 t)", "exp(−0.05 Ω[1] t)"),
             ("F\u{304}_n", "F\u{304}[n]"),
+            ("k_P = 1", "k[P] = 1"),
             ("no symbol", "no symbol"),
             ("", ""),
         ];
