@@ -33,7 +33,7 @@ pub enum FitError {
     Unknown {
         /// What was written.
         key: String,
-        /// What may have been meant, as a sentence.
+        /// What may have been meant, behind a semicolon; empty if nothing is close.
         meant: String,
     },
     /// A count or a seed.
@@ -87,7 +87,9 @@ impl Fitted {
         };
         let found = own_keys(key).find_map(|(own, unit)| Some((Parameter::find(&own)?, unit)));
         let Some((parameter, unit)) = found else {
-            return Err(FitError::Unknown { key: key.to_owned(), meant: bristle_input::document::setting_meant(key) });
+            let meant = bristle_input::document::setting_meant(key);
+            let meant = if meant.is_empty() { meant } else { format!("; {meant}") };
+            return Err(FitError::Unknown { key: key.to_owned(), meant });
         };
         let form = || FitError::Form(text.to_owned());
         let bounds = bounds.map(|bounds| {

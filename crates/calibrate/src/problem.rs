@@ -260,7 +260,8 @@ impl Problem {
         let parameter = Parameter::find(path).expect("the table has velocity and speed");
         parameter.check(speed)?;
         parameter.set(&mut settings, speed);
-        settings.process.penetration_depth_m = place.penetration_depth_m;
+        // The depth is that of the point, also where the file states a force.
+        let settings = settings.at_depth(place.penetration_depth_m);
         check(&settings)?;
         Ok(settings)
     }

@@ -3,7 +3,7 @@
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_calibrate::{
-    Calibration, Fitted, Means, Problem, ProblemError, Reach, STARTS, Unwatched, calibrate, summary,
+    Calibration, Fitted, Means, Place, Problem, ProblemError, Reach, STARTS, Unwatched, calibrate, summary,
 };
 use bristle_grid::{Resources, Study, run_study};
 use bristle_input::document::StatedBrush;
@@ -171,6 +171,18 @@ fn residuals_take_the_place_of_standard_deviations() {
 }
 
 #[test]
+fn the_depth_of_a_point_takes_the_place_of_a_stated_force() {
+    let mut pressed = brush();
+    pressed.set_tool_force_n(20.0);
+    let points = vec![point(10.0, 1e-3, 5.0, Some(0.1)), point(20.0, 2e-3, 9.0, Some(0.1))];
+    let problem = Problem::new(stated(pressed), fitted(&["filament.youngs_modulus_pa"]), points).expect("a problem");
+    for own in &problem.points {
+        let process = problem.settings(&Place::of(own), &[2e9]).expect("it can be simulated").process;
+        assert_eq!((process.tool_force_n, process.penetration_depth_m), (None, own.penetration_depth_m));
+    }
+}
+
+#[test]
 fn what_cannot_be_calibrated_is_refused() {
     let force = |value| point(10.0, 1e-3, value, None);
     let refused = |keys: &[&str], points: Vec<MeasuredPoint>| {
@@ -202,5 +214,7 @@ fn what_cannot_be_calibrated_is_refused() {
         let error = Fitted::parse(text).expect_err(text).to_string();
         assert!(error.starts_with(message), "{error}");
     }
+    let meant = Fitted::parse("filament.youngs_modul").expect_err("no setting").to_string();
+    assert!(meant.ends_with("lists them; did you mean `filament.youngs_modulus_pa`?"), "{meant}");
     assert_eq!(Fitted::parse("filament.youngs_modulus_gpa=2..4").expect("a setting").bounds, [2e9, 4e9]);
 }
