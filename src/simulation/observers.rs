@@ -1,7 +1,7 @@
 //! Observers of the steps of a pass: they keep the record of its contact, and a time history.
 
 use super::form::{Equations, Form};
-use super::profile::{EdgeWork, Ledger};
+use super::profile::{EdgeWork, Ledger, sliding_in};
 use super::search::maximum_in_step;
 use super::system::{Filament, FilamentState, Touch, integral};
 use super::trajectory::Step;
@@ -143,8 +143,9 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         self.record.angular_impulse = integrals[integral::ANGULAR_IMPULSE];
         self.record.edge_impulse = integrals[integral::EDGE_IMPULSE];
         self.record.friction_work = integrals[integral::FRICTION_WORK];
-        self.record.sliding_work = integrals[integral::SLIDING_WORK];
-        self.record.edge_work = std::array::from_fn(|order| integrals[integral::EDGE_WORK + order]);
+        let [sliding, edge @ ..] = sliding_in(step, &self.filament);
+        self.record.sliding_work += sliding;
+        self.record.edge_work = add(self.record.edge_work, edge);
         let nodes = step.start_nodes.len();
         if step.closed[nodes..].contains(&true) {
             self.edge_work.observe(step, &self.filament);

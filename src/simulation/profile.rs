@@ -4,7 +4,7 @@
 //! lengths between the two places, evenly. The sum over a step is that of the step's integrals, so that the sum over the profile is
 //! that of the metrics.
 
-use super::system::{Filament, Touch, integral};
+use super::system::{ContactSum, Filament, Touch, integral};
 use super::trajectory::Step;
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale};
@@ -33,13 +33,11 @@ crate::record! {
     }
 }
 
-/// What is distributed over the profile, by the integral of a step: normal impulse in N s, friction work in J, sliding work in J.
-const AMOUNTS: [usize; 3] = [integral::NORMAL_IMPULSE, integral::FRICTION_WORK, integral::SLIDING_WORK];
-/// The number of these kinds.
-const KINDS: usize = AMOUNTS.len();
+/// The number of kinds of what is distributed over the profile: normal impulse in N s, friction work in J, sliding work in J.
+const KINDS: usize = 3;
 
 impl ProfileCell {
-    /// The amounts per length, in the order of [`AMOUNTS`].
+    /// The amounts per length, by kind.
     fn amounts_mut(&mut self) -> [&mut f64; KINDS] {
         [&mut self.normal_impulse_n_s_m, &mut self.friction_work_j_m, &mut self.sliding_work_j_m]
     }
@@ -68,7 +66,7 @@ pub(super) fn weighted<'a>(all: impl Iterator<Item = (f64, &'a [ProfileCell])>) 
 struct Part {
     /// The places at which it begins and ends.
     places: [f64; 2],
-    /// See [`AMOUNTS`].
+    /// By kind.
     amounts: [f64; KINDS],
 }
 
@@ -98,6 +96,44 @@ fn parts_of<M: ClampMotion, W: Workpiece, const N: usize>(
         each([last.0, next.0], amounts);
         last = next;
     }
+}
+
+/// The sliding work of a step in J, then its part on edges and the moments of that: see [`integral::SLIDING_WORK`].
+///
+/// They are those that were integrated with the motion, unless some contact turns back within the step: there `|v_t|` has a kink, on whose sides the
+/// interpolant is integrated.
+pub(super) fn sliding_in<M: ClampMotion, W: Workpiece>(step: &Step<'_>, filament: &Filament<M, W>) -> [f64; 4] {
+    /// Intervals of Simpson's rule on each side.
+    const PARTS: usize = 16;
+    let sliding = |contact: usize, s: f64| step.touch(filament, contact, s).approach.sliding;
+    let turns_back = |contact: usize| dot(sliding(contact, 0.0), sliding(contact, 1.0)) < 0.0;
+    if !step.contacts().any(turns_back) {
+        return std::array::from_fn(|kind| step.integrated(integral::SLIDING_WORK + kind));
+    }
+    let mut sum = [0.0; 4];
+    for contact in step.contacts() {
+        let first = sliding(contact, 0.0);
+        let (mut low, mut high) = (0.0, 1.0);
+        if turns_back(contact) {
+            for _ in 0..f64::MANTISSA_DIGITS {
+                let middle = (low + high) / 2.0;
+                if dot(first, sliding(contact, middle)) > 0.0 { low = middle } else { high = middle }
+            }
+        }
+        for [from, to] in [[0.0, high], [high, 1.0]] {
+            for i in 0..=PARTS {
+                let weight = if i == 0 || i == PARTS { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+                let at = from + (to - from) * i as f64 / PARTS as f64;
+                let part = weight * (to - from) * step.length() / (3 * PARTS) as f64;
+                let ContactSum { sliding_power, edge_power: [on_edges, first, second], .. } =
+                    filament.sum(&step.touch(filament, contact, at));
+                for (sum, power) in sum.iter_mut().zip([sliding_power, on_edges, first, second]) {
+                    *sum += part * power;
+                }
+            }
+        }
+    }
+    sum
 }
 
 /// Distributes over cells between the ascending `boundaries` what acts evenly between two places: calls `add` with cells and
@@ -146,8 +182,10 @@ impl Ledger {
 
     /// Enters the work of the next step.
     pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>) {
-        for (owed, integral) in self.owed.iter_mut().zip(AMOUNTS) {
-            *owed += step.end.integrals[integral] - step.start.integrals[integral];
+        let [impulse, friction] = [integral::NORMAL_IMPULSE, integral::FRICTION_WORK].map(|kind| step.integrated(kind));
+        let [sliding, ..] = sliding_in(step, filament);
+        for (owed, amount) in self.owed.iter_mut().zip([impulse, friction, sliding]) {
+            *owed += amount;
         }
         self.parts.clear();
         let place = |touch: &Touch, time: f64| {

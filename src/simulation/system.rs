@@ -41,7 +41,7 @@ pub mod integral {
     pub const VARIATION_SCALE: usize = 10;
     /// Sliding work `∫ F_n |v_t| dt` in J.
     pub const SLIDING_WORK: usize = 11;
-    /// The part of it on edges in J, then its first and second moment about the bisectors of the edges in J rad and J rad².
+    /// The part of it on edges in J, next to it, then its first and second moment about the bisectors of the edges in J rad and J rad².
     pub const EDGE_WORK: usize = 12;
     /// The number of integrals.
     pub const COUNT: usize = 15;

@@ -56,6 +56,11 @@ impl Step<'_> {
         }
     }
 
+    /// By how much an integral of the motion, by its index, rises in the step.
+    pub(super) fn integrated(&self, kind: usize) -> f64 {
+        self.end.integrals[kind] - self.start.integrals[kind]
+    }
+
     /// The closed contacts, by index.
     pub(super) fn contacts(&self) -> impl Iterator<Item = usize> {
         (0..self.closed.len()).filter(|&contact| self.closed[contact])

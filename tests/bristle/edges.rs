@@ -116,12 +116,14 @@ impl Reference {
             .peak_contact_normal_force_n
             .map(|peak| ("peak_contact_normal_force_n", metrics.peak_contact_normal_force_n, peak, peak));
         let whole = self.sliding_work_j.unwrap_or(1.0);
+        // An angle is as sure as the part of the work that it is the angle of.
+        let by_work = self.edge_sliding_work_j.map_or(1.0, |work| whole / work.max(f64::MIN_POSITIVE));
         let sliding = [
             ("sliding_work_j", metrics.sliding_work_j, self.sliding_work_j, whole),
             // Onto an edge a tip slides as its share of the impulse says.
             ("edge_sliding_work_j", metrics.edge_sliding_work_j, self.edge_sliding_work_j, whole),
-            ("edge_work_angle_rad", metrics.edge_work_angle_rad, self.edge_work_angle_rad, 1.0),
-            ("edge_work_angle_std_rad", metrics.edge_work_angle_std_rad, self.edge_work_angle_std_rad, 1.0),
+            ("edge_work_angle_rad", metrics.edge_work_angle_rad, self.edge_work_angle_rad, by_work),
+            ("edge_work_angle_std_rad", metrics.edge_work_angle_std_rad, self.edge_work_angle_std_rad, by_work),
         ];
         let sliding =
             sliding.into_iter().filter_map(|(name, value, expected, scale)| Some((name, value, expected?, scale)));
