@@ -12,6 +12,7 @@ use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings::{of_contact, of_force};
 use bristle_report::page::{Recorder, page};
 use bristle_store::results::write_metrics;
+use bristle_text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

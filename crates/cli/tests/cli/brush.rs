@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use bristle::model::metrics::Metrics;
+use bristle::model::metrics::{Metrics, RemovalLaw};
 use bristle::model::record::{Column, Record};
 use bristle::model::settings::BrushSettings;
 use bristle_grid::brush::{Interaction, NOT_OF_BRUSHES};
@@ -59,9 +59,9 @@ fn a_brush_is_written_and_drawn() {
 
     let metrics = workspace.json("out/metrics.json");
     let has = |key: &&str| metrics.get(key).is_some();
-    let of_contact = keys::<Metrics>();
-    let (lacking, common): (Vec<&str>, Vec<&str>) =
-        of_contact.into_iter().partition(|key| NOT_OF_BRUSHES.contains(key));
+    // Without coefficients nothing is known of removal.
+    let of_contact = keys::<Metrics>().into_iter().filter(|key| RemovalLaw::default().tells(key));
+    let (lacking, common): (Vec<&str>, Vec<&str>) = of_contact.partition(|key| NOT_OF_BRUSHES.contains(key));
     assert!(common.iter().all(has) && keys::<Interaction>().iter().all(has), "{metrics:?}");
     // What a brush does not have is nowhere.
     let lacking: Vec<&str> = lacking.into_iter().filter(|key| !keys::<Interaction>().contains(key)).collect();

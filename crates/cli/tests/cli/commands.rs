@@ -252,15 +252,17 @@ fn profiles_add_up_to_the_metrics() {
     ] {
         workspace.write("case.toml", file.replace("[workpiece]\n", &format!("[workpiece]\n{piece}\n")));
         workspace.run("simulate case.toml --out one");
-        let heading = "arc_length_m,x_m,y_m,length_m,on_edge,normal_impulse_n_s_m,friction_work_j_m\n";
+        let heading = "arc_length_m,x_m,y_m,length_m,on_edge,normal_impulse_n_s_m,friction_work_j_m,sliding_work_j_m\n";
         assert!(workspace.read("one/profile.csv").starts_with(heading));
         let rows = workspace.rows("one/profile.csv");
         let number = |row: &BTreeMap<String, String>, column: &str| row[column].parse::<f64>().expect("a number");
         let sum = |column: &str| rows.iter().map(|row| number(row, "length_m") * number(row, column)).sum::<f64>();
         let metrics = workspace.json("one/metrics.json");
-        for (column, key) in
-            [("normal_impulse_n_s_m", "contact_normal_impulse_n_s"), ("friction_work_j_m", "friction_work_j")]
-        {
+        for (column, key) in [
+            ("normal_impulse_n_s_m", "contact_normal_impulse_n_s"),
+            ("friction_work_j_m", "friction_work_j"),
+            ("sliding_work_j_m", "sliding_work_j"),
+        ] {
             let expected = metrics[key].as_f64().expect(key);
             assert!((sum(column) / expected - 1.0).abs() < 1e-12, "{piece}: {key}");
         }

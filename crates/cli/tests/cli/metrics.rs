@@ -34,8 +34,8 @@ fn keys<'a>(columns: impl IntoIterator<Item = &'a Column<Metrics>>) -> Vec<&'sta
     columns.into_iter().map(|column| column.key).collect()
 }
 
-fn at_least(prominence: Prominence) -> impl Iterator<Item = &'static Column<Metrics>> {
-    Metrics::COLUMNS.iter().filter(move |column| column.display.prominence <= prominence)
+fn at_least(study: &Study, prominence: Prominence) -> impl Iterator<Item = &'static Column<Metrics>> {
+    metric_columns(Having::of_study(study)).filter(move |column| column.display.prominence <= prominence)
 }
 
 #[test]
@@ -81,8 +81,7 @@ fn every_reader_shows_every_metric() {
     let edge = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"edge\"\nedge_radius_m = 2e-4\n[process]";
     let study = program::study(&FILE.replace("[process]", edge));
     let results = run_study(&study, None, || {}).expect("threads");
-    let all = [Prominence::Figure, Prominence::Headline]
-        .map(|prominence| metric_columns(having).filter(|column| column.display.prominence <= prominence).count());
+    let all = [Prominence::Figure, Prominence::Headline].map(|prominence| at_least(&study, prominence).count());
     assert!(shown(&study, &results) == all && without_edge < all, "{without_edge:?}, {all:?}");
 }
 
@@ -95,7 +94,7 @@ fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
     let pictures = study_figures(study, results, &[], &Format::default()).pictures;
     let maps: Vec<&str> = pictures.iter().filter_map(|picture| picture.name.strip_suffix("_map")).collect();
     let drawn: Vec<&str> =
-        at_least(Prominence::Figure).filter(is_shown).map(|column| column.display.file_name).collect();
+        at_least(study, Prominence::Figure).filter(is_shown).map(|column| column.display.file_name).collect();
     assert_eq!(maps, drawn);
     let tables = study_tables(study, results, WIDTH);
     let titles: Vec<&str> = tables
@@ -103,7 +102,8 @@ fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
         .filter(|line| line.starts_with(char::is_alphabetic))
         .map(|title| title.split_once(": ").map_or(title, |(_, name)| name))
         .collect();
-    let headlines: Vec<&str> = at_least(Prominence::Headline).filter(is_shown).map(|column| column.name).collect();
+    let headlines: Vec<&str> =
+        at_least(study, Prominence::Headline).filter(is_shown).map(|column| column.name).collect();
     assert_eq!(titles, headlines);
     [drawn.len(), headlines.len()]
 }
