@@ -1,8 +1,10 @@
 //! A brush of one filament is the pass of that filament: seeded random settings of all that a brush can have.
 
 use bristle::brush::simulate_brush;
-use bristle::model::settings::{BrushSettings, Settings, Side, Turns, WorkpieceKind};
-use bristle::simulation::simulate;
+use bristle::model::metrics::Metrics;
+use bristle::model::record::Record;
+use bristle::model::settings::{BrushSettings, Ends, Pattern, Settings, Side, Turns, WorkpieceKind};
+use bristle::simulation::{Pass, Sampling, simulate};
 use fastrand::Rng;
 
 /// Settings that `cargo test` tries. `BRISTLE_LONE` states another number (CONTRIBUTING.md).
@@ -130,6 +132,38 @@ fn a_brush_of_one_filament_and_one_segment_moves() {
     let alone = simulate(&settings).expect("a pass").metrics.contact_normal_impulse_n_s;
     let brush = simulate_brush(&settings, 1).expect("a brush").tool.contact_normal_impulse_n_s;
     assert!((brush / alone - 1.0).abs() < 1e-3, "{brush} {alone}");
+}
+
+/// Rows of a tilted brush meet the workpiece at depths of their own: far apart, each filament passes as it does alone at its place.
+#[test]
+fn filaments_of_a_tilted_brush_are_those_along_its_trim() {
+    let mut settings = Settings::paper(10.0, 1e-3);
+    settings.filament.segments = 6;
+    settings.contact.friction_coefficient = 0.2;
+    (settings.tool.tilt_rad, settings.tool.skew_rad, settings.tool.filament_count) = (Some(0.03), 0.1, 300.0);
+    let brush = BrushSettings {
+        columns: Some(1),
+        rows: Some(3),
+        steady: false,
+        ends: Ends::Free,
+        pattern: Pattern::Aligned,
+        ..BrushSettings::default()
+    };
+    settings.brush = Some(brush);
+    let found = simulate_brush(&settings, 1).expect("a brush");
+    assert_eq!(found.filaments.len(), 3);
+    let largest = found.filaments.iter().map(|each| each.metrics.contact_normal_impulse_n_s).fold(0.0, f64::max);
+    for filament in &found.filaments {
+        let alone = Pass::at(&settings, filament.root_z_m).simulate(Sampling::default()).expect("a pass").metrics;
+        for key in ["contact_normal_impulse_n_s", "contact_impulse_x_n_s", "contact_impulse_z_n_s"] {
+            let column = Metrics::COLUMNS.iter().find(|column| column.key == key).expect(key);
+            let [here, there] = [&filament.metrics, &alone].map(|metrics| column.get(metrics));
+            assert!((here - there).abs() <= 1e-3 * largest, "{key} at {}: {here} {there}", filament.root_z_m);
+        }
+    }
+    // On a tilted trim rows do not repeat.
+    settings.brush = Some(BrushSettings { ends: Ends::Periodic, ..settings.brush_or_default() });
+    assert_eq!(settings.check().expect_err("periodic rows").path, "brush.ends");
 }
 
 #[test]
