@@ -125,6 +125,33 @@ fn both_directions_and_both_edges_of_a_chamfer() {
 }
 
 #[test]
+fn advice_ranks_by_removal() {
+    let study = "filament_wear_m2_n = 1e-14\n[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]\n";
+    let file = FILE.replace("edge_radius_m = 0.1e-3", "edge_radius_m = 0.5e-3");
+    let directory = Workspace::with(&(file.clone() + study));
+    directory.run("study case.toml --out results --no-figures");
+    let advice = words(&directory.printed("advise results"));
+    let rows = directory.rows("results/runs.csv");
+    let rate =
+        |row: &std::collections::BTreeMap<String, String>| row["removal_rate_m3_s"].parse::<f64>().expect("a rate");
+    let most = rows.iter().map(rate).fold(0.0, f64::max);
+    assert!(advice.contains(&format!("Removes {:.3} mm³/min, the most of 4 cases", 60e9 * most)), "{advice}");
+    assert!(
+        advice.contains(" mm³/min on the edge, the most of 4 cases") && advice.contains("W per W of the drive"),
+        "{advice}"
+    );
+    assert!(advice.contains("The wear ratio is 2.00 in every case"), "{advice}");
+    assert!(rows.iter().all(|row| row["wear_ratio"] == "2.0" && !row.contains_key("recession_per_pass_m")));
+    // Without the section nothing is said of it.
+    directory.write(
+        "case.toml",
+        file.split_once("[removal]").expect("the section").0.to_owned() + &study[study.find("[study]").expect("it")..],
+    );
+    directory.run("study case.toml --out without --no-figures");
+    assert!(!words(&directory.printed("advise without")).contains("Removes"));
+}
+
+#[test]
 fn what_cannot_be_followed_says_why() {
     let directory = Workspace::with(FILE);
     let start = FILE.find("[workpiece]").expect("the section");

@@ -15,6 +15,7 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 
+use bristle::model::metrics::{Metrics, tool_force};
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use serde::Serialize;
@@ -28,7 +29,7 @@ use crate::slices::{Side, Slice, process_slices};
 use crate::warnings::turns::vibrating_note;
 use bristle_grid::{CaseResult, CaseSummary, FORCE, FRICTION, Study, TOOL, Tool};
 use bristle_text::layout::{aligned, wrap, wrap_beside};
-use bristle_text::number::{counted, short, spanning};
+use bristle_text::number::{counted, short, significant, spanning};
 
 pub use headline::headline;
 pub use limits::{Limits, OperatingPoint};
@@ -223,6 +224,12 @@ pub enum Topic {
     Tier,
     /// The least power for each force that is given in place of a depth.
     LeastPower,
+    /// The most removal per time, in a study with `[removal]`.
+    MostRemoval,
+    /// The most removal from edges per time.
+    MostOfEdge,
+    /// The most removal per power of the drive.
+    RemovalPerPower,
     /// The best case of a named tool.
     OfTool,
 }
@@ -271,6 +278,35 @@ pub struct Outcome {
     pub lateral_amplification: f64,
     /// Whether the pass is laterally unstable, so that an imperfection of the filament can change the force.
     pub laterally_unstable: bool,
+    /// What it does to the workpiece, in a study with `[removal]`.
+    #[serde(skip)]
+    removal: Option<Removal>,
+}
+
+/// Removal as far as it is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Removal {
+    /// Sliding work of the tool per time in W: on the whole workpiece, and on edges.
+    powers_w: [f64; 2],
+    /// Preston coefficient in m²/N.
+    preston: Option<f64>,
+}
+
+impl Removal {
+    fn of(settings: &Settings, metrics: &Metrics) -> Option<Self> {
+        let removal = settings.removal.as_ref()?;
+        let (count, rate) = (settings.tool.filament_count, settings.angular_velocity_rad_s());
+        let powers_w = [metrics.sliding_work_j, metrics.edge_sliding_work_j].map(|work| tool_force(work, count, rate));
+        Some(Self { powers_w, preston: removal.preston_m2_n })
+    }
+
+    /// A sliding power (W), or what it removes if the coefficient is known, as text.
+    fn text(&self, power_w: f64) -> String {
+        match self.preston {
+            Some(preston) => format!("Removes {} mm³/min", significant(60e9 * preston * power_w)),
+            None => format!("Slides with {} W, in proportion to which it removes material", significant(power_w)),
+        }
+    }
 }
 
 impl Outcome {
@@ -288,6 +324,7 @@ impl Outcome {
             contact_time_ratio: metrics.contact_time_ratio,
             lateral_amplification: metrics.lateral_amplification,
             laterally_unstable: metrics.laterally_unstable,
+            removal: Removal::of(settings, metrics),
         }
     }
 
@@ -347,6 +384,7 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
         let touching = cells.iter().flatten().flatten().filter(|cell| force(cell) > 0.0);
         let cases = touching.map(|cell| cell.row - 1);
         notes.extend(vibrating_note(study, results, &cases.collect::<Vec<_>>()));
+        notes.extend(wear_note(results));
         let settings = slice.fixed.iter().map(|(setting, value)| (setting.path(), setting.json(*value))).collect();
         Section { settings, advice, interpolated, notes, slice, cells }
     };
@@ -359,6 +397,15 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
     let tools_without_case = names.filter(|name| !is_advised(name)).collect();
     let checked = Checked::of(results);
     Ok(Advice { limits, recommendation, tools, tools_without_case, sections, edges, checked, forces, machine })
+}
+
+/// What the wear of filaments says about the cases of a study: nothing that tells them apart. `None` if it is not known.
+fn wear_note(results: &[CaseResult]) -> Option<String> {
+    let ratio = results.iter().flatten().map(|summary| summary.metrics.wear_ratio).find(|ratio| *ratio > 0.0)?;
+    Some(format!(
+        "The wear ratio is {} in every case: removal and wear both go with the sliding work.",
+        significant(ratio)
+    ))
 }
 
 /// The best case of each named tool, ranked as the cases of a section are.
@@ -502,6 +549,7 @@ impl Adviser<'_> {
             let sentence = format!("{share} per mm of a_e, the highest ratio of all cases.");
             advice.push(about(Topic::PerDepth, top, sentence, &[]));
         }
+        self.advise_on_removal(&cells, &mut advice);
         if velocities {
             let mut without = Vec::new();
             for (row, &at) in self.cells.iter().zip(&self.slice.y.values) {
@@ -519,6 +567,32 @@ impl Adviser<'_> {
             }
         }
         (advice, notes)
+    }
+
+    /// The most removal per time, from edges and per power, in a study with `[removal]`.
+    fn advise_on_removal(&self, cells: &[&Cited], advice: &mut Vec<Sentence>) {
+        let power = |of: usize| move |cell: &Cited| cell.outcome.removal.map_or(0.0, |removal| removal.powers_w[of]);
+        let most = |value: &dyn Fn(&Cited) -> f64| highest(cells, value).filter(|cell| value(cell) > 0.0);
+        let mut add = |topic: Topic, of: usize, place: &str| {
+            let Some((cell, removal)) = most(&power(of)).and_then(|cell| Some((cell, cell.outcome.removal?))) else {
+                return;
+            };
+            let (what, motion) = (removal.text(removal.powers_w[of]), cell.outcome.motion());
+            advice.push(about(
+                topic,
+                cell,
+                format!("{what}{place}, the most of {}; it {motion}.", counted(cells.len())),
+                &[],
+            ));
+        };
+        add(Topic::MostRemoval, 0, "");
+        add(Topic::MostOfEdge, 1, " on the edge");
+        let per_power = |cell: &Cited| power(0)(cell) / cell.outcome.tool_power_w;
+        if let Some(cell) = most(&per_power).filter(|cell| cell.outcome.tool_power_w > 0.0) {
+            let share = significant(per_power(cell));
+            let sentence = format!("Slides with {share} W per W of the drive, the most; it {}.", cell.outcome.motion());
+            advice.push(about(Topic::RemovalPerPower, cell, sentence, &[]));
+        }
     }
 
     /// The best of the cases `within` the limits, ranked: at most so many.
@@ -681,6 +755,9 @@ impl Topic {
             Self::OfTool => "Best case of each tool",
             Self::Tier => "Local maxima over the velocity along the line ε_tc = ½ between sweeping and striking",
             Self::LeastPower => "Least power for each force",
+            Self::MostRemoval => "Most removal",
+            Self::MostOfEdge => "Most removal from the edge",
+            Self::RemovalPerPower => "Most removal per power of the drive",
         }
     }
 }
