@@ -5,6 +5,7 @@ mod checkpoint_file;
 mod commands;
 mod error;
 mod input;
+mod interrupt;
 mod pictures;
 mod progress;
 mod saved;

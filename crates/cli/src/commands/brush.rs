@@ -3,9 +3,7 @@
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::process::{self, ExitCode};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::process::ExitCode;
 use std::time::Duration;
 
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
@@ -32,6 +30,7 @@ use clap::Args;
 use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};
 use crate::error::CliError;
 use crate::input::InputArgs;
+use crate::interrupt::stop_on_interrupt;
 use crate::pictures::{FIGURES, FigureArgs, Figures, draw_brush, is_picture_of_simulation, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CHECK, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
@@ -169,21 +168,17 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
 
 /// The settings with the depth at which the brush presses with the force that they state, and the stiffness of the force there (N/m). They are as they
 /// were, and the stiffness is zero, where they state a depth. `None` if Ctrl-C has stopped the search.
-fn at_depth(arguments: &BrushArgs, settings: Settings, stop: &AtomicBool) -> Result<Option<(Settings, f64)>, CliError> {
+fn at_depth(arguments: &BrushArgs, settings: Settings, stop: &Stop) -> Result<Option<(Settings, f64)>, CliError> {
     if settings.process.tool_force_n.is_none() {
         return Ok(Some((settings, 0.0)));
     }
-    let asked = Stop::default();
-    let found = press_brush(&settings, &asked, |at_depth| {
-        let mut run = BrushRun::new(at_depth, RunOptions { frames: 0, ..arguments.options() })?.until(&asked);
+    let found = press_brush(&settings, stop, |at_depth| {
+        let mut run = BrushRun::new(at_depth, RunOptions { frames: 0, ..arguments.options() })?.until(stop);
         let depth = format!("a_e = {:.4} mm", 1e3 * at_depth.process.penetration_depth_m);
         let mut progress = PassProgress::begin(BRUSH_IN_WORDS, 0.0);
         let mut advance = || {
             while run.advance()? {
                 progress.tell(run.done());
-                if stop.load(Ordering::Relaxed) {
-                    asked.request();
-                }
             }
             Ok(())
         };
@@ -208,7 +203,7 @@ fn at_depth(arguments: &BrushArgs, settings: Settings, stop: &AtomicBool) -> Res
 fn simulate<'a>(
     arguments: &BrushArgs,
     settings: &'a Settings,
-    stop: &AtomicBool,
+    stop: &Stop,
 ) -> Result<Option<(BrushResult, CheckpointFile<'a>)>, CliError> {
     let options = arguments.options();
     let pause = Duration::from_secs(arguments.checkpoint_every);
@@ -241,7 +236,7 @@ fn simulate<'a>(
             progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
         }
         progress.tell(run.done());
-        if stop.load(Ordering::Relaxed) {
+        if stop.is_requested() {
             checkpoint.write(&run.checkpoint())?;
             let (done, path) = (percent(&run), shown_path(checkpoint.path()));
             say_at_the_end(format_args!(
@@ -277,13 +272,13 @@ fn simulate<'a>(
 }
 
 /// Simulates the brush in steps of half the length, and says how its `metrics` change. Returns false if Ctrl-C has stopped it.
-fn check(arguments: &BrushArgs, settings: &Settings, metrics: &Metrics, stop: &AtomicBool) -> Result<bool, CliError> {
+fn check(arguments: &BrushArgs, settings: &Settings, metrics: &Metrics, stop: &Stop) -> Result<bool, CliError> {
     let mut run =
         BrushRun::new(settings, finer_steps(arguments.options())).map_err(|error| arguments.refused(error))?;
     let mut progress = PassProgress::begin("the check", 0.0);
     while run.advance().map_err(|error| CliError::BrushFailed(Box::new(error)))? {
         progress.tell(run.done());
-        if stop.load(Ordering::Relaxed) {
+        if stop.is_requested() {
             say_at_the_end("stopped: the results are complete, but have not been checked");
             return Ok(false);
         }
@@ -298,20 +293,6 @@ fn check(arguments: &BrushArgs, settings: &Settings, metrics: &Metrics, stop: &A
 /// What is done, in per cent.
 fn percent(run: &BrushRun) -> u32 {
     (100.0 * run.done()).floor() as u32
-}
-
-/// A mark that the first Ctrl-C sets. The second ends the program.
-fn stop_on_interrupt() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let mark = Arc::clone(&stop);
-    let handle = move || {
-        if mark.swap(true, Ordering::Relaxed) {
-            process::exit(INTERRUPTED.into());
-        }
-    };
-    // If signals are handled elsewhere, or ignored, that is intended. The checkpoint survives an end without notice.
-    let _ = ctrlc::try_set_handler(handle);
-    stop
 }
 
 /// Writes all results and tells the user. Returns the table of the results.

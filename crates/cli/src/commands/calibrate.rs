@@ -3,12 +3,11 @@
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf, absolute};
-use std::process::{self, ExitCode};
+use std::process::ExitCode;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 
 use bristle::model::settings::Settings;
-use bristle::simulation::Stop;
 use bristle_calibrate::{
     Calibration, FitError, Fitted, Forces, Frame, Interrupted, Means, Observer, Problem, Reach, STARTS, calibrate,
     calibrated, summary,
@@ -25,6 +24,7 @@ use clap::Args;
 
 use crate::error::CliError;
 use crate::input::InputArgs;
+use crate::interrupt::stop_on_interrupt;
 use crate::pictures::{FIGURES, FigureArgs, draw_calibration, is_picture_of_calibration, say_drawn};
 use crate::progress::PassProgress;
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
@@ -103,15 +103,7 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
     if let Some(earlier) = journal.as_ref().map(ForceJournal::earlier).filter(|earlier| *earlier > 0) {
         say(format_args!("{earlier} simulated brushes are in `{}`", shown_path(&arguments.out.join(FORCE_JOURNAL))));
     }
-    let stop = Stop::default();
-    let mark = stop.clone();
-    // If signals are handled elsewhere, or ignored, that is intended.
-    let _ = ctrlc::try_set_handler(move || {
-        if mark.is_requested() {
-            process::exit(INTERRUPTED.into());
-        }
-        mark.request();
-    });
+    let stop = stop_on_interrupt();
     let watch = Watch { journal, progress: Mutex::new(PassProgress::begin("the calibration", 0.0)) };
     let resources = Resources {
         threads: arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize)),

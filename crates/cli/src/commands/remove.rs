@@ -2,10 +2,9 @@
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::process::{self, ExitCode};
+use std::process::ExitCode;
 use std::sync::Mutex;
 
-use bristle::simulation::Stop;
 use bristle_grid::Resources;
 use bristle_grid::removal::{RemovalError, remove};
 use bristle_grid::uncertainty::check;
@@ -18,6 +17,7 @@ use clap::Args;
 
 use crate::error::CliError;
 use crate::input::InputArgs;
+use crate::interrupt::stop_on_interrupt;
 use crate::pictures::{FIGURES, FigureArgs, draw_removal, is_picture_of_removal, say_drawn};
 use crate::progress::PassProgress;
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
@@ -61,15 +61,7 @@ pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
     prepare_directory(&arguments.out)?;
     let is_ours = |name: &str| OF_REMOVAL.contains(&name);
     let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture_of_removal)])?;
-    let stop = Stop::default();
-    let mark = stop.clone();
-    // If signals are handled elsewhere, or ignored, that is intended.
-    let _ = ctrlc::try_set_handler(move || {
-        if mark.is_requested() {
-            process::exit(INTERRUPTED.into());
-        }
-        mark.request();
-    });
+    let stop = stop_on_interrupt();
     let resources = Resources {
         threads: arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize)),
         memory: arguments.memory.limit(),

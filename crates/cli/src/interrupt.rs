@@ -1,0 +1,21 @@
+//! Ctrl-C.
+
+use std::process;
+
+use bristle::simulation::Stop;
+
+use crate::values::INTERRUPTED;
+
+/// A mark that the first Ctrl-C sets. The second ends the program.
+pub fn stop_on_interrupt() -> Stop {
+    let stop = Stop::default();
+    let mark = stop.clone();
+    // If signals are handled elsewhere, or ignored, that is intended: what is kept survives an end without notice.
+    let _ = ctrlc::try_set_handler(move || {
+        if mark.is_requested() {
+            process::exit(INTERRUPTED.into());
+        }
+        mark.request();
+    });
+    stop
+}
