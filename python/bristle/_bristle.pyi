@@ -132,7 +132,7 @@ def calibrate(
     measured: tuple[str, float | None],
     fit: Sequence[str],
     reach: tuple[float | None, float | None],
-    threads: int | None,
+    means: tuple[int | None, str | None],
     tell: TellShare | None,
 ) -> tuple[str, str]: ...
 def accelerations(

@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -171,6 +172,7 @@ def calibrate(
     max_rotational_speed_rpm: float | None = None,
     max_depth_m: float | None = None,
     threads: int | None = None,
+    out: str | PathLike[str] | None = None,
     progress: bool | TellShare = True,
 ) -> Calibration:
     """Fits settings to measured forces, as ``bristle calibrate`` does.
@@ -186,11 +188,14 @@ def calibrate(
         max_rotational_speed_rpm: Largest speed at which can be measured next, in rpm.
         max_depth_m: Largest depth at which can be measured next, in m.
         threads: Number of threads, by default one per core; changes no result.
+        out: A directory for the files of ``bristle calibrate``, without figures of their own:
+            ``calibrated.toml``, ``calibration.json``, ``residuals.csv``, ``calibration.html``.
         progress: Whether to show progress, or a function that is called with the share that is
             done.
 
     Raises:
         SettingsError: If the forces cannot determine the settings.
+        OSError: If a file cannot be written.
     """
     ranges = fit if isinstance(fit, Mapping) else dict.fromkeys(fit)
     options = [
@@ -199,9 +204,10 @@ def calibrate(
     ]
     reach = (max_rotational_speed_rpm, max_depth_m)
     threads = arguments.whole_or_none("threads", threads, 1)
+    place = None if out is None else arguments.path("out", out)
     with of_share(progress, "the calibration") as tell:
         record, text = _bristle.calibrate(
-            checked(settings), (_table(measured), relative_std), options, reach, threads, tell
+            checked(settings), (_table(measured), relative_std), options, reach, (threads, place), tell
         )
     return Calibration(settings, json.loads(record), text)
 

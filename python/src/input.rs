@@ -24,6 +24,11 @@ pub struct Input {
 }
 
 impl Input {
+    /// What states the settings, in TOML.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// The settings of a single contact.
     pub fn settings(&self) -> PyResult<&Settings> {
         self.missing.as_ref().map_or(Ok(&self.settings), |error| Err(of_input(error)))

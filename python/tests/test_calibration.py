@@ -1,6 +1,8 @@
 """Settings from measured forces."""
 
+import json
 import math
+from pathlib import Path
 
 import bristle
 import numpy as np
@@ -31,11 +33,23 @@ def measured() -> dict[str, np.ndarray]:
     return columns
 
 
-def test_exact_forces_give_the_settings(measured: dict[str, np.ndarray]) -> None:
+def test_exact_forces_give_the_settings(
+    measured: dict[str, np.ndarray], tmp_path: Path
+) -> None:
     shares: list[float] = []
     found = bristle.calibrate(
-        _brush(3e9, 0.1), measured, fit=KEYS, relative_std=0.03, progress=shares.append
+        _brush(3e9, 0.1),
+        measured,
+        fit=KEYS,
+        relative_std=0.03,
+        out=tmp_path / "out",
+        progress=shares.append,
     )
+    names = ["calibrated.toml", "calibration.html", "calibration.json", "residuals.csv"]
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == names
+    loaded = bristle.load(tmp_path / "out" / "calibrated.toml")
+    assert loaded.filament["youngs_modulus_pa"] == pytest.approx(2.2e9, rel=1e-2)
+    assert json.loads((tmp_path / "out" / "calibration.json").read_text()) == found.record
     values = found.values
     assert values[KEYS[0]] == pytest.approx(2.2e9, rel=1e-3)
     assert values[KEYS[1]] == pytest.approx(0.25, rel=1e-3)

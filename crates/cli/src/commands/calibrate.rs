@@ -5,20 +5,17 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf, absolute};
 use std::process::ExitCode;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::SystemTime;
 
 use bristle::model::settings::Settings;
 use bristle_calibrate::{
-    Calibration, FitError, Fitted, Forces, Frame, Interrupted, Means, Observer, Problem, Reach, STARTS, calibrate,
-    calibrated, summary,
+    Calibration, FitError, Fitted, Forces, Interrupted, Means, Observer, Problem, Reach, STARTS, calibrate, summary,
 };
 use bristle_grid::Resources;
-use bristle_grid::uncertainty::check;
 use bristle_input::measured::read_points;
 use bristle_insight::warnings::without_interaction;
-use bristle_run::calibration::{CALIBRATED, OF_CALIBRATION, write_calibration};
+use bristle_run::calibration::{CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration};
 use bristle_store::force_journal::{FORCE_JOURNAL, ForceJournal};
-use bristle_store::staged::{occupy, prepare_directory, read_document, read_table, relative_to};
+use bristle_store::staged::{occupy, prepare_directory, read_table, relative_to};
 use bristle_text::shown_path;
 use clap::Args;
 
@@ -154,24 +151,7 @@ fn restated(arguments: &CalibrateArgs, text: &str, calibration: &Calibration) ->
     let InputArgs { file, set, .. } = &arguments.input;
     let out = arguments.out.clone();
     let moved = |path: &str| from_directory(&relative_to(file, path), &out);
-    let frame = Frame { date: &today(), options: set, moved: &moved };
-    let text = calibrated(text, calibration, &frame)?;
-    // What cannot be read again, or states something else, would be worse than no file.
-    let path = arguments.out.join(CALIBRATED);
-    let document = read_document(&path, &text, CALIBRATED, &[]).map_err(|error| error.to_string())?;
-    for brush in document.brushes().map_err(|error| error.to_string())? {
-        check(&brush.settings).map_err(|violation| violation.to_string())?;
-        for (fitted, value) in calibration.problem.fitted.iter().zip(&calibration.values) {
-            let stated = fitted.parameter.get(&brush.settings);
-            if (stated / value - 1.0).abs() > 1e-2 && (stated - value).abs() > 1e-9 {
-                let path = fitted.parameter.path;
-                return Err(format!(
-                    "`{path}` of a tool cannot be restated: state it in its own section, not under the tool"
-                ));
-            }
-        }
-    }
-    Ok(text)
+    calibrated_text(&out, text, calibration, set, &moved)
 }
 
 /// A path as seen from a directory, with forward slashes.
@@ -182,25 +162,6 @@ fn from_directory(path: &Path, directory: &Path) -> String {
     let up = directory.components().skip(common).map(|_| "..".to_owned());
     let down = path.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());
     up.chain(down).collect::<Vec<_>>().join("/")
-}
-
-/// The date in Greenwich, as 2026-11-24.
-fn today() -> String {
-    let seconds = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    date(seconds / 86_400)
-}
-
-/// The date so many days after 1 January 1970, by the Gregorian calendar.
-fn date(days: u64) -> String {
-    // Years begin in March, so that the day that some of them have more is their last; 400 of them have 146 097 days.
-    let days = days + 719_468;
-    let (era, day) = (days / 146_097, days % 146_097);
-    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-    let of_year = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * of_year + 2) / 153;
-    let of_month = of_year - (153 * month + 2) / 5 + 1;
-    let (month, later) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
-    format!("{:04}-{month:02}-{of_month:02}", 400 * era + year + later)
 }
 
 /// Shows progress, and keeps brushes in the journal.
@@ -226,23 +187,5 @@ impl Observer for Watch {
 
     fn keep(&self, settings: &Settings, forces: &Forces) -> ControlFlow<()> {
         self.journal.as_ref().map_or(ControlFlow::Continue(()), |journal| journal.append(settings, *forces))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn dates_are_those_of_the_calendar() {
-        let expected = [
-            (0, "1970-01-01"),
-            (11_016, "2000-02-29"),
-            (11_017, "2000-03-01"),
-            (20_781, "2026-11-24"),
-            (47_540, "2100-02-28"),
-            (47_541, "2100-03-01"),
-        ];
-        assert_eq!(expected.map(|(days, _)| date(days)), expected.map(|(_, text)| text.to_owned()));
     }
 }
