@@ -23,6 +23,11 @@ pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
     let (lead, rest) = lines.split_first().expect("values come first");
     let rest: String = rest.iter().map(|line| format!("<li>{line}</li>")).collect();
     let settings: String = (0..calibration.values.len()).map(|own| setting_row(calibration, own)).collect();
+    let trust = format!(
+        "The errors follow from how the forces change with the settings, which is known to {} %. If that is much above 1 %, forces bend within the \
+         errors, because one contact more or less begins there.",
+        significant(100.0 * calibration.derivative_error)
+    );
     let next: String = calibration
         .next
         .iter()
@@ -42,6 +47,7 @@ pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
             ("lead", lead),
             ("rest", &rest),
             ("settings", &settings),
+            ("trust", &trust),
             ("next", &next),
             ("figures", &figures),
             ("forces", &forces),
