@@ -274,7 +274,7 @@ pub struct Outcome {
     pub tool_force_upper_95_n: Option<f64>,
     /// `ε_tc`.
     pub contact_time_ratio: f64,
-    /// Growth of a lateral imperfection; see [`Metrics`](bristle::model::metrics::Metrics).
+    /// Growth of a lateral imperfection; see [`Metrics`].
     pub lateral_amplification: f64,
     /// Whether the pass is laterally unstable, so that an imperfection of the filament can change the force.
     pub laterally_unstable: bool,
