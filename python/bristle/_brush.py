@@ -91,7 +91,7 @@ class Brush:
         return (_restored, (self._settings, self._simulated.state()))
 
 
-def _restored(settings: Settings, state: tuple[int, bytes]) -> Brush:
+def _restored(settings: Settings, state: tuple[int, bytes, list[float]]) -> Brush:
     return Brush(settings, _bristle.SimulatedBrush.of_state(settings._input, state))
 
 
