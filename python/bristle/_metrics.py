@@ -40,6 +40,12 @@ class ContactMetrics(TypedDict):
     rotational_speed_rpm: float
     """n_w, rotational speed of the tool, in rpm."""
 
+    penetration_depth_m: float
+    """a_e, penetration depth, as stated or found for a given force, in m."""
+
+    force_stiffness_n_m: float
+    """dF_n,w/da_e of a tool that is pressed on with a given force, in N/m; else zero."""
+
     contact_angle_rad: float
     """Ω_c, angle by which the tool turns while the undeformed filament touches, in
     rad."""
@@ -122,6 +128,9 @@ class ContactMetrics(TypedDict):
     tool_tangential_force_n: float
     """F_t,w, force with which the tool drags the workpiece along x, in N."""
 
+    tool_lateral_force_n: float
+    """F_l,w, force with which the tool drags the workpiece along z, in N."""
+
     tool_torque_n_m: float
     """M_w, torque of the tool, which the drive must supply, in N m."""
 
@@ -133,6 +142,9 @@ class ContactMetrics(TypedDict):
 
     unsteady_turns: bool
     """Whether p_n still changes after 50 turns with ``turns = "steady"``."""
+
+    equilibrium_residual: float
+    """Largest angular acceleration of a segment at the start over ω², seen from the tool."""
 
     energy_residual: float
     """What is missing in the balance of the energies, relative to the sum of its terms."""

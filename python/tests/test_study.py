@@ -227,7 +227,8 @@ def test_progress_is_told_where_there_is_no_terminal(
     lines = capsys.readouterr().err.splitlines()
     assert re.fullmatch(r"after \d+ s: 0 of 2 cases", lines[0])
     assert re.fullmatch(r"after \d+ s: 2 of 2 cases, 1 failed", lines[-1])
-    bristle.brush(small_brush)
+    # It takes longer than the time between two looks.
+    bristle.brush(small_brush.replace(filament={"segments": 15}, brush={"columns": 40}))
     for line in (lines := capsys.readouterr().err.splitlines()):
         assert re.fullmatch(r"after \d+ s: \d+ % of the brush(, \d+ s left)?", line)
     assert lines
@@ -283,7 +284,8 @@ def test_a_tool_of_arrays_is_in_all_cases(settings: bristle.Settings) -> None:
     )
     alone = bristle.simulate(deeper, tool=tool).metrics
     for key, value in alone.items():
-        if isinstance(value, float):
+        # The depth is given.
+        if isinstance(value, float) and key != "force_stiffness_n_m":
             assert study.runs[key][1] == value, key
     again: bristle.Study = pickle.loads(pickle.dumps(study))
     assert again.tool == study.tool == tool and again.runs == study.runs
