@@ -228,12 +228,13 @@ def test_progress_is_told_where_there_is_no_terminal(
     assert re.fullmatch(r"after \d+ s: 0 of 2 cases", lines[0])
     assert re.fullmatch(r"after \d+ s: 2 of 2 cases, 1 failed", lines[-1])
     # It takes longer than the time between two looks.
-    bristle.brush(small_brush.replace(filament={"segments": 15}, brush={"columns": 40}))
+    brush = small_brush.replace(filament={"segments": 15}, brush={"columns": 40})
+    bristle.brush(brush)
     for line in (lines := capsys.readouterr().err.splitlines()):
         assert re.fullmatch(r"after \d+ s: \d+ % of the brush(, \d+ s left)?", line)
     assert lines
     shares: list[float] = []
-    bristle.brush(small_brush, progress=shares.append)
+    bristle.brush(brush, progress=shares.append)
     assert shares == sorted(shares) and 0.0 <= shares[0] and shares[-1] <= 1.0
     shares.clear()
     turns = settings.replace(process={"turns": 20})
@@ -246,7 +247,7 @@ def test_progress_is_told_where_there_is_no_terminal(
     with pytest.raises(Stopped):
         bristle.simulate(turns, progress=refuse)
     with pytest.raises(Stopped):
-        bristle.brush(small_brush, progress=refuse)
+        bristle.brush(brush, progress=refuse)
 
 
 def test_progress_on_a_terminal_is_one_line(
