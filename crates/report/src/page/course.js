@@ -231,6 +231,8 @@ function createCaseView(study, grid) {
 
   /** Draws everything that does not move, for the available width. */
   function layOut() {
+    // A page that is loaded in the background has no width yet; the observer below reports it.
+    if (animation.clientWidth === 0) return;
     drawScene();
     const worked = WORKS.filter(({ key }) => Math.max(0, ...course.work[key]) > 0);
     const known = DIAGRAMS.filter(({ series }) => course[series[0].key]);
