@@ -64,6 +64,11 @@ def _plain(value: Any, path: str = "") -> Any:
     return _text(value, path) if isinstance(value, str) else value
 
 
+def _require_mapping(name: str, section: object) -> None:
+    if not isinstance(section, Mapping):
+        raise TypeError(f"section {name!r} is a mapping of keys, not {section!r}")
+
+
 def _text(text: str, path: str) -> str:
     """A text that is Unicode."""
     if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
@@ -257,12 +262,17 @@ class Settings:
         for name, section in sections.items():
             if name not in _SECTIONS:
                 raise TypeError(f"there is no section {name!r}")
-            if section is not None and not isinstance(section, Mapping):
-                raise TypeError(f"section {name!r} is a mapping of keys, not {section!r}")
+            if section is not None:
+                _require_mapping(name, section)
             earlier = stated.get(name) or {}
             stated[name] = None if section is None else {**earlier, **section}
         ordered = {name: stated[name] for name in _SECTIONS if name in stated}
         return type(self)._of(ordered, self._name)
+
+    def _swept(self, sweep: Section) -> Settings:
+        """The same settings with these sweeps, in their order, in place of those that are stated."""
+        _require_mapping("study", sweep)
+        return type(self)._of({**self._stated, "study": sweep}, self._name)
 
     def to_toml(self) -> str:
         """What is stated, as the text of an input file for the program."""

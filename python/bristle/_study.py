@@ -293,7 +293,7 @@ def swept(settings: Settings, sweep: Section | None) -> Settings:
     require(settings)
     if sweep is None:
         return settings
-    return settings.replace(study=None).replace(study=sweep)
+    return settings._swept(sweep)
 
 
 def study(

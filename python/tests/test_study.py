@@ -323,6 +323,15 @@ def test_tools_are_compared(settings: bristle.Settings) -> None:
     assert force.sel(tool="short").shape == (2,)
 
 
+def test_sweeps_take_the_place_of_those_that_are_stated(settings: bristle.Settings) -> None:
+    sweep = {"brushing_velocity_m_s": [10.0], "penetration_depth_m": [1e-3]}
+    # Without [process], these settings are complete only with their sweeps.
+    stated = settings.replace(study=sweep).replace(process=None)
+    other = {"penetration_depth_m": (2e-3,), "brushing_velocity_m_s": (20.0, 30.0)}
+    study = bristle.study(stated, other, progress=False)
+    assert list((study.settings.sweep or {}).items()) == list(other.items())
+
+
 def test_what_is_swept_is_checked(settings: bristle.Settings) -> None:
     with pytest.raises(bristle.SettingsError) as error:
         bristle.study(settings, {"filament.segmnts": [3]}, progress=False)
