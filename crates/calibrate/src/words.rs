@@ -46,7 +46,7 @@ pub fn lines(calibration: &Calibration) -> Vec<String> {
         line(&format!(
             "noise alone explains such residuals with a probability of {}: look at residuals.csv for what they have in common, or \
              state larger standard deviations",
-            percent(probability)
+            if probability < 5e-4 { "less than 0.1 %".to_owned() } else { percent(probability) }
         ));
     }
     line(&minima(calibration));

@@ -69,7 +69,8 @@ struct Entry {
 #[derive(Debug)]
 pub struct ForceJournal {
     path: PathBuf,
-    known: HashMap<String, Forces>,
+    known: Mutex<HashMap<String, Forces>>,
+    earlier: usize,
     file: Mutex<(File, Option<io::Error>)>,
 }
 
@@ -119,22 +120,29 @@ impl ForceJournal {
             Ok(())
         };
         begin(&mut file).map_err(|error| FileError::new("write", &path, error))?;
-        Ok(Self { path, known, file: Mutex::new((file, None)) })
+        let earlier = known.len();
+        Ok(Self { path, known: Mutex::new(known), earlier, file: Mutex::new((file, None)) })
     }
 
     fn file(&self) -> MutexGuard<'_, (File, Option<io::Error>)> {
         self.file.lock().expect(UNBROKEN)
     }
 
+    fn known(&self) -> MutexGuard<'_, HashMap<String, Forces>> {
+        self.known.lock().expect(UNBROKEN)
+    }
+
     /// The forces of an earlier simulation with these settings.
     #[must_use]
     pub fn recall(&self, settings: &Settings) -> Option<Forces> {
-        self.known.get(&key(settings)).copied()
+        self.known().get(&key(settings)).copied()
     }
 
     /// Appends the forces of a simulation. Appends nothing after an error; [`Self::settle`] returns that error.
     pub fn append(&self, settings: &Settings, forces: Forces) -> ControlFlow<()> {
-        let line = sealed("", &Entry { key: key(settings), forces });
+        let entry = Entry { key: key(settings), forces };
+        let line = sealed("", &entry);
+        self.known().insert(entry.key, forces);
         let (file, error) = &mut *self.file();
         if error.is_none() {
             *error = file.write_all(line.as_bytes()).err();
@@ -145,7 +153,7 @@ impl ForceJournal {
     /// The number of simulations that were there when it was opened.
     #[must_use]
     pub fn earlier(&self) -> usize {
-        self.known.len()
+        self.earlier
     }
 
     /// Syncs everything to disk.
@@ -176,6 +184,7 @@ mod tests {
         let journal = open(false).expect("a new journal");
         for (own, force) in settings.iter().zip([1.0, 2.0]) {
             assert!(journal.append(own, [force; 4]).is_continue());
+            assert_eq!(journal.recall(own), Some([force; 4]));
         }
         journal.settle().expect("a disk");
         drop(journal);
