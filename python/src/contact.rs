@@ -149,7 +149,7 @@ impl Simulated {
                 recorder.take(0, &self.simulation);
             }
             let courses = recorder.finish(&results, None)?;
-            Ok(page(name, &study, &results, &courses, &Assumptions::default(), &[]))
+            Ok(page(name, &study, &results, &courses, &Assumptions::default(), &[], None))
         })?
     }
 

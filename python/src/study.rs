@@ -313,7 +313,8 @@ impl SimulatedStudy {
             let recorder = Recorder::new(&self.study).until(&stop);
             let assumptions = Assumptions::of_study(&self.study, &self.results, &input.document()?);
             let (name, origin) = (input.short_name(), Origin::here());
-            let subject = Subject { name: &name, origin: &origin, assumptions: &assumptions, measured: &[] };
+            let subject =
+                Subject { name: &name, origin: &origin, assumptions: &assumptions, answer: None, measured: &[] };
             let page = page_of(recorder, &self.study, &self.results, &subject, None, &stop);
             let (page, _) = page.map_err(|error| of_run(&error))?;
             let file =
@@ -334,6 +335,7 @@ impl SimulatedStudy {
             min_ratio: limit("min_ratio"),
             max_ratio: limit("max_ratio"),
             target_force_n: limit("target_force_n"),
+            most: None,
         };
         let mut advice = advise(&self.study, &self.results, limits).map_err(of_value)?;
         if verify {

@@ -189,6 +189,12 @@ impl Observer for Progress {
         }
     }
 
+    fn answering(&self) {
+        if !matches!(self.output, Output::Json) {
+            terminal::say("simulating the recommendation");
+        }
+    }
+
     fn ended(&self) {
         match &self.output {
             Output::Bar(bar) => bar.finish_and_clear(),

@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 use bristle::brush::{BrushError, BrushResult, BrushStatistics, Stretch, check_brush};
 use bristle::model::metrics::{Metrics, RemovalLaw};
 use bristle::model::record::{Column, Display, Prominence, Record, Scope};
-use bristle::model::settings::{Settings, UncertaintySettings};
+use bristle::model::settings::{Settings, UncertaintySettings, WorkpieceKind};
 use bristle::simulation::Statistics;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -76,6 +76,17 @@ pub const NOT_OF_BRUSHES: &[&str] = &["lateral_amplification", "laterally_unstab
 /// The metrics of tools that are pressed on with a given force. Where the depth is given, it is a setting.
 const OF_FORCE: &[&str] = &["penetration_depth_m", "force_stiffness_n_m"];
 
+/// The metrics of edges.
+const OF_EDGES: &[&str] = &[
+    "edge_contact_normal_impulse_n_s",
+    "edge_share",
+    "edge_evenness",
+    "max_edge_penetration_m",
+    "edge_sliding_work_j",
+    "edge_work_angle_rad",
+    "edge_work_angle_std_rad",
+];
+
 /// What results have, by which tables leave out the metrics that they do not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Having {
@@ -83,6 +94,8 @@ pub struct Having {
     pub brush: bool,
     /// Whether the depth was found for a given force.
     pub force: bool,
+    /// Whether the workpiece has edges.
+    pub edge: bool,
     /// What is known of removal.
     pub removal: RemovalLaw,
 }
@@ -91,22 +104,28 @@ impl Having {
     /// The results of one contact or brush.
     #[must_use]
     pub fn of(settings: &Settings) -> Self {
-        let (brush, force) = (settings.brush.is_some(), settings.process.tool_force_n.is_some());
-        Self { brush, force, removal: RemovalLaw::of(settings) }
+        Self {
+            brush: settings.brush.is_some(),
+            force: settings.process.tool_force_n.is_some(),
+            edge: matches!(settings.workpiece.kind, WorkpieceKind::Edge | WorkpieceKind::Chamfer),
+            removal: RemovalLaw::of(settings),
+        }
     }
 
     /// The results of a study: what some case has.
     #[must_use]
     pub fn of_study(study: &Study) -> Self {
-        let removal = study.each_tool_at_its_ends().fold(RemovalLaw::default(), |law, settings| {
-            let RemovalLaw { preston, wear, area_rate } = RemovalLaw::of(&settings);
-            RemovalLaw {
-                preston: law.preston.or(preston),
-                wear: law.wear.or(wear),
-                area_rate: law.area_rate.or(area_rate),
-            }
-        });
-        Self { brush: study.has_brush(), force: study.is_pressed_on(), removal }
+        let having =
+            study.each_tool_at_its_ends().map(|settings| Self::of(&settings)).fold(Self::default(), |all, one| {
+                let (all_of, RemovalLaw { preston, wear, area_rate }) = (all.removal, one.removal);
+                let removal = RemovalLaw {
+                    preston: all_of.preston.or(preston),
+                    wear: all_of.wear.or(wear),
+                    area_rate: all_of.area_rate.or(area_rate),
+                };
+                Self { edge: all.edge || one.edge, removal, ..all }
+            });
+        Self { brush: study.has_brush(), force: study.is_pressed_on(), ..having }
     }
 }
 
@@ -115,7 +134,8 @@ pub fn metric_columns(having: Having) -> impl Iterator<Item = &'static Column<Me
     Metrics::COLUMNS.iter().filter(move |column| {
         let of_brushes = !having.brush || !NOT_OF_BRUSHES.contains(&column.key);
         let of_force = having.force || !OF_FORCE.contains(&column.key);
-        of_brushes && of_force && having.removal.tells(column.key)
+        let of_edges = having.edge || !OF_EDGES.contains(&column.key);
+        of_brushes && of_force && of_edges && having.removal.tells(column.key)
     })
 }
 

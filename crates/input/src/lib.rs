@@ -15,6 +15,7 @@ pub mod document;
 pub mod explain;
 pub mod first_file;
 pub mod friction;
+mod goal;
 mod headings;
 pub mod input_error;
 pub mod materials;

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use crate::cells::{DECIMALS, SEPARATORS};
 use crate::document::{SECTIONS, STUDY, TOOLS};
+use crate::goal::goal_schema;
 use crate::materials::MATERIALS;
 use crate::measured::Quantity;
 use crate::units::other_paths;
@@ -63,6 +64,7 @@ pub(crate) fn file_schema() -> Value {
         state_other_units(name, section);
     }
     schema["properties"]["measured"] = measured_schema();
+    schema["properties"]["goal"] = goal_schema();
     schema["properties"]["filament"]["properties"]["material"] = json!({
         "type": "string",
         "description": "Material of the filaments, which states `density_kg_m3` and `youngs_modulus_pa` where the file does not, for dry \

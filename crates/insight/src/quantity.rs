@@ -115,9 +115,9 @@ pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator
     let shown =
         move |column: &&Column<Metrics>| column.display.prominence <= least || column.key == "penetration_depth_m";
     let force = results.iter().flatten().any(|case| case.metrics.force_stiffness_n_m != 0.0);
-    // What is not known of removal is zero in all of them, and optional.
+    // What is not known of removal, and what an edge would have, is zero in all of them, and optional.
     let anything = RemovalLaw { preston: Some(0.0), wear: Some(0.0), area_rate: Some(0.0) };
-    let columns = metric_columns(Having { brush: false, force, removal: anything }).filter(shown);
+    let columns = metric_columns(Having { brush: false, force, edge: true, removal: anything }).filter(shown);
     columns.filter(move |column| !column.display.optional || varies(column))
 }
 

@@ -16,6 +16,7 @@ use bristle::simulation::{Sampling, Simulation, Stop};
 use bristle_grid::{CaseResult, Resources, Study, simulate_cases, without_result};
 use bristle_input::document::Document;
 use bristle_input::measured::{Measurement, measured_text};
+use bristle_insight::advice::Answer;
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::measured::{Comparison, compare};
 use bristle_report::page::{Recorder, page};
@@ -34,6 +35,9 @@ pub trait Observer: Sync {
 
     /// No further case is simulated; page and files may follow.
     fn ended(&self) {}
+
+    /// The recommendation for what the file asks for is simulated.
+    fn answering(&self) {}
 }
 
 /// Why a study has no results.
@@ -77,6 +81,8 @@ pub struct Subject<'a> {
     pub origin: &'a Origin,
     /// What was not stated.
     pub assumptions: &'a Assumptions,
+    /// The answer to what the file asks for.
+    pub answer: Option<&'a Answer>,
     /// The forces with which the study is compared.
     pub measured: &'a [Measurement],
 }
@@ -103,6 +109,8 @@ pub struct Finished {
     pub results: Vec<CaseResult>,
     /// What was not stated.
     pub assumptions: Assumptions,
+    /// The answer to what the file asks for.
+    pub answer: Option<Answer>,
     /// How measured forces compare.
     pub comparisons: Vec<Comparison>,
     /// The files that were written.
@@ -216,14 +224,18 @@ impl StudyRun {
         )?;
         let results: Vec<CaseResult> = results.into_iter().collect::<Option<_>>().ok_or(RunError::Stopped)?;
         let assumptions = Assumptions::of_study(&study, &results, document);
+        let Means { resources, stop, observer } = means;
+        let answered = |goal| Answer::of(goal, &study, &results, resources.threads, stop, || observer.answering());
+        let answer = document.goal().map(answered).transpose()?;
         let (files, comparisons) = match &output {
             Some(Output { directory, .. }) => {
-                let subject = Subject { name, origin: &Origin::here(), assumptions: &assumptions, measured };
-                publish(directory, recorder, &study, &results, &subject, means.resources.threads, means.stop)?
+                let (origin, answer) = (&Origin::here(), answer.as_ref());
+                let subject = Subject { name, origin, assumptions: &assumptions, answer, measured };
+                publish(directory, recorder, &study, &results, &subject, resources.threads, stop)?
             }
             None => Default::default(),
         };
-        Ok(Finished { study, results, assumptions, comparisons, files })
+        Ok(Finished { study, results, assumptions, answer, comparisons, files })
     }
 }
 
@@ -275,7 +287,7 @@ pub fn page_of(
     recorder: Recorder<'_>,
     study: &Study,
     results: &[CaseResult],
-    Subject { name, assumptions, measured, .. }: &Subject<'_>,
+    Subject { name, assumptions, answer, measured, .. }: &Subject<'_>,
     threads: Option<NonZeroUsize>,
     stop: &Stop,
 ) -> Result<(String, Vec<Comparison>), RunError> {
@@ -285,7 +297,7 @@ pub fn page_of(
         return Err(RunError::Stopped);
     }
     let comparisons = compare(study, results, measured);
-    Ok((page(name, study, results, &courses, assumptions, &comparisons), comparisons))
+    Ok((page(name, study, results, &courses, assumptions, &comparisons, *answer), comparisons))
 }
 
 /// Draws the page of results and writes all files of a study to its directory, which must be occupied. Returns their paths, and how measured

@@ -75,6 +75,7 @@ impl AdviseArgs {
             min_ratio: self.min_ratio,
             max_ratio: self.max_ratio,
             target_force_n: self.target_force,
+            most: None,
         }
     }
 }

@@ -64,7 +64,13 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
         prepare_directory(&out.join(FIGURES))?;
     }
     let name = study.tool_names().join(" and ");
-    let subject = Subject { name: &name, origin: &origin, assumptions: &Assumptions::default(), measured: &measured };
+    let subject = Subject {
+        name: &name,
+        origin: &origin,
+        assumptions: &Assumptions::default(),
+        answer: None,
+        measured: &measured,
+    };
     let (files, comparisons) = publish(out, Recorder::new(&study), &study, &results, &subject, None, &Stop::default())?;
     let drawn = draw_study(out, &study, &results, &measured, comparisons, None, &figures)?;
     say(format_args!("{} of {} studies", counted(study.case_count()), studies.len()));

@@ -276,7 +276,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
     let progress = Progress::begin(Works::of(&run, |_| true), run.counts().1, arguments.json);
     let (stop, name) = (Stop::default(), arguments.input.short_name());
     let finished = run.finish(&name, &document, &measured, &arguments.means(&progress, &stop))?;
-    let Finished { study, results, assumptions, comparisons, files } = finished;
+    let Finished { study, results, assumptions, answer, comparisons, files } = finished;
     let drawn = draw_study(out, &study, &results, &measured, comparisons, arguments.threads(), &figures)?;
 
     let total = results.len();
@@ -285,7 +285,9 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
     } else {
         say(format_args!("{} in {:.2} s", counted(total), progress.seconds()));
         files.iter().for_each(|path| say_written(path));
-        show_results(&study, &results, &assumptions).and_then(|()| say_drawn(&drawn))
+        show_results(&study, &results, &assumptions)
+            .and_then(|()| answer.map_or(Ok(()), |answer| show(format_args!("\n{}", answer.text(width())))))
+            .and_then(|()| say_drawn(&drawn))
     };
     let told = tables.and(progress.summarise(&files));
 

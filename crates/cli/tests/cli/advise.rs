@@ -5,7 +5,7 @@ use std::fs;
 use predicates::prelude::*;
 use serde_json::Value;
 
-use crate::program::{Workspace, brush, words};
+use crate::program::{Workspace, brush, sparse, words};
 
 /// Quick cases, with a local maximum along the tier at each depth.
 const FILE: &str = concat!(
@@ -121,6 +121,48 @@ fn a_recommendation_of_a_study_of_uncertain_brushes_keeps_their_band() {
         ["tool_contact_normal_force_n", "tool_force_lower_95_n", "tool_force_upper_95_n"].map(number);
     assert!((force / 220.0 - 1.0).abs() < 0.05, "{recommendation}");
     assert!(lower < 0.9 * force && upper > 1.1 * force, "{recommendation}");
+}
+
+#[test]
+fn a_study_answers_what_its_file_asks_for() {
+    let asking = |goal: &str| {
+        let file = sparse(FILE).replace("[study]", &format!("[goal]\n{goal}\n[study]"));
+        Workspace::with(&format!("{file}{SWEEPS}"))
+    };
+    let directory = asking("target_force_n = 20\nmax_depth_mm = 1.5");
+    let printed = directory.printed("study case.toml --out results");
+    let answer = printed.split_once("Which speed").expect("the question").1;
+    assert!(answer.starts_with(" and depth give F_n,w = 20 N with a_e ≤ 1.5 mm?\nRecommended for 20 N: "), "{answer}");
+    // The same as of advice afterwards, whose lines it has.
+    let advised = directory.printed("advise results --target-force 20 --max-depth 1.5");
+    let (_, lines) = answer.split_once('\n').expect("lines");
+    assert!(advised.starts_with(lines.trim_end()), "{lines}\n{advised}");
+    let page = fs::read_to_string(directory.path("results/report.html")).expect("a page");
+    assert!(page.contains("\"question\":\"Which speed and depth give F_n,w = 20 N with a_e ≤ 1.5 mm?\""));
+
+    // What cannot be answered is said, and the results are there.
+    let directory = asking("max_force_n = 1");
+    let printed = directory.printed("study case.toml --out results");
+    assert!(printed.contains("F_n,w ≤ 1 N?\nNo case of the study is within these limits."), "{printed}");
+}
+
+#[test]
+fn most_from_edges_is_a_goal() {
+    let text = sparse(FILE).replace(
+        "[process]",
+        "[workpiece]\nkind = \"edge\"\nedge_radius_m = 1e-3\n[removal]\n[goal]\nmost = \"edge\"\n[process]",
+    );
+    let directory = Workspace::with(&format!("{text}{SWEEPS}"));
+    let printed = directory.printed("study case.toml --out results");
+    let answer = printed.split_once("Which speed and depth remove most from edges?\n").expect("the question").1;
+    assert!(answer.contains("in proportion to which it removes material on the edge"), "{answer}");
+    let power = |row: &std::collections::BTreeMap<String, String>| {
+        let number = |name: &str| row[name].parse::<f64>().expect("a number");
+        number("edge_sliding_work_j") * number("rotational_speed_rpm")
+    };
+    let rows = directory.rows("results/runs.csv");
+    let most = (0..rows.len()).max_by(|&a, &b| power(&rows[a]).total_cmp(&power(&rows[b]))).expect("cases");
+    assert!(answer.contains(&format!("row {} lets expect", most + 1)), "row {}: {answer}", most + 1);
 }
 
 #[test]

@@ -53,21 +53,22 @@ fn every_reader_shows_every_metric() {
     let directory = Workspace::with(FILE);
     directory.run("simulate case.toml --out one");
     let metrics = directory.json("one/metrics.json");
-    let of_force = keys(metric_columns(Having { force: true, ..having }));
+    let of_force = keys(metric_columns(Having { force: true, edge: true, ..having }));
     assert!(of_force.iter().all(|key| metrics.get(key).is_some()), "{metrics}");
     // What no coefficient tells is not there.
     assert!(metrics.get("removal_rate_m3_s").is_none() && !all.contains(&"wear_ratio"), "{metrics}");
 
     // The page, the most prominent metrics first.
-    let data = page_data(&page("case.toml", &study, &results, &[], &Assumptions::default(), &[]));
+    let data = page_data(&page("case.toml", &study, &results, &[], &Assumptions::default(), &[], None));
     let quantities = data["quantities"].as_array().expect("quantities");
-    let mut prominent: Vec<&Column<Metrics>> = metric_columns(having).collect();
+    let mut prominent: Vec<&Column<Metrics>> =
+        metric_columns(having).filter(|column| is_shown(column, &results)).collect();
     // Those of the tool are together.
     prominent.sort_by_key(|column| match column.display.scope {
         Scope::Tool => Prominence::Headline,
         Scope::Filament => column.display.prominence,
     });
-    assert_eq!(quantities.len(), all.len());
+    assert!(quantities.len() == prominent.len() && prominent.len() < all.len(), "{prominent:?}");
     for (quantity, column) in quantities.iter().zip(prominent) {
         let said = ["key", "symbol", "unit", "name", "meaning"].map(|part| quantity[part].as_str().expect(part));
         assert_eq!(said, [column.key, column.symbol, column.unit, column.name, column.meaning]);
@@ -86,12 +87,15 @@ fn every_reader_shows_every_metric() {
     assert!(shown(&study, &results) == all && without_edge < all, "{without_edge:?}, {all:?}");
 }
 
+/// Whether pages and figures show a metric.
+fn is_shown(column: &Column<Metrics>, results: &[CaseResult]) -> bool {
+    let values = results.iter().flatten().map(|summary| column.get(&summary.metrics));
+    !column.display.optional || values.into_iter().any(|value| value != 0.0)
+}
+
 /// Expects a map and a table for each metric that has one and is not zero in all cases. Returns their numbers.
 fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
-    let is_shown = |column: &&'static Column<Metrics>| {
-        let values = results.iter().flatten().map(|summary| column.get(&summary.metrics));
-        !column.display.optional || values.into_iter().any(|value| value != 0.0)
-    };
+    let is_shown = |column: &&'static Column<Metrics>| is_shown(column, results);
     let pictures = study_figures(study, results, &[], &Format::default()).pictures;
     let maps: Vec<&str> = pictures.iter().filter_map(|picture| picture.name.strip_suffix("_map")).collect();
     let drawn: Vec<&str> =

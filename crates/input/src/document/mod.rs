@@ -18,6 +18,7 @@ use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
 
 use crate::cells::{DECIMALS, SEPARATORS};
 use crate::control_points::MOST_CONTROL_POINTS;
+use crate::goal::{GOAL, MOST, MOST_OF, NUMBERS, allowed, largest};
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
 use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
 use crate::measured::{ColumnName, Format, Quantity};
@@ -28,7 +29,8 @@ use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
 use bristle::model::settings::Settings;
 use bristle_grid::uncertainty::check;
 use bristle_grid::{BRUSH, DEPTH, SHORT_NAMES, SPEED, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
-use bristle_text::units::{UNITS, Unit, without_unit};
+use bristle_text::units::{UNITS, Unit, own_keys, without_unit};
+use serde_json::{Map, Value};
 
 pub(crate) use tools::{SECTIONS, TOOLS};
 
@@ -39,6 +41,8 @@ use units::{ONE_UNIT, OtherUnit};
 pub(crate) const STUDY: &str = "study";
 /// The section that names measured forces. All other sections belong to [`Settings`].
 const MEASURED: &str = "measured";
+/// The section of removal.
+const REMOVAL: &str = "removal";
 /// The section of velocity and depth, which a study may sweep instead.
 const PROCESS: &str = "process";
 /// How serde begins its message about a key without a default.
@@ -86,6 +90,8 @@ pub struct Document<'t> {
     measured: Option<(String, Format)>,
     /// The file of a profile's control points, with the place of its path.
     control_points_file: Option<(String, Range<usize>)>,
+    /// What the study is asked for, by the keys of `[goal]`.
+    goal: Option<Map<String, Value>>,
     /// The control points in it, once they have been read.
     control_points: Vec<[f64; 2]>,
     /// The material of the filaments.
@@ -169,6 +175,7 @@ impl<'t> Document<'t> {
             sweeps: Vec::new(),
             tools: Vec::new(),
             measured: None,
+            goal: None,
             control_points_file: None,
             control_points: Vec::new(),
             material: None,
@@ -208,6 +215,11 @@ impl<'t> Document<'t> {
             let (file, format) = document.read_measured(entries, measured.span())?;
             let tools = document.tools.iter().map(|tool| tool.name.clone()).collect();
             document.measured = Some((file, Format { tools, ..format }));
+        }
+        if let Some(goal) = document.table.remove(GOAL)
+            && let DeValue::Table(entries) = goal.get_ref()
+        {
+            document.goal = Some(document.read_goal(entries, goal.span())?);
         }
         document.control_points_file = document.take_control_points_file()?;
         document.material = document.take_material()?;
@@ -425,6 +437,12 @@ impl<'t> Document<'t> {
     #[must_use]
     pub fn measured(&self) -> Option<(&str, &Format)> {
         self.measured.as_ref().map(|(file, format)| (file.as_str(), format))
+    }
+
+    /// What a study is asked for: the keys of `[goal]`, in their own units, with their values.
+    #[must_use]
+    pub fn goal(&self) -> Option<&Map<String, Value>> {
+        self.goal.as_ref()
     }
 
     /// The same with each filament alone, without `[brush]`.
@@ -714,6 +732,47 @@ impl<'t> Document<'t> {
         Ok((file, format))
     }
 
+    /// Reads the entries of `[goal]`, whose heading is at `span`.
+    fn read_goal(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<Map<String, Value>, InputError> {
+        let mut goal = Map::new();
+        for (key, value) in entries {
+            let written = key.get_ref().as_ref();
+            let path = format!("{GOAL}.{written}");
+            let (own, value) = if written == MOST {
+                let word = value.get_ref().as_str().filter(|word| MOST_OF.contains(word));
+                let allowed = || format!("\"{}\"", MOST_OF.join("\", \""));
+                let word = word.ok_or_else(|| self.not_allowed(path, value, allowed()))?;
+                if word != MOST_OF[0] && !self.table.contains_key(REMOVAL) {
+                    let allowed = format!("\"{}\" without the section [{REMOVAL}], which may be empty", MOST_OF[0]);
+                    return Err(self.not_allowed(format!("{GOAL}.{MOST}"), value, allowed));
+                }
+                (MOST, Value::from(word))
+            } else {
+                let known = |own: &str| NUMBERS.iter().map(|(key, _)| *key).find(|key| *key == own);
+                let in_another = || own_keys(written).find_map(|(own, unit)| Some((known(&own)?, Some(unit))));
+                let found = known(written).map(|own| (own, None)).or_else(in_another);
+                let Some((own, unit)) = found else {
+                    let keys: Vec<&str> = NUMBERS.iter().map(|(key, _)| *key).chain([MOST]).collect();
+                    return Err(self.unknown_key(GOAL, key, &keys));
+                };
+                let number: Option<f64> =
+                    read(value).ok().map(|number| unit.map_or(number, |unit| unit.to_own(number)));
+                let number = number.filter(|number| *number > 0.0 && number.is_finite() && *number <= largest(own));
+                (own, Value::from(number.ok_or_else(|| self.not_allowed(path, value, allowed(own).to_owned()))?))
+            };
+            if goal.insert(own.to_owned(), value).is_some() {
+                let problem = Problem::Both { key: format!("{GOAL}.{written}"), other: format!("{GOAL}.{own}") };
+                return Err(self.error(problem, key.span(), ONE_UNIT));
+            }
+        }
+        if goal.is_empty() {
+            let problem =
+                Problem::Missing { key: format!("{GOAL}.{}", NUMBERS[0].0), allowed: allowed(NUMBERS[0].0).to_owned() };
+            return Err(self.error(problem, span, "or another key of [goal]: docs/input.md lists them"));
+        }
+        Ok(goal)
+    }
+
     /// Reads the relative standard deviation of measured forces.
     fn read_relative_std(&self, value: &Spanned<DeValue<'_>>) -> Result<f64, InputError> {
         let number: Option<f64> = read(value).ok().filter(|number| *number > 0.0 && *number <= 1.0);
@@ -795,13 +854,16 @@ impl<'t> Document<'t> {
 
     /// Checks that a table of the file, which `path` names, has no other keys than these.
     fn check_keys(&self, path: &str, entries: &DeTable<'_>, keys: &[&str]) -> Result<(), InputError> {
-        let Some((key, _)) = entries.iter().find(|(key, _)| !keys.contains(&key.get_ref().as_ref())) else {
-            return Ok(());
-        };
+        let unknown = entries.iter().find(|(key, _)| !keys.contains(&key.get_ref().as_ref()));
+        unknown.map_or(Ok(()), |(key, _)| Err(self.unknown_key(path, key, keys)))
+    }
+
+    /// The error about a key of a table, which `path` names, that is none of these.
+    fn unknown_key(&self, path: &str, key: &Spanned<Cow<'_, str>>, keys: &[&str]) -> InputError {
         let name = key.get_ref();
         let expected = keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
         let problem = Problem::UnknownKey { key: format!("{path}.{name}"), expected };
-        Err(self.error(problem, key.span(), &did_you_mean(name, keys.iter().copied())))
+        self.error(problem, key.span(), &did_you_mean(name, keys.iter().copied()))
     }
 
     /// The error about a value that is not allowed.
@@ -858,7 +920,7 @@ impl<'t> Document<'t> {
     /// The error about a top-level entry that is not a section.
     fn not_a_section(&self, name: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> InputError {
         let key = name.get_ref().to_string();
-        if is_section(&key) || key == STUDY || key == MEASURED {
+        if is_section(&key) || key == STUDY || key == MEASURED || key == GOAL {
             let problem = Problem::NotAllowed {
                 value: self.source.quote(value.span()),
                 allowed: format!("a section that starts with a line [{key}]"),

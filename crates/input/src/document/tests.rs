@@ -1,4 +1,5 @@
 use bristle_grid::{Sweep, TOOL, VELOCITY};
+use serde_json::{Value, json};
 
 use super::Document;
 use crate::measured::read_measured;
@@ -261,6 +262,31 @@ fn mistakes_in_other_units_are_told_as_they_were_written() {
         for part in *parts {
             assert!(error.to_string().contains(part), "{wrong}{options:?}: no `{part}` in\n{error}");
         }
+    }
+}
+
+#[test]
+fn a_goal_has_its_keys_in_any_unit() {
+    let text =
+        format!("{FILE}[goal]\ntarget_force_n = 80\nmax_depth_mm = 2\nmax_velocity_m_min = 600\nmin_ratio = 0.5\n");
+    let document = Document::parse(&text, "case.toml").expect("a goal");
+    let expected = json!({ "target_force_n": 80.0, "max_depth_m": 0.002, "max_velocity_m_s": 10.0, "min_ratio": 0.5 });
+    assert_eq!(Some(&expected), document.goal().cloned().map(Value::Object).as_ref());
+    let most = format!("{FILE}[removal]\n[goal]\nmost = \"edge\"\n");
+    assert_eq!(Document::parse(&most, "case.toml").expect("a goal").goal().expect("a goal")["most"], "edge");
+    for (lines, parts) in [
+        ("", ["`goal.target_force_n` is missing", "docs/input.md lists them"]),
+        ("target_force_n = -80", ["`goal.target_force_n` is -80", "a finite number greater than 0"]),
+        ("target_force_n = \"80 N\"", ["`goal.target_force_n` is \"80 N\"", "a finite number greater than 0"]),
+        ("max_ratio = 1.5", ["`goal.max_ratio` is 1.5", "greater than 0 and at most 1"]),
+        ("max_dept_m = 1", ["unknown key `goal.max_dept_m`", "did you mean `max_depth_m`"]),
+        ("max_depth_m = 1e-3\nmax_depth_mm = 2", ["`goal.max_depth_mm` and `goal.max_depth_m`", "give one of them"]),
+        ("most = \"speed\"", ["`goal.most` is \"speed\"", "\"force\", \"edge\", \"removal\""]),
+        ("most = \"edge\"", ["`goal.most` is \"edge\"", "without the section [removal]"]),
+    ] {
+        let text = format!("{FILE}[goal]\n{lines}\n");
+        let error = Document::parse(&text, "case.toml").expect_err(lines).to_string();
+        assert!(parts.iter().all(|part| error.contains(part)), "{lines}: {error}");
     }
 }
 

@@ -3,7 +3,8 @@
 use std::fmt::{self, Display, Formatter};
 
 use bristle::model::settings::Settings;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 use super::{AdviceError, Outcome};
 use bristle_text::number::short;
@@ -11,8 +12,22 @@ use bristle_text::number::short;
 /// Relative rounding noise of a setting that is at its limit.
 const NOISE: f64 = 1e-9;
 
+/// What there is to be most of, within the limits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Most {
+    /// The force of the tool.
+    #[default]
+    Force,
+    /// What is removed from edges per time.
+    Edge,
+    /// What is removed in all per time.
+    Removal,
+}
+
 /// Limits on the cases that advice considers, and the force that is wanted of them. Those that are not given are not in JSON.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Limits {
     /// Highest brushing velocity `v_b` in m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -38,6 +53,9 @@ pub struct Limits {
     /// The force `F_n,w` in N that is wanted. It excludes no case, but the nearest are ranked first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_force_n: Option<f64>,
+    /// What there is to be most of; it excludes no case.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub most: Option<Most>,
 }
 
 /// Velocity and depth of a case.
@@ -64,6 +82,25 @@ impl OperatingPoint {
 }
 
 impl Limits {
+    /// What `[goal]` of an input file states.
+    #[must_use]
+    pub fn of(goal: &Map<String, Value>) -> Self {
+        serde_json::from_value(Value::Object(goal.clone())).expect("an input file states these keys only")
+    }
+
+    /// What is asked for, as a question.
+    #[must_use]
+    pub fn question(&self) -> String {
+        let asked = match (self.target_force_n, self.most.unwrap_or_default()) {
+            (Some(target), _) => format!("give F_n,w = {} N", short(target)),
+            (None, Most::Force) => "give the highest force F_n,w".to_owned(),
+            (None, Most::Edge) => "remove most from edges".to_owned(),
+            (None, Most::Removal) => "remove most".to_owned(),
+        };
+        let within = if self.are_none() { String::new() } else { format!(" with {self}") };
+        format!("Which speed and depth {asked}{within}?")
+    }
+
     /// # Errors
     /// If no case can satisfy all limits, or have the wanted force.
     pub(super) fn check(&self) -> Result<(), AdviceError> {
@@ -100,7 +137,7 @@ impl Limits {
 
     /// Whether there is no limit. A target is none.
     pub(super) fn are_none(&self) -> bool {
-        Self { target_force_n: None, ..*self } == Self::default()
+        Self { target_force_n: None, most: None, ..*self } == Self::default()
     }
 
     /// The force in N that suggestions are made for: the target, or else the limit.

@@ -4,6 +4,7 @@
 //! so that it can be checked. Every case that a sentence cites has been simulated. If a force is asked for, there are also
 //! interpolated [`Suggestion`]s, marked as such. With limits or a target, one [`Recommendation`] comes first, which is simulated.
 
+mod answer;
 mod headline;
 mod limits;
 mod recommendation;
@@ -31,8 +32,9 @@ use bristle_grid::{CaseResult, CaseSummary, FORCE, FRICTION, Study, TOOL, Tool};
 use bristle_text::layout::{aligned, wrap, wrap_beside};
 use bristle_text::number::{counted, short, significant, spanning};
 
+pub use answer::Answer;
 pub use headline::headline;
-pub use limits::{Limits, OperatingPoint};
+pub use limits::{Limits, Most, OperatingPoint};
 pub use recommendation::{InSpace, Recommendation, Verified};
 pub use suggestion::Suggestion;
 
@@ -349,6 +351,22 @@ impl Outcome {
     fn ends(&self) -> [f64; 2] {
         let [force, uncertainty] = [self.tool_contact_normal_force_n, self.uncertainty_n];
         self.band().unwrap_or([force - uncertainty, force + uncertainty])
+    }
+
+    /// The sliding power of which there is to be most, in W; `None` if that is the force, or it is not known.
+    fn removal_power_w(&self, most: Most) -> Option<f64> {
+        let position = match most {
+            Most::Force => return None,
+            Most::Removal => 0,
+            Most::Edge => 1,
+        };
+        self.removal.map(|removal| removal.powers_w[position])
+    }
+
+    /// The same, as text about what it removes.
+    fn removed(&self, most: Most) -> Option<String> {
+        let power_w = self.removal_power_w(most)?;
+        Some(self.removal?.text(power_w) + if most == Most::Edge { " on the edge" } else { "" })
     }
 
     fn motion(&self) -> &'static str {

@@ -158,7 +158,10 @@ fn coarse_rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
                 // Those that are far are ranked by how far.
                 (if off > NEAR * target { off } else { 0.0 }, (worst / (NEAR * target)).round())
             }
-            None => (f64::from(u8::from(!limits.hold_with_band(outcome))), -(force.ln() / NEAR).round()),
+            None => {
+                let most = outcome.removal_power_w(limits.most.unwrap_or_default()).unwrap_or(force);
+                (f64::from(u8::from(!limits.hold_with_band(outcome))), -(most.ln() / NEAR).round())
+            }
         };
         let flaws =
             [outcome.laterally_unstable, outcome.contact_time_ratio <= TIER].map(|flaw| f64::from(u8::from(flaw)));
@@ -289,21 +292,25 @@ impl Recommendation {
 
     /// In lines of at most `width` columns.
     pub(super) fn write(&self, text: &mut String, limits: &Limits, width: usize) {
+        for (number, line) in self.lines(limits).iter().enumerate() {
+            wrap(width, text, if number == 0 { "" } else { "  " }, line);
+        }
+        text.push('\n');
+    }
+
+    /// What is recommended, and then what is known of it, line by line.
+    #[must_use]
+    pub fn lines(&self, limits: &Limits) -> Vec<String> {
         let Self { place, outcome, strengths, weaknesses, verified, condition, .. } = self;
         let target = limits.target_force_n.map_or_else(String::new, |target| format!(" for {target} N"));
         let condition = if condition.is_empty() { String::new() } else { format!(", {condition}") };
-        wrap(
-            width,
-            text,
-            "",
-            &format!(
-                "Recommended{target}: {} rpm (v_b = {} m/s), a_e = {} mm{condition}",
-                short(place.rotational_speed_rpm),
-                short(place.brushing_velocity_m_s),
-                short(1e3 * place.penetration_depth_m)
-            ),
-        );
-        let mut line = |words: String| wrap(width, text, "  ", &words);
+        let mut lines = vec![format!(
+            "Recommended{target}: {} rpm (v_b = {} m/s), a_e = {} mm{condition}",
+            short(place.rotational_speed_rpm),
+            short(place.brushing_velocity_m_s),
+            short(1e3 * place.penetration_depth_m)
+        )];
+        let mut line = |words: String| lines.push(words);
         let force = outcome.tool_contact_normal_force_n;
         let band = match outcome.band() {
             Some([lower, upper]) => format!("{} [{} … {}]", short(force), short(lower), short(upper)),
@@ -311,6 +318,9 @@ impl Recommendation {
         };
         let machine = [outcome.tool_torque_n_m, outcome.tool_power_w].map(short);
         line(format!("F_n,w = {band} N, M_w = {} N m, P_w = {} W", machine[0], machine[1]));
+        if let Some(removed) = outcome.removed(limits.most.unwrap_or_default()) {
+            line(removed);
+        }
         let sides = [("for it", strengths), ("against it", weaknesses)].map(|(side, reasons)| match &reasons[..] {
             [] => String::new(),
             reasons => format!("{side}: {}", reasons.join(", ")),
@@ -340,7 +350,7 @@ impl Recommendation {
             Some(Verified { in_space_error: Some(error), .. }) => line(format!("in space: {error}")),
             _ => {}
         }
-        text.push('\n');
+        lines
     }
 }
 

@@ -298,6 +298,7 @@ function createSector() {
 }
 
 showHead();
+datePrints(brush.version);
 showResults();
 showNotes(brush.notes);
 showSettings(brush.settings, fixedSettingText);

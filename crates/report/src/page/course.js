@@ -189,7 +189,7 @@ function createCaseView(study, grid) {
         cell.append(element("span", { class: "quiet" }, "± from the number of filaments"));
       return element(
         "tr",
-        { "data-key": quantity.key },
+        { "data-key": quantity.key, ...(quantity.headline ? {} : { class: "detail" }) },
         element("th", { scope: "row" }, quantity.name, element("span", { class: "quiet" }, ...rich(quantity.meaning))),
         element("td", {}, quantity.symbol ? symbol(quantity.symbol) : []),
         cell,

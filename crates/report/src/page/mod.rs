@@ -17,7 +17,7 @@ use bristle_grid::brush::{Having, Interaction, metric_columns};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{CaseResult, CaseSummary, Study};
 use bristle_input::plausibility::{Unusual, unusual_in_study};
-use bristle_insight::advice::headline;
+use bristle_insight::advice::{Answer, headline};
 use bristle_insight::assumptions::{Assumption, Assumptions};
 use bristle_insight::measured::Comparison;
 use bristle_text::shown;
@@ -55,7 +55,8 @@ pub const MAX_CASES_SHOWN: usize = 20_000;
 const LONGEST_NAME: usize = 100;
 
 /// The page of a study. `name` is the name of the study, such as that of its input file; `results` has one result per case, in
-/// order; `assumptions` are the settings that the file leaves to their defaults, and `comparisons` those with measured forces.
+/// order; `assumptions` are the settings that the file leaves to their defaults, `comparisons` those with measured forces, and `answer` is what the
+/// file asks for.
 #[must_use]
 pub fn page(
     name: &str,
@@ -64,6 +65,7 @@ pub fn page(
     courses: &[Course],
     assumptions: &Assumptions,
     comparisons: &[Comparison],
+    answer: Option<&Answer>,
 ) -> String {
     let name = &shown(name, LONGEST_NAME);
     let notes = Notes { unusual: &unusual_in_study(study), assumptions };
@@ -74,7 +76,7 @@ pub fn page(
                           <code>runs.csv</code> in the same directory.",
         sections: SECTIONS,
         notes,
-        data: data(name, study, results, courses, comparisons),
+        data: data(name, study, results, courses, comparisons, answer),
         script: SCRIPT,
     };
     page.framed()
@@ -184,6 +186,8 @@ struct QuantityData {
     unit: &'static str,
     name: &'static str,
     meaning: &'static str,
+    /// Whether it is one of the few that a report is read for.
+    headline: bool,
     /// Whether its scale is logarithmic.
     logarithmic: bool,
     /// None if the case failed or the value is unknown.
@@ -198,11 +202,28 @@ fn quantity<R: Record>(
 ) -> QuantityData {
     let &Column { key, symbol, unit, name, meaning, display, .. } = column;
     let logarithmic = display.scale == Scale::Logarithmic;
+    let headline = display.prominence == Prominence::Headline;
     let number = |summary: &Option<CaseSummary>| Some(rounded(column.get(record(summary.as_ref()?)?)));
-    QuantityData { key, symbol, unit, name, meaning, logarithmic, values: summaries.iter().map(number).collect() }
+    QuantityData {
+        key,
+        symbol,
+        unit,
+        name,
+        meaning,
+        headline,
+        logarithmic,
+        values: summaries.iter().map(number).collect(),
+    }
 }
 
-fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], comparisons: &[Comparison]) -> Value {
+fn data(
+    name: &str,
+    study: &Study,
+    results: &[CaseResult],
+    courses: &[Course],
+    comparisons: &[Comparison],
+    answer: Option<&Answer>,
+) -> Value {
     let shown = Selection::shown(study);
     let axes: Vec<AxisData<'_>> = study
         .sweeps()
@@ -230,7 +251,11 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], c
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
     let mut metrics: Vec<&Column<Metrics>> = metric_columns(Having::of_study(study)).collect();
     metrics.sort_by_key(|column| place_on_page(column));
-    let metrics = metrics.into_iter().map(|column| quantity(column, &summaries, |summary| Some(&summary.metrics)));
+    let tells = |quantity: &QuantityData| quantity.values.iter().flatten().any(|&value| value != 0.0);
+    let metrics = metrics.into_iter().filter_map(|column| {
+        let quantity = quantity(column, &summaries, |summary| Some(&summary.metrics));
+        (!column.display.optional || tells(&quantity)).then_some(quantity)
+    });
     let scatter =
         ForceScatter::COLUMNS.iter().map(|column| quantity(column, &summaries, |summary| summary.scatter.as_ref()));
     let interaction = |column| quantity(column, &summaries, |summary| summary.brush.as_ref());
@@ -241,7 +266,6 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], c
     // What interaction changes comes first.
     let metrics = headlines.into_iter().map(interaction).chain(metrics);
     // Without scatter there is no band, and inputs that do not scatter have no share.
-    let tells = |quantity: &QuantityData| quantity.values.iter().flatten().any(|&value| value != 0.0);
     let quantities: Vec<QuantityData> =
         metrics.chain(scatter.filter(tells)).chain(others.into_iter().map(interaction)).collect();
     let statistics: Vec<QuantityData> = Statistics::COLUMNS
@@ -261,6 +285,7 @@ fn data(name: &str, study: &Study, results: &[CaseResult], courses: &[Course], c
     json!({
         "name": name,
         "headline": headline(study, results),
+        "answer": answer,
         "version": env!("CARGO_PKG_VERSION"),
         "equations": { "sha256": equations::FINGERPRINT, "maker": equations::MAKER },
         "cases": study.case_count(),
@@ -329,13 +354,17 @@ fn study_settings(study: &Study) -> Vec<Value> {
     merged
 }
 
-/// All settings; those that are swept have no value. Without a brush there are none of `[brush]`.
+/// All settings; those that are swept have no value. Without a brush there are none of `[brush]`, and likewise of `[removal]`.
 fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value> {
     let entry = |[path, symbol, name, unit]: [&str; 4], value: Value| json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value });
-    let brush = base.brush.as_ref();
+    let (brush, removal) = (base.brush.as_ref(), base.removal.as_ref());
     let mut entries: Vec<(&str, Value)> = PARAMETERS
         .iter()
-        .filter(|parameter| brush.is_some() || parameter.section() != "brush")
+        .filter(|parameter| match parameter.section() {
+            "brush" => brush.is_some(),
+            "removal" => removal.is_some(),
+            _ => true,
+        })
         .map(|parameter| {
             let &Parameter { path, symbol, name, unit, .. } = parameter;
             let value = match path {
@@ -351,6 +380,11 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
                 "brush.columns" => json!(brush.and_then(|brush| brush.columns)),
                 "brush.rows" => json!(brush.and_then(|brush| brush.rows)),
                 "brush.contact_points" => json!(brush.and_then(|brush| brush.contact_points)),
+                "removal.preston_m2_n" => stated_or(removal.and_then(|removal| removal.preston_m2_n)),
+                "removal.filament_wear_m2_n" => stated_or(removal.and_then(|removal| removal.filament_wear_m2_n)),
+                "removal.edge_feed_velocity_m_s" => {
+                    stated_or(removal.and_then(|removal| removal.edge_feed_velocity_m_s))
+                }
                 _ => json!(parameter.get(base)),
             };
             (path, entry([path, symbol, name, unit], value))
@@ -397,6 +431,11 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
         entries.insert(place, (names[0], entry(names, value)));
     }
     entries.into_iter().map(|(_, entry)| entry).collect()
+}
+
+/// A setting that has no default.
+fn stated_or(value: Option<f64>) -> Value {
+    value.map_or_else(|| json!("not stated"), |value| json!(value))
 }
 
 /// Six significant digits: one more than the page shows.

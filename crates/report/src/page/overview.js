@@ -175,7 +175,8 @@ function createOverview(study, grid, open) {
   const [canvas, drawing] = [map.querySelector("canvas"), map.querySelector("svg")];
   /** The position on each axis of the case under the pointer, which also selects the slice. */
   const places = grid.axes.map((axis) => Math.floor((axis.values.length - 1) / 2));
-  let quantity = quantities[0];
+  // What is asked for is a force, or within limits of one.
+  let quantity = quantities.find(({ key }) => study.answer && key === FORCE) ?? quantities[0];
   let opened = null;
   let layout = null;
 
@@ -188,6 +189,7 @@ function createOverview(study, grid, open) {
     for (const { key, name } of quantities) {
       select.append(element("option", { value: key }, name[0].toUpperCase() + name.slice(1)));
     }
+    select.value = quantity.key;
     select.addEventListener("change", () => {
       quantity = quantities.find(({ key }) => key === select.value);
       draw();
@@ -222,7 +224,8 @@ function createOverview(study, grid, open) {
     const wanted = upward ? Math.min(inner * 0.66, rows * 64) : inner * 0.5;
     const height = Math.round(Math.min(Math.max(wanted, 190), 460));
     layout = { width, left, top, inner, height, total: height + top + bottom };
-    map.style.height = `${layout.total}px`;
+    // On paper it is narrower.
+    map.style.aspectRatio = `${width} / ${layout.total}`;
     drawing.setAttribute("viewBox", `0 0 ${width} ${layout.total}`);
   }
 

@@ -4,18 +4,30 @@ const study = JSON.parse(document.getElementById("data").textContent);
 findRanges(study.quantities);
 const grid = new Grid(study);
 
-/** The answer in two sentences, whose rows lead to their cases. */
-function showHeadline() {
-  // Numbers stay with their units.
-  const unbroken = study.headline.replace(/(?<=\d) (?=[\p{L}%])|(?<=≥) | (?=≥)/gu, "\u00a0");
-  const parts = unbroken.split(/(?<=\(row )(\d+)(?=\))/);
-  const headline = document.getElementById("headline");
-  headline.hidden = false;
-  headline.replaceChildren(
-    ...parts.flatMap((part, k) =>
-      k % 2 === 0 || !indexOfRow.has(Number(part)) ? rich(part) : element("a", { href: `#case-${part}` }, part),
-    ),
+/** A sentence whose rows lead to their cases, and whose numbers stay with their units. */
+function sentence(text) {
+  const unbroken = text.replace(/(?<=\d) (?=[\p{L}%])|(?<=[≥≤]) | (?=[≥≤])/gu, "\u00a0");
+  const parts = unbroken.split(/(?<=\brows? )(\d+)/);
+  return parts.flatMap((part, k) =>
+    k % 2 === 0 || !indexOfRow.has(Number(part)) ? rich(part) : element("a", { href: `#case-${part}` }, part),
   );
+}
+
+/** What the file asks for and the answer to it; without a question, the highest force in two sentences. */
+function showHeadline() {
+  const byId = (id) => document.getElementById(id);
+  if (!study.answer) {
+    byId("headline").hidden = false;
+    byId("headline").replaceChildren(...sentence(study.headline));
+    return;
+  }
+  const { question, lines, notes } = study.answer;
+  const items = (texts) => texts.map((text) => element("li", {}, ...sentence(text)));
+  byId("answer").hidden = false;
+  byId("question").replaceChildren(...sentence(question));
+  byId("recommended").replaceChildren(...sentence(lines[0]));
+  byId("known").replaceChildren(...items(lines.slice(1)));
+  byId("to-keep-in-mind").replaceChildren(...items(notes));
 }
 
 function showHead() {
@@ -137,14 +149,16 @@ addEventListener("hashchange", () => {
 });
 
 showHead();
+datePrints(study.version);
 showHeadline();
 showMeasured(study.measured);
 showNotes(study.notes);
 showSettings(study.settings, settingText);
 showOrigin();
-// Without an address: the middle of the study, or a case with a course.
+// Without an address: the case of the answer, or the middle of the study, or a case with a course.
 const kept = study.courses.map(([index]) => index);
+const answered = study.answer?.rows.map((row) => indexOfRow.get(row)).find((index) => index !== undefined);
 const middle = grid.index(grid.axes.map(({ values }) => Math.floor(values.length / 2)));
 const asked = caseOfAddress();
-showCase(asked ?? (kept.includes(middle) ? middle : (kept[Math.floor(kept.length / 2)] ?? middle)));
+showCase(asked ?? answered ?? (kept.includes(middle) ? middle : (kept[Math.floor(kept.length / 2)] ?? middle)));
 if (asked !== null) goToCase({ behavior: "instant" });

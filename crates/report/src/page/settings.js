@@ -72,6 +72,14 @@ function showAssumptions({ row, place, list, notes }) {
   section.querySelector("tbody").replaceChildren(...rows);
 }
 
+/** Tells on paper what has made the page, and when it was printed. */
+function datePrints(version) {
+  addEventListener("beforeprint", () => {
+    const today = new Date().toLocaleDateString("sv");
+    document.getElementById("printed").textContent = `Bristle ${version}, printed on ${today}`;
+  });
+}
+
 /** Fills the list of where the numbers come from, with names and their texts. */
 function showEntries(entries) {
   document

@@ -97,7 +97,7 @@ fn hostile_text_stays_text() {
     let error = "</SCRIPT> <!-- stopped \u{2028}";
     let study = grid(1, 1);
     let results = [Err(error.to_owned())];
-    let page = page(name, &study, &results, &[], &Assumptions::default(), &[]);
+    let page = page(name, &study, &results, &[], &Assumptions::default(), &[], None);
     assert_eq!(page.matches("</script>").count(), 2, "the block of data and the program end, nothing else");
     assert!(!page.to_lowercase().contains("<!-- "));
     assert!(page.contains("<title>&lt;/script&gt;"));
@@ -113,7 +113,7 @@ fn texts_are_put_in_once() {
 
 #[test]
 fn a_page_holds_all_that_it_uses() {
-    let text = page("study.toml", &grid(2, 2), &made_up(4), &[], &Assumptions::default(), &[]);
+    let text = page("study.toml", &grid(2, 2), &made_up(4), &[], &Assumptions::default(), &[], None);
     for outside in ["http://", "https://", "src=", "@import", "url("] {
         // The namespace of SVG is a name, not an address that anyone asks for.
         assert_eq!(text.replace("http://www.w3.org/2000/svg", "").matches(outside).count(), 0, "{outside}");
@@ -128,7 +128,7 @@ fn the_same_study_gives_the_same_bytes() {
     let pages = [1, 2].map(|threads| {
         let courses = Recorder::new(&study).finish(&results, NonZeroUsize::new(threads)).expect("the threads start");
         assert_eq!(courses.len(), 6);
-        page("study.toml", &study, &results, &courses, &Assumptions::default(), &[])
+        page("study.toml", &study, &results, &courses, &Assumptions::default(), &[], None)
     });
     assert!(pages[0] == pages[1]);
 }
@@ -139,7 +139,7 @@ fn failed_cases_are_shown_as_such() {
     let mut results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
     results[4] = Err("it stopped".to_owned());
     let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
-    let data = data_in(&page("study.toml", &study, &results, &courses, &Assumptions::default(), &[]));
+    let data = data_in(&page("study.toml", &study, &results, &courses, &Assumptions::default(), &[], None));
     assert_eq!(data["failed"], 1);
     assert_eq!(data["errors"], json!([[4, "it stopped"]]));
     for quantity in data["quantities"].as_array().expect("a list") {
@@ -164,7 +164,7 @@ fn large_studies_stay_small_pages() {
     let results = made_up(study.case_count());
     let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
     assert!((100..=MAX_COURSES).contains(&courses.len()));
-    let page = page("study.toml", &study, &results, &courses, &Assumptions::default(), &[]);
+    let page = page("study.toml", &study, &results, &courses, &Assumptions::default(), &[], None);
     assert!(page.len() < 10_000_000, "{} bytes", page.len());
     assert_eq!(data_in(&page)["quantities"][0]["values"].as_array().map(Vec::len), Some(10_000));
 }
@@ -225,7 +225,7 @@ fn has_every_setting(stated: &Settings) {
 fn the_uncertainty_is_that_of_the_number_of_filaments() {
     let study = grid(1, 1);
     let results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
-    let data = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &[]));
+    let data = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &[], None));
     let force = results[0].as_ref().expect("the case is solved").metrics.tool_contact_normal_force_n;
     let uncertainty = data["force_uncertainty"][0].as_f64().expect("a number");
     // To the six digits that the page has.
@@ -246,7 +246,7 @@ fn measured_points_are_on_the_page_with_their_places() {
     };
     let measured = [point(Speed::Velocity(12.0), 1.5e-3, Some(2.0)), point(Speed::Velocity(99.0), 1e-3, None)];
     let comparisons = compare(&study, &results, &measured);
-    let data = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &comparisons));
+    let data = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &comparisons, None));
     let comparison = &data["measured"]["comparisons"][0];
     assert_eq!((&data["measured"]["speed"]["unit"], &comparison["count"]), (&json!("m/s"), &json!(2)));
     let [inside, outside] = [0, 1].map(|index| &comparison["points"][index]);
@@ -254,6 +254,6 @@ fn measured_points_are_on_the_page_with_their_places() {
     let at = axes.iter().map(|path| if *path == bristle_grid::VELOCITY { 12.0 } else { 1.5e-3 });
     assert_eq!((&inside["at"], &inside["within"]), (&json!(at.collect::<Vec<f64>>()), &json!(true)));
     assert_eq!((&outside["outside"], &outside["simulated"]), (&json!(true), &Value::Null));
-    let without = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &[]));
+    let without = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &[], None));
     assert!(without["measured"].is_null());
 }

@@ -179,7 +179,7 @@ pub fn write_brush_metrics(
     let flat = Flat {
         brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
         rotational_speed_rpm: settings.rotational_speed_rpm(),
-        metrics: Known(metrics, Having { brush: true, force: true, ..Having::of(settings) }),
+        metrics: Known(metrics, Having { brush: true, force: true, edge: true, ..Having::of(settings) }),
         interaction,
         band,
         steps,
@@ -200,8 +200,12 @@ pub fn read_interaction(text: &str, name: &str) -> Result<Interaction, DataError
 }
 
 /// What one filament of a brush has.
-const OF_FILAMENT: Having =
-    Having { brush: true, force: false, removal: RemovalLaw { preston: None, wear: None, area_rate: None } };
+const OF_FILAMENT: Having = Having {
+    brush: true,
+    force: false,
+    edge: true,
+    removal: RemovalLaw { preston: None, wear: None, area_rate: None },
+};
 
 /// Writes `filaments.csv`: a heading, then one row per filament.
 pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Result<()> {

@@ -199,7 +199,7 @@ pub fn write_metrics(mut out: impl Write, settings: &Settings, simulation: &Simu
     let flat = Flat {
         brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
         rotational_speed_rpm: settings.rotational_speed_rpm(),
-        metrics: Known(metrics, Having { brush: false, force: true, ..Having::of(settings) }),
+        metrics: Known(metrics, Having { brush: false, force: true, edge: true, ..Having::of(settings) }),
         statistics,
         turn_contact_normal_impulses_n_s,
     };
