@@ -1,6 +1,6 @@
 """Checks what the strict build of the site does not: `python docs/site/check.py DIR`.
 
-Pictures, files that are not pages, and the links of notebooks are there; every page is in the navigation; and the API page has every public
+Pictures, files that are not pages, and what notebooks link to are there; every page is in the navigation; and the API page has every public
 name of the Python package, which takes a docstring.
 """
 
@@ -11,8 +11,8 @@ from urllib.parse import unquote
 
 import griffe
 
-SITE = Path(sys.argv[1])
-TEXTS = {file.resolve(): file.read_text(encoding="utf-8") for kind in ("html", "ipynb") for file in sorted(SITE.rglob(f"*.{kind}"))}
+SITE = Path(sys.argv[1]).resolve()
+TEXTS = {file: file.read_text(encoding="utf-8") for kind in ("html", "ipynb") for file in sorted(SITE.rglob(f"*.{kind}"))}
 
 
 def links(file):
@@ -34,9 +34,18 @@ def broken_links(file):
             continue
         leads_to, fragment = target(file, link)
         if not leads_to.is_file():
-            yield f"{file.relative_to(SITE.resolve())}: {link} leads to no file of the site, which docs/site/run collects"
+            yield f"{file.relative_to(SITE)}: {link} leads to no file of the site, which docs/site/run collects"
         elif fragment and leads_to in TEXTS and f'id="{fragment}"' not in TEXTS[leads_to]:
-            yield f"{file.relative_to(SITE.resolve())}: {link} leads to no heading"
+            yield f"{file.relative_to(SITE)}: {link} leads to no heading"
+
+
+def outside_navigation():
+    """The pages that 404.html, which has nothing but the navigation, does not link to."""
+    start = SITE / "404.html"
+    reached = {target(start, link)[0] for link in links(start)}
+    for file in TEXTS:
+        if file.suffix == ".html" and file != start and file not in reached:
+            yield f"{file.relative_to(SITE)} is not in the navigation, `nav` of zensical.toml"
 
 
 def public_names(path, parent):
@@ -47,13 +56,11 @@ def public_names(path, parent):
                 yield from public_names(f"{path}.{name}", member)
 
 
-wrong = [line for file in TEXTS for line in broken_links(file)]
-start = SITE.resolve() / "index.html"
-reached = {target(start, link)[0] for link in links(start)} | {start.with_name("404.html")}
-wrong += [f"{file.relative_to(SITE.resolve())} is not in the navigation, see zensical.toml" for file in TEXTS if file.suffix == ".html" and file not in reached]
 package = griffe.load("bristle", search_paths=["python"])
 names = [name for module in (package, package["distributed"]) for name in public_names(module.path, module)]
-api = TEXTS[SITE.resolve() / "docs/api.html"]
+api = TEXTS[SITE / "docs/api.html"]
+wrong = [line for file in TEXTS for line in broken_links(file)]
+wrong += outside_navigation()
 wrong += [f"{name} has no docstring" for name in names if f'id="{name}"' not in api]
 print("\n".join(wrong) if wrong else f"{len(TEXTS)} pages and notebooks, {len(names)} names of the Python package")
 sys.exit(bool(wrong))
