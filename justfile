@@ -22,6 +22,10 @@ study file='examples/zirconia.toml' out='results':
 validate *arguments='--full --out docs':
     cargo run --release -- validate {{arguments}}
 
+# Build the documents as a site, in target/site; `just site serve` shows it
+site *arguments:
+    docs/site/run {{arguments}}
+
 # Draw the picture of the README
 figure:
     cargo run --release -p bristle-report --example figure
