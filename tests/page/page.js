@@ -735,8 +735,33 @@ test("the picture of the README", async () => {
   await close();
 });
 
-test("printed, it is on paper whole", async () => {
-  const { page, close } = await open(report("paper"), {}, "#case-66");
-  await page.pdf({ path: path.join(screenshots, "paper.pdf"), format: "A4" });
+test("what the file asks for comes first, with its answer", async () => {
+  const { page, close } = await open(report("goal"));
+  assert.match(await page.textContent("#question"), /^Which speed and depth give Fn,w\s=\s20\sN with ae\s≤\s2\smm\?$/);
+  assert.match(await page.textContent("#recommended"), /^Recommended for 20\sN: [\d.]+\srpm \(vb\s=\s[\d.]+\sm\/s\), ae\s=\s[\d.]+\smm$/);
+  const known = await page.locator("#known li").allTextContents();
+  assert.match(known.join("\n"), /Fn,w = (19|20)[\d.]* [^\n]*N, .*\nfor it: .*\nsimulated; /s);
+  assert.ok(await page.isHidden("#headline"));
+  assert.equal(await page.inputValue("#quantity"), "tool_contact_normal_force_n");
+  const [row] = (await dataOf(page)).answer.rows;
+  assert.equal(await page.textContent("#case-row"), String(row));
+  await shot(page, "goal-1280-light");
+  await page.click("#known a >> nth=0");
+  await opened(page, row);
   await close();
+});
+
+/** The number of sheets of a page, of which a PDF is kept. */
+async function printed(page, name) {
+  const file = await page.pdf({ path: path.join(screenshots, `${name}.pdf`), format: "A4" });
+  assert.match(await page.textContent("#printed"), /^Bristle [\d.]+, printed on \d{4}-\d\d-\d\d$/);
+  return file.toString("latin1").match(/\/Type\s*\/Page\b/g).length;
+}
+
+test("printed, a study has two pages", async () => {
+  for (const name of ["paper", "goal", "curve", "deburring"]) {
+    const { page, close } = await open(report(name));
+    assert.equal(await printed(page, name), 2, name);
+    await close();
+  }
 });
