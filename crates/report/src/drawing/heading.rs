@@ -1,7 +1,7 @@
 //! Headings of figures: a title and smaller text below it, in as many lines as they need.
 
 use super::format::Format;
-use super::{Canvas, GREY, INK, fine, font, text};
+use super::{Canvas, GREY, INK, fine, font, text, typeset};
 
 /// Where the first line is, and the distance between lines, in pixels.
 const TOP: i32 = 14;
@@ -31,7 +31,7 @@ impl Heading {
         let part = if format.is_on_paper() { SAFE } else { 1.0 };
         let room = part * (width - left - RIGHT) as f32;
         let [title, subtitle] =
-            [(title, TITLE), (subtitle, SUBTITLE)].map(|(text, usual)| wrapped(text, format.font_size(usual), room));
+            [(title, TITLE), (subtitle, SUBTITLE)].map(|(text, usual)| wrapped(&typeset(text), format.font_size(usual), room));
         Self { title, subtitle, left }
     }
 

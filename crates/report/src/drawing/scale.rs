@@ -96,7 +96,10 @@ impl Scale {
         }
         let (low, high) = range(values, &axis);
         let margin = 0.04 * (high - low);
-        let (low, high) = (low - margin, high + margin);
+        // No amount is less than none.
+        let ends_at_zero = axis.zero != Zero::Between && !axis.logarithmic;
+        let (below, above) = (if ends_at_zero && low == 0.0 { 0.0 } else { margin }, if ends_at_zero && high == 0.0 { 0.0 } else { margin });
+        let (low, high) = (low - below, high + above);
         let (ticks, factor) = if axis.logarithmic { logarithmic_ticks(low, high) } else { linear_ticks(low, high) };
         Self { axis, low, high, ticks, factor }
     }
@@ -136,6 +139,9 @@ fn range(values: impl Iterator<Item = f64>, axis: &Axis) -> (f64, f64) {
     let largest = low.abs().max(high.abs());
     if high - low > 1e-9 * largest && largest >= 1e-290 {
         return (low, high);
+    }
+    if axis.zero != Zero::Between && largest == 0.0 && !axis.logarithmic {
+        return (0.0, 1.0);
     }
     // Labels could not tell the ends apart.
     let half = match axis.logarithmic {
@@ -244,6 +250,7 @@ mod tests {
         let labels = |axis| labels((Scale::new(axis, [200.0, 400.0].into_iter()).ticks, String::new())).0;
         assert_eq!(labels(Axis::linear("")), "200 250 300 350 400");
         assert_eq!(labels(Axis::from_zero("")), "0 100 200 300 400");
+        assert_eq!(Scale::new(Axis::from_zero(""), [0.0, 400.0].into_iter()).part(0.0), 0.0);
     }
 
     #[test]
@@ -256,7 +263,7 @@ mod tests {
             // Never less than a hundredth of the values.
             ([400.0, 400.001], "398 399 400 401 402"),
             ([400.0, 400.0], "398 399 400 401 402"),
-            ([0.0, 0.0], "−1.0 −0.5 0.0 0.5 1.0"),
+            ([0.0, 0.0], "0.0 0.2 0.4 0.6 0.8 1.0"),
         ];
         for (values, expected) in cases {
             let ticks = Scale::new(Axis::amount(""), values.into_iter()).ticks;

@@ -140,7 +140,7 @@ fn style<R>(metric: &Column<R>) -> Style {
             }),
             ..plain
         },
-        "edge_share" | "edge_evenness" => Style { range: Some([0.0, 1.0]), ..plain },
+        "edge_share" => Style { range: Some([0.0, 1.0]), ..plain },
         "contact_normal_impulse_n_s" | "penetration_depth_m" => {
             Style { families: &[Family::OverX, Family::OverY], ..plain }
         }
@@ -168,6 +168,9 @@ fn with_unit<R>(metric: &Column<R>, text: &str) -> String {
     if unit.is_empty() { text.to_owned() } else { format!("{text} in {unit}") }
 }
 
+/// Below this, a number that can span decades is on a linear axis.
+const FEW: f64 = 10.0;
+
 /// The axis of a metric with these values. Depths that were found for forces can span decades.
 fn axis_of<'a, R>(
     metric: &Column<R>,
@@ -179,6 +182,7 @@ fn axis_of<'a, R>(
     let is_found_over_decades = metric.key == "penetration_depth_m" && span_decades(range);
     match metric.display.scale {
         record::Scale::Linear if !is_found_over_decades => linear(label(metric)),
+        record::Scale::Logarithmic if range[1] < FEW => linear(label(metric)),
         _ => Axis::logarithmic(label(metric)),
     }
 }
@@ -532,12 +536,22 @@ pub fn is_of_contact(name: &str) -> bool {
     [HISTORY_FIGURE, TURNS_FIGURE, PROFILE_UNROLLED, PROFILE_DRAWN].contains(&name)
 }
 
-/// A title with velocity and depth of the contact.
+/// A title with speed and depth of the contact.
 fn contact_title(title: &str, settings: &Settings) -> String {
-    let settings = [(VELOCITY, settings.process.brushing_velocity_m_s), (DEPTH, settings.process.penetration_depth_m)];
-    let settings = settings
-        .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
-    format!("{title}: {}", settings.join(", "))
+    format!("{title}: {}", of_process(settings))
+}
+
+/// Rotational speed, velocity and depth.
+fn of_process(settings: &Settings) -> String {
+    let process = &settings.process;
+    let text = |path: &str, value| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value));
+    let [speed, velocity, depth] = [
+        (SPEED, settings.rotational_speed_rpm()),
+        (VELOCITY, process.brushing_velocity_m_s),
+        (DEPTH, process.penetration_depth_m),
+    ]
+    .map(|(path, value)| text(path, value));
+    format!("{speed} ({velocity}), {depth}")
 }
 
 /// Width of the figure of a history, and height of its panels on a screen, of more than two, and at least, in pixels.
@@ -673,12 +687,9 @@ fn turns_figure(settings: &Settings, impulses: &[f64], format: &Format) -> Optio
         return None;
     }
     let points = (1..).zip(impulses).map(|(turn, impulse)| (f64::from(turn), 1e3 * impulse));
-    let process = &settings.process;
-    let shown = [(VELOCITY, process.brushing_velocity_m_s), (DEPTH, process.penetration_depth_m)]
-        .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
     let diagram = Diagram {
         title: "Contact normal impulse turn by turn".to_owned(),
-        subtitle: shown.join(", "),
+        subtitle: of_process(settings),
         x: Axis::linear("turn"),
         y: Axis::amount("p_n in mN s"),
         curves: vec![Curve::new("", Look::Joined, points.collect())],
