@@ -23,6 +23,8 @@ const SHADES: u32 = 100;
 /// Font size of the numbers in cells, and the margin around them.
 const NUMBER: i32 = 10;
 const FREE: (i32, i32) = (4, 5);
+/// How far a line is continued to the frame, over the distance to it.
+const FAR: i32 = 3;
 /// Fill of a cell without a value, and distance between its hatching lines.
 const EMPTY: Color = Color(240, 241, 243);
 const HATCH: i32 = 6;
@@ -71,12 +73,6 @@ pub struct Contour {
 }
 
 impl CellAxis {
-    /// The values between the first and the last border.
-    fn with_ends(&self) -> Vec<f64> {
-        let borders = self.borders();
-        [&borders[..1], &self.values, &borders[self.values.len()..]].concat()
-    }
-
     /// Borders of the cells: midway between values, and equally far beyond the first and the last.
     fn borders(&self) -> Vec<f64> {
         let values = &self.values;
@@ -90,19 +86,24 @@ impl CellAxis {
     }
 }
 
-/// The values along a side, with those at its ends. They go on as between the two values before, but not across the level of a line: lines end at
-/// the frame, and there are no others.
-fn widened(side: &CellAxis, values: &[Option<f64>], level: f64) -> Vec<Option<f64>> {
-    let (borders, count) = (side.borders(), values.len());
-    let end = |border: f64, first: usize, second: usize| {
-        let own = values[first]?;
-        let Some(Some(next)) = values.get(second) else { return Some(own) };
-        let [at, from] = [first, second].map(|index| side.values[index]);
-        let beyond = own + (own - next) * (border - at) / (at - from);
-        Some(if (beyond < level) == (own < level) { beyond } else { own })
-    };
-    let (low, high) = (end(borders[0], 0, 1), end(borders[count], count - 1, count.wrapping_sub(2)));
-    [&[low], values, &[high]].concat()
+/// Where a line that ends on a side of the rectangle of the outermost middles, and goes outwards there, meets the frame; none if it does not end
+/// there, or goes along the frame.
+fn on_to_the_frame([before, end]: [Point; 2], [left, top, right, bottom]: [i32; 4], frame: Frame) -> Option<Point> {
+    let (across, down) = (end.0 - before.0, end.1 - before.1);
+    let [low_x, low_y, high_x, high_y] = frame.map(fine);
+    let outwards = [
+        (end.0 == left && across < 0, low_x - end.0, across),
+        (end.0 == right && across > 0, high_x - end.0, across),
+        (end.1 == top && down < 0, low_y - end.1, down),
+        (end.1 == bottom && down > 0, high_y - end.1, down),
+    ];
+    let (_, way, rate) = outwards.into_iter().find(|(is_outwards, ..)| *is_outwards)?;
+    let part = f64::from(way) / f64::from(rate);
+    let meets = |from: i32, rate: i32| from + (part * f64::from(rate)).round() as i32;
+    let point = (meets(end.0, across), meets(end.1, down));
+    let is_within = (low_x..=high_x).contains(&point.0) && (low_y..=high_y).contains(&point.1);
+    let is_short = (point.0 - end.0).abs().max((point.1 - end.1).abs()) <= FAR * way.abs();
+    (is_within && is_short).then_some(point)
 }
 
 /// Maps the values of a side to coordinates between two pixels.
@@ -234,7 +235,7 @@ impl Map {
         let (xs, ys) = (self.x.borders(), self.y.borders());
         let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
         let mut numbers = self.numbers(format, &scale, &across, &up);
-        let lines = joined(&self.pieces(&across, &up));
+        let lines = self.lines(frame, &across, &up);
         let points: Vec<Point> = lines.iter().flat_map(|line| sampled(line)).collect();
         numbers.iter_mut().for_each(|number| number.avoid(&points));
         // In ink on white, so that it shows on every colour.
@@ -330,16 +331,24 @@ impl Map {
             Some(values) => (values.clone(), Some(*level)),
             None => (self.values.iter().map(|value| value.and_then(at)).collect(), at(*level)),
         };
-        let Some(level) = level else { return Vec::new() };
-        let rows: Vec<&[Option<f64>]> = values.chunks(self.x.values.len()).collect();
-        let wide: Vec<Vec<Option<f64>>> = rows.iter().map(|row| widened(&self.x, row, level)).collect();
-        let columns = (0..self.x.values.len() + 2).map(|column| wide.iter().map(|row| row[column]).collect::<Vec<_>>());
-        let columns: Vec<Vec<Option<f64>>> = columns.map(|column| widened(&self.y, &column, level)).collect();
-        let values: Vec<Option<f64>> =
-            (0..self.y.values.len() + 2).flat_map(|row| columns.iter().map(move |column| column[row])).collect();
-        let [xs, ys] = [&self.x, &self.y].map(CellAxis::with_ends);
-        let pieces = contour([&xs, &ys], &values, level);
+        let pieces = level.map_or_else(Vec::new, |level| contour([&self.x.values, &self.y.values], &values, level));
         pieces.into_iter().map(|piece| piece.map(|(x, y)| (across(x), up(y)))).collect()
+    }
+
+    /// The lines that the pieces make. One that ends in the middle of the outermost cells goes straight on to the `frame`.
+    fn lines(&self, frame: Frame, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> Vec<Vec<Point>> {
+        let middles = [&self.x.values, &self.y.values].map(|values| [values[0], values[values.len() - 1]]);
+        let [(left, right), (bottom, top)] = [middles[0].map(across).into(), middles[1].map(up).into()];
+        let mut lines = joined(&self.pieces(across, up));
+        for line in lines.iter_mut().filter(|line| line.first() != line.last()) {
+            for _ in 0..2 {
+                if let [.., before, end] = line[..] {
+                    line.extend(on_to_the_frame([before, end], [left, top, right, bottom], frame));
+                }
+                line.reverse();
+            }
+        }
+        lines
     }
 
     fn draw_bar(&self, canvas: &mut Canvas, [_, top, right, bottom]: Frame, scale: &Scale) {
@@ -490,13 +499,11 @@ mod tests {
         let plane = sides.iter().flat_map(|y| sides.map(|x| Some(x + 0.1 * y))).collect();
         let map = Map { line: Some(Contour { level: 2.4, other: None }), ..map(&sides, &sides, plane) };
         let at = |value: f64| (1e3 * value).round() as i32;
-        let lines = joined(&map.pieces(&at, &at));
+        // The middles of cells lie from 1000 to 3000, their borders from 500 to 3500.
+        let lines = map.lines([50, 50, 350, 350], &at, &|value: f64| 4000 - at(value));
         assert_eq!(lines.len(), 1, "{lines:?}");
         let ends = [lines[0].first(), lines[0].last()].map(|end| *end.expect("a point"));
-        assert!(ends.contains(&(2350, 500)) && ends.contains(&(2050, 3500)), "{ends:?}");
-        // Where a value comes close to the level at the border, there is no further line.
-        assert_eq!(widened(&side(&sides), &[Some(1.0), Some(3.0), Some(0.9)], 0.5), [1.0, 1.0, 3.0, 0.9, 0.9].map(Some));
-        assert_eq!(widened(&side(&[1.0]), &[Some(2.0)], 0.5), [Some(2.0); 3]);
+        assert!(ends.contains(&(2350, 3500)) && ends.contains(&(2050, 500)), "{ends:?}");
         // The line of another quantity has no place on the colours.
         let lines = [None, Some(vec![Some(0.0), Some(2.0), Some(0.0), Some(2.0)])].map(|other| {
             let [sides, values] = [[1.0, 2.0], [5.0, 6.0]];

@@ -1,7 +1,7 @@
-//! Figures in one style: axes, curves and maps in, SVG and PNG out.
+//! Figures in one style: axes, curves and maps in, SVG, PNG and PDF out.
 //!
 //! [`diagram`] and [`map`] lay a figure out on a [`Canvas`], a list of shapes and texts. The canvas writes itself as SVG,
-//! with its text as text, and as a bitmap, with the glyphs of the one font that is part of the program.
+//! with its text as text, as a bitmap, with the glyphs of the one font that is part of the program, and as PDF with both.
 
 mod canvas;
 pub mod clip;
@@ -11,6 +11,7 @@ mod font;
 pub mod format;
 pub mod heading;
 pub mod map;
+mod pdf;
 pub mod pens;
 mod raster;
 pub mod scale;
