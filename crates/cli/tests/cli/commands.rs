@@ -233,7 +233,9 @@ fn simulate_draws_the_contact_over_time() {
     workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 3 figures"));
     let drawn = workspace.files("one/figures");
     let names = ["history", "profile_drawn", "profile_unrolled"];
-    assert!(drawn.keys().eq(&names.map(|name| ["pdf", "png", "svg"].map(|ending| format!("{name}.{ending}"))).concat()));
+    assert!(
+        drawn.keys().eq(&names.map(|name| ["pdf", "png", "svg"].map(|ending| format!("{name}.{ending}"))).concat())
+    );
     workspace.run("plot one --out again");
     assert_eq!(workspace.files("again/figures"), drawn);
 

@@ -202,11 +202,15 @@ fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i3
     let beside = |at: i32, low: i32, high: i32| (fine(low) - at).max(at - fine(high)).max(0);
     let from = |(x, y): (i32, i32)| beside(x, left, right).max(beside(y, top, bottom));
     let points = parts.iter().flatten().map(|&at| from(at));
-    let lines = parts.iter().filter(|_| ![Look::Markers, Look::Filled].contains(&look)).flat_map(|part| part.windows(2)).flat_map(|ends| {
-        let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
-        let steps = (to_x - x).abs().max((to_y - y).abs()) / fine(3) + 1;
-        (0..steps).map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
-    });
+    let lines = parts
+        .iter()
+        .filter(|_| ![Look::Markers, Look::Filled].contains(&look))
+        .flat_map(|part| part.windows(2))
+        .flat_map(|ends| {
+            let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
+            let steps = (to_x - x).abs().max((to_y - y).abs()) / fine(3) + 1;
+            (0..steps).map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
+        });
     points.chain(lines.map(from)).min().unwrap_or(i32::MAX)
 }
 
@@ -217,13 +221,15 @@ impl Diagram {
         let shown = |&(x, y): &(f64, f64)| coordinate(&self.x, x).and_then(|_| coordinate(&self.y, y));
         let others = self.curves.iter().filter(|curve| ![Look::Stripe, Look::Bars].contains(&curve.look));
         let mut heights: Vec<f64> = others.flat_map(|curve| &curve.points).filter_map(shown).collect();
-        let bars = self.curves.iter().filter(|curve| curve.look == Look::Bars).flat_map(|curve| curve.points.chunks_exact(2));
+        let bars =
+            self.curves.iter().filter(|curve| curve.look == Look::Bars).flat_map(|curve| curve.points.chunks_exact(2));
         let bars: Vec<[f64; 2]> = bars.filter_map(|ends| Some([shown(&ends[0])?, shown(&ends[1])?])).collect();
         let length = |[from, to]: &[f64; 2]| (to - from).abs();
         let mut lengths: Vec<f64> = bars.iter().map(length).filter(|length| *length > 0.0).collect();
         lengths.sort_by(f64::total_cmp);
         let usual = lengths.get(lengths.len() / 2).map_or(f64::INFINITY, |middle| LONG * middle);
-        let is_amount = self.y.zero != Zero::Between && !self.y.logarithmic && heights.iter().all(|height| *height >= 0.0);
+        let is_amount =
+            self.y.zero != Zero::Between && !self.y.logarithmic && heights.iter().all(|height| *height >= 0.0);
         let least = if is_amount && !heights.is_empty() { 0.0 } else { f64::NEG_INFINITY };
         let has_others = !heights.is_empty();
         let kept = bars.iter().filter(|bar| !has_others || length(bar) <= usual);
@@ -312,7 +318,12 @@ impl Diagram {
 }
 
 /// Marks the ends of error bars that lie beyond the axis: an arrowhead at the frame, and the number next to it.
-fn draw_cuts(canvas: &mut Canvas, Styled { curve, pen }: &Styled<'_>, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) {
+fn draw_cuts(
+    canvas: &mut Canvas,
+    Styled { curve, pen }: &Styled<'_>,
+    [x, y]: [&Scale; 2],
+    [left, top, right, bottom]: Frame,
+) {
     for &(across, up) in &curve.points {
         let (Some(at), Some(height)) = (coordinate(&x.axis, across), coordinate(&y.axis, up)) else { continue };
         let (end, inwards) = match y.part(height) {
@@ -323,7 +334,8 @@ fn draw_cuts(canvas: &mut Canvas, Styled { curve, pen }: &Styled<'_>, [x, y]: [&
         let at = x.place(at, left, right) + fine(curve.shift);
         let half = fine(CUT) / 2;
         canvas.polygon([(at, end), (at - half, end + inwards), (at + half, end + inwards)], pen.color);
-        let (style, aside) = if at > fine(right - CUT_ROOM) { (text(11, INK).left(), -half) } else { (text(11, INK).right(), half) };
+        let (style, aside) =
+            if at > fine(right - CUT_ROOM) { (text(11, INK).left(), -half) } else { (text(11, INK).right(), half) };
         canvas.text(&significant(up), style, (at + aside + aside.signum() * fine(2), end + inwards / 2));
     }
 }
@@ -404,7 +416,16 @@ mod tests {
     }
 
     fn points(points: &[(f64, f64)]) -> Vec<Curve> {
-        let looks = [Look::Reference, Look::Markers, Look::Filled, Look::Joined, Look::Line, Look::Band, Look::Bars, Look::Stripe];
+        let looks = [
+            Look::Reference,
+            Look::Markers,
+            Look::Filled,
+            Look::Joined,
+            Look::Line,
+            Look::Band,
+            Look::Bars,
+            Look::Stripe,
+        ];
         looks.map(|look| Curve::new(format!("{look:?}"), look, points.to_vec())).into()
     }
 

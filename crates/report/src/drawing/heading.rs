@@ -32,8 +32,8 @@ impl Heading {
         // On paper the figure does not end where the text does, whatever font a viewer has.
         let part = if format.is_on_paper() { SAFE } else { 1.0 };
         let room = part * (width - left - RIGHT) as f32;
-        let [title, subtitle] =
-            [(title, TITLE), (subtitle, SUBTITLE)].map(|(text, usual)| wrapped(&typeset(text), format.font_size(usual), room));
+        let [title, subtitle] = [(title, TITLE), (subtitle, SUBTITLE)]
+            .map(|(text, usual)| wrapped(&typeset(text), format.font_size(usual), room));
         let [title, subtitle] = if format.has_title() { [title, subtitle] } else { [Vec::new(), Vec::new()] };
         Self { title, subtitle, left }
     }

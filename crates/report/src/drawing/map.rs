@@ -162,7 +162,8 @@ impl Number {
             .filter(|point| (point.0 - x).abs() <= self.cell.0 && (point.1 - y).abs() <= self.cell.1)
             .collect();
         let free = |&(across, down): &Point| {
-            let gap = |&(at_x, at_y): &Point| ((at_x - across).abs() - self.half.0).max((at_y - down).abs() - self.half.1);
+            let gap =
+                |&(at_x, at_y): &Point| ((at_x - across).abs() - self.half.0).max((at_y - down).abs() - self.half.1);
             near.iter().map(gap).min().unwrap_or(i32::MAX).min(fine(FREE.0))
         };
         let moves = [(0, 0), (0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (1, 1), (-1, 1), (1, -1)];
@@ -481,7 +482,13 @@ mod tests {
 
     #[test]
     fn numbers_move_off_the_line() {
-        let number = || Number { text: "1".to_owned(), part: 0.5, middle: (0, 0), half: (fine(5), fine(4)), cell: (fine(20), fine(14)) };
+        let number = || Number {
+            text: "1".to_owned(),
+            part: 0.5,
+            middle: (0, 0),
+            half: (fine(5), fine(4)),
+            cell: (fine(20), fine(14)),
+        };
         let moved = |line: &[Point]| {
             let mut number = number();
             number.avoid(&sampled(line).collect::<Vec<_>>());

@@ -35,7 +35,8 @@ pub(crate) fn typeset(text: &str) -> String {
         let after = &from[1..];
         let digits = after.trim_start_matches('-');
         let length = digits.find(|character: char| !character.is_ascii_digit()).unwrap_or(digits.len());
-        let is_number = length > 0 && after.len() - digits.len() <= 1 && !digits[length..].starts_with(char::is_alphabetic);
+        let is_number =
+            length > 0 && after.len() - digits.len() <= 1 && !digits[length..].starts_with(char::is_alphabetic);
         let sign = if after.len() > digits.len() { -1.0 } else { 1.0 };
         match digits[..length].parse::<f64>() {
             Ok(exponent) if is_number && from.starts_with('e') && last.is_some_and(|last| last.is_ascii_digit()) => {

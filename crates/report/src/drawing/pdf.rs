@@ -137,7 +137,11 @@ fn draw(content: &mut Content, shape: &Shape, glyphs: &mut Glyphs, opacities: &m
 fn go_through(content: &mut Content, points: &[Point]) {
     for (index, &(x, y)) in points.iter().enumerate() {
         let (x, y) = (x as f32, y as f32);
-        if index == 0 { content.move_to(x, y) } else { content.line_to(x, y) };
+        if index == 0 {
+            content.move_to(x, y)
+        } else {
+            content.line_to(x, y)
+        };
     }
 }
 
@@ -196,7 +200,9 @@ fn write_font(pdf: &mut Pdf, glyphs: &Glyphs, [text, cid, descriptor, file, unic
     own.cap_height(in_em(face.capital_height().unwrap_or(face.ascender())));
     own.finish();
     let used = subset(font::FILE, 0, &glyphs.numbers).expect("the font of the program can be divided");
-    pdf.stream(file, &compress_to_vec_zlib(&used, LEVEL)).filter(Filter::FlateDecode).pair(Name(b"Length1"), used.len() as i32);
+    pdf.stream(file, &compress_to_vec_zlib(&used, LEVEL))
+        .filter(Filter::FlateDecode)
+        .pair(Name(b"Length1"), used.len() as i32);
     let mut map = UnicodeCmap::new(Name(b"Characters"), SYSTEM);
     glyphs.characters.iter().for_each(|(number, character)| map.pair(*number, *character));
     pdf.stream(unicode, &compress_to_vec_zlib(&map.finish(), LEVEL)).filter(Filter::FlateDecode);

@@ -15,6 +15,8 @@ pub struct Axis {
     pub zero: Zero,
     /// The names of the coordinates 0, 1, 2 and so on; empty if coordinates are numbers.
     pub names: Vec<String>,
+    /// Whether its values are whole numbers.
+    pub is_count: bool,
 }
 
 /// Whether a linear axis shows zero.
@@ -34,7 +36,12 @@ const LEAST_PART: f64 = 0.01;
 impl Axis {
     /// A linear axis.
     pub fn linear(label: impl Into<Cow<'static, str>>) -> Self {
-        Self { label: label.into(), logarithmic: false, zero: Zero::Between, names: Vec::new() }
+        Self { label: label.into(), logarithmic: false, zero: Zero::Between, names: Vec::new(), is_count: false }
+    }
+
+    /// A linear axis of whole numbers.
+    pub fn count(label: impl Into<Cow<'static, str>>) -> Self {
+        Self { is_count: true, ..Self::linear(label) }
     }
 
     /// A logarithmic axis.
@@ -98,9 +105,16 @@ impl Scale {
         let margin = 0.04 * (high - low);
         // No amount is less than none.
         let ends_at_zero = axis.zero != Zero::Between && !axis.logarithmic;
-        let (below, above) = (if ends_at_zero && low == 0.0 { 0.0 } else { margin }, if ends_at_zero && high == 0.0 { 0.0 } else { margin });
+        let (below, above) = (
+            if ends_at_zero && low == 0.0 { 0.0 } else { margin },
+            if ends_at_zero && high == 0.0 { 0.0 } else { margin },
+        );
         let (low, high) = (low - below, high + above);
-        let (ticks, factor) = if axis.logarithmic { logarithmic_ticks(low, high) } else { linear_ticks(low, high) };
+        let (mut ticks, factor) = if axis.logarithmic { logarithmic_ticks(low, high) } else { linear_ticks(low, high) };
+        if axis.is_count && factor.is_empty() {
+            ticks.retain(|(value, _)| (value - value.round()).abs() < 1e-9);
+            ticks.iter_mut().for_each(|(value, label)| *label = whole(*value));
+        }
         Self { axis, low, high, ticks, factor }
     }
 
@@ -243,6 +257,15 @@ mod tests {
         assert_eq!(logarithmic(2e-17, 5e2).0, "10⁻¹⁵ 10⁻¹² 10⁻⁹ 10⁻⁶ 10⁻³ 10⁰");
         assert_eq!(logarithmic(1.5e-7, 1.2e-6).0, "2·10⁻⁷ 5·10⁻⁷ 10⁻⁶");
         assert_eq!(logarithmic(1.1, 1.5).0, "1.1 1.2 1.3 1.4 1.5");
+    }
+
+    #[test]
+    fn counts_have_whole_numbers_only() {
+        let labels = |high: f64| {
+            let ticks = Scale::new(Axis::count(""), [1.0, high].into_iter()).ticks;
+            ticks.into_iter().map(|(_, label)| label).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!([labels(2.0), labels(4.0), labels(50.0)], ["1 2", "1 2 3 4", "0 10 20 30 40 50"]);
     }
 
     #[test]

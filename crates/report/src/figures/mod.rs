@@ -86,7 +86,9 @@ const PREFERRED: [[&str; 2]; 22] = [
 pub fn main_figures(pictures: Vec<Picture>) -> Vec<Picture> {
     let mut chosen: Vec<usize> = Vec::new();
     let of_kind = |[start, part]: [&str; 2]| {
-        pictures.iter().position(|Picture { name, .. }| name.strip_prefix(start).is_some_and(|rest| rest.contains(part)))
+        pictures
+            .iter()
+            .position(|Picture { name, .. }| name.strip_prefix(start).is_some_and(|rest| rest.contains(part)))
     };
     for index in PREFERRED.into_iter().filter_map(of_kind).chain(0..pictures.len()) {
         if chosen.len() < MAIN && !chosen.contains(&index) {
@@ -589,7 +591,8 @@ fn contact_title(title: &str, settings: &Settings) -> String {
 /// Rotational speed, velocity and depth.
 fn of_process(settings: &Settings) -> String {
     let process = &settings.process;
-    let text = |path: &str, value| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value));
+    let text =
+        |path: &str, value| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value));
     let [speed, velocity, depth] = [
         (SPEED, settings.rotational_speed_rpm()),
         (VELOCITY, process.brushing_velocity_m_s),
@@ -735,7 +738,7 @@ fn turns_figure(settings: &Settings, impulses: &[f64], format: &Format) -> Optio
     let diagram = Diagram {
         title: "Contact normal impulse turn by turn".to_owned(),
         subtitle: of_process(settings),
-        x: Axis::linear("turn"),
+        x: Axis::count("turn"),
         y: Axis::amount("p_n in mN s"),
         curves: vec![Curve::new("", Look::Joined, points.collect())],
     };
@@ -847,7 +850,10 @@ mod tests {
     fn five_figures_matter_most() {
         let main = |names: &[&str]| {
             let picture = |name: &&str| Picture { name: (*name).to_owned(), canvas: Canvas::new((1, 1)) };
-            main_figures(names.iter().map(picture).collect()).into_iter().map(|picture| picture.name).collect::<Vec<_>>()
+            main_figures(names.iter().map(picture).collect())
+                .into_iter()
+                .map(|picture| picture.name)
+                .collect::<Vec<_>>()
         };
         let (study, results) = study("brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
         let all = study_figures(&study, &results, &[], &Format::default());
@@ -944,7 +950,7 @@ mod tests {
         let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));
         let (study, results) = study(&sweeps);
         let pictures = study_figures(&study, &results, &[], &Format::default());
-        assert_eq!(pictures.pictures.len(), 17);
+        assert_eq!(pictures.pictures.len(), 15);
         let find = |name: &str| {
             let picture = pictures.pictures.iter().find(|picture| picture.name == name);
             picture.expect(name).canvas.svg()

@@ -356,18 +356,24 @@ fn posed_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, sh
         let corners =
             around(places.chain(filaments.iter().flatten().copied()).chain(view.nearest.iter().copied()), AROUND_ALL)?;
         let edges = worked.places_of_edges(profile).and_then(|places| around(places.filter_map(end), AROUND_EDGES));
+        let seen: Vec<_> = cells.iter().map(|cell| Some([end(cell.ends[0])?, end(cell.ends[1])?])).collect();
         let pane = |name, corners| Pane {
             name,
             corners,
             surface: view.surface.points.clone(),
             is_filled: view.surface.is_filled,
-            cells: cells.iter().map(|cell| Some([end(cell.ends[0])?, end(cell.ends[1])?])).collect(),
+            cells: seen.clone(),
             body: view.body.clone(),
             trim: view.trim.clone(),
             filaments: filaments.clone(),
         };
         panes.push(pane(view.name, corners));
-        edge = edge.or(edges.map(|corners| pane(AT_THE_EDGE, corners)));
+        edge = edge.or(edges.map(|corners| {
+            let pane = pane(AT_THE_EDGE, corners);
+            // As round as the cells, on which the bars stand.
+            let arc = seen.iter().flatten().flatten().copied().collect();
+            if pane.is_filled { pane } else { Pane { surface: arc, ..pane } }
+        }));
     }
     panes.extend(edge);
     Some(panes)

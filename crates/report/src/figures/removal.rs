@@ -56,7 +56,7 @@ pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) 
         canvas: Diagram {
             title: title.to_owned(),
             subtitle: subtitle(settings, removal),
-            x: Axis::linear(format!("time in {unit}")),
+            x: Axis::from_zero(format!("time in {unit}")),
             y,
             curves,
         }
