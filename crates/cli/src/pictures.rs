@@ -1,4 +1,4 @@
-//! Figures as files, `DIR/figures/NAME.svg` and `NAME.png`, drawn from new or saved results.
+//! Figures as files, `DIR/figures/NAME.svg`, `NAME.png` and `NAME.pdf`, drawn from new or saved results.
 
 use std::io;
 use std::num::NonZeroUsize;
@@ -15,7 +15,7 @@ use bristle_insight::measured::{Comparison, compare, comparison_table, write_com
 use bristle_report::drawing::format::{Format, FormatError, parse_font, parse_font_size, parse_width};
 use bristle_report::figures::{
     Brush, Picture, brush_figures, calibration_figures, contact_figures, is_of_brush, is_of_calibration, is_of_contact,
-    is_of_removal, is_of_study, removal_figures, study_figures,
+    is_of_removal, is_of_study, main_figures, removal_figures, study_figures,
 };
 use bristle_store::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use bristle_store::study_files::{COMPARISON, MEASURED};
@@ -32,18 +32,24 @@ use crate::terminal::{say, show, width};
 /// Subdirectory of the results for the pictures.
 pub const FIGURES: &str = "figures";
 /// Endings of the files of a picture.
+const SVG: &str = "svg";
 const PNG: &str = "png";
-const ENDINGS: [&str; 2] = ["svg", PNG];
+const PDF: &str = "pdf";
+const ENDINGS: [&str; 3] = [SVG, PNG, PDF];
 
 /// The figures that a command draws.
 #[derive(Args, Clone)]
 pub struct FigureArgs {
-    /// The kind of files in which figures are drawn
-    #[arg(long, value_name = "KIND", default_value = "all")]
-    figures: FigureKind,
+    /// Which figures are drawn, and as which files; several with commas between them, as all,pdf. The five that matter most are drawn without
+    /// all, and all three kinds of files without one of them
+    #[arg(long, value_name = "WHICH", value_delimiter = ',')]
+    figures: Vec<FigureChoice>,
     /// Draw no figures, as --figures none
     #[arg(long, conflicts_with = "figures")]
     no_figures: bool,
+    /// Figures without title and subtitle, which the caption in a paper has
+    #[arg(long)]
+    no_title: bool,
     /// Width of figures on paper, as 84mm, 3.3in, 239pt or the column of a journal: ieee, ieee-double, elsevier,
     /// elsevier-double, springer, springer-double. PNG files then have 600 dpi
     #[arg(long, value_name = "WIDTH", value_parser = parse_width)]
@@ -51,28 +57,32 @@ pub struct FigureArgs {
     /// Size of all text in figures at that width, as 8pt [default: 9bp at 180mm, with larger titles]
     #[arg(long, value_name = "SIZE", value_parser = parse_font_size)]
     font_size: Option<f64>,
-    /// Font of SVG figures, by name, as "Latin Modern Roman"; PNG figures have Liberation Sans (like Helvetica)
+    /// Font of SVG figures, by name, as "Latin Modern Roman"; PNG and PDF figures have Liberation Sans (like Helvetica)
     #[arg(long, value_name = "NAME", value_parser = parse_font)]
     font: Option<String>,
 }
 
-/// The kinds of files of figures.
-#[derive(Clone, Copy, ValueEnum)]
-enum FigureKind {
+/// Which figures, or the kind of their files.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FigureChoice {
     /// No figures
     None,
-    /// SVG
-    Svg,
-    /// PNG
-    Png,
-    /// SVG and PNG
+    /// All figures that there are
     All,
+    /// SVG files
+    Svg,
+    /// PNG files
+    Png,
+    /// PDF files
+    Pdf,
 }
 
 /// The figures that a command draws, once it is known that they can be drawn.
 pub struct Figures {
     /// Endings of the files that are written.
-    endings: &'static [&'static str],
+    endings: Vec<&'static str>,
+    /// Whether all figures are drawn, or those that matter most.
+    all: bool,
     format: Format,
 }
 
@@ -82,18 +92,20 @@ impl FigureArgs {
     /// # Errors
     /// If figures cannot be drawn so.
     pub fn figures(&self) -> Result<Figures, PicturesError> {
-        let endings: &[&str] = match self.figures {
-            _ if self.no_figures => &[],
-            FigureKind::None => &[],
-            FigureKind::Svg => &ENDINGS[..1],
-            FigureKind::Png => &ENDINGS[1..],
-            FigureKind::All => &ENDINGS,
+        let has = |choice| self.figures.contains(&choice);
+        let kinds = [(FigureChoice::Svg, SVG), (FigureChoice::Png, PNG), (FigureChoice::Pdf, PDF)];
+        let stated: Vec<&str> = kinds.into_iter().filter_map(|(kind, ending)| has(kind).then_some(ending)).collect();
+        let endings = match stated {
+            _ if self.no_figures || has(FigureChoice::None) => Vec::new(),
+            stated if stated.is_empty() => ENDINGS.to_vec(),
+            stated => stated,
         };
         let format = Format::new(self.figure_width, self.font_size, self.font.clone())?;
-        if endings.contains(&PNG) {
+        if endings.iter().any(|ending| *ending != SVG) {
             format.check_bitmaps()?;
         }
-        Ok(Figures { endings, format })
+        let format = if self.no_title { format.without_title() } else { format };
+        Ok(Figures { endings, all: has(FigureChoice::All), format })
     }
 }
 
@@ -101,6 +113,15 @@ impl Figures {
     /// Whether there are any.
     pub fn are_drawn(&self) -> bool {
         !self.endings.is_empty()
+    }
+
+    /// Those of the pictures that are drawn, and a note on the others.
+    fn chosen(&self, pictures: Vec<Picture>) -> (Vec<Picture>, String) {
+        let total = pictures.len();
+        let chosen = if self.all { pictures } else { main_figures(pictures) };
+        let others = total - chosen.len();
+        let note = if others > 0 { format!(" ({others} more with --figures all)") } else { String::new() };
+        (chosen, note)
     }
 }
 
@@ -155,8 +176,7 @@ pub fn draw_study(
     figures: &Figures,
 ) -> Result<Drawn, PicturesError> {
     let drawn = study_figures(study, results, measured, &figures.format);
-    let mut message = write_pictures(directory, &drawn.pictures, threads, figures)?;
-    remove_others(directory, &drawn.pictures, figures, is_of_study);
+    let mut message = write_pictures(directory, drawn.pictures, threads, figures, is_of_study)?;
     if !drawn.note.is_empty() && figures.are_drawn() {
         message.push_str(&format!("\n  ({})", drawn.note));
     }
@@ -170,8 +190,7 @@ pub fn draw_study(
 pub fn draw_contact(directory: &Path, contact: &Contact, figures: &Figures) -> Result<Drawn, PicturesError> {
     let Contact { settings, history, impulses, profile, shapes } = contact;
     let pictures = contact_figures(settings, history, impulses, profile, shapes, &figures.format);
-    let message = write_pictures(directory, &pictures, None, figures)?;
-    remove_others(directory, &pictures, figures, is_of_simulation);
+    let message = write_pictures(directory, pictures, None, figures, is_of_simulation)?;
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
@@ -183,8 +202,7 @@ pub fn draw_brush(
     figures: &Figures,
 ) -> Result<Drawn, PicturesError> {
     let pictures = brush_figures(brush, &figures.format);
-    let message = write_pictures(directory, &pictures, threads, figures)?;
-    remove_others(directory, &pictures, figures, is_of_simulation);
+    let message = write_pictures(directory, pictures, threads, figures, is_of_simulation)?;
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
@@ -195,8 +213,7 @@ pub fn draw_calibration(
     figures: &Figures,
 ) -> Result<Drawn, PicturesError> {
     let pictures = calibration_figures(calibration, &figures.format);
-    let message = write_pictures(directory, &pictures, None, figures)?;
-    remove_others(directory, &pictures, figures, is_of_calibration);
+    let message = write_pictures(directory, pictures, None, figures, is_of_calibration)?;
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
@@ -208,8 +225,7 @@ pub fn draw_removal(
     figures: &Figures,
 ) -> Result<Drawn, PicturesError> {
     let pictures = removal_figures(settings, removal, &figures.format);
-    let message = write_pictures(directory, &pictures, None, figures)?;
-    remove_others(directory, &pictures, figures, is_of_removal);
+    let message = write_pictures(directory, pictures, None, figures, is_of_removal)?;
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
@@ -249,9 +265,23 @@ pub fn draw_saved(saved: &Path, directory: &Path, figures: &Figures) -> Result<V
     Ok(drawn)
 }
 
-/// Writes pictures in files of some kinds, all of them or none. Returns a message. Without a number there are as many threads as
-/// cores; the number does not change the files.
+/// Writes those of the pictures that `figures` asks for, all of them or none, and removes others that `is_ours` names. Returns a message. Without
+/// a number there are as many threads as cores; the number does not change the files.
 fn write_pictures(
+    directory: &Path,
+    pictures: Vec<Picture>,
+    threads: Option<NonZeroUsize>,
+    figures: &Figures,
+    is_ours: fn(&str) -> bool,
+) -> Result<String, PicturesError> {
+    let (pictures, note) = figures.chosen(pictures);
+    let message = stage_pictures(directory, &pictures, threads, figures)?;
+    remove_others(directory, &pictures, figures, is_ours);
+    Ok(message + if figures.are_drawn() { &note } else { "" })
+}
+
+/// Writes pictures, all of them or none.
+fn stage_pictures(
     directory: &Path,
     pictures: &[Picture],
     threads: Option<NonZeroUsize>,
@@ -265,8 +295,12 @@ fn write_pictures(
     let waiting = Mutex::new(pictures.iter());
     let staged = Mutex::new(Vec::new());
     let stage = |Picture { name, canvas }: &Picture| {
-        for ending in figures.endings {
-            let content = if *ending == ENDINGS[0] { canvas.svg().into_bytes() } else { canvas.png() };
+        for &ending in &figures.endings {
+            let content = match ending {
+                SVG => canvas.svg().into_bytes(),
+                PNG => canvas.png(),
+                _ => canvas.pdf(),
+            };
             let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))?;
             staged.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file);
         }
@@ -291,7 +325,7 @@ fn write_pictures(
         file.commit()?;
     }
     let count = if pictures.len() == 1 { "figure" } else { "figures" };
-    let kinds = figures.endings.join(" and ").to_uppercase().replace("AND", "and");
+    let kinds = figures.endings.join(", ").to_uppercase();
     Ok(format!("wrote {} {count} as {kinds} to {}", pictures.len(), shown_path(&directory)))
 }
 

@@ -103,8 +103,8 @@ impl Quantity {
 /// A force this small against F_n,w is none.
 const NOISE: f64 = 1e-4;
 
-/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results. A depth that was found for a force
-/// is always among them.
+/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results, and without lateral
+/// amplifications if all passes are stable. A depth that was found for a force is always among them.
 pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator<Item = &'static Column<Metrics>> {
     let varies = |column: &Column<Metrics>| {
         // Forces that cancel, as those of a cup all round, leave the tolerance of their parts.
@@ -118,7 +118,11 @@ pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator
     // What is not known of removal, and what an edge would have, is zero in all of them, and optional.
     let anything = RemovalLaw { preston: Some(0.0), wear: Some(0.0), area_rate: Some(0.0) };
     let columns = metric_columns(Having { brush: false, force, edge: true, removal: anything }).filter(shown);
-    columns.filter(move |column| !column.display.optional || varies(column))
+    let unstable = results.iter().flatten().any(|case| case.metrics.laterally_unstable);
+    columns.filter(move |column| match column.key {
+        "lateral_amplification" => unstable,
+        _ => !column.display.optional || varies(column),
+    })
 }
 
 /// A quantity in all cases, scaled to a readable unit.

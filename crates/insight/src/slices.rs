@@ -92,8 +92,23 @@ impl Slice {
 
     /// The values that distinguish this slice from the others, as a suffix for file names.
     pub fn suffix(&self) -> String {
-        self.fixed.iter().map(|(setting, value)| format!("_{}_{}", setting.key(), setting.file_word(*value))).collect()
+        let word = |setting: &Setting, value| match setting.names() {
+            Some(_) => setting.file_word(value),
+            None => decimal(value),
+        };
+        self.fixed.iter().map(|(setting, value)| format!("_{}_{}", setting.key(), word(setting, *value))).collect()
     }
+}
+
+/// The most characters of a number in a file name.
+const LONGEST: usize = 20;
+
+/// A number with four significant digits and without exponent, in SI units, for a file name: 0.0001 next to 0.001. Only one that would be too
+/// long has an exponent.
+fn decimal(value: f64) -> String {
+    let rounded = format!("{value:.3e}").parse::<f64>().unwrap_or(value);
+    let text = rounded.to_string();
+    if text.len() <= LONGEST { text } else { format!("{rounded:e}") }
 }
 
 /// Some or all of the slices of a study.

@@ -49,7 +49,8 @@ const LONGEST_FAILURE: usize = 400;
 /// to explore in a browser. It shows maps, each contact in motion, and the
 /// settings.
 ///
-/// DIR/figures has maps and curves of the metrics as SVG and PNG; `bristle plot
+/// DIR/figures has the five figures that matter most, or all with --figures all,
+/// as SVG, PNG and PDF; `bristle plot
 /// DIR` redraws them. If the input file names measured forces, the figures compare
 /// them with the simulated ones, and DIR/measured_comparison.csv lists the
 /// deviations:

@@ -280,7 +280,7 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
         assert!((force / alone / factor - 1.0).abs() < 1e-12 && row["status"] == "ok", "{row:?}");
     }
     let names: Vec<String> = workspace.files("out").into_keys().collect();
-    for name in ["interaction_over_velocity", "interaction_over_depth", "interaction_factor_map", "tool_force_map"] {
+    for name in ["interaction_over_velocity", "interaction_factor_map", "tool_force_map"] {
         assert!(names.contains(&format!("figures/{name}.svg")), "{names:?}");
     }
     assert!(workspace.read("out/report.html").contains("\"interaction_factor\""));

@@ -161,7 +161,7 @@ const UNSOLVABLE: &str = "1e300";
 fn a_failed_case_has_empty_results_and_does_not_stop_the_others() {
     let workspace = Workspace::with(&format!("{FILE}\"contact.stiffness_n_m\" = [{UNSOLVABLE}, 1e5]\n"));
     workspace
-        .bristle("study case.toml --out results")
+        .bristle("study case.toml --out results --figures all,svg")
         .assert()
         .code(3)
         .stderr(contains("error: 6 cases failed").and(contains("panicked").not()));
@@ -172,10 +172,10 @@ fn a_failed_case_has_empty_results_and_does_not_stop_the_others() {
         assert_eq!(row["status"] != "ok", case < 6);
         assert!(results_at_depths().all(|key| row[key].is_empty() == (case < 6)), "{row:?}");
     }
-    assert!(workspace.names("results/figures").len() == 2 * 34, "figures of both stiffnesses");
+    assert!(workspace.names("results/figures").len() == 30, "figures of both stiffnesses");
     let failed = workspace.read("results/figures/impulse_map_stiffness_n_m_1e300.svg");
     assert!(failed.contains("hatched: 6 simulations failed") && !failed.contains("NaN"), "a failed case is a gap");
-    assert!(!workspace.read("results/figures/impulse_map_stiffness_n_m_1e5.svg").contains("hatched"));
+    assert!(!workspace.read("results/figures/impulse_map_stiffness_n_m_100000.svg").contains("hatched"));
 }
 
 #[test]
@@ -194,29 +194,37 @@ fn a_failed_simulation_writes_nothing() {
 #[test]
 fn a_study_draws_its_figures_and_plot_draws_them_again() {
     let workspace = Workspace::with(FILE);
-    let said = workspace.said("study case.toml --out results");
+    let said = workspace.said("study case.toml --out results --figures all");
     let drawn = workspace.files("results/figures");
     // metrics.rs tests which these are.
-    let count = drawn.len() / 2;
-    assert!(count > 10 && said.contains(&format!("wrote {count} figures")), "{said}");
-    let has_both =
-        |name: &String| name.strip_suffix(".svg").is_none_or(|name| drawn.contains_key(&format!("{name}.png")));
-    assert!(drawn.keys().all(has_both) && drawn.keys().filter(|name| name.ends_with(".svg")).count() == count);
+    let count = drawn.len() / 3;
+    assert!(count > 10 && said.contains(&format!("wrote {count} figures as SVG, PNG, PDF to")), "{said}");
     for (name, bytes) in &drawn {
-        let start: &[u8] = if name.ends_with(".svg") { b"<svg" } else { b"\x89PNG" };
+        let (name, start): (_, &[u8]) = match name.rsplit_once('.') {
+            Some((name, "svg")) => (name, b"<svg"),
+            Some((name, "png")) => (name, b"\x89PNG"),
+            _ => (name.trim_end_matches(".pdf"), b"%PDF-"),
+        };
         assert!(bytes.starts_with(start), "{name}");
+        assert!(["svg", "png", "pdf"].iter().all(|ending| drawn.contains_key(&format!("{name}.{ending}"))), "{name}");
     }
 
     workspace
-        .bristle("plot results --out again")
+        .bristle("plot results --out again --figures all")
         .assert()
         .success()
         .stdout("")
         .stderr(contains(format!("wrote {count} figures")));
     assert_eq!(workspace.files("again/figures"), drawn);
     fs::remove_dir_all(workspace.path("results/figures")).expect("the figures can be removed");
-    workspace.run("plot results");
+    workspace.run("plot results --figures all");
     assert_eq!(workspace.files("results/figures"), drawn);
+
+    // The five that matter most, in place of all.
+    let said = workspace.said("plot results");
+    assert!(said.contains("wrote 5 figures as SVG, PNG, PDF to") && said.contains("more with --figures all"), "{said}");
+    let main = workspace.files("results/figures");
+    assert!(main.len() == 15 && main.iter().all(|(name, bytes)| drawn[name] == *bytes), "{:?}", main.keys());
 }
 
 #[test]
@@ -225,7 +233,9 @@ fn simulate_draws_the_contact_over_time() {
     workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 3 figures"));
     let drawn = workspace.files("one/figures");
     let names = ["history", "profile_drawn", "profile_unrolled"];
-    assert!(drawn.keys().eq(&names.map(|name| [format!("{name}.png"), format!("{name}.svg")]).concat()));
+    assert!(
+        drawn.keys().eq(&names.map(|name| ["pdf", "png", "svg"].map(|ending| format!("{name}.{ending}"))).concat())
+    );
     workspace.run("plot one --out again");
     assert_eq!(workspace.files("again/figures"), drawn);
 
@@ -233,7 +243,7 @@ fn simulate_draws_the_contact_over_time() {
     let far = "[workpiece]\nkind = \"edge\"\nedge_radius_m = 1e-3\noffset_m = -0.1\n";
     workspace.write("case.toml", FILE.replace("[workpiece]\n", far));
     workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 1 figure"));
-    assert_eq!(workspace.files("one/figures").len(), 2);
+    assert_eq!(workspace.files("one/figures").len(), 3);
     workspace.run("plot one --out again");
     assert_eq!(workspace.files("again/figures"), workspace.files("one/figures"));
 }
@@ -275,7 +285,7 @@ fn figures_fit_what_is_swept() {
     let study = |sweeps: &str| {
         let (settings, _) = FILE.split_once("[study]").expect("a study");
         workspace.write("case.toml", format!("{settings}[study]\n{sweeps}\n"));
-        let said = workspace.said("study case.toml --out results --restart");
+        let said = workspace.said("study case.toml --out results --restart --figures all");
         let names = workspace.files("results/figures").into_keys().filter(|name| name.ends_with(".svg"));
         (names.collect::<Vec<_>>(), said)
     };
@@ -352,7 +362,7 @@ fn measured_forces_are_compared_and_drawn() {
         .bristle("study inputs/case.toml --out results")
         .assert()
         .success()
-        .stderr(contains("wrote 19 figures"))
+        .stderr(contains("wrote 5 figures"))
         .stdout(contains("3 of 4 points compared: bias"))
         .stdout(contains("outside the study").and(contains("within ± std 1 (33 %)")));
 

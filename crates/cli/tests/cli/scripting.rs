@@ -110,11 +110,13 @@ fn endings(directory: &Workspace, of: &str) -> Vec<String> {
 fn figures_are_drawn_as_asked() {
     let directory = Workspace::with(&format!("{FILE}{SWEEPS}"));
     for (options, expected, message) in [
-        ("", &["png", "svg"][..], "figures as SVG and PNG"),
+        ("", &["pdf", "png", "svg"][..], "wrote 5 figures as SVG, PNG, PDF to"),
         ("--figures svg", &["svg"], "figures as SVG to"),
+        ("--figures pdf,svg", &["pdf", "svg"], "wrote 5 figures as SVG, PDF to"),
+        ("--figures all,pdf", &["pdf"], "wrote 15 figures as PDF to"),
         ("--figures png", &["png"], "figures as PNG to"),
         ("--figures none", &[], "no figures"),
-        ("--figures all", &["png", "svg"], "figures as SVG and PNG"),
+        ("--figures all", &["pdf", "png", "svg"], "wrote 15 figures as SVG, PNG, PDF to"),
         ("--no-figures", &[], "no figures"),
     ] {
         let said = directory.said(&format!("study case.toml --out results {options}"));
@@ -133,7 +135,9 @@ fn figures_are_drawn_as_asked() {
     assert!(svg.starts_with("<svg width=\"84mm\"") && svg.contains("'STIX', "), "{svg:.200}");
     directory.run("simulate case.toml --out one --figure-width springer --font Arial");
     let svg = directory.read("one/figures/history.svg");
-    assert!(svg.starts_with("<svg width=\"84mm\""), "{svg:.200}");
+    assert!(svg.starts_with("<svg width=\"84mm\"") && svg.contains(">One contact"), "{svg:.200}");
+    directory.run("plot one --no-title --figures svg");
+    assert!(!directory.read("one/figures/history.svg").contains("One contact"));
     for (options, told) in [
         ("--figure-width 84", "must be a length with its unit, such as 84mm or 239pt, or the column of a journal"),
         ("--figure-width 2m", "must be"),
@@ -142,7 +146,7 @@ fn figures_are_drawn_as_asked() {
         ("--font-size 72pt", "must be 4 pt to 24 pt"),
         ("--font a<b", "must be the name of a font"),
         ("--figure-width 40mm --font-size 8pt", "figures 40.0 mm wide have no room for text of 8.0 pt"),
-        ("--font STIX", "PNG figures have the font Liberation Sans only"),
+        ("--font STIX", "PNG and PDF figures have the font Liberation Sans only"),
     ] {
         for command in
             ["study case.toml --out new", "simulate case.toml --out new", "brush case.toml --out new", "plot results"]

@@ -50,7 +50,7 @@ const ALONE: [(&str, &[(&str, &str)]); 3] = [
 /// A directory with a study of three tools in `results`, and what it showed.
 fn with_tools() -> (Workspace, String) {
     let workspace = Workspace::with(&format!("{HEAD}{SWEEPS}{TOOLS}"));
-    let shown = workspace.printed("study case.toml --out results --figures svg");
+    let shown = workspace.printed("study case.toml --out results --figures all,svg");
     (workspace, shown)
 }
 
@@ -107,7 +107,7 @@ fn each_tool_has_the_results_of_a_study_of_its_own() {
     }
     let svg = workspace.read(&format!("results/figures/{by_tool}"));
     assert!(["plain", "fine_2", "steel, short", "= 1 mm"].iter().all(|text| svg.contains(text)), "{svg}");
-    workspace.run("plot results --out again --figures svg");
+    workspace.run("plot results --out again --figures all,svg");
     assert_eq!(workspace.names("again/figures"), drawn);
     assert_eq!(workspace.read(&format!("again/figures/{by_tool}")), svg);
 
@@ -253,7 +253,7 @@ fn advice_compares_the_tools() {
 fn tools_alone_are_an_axis() {
     let process = "[process]\nrotational_speed_rpm = 600\npenetration_depth_m = 1e-3\n";
     let workspace = Workspace::with(&format!("{HEAD}{process}{TOOLS}"));
-    let shown = workspace.printed("study case.toml --out results --figures svg");
+    let shown = workspace.printed("study case.toml --out results --figures all,svg");
     assert!(shown.contains("\nn_w = 600 rpm in all cases\n") && shown.contains("\n         plain  0."), "{shown}");
     let svg = workspace.read("results/figures/tool_force_over_tool.svg");
     assert!(["plain", "fine_2", "steel, short"].iter().all(|name| svg.contains(name)), "{svg}");
@@ -270,7 +270,7 @@ fn saved_studies_are_compared_as_tools() {
     };
     write("old", HEAD, "rotational_speed_rpm = [300, 600, 1200]\npenetration_depth_m = [1e-3, 2e-3]");
     write("new", &finer, "rotational_speed_rpm = [1200, 600]\npenetration_depth_m = [2e-3, 1e-3, 3e-3]");
-    let [shown, said] = workspace.run("compare-studies studies/old thin=studies/new --out compared --figures svg");
+    let [shown, said] = workspace.run("compare-studies studies/old thin=studies/new --out compared --figures all,svg");
     assert!(shown.starts_with("  tool               old  thin\n  diameter d in mm  1.18   0.8\n"), "{shown}");
     assert!(said.contains("note: of old, 2 of 3 values of n_w are compared"), "{said}");
     assert!(said.contains("note: of thin, 2 of 3 values of a_e are compared"), "{said}");
@@ -339,7 +339,7 @@ fn measured_forces_are_compared_with_their_tools() {
     let heading = "brush;rotational_speed_rpm;penetration_depth_m;F [N]\n";
     workspace
         .write("forces.csv", format!("{heading}plain;600;1e-3;180\nplain;1200;1e-3;250\nsteel, short;600;2e-3;300\n"));
-    let shown = workspace.printed("study case.toml --out results --figures svg");
+    let shown = workspace.printed("study case.toml --out results --figures all,svg");
     let compared = ["simulated and measured, tool plain\n", "simulated and measured, tool steel, short\n"];
     assert!(
         compared.iter().all(|heading| shown.contains(heading)) && !shown.contains("measured, tool fine_2"),
@@ -357,7 +357,7 @@ fn measured_forces_are_compared_with_their_tools() {
     assert_eq!(workspace.read("results/measured_comparison.csv"), table);
     workspace.write("one.toml", format!("{HEAD}{SWEEPS}"));
     workspace.run("study one.toml --out one --no-figures");
-    let shown = workspace.printed("compare-studies one results --out compared --figures svg");
+    let shown = workspace.printed("compare-studies one results --out compared --figures all,svg");
     assert!(
         shown.contains("simulated and measured, tool results: plain\n") && !shown.contains("tool one\n"),
         "{shown}"

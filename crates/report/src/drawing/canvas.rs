@@ -4,6 +4,7 @@
 
 use super::color::{Color, WHITE};
 use super::format::Format;
+use super::typeset;
 
 /// Coordinates per pixel. More than one, so that curves are smooth although coordinates are whole numbers.
 pub(super) const FINE: i32 = 10;
@@ -204,10 +205,10 @@ impl Canvas {
         self.shapes.push(Shape::Circle { centre, radius, fill });
     }
 
-    /// Writes a text. Symbols such as `F_n,w` are typeset with their subscripts.
+    /// Writes a text. Symbols such as `F_n,w` are typeset with their subscripts, numbers with minus signs and powers of ten.
     pub fn text(&mut self, text: &str, style: TextStyle, at: Point) {
         let style = TextStyle { size: fine(self.format.font_size(style.size / fine(1))), ..style };
-        self.shapes.push(Shape::Text { text: text.to_owned(), style, at });
+        self.shapes.push(Shape::Text { text: typeset(text), style, at });
     }
 }
 

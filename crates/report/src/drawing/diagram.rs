@@ -5,8 +5,9 @@
 use super::format::Format;
 use super::heading::Heading;
 use super::pens::{pen, reference_pen};
-use super::scale::{Axis, Scale, coordinate};
+use super::scale::{Axis, Scale, Zero, coordinate};
 use super::{Canvas, FAINT, GRID, INK, Pen, Point, WHITE, axis, fine, stroke, text, width};
+use bristle_text::number::significant;
 
 /// Width of a figure and height of its diagram in pixels. A figure with its legend to the right of the diagram may be wider.
 const SIZE: (i32, i32) = (680, 340);
@@ -28,6 +29,11 @@ const MAX_MARKERS: usize = 25;
 /// Opacity of a band and of a stripe, and half the width of the cap of an error bar.
 const BAND: f64 = 0.15;
 const CAP: i32 = 4;
+/// An error bar this many times as long as the middle one does not set the axis. The mark of one that is cut, in pixels, and the room of its
+/// number.
+const LONG: f64 = 4.0;
+const CUT: i32 = 9;
+const CUT_ROOM: i32 = 50;
 /// Points closer than half a pixel to the previous one are left out; in coordinates of the canvas.
 const RESOLUTION: i32 = 5;
 
@@ -68,13 +74,15 @@ pub enum Look {
     Reference,
     /// Markers.
     Markers,
+    /// Filled markers, for what was measured, which come first in the legend.
+    Filled,
     /// Markers joined by a line.
     Joined,
     /// A coloured line.
     Line,
     /// A light coloured area with the points as its outline.
     Band,
-    /// Error bars, two points each.
+    /// Error bars, two points each. A much longer one than the others is cut at the end of the axis, with a mark and the number at its end.
     Bars,
     /// A light coloured stripe over the whole height, between its first and its last point.
     Stripe,
@@ -114,19 +122,19 @@ impl Styled<'_> {
     fn draw(&self, canvas: &mut Canvas, points: &[Point], marked: &[Point]) {
         match self.curve.look {
             Look::Reference | Look::Line => self.pen.line(canvas, points),
-            Look::Markers => self.pen.markers(canvas, marked),
+            Look::Markers | Look::Filled => self.pen.markers(canvas, marked, self.curve.look == Look::Filled),
             Look::Joined => {
                 self.pen.line(canvas, points);
                 // Not every point of many, so that the dashes stay visible between markers.
                 let every = marked.len().div_ceil(MAX_MARKERS).max(1);
                 let marked: Vec<Point> = marked.iter().copied().step_by(every).collect();
-                self.pen.markers(canvas, &marked);
+                self.pen.markers(canvas, &marked, false);
             }
             Look::Band | Look::Stripe => canvas.area(points, self.pen.color, BAND),
             Look::Bars => {
                 let whole = Pen { dash: (1, 0), tenths: 12, ..self.pen };
                 whole.line(canvas, points);
-                for &(x, y) in points {
+                for &(x, y) in marked {
                     whole.line(canvas, &[(x - fine(CAP), y), (x + fine(CAP), y)]);
                 }
             }
@@ -170,7 +178,8 @@ fn places(curve: &Curve, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame)
     }
     if curve.look == Look::Bars {
         let bars = curve.points.chunks_exact(2);
-        return bars.filter_map(|ends| ends.iter().map(place).collect()).collect();
+        let within = |(x, y): (i32, i32)| (x, y.clamp(fine(top), fine(bottom)));
+        return bars.filter_map(|ends| ends.iter().map(|end| place(end).map(within)).collect()).collect();
     }
     let mut parts = vec![Vec::new()];
     for (index, point) in curve.points.iter().enumerate() {
@@ -193,15 +202,41 @@ fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i3
     let beside = |at: i32, low: i32, high: i32| (fine(low) - at).max(at - fine(high)).max(0);
     let from = |(x, y): (i32, i32)| beside(x, left, right).max(beside(y, top, bottom));
     let points = parts.iter().flatten().map(|&at| from(at));
-    let lines = parts.iter().filter(|_| look != Look::Markers).flat_map(|part| part.windows(2)).flat_map(|ends| {
-        let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
-        let steps = (to_x - x).abs().max((to_y - y).abs()) / fine(3) + 1;
-        (0..steps).map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
-    });
+    let lines = parts
+        .iter()
+        .filter(|_| ![Look::Markers, Look::Filled].contains(&look))
+        .flat_map(|part| part.windows(2))
+        .flat_map(|ends| {
+            let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
+            let steps = (to_x - x).abs().max((to_y - y).abs()) / fine(3) + 1;
+            (0..steps).map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
+        });
     points.chain(lines.map(from)).min().unwrap_or(i32::MAX)
 }
 
 impl Diagram {
+    /// The coordinates that the vertical axis shows: of all points, but not the ends of bars that are much longer than the others, nor ends below
+    /// zero of an amount without a value there.
+    fn heights(&self) -> Vec<f64> {
+        let shown = |&(x, y): &(f64, f64)| coordinate(&self.x, x).and_then(|_| coordinate(&self.y, y));
+        let others = self.curves.iter().filter(|curve| ![Look::Stripe, Look::Bars].contains(&curve.look));
+        let mut heights: Vec<f64> = others.flat_map(|curve| &curve.points).filter_map(shown).collect();
+        let bars =
+            self.curves.iter().filter(|curve| curve.look == Look::Bars).flat_map(|curve| curve.points.chunks_exact(2));
+        let bars: Vec<[f64; 2]> = bars.filter_map(|ends| Some([shown(&ends[0])?, shown(&ends[1])?])).collect();
+        let length = |[from, to]: &[f64; 2]| (to - from).abs();
+        let mut lengths: Vec<f64> = bars.iter().map(length).filter(|length| *length > 0.0).collect();
+        lengths.sort_by(f64::total_cmp);
+        let usual = lengths.get(lengths.len() / 2).map_or(f64::INFINITY, |middle| LONG * middle);
+        let is_amount =
+            self.y.zero != Zero::Between && !self.y.logarithmic && heights.iter().all(|height| *height >= 0.0);
+        let least = if is_amount && !heights.is_empty() { 0.0 } else { f64::NEG_INFINITY };
+        let has_others = !heights.is_empty();
+        let kept = bars.iter().filter(|bar| !has_others || length(bar) <= usual);
+        heights.extend(kept.flatten().map(|end| end.max(least)));
+        heights
+    }
+
     /// Draws the diagram for a screen.
     #[must_use]
     pub fn draw(&self) -> Canvas {
@@ -211,13 +246,10 @@ impl Diagram {
     /// Draws the diagram.
     #[must_use]
     pub fn draw_in(&self, format: &Format) -> Canvas {
-        let shown = |stripes: bool| {
-            let curves = self.curves.iter().filter(move |curve| stripes || curve.look != Look::Stripe);
-            let points = curves.flat_map(|curve| &curve.points);
-            points.filter_map(|&(x, y)| Some((coordinate(&self.x, x)?, coordinate(&self.y, y)?)))
-        };
-        let x = Scale::new(self.x.clone(), shown(true).map(|(x, _)| x));
-        let y = Scale::new(self.y.clone(), shown(false).map(|(_, y)| y));
+        let shown = self.curves.iter().flat_map(|curve| &curve.points);
+        let shown = shown.filter_map(|&(x, y)| coordinate(&self.y, y).and_then(|_| coordinate(&self.x, x)));
+        let x = Scale::new(self.x.clone(), shown);
+        let y = Scale::new(self.y.clone(), self.heights().into_iter());
         let curves = styled(&self.curves);
         let mut entries: Vec<&Styled> = Vec::new();
         for styled in curves.iter().filter(|styled| !styled.curve.name.is_empty()) {
@@ -226,6 +258,7 @@ impl Diagram {
                 entries.push(styled);
             }
         }
+        entries.sort_by_key(|entry| entry.curve.look != Look::Filled);
 
         let left = left_of(format, &y);
         let page = format.width(SIZE.0);
@@ -259,8 +292,15 @@ impl Diagram {
         heading.draw(&mut canvas);
         draw_axes(&mut canvas, [&x, &y], frame);
         for styled in &curves {
+            let is_bars = styled.curve.look == Look::Bars;
+            // Bars that are cut have no caps.
+            let is_marked = |(_, y): &Point| !is_bars || (fine(frame[1]) < *y && *y < fine(frame[3]));
             for points in places(styled.curve, [&x, &y], frame) {
-                styled.draw(&mut canvas, &points, &points);
+                let marked: Vec<Point> = points.iter().copied().filter(is_marked).collect();
+                styled.draw(&mut canvas, &points, &marked);
+            }
+            if is_bars {
+                draw_cuts(&mut canvas, styled, [&x, &y], frame);
             }
         }
         for (index, column) in entries.chunks(rows.max(1)).enumerate() {
@@ -274,6 +314,29 @@ impl Diagram {
             }
         }
         canvas
+    }
+}
+
+/// Marks the ends of error bars that lie beyond the axis: an arrowhead at the frame, and the number next to it.
+fn draw_cuts(
+    canvas: &mut Canvas,
+    Styled { curve, pen }: &Styled<'_>,
+    [x, y]: [&Scale; 2],
+    [left, top, right, bottom]: Frame,
+) {
+    for &(across, up) in &curve.points {
+        let (Some(at), Some(height)) = (coordinate(&x.axis, across), coordinate(&y.axis, up)) else { continue };
+        let (end, inwards) = match y.part(height) {
+            part if part < 0.0 => (fine(bottom), -fine(CUT)),
+            part if part > 1.0 => (fine(top), fine(CUT)),
+            _ => continue,
+        };
+        let at = x.place(at, left, right) + fine(curve.shift);
+        let half = fine(CUT) / 2;
+        canvas.polygon([(at, end), (at - half, end + inwards), (at + half, end + inwards)], pen.color);
+        let (style, aside) =
+            if at > fine(right - CUT_ROOM) { (text(11, INK).left(), -half) } else { (text(11, INK).right(), half) };
+        canvas.text(&significant(up), style, (at + aside + aside.signum() * fine(2), end + inwards / 2));
     }
 }
 
@@ -353,7 +416,16 @@ mod tests {
     }
 
     fn points(points: &[(f64, f64)]) -> Vec<Curve> {
-        let looks = [Look::Reference, Look::Markers, Look::Joined, Look::Line, Look::Band, Look::Bars, Look::Stripe];
+        let looks = [
+            Look::Reference,
+            Look::Markers,
+            Look::Filled,
+            Look::Joined,
+            Look::Line,
+            Look::Band,
+            Look::Bars,
+            Look::Stripe,
+        ];
         looks.map(|look| Curve::new(format!("{look:?}"), look, points.to_vec())).into()
     }
 
@@ -391,6 +463,25 @@ mod tests {
         let zero = Curve::new("", Look::Line, vec![(1.0, 1.0), (2.0, 0.0), (4.0, 4.0)]);
         let scale = Scale::new(Axis::logarithmic(""), [0.0, 0.6].into_iter());
         assert_eq!(places(&zero, [&scale, &scale], [0, 0, 300, 300]).len(), 2);
+    }
+
+    #[test]
+    fn a_bar_much_longer_than_the_others_is_cut() {
+        let bars = |last: f64| {
+            let ends = [10.0, 12.0, 20.0, 22.0, 30.0 - last, 30.0 + last];
+            let ends = (0..).zip(ends).map(|(index, end)| (f64::from(index / 2), end)).collect();
+            let points = vec![(0.0, 11.0), (1.0, 21.0), (2.0, 30.0)];
+            let curves = vec![Curve::new("", Look::Bars, ends), Curve::new("measured", Look::Filled, points)];
+            Diagram { y: Axis::amount("force in N"), ..diagram(false, curves) }
+        };
+        let top = |diagram: &Diagram| diagram.heights().into_iter().fold(0.0, f64::max);
+        assert_eq!([top(&bars(3.0)), top(&bars(300.0))], [33.0, 30.0]);
+        let svg = bars(300.0).draw().svg();
+        assert!(svg.contains(">330</text>") && svg.contains(">−270</text>"), "{svg}");
+        assert!(!bars(3.0).draw().svg().contains(">33.0</text>"));
+        // No axis of a force goes below zero for a bar alone.
+        let least = bars(30.5).heights().into_iter().fold(f64::INFINITY, f64::min);
+        assert!(least >= 0.0, "{least}");
     }
 
     #[test]

@@ -1,6 +1,6 @@
-//! The font of bitmaps, with its glyphs as paths.
+//! The font of bitmaps, with its glyphs as paths, and of PDF files.
 //!
-//! The font is embedded, so that bitmaps are the same on every machine. Its metrics equal those of Helvetica and Arial, which
+//! The font is embedded, so that they are the same on every machine. Its metrics equal those of Helvetica and Arial, which
 //! the SVG files ask for.
 
 use std::sync::LazyLock;
@@ -11,16 +11,20 @@ use ttf_parser::{Face, GlyphId, OutlineBuilder};
 use super::symbols::{Run, runs};
 
 /// Liberation Sans 2.1.5, under the SIL Open Font License (`assets/fonts/OFL.txt`).
-static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
-    let bytes = include_bytes!("../../assets/fonts/LiberationSans-Regular.ttf");
-    Face::parse(bytes, 0).expect("the font of the program can be read")
-});
+pub(super) const FILE: &[u8] = include_bytes!("../../assets/fonts/LiberationSans-Regular.ttf");
+static FONT: LazyLock<Face<'static>> =
+    LazyLock::new(|| Face::parse(FILE, 0).expect("the font of the program can be read"));
+
+/// The font, read.
+pub(super) fn face() -> &'static Face<'static> {
+    &FONT
+}
 
 /// Characters that figures use and the font lacks, with similar ones that it has.
 const SUBSTITUTES: [(char, char); 2] = [('⁻', 'ˉ'), ('⁰', '°')];
 
 /// The glyph of a character; an empty box if the font lacks it.
-fn glyph(character: char) -> GlyphId {
+pub(super) fn glyph(character: char) -> GlyphId {
     let substitute = SUBSTITUTES.iter().find(|(lacking, _)| *lacking == character);
     FONT.glyph_index(substitute.map_or(character, |(_, similar)| *similar)).unwrap_or_default()
 }
@@ -33,7 +37,7 @@ fn kerning(left: GlyphId, right: GlyphId) -> i16 {
 }
 
 /// The glyphs of a run with their distances from its start, and the length of the run, in font units.
-fn set(run: &Run<'_>) -> (Vec<(GlyphId, i32)>, i32) {
+pub(super) fn set(run: &Run<'_>) -> (Vec<(GlyphId, i32)>, i32) {
     let mut glyphs: Vec<(GlyphId, i32)> = Vec::with_capacity(run.text.len());
     let mut length = 0;
     for glyph in run.text.chars().map(glyph) {

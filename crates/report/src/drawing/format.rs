@@ -77,9 +77,9 @@ pub enum FormatError {
         /// The least width for this font size, in mm.
         least_mm: f64,
     },
-    /// Bitmaps have one font.
+    /// Bitmaps and PDF files have one font.
     #[error(
-        "PNG figures have the font Liberation Sans only, which looks as Helvetica and Arial do, and not `{0}`\n   = help: add \
+        "PNG and PDF figures have the font Liberation Sans only, which looks as Helvetica and Arial do, and not `{0}`\n   = help: add \
          --figures svg; a viewer or LaTeX draws the SVG figures in any font that it has"
     )]
     Bitmap(String),
@@ -101,6 +101,8 @@ fn room(most: f64, least_mm: f64) -> String {
 pub struct Format {
     paper: Option<Paper>,
     font: Option<String>,
+    /// Whether figures have no heading.
+    untitled: bool,
 }
 
 /// The size of a figure on paper.
@@ -157,7 +159,7 @@ impl Format {
     /// If the text is too large for the width.
     pub fn new(width_mm: Option<f64>, points: Option<f64>, font: Option<String>) -> Result<Self, FormatError> {
         if width_mm.is_none() && points.is_none() {
-            return Ok(Self { paper: None, font });
+            return Ok(Self { font, ..Self::default() });
         }
         let pixel_mm = INCH_MM / PIXELS;
         let width_mm = width_mm.unwrap_or(f64::from(USUAL_WIDTH) * pixel_mm);
@@ -169,11 +171,22 @@ impl Format {
             let (most, least_mm) = (largest(points * width / LEAST_WIDTH), (width_mm * LEAST_WIDTH / width).ceil());
             return Err(FormatError::NoRoom { width_mm, points, most, least_mm });
         }
-        Ok(Self { paper: Some(Paper { width_mm, width: width.round() as i32 }), font })
+        Ok(Self { paper: Some(Paper { width_mm, width: width.round() as i32 }), font, untitled: false })
+    }
+
+    /// The same without title and subtitle, for figures whose caption says what they say.
+    #[must_use]
+    pub fn without_title(self) -> Self {
+        Self { untitled: true, ..self }
+    }
+
+    /// Whether figures have title and subtitle.
+    pub(super) fn has_title(&self) -> bool {
+        !self.untitled
     }
 
     /// # Errors
-    /// If bitmaps cannot have the font.
+    /// If bitmaps and PDF files cannot have the font.
     pub fn check_bitmaps(&self) -> Result<(), FormatError> {
         match &self.font {
             Some(font) if !ALIKE.contains(&font.as_str()) => Err(FormatError::Bitmap(font.clone())),

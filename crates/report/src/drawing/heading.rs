@@ -1,7 +1,7 @@
 //! Headings of figures: a title and smaller text below it, in as many lines as they need.
 
 use super::format::Format;
-use super::{Canvas, GREY, INK, fine, font, text};
+use super::{Canvas, GREY, INK, fine, font, text, typeset};
 
 /// Where the first line is, and the distance between lines, in pixels.
 const TOP: i32 = 14;
@@ -15,6 +15,8 @@ const RIGHT: i32 = 8;
 const SAFE: f32 = 0.84;
 /// Height of a heading of one line, with the room below it.
 const HEIGHT: i32 = 40;
+/// Room for factors of an axis where there is no heading.
+const NO_HEIGHT: i32 = 24;
 
 /// A title and a subtitle, which may be empty.
 #[derive(Clone, Debug)]
@@ -30,14 +32,18 @@ impl Heading {
         // On paper the figure does not end where the text does, whatever font a viewer has.
         let part = if format.is_on_paper() { SAFE } else { 1.0 };
         let room = part * (width - left - RIGHT) as f32;
-        let [title, subtitle] =
-            [(title, TITLE), (subtitle, SUBTITLE)].map(|(text, usual)| wrapped(text, format.font_size(usual), room));
+        let [title, subtitle] = [(title, TITLE), (subtitle, SUBTITLE)]
+            .map(|(text, usual)| wrapped(&typeset(text), format.font_size(usual), room));
+        let [title, subtitle] = if format.has_title() { [title, subtitle] } else { [Vec::new(), Vec::new()] };
         Self { title, subtitle, left }
     }
 
     /// How far it reaches, with room below it, in pixels.
     pub fn height(&self) -> i32 {
-        HEIGHT + LINE * (self.title.len() + self.subtitle.len()).saturating_sub(1) as i32
+        match self.title.len() + self.subtitle.len() {
+            0 => NO_HEIGHT,
+            lines => HEIGHT + LINE * (lines as i32 - 1),
+        }
     }
 
     /// Writes it.
@@ -97,5 +103,6 @@ mod tests {
         let height = |title, subtitle| Heading::new(&Format::default(), title, subtitle, [60, 160]).height();
         assert_eq!([height("a title", ""), height("a title", "short")], [40, 58]);
         assert_eq!(height("a title", "a subtitle that is longer than the figure"), 94);
+        assert_eq!(Heading::new(&Format::default().without_title(), "a title", "more", [60, 160]).height(), NO_HEIGHT);
     }
 }

@@ -6,8 +6,9 @@ use super::diagram::Frame;
 use super::format::Format;
 use super::heading::Heading;
 use super::scale::{Axis, Scale, coordinate};
-use super::{Canvas, Color, FAINT, INK, VERMILION, WHITE, axis, fine, stroke, text, viridis, width};
+use super::{Canvas, Color, FAINT, INK, Point, VERMILION, WHITE, axis, fine, stroke, text, typeset, viridis, width};
 use bristle_text::number::{significant, spanning};
+use std::collections::BTreeMap;
 
 /// Width of a figure and height of its cells in pixels, and the least height on paper.
 const SIZE: (i32, i32) = (680, 340);
@@ -22,6 +23,8 @@ const SHADES: u32 = 100;
 /// Font size of the numbers in cells, and the margin around them.
 const NUMBER: i32 = 10;
 const FREE: (i32, i32) = (4, 5);
+/// How far a line is continued to the frame, over the distance to it.
+const FAR: i32 = 3;
 /// Fill of a cell without a value, and distance between its hatching lines.
 const EMPTY: Color = Color(240, 241, 243);
 const HATCH: i32 = 6;
@@ -83,6 +86,26 @@ impl CellAxis {
     }
 }
 
+/// Where a line that ends on a side of the rectangle of the outermost middles, and goes outwards there, meets the frame; none if it does not end
+/// there, or goes along the frame.
+fn on_to_the_frame([before, end]: [Point; 2], [left, top, right, bottom]: [i32; 4], frame: Frame) -> Option<Point> {
+    let (across, down) = (end.0 - before.0, end.1 - before.1);
+    let [low_x, low_y, high_x, high_y] = frame.map(fine);
+    let outwards = [
+        (end.0 == left && across < 0, low_x - end.0, across),
+        (end.0 == right && across > 0, high_x - end.0, across),
+        (end.1 == top && down < 0, low_y - end.1, down),
+        (end.1 == bottom && down > 0, high_y - end.1, down),
+    ];
+    let (_, way, rate) = outwards.into_iter().find(|(is_outwards, ..)| *is_outwards)?;
+    let part = f64::from(way) / f64::from(rate);
+    let meets = |from: i32, rate: i32| from + (part * f64::from(rate)).round() as i32;
+    let point = (meets(end.0, across), meets(end.1, down));
+    let is_within = (low_x..=high_x).contains(&point.0) && (low_y..=high_y).contains(&point.1);
+    let is_short = (point.0 - end.0).abs().max((point.1 - end.1).abs()) <= FAR * way.abs();
+    (is_within && is_short).then_some(point)
+}
+
 /// Maps the values of a side to coordinates between two pixels.
 fn placing(borders: &[f64], low: i32, high: i32) -> impl Fn(f64) -> i32 {
     let (first, last) = (borders[0], borders[borders.len() - 1]);
@@ -106,10 +129,10 @@ fn ticks(side: &CellAxis, at: impl Fn(f64) -> i32, room: impl Fn(&str) -> i32) -
 /// Side of the mark in the corner of a cell, in pixels.
 const MARK: i32 = 9;
 
-/// The number in a cell.
+/// The number in a cell. One over decades has one digit before its power of ten, which has to fit too.
 fn number(value: f64, colours: &Axis) -> String {
     let number = if colours.logarithmic { spanning(value) } else { significant(value) };
-    number.replace('-', "−")
+    typeset(&if colours.logarithmic && number.contains('e') { format!("{value:.0e}") } else { number })
 }
 
 /// The part of the colours that lies below a value. A value that the axis cannot show is at an end.
@@ -122,33 +145,68 @@ struct Number {
     text: String,
     /// The part of the colours that lies below its value.
     part: f64,
-    middle: (i32, i32),
-    /// Half its width and height.
-    half: (i32, i32),
+    middle: Point,
+    /// Half its width and height, and half those of its cell.
+    half: Point,
+    cell: Point,
 }
 
 impl Number {
-    /// Whether a point is on the number, or next to it.
-    fn covers(&self, (x, y): (i32, i32)) -> bool {
-        (x - self.middle.0).abs() <= self.half.0 + fine(FREE.0) / 2
-            && (y - self.middle.1).abs() <= self.half.1 + fine(FREE.1) / 4
+    /// Moves the number off the points of a line, within its cell, as far as there is room.
+    fn avoid(&mut self, line: &[Point]) {
+        let (wide, high) = (self.cell.0 - self.half.0 - fine(2), self.cell.1 - self.half.1 - fine(2));
+        let (x, y) = self.middle;
+        let near: Vec<Point> = line
+            .iter()
+            .copied()
+            .filter(|point| (point.0 - x).abs() <= self.cell.0 && (point.1 - y).abs() <= self.cell.1)
+            .collect();
+        let free = |&(across, down): &Point| {
+            let gap =
+                |&(at_x, at_y): &Point| ((at_x - across).abs() - self.half.0).max((at_y - down).abs() - self.half.1);
+            near.iter().map(gap).min().unwrap_or(i32::MAX).min(fine(FREE.0))
+        };
+        let moves = [(0, 0), (0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (1, 1), (-1, 1), (1, -1)];
+        let places = moves.map(|(across, down)| (x + across * wide, y + down * high));
+        // The first of several equal ones.
+        self.middle = places.into_iter().rev().max_by_key(free).unwrap_or(self.middle);
     }
 }
 
-/// The parts of a straight line beside the numbers, told apart at points one pixel apart.
-fn beside([from, to]: [(i32, i32); 2], numbers: &[Number]) -> Vec<[(i32, i32); 2]> {
-    let (wide, high) = (to.0 - from.0, to.1 - from.1);
-    let steps = (wide.abs().max(high.abs()) / fine(1)).max(1);
-    let at = |step: i32| (from.0 + wide * step / steps, from.1 + high * step / steps);
-    let mut parts: Vec<[i32; 2]> = Vec::new();
-    let is_free = |step: &i32| !numbers.iter().any(|number| number.covers(at(*step)) || number.covers(at(step + 1)));
-    for step in (0..steps).filter(is_free) {
-        match parts.last_mut() {
-            Some([_, end]) if *end == step => *end += 1,
-            _ => parts.push([step, step + 1]),
-        }
+/// Points of a line that are at most a pixel apart.
+fn sampled(line: &[Point]) -> impl Iterator<Item = Point> {
+    line.windows(2).flat_map(|ends| {
+        let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
+        let steps = ((to_x - x).abs().max((to_y - y).abs()) / fine(1)).max(1);
+        (0..=steps).map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
+    })
+}
+
+/// Joins pieces that end at the same points to lines.
+fn joined(pieces: &[[Point; 2]]) -> Vec<Vec<Point>> {
+    let mut at: BTreeMap<Point, Vec<usize>> = BTreeMap::new();
+    for (index, piece) in pieces.iter().enumerate() {
+        piece.iter().for_each(|end| at.entry(*end).or_default().push(index));
     }
-    parts.into_iter().map(|ends| ends.map(at)).collect()
+    let mut is_used = vec![false; pieces.len()];
+    let mut lines = Vec::new();
+    for index in 0..pieces.len() {
+        if std::mem::replace(&mut is_used[index], true) {
+            continue;
+        }
+        let mut line = pieces[index].to_vec();
+        // On from its end, then from its start.
+        for _ in 0..2 {
+            while let Some(&next) = line.last().and_then(|end| at[end].iter().find(|next| !is_used[**next])) {
+                is_used[next] = true;
+                let [from, to] = pieces[next];
+                line.push(if line.last() == Some(&from) { to } else { from });
+            }
+            line.reverse();
+        }
+        lines.push(line);
+    }
+    lines
 }
 
 impl Map {
@@ -177,8 +235,14 @@ impl Map {
         self.draw_cells(&mut canvas, frame, &scale);
         let (xs, ys) = (self.x.borders(), self.y.borders());
         let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
-        let numbers = self.numbers(format, &scale, &across, &up);
-        self.draw_line(&mut canvas, &numbers, &across, &up);
+        let mut numbers = self.numbers(format, &scale, &across, &up);
+        let lines = self.lines(frame, &across, &up);
+        let points: Vec<Point> = lines.iter().flat_map(|line| sampled(line)).collect();
+        numbers.iter_mut().for_each(|number| number.avoid(&points));
+        // In ink on white, so that it shows on every colour.
+        for (color, tenths) in LINE {
+            lines.iter().for_each(|line| canvas.line(line.as_slice(), stroke(color, tenths)));
+        }
         for number in numbers {
             let shade = if number.part < 0.6 { WHITE } else { INK };
             canvas.text(&number.text, text(NUMBER, shade).centred(), number.middle);
@@ -252,7 +316,8 @@ impl Map {
                     return Vec::new();
                 }
                 let middle = ((left + right) / 2, (top + bottom) / 2);
-                numbers.push(Number { text, part: part(scale, value), middle, half });
+                let cell = ((right - left) / 2, (bottom - top) / 2);
+                numbers.push(Number { text, part: part(scale, value), middle, half, cell });
                 largest = largest.max(value.abs());
             }
         }
@@ -262,32 +327,29 @@ impl Map {
     /// The pieces of the contour line in coordinates of the canvas; none without a line.
     fn pieces(&self, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> Vec<[(i32, i32); 2]> {
         let Some(Contour { level, other }) = &self.line else { return Vec::new() };
-        let sides = [&self.x.values[..], &self.y.values];
-        let pieces = match other {
-            Some(values) => contour(sides, values, *level),
-            None => {
-                let at = |value: f64| coordinate(&self.colours, value);
-                let coordinates: Vec<Option<f64>> = self.values.iter().map(|value| value.and_then(at)).collect();
-                at(*level).map_or_else(Vec::new, |level| contour(sides, &coordinates, level))
-            }
+        let at = |value: f64| coordinate(&self.colours, value);
+        let (values, level) = match other {
+            Some(values) => (values.clone(), Some(*level)),
+            None => (self.values.iter().map(|value| value.and_then(at)).collect(), at(*level)),
         };
+        let pieces = level.map_or_else(Vec::new, |level| contour([&self.x.values, &self.y.values], &values, level));
         pieces.into_iter().map(|piece| piece.map(|(x, y)| (across(x), up(y)))).collect()
     }
 
-    /// Draws the contour line in ink on white, so that it shows on every colour, with gaps at the numbers.
-    fn draw_line(
-        &self,
-        canvas: &mut Canvas,
-        numbers: &[Number],
-        across: &impl Fn(f64) -> i32,
-        up: &impl Fn(f64) -> i32,
-    ) {
-        let pieces: Vec<_> = self.pieces(across, up).into_iter().flat_map(|piece| beside(piece, numbers)).collect();
-        for (color, tenths) in LINE {
-            for piece in &pieces {
-                canvas.line(*piece, stroke(color, tenths));
+    /// The lines that the pieces make. One that ends in the middle of the outermost cells goes straight on to the `frame`.
+    fn lines(&self, frame: Frame, across: &impl Fn(f64) -> i32, up: &impl Fn(f64) -> i32) -> Vec<Vec<Point>> {
+        let middles = [&self.x.values, &self.y.values].map(|values| [values[0], values[values.len() - 1]]);
+        let [(left, right), (bottom, top)] = [middles[0].map(across).into(), middles[1].map(up).into()];
+        let mut lines = joined(&self.pieces(across, up));
+        for line in lines.iter_mut().filter(|line| line.first() != line.last()) {
+            for _ in 0..2 {
+                if let [.., before, end] = line[..] {
+                    line.extend(on_to_the_frame([before, end], [left, top, right, bottom], frame));
+                }
+                line.reverse();
             }
         }
+        lines
     }
 
     fn draw_bar(&self, canvas: &mut Canvas, [_, top, right, bottom]: Frame, scale: &Scale) {
@@ -321,7 +383,7 @@ impl Map {
 }
 
 /// Colours and widths (tenths of a pixel) of the contour line, from the lowest to the highest layer.
-const LINE: [(Color, i32); 2] = [(WHITE, 44), (INK, 20)];
+const LINE: [(Color, i32); 2] = [(WHITE, 40), (INK, 18)];
 
 /// Hatches a rectangle.
 fn hatch(canvas: &mut Canvas, corners: [(i32, i32); 2]) {
@@ -350,7 +412,9 @@ pub fn contour([xs, ys]: [&[f64]; 2], values: &[Option<f64>], level: f64) -> Vec
             let [Some(a), Some(b), Some(c), Some(d)] = around else { continue };
             let corners = [(x[0], y[0], a), (x[1], y[0], b), (x[1], y[1], c), (x[0], y[1], d)];
             let crossing = |from: usize| {
-                let ((x0, y0, v0), (x1, y1, v1)) = (corners[from], corners[(from + 1) % 4]);
+                // In one order, so that neighbours have the same point.
+                let (a, b) = (corners[from], corners[(from + 1) % 4]);
+                let ((x0, y0, v0), (x1, y1, v1)) = if (a.0, a.1) <= (b.0, b.1) { (a, b) } else { (b, a) };
                 let part = (level - v0) / (v1 - v0);
                 ((v0 < level) != (v1 < level)).then_some((x0 + part * (x1 - x0), y0 + part * (y1 - y0)))
             };
@@ -417,23 +481,44 @@ mod tests {
     }
 
     #[test]
-    fn the_line_leaves_numbers_free() {
-        let number = |x: i32| Number { text: "1".to_owned(), part: 0.5, middle: (x, 0), half: (fine(5), fine(5)) };
-        let line = [(0, 0), (fine(100), 0)];
-        assert_eq!(beside(line, &[]), [line]);
-        let parts = beside(line, &[number(fine(50)), number(fine(100))]);
-        let free = 5 + FREE.0 / 2;
-        let ends = [[0, 50 - free - 1], [50 + free + 1, 100 - free - 1]];
-        assert_eq!(parts, ends.map(|ends| ends.map(|x| (fine(x), 0))));
-        assert!(beside([(0, 0), (0, 0)], &[number(0)]).is_empty());
+    fn numbers_move_off_the_line() {
+        let number = || Number {
+            text: "1".to_owned(),
+            part: 0.5,
+            middle: (0, 0),
+            half: (fine(5), fine(4)),
+            cell: (fine(20), fine(14)),
+        };
+        let moved = |line: &[Point]| {
+            let mut number = number();
+            number.avoid(&sampled(line).collect::<Vec<_>>());
+            number.middle
+        };
+        assert_eq!(moved(&[]), (0, 0));
+        assert_eq!(moved(&[(-fine(20), fine(9)), (fine(20), fine(9))]), (0, 0), "a line beside it");
+        assert_eq!(moved(&[(-fine(20), 0), (fine(20), 0)]), (0, -fine(8)));
+        assert_eq!(moved(&[(-fine(20), fine(14)), (fine(20), -fine(14))]), (-fine(13), -fine(8)));
+    }
+
+    #[test]
+    fn the_line_goes_from_border_to_border_in_one_piece() {
+        let sides = [1.0, 2.0, 3.0];
+        let plane = sides.iter().flat_map(|y| sides.map(|x| Some(x + 0.1 * y))).collect();
+        let map = Map { line: Some(Contour { level: 2.4, other: None }), ..map(&sides, &sides, plane) };
+        let at = |value: f64| (1e3 * value).round() as i32;
+        // The middles of cells lie from 1000 to 3000, their borders from 500 to 3500.
+        let lines = map.lines([50, 50, 350, 350], &at, &|value: f64| 4000 - at(value));
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        let ends = [lines[0].first(), lines[0].last()].map(|end| *end.expect("a point"));
+        assert!(ends.contains(&(2350, 3500)) && ends.contains(&(2050, 500)), "{ends:?}");
         // The line of another quantity has no place on the colours.
         let lines = [None, Some(vec![Some(0.0), Some(2.0), Some(0.0), Some(2.0)])].map(|other| {
             let [sides, values] = [[1.0, 2.0], [5.0, 6.0]];
-            let mut map = map(&sides, &sides, values.into_iter().chain(values).map(Some).collect());
+            let mut map = super::tests::map(&sides, &sides, values.into_iter().chain(values).map(Some).collect());
             map.line = Some(Contour { level: 1.0, other });
-            map.draw().svg().matches("stroke=\"#282C34\" stroke-width=\"20\"").count()
+            map.draw().svg().matches("stroke=\"#282C34\" stroke-width=\"18\"").count()
         });
-        assert!(lines[0] == 0 && lines[1] > 0, "{lines:?}");
+        assert_eq!(lines, [0, 1]);
     }
 
     #[test]
@@ -458,7 +543,7 @@ mod tests {
         let mut map = map(&[1.0, 2.0, 3.0, 4.0], &[1.0], values);
         map.colours = Axis::logarithmic("quantity");
         let text = map.draw().svg();
-        for label in ["3.30", "95.4", "1960", "6.2e5", "10⁵"] {
+        for label in ["3.30", "95.4", "1960", "6·10⁵", "10⁵"] {
             assert!(text.contains(label), "{label}\n{text}");
         }
     }

@@ -1,7 +1,7 @@
-//! Figures in one style: axes, curves and maps in, SVG and PNG out.
+//! Figures in one style: axes, curves and maps in, SVG, PNG and PDF out.
 //!
 //! [`diagram`] and [`map`] lay a figure out on a [`Canvas`], a list of shapes and texts. The canvas writes itself as SVG,
-//! with its text as text, and as a bitmap, with the glyphs of the one font that is part of the program.
+//! with its text as text, as a bitmap, with the glyphs of the one font that is part of the program, and as PDF with both.
 
 mod canvas;
 pub mod clip;
@@ -11,6 +11,7 @@ mod font;
 pub mod format;
 pub mod heading;
 pub mod map;
+mod pdf;
 pub mod pens;
 mod raster;
 pub mod scale;
@@ -23,10 +24,41 @@ pub use canvas::{Canvas, Point, Stroke, TextStyle, fine, stroke, text};
 pub use color::{BLUE, Color, FAINT, GREY, GRID, INK, VERMILION, WHITE, viridis};
 use symbols::runs;
 
+/// A text with its numbers as they are printed: `-5` with a minus sign, `2e-14` with a power of ten.
+pub(crate) fn typeset(text: &str) -> String {
+    let mut typeset = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find(['-', 'e']) {
+        let (before, from) = rest.split_at(at);
+        let last = before.chars().next_back().or_else(|| typeset.chars().next_back());
+        typeset.push_str(before);
+        let after = &from[1..];
+        let digits = after.trim_start_matches('-');
+        let length = digits.find(|character: char| !character.is_ascii_digit()).unwrap_or(digits.len());
+        let is_number =
+            length > 0 && after.len() - digits.len() <= 1 && !digits[length..].starts_with(char::is_alphabetic);
+        let sign = if after.len() > digits.len() { -1.0 } else { 1.0 };
+        match digits[..length].parse::<f64>() {
+            Ok(exponent) if is_number && from.starts_with('e') && last.is_some_and(|last| last.is_ascii_digit()) => {
+                typeset.push_str(&format!("·{}", power_of_ten(sign * exponent)));
+                rest = &digits[length..];
+            }
+            _ => {
+                let is_minus = from.starts_with('-')
+                    && after.starts_with(|next: char| next.is_ascii_digit())
+                    && !last.is_some_and(char::is_alphanumeric);
+                typeset.push_str(if is_minus { "−" } else { &from[..1] });
+                rest = after;
+            }
+        }
+    }
+    typeset + rest
+}
+
 /// Estimated width of a text in pixels. It is not exact, since an SVG viewer may use another font.
 pub fn width(text: &str, size: i32) -> i32 {
     let characters = |run: &symbols::Run<'_>| run.text.chars().count() as i32;
-    runs(text).iter().map(|run| characters(run) * run.size(size * 55) / 100).sum()
+    runs(&typeset(text)).iter().map(|run| characters(run) * run.size(size * 55) / 100).sum()
 }
 
 /// Pairs the values of an axis with their labels.
@@ -104,19 +136,20 @@ impl Pen {
         }
     }
 
-    /// Draws markers at points. They are filled with white to hide the line below them.
-    pub fn markers(&self, canvas: &mut Canvas, points: &[Point]) {
+    /// Draws markers at points. They are filled with white to hide the line below them, or with their colour to be seen first.
+    pub fn markers(&self, canvas: &mut Canvas, points: &[Point], filled: bool) {
+        let (fill, rim) = if filled { (self.color, WHITE) } else { (WHITE, self.color) };
         let Marker { corners, turn, radius } = self.marker;
         for &(x, y) in points {
             let corner = |k: u32| {
                 let (sine, cosine) = (turn + TAU * f64::from(k) / f64::from(corners)).sin_cos();
-                let radius = f64::from(fine(radius));
+                let radius = f64::from(fine(radius + i32::from(filled)));
                 (x + (radius * cosine).round() as i32, y + (radius * sine).round() as i32)
             };
             // Past the first corner again, so that the outline is closed there.
             let outline: Vec<Point> = (0..=corners + 1).map(corner).collect();
-            canvas.polygon(&outline[..=corners as usize], WHITE);
-            canvas.line(outline, stroke(self.color, self.tenths));
+            canvas.polygon(&outline[..=corners as usize], fill);
+            canvas.line(outline, stroke(rim, self.tenths));
         }
     }
 }
@@ -124,6 +157,20 @@ impl Pen {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_are_printed_with_minus_signs_and_powers_of_ten() {
+        let cases = [
+            ("offset = -5 mm", "offset = −5 mm"),
+            ("-0.005", "−0.005"),
+            ("k_P = 2.00e-14 m²/N, 6.2e5", "k_P = 2.00·10⁻¹⁴ m²/N, 6.2·10⁵"),
+            ("first-order, PA6-12, 1e3x, tool-5, the edge", "first-order, PA6-12, 1e3x, tool-5, the edge"),
+            ("- e -", "- e -"),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(typeset(text), expected);
+        }
+    }
 
     #[test]
     fn texts_are_not_longer_than_their_width() {

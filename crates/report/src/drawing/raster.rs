@@ -98,8 +98,8 @@ fn polyline(points: &[Point], closed: bool) -> Option<Path> {
     path.finish()
 }
 
-/// The outlines of a text before it is rotated, and the rotation.
-fn outline(text: &str, style: &TextStyle, (x, y): Point) -> (Option<Path>, Transform) {
+/// Where the baseline of a text starts before it is rotated.
+pub(super) fn start(text: &str, style: &TextStyle, (x, y): Point) -> (f32, f32) {
     let (x, y) = (x as f32, y as f32);
     let size = style.size as f32;
     let start = match style.anchor {
@@ -112,8 +112,14 @@ fn outline(text: &str, style: &TextStyle, (x, y): Point) -> (Option<Path>, Trans
         Level::Top => y + 0.76 * size,
         Level::Middle => y + 0.25 * size,
     };
+    (start, baseline)
+}
+
+/// The outlines of a text before it is rotated, and the rotation.
+fn outline(text: &str, style: &TextStyle, at: Point) -> (Option<Path>, Transform) {
     let mut path = PathBuilder::new();
-    font::outline(&mut path, text, style.size, (start, baseline));
+    font::outline(&mut path, text, style.size, start(text, style, at));
+    let (x, y) = (at.0 as f32, at.1 as f32);
     let turn = if style.upwards { Transform::from_rotate_at(270.0, x, y) } else { Transform::identity() };
     (path.finish(), turn)
 }

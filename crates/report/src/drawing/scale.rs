@@ -15,6 +15,8 @@ pub struct Axis {
     pub zero: Zero,
     /// The names of the coordinates 0, 1, 2 and so on; empty if coordinates are numbers.
     pub names: Vec<String>,
+    /// Whether its values are whole numbers.
+    pub is_count: bool,
 }
 
 /// Whether a linear axis shows zero.
@@ -34,7 +36,12 @@ const LEAST_PART: f64 = 0.01;
 impl Axis {
     /// A linear axis.
     pub fn linear(label: impl Into<Cow<'static, str>>) -> Self {
-        Self { label: label.into(), logarithmic: false, zero: Zero::Between, names: Vec::new() }
+        Self { label: label.into(), logarithmic: false, zero: Zero::Between, names: Vec::new(), is_count: false }
+    }
+
+    /// A linear axis of whole numbers.
+    pub fn count(label: impl Into<Cow<'static, str>>) -> Self {
+        Self { is_count: true, ..Self::linear(label) }
     }
 
     /// A logarithmic axis.
@@ -96,8 +103,18 @@ impl Scale {
         }
         let (low, high) = range(values, &axis);
         let margin = 0.04 * (high - low);
-        let (low, high) = (low - margin, high + margin);
-        let (ticks, factor) = if axis.logarithmic { logarithmic_ticks(low, high) } else { linear_ticks(low, high) };
+        // No amount is less than none.
+        let ends_at_zero = axis.zero != Zero::Between && !axis.logarithmic;
+        let (below, above) = (
+            if ends_at_zero && low == 0.0 { 0.0 } else { margin },
+            if ends_at_zero && high == 0.0 { 0.0 } else { margin },
+        );
+        let (low, high) = (low - below, high + above);
+        let (mut ticks, factor) = if axis.logarithmic { logarithmic_ticks(low, high) } else { linear_ticks(low, high) };
+        if axis.is_count && factor.is_empty() {
+            ticks.retain(|(value, _)| (value - value.round()).abs() < 1e-9);
+            ticks.iter_mut().for_each(|(value, label)| *label = whole(*value));
+        }
         Self { axis, low, high, ticks, factor }
     }
 
@@ -136,6 +153,9 @@ fn range(values: impl Iterator<Item = f64>, axis: &Axis) -> (f64, f64) {
     let largest = low.abs().max(high.abs());
     if high - low > 1e-9 * largest && largest >= 1e-290 {
         return (low, high);
+    }
+    if axis.zero != Zero::Between && largest == 0.0 && !axis.logarithmic {
+        return (0.0, 1.0);
     }
     // Labels could not tell the ends apart.
     let half = match axis.logarithmic {
@@ -240,10 +260,20 @@ mod tests {
     }
 
     #[test]
+    fn counts_have_whole_numbers_only() {
+        let labels = |high: f64| {
+            let ticks = Scale::new(Axis::count(""), [1.0, high].into_iter()).ticks;
+            ticks.into_iter().map(|(_, label)| label).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!([labels(2.0), labels(4.0), labels(50.0)], ["1 2", "1 2 3 4", "0 10 20 30 40 50"]);
+    }
+
+    #[test]
     fn zero_is_shown_where_it_is_asked_for() {
         let labels = |axis| labels((Scale::new(axis, [200.0, 400.0].into_iter()).ticks, String::new())).0;
         assert_eq!(labels(Axis::linear("")), "200 250 300 350 400");
         assert_eq!(labels(Axis::from_zero("")), "0 100 200 300 400");
+        assert_eq!(Scale::new(Axis::from_zero(""), [0.0, 400.0].into_iter()).part(0.0), 0.0);
     }
 
     #[test]
@@ -256,7 +286,7 @@ mod tests {
             // Never less than a hundredth of the values.
             ([400.0, 400.001], "398 399 400 401 402"),
             ([400.0, 400.0], "398 399 400 401 402"),
-            ([0.0, 0.0], "−1.0 −0.5 0.0 0.5 1.0"),
+            ([0.0, 0.0], "0.0 0.2 0.4 0.6 0.8 1.0"),
         ];
         for (values, expected) in cases {
             let ticks = Scale::new(Axis::amount(""), values.into_iter()).ticks;

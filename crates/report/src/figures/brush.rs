@@ -68,7 +68,7 @@ fn impulses(brush: &Brush, format: &Format) -> Picture {
             "interaction factor {factor:.3}; shaded: the columns that count, whose impulses vary by {:.2} %",
             100.0 * scatter
         ),
-        x: Axis::linear("column; 0 meets the workpiece first"),
+        x: Axis::count("column; 0 meets the workpiece first"),
         y: Axis::amount("p_n in mN s"),
         curves: curves.concat(),
     };
@@ -172,7 +172,7 @@ fn presses_over_columns(brush: &Brush, format: &Format) -> Picture {
     let diagram = Diagram {
         title: contact_title("Impulse of neighbours on each filament", &brush.settings),
         subtitle: "without regard to direction; shaded: the columns that count".to_owned(),
-        x: Axis::linear("column; 0 meets the workpiece first"),
+        x: Axis::count("column; 0 meets the workpiece first"),
         y: Axis::amount("impulse in mN s"),
         curves: [vec![counted(brush)], over_columns(brush, value)].concat(),
     };

@@ -76,8 +76,8 @@ fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
         curves: vec![
             Curve::new("", Look::Band, upper.chain(lower).collect()),
             Curve::new("measured = fitted, ± 1.96 σ of the fit", Look::Reference, line),
-            Curve::new(std, Look::Bars, bars.collect()).with_pen(1),
-            Curve::new("", Look::Markers, points.iter().map(|[fitted, value, ..]| (*fitted, *value)).collect())
+            Curve::new("", Look::Bars, bars.collect()).with_pen(1),
+            Curve::new(std, Look::Filled, points.iter().map(|[fitted, value, ..]| (*fitted, *value)).collect())
                 .with_pen(1),
         ],
     };

@@ -178,7 +178,7 @@ impl View<'_> {
             let ends = marks.iter().flat_map(|mark| mark.bar.map(|end| (mark.at, end)));
             curves.push(Curve::new("", Look::Bars, ends.collect()).with_pen(index));
             let points = marks.iter().map(|mark| (mark.at, mark.force_n)).collect();
-            curves.push(Curve::new(format!("measured, {name}"), Look::Markers, points).with_pen(index));
+            curves.push(Curve::new(format!("measured, {name}"), Look::Filled, points).with_pen(index));
         }
         let has_bars = measured.iter().any(|point| point.std_n.is_some());
         let bars = match (has_means, has_bars) {
@@ -233,7 +233,8 @@ impl View<'_> {
             .collect();
         // Nothing lies between tools.
         let is_named = over.setting.names().is_some();
-        let are_apart = !is_named && !overlap(&bands);
+        // Next to measured points, bars are theirs alone.
+        let are_apart = !is_named && (!prefix.is_empty() || !overlap(&bands));
         let shift = |index: usize| BESIDE * (2 * index as i32 + 1 - levels.len() as i32) / 2;
         let places = over.shown();
         let mut curves = Vec::new();

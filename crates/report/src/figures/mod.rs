@@ -52,6 +52,53 @@ pub struct Picture {
     pub canvas: Canvas,
 }
 
+/// The most figures that are drawn unless all are asked for.
+const MAIN: usize = 5;
+/// The figures of a study that come first among them, by what their names begin with and have after that: what was measured, what interaction or
+/// scattering filaments change, tools side by side, where an edge is worked, then force, contact time ratio, impulse and power over the settings.
+const PREFERRED: [[&str; 2]; 22] = [
+    ["measured_over_", ""],
+    ["interaction_over_", ""],
+    ["interaction_factor_map", ""],
+    ["scatter_over_", ""],
+    ["sobol_over_", ""],
+    ["tool_force_over_", "_by_tool"],
+    ["contact_time_ratio_over_", "_by_tool"],
+    ["impulse_over_", "_by_tool"],
+    ["tool_power_over_", "_by_tool"],
+    ["tool_torque_over_", "_by_tool"],
+    ["edge_share_over_offset", ""],
+    ["edge_evenness_over_offset", ""],
+    ["tool_force_map", ""],
+    ["contact_time_ratio_map", ""],
+    ["impulse_map", ""],
+    ["tool_power_map", ""],
+    ["penetration_depth_", ""],
+    ["tool_force_over_", ""],
+    ["contact_time_ratio_over_", ""],
+    ["impulse_over_", ""],
+    ["tool_power_over_", ""],
+    ["tool_torque_over_", ""],
+];
+
+/// The five figures that matter most, in the order given: of studies one of each kind that is preferred, otherwise the first.
+#[must_use]
+pub fn main_figures(pictures: Vec<Picture>) -> Vec<Picture> {
+    let mut chosen: Vec<usize> = Vec::new();
+    let of_kind = |[start, part]: [&str; 2]| {
+        pictures
+            .iter()
+            .position(|Picture { name, .. }| name.strip_prefix(start).is_some_and(|rest| rest.contains(part)))
+    };
+    for index in PREFERRED.into_iter().filter_map(of_kind).chain(0..pictures.len()) {
+        if chosen.len() < MAIN && !chosen.contains(&index) {
+            chosen.push(index);
+        }
+    }
+    let kept = pictures.into_iter().enumerate().filter(|(index, _)| chosen.contains(index));
+    kept.map(|(_, picture)| picture).collect()
+}
+
 /// The figures of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pictures {
@@ -140,7 +187,7 @@ fn style<R>(metric: &Column<R>) -> Style {
             }),
             ..plain
         },
-        "edge_share" | "edge_evenness" => Style { range: Some([0.0, 1.0]), ..plain },
+        "edge_share" => Style { range: Some([0.0, 1.0]), ..plain },
         "contact_normal_impulse_n_s" | "penetration_depth_m" => {
             Style { families: &[Family::OverX, Family::OverY], ..plain }
         }
@@ -168,6 +215,9 @@ fn with_unit<R>(metric: &Column<R>, text: &str) -> String {
     if unit.is_empty() { text.to_owned() } else { format!("{text} in {unit}") }
 }
 
+/// Below this, a number that can span decades is on a linear axis.
+const FEW: f64 = 10.0;
+
 /// The axis of a metric with these values. Depths that were found for forces can span decades.
 fn axis_of<'a, R>(
     metric: &Column<R>,
@@ -179,6 +229,7 @@ fn axis_of<'a, R>(
     let is_found_over_decades = metric.key == "penetration_depth_m" && span_decades(range);
     match metric.display.scale {
         record::Scale::Linear if !is_found_over_decades => linear(label(metric)),
+        record::Scale::Logarithmic if range[1] < FEW => linear(label(metric)),
         _ => Axis::logarithmic(label(metric)),
     }
 }
@@ -188,7 +239,7 @@ fn axis_of<'a, R>(
 /// Where velocity and depth are swept: `tip_deflection_map`, `tip_deflection_over_velocity`, `contact_time_map`,
 /// `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`, `impulse_over_velocity`, `impulse_over_depth`,
 /// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`, and map and curves over the velocity of each other
-/// metric that is drawn, without optional ones that are zero in all cases; for other studies, each metric over the setting that
+/// metric that is drawn, without optional ones that are zero in all cases, and lateral amplifications of which none is above 100; for other studies, each metric over the setting that
 /// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
 /// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`, brushes `interaction_over_velocity`,
 /// `interaction_over_depth` and `interaction_factor_map`. Further sweeps and named tools have figures for each
@@ -532,12 +583,23 @@ pub fn is_of_contact(name: &str) -> bool {
     [HISTORY_FIGURE, TURNS_FIGURE, PROFILE_UNROLLED, PROFILE_DRAWN].contains(&name)
 }
 
-/// A title with velocity and depth of the contact.
+/// A title with speed and depth of the contact.
 fn contact_title(title: &str, settings: &Settings) -> String {
-    let settings = [(VELOCITY, settings.process.brushing_velocity_m_s), (DEPTH, settings.process.penetration_depth_m)];
-    let settings = settings
-        .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
-    format!("{title}: {}", settings.join(", "))
+    format!("{title}: {}", of_process(settings))
+}
+
+/// Rotational speed, velocity and depth.
+fn of_process(settings: &Settings) -> String {
+    let process = &settings.process;
+    let text =
+        |path: &str, value| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value));
+    let [speed, velocity, depth] = [
+        (SPEED, settings.rotational_speed_rpm()),
+        (VELOCITY, process.brushing_velocity_m_s),
+        (DEPTH, process.penetration_depth_m),
+    ]
+    .map(|(path, value)| text(path, value));
+    format!("{speed} ({velocity}), {depth}")
 }
 
 /// Width of the figure of a history, and height of its panels on a screen, of more than two, and at least, in pixels.
@@ -673,13 +735,10 @@ fn turns_figure(settings: &Settings, impulses: &[f64], format: &Format) -> Optio
         return None;
     }
     let points = (1..).zip(impulses).map(|(turn, impulse)| (f64::from(turn), 1e3 * impulse));
-    let process = &settings.process;
-    let shown = [(VELOCITY, process.brushing_velocity_m_s), (DEPTH, process.penetration_depth_m)]
-        .map(|(path, value)| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value)));
     let diagram = Diagram {
         title: "Contact normal impulse turn by turn".to_owned(),
-        subtitle: shown.join(", "),
-        x: Axis::linear("turn"),
+        subtitle: of_process(settings),
+        x: Axis::count("turn"),
         y: Axis::amount("p_n in mN s"),
         curves: vec![Curve::new("", Look::Joined, points.collect())],
     };
@@ -788,6 +847,31 @@ mod tests {
     }
 
     #[test]
+    fn five_figures_matter_most() {
+        let main = |names: &[&str]| {
+            let picture = |name: &&str| Picture { name: (*name).to_owned(), canvas: Canvas::new((1, 1)) };
+            main_figures(names.iter().map(picture).collect())
+                .into_iter()
+                .map(|picture| picture.name)
+                .collect::<Vec<_>>()
+        };
+        let (study, results) = study("brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
+        let all = study_figures(&study, &results, &[], &Format::default());
+        let mut expected =
+            ["contact_time_ratio_map", "impulse_map", "tool_force_map", "tool_power_map", "tool_force_over_velocity"];
+        let mut chosen = main(&names(&all));
+        (expected.sort_unstable(), chosen.sort_unstable());
+        assert_eq!(chosen, expected);
+        let more = [&["measured_over_depth"][..], &names(&all)].concat();
+        let chosen = main(&more);
+        assert!(chosen.len() == MAIN && chosen[0] == "measured_over_depth", "{chosen:?}");
+        assert!(!chosen.contains(&"tool_force_over_velocity".to_owned()));
+        let by_tool = "impulse_over_speed_by_tool_penetration_depth_m_0.001";
+        assert_eq!(main(&["a", "b", "c", "d", "e", "impulse_map", by_tool]), ["a", "b", "c", "impulse_map", by_tool]);
+        assert_eq!(main(&["history", "turns"]), ["history", "turns"]);
+    }
+
+    #[test]
     fn one_case_has_no_picture() {
         let (study, results) = study("brushing_velocity_m_s = [10.0]");
         let pictures = study_figures(&study, &results, &[], &Format::default());
@@ -866,7 +950,7 @@ mod tests {
         let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));
         let (study, results) = study(&sweeps);
         let pictures = study_figures(&study, &results, &[], &Format::default());
-        assert_eq!(pictures.pictures.len(), 17);
+        assert_eq!(pictures.pictures.len(), 15);
         let find = |name: &str| {
             let picture = pictures.pictures.iter().find(|picture| picture.name == name);
             picture.expect(name).canvas.svg()

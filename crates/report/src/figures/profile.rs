@@ -36,8 +36,8 @@ const MARGIN: f64 = 0.06;
 const THICKNESS: f64 = 14.0;
 const LONGEST_BAR: f64 = 46.0;
 
-/// How far the drawn outline may be off, in m.
-const OUTLINE_ERROR: f64 = 1e-6;
+/// How far the drawn outline may be off, as a part of what is shown: arcs of edges are round on every scale.
+const OUTLINE_ERROR: f64 = 1e-4;
 /// The name of the part around edges.
 const AT_THE_EDGE: &str = "at the edge";
 
@@ -316,11 +316,10 @@ fn upright_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, 
     });
     let body = body.collect::<Vec<_>>();
     let cells: Vec<_> = pass.profile()?.cells.iter().map(|cell| Some(cell.ends)).collect();
-    let surface = outline.simplified(OUTLINE_ERROR);
-    let pane = |name, corners| Pane {
+    let pane = |name, corners: [[f64; 2]; 2]| Pane {
         name,
         corners,
-        surface: surface.clone(),
+        surface: outline.simplified(OUTLINE_ERROR * (corners[1][0] - corners[0][0])),
         is_filled: outline.is_solid(),
         cells: cells.clone(),
         body: vec![body.clone()],
@@ -357,18 +356,24 @@ fn posed_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, sh
         let corners =
             around(places.chain(filaments.iter().flatten().copied()).chain(view.nearest.iter().copied()), AROUND_ALL)?;
         let edges = worked.places_of_edges(profile).and_then(|places| around(places.filter_map(end), AROUND_EDGES));
+        let seen: Vec<_> = cells.iter().map(|cell| Some([end(cell.ends[0])?, end(cell.ends[1])?])).collect();
         let pane = |name, corners| Pane {
             name,
             corners,
             surface: view.surface.points.clone(),
             is_filled: view.surface.is_filled,
-            cells: cells.iter().map(|cell| Some([end(cell.ends[0])?, end(cell.ends[1])?])).collect(),
+            cells: seen.clone(),
             body: view.body.clone(),
             trim: view.trim.clone(),
             filaments: filaments.clone(),
         };
         panes.push(pane(view.name, corners));
-        edge = edge.or(edges.map(|corners| pane(AT_THE_EDGE, corners)));
+        edge = edge.or(edges.map(|corners| {
+            let pane = pane(AT_THE_EDGE, corners);
+            // As round as the cells, on which the bars stand.
+            let arc = seen.iter().flatten().flatten().copied().collect();
+            if pane.is_filled { pane } else { Pane { surface: arc, ..pane } }
+        }));
     }
     panes.extend(edge);
     Some(panes)

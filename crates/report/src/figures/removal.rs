@@ -6,7 +6,7 @@ use bristle::model::settings::Settings;
 use bristle_grid::removal::{Removal, RemovalRow};
 use bristle_text::number::{short, significant};
 
-use super::Picture;
+use super::{Picture, of_process};
 use crate::drawing::clip::clip_line;
 use crate::drawing::diagram::{Curve, Diagram, Frame, Look, draw_axes, left_of};
 use crate::drawing::format::Format;
@@ -56,7 +56,7 @@ pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) 
         canvas: Diagram {
             title: title.to_owned(),
             subtitle: subtitle(settings, removal),
-            x: Axis::linear(format!("time in {unit}")),
+            x: Axis::from_zero(format!("time in {unit}")),
             y,
             curves,
         }
@@ -120,9 +120,8 @@ pub fn is_of_removal(name: &str) -> bool {
 
 fn subtitle(settings: &Settings, removal: &Removal) -> String {
     format!(
-        "{} rpm, a_e = {} mm, µ = {}, k_P = {} m²/N",
-        short(settings.rotational_speed_rpm()),
-        short(1e3 * settings.process.penetration_depth_m),
+        "{}, µ = {}, k_P = {} m²/N",
+        of_process(settings),
         short(settings.contact.friction_coefficient),
         significant(removal.preston_m2_n),
     )
