@@ -33,7 +33,7 @@ pub enum FitError {
     #[error("`{}` is not a setting, as in filament.youngs_modulus_pa, or one with bounds, as in filament.damping_ratio=0.01..0.2", shown(.0, LONGEST_KEY))]
     Form(String),
     /// There is no such setting.
-    #[error("`{}` is no scalar setting of [tool], [filament], [contact] or [brush]; `bristle explain` lists them. Radii of an edge over time tell {PRESTON} and {START}{}", shown(.key, LONGEST_KEY), .meant)]
+    #[error("`{}` is no scalar setting of [tool], [filament], [contact] or [brush], nor {PRESTON} or {START}, which radii of an edge tell; `bristle explain` lists them{}", shown(.key, LONGEST_KEY), .meant)]
     Unknown {
         /// What was written.
         key: String,

@@ -312,6 +312,12 @@ impl Problem {
         if self.radii.is_some() { "radii" } else { "forces" }
     }
 
+    /// One of them.
+    #[must_use]
+    pub fn measured_once(&self) -> &'static str {
+        if self.radii.is_some() { "radius" } else { "force" }
+    }
+
     /// The values of the fitted settings in the file, within their bounds. Radii tell where to begin.
     #[must_use]
     pub fn stated(&self) -> Vec<f64> {

@@ -157,7 +157,7 @@ fn correlation(calibration: &Calibration) -> String {
 /// How well the forces are met.
 fn fit(calibration: &Calibration) -> String {
     let (count, freedom) = (calibration.problem.observations.len(), calibration.degrees_of_freedom());
-    let measured = calibration.problem.measured();
+    let measured = if count == 1 { calibration.problem.measured_once() } else { calibration.problem.measured() };
     if calibration.problem.has_std {
         let deviation = (calibration.chi_squared / count as f64).sqrt();
         return format!(
