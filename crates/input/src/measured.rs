@@ -920,6 +920,48 @@ mod tests {
     }
 
     #[test]
+    fn radii_over_time_are_read_as_laboratories_write_them() {
+        let radius = |brushed: Brushed, value: f64, std: Option<f64>, line: u64| MeasuredRadius {
+            brushed,
+            radius: Reading { value, std },
+            line,
+        };
+        use Quantity::{EdgeRadius, EdgeRadiusStd, Time, Turns};
+        let named = format(&[(Time, "t [min]", None), (EdgeRadius, "R [µm]", None), (EdgeRadiusStd, "s", Some("mm"))]);
+        let text = "Nr.;t [min];R [µm];s\n1;0;20;0,002\n2;1,5;62,5;\n";
+        let relative = Format { relative_std: Some(0.02), ..named.clone() };
+        let expected = vec![
+            radius(Brushed::Time(0.0), 20e-6, Some(2e-6), 2),
+            radius(Brushed::Time(90.0), 62.5e-6, Some(0.02 * 62.5e-6), 3),
+        ];
+        assert_eq!(read_radii(text, "radii.csv", &relative), Ok(expected));
+        // Keys, in other units; turns in the place of the time.
+        for (heading, brushed) in
+            [("time_s", Brushed::Time(2.0)), ("time_h", Brushed::Time(7200.0)), ("turns", Brushed::Turns(2.0))]
+        {
+            let text = format!("{heading},edge_radius_mm\n2,0.1\n");
+            let expected = vec![radius(brushed, 0.1e-3, None, 2)];
+            assert_eq!(read_radii(&text, "radii.csv", &Format::default()), Ok(expected));
+        }
+        let turns = format(&[(Turns, "n", None)]);
+        assert!(read_radii("n,edge_radius_m\n2,0.1\n", "radii.csv", &turns).is_ok());
+        let refused = |text: &str| read_radii(text, "radii.csv", &Format::default()).expect_err("refused").to_string();
+        let rows = |rows: &str| refused(&format!("time_s,edge_radius_m\n{rows}"));
+        assert!(rows("2,1e-4\n2,2e-4\n").starts_with("radii.csv:3, column time_s: this is not after the row above"));
+        assert!(rows("-1,1e-4\n").starts_with("radii.csv:2, column time_s: `-1` must be at least 0"));
+        assert!(rows("1,0\n").starts_with("radii.csv:2, column edge_radius_m: `0` must be greater than 0"));
+        assert!(rows("").contains("there is no radius below the heading"));
+        let missing = refused("time_s,R\n1,2\n");
+        assert!(
+            missing.contains("no column `edge_radius_m`") && missing.contains("columns.edge_radius_m"),
+            "{missing}"
+        );
+        // A study has no use for them.
+        let other = read("time_s,edge_radius_m\n1,1e-4\n").expect_err("no forces").to_string();
+        assert!(other.contains("radii of an edge, not forces") && other.contains("removal.preston_m2_n"), "{other}");
+    }
+
+    #[test]
     fn columns_of_one_name_are_refused_with_their_numbers() {
         let text = "force_n,brushing_velocity_m_s,date,force_n,penetration_depth_m,std_n,date\n1,1,1,1,1,1,1\n";
         let error = read(text).expect_err("two columns of forces").to_string();
