@@ -118,8 +118,8 @@ class Removal:
         axes = figure.add_subplot()
         time, history = self._history["time_s"], self._history
         if "edge_radius_lower_95_m" in history:
-            band = (1e3 * history[f"edge_radius_{end}_95_m"] for end in ("lower", "upper"))
-            axes.fill_between(time, *band, alpha=0.2, label="95 % of the tools")
+            low, high = (1e3 * history[f"edge_radius_{end}_95_m"] for end in ("lower", "upper"))
+            axes.fill_between(time, low, high, alpha=0.2, label="95 % of the tools")
         names = {"edge_radius_m": "edge", "second_edge_radius_m": "second edge"}
         for key, label in names.items():
             if key in history:
@@ -166,6 +166,7 @@ def remove(
     threads = arguments.whole_or_none("threads", threads, 1)
     place = None if out is None else arguments.path("out", out)
     with of_share(progress, "the removal") as tell:
-        *results, warnings = _bristle.remove(checked(settings), (threads, place), tell)
+        found = _bristle.remove(checked(settings), (threads, place), tell)
+    history, edge_work, numbers, text, warnings = found
     warn_of_all(warnings)
-    return Removal(settings, *results)
+    return Removal(settings, history, edge_work, numbers, text)

@@ -68,7 +68,7 @@ def test_figures_show_the_radius(edge: bristle.Settings) -> None:
     )
     assert len(found.included_angles_rad) == 2 and "second_edge_radius_m" in found.history
     [axes] = found.plot().axes
-    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    _, labels = axes.get_legend_handles_labels()
     assert labels == ["edge", "second edge"]
 
 
@@ -97,7 +97,8 @@ def test_radii_give_the_coefficient(edge: bristle.Settings, tmp_path: Path) -> N
     assert found.values["removal.preston_m2_n"] == pytest.approx(2e-14, rel=2e-3)
     assert found.square_root is not None and found.square_root["fits"]
     assert "the square root of time fits the radii" in str(found)
-    assert found.settings.removal["preston_m2_n"] == found.values["removal.preston_m2_n"]
+    removal = found.settings.removal
+    assert removal is not None and removal["preston_m2_n"] == found.values["removal.preston_m2_n"]
     assert bristle.remove(found.settings, progress=False).edge_radius_m == pytest.approx(0.2e-3)
     assert (tmp_path / "out" / "calibrated.toml").is_file()
     [axes] = found.plot().axes
