@@ -15,7 +15,8 @@ Names are those of the input file (``docs/input.md``) and of the result files
   `ContactMetrics`, `Statistics`, `Table`, `Tool`, `SimulationError`, `ResultWarning`
 - Filaments that touch each other: `brush`, `Brush`, `Frames`, `BrushMetrics`
 - Many cases: `study`, `Study`, `Advice`; on clusters, the module `bristle.distributed`
-- Settings from measured forces: `calibrate`, `Calibration`
+- Settings from measured forces, or from the radii of an edge: `calibrate`, `Calibration`
+- Edges that grow round, and filaments that wear: `remove`, `Removal`
 - Equations of motion: `accelerations`, `evaluate`, `Evaluation`, `derive`
 - Evidence: `validate`, `Validation`
 """
@@ -39,6 +40,7 @@ from bristle._errors import (
     SimulationError,
 )
 from bristle._metrics import BrushMetrics, ContactMetrics, Metrics, Statistics
+from bristle._removal import Removal, remove
 from bristle._settings import Settings, load
 from bristle._study import Advice, Study, study
 from bristle._table import Table
@@ -69,6 +71,8 @@ __all__ = [
     "Advice",
     "calibrate",
     "Calibration",
+    "remove",
+    "Removal",
     "accelerations",
     "evaluate",
     "Evaluation",

@@ -25,6 +25,7 @@ __all__ = [
     "evaluate",
     "paper",
     "read_input",
+    "remove",
     "simulate",
     "validate",
 ]
@@ -135,6 +136,9 @@ def calibrate(
     means: tuple[int | None, str | None],
     tell: TellShare | None,
 ) -> tuple[str, str]: ...
+def remove(
+    input: Input, means: tuple[int | None, str | None], tell: TellShare | None
+) -> tuple[_Columns, _Columns, dict[str, Any], str, list[str]]: ...
 def accelerations(
     input: Input,
     q: _Floats,

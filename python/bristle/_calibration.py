@@ -1,4 +1,4 @@
-"""Settings of a brush from measured forces."""
+"""Settings of a brush from measured forces, or from the radii of an edge over time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ _SPEEDS = ("brushing_velocity_m_s", "rotational_speed_rpm")
 _DEPTH = "penetration_depth_m"
 _FORCES = ("force_n", "tangential_force_n", "torque_n_m", "power_w")
 _STDS = ("std_n", "tangential_force_std_n", "torque_std_n_m", "power_std_w")
+_RADII = ("time_s", "turns", "edge_radius_m", "edge_radius_std_m")
 _UNITS = {
+    "time_s": "s",
     "brushing_velocity_m_s": "m/s",
     "rotational_speed_rpm": "rpm",
     "penetration_depth_m": "m",
@@ -34,7 +36,7 @@ _UNITS = {
 
 
 class Calibration:
-    """Settings that were fitted to measured forces, from `calibrate`.
+    """Settings that were fitted to measured forces or radii, from `calibrate`.
 
     Printed, it is the text of ``bristle calibrate``.
     """
@@ -90,7 +92,7 @@ class Calibration:
 
     @property
     def undetermined(self) -> list[str]:
-        """What the forces do not determine, in words; empty if all is determined."""
+        """What the measurements do not determine, in words; empty if all is determined."""
         return [str(group["statement"]) for group in self._record["undetermined"]]
 
     @property
@@ -98,9 +100,16 @@ class Calibration:
         """The best points to measure at next, the best first."""
         return list(self._record["next_measurement"])
 
+    @property
+    def square_root(self) -> Mapping[str, Any] | None:
+        """Whether the square root of time fits the radii of an edge: ``fits``, ``chi_squared``,
+        ``probability``, ``c_m_per_sqrt_s`` and a ``statement``; ``None`` for forces."""
+        root: Mapping[str, Any] | None = self._record.get("square_root")
+        return root
+
     @cached_property
     def settings(self) -> Settings:
-        """The settings with the fitted values, which carry their errors as ``uncertainty.calibration``.
+        """The settings with the fitted values. Those of forces carry their errors as ``uncertainty.calibration``.
 
         Raises:
             ValueError: If not all settings are determined.
@@ -114,18 +123,19 @@ class Calibration:
         for key, value in self.values.items():
             section, _, name = key.partition(".")
             sections.setdefault(section, {})[name] = value
-        sections["uncertainty"] = {
-            "calibration": {
-                "settings": self.keys,
-                "standard_errors": list(self.standard_errors.values()),
-                "correlations": self._record["correlations"],
+        if self.square_root is None:
+            sections["uncertainty"] = {
+                "calibration": {
+                    "settings": self.keys,
+                    "standard_errors": list(self.standard_errors.values()),
+                    "correlations": self._record["correlations"],
+                }
             }
-        }
         return self._stated.replace(**sections)
 
     @cached_property
     def residuals(self) -> Table:
-        """One row per force: ``residuals.csv``. ``residual`` is in standard deviations."""
+        """One row per force or radius: ``residuals.csv``. ``residual`` is in standard deviations."""
         rows = self._record["residuals"]
         columns: dict[str, Column] = {
             name: np.array([row[name] for row in rows]) for name in rows[0]
@@ -134,7 +144,7 @@ class Calibration:
         return Table(columns, units, self._stated)
 
     def plot(self) -> Figure:
-        """Measured over fitted forces, a diagram for each quantity; matplotlib must be installed.
+        """Measured over fitted forces, a diagram for each quantity, or radii over time; matplotlib must be installed.
 
         Returns:
             A figure that is not shown; a notebook shows it by itself.
@@ -142,6 +152,8 @@ class Calibration:
         from matplotlib.figure import Figure
 
         table = self.residuals
+        if self.square_root is not None:
+            return _over_time(table)
         quantities = list(dict.fromkeys(table["quantity"].tolist()))
         figure = Figure(figsize=(5.0 * len(quantities), 4.5), layout="constrained")
         for position, quantity in enumerate(quantities, start=1):
@@ -163,6 +175,25 @@ class Calibration:
         return self._text
 
 
+def _over_time(table: Table) -> Figure:
+    """Measured and fitted radii over time."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.0, 4.5), layout="constrained")
+    axes = figure.add_subplot()
+    time = table["time_s"]
+    axes.errorbar(
+        time, 1e3 * table["measured"], 1e3 * table["std"], fmt="s", mfc="none", capsize=3, label="measured"
+    )
+    axes.plot(time, 1e3 * table["fitted"], label="fitted")
+    axes.plot(time, 1e3 * table["square_root"], color="0.5", linewidth=1, label="square root of time")
+    axes.set_xlabel("time in s")
+    axes.set_ylabel("radius of the edge in mm")
+    axes.set_ylim(bottom=0.0)
+    axes.legend()
+    return figure
+
+
 def calibrate(
     settings: Settings,
     measured: Mapping[str, Any],
@@ -175,14 +206,16 @@ def calibrate(
     out: str | PathLike[str] | None = None,
     progress: bool | TellShare = True,
 ) -> Calibration:
-    """Fits settings to measured forces, as ``bristle calibrate`` does.
+    """Fits settings to measured forces, or to the radii of an edge over time, as ``bristle calibrate`` does.
 
     Args:
-        settings: The brush. Velocity and depth are those of the points.
+        settings: The brush. Velocity and depth are those of the points, or of the settings if radii are measured.
         measured: A data frame, or columns by their names: ``brushing_velocity_m_s`` or
             ``rotational_speed_rpm``, ``penetration_depth_m``, and at least one of ``force_n``,
             ``tangential_force_n``, ``torque_n_m``, ``power_w``, with standard deviations ``std_n``,
-            ``tangential_force_std_n``, ``torque_std_n_m``, ``power_std_w``.
+            ``tangential_force_std_n``, ``torque_std_n_m``, ``power_std_w``. For
+            ``removal.preston_m2_n`` and ``workpiece.edge_radius_m``: ``time_s`` or ``turns``, which
+            increase, ``edge_radius_m`` and its standard deviation ``edge_radius_std_m``.
         fit: Dotted paths of settings, or these with their ranges; ``None`` is the usual range.
         relative_std: Standard deviation over the value, of what has none of its own.
         max_rotational_speed_rpm: Largest speed at which can be measured next, in rpm.
@@ -194,7 +227,7 @@ def calibrate(
             done.
 
     Raises:
-        SettingsError: If the forces cannot determine the settings.
+        SettingsError: If the measurements cannot determine the settings.
         OSError: If a file cannot be written.
     """
     ranges = fit if isinstance(fit, Mapping) else dict.fromkeys(fit)
@@ -213,8 +246,8 @@ def calibrate(
 
 
 def _table(measured: Mapping[str, Any]) -> str:
-    """The text of a table of measured forces. What is not a number is left empty."""
-    names = [name for name in (*_SPEEDS, _DEPTH, *_FORCES, *_STDS) if name in measured]
+    """The text of a table of measured forces or radii. What is not a number is left empty."""
+    names = [name for name in (*_SPEEDS, _DEPTH, *_FORCES, *_STDS, *_RADII) if name in measured]
     columns = [np.asarray(measured[name], dtype=float).ravel() for name in names]
     sizes = {column.size for column in columns}
     if len(sizes) > 1:

@@ -1,6 +1,7 @@
 """Exceptions and warnings, with the texts of the program."""
 
 import warnings
+from collections.abc import Iterable
 from typing import Protocol
 
 
@@ -61,5 +62,10 @@ class _Simulated(Protocol):
 
 def warn_of(simulated: _Simulated) -> None:
     """Warns the caller of the caller of what the program warns of."""
-    for warning in simulated.warnings():
-        warnings.warn(warning, ResultWarning, stacklevel=3)
+    warn_of_all(simulated.warnings(), 4)
+
+
+def warn_of_all(messages: Iterable[str], level: int = 3) -> None:
+    """Warns the caller of the caller, or one so many levels up."""
+    for message in messages:
+        warnings.warn(message, ResultWarning, stacklevel=level)

@@ -31,6 +31,7 @@ _SECTIONS: Final[tuple[str, ...]] = (
     "solver",
     "uncertainty",
     "brush",
+    "removal",
     "study",
 )
 
@@ -130,6 +131,7 @@ class Settings:
         solver: Section | None = None,
         uncertainty: Section | None = None,
         brush: Section | None = None,
+        removal: Section | None = None,
         study: Section | None = None,
     ) -> None:
         """Checks the sections of an input file.
@@ -143,6 +145,7 @@ class Settings:
             solver: Tolerance and number of samples.
             uncertainty: Standard deviations of filaments and friction.
             brush: Pattern of the filaments that touch each other; ``{}`` has defaults.
+            removal: Coefficients of removal and wear, and when to end, for `bristle.remove`.
             study: Values of swept settings, for `bristle.study`.
 
         Raises:
@@ -157,6 +160,7 @@ class Settings:
             solver,
             uncertainty,
             brush,
+            removal,
             study,
         )
         self._state(dict(zip(_SECTIONS, sections, strict=True)), _NAME)
@@ -237,6 +241,11 @@ class Settings:
     def brush(self) -> Section | None:
         """All values of the section ``[brush]``; ``None`` without it."""
         return self._section("brush") if "brush" in self._stated else None
+
+    @property
+    def removal(self) -> Section | None:
+        """All values of the section ``[removal]``; ``None`` without it."""
+        return self._section("removal") if "removal" in self._stated else None
 
     @property
     def sweep(self) -> Section | None:

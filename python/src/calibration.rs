@@ -9,7 +9,7 @@ use bristle_calibrate::{
     Calibration, FitError, Fitted, Means, Observer, Problem, Reach, STARTS, calibrate as fitted_to, summary,
 };
 use bristle_grid::Resources;
-use bristle_input::measured::{Format, read_points};
+use bristle_input::measured::{Format, read_points, read_radii};
 use bristle_run::calibration::{OF_CALIBRATION, calibrated_text, write_calibration};
 use bristle_store::staged::{occupy, prepare_directory};
 use pyo3::prelude::*;
@@ -41,13 +41,19 @@ pub fn calibrate(
     tell: Option<Py<PyAny>>,
 ) -> PyResult<(String, String)> {
     let (threads, out) = means;
-    let brushes = input.document()?.brushes().map_err(|error| of_input(&error))?;
     let (table, relative_std) = measured;
     let format = Format { relative_std, ..Format::default() };
-    let points = read_points(&table, "measured", &format).map_err(|error| of_settings(error.to_string()))?;
     let fit = fit.iter().map(|option| Fitted::parse(option)).collect::<Result<Vec<_>, FitError>>();
     let fit = fit.map_err(|error| of_settings(error.to_string()))?;
-    let problem = Problem::new(brushes, fit, points).map_err(|error| of_settings(error.to_string()))?;
+    let problem = if fit.iter().any(Fitted::is_of_edges) {
+        let radii = read_radii(&table, "measured", &format).map_err(|error| of_settings(error.to_string()))?;
+        Problem::of_radii(input.settings()?.clone(), fit, radii)
+    } else {
+        let brushes = input.document()?.brushes().map_err(|error| of_input(&error))?;
+        let points = read_points(&table, "measured", &format).map_err(|error| of_settings(error.to_string()))?;
+        Problem::new(brushes, fit, points)
+    };
+    let problem = problem.map_err(|error| of_settings(error.to_string()))?;
     let occupied = match &out {
         Some(out) => {
             prepare_directory(out).map_err(|error| of_file(&error))?;

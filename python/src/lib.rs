@@ -12,6 +12,7 @@ mod equations;
 mod error;
 mod input;
 mod interrupt;
+mod removal;
 mod study;
 mod tool;
 mod validation;
@@ -37,6 +38,7 @@ fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(contact::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(brush::brush, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
+    module.add_function(wrap_pyfunction!(removal::remove, module)?)?;
     module.add_function(wrap_pyfunction!(equations::accelerations, module)?)?;
     module.add_function(wrap_pyfunction!(equations::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(equations::derive, module)?)?;

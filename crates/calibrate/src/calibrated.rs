@@ -31,7 +31,7 @@ pub fn calibrated(text: &str, calibration: &Calibration, frame: &Frame<'_>) -> R
     }
     for (setting, fitted) in calibration.problem.fitted.iter().enumerate() {
         let (section, key) = (fitted.parameter.section(), fitted.parameter.key());
-        let mut value = Value::from(rounded(calibration.values[setting], calibration.standard_error(setting)));
+        let mut value = number(rounded(calibration.values[setting], calibration.standard_error(setting)));
         value.decor_mut().set_suffix(format!("  # {}, fitted on {}", estimate(calibration, setting), frame.date));
         let table = section_of(&mut document, section)?;
         let others: Vec<&str> = fitted.parameter.group().map(|same| same.key()).filter(|same| *same != key).collect();
@@ -44,6 +44,11 @@ pub fn calibrated(text: &str, calibration: &Calibration, frame: &Frame<'_>) -> R
         {
             *path = toml_edit::value((frame.moved)(old));
         }
+    }
+    if calibration.problem.radii.is_some() {
+        // Other commands take measured forces.
+        document.remove("measured");
+        return Ok(document.to_string());
     }
     let uncertainty = section_of(&mut document, UNCERTAINTY)?;
     uncertainty.insert(CALIBRATION, Item::Table(joint(calibration)));
@@ -65,6 +70,12 @@ fn joint(calibration: &Calibration) -> Table {
     table.insert("standard_errors", toml_edit::value(numbers(errors)));
     table.insert("correlations", toml_edit::value((0..count).map(row).collect::<Array>()));
     table
+}
+
+/// A number, with an exponent if it is small.
+fn number(value: f64) -> Value {
+    let small = Some(value).filter(|value| value.abs() < 1e-6 && *value != 0.0);
+    small.and_then(|value| format!("{value:e}").parse().ok()).unwrap_or_else(|| Value::from(value))
 }
 
 /// A value with as many digits as its error asks for, and two more.

@@ -1,10 +1,11 @@
-//! Calibration: settings of a brush from measured forces (MODEL, "Calibration").
+//! Calibration: settings of a brush from measured forces (MODEL, "Calibration"), or from the radii of an edge over time ("Removal and wear").
 //!
 //! A [`Problem`] has brushes, the settings that are [`Fitted`] and what was measured. [`calibrate`] finds the values with the least sum of
 //! squares from several starts, and tells how well the forces determine them: standard errors, intervals, correlations, what is not
 //! determined, and where to measure next.
 
 mod calibrated;
+mod edge;
 mod model;
 mod next;
 mod parameters;
@@ -20,6 +21,7 @@ use nalgebra::DVector;
 use spec_math::cephes64::{chdtrc, stdtri};
 
 pub use calibrated::{Frame, calibrated};
+pub use edge::Radii;
 use model::Model;
 pub use next::{Next, Reach};
 pub use parameters::{FitError, Fitted};
@@ -29,7 +31,7 @@ use search::{Minimum, Search};
 pub use simulator::{Interrupted, Means, Observer, Unwatched};
 use simulator::{Precision, Simulator};
 pub use statistics::{Errors, Undetermined, undetermined};
-pub use words::{estimate, lines, summary};
+pub use words::{estimate, lines, square_root_words, summary};
 
 /// The starts go downhill with filaments alone, of few segments, and as precisely as it takes to find the minima.
 const COARSE: Precision =
@@ -50,6 +52,11 @@ const WIDE: f64 = 0.03;
 /// How far the minimum is from where derivatives were taken, over the standard error, at which they are taken anew, and how often they are at most.
 const FAR: f64 = 0.5;
 const ROUNDS: usize = 5;
+/// Probability of residuals below which more than noise makes them, and slope over its standard error from which on it is one.
+const UNLIKELY: f64 = 0.01;
+const TRENDING: f64 = 3.0;
+/// Times at which the growth of an edge is told.
+const TIMES: usize = 100;
 /// Two-sided probability of an interval.
 const CONFIDENCE: f64 = 0.95;
 
@@ -80,8 +87,38 @@ pub struct Calibration {
     pub failed_starts: usize,
     /// The largest relative error of the derivatives, before they were extrapolated.
     pub derivative_error: f64,
-    /// The best points to measure at next.
+    /// The best points to measure at next; none of radii.
     pub next: Vec<Next>,
+    /// The square root of time, fitted to the same radii; none of forces.
+    pub square_root: Option<SquareRoot>,
+    /// The growth over time, of radii.
+    pub growth: Vec<GrownEdge>,
+}
+
+/// The square root of time `R² = R_0² + c² t` in the place of the simulated growth, fitted to the same radii.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SquareRoot {
+    /// `c` in m/√s.
+    pub c_m_per_sqrt_s: f64,
+    /// The sum of squared residuals over their standard deviations.
+    pub chi_squared: f64,
+    /// Its radius in m at each observation.
+    pub radii: Vec<f64>,
+    /// The slope of what was measured less these radii, in standard deviations over the logarithm of time, over its standard error.
+    pub trend: f64,
+}
+
+/// An edge at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GrownEdge {
+    /// The time in s.
+    pub time_s: f64,
+    /// Its radius in m by the fit.
+    pub radius_m: f64,
+    /// The standard error that the calibration leaves it.
+    pub error_m: f64,
+    /// Its radius by the square root of time.
+    pub square_root_m: f64,
 }
 
 impl Calibration {
@@ -94,8 +131,23 @@ impl Calibration {
     /// The probability that noise alone makes the sum of squares as large, if standard deviations are stated.
     #[must_use]
     pub fn probability(&self) -> Option<f64> {
+        self.probability_of(self.chi_squared)
+    }
+
+    /// The same of another sum of squares.
+    pub(crate) fn probability_of(&self, chi_squared: f64) -> Option<f64> {
         let freedom = self.degrees_of_freedom();
-        (self.problem.has_std && freedom > 0).then(|| chdtrc(freedom as f64, self.chi_squared))
+        (self.problem.has_std && freedom > 0).then(|| chdtrc(freedom as f64, chi_squared))
+    }
+
+    /// Whether the square root of time fits the radii: noise alone makes such residuals, or, without standard deviations, they have no trend. `None`
+    /// if there are as many settings as radii.
+    #[must_use]
+    pub fn square_root_fits(&self, root: &SquareRoot) -> Option<bool> {
+        match self.probability_of(root.chi_squared) {
+            Some(probability) => Some(probability >= UNLIKELY),
+            None => (self.degrees_of_freedom() > 0).then_some(root.trend.abs() < TRENDING),
+        }
     }
 
     /// Whether the forces determine a setting.
@@ -118,11 +170,17 @@ impl Calibration {
     }
 }
 
-/// Fits the settings of a problem to its forces. `None` if none of the starts can be simulated.
+/// Fits the settings of a problem to what was measured. `None` if none of the starts can be simulated.
 ///
 /// # Errors
 /// If it is interrupted.
-pub fn calibrate(problem: Problem, reach: Reach, means: Means<'_>) -> Result<Option<Calibration>, Interrupted> {
+pub fn calibrate(mut problem: Problem, reach: Reach, means: Means<'_>) -> Result<Option<Calibration>, Interrupted> {
+    // Where an edge begins to grow is known, and its growth has one minimum.
+    let starts = if problem.radii.is_some() { 0 } else { means.starts };
+    let means = Means { starts, ..means };
+    if let Some(radii) = &mut problem.radii {
+        radii.follow(&problem.brushes[0].settings, &problem.fitted, means)?;
+    }
     let mut model = Model::new(Simulator::new(&problem, means));
     let Search { minima, stopped, failed } = search::minima(&model, COARSE)?;
     let Some(lowest) = minima.first().map(|minimum| minimum.squares) else { return Ok(None) };
@@ -158,7 +216,14 @@ pub fn calibrate(problem: Problem, reach: Reach, means: Means<'_>) -> Result<Opt
         intervals[setting] = Some(ends.map(|end| problem.fitted[setting].value(end)));
     }
     model.simulator.tell(0.9);
-    let next = next::next(&model, &best, &errors, reach, Precision { central: true, ..MIDDLE })?;
+    let (square_root, growth, next) = match &problem.radii {
+        Some(radii) => {
+            let Some(rooted) = by_square_root(&problem, radii, means)? else { return Ok(None) };
+            let growth = grown(&model, radii, &best, &errors, &rooted);
+            (Some(rooted.0), growth, Vec::new())
+        }
+        None => (None, Vec::new(), next::next(&model, &best, &errors, reach, Precision { central: true, ..MIDDLE })?),
+    };
     let minima = minima.iter().map(|minimum| (minimum.squares, minimum.starts)).collect();
     let forces = best.forces;
     Ok(Some(Calibration {
@@ -174,8 +239,76 @@ pub fn calibrate(problem: Problem, reach: Reach, means: Means<'_>) -> Result<Opt
         failed_starts: failed,
         derivative_error,
         next,
+        square_root,
+        growth,
         problem,
     }))
+}
+
+/// The square root of time, fitted to the radii, and its problem and its values of the fitted settings.
+fn by_square_root(
+    problem: &Problem,
+    radii: &Radii,
+    means: Means<'_>,
+) -> Result<Option<(SquareRoot, Problem, Vec<f64>)>, Interrupted> {
+    let problem = Problem { radii: Some(radii.by_square_root()), ..problem.clone() };
+    let model = Model::new(Simulator::new(&problem, means));
+    let Some(best) = search::minima(&model, FINE)?.minima.into_iter().next() else { return Ok(None) };
+    let values = model.values(&best.x);
+    let residuals = -model.residuals(&best.forces);
+    let later: Vec<(f64, f64)> = radii
+        .turns
+        .iter()
+        .zip(&residuals)
+        .filter(|(turns, _)| **turns > 0.0)
+        .map(|(turns, own)| (turns.ln(), *own))
+        .collect();
+    let root = SquareRoot {
+        c_m_per_sqrt_s: problem.radii.as_ref().map_or(0.0, |radii| radii.speed_of_root(&problem.fitted, &values)),
+        chi_squared: best.squares,
+        radii: best.forces,
+        trend: trend(&later),
+    };
+    Ok(Some((root, problem, values)))
+}
+
+/// The slope of points over its standard error, by least squares; zero of fewer than three.
+fn trend(points: &[(f64, f64)]) -> f64 {
+    let count = points.len() as f64;
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
+    let (xx, xy) = (mean(&|point| (point.0 - x).powi(2)), mean(&|point| (point.0 - x) * (point.1 - y)));
+    let rest = mean(&|point| (point.1 - y - xy / xx * (point.0 - x)).powi(2));
+    if points.len() < 3 || rest == 0.0 { 0.0 } else { xy / xx / (rest / (count - 2.0) / xx).sqrt() }
+}
+
+/// The growth from the start to the last radius, with its error.
+fn grown(
+    model: &Model<'_>,
+    radii: &Radii,
+    best: &Minimum,
+    errors: &Errors,
+    (_, rooted, values_of_root): &(SquareRoot, Problem, Vec<f64>),
+) -> Vec<GrownEdge> {
+    let fitted = &model.problem().fitted;
+    let last = radii.turns.last().copied().unwrap_or_default();
+    let turns: Vec<f64> = (0..=TIMES).map(|i| last * (i as f64 / TIMES as f64).powi(2)).collect();
+    let here = radii.after(fitted, &model.values(&best.x), &turns);
+    let stencil = model.stencil(&best.x, Precision { central: true, ..FINE });
+    let around: Vec<Vec<f64>> = stencil.points.iter().map(|x| radii.after(fitted, &model.values(x), &turns)).collect();
+    let of_root = rooted.radii.as_ref().map_or_else(Vec::new, |radii| radii.after(fitted, values_of_root, &turns));
+    let covariance = errors.covariance();
+    let edge = |(i, turns): (usize, &f64)| {
+        let slopes =
+            DVector::from_fn(fitted.len(), |column, _| stencil.derivative(column, here[i], |point| around[point][i]));
+        GrownEdge {
+            time_s: turns * radii.second_per_turn,
+            radius_m: here[i],
+            error_m: (&covariance * &slopes).dot(&slopes).max(0.0).sqrt(),
+            square_root_m: of_root[i],
+        }
+    };
+    turns.iter().enumerate().map(edge).collect()
 }
 
 /// Goes on to the minimum of filaments alone, with the derivatives there and their error. Where they tell that a contact begins or ends

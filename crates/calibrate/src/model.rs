@@ -28,7 +28,10 @@ impl<'a> Model<'a> {
 
     /// The simulated forces of all observations at several points of coordinates; not a number where a simulation failed.
     pub fn forces(&self, points: &[Vec<f64>], precision: Precision) -> Result<Vec<Vec<f64>>, Interrupted> {
-        let Problem { points: measured, observations, .. } = self.problem();
+        let Problem { points: measured, observations, fitted, radii, .. } = self.problem();
+        if let Some(radii) = radii {
+            return Ok(points.iter().map(|x| radii.after(fitted, &self.values(x), &radii.turns)).collect());
+        }
         let places: Vec<(Place, Vec<f64>)> =
             points.iter().flat_map(|x| measured.iter().map(|point| (Place::of(point), self.values(x)))).collect();
         let forces = self.simulator.forces(&places, precision)?;

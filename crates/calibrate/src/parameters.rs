@@ -6,8 +6,12 @@ use bristle_text::shown;
 use bristle_text::units::own_keys;
 use thiserror::Error;
 
+use crate::edge::{PRESTON, START};
+
 /// Sections whose scalar settings can be fitted.
 const SECTIONS: [&str; 4] = ["tool", "filament", "contact", "brush"];
+/// Settings that the radii of an edge over time tell.
+const OF_EDGES: [&str; 2] = [PRESTON, START];
 /// Longest key in a message, in characters.
 const LONGEST_KEY: usize = 60;
 /// A value closer to the end of its range than this share of it is at that end.
@@ -29,7 +33,7 @@ pub enum FitError {
     #[error("`{}` is not a setting, as in filament.youngs_modulus_pa, or one with bounds, as in filament.damping_ratio=0.01..0.2", shown(.0, LONGEST_KEY))]
     Form(String),
     /// There is no such setting.
-    #[error("`{}` is no scalar setting of [tool], [filament], [contact] or [brush]; `bristle explain` lists them{}", shown(.key, LONGEST_KEY), .meant)]
+    #[error("`{}` is no scalar setting of [tool], [filament], [contact] or [brush], nor {PRESTON} or {START}, which radii of an edge tell; `bristle explain` lists them{}", shown(.key, LONGEST_KEY), .meant)]
     Unknown {
         /// What was written.
         key: String,
@@ -62,7 +66,7 @@ impl Fitted {
     /// # Errors
     /// If it cannot be fitted between them.
     pub fn new(parameter: &'static Parameter, bounds: Option<[f64; 2]>) -> Result<Self, FitError> {
-        if !SECTIONS.contains(&parameter.section()) {
+        if !SECTIONS.contains(&parameter.section()) && !OF_EDGES.contains(&parameter.path) {
             return Err(FitError::Unknown { key: parameter.path.to_owned(), meant: String::new() });
         }
         if parameter.range.whole {
@@ -100,6 +104,12 @@ impl Fitted {
             Ok([number(low)?, number(high)?])
         });
         Self::new(parameter, bounds.transpose()?)
+    }
+
+    /// Whether radii of an edge over time tell it, rather than forces.
+    #[must_use]
+    pub fn is_of_edges(&self) -> bool {
+        OF_EDGES.contains(&self.parameter.path)
     }
 
     /// Whether its coordinate is its logarithm: all its values are positive.

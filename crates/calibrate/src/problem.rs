@@ -4,12 +4,14 @@ use bristle::brush::{BrushError, check_brush};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{Settings, UncertaintySettings};
+use bristle_grid::removal::{RemovalError, edges_of};
 use bristle_grid::uncertainty::check;
 use bristle_grid::{SPEED, VELOCITY};
 use bristle_input::document::StatedBrush;
-use bristle_input::measured::{MeasuredPoint, Quantity, Reading, Speed};
+use bristle_input::measured::{MeasuredPoint, MeasuredRadius, Quantity, Reading, Speed};
 use thiserror::Error;
 
+use crate::edge::{PRESTON, Radii, START};
 use crate::parameters::Fitted;
 
 /// What a tool exerts, in the order of [`Quantity::FORCES`].
@@ -29,12 +31,15 @@ pub fn forces_of(metrics: &Metrics) -> Forces {
 /// Relative standard deviation that weighs points where the table states none: what counts is that it is the same for all.
 const ASSUMED_STD: f64 = 0.03;
 
-/// A force that was measured at a point.
+/// How many standard deviations a radius may be below that at the start.
+const BELOW: f64 = 3.0;
+
+/// A force that was measured at a point, or the radius of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
     /// The position of its point.
     pub point: usize,
-    /// Its position in [`Quantity::FORCES`].
+    /// Its position in [`Quantity::FORCES`]; their number if it is the radius of an edge.
     pub force: usize,
     /// Its value, in the unit of its quantity.
     pub value: f64,
@@ -46,7 +51,7 @@ impl Observation {
     /// What it is.
     #[must_use]
     pub fn quantity(&self) -> Quantity {
-        Quantity::FORCES[self.force]
+        Quantity::FORCES.get(self.force).copied().unwrap_or(Quantity::EdgeRadius)
     }
 }
 
@@ -61,6 +66,8 @@ pub struct Problem {
     pub points: Vec<MeasuredPoint>,
     /// What was measured, at least as many as settings.
     pub observations: Vec<Observation>,
+    /// The radii of an edge over time, if they are what was measured; there are no points then.
+    pub radii: Option<Radii>,
     /// Whether standard deviations are stated. If not, they follow from the residuals.
     pub has_std: bool,
 }
@@ -126,17 +133,17 @@ pub enum ProblemError {
         /// Its value.
         value: f64,
     },
-    /// A force with a standard deviation of zero.
-    #[error("line {line} of the measured forces: the standard deviation of `{key}` is 0: no force is known exactly")]
+    /// A standard deviation of zero.
+    #[error("line {line} of the measured table: the standard deviation of `{key}` is 0: nothing is known exactly")]
     NoStd {
         /// Its line.
         line: u64,
         /// Its key.
         key: &'static str,
     },
-    /// Only some forces have a standard deviation.
+    /// Only some have a standard deviation.
     #[error(
-        "line {line} of the measured forces: `{key}` has no standard deviation, others have: state it, or relative_std = 0.03 under \
+        "line {line} of the measured table: `{key}` has no standard deviation, others have: state it, or relative_std = 0.03 under \
          [measured] for all that have none"
     )]
     SomeStd {
@@ -152,6 +159,48 @@ pub enum ProblemError {
         line: u64,
         /// What is wrong with it.
         error: BrushError,
+    },
+    /// Forces and radii tell different settings.
+    #[error(
+        "radii of an edge over time do not tell `{0}`: fit it to forces first, then {PRESTON} to radii, with the file that the first fit writes"
+    )]
+    NotOfEdges(&'static str),
+    /// There is no edge that can be followed.
+    #[error("{0}")]
+    Edge(RemovalError),
+    /// The file states what one trial showed.
+    #[error(
+        "`removal.observed` states the radius of one trial: make it a row of the measured table, and leave it out of the file"
+    )]
+    Observed,
+    /// The coefficient is unknown.
+    #[error("state `{PRESTON}`, or fit it, too, as in --fit {PRESTON}")]
+    NoCoefficient,
+    /// There are fewer radii than settings.
+    #[error(
+        "{found} measured radii cannot determine {settings} settings: measure at least {} after some time, better 6, from early to late",
+        .settings + usize::from(!.has_std)
+    )]
+    TooFewRadii {
+        /// The number of measured radii.
+        found: usize,
+        /// The number of settings.
+        settings: usize,
+        /// Whether they have standard deviations.
+        has_std: bool,
+    },
+    /// A radius below that at the start.
+    #[error(
+        "line {line} of the measured table: a radius of {radius:e} m is below that at the start, {start:e} m by `{START}`: an edge only grows \
+         rounder; state a smaller one, or fit it, as in --fit {START}"
+    )]
+    BelowStart {
+        /// Its line.
+        line: u64,
+        /// The radius in m.
+        radius: f64,
+        /// That at the start in m.
+        start: f64,
     },
     /// A point that cannot be simulated.
     #[error("line {line} of the measured forces cannot be simulated: {violation}")]
@@ -181,16 +230,11 @@ impl Problem {
         let readings: Vec<(usize, &MeasuredPoint, usize, Reading)> = readings.collect();
         let has_std = readings.iter().any(|(.., reading)| reading.std.is_some());
         let observation = |&(position, point, force, reading): &(usize, &MeasuredPoint, usize, Reading)| {
-            let Reading { value, std } = reading;
-            let (key, line) = (Quantity::FORCES[force].key(), point.line);
+            let (key, line, value) = (Quantity::FORCES[force].key(), point.line, reading.value);
             if value <= 0.0 {
                 return Err(ProblemError::NoForce { line, key, value });
             }
-            let std = match std {
-                Some(0.0) => return Err(ProblemError::NoStd { line, key }),
-                None if has_std => return Err(ProblemError::SomeStd { line, key }),
-                std => std.unwrap_or(ASSUMED_STD * value),
-            };
+            let std = std_of(reading, has_std, key, line)?;
             Ok(Observation { point: position, force, value, std })
         };
         let observations = readings.iter().map(observation).collect::<Result<Vec<_>, _>>()?;
@@ -201,7 +245,7 @@ impl Problem {
         if let Some(point) = points.iter().find(|point| brushes.len() > 1 && point.tool.is_none()) {
             return Err(ProblemError::NoTool(point.line));
         }
-        let problem = Self { brushes, fitted, points, observations, has_std };
+        let problem = Self { brushes, fitted, points, observations, radii: None, has_std };
         let start = problem.stated();
         for point in &problem.points {
             let wrong = |violation| ProblemError::Point { line: point.line, violation };
@@ -213,12 +257,80 @@ impl Problem {
         Ok(problem)
     }
 
-    /// The values of the fitted settings in the file, within their bounds.
+    /// A calibration of `fitted` settings by the `radii` of an edge over time, which a tool with these `settings` has brushed.
+    ///
+    /// # Errors
+    /// If the radii cannot determine the settings, or there is no such edge.
+    pub fn of_radii(
+        settings: Settings,
+        mut fitted: Vec<Fitted>,
+        radii: Vec<MeasuredRadius>,
+    ) -> Result<Self, ProblemError> {
+        if let Some(other) = fitted.iter().find(|fitted| !fitted.is_of_edges()) {
+            return Err(ProblemError::NotOfEdges(other.parameter.path));
+        }
+        let brushes = vec![StatedBrush { name: String::new(), settings, followed: Vec::new() }];
+        check_fitted(&brushes, &fitted)?;
+        let settings = &brushes[0].settings;
+        edges_of(settings).map_err(ProblemError::Edge)?;
+        let removal = settings.removal_or_default();
+        if removal.observed.is_some() {
+            return Err(ProblemError::Observed);
+        }
+        let fits = |path: &str| fitted.iter().any(|fitted| fitted.parameter.path == path);
+        if !fits(PRESTON) && removal.preston_m2_n.is_none() {
+            return Err(ProblemError::NoCoefficient);
+        }
+        let (has_std, start) = (radii.iter().any(|own| own.radius.std.is_some()), settings.workpiece.edge_radius_m);
+        let observation = |(point, own): (usize, &MeasuredRadius)| {
+            let (line, value) = (own.line, own.radius.value);
+            let std = std_of(own.radius, has_std, Quantity::EdgeRadius.key(), line)?;
+            if !fits(START) && value + BELOW * std < start {
+                return Err(ProblemError::BelowStart { line, radius: value, start });
+            }
+            Ok(Observation { point, force: Quantity::FORCES.len(), value, std })
+        };
+        let observations = radii.iter().enumerate().map(observation).collect::<Result<Vec<_>, _>>()?;
+        let radii = Radii::new(radii, settings);
+        let found = observations.len();
+        let has_grown =
+            observations.iter().any(|own| radii.turns[own.point] > 0.0 && own.value > start * f64::from(!fits(START)));
+        if found < fitted.len() + usize::from(!has_std) || !has_grown {
+            return Err(ProblemError::TooFewRadii { found, settings: fitted.len(), has_std });
+        }
+        // The radius at the start is below the largest one.
+        let largest = observations.iter().map(|own| own.value).fold(0.0, f64::max);
+        for own in fitted.iter_mut().filter(|own| own.parameter.path == START) {
+            own.bounds[1] = own.bounds[1].min(largest);
+        }
+        Ok(Self { brushes, fitted, points: Vec::new(), observations, radii: Some(radii), has_std })
+    }
+
+    /// What was measured, in words.
+    #[must_use]
+    pub fn measured(&self) -> &'static str {
+        if self.radii.is_some() { "radii" } else { "forces" }
+    }
+
+    /// One of them.
+    #[must_use]
+    pub fn measured_once(&self) -> &'static str {
+        if self.radii.is_some() { "radius" } else { "force" }
+    }
+
+    /// The values of the fitted settings in the file, within their bounds. Radii tell where to begin.
     #[must_use]
     pub fn stated(&self) -> Vec<f64> {
+        let least = self.observations.iter().map(|own| own.value).fold(f64::INFINITY, f64::min);
         let value = |fitted: &Fitted| {
             let [low, high] = fitted.bounds;
-            fitted.parameter.get(&self.brushes[0].settings).clamp(low, high)
+            let stated = fitted.parameter.get(&self.brushes[0].settings);
+            let value = match (&self.radii, fitted.parameter.path) {
+                (Some(radii), PRESTON) => radii.guess.unwrap_or(stated),
+                (Some(_), START) => least / 2.0,
+                _ => stated,
+            };
+            value.clamp(low, high)
         };
         self.fitted.iter().map(value).collect()
     }
@@ -226,7 +338,7 @@ impl Problem {
     /// Whether filaments touch in some brush.
     #[must_use]
     pub fn has_brush(&self) -> bool {
-        self.brushes.iter().any(|brush| brush.settings.brush.is_some())
+        self.radii.is_none() && self.brushes.iter().any(|brush| brush.settings.brush.is_some())
     }
 
     /// The settings of a place with some values of the fitted settings.
@@ -283,6 +395,15 @@ impl Place {
     #[must_use]
     pub fn of(point: &MeasuredPoint) -> Self {
         Self { tool: point.tool.unwrap_or(0), speed: point.speed, penetration_depth_m: point.penetration_depth_m }
+    }
+}
+
+/// The standard deviation of a reading, or a share of its value if none `has_std`.
+fn std_of(reading: Reading, has_std: bool, key: &'static str, line: u64) -> Result<f64, ProblemError> {
+    match reading.std {
+        Some(0.0) => Err(ProblemError::NoStd { line, key }),
+        None if has_std => Err(ProblemError::SomeStd { line, key }),
+        std => Ok(std.unwrap_or(ASSUMED_STD * reading.value)),
     }
 }
 

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use bristle_input::measured::Speed;
 use serde::Serialize;
 
-use crate::words::place_words;
-use crate::{Calibration, Next, Undetermined};
+use crate::words::{place_words, square_root_words};
+use crate::{Calibration, Next, SquareRoot, Undetermined};
 
 /// A fitted setting in `calibration.json`.
 #[derive(Serialize)]
@@ -42,12 +42,30 @@ struct ResidualRecord {
     brushing_velocity_m_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     rotational_speed_rpm: Option<f64>,
-    penetration_depth_m: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    penetration_depth_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    turns: Option<f64>,
     quantity: &'static str,
     measured: f64,
     std: f64,
     fitted: f64,
     residual: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    square_root: Option<f64>,
+}
+
+/// The fit by the square root of time in `calibration.json`.
+#[derive(Serialize)]
+struct SquareRootRecord {
+    /// `c` of `R² = R_0² + c² t`.
+    c_m_per_sqrt_s: f64,
+    chi_squared: f64,
+    probability: Option<f64>,
+    fits: Option<bool>,
+    statement: String,
 }
 
 #[derive(Serialize)]
@@ -88,6 +106,8 @@ struct Record {
     stopped_starts: usize,
     failed_starts: usize,
     residuals: Vec<ResidualRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    square_root: Option<SquareRootRecord>,
     next_measurement: Vec<NextRecord>,
 }
 
@@ -120,12 +140,13 @@ impl Calibration {
             stopped_starts: self.stopped_starts,
             failed_starts: self.failed_starts,
             residuals: (0..self.forces.len()).map(|observation| self.residual_record(observation)).collect(),
+            square_root: self.square_root.as_ref().map(|root| self.square_root_record(root)),
             next_measurement: self.next.iter().map(|next| self.next_record(next)).collect(),
         };
         serde_json::to_string_pretty(&record).expect("all keys are texts") + "\n"
     }
 
-    /// Writes `residuals.csv`: a heading, then one row for each force.
+    /// Writes `residuals.csv`: a heading, then one row for each force or radius.
     ///
     /// # Errors
     /// If `out` cannot be written to.
@@ -133,6 +154,30 @@ impl Calibration {
         let mut writer = csv::Writer::from_writer(out);
         let records: Vec<ResidualRecord> =
             (0..self.forces.len()).map(|observation| self.residual_record(observation)).collect();
+        if self.problem.radii.is_some() {
+            let heading =
+                ["time_s", "turns", "quantity", "measured", "std", "fitted", "residual", "square_root", "line"];
+            writer.write_record(heading)?;
+            for own in records {
+                let number = |number: f64| format!("{number:?}");
+                let [time, turns, root] =
+                    [own.time_s, own.turns, own.square_root].map(|own| own.map_or_else(String::new, number));
+                let [measured, std, fitted, residual] = [own.measured, own.std, own.fitted, own.residual].map(number);
+                let quantity = own.quantity.to_owned();
+                writer.write_record([
+                    time,
+                    turns,
+                    quantity,
+                    measured,
+                    std,
+                    fitted,
+                    residual,
+                    root,
+                    own.line.to_string(),
+                ])?;
+            }
+            return writer.flush();
+        }
         let speed = if records.iter().any(|record| record.brushing_velocity_m_s.is_some()) {
             "brushing_velocity_m_s"
         } else {
@@ -146,7 +191,7 @@ impl Calibration {
             let speed = record.brushing_velocity_m_s.or(record.rotational_speed_rpm).unwrap_or_default();
             let row = [
                 number(speed),
-                number(record.penetration_depth_m),
+                number(record.penetration_depth_m.unwrap_or_default()),
                 record.quantity.to_owned(),
                 number(record.measured),
                 number(record.std),
@@ -185,6 +230,25 @@ impl Calibration {
 
     fn residual_record(&self, observation: usize) -> ResidualRecord {
         let own = self.problem.observations[observation];
+        let record = ResidualRecord {
+            tool: None,
+            line: 0,
+            brushing_velocity_m_s: None,
+            rotational_speed_rpm: None,
+            penetration_depth_m: None,
+            time_s: None,
+            turns: None,
+            quantity: own.quantity().key(),
+            measured: own.value,
+            std: own.std * self.errors.scale.sqrt(),
+            fitted: self.forces[observation],
+            residual: self.residual(observation),
+            square_root: self.square_root.as_ref().map(|root| root.radii[observation]),
+        };
+        if let Some(radii) = &self.problem.radii {
+            let (line, turns) = (radii.points[own.point].line, Some(radii.turns[own.point]));
+            return ResidualRecord { line, time_s: Some(radii.time_s(own.point)), turns, ..record };
+        }
         let point = self.problem.points[own.point];
         let (brushing_velocity_m_s, rotational_speed_rpm) = match point.speed {
             Speed::Velocity(velocity) => (Some(velocity), None),
@@ -195,12 +259,18 @@ impl Calibration {
             line: point.line,
             brushing_velocity_m_s,
             rotational_speed_rpm,
-            penetration_depth_m: point.penetration_depth_m,
-            quantity: own.quantity().key(),
-            measured: own.value,
-            std: own.std * self.errors.scale.sqrt(),
-            fitted: self.forces[observation],
-            residual: self.residual(observation),
+            penetration_depth_m: Some(point.penetration_depth_m),
+            ..record
+        }
+    }
+
+    fn square_root_record(&self, root: &SquareRoot) -> SquareRootRecord {
+        SquareRootRecord {
+            c_m_per_sqrt_s: root.c_m_per_sqrt_s,
+            chi_squared: root.chi_squared / self.errors.scale,
+            probability: self.probability_of(root.chi_squared),
+            fits: self.square_root_fits(root),
+            statement: square_root_words(self, root),
         }
     }
 

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bristle::model::settings::{Settings, UncertaintySettings};
 use bristle::simulation::{Sampling, Stop};
+use bristle_grid::removal::RemovalError;
 use bristle_grid::{CaseResult, Resources, Study, simulate_cases};
 use thiserror::Error;
 
@@ -24,6 +25,9 @@ pub enum Interrupted {
     /// Brushes near the minimum of filaments alone cannot be simulated.
     #[error("a brush cannot be simulated: {0}")]
     Brush(String),
+    /// The edge does not grow as it should.
+    #[error("{0}")]
+    Removal(RemovalError),
     /// What was simulated cannot be kept.
     #[error("what was simulated cannot be kept")]
     NotKept,
@@ -113,7 +117,7 @@ impl<'a> Simulator<'a> {
 
     /// Tells the share of the work that is done, where it is that of filaments alone.
     pub fn tell(&self, share: f64) {
-        if !self.problem.has_brush() {
+        if !self.problem.has_brush() && self.problem.radii.is_none() {
             self.means.observer.done(share);
         }
     }

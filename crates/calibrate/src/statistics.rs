@@ -133,8 +133,9 @@ fn described(problem: &Problem, values: &[f64], errors: &Errors, settings: Vec<u
                 let changes: Vec<String> = fitted.iter().zip(&direction).map(change).collect();
                 let symbols: Vec<String> = fitted.iter().map(|fitted| symbol(fitted)).collect();
                 format!(
-                    "{} are not determined one by one: forces stay the same if one changes {}",
+                    "{} are not determined one by one: {} stay the same if one changes {}",
                     symbols.join(" and "),
+                    problem.measured(),
                     changes.join(" and ")
                 )
             }

@@ -4,13 +4,15 @@ use bristle_grid::DEPTH;
 use bristle_grid::Setting;
 use bristle_input::measured::Speed;
 use bristle_text::layout::wrap;
-use bristle_text::number::short;
+use bristle_text::number::{short, significant};
 
 use crate::statistics::percent;
-use crate::{Calibration, Next};
+use crate::{Calibration, Next, SquareRoot};
 
 /// Probability of the sum of squares below which more than noise makes it as large.
 const NOT_NOISE: f64 = 0.01;
+/// Change of the simulated radius that is worth a word, over itself (MODEL).
+const CONVERGED: f64 = 5e-3;
 /// Minima whose sum of squares exceeds the least by at most so much, over the variance, are worth a word: noise makes such differences.
 const RIVAL: f64 = 12.0;
 
@@ -49,11 +51,55 @@ pub fn lines(calibration: &Calibration) -> Vec<String> {
             if probability < 5e-4 { "less than 0.1 %".to_owned() } else { percent(probability) }
         ));
     }
-    line(&minima(calibration));
+    match (&calibration.square_root, &calibration.problem.radii) {
+        (Some(root), Some(radii)) => {
+            line(&square_root_words(calibration, root));
+            if radii.change_when_refined() >= CONVERGED {
+                let change = percent(radii.change_when_refined());
+                line(&format!("the simulated radius still changes by {change} as more passes are added"));
+            }
+        }
+        _ => line(&minima(calibration)),
+    }
     if let Some(next) = calibration.next.first() {
         line(&next_words(calibration, next));
     }
     lines
+}
+
+/// Whether the square root of time fits the radii.
+#[must_use]
+pub fn square_root_words(calibration: &Calibration, root: &SquareRoot) -> String {
+    let freedom = calibration.degrees_of_freedom();
+    let law = format!("R² = R_0² + c² t with c = {} µm/√s", significant(1e6 * root.c_m_per_sqrt_s));
+    let how_well = match calibration.probability_of(root.chi_squared) {
+        Some(probability) => {
+            let chance =
+                if probability < 1e-3 { "below 0.1 %".to_owned() } else { format!("of {}", percent(probability)) };
+            format!("χ² = {:.1} of {freedom}, as large by noise alone with a probability {chance}", root.chi_squared)
+        }
+        None => {
+            let squares = |radii: &[f64]| {
+                let own = calibration.problem.observations.iter().zip(radii);
+                own.map(|(own, radius)| (radius / own.value - 1.0).powi(2)).sum::<f64>()
+            };
+            let error = |radii: &[f64]| percent((squares(radii) / radii.len() as f64).sqrt());
+            format!(
+                "it is within {} of them, the simulated growth within {}",
+                error(&root.radii),
+                error(&calibration.forces)
+            )
+        }
+    };
+    let trend = match root.trend {
+        trend if trend < 0.0 => "early radii are larger than it says, late ones smaller",
+        _ => "early radii are smaller than it says, late ones larger",
+    };
+    match calibration.square_root_fits(root) {
+        Some(true) => format!("the square root of time fits the radii: {law}; {how_well}"),
+        Some(false) => format!("the square root of time does not fit the radii: {law}; {how_well}; {trend}"),
+        None => format!("as many settings as radii: whether the square root of time fits cannot be told; {law}"),
+    }
 }
 
 /// `E = 2.62 ± 0.05 GPa, µ = 0.198 ± 0.007`, of what is determined.
@@ -79,6 +125,11 @@ fn rounded(value: f64, error: f64) -> String {
     let exponent = error.log10().floor();
     let digits = if error / 10_f64.powf(exponent) < 2.95 { 1.0 } else { 0.0 };
     let decimals = digits - exponent;
+    if decimals > 8.0 && value != 0.0 {
+        let power = value.abs().log10().floor();
+        let unit = 10_f64.powf(power);
+        return format!("({})e{power}", rounded(value / unit, error / unit));
+    }
     if !(0.0..=8.0).contains(&decimals) {
         return format!("{} ± {}", short(value), short(error));
     }
@@ -106,13 +157,17 @@ fn correlation(calibration: &Calibration) -> String {
 /// How well the forces are met.
 fn fit(calibration: &Calibration) -> String {
     let (count, freedom) = (calibration.problem.observations.len(), calibration.degrees_of_freedom());
+    let measured = if count == 1 { calibration.problem.measured_once() } else { calibration.problem.measured() };
     if calibration.problem.has_std {
         let deviation = (calibration.chi_squared / count as f64).sqrt();
-        return format!("{count} forces within {deviation:.1} σ (χ² = {:.1} of {freedom})", calibration.chi_squared);
+        return format!(
+            "{count} {measured} within {deviation:.1} σ (χ² = {:.1} of {freedom})",
+            calibration.chi_squared
+        );
     }
     let observations = calibration.problem.observations.iter().zip(&calibration.forces);
     let squares: f64 = observations.map(|(own, force)| (force / own.value - 1.0).powi(2)).sum();
-    format!("{count} forces within {} (they have no standard deviations)", percent((squares / count as f64).sqrt()))
+    format!("{count} {measured} within {} (they have no standard deviations)", percent((squares / count as f64).sqrt()))
 }
 
 /// How many minima the starts found.

@@ -1,12 +1,14 @@
-//! Tables of measured forces as laboratories export them, and in the form in which results keep them.
+//! Tables of measured forces, and of edge radii over time, as laboratories export them, and in the form in which results keep them.
 //!
 //! Separator and decimal comma are recognised from the text unless the input file states them. Columns are found by the names that
 //! the input file gives, in units that their headings or the input file state.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use bristle_text::shortened;
-use bristle_text::units::{TORQUES, Unit, own_keys, units_of};
+use bristle_text::units::{TIMES, TORQUES, TURNS, Unit, own_keys, units_of};
+use csv::StringRecord;
 
 use crate::cells::{self, has_decimal_comma, not_a_number, number};
 use crate::headings::lines_to_paste;
@@ -18,6 +20,12 @@ const ADVICE: &str = "the table has one row of headings, then one row per point,
     and force. Unless the headings are keys such as\n     force_n, the input file names them with their units, by lines like these under\n     \
     [measured], where separator = \";\" and decimal = \",\" can be stated, too:\n\n     columns.rotational_speed_rpm = \"n [1/min]\"\n     \
     columns.penetration_depth_m = \"ae [mm]\"\n     columns.force_n = { column = \"Fz\", unit = \"kN\" }";
+
+/// The same of a table of radii.
+const ADVICE_ON_RADII: &str = "the table has one row of headings, then one row per radius in the order of their times, with columns for time or turns, \
+    radius and\n     its standard deviation. Unless the headings are keys such as edge_radius_m, the input file names them with their units, by lines \
+    like these\n     under [measured], where separator = \";\" and decimal = \",\" can be stated, too:\n\n     columns.time_s = \"t [min]\"\n     \
+    columns.edge_radius_m = \"R [µm]\"\n     columns.edge_radius_std_m = { column = \"s\", unit = \"µm\" }";
 
 /// The largest size of a number in a table, in the unit of its key; beyond it, or below its reciprocal, a velocity is a slip of the
 /// pen. Sums and squares of such numbers are finite.
@@ -106,6 +114,26 @@ impl MeasuredPoint {
     }
 }
 
+/// How long an edge was brushed, as a table states it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Brushed {
+    /// A time in s.
+    Time(f64),
+    /// Turns of the tool.
+    Turns(f64),
+}
+
+/// The radius of an edge that was measured after some time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredRadius {
+    /// How long it had been brushed.
+    pub brushed: Brushed,
+    /// Its radius in m.
+    pub radius: Reading,
+    /// Its line in the table, counted from 1; 0 if it is from none.
+    pub line: u64,
+}
+
 /// Whether two values are the same except for rounding.
 pub fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME * a.abs().max(b.abs())
@@ -136,11 +164,19 @@ pub enum Quantity {
     Power,
     /// Its standard deviation.
     PowerStd,
+    /// Time for which an edge was brushed, for a calibration.
+    Time,
+    /// Turns of the tool, instead of the time.
+    Turns,
+    /// Radius of the edge after it.
+    EdgeRadius,
+    /// Its standard deviation.
+    EdgeRadiusStd,
 }
 
 impl Quantity {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 15] = [
         Self::Velocity,
         Self::RotationalSpeed,
         Self::Depth,
@@ -152,6 +188,10 @@ impl Quantity {
         Self::TorqueStd,
         Self::Power,
         Self::PowerStd,
+        Self::Time,
+        Self::Turns,
+        Self::EdgeRadius,
+        Self::EdgeRadiusStd,
     ];
 
     /// What a tool exerts. Each of these is followed by its standard deviation in [`Self::ALL`].
@@ -169,7 +209,7 @@ impl Quantity {
 
     /// Whether it is a standard deviation.
     fn is_std(self) -> bool {
-        self.force().is_some_and(|force| Self::FORCES[force] != self)
+        self == Self::EdgeRadiusStd || self.force().is_some_and(|force| Self::FORCES[force] != self)
     }
 
     /// Whether it is one of the two that state the speed of the tool.
@@ -193,19 +233,23 @@ impl Quantity {
             Self::TorqueStd => "torque_std_n_m",
             Self::Power => "power_w",
             Self::PowerStd => "power_std_w",
+            Self::Time => "time_s",
+            Self::Turns => "turns",
+            Self::EdgeRadius => "edge_radius_m",
+            Self::EdgeRadiusStd => "edge_radius_std_m",
         }
     }
 
     /// The quantity that a key names, and the unit in which it does: that of its own key, or another at the end.
     #[must_use]
     pub fn of_key(key: &str) -> Option<(Self, &'static Unit)> {
-        let of_torque = |quantity: Self| {
-            let unit = TORQUES.iter().find(|unit| unit.key_of(quantity.key()).as_deref() == Some(key));
+        let of_own = |quantity: Self| {
+            let unit = quantity.own_units().iter().find(|unit| unit.key_of(quantity.key()).as_deref() == Some(key));
             unit.map(|unit| (quantity, unit))
         };
         let quantity = |own: &str| Self::ALL.into_iter().find(|quantity| quantity.key() == own);
-        let torque = [Self::Torque, Self::TorqueStd].into_iter().find_map(of_torque);
-        torque.or_else(|| own_keys(key).find_map(|(own, unit)| Some((quantity(&own)?, unit))))
+        let own = Self::ALL.into_iter().find_map(of_own);
+        own.or_else(|| own_keys(key).find_map(|(own, unit)| Some((quantity(&own)?, unit))))
     }
 
     /// The path of the setting that is measured, if it is one.
@@ -220,9 +264,18 @@ impl Quantity {
 
     /// Its units. The first is that of the key.
     pub(crate) fn units(self) -> impl Iterator<Item = &'static Unit> {
-        let is_torque = matches!(self, Self::Torque | Self::TorqueStd);
-        let torques = TORQUES.iter().filter(move |_| is_torque);
-        torques.chain(units_of(self.key()).filter(move |_| !is_torque))
+        let own = self.own_units();
+        own.iter().chain(units_of(self.key()).filter(move |_| own.is_empty()))
+    }
+
+    /// Its units, if its key does not tell them: it ends like that of another quantity, or they are of tables only.
+    fn own_units(self) -> &'static [Unit] {
+        match self {
+            Self::Torque | Self::TorqueStd => &TORQUES,
+            Self::Time => &TIMES,
+            Self::Turns => &TURNS,
+            _ => &[],
+        }
     }
 
     /// The names of its units.
@@ -249,7 +302,10 @@ impl Quantity {
     /// The least number that a cell may have, and what the limits are in words.
     fn least(self) -> (f64, &'static str) {
         match self {
-            Self::Velocity | Self::RotationalSpeed | Self::Depth => (1.0 / LARGEST, "greater than 0, from 1e-100"),
+            Self::Velocity | Self::RotationalSpeed | Self::Depth | Self::EdgeRadius => {
+                (1.0 / LARGEST, "greater than 0, from 1e-100")
+            }
+            Self::Time | Self::Turns => (0.0, "at least 0, from 0"),
             _ if self.is_std() => (0.0, "at least 0, from 0"),
             _ => (-LARGEST, "from -1e100"),
         }
@@ -289,6 +345,14 @@ enum Wanted {
     NormalForce,
     /// Whatever was measured, at least something at each point.
     Anything,
+    /// The radii of an edge over time.
+    Radii,
+}
+
+impl Wanted {
+    fn advice(self) -> &'static str {
+        if self == Self::Radii { ADVICE_ON_RADII } else { ADVICE }
+    }
 }
 
 impl Format {
@@ -323,6 +387,12 @@ impl Format {
     fn quantities(&self, headings: &[String], wanted: Wanted) -> Vec<Quantity> {
         let is_there = |quantity| self.heading(quantity, headings).is_some();
         let is_wanted = |quantity| self.named(quantity).is_some() || is_there(quantity);
+        if wanted == Wanted::Radii {
+            let has_turns = !is_wanted(Quantity::Time) && is_wanted(Quantity::Turns);
+            let std = Some(Quantity::EdgeRadiusStd).filter(|&std| is_wanted(std));
+            let brushed = if has_turns { Quantity::Turns } else { Quantity::Time };
+            return [brushed, Quantity::EdgeRadius].into_iter().chain(std).collect();
+        }
         let speed = if self.named(Quantity::Velocity).is_none() && is_wanted(Quantity::RotationalSpeed) {
             // A table may have both under their own keys.
             let has_both = self.named(Quantity::RotationalSpeed).is_none() && is_there(Quantity::Velocity);
@@ -332,7 +402,7 @@ impl Format {
         };
         let measured = Quantity::FORCES.into_iter().filter(|&force| match wanted {
             Wanted::NormalForce => force == Quantity::Force,
-            Wanted::Anything => is_wanted(force),
+            Wanted::Anything | Wanted::Radii => is_wanted(force),
         });
         let mut measured: Vec<Quantity> = measured.collect();
         if measured.is_empty() {
@@ -384,11 +454,53 @@ pub fn read_points(text: &str, name: &str, format: &Format) -> Result<Vec<Measur
     read(text, name, format, Wanted::Anything)
 }
 
-fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<MeasuredPoint>, DataError> {
+/// Reads the radii of an edge over time.
+///
+/// # Errors
+/// As [`read_measured`], and if a time is not later than the one before.
+pub fn read_radii(text: &str, name: &str, format: &Format) -> Result<Vec<MeasuredRadius>, DataError> {
     let source = Source { name, text: text.trim_start_matches('\u{feff}') };
-    let separator = format.separator_of(&source, wanted);
-    let table = source.table_separated_by(separator, ADVICE)?;
-    let columns = columns(&table, &source, format, wanted)?;
+    let (table, columns, has_comma) = opened(&source, format, Wanted::Radii)?;
+    let mut radii = Vec::new();
+    let mut last = f64::NEG_INFINITY;
+    for row in table.rows() {
+        let mut numbers = [None; 3];
+        for (number, column) in numbers.iter_mut().zip(&columns) {
+            *number = column.number(&table, row, has_comma, column.quantity.is_std())?;
+        }
+        let [Some(brushed), Some(value), std] = numbers else { continue };
+        if brushed <= last {
+            let problem = "this is not after the row above: state the rows in the order of their times, and the mean of repeated measurements";
+            return Err(table.wrong(row, columns[0].position, problem.to_owned()));
+        }
+        last = brushed;
+        let is_time = columns[0].quantity == Quantity::Time;
+        radii.push(MeasuredRadius {
+            brushed: if is_time { Brushed::Time(brushed) } else { Brushed::Turns(brushed) },
+            radius: Reading { value, std: std.or(format.relative_std.map(|relative| relative * value)) },
+            line: table.line(row),
+        });
+    }
+    if radii.is_empty() {
+        return Err(source.error(1, None, "there is no radius below the heading", ADVICE_ON_RADII));
+    }
+    Ok(radii)
+}
+
+/// A table with the columns to read, and whether its numbers have decimal commas.
+fn opened<'s>(
+    source: &'s Source<'s>,
+    format: &Format,
+    wanted: Wanted,
+) -> Result<(Table<'s>, Vec<Column>, bool), DataError> {
+    let separator = format.separator_of(source, wanted);
+    let table = source.table_separated_by(separator, wanted.advice())?;
+    let has = |quantity: Quantity| format.heading(quantity, &table.headings()).is_some();
+    if wanted != Wanted::Radii && has(Quantity::EdgeRadius) && !Quantity::FORCES.into_iter().any(has) {
+        let advice = "`bristle calibrate --fit removal.preston_m2_n` takes radii; for other commands leave [measured] out, or name a table of forces";
+        return Err(source.error(1, None, "the table has radii of an edge, not forces", advice));
+    }
+    let columns = columns(&table, source, format, wanted)?;
     let has_comma = match format.decimal {
         Some(decimal) => decimal == ',',
         None => {
@@ -396,6 +508,12 @@ fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<M
             has_decimal_comma(&table, &positions, separator)?
         }
     };
+    Ok((table, columns, has_comma))
+}
+
+fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<MeasuredPoint>, DataError> {
+    let source = Source { name, text: text.trim_start_matches('\u{feff}') };
+    let (table, columns, has_comma) = opened(&source, format, wanted)?;
     let second_speed = format.second_speed(&table, &source, &columns);
     let tool = format.tool_column(&table)?;
     let mut points: Vec<MeasuredPoint> = Vec::new();
@@ -422,20 +540,10 @@ fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<M
                 return Err(table.wrong(row, column, problem));
             }
         }
-        for &Column { quantity, position, unit } in &columns {
-            let cell = row.get(position).unwrap_or_default();
+        for column in &columns {
+            let quantity = column.quantity;
             let may_be_empty = quantity.is_std() || (wanted == Wanted::Anything && quantity.force().is_some());
-            if may_be_empty && cell.trim().is_empty() {
-                continue;
-            }
-            let wrong = |problem: String| Err(table.wrong(row, position, problem));
-            let Some(number) = number(cell, has_comma).map(|number| unit.to_own(number)) else {
-                return wrong(not_a_number(cell, has_comma));
-            };
-            let (least, in_words) = quantity.least();
-            if !(least..=LARGEST).contains(&number) {
-                return wrong(format!("`{}` must be {in_words} to 1e100", shortened(cell)));
-            }
+            let Some(number) = column.number(&table, row, has_comma, may_be_empty)? else { continue };
             match quantity {
                 Quantity::Velocity => point.speed = Speed::Velocity(number),
                 Quantity::RotationalSpeed => point.speed = Speed::Rotational(number),
@@ -477,16 +585,52 @@ fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<M
     Ok(points)
 }
 
+impl Column {
+    /// The number in its cell of a row, in the unit of the key; none if the cell may be empty, and is.
+    fn number(
+        &self,
+        table: &Table<'_>,
+        row: &StringRecord,
+        has_comma: bool,
+        may_be_empty: bool,
+    ) -> Result<Option<f64>, DataError> {
+        let &Self { quantity, position, unit } = self;
+        let cell = row.get(position).unwrap_or_default();
+        if may_be_empty && cell.trim().is_empty() {
+            return Ok(None);
+        }
+        let wrong = |problem: String| Err(table.wrong(row, position, problem));
+        let Some(number) = number(cell, has_comma).map(|number| unit.to_own(number)) else {
+            return wrong(not_a_number(cell, has_comma));
+        };
+        let (least, in_words) = quantity.least();
+        if !(least..=LARGEST).contains(&number) {
+            return wrong(format!("`{}` must be {in_words} to 1e100", shortened(cell)));
+        }
+        Ok(Some(number))
+    }
+}
+
 /// The columns to read, in the order of their quantities.
 fn columns(table: &Table<'_>, source: &Source<'_>, format: &Format, wanted: Wanted) -> Result<Vec<Column>, DataError> {
     let quantities = format.quantities(&table.headings(), wanted);
     quantities.into_iter().map(|quantity| column(quantity, table, source, format)).collect()
 }
 
+/// Advice about a column that cannot be read.
+fn advice_on(quantity: Quantity, table: &Table<'_>, format: &Format) -> Cow<'static, str> {
+    match quantity {
+        Quantity::Time | Quantity::Turns | Quantity::EdgeRadius | Quantity::EdgeRadiusStd => {
+            Cow::Borrowed(ADVICE_ON_RADII)
+        }
+        _ => lines_to_paste(table, format, ADVICE),
+    }
+}
+
 /// The column of a quantity.
 fn column(quantity: Quantity, table: &Table<'_>, source: &Source<'_>, format: &Format) -> Result<Column, DataError> {
     let headings = table.headings();
-    let with_lines = |error: DataError| DataError { advice: lines_to_paste(table, format, ADVICE), ..error };
+    let with_lines = |error: DataError| DataError { advice: advice_on(quantity, table, format), ..error };
     let named = format.named(quantity);
     let heading = format.heading(quantity, &headings);
     let heading = heading.unwrap_or(named.map_or(quantity.key(), |column| &column.heading));
@@ -773,6 +917,48 @@ mod tests {
             let error = read(&format!("{HEADING}1,1,{force},0\n")).expect_err("too large").to_string();
             assert!(error.starts_with("forces.csv:2, column force_n"), "{error}");
         }
+    }
+
+    #[test]
+    fn radii_over_time_are_read_as_laboratories_write_them() {
+        let radius = |brushed: Brushed, value: f64, std: Option<f64>, line: u64| MeasuredRadius {
+            brushed,
+            radius: Reading { value, std },
+            line,
+        };
+        use Quantity::{EdgeRadius, EdgeRadiusStd, Time, Turns};
+        let named = format(&[(Time, "t [min]", None), (EdgeRadius, "R [µm]", None), (EdgeRadiusStd, "s", Some("mm"))]);
+        let text = "Nr.;t [min];R [µm];s\n1;0;20;0,002\n2;1,5;62,5;\n";
+        let relative = Format { relative_std: Some(0.02), ..named.clone() };
+        let expected = vec![
+            radius(Brushed::Time(0.0), 20e-6, Some(2e-6), 2),
+            radius(Brushed::Time(90.0), 62.5e-6, Some(0.02 * 62.5e-6), 3),
+        ];
+        assert_eq!(read_radii(text, "radii.csv", &relative), Ok(expected));
+        // Keys, in other units; turns in the place of the time.
+        for (heading, brushed) in
+            [("time_s", Brushed::Time(2.0)), ("time_h", Brushed::Time(7200.0)), ("turns", Brushed::Turns(2.0))]
+        {
+            let text = format!("{heading},edge_radius_mm\n2,0.1\n");
+            let expected = vec![radius(brushed, 0.1e-3, None, 2)];
+            assert_eq!(read_radii(&text, "radii.csv", &Format::default()), Ok(expected));
+        }
+        let turns = format(&[(Turns, "n", None)]);
+        assert!(read_radii("n,edge_radius_m\n2,0.1\n", "radii.csv", &turns).is_ok());
+        let refused = |text: &str| read_radii(text, "radii.csv", &Format::default()).expect_err("refused").to_string();
+        let rows = |rows: &str| refused(&format!("time_s,edge_radius_m\n{rows}"));
+        assert!(rows("2,1e-4\n2,2e-4\n").starts_with("radii.csv:3, column time_s: this is not after the row above"));
+        assert!(rows("-1,1e-4\n").starts_with("radii.csv:2, column time_s: `-1` must be at least 0"));
+        assert!(rows("1,0\n").starts_with("radii.csv:2, column edge_radius_m: `0` must be greater than 0"));
+        assert!(rows("").contains("there is no radius below the heading"));
+        let missing = refused("time_s,R\n1,2\n");
+        assert!(
+            missing.contains("no column `edge_radius_m`") && missing.contains("columns.edge_radius_m"),
+            "{missing}"
+        );
+        // A study has no use for them.
+        let other = read("time_s,edge_radius_m\n1,1e-4\n").expect_err("no forces").to_string();
+        assert!(other.contains("radii of an edge, not forces") && other.contains("removal.preston_m2_n"), "{other}");
     }
 
     #[test]

@@ -250,9 +250,9 @@ fn measured_schema() -> Value {
             quantity.units().filter(|unit| !unit.is_own()).filter_map(|unit| unit.key_of(quantity.key())).collect();
         let heading =
             json!({ "type": "string", "minLength": 1, "description": "Heading of a column in the unit of the key." });
-        (format!("^({})$", keys.join("|")), heading)
+        (!keys.is_empty()).then(|| (format!("^({})$", keys.join("|")), heading))
     };
-    let others: Map<String, Value> = Quantity::ALL.into_iter().map(other).collect();
+    let others: Map<String, Value> = Quantity::ALL.into_iter().filter_map(other).collect();
     let tool =
         json!({ "type": "string", "minLength": 1, "description": "Heading of the column with the names of tools." });
     let columns: Map<String, Value> = Quantity::ALL.into_iter().map(column).chain([(TOOL.to_owned(), tool)]).collect();

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use bristle::model::settings::Settings;
 use bristle_grid::removal::{Removal, RemovalRow};
-use bristle_text::layout::wrap;
+use bristle_text::layout::{Warning, wrap};
 use bristle_text::number::significant;
 
 use crate::figures::unit_of_time;
@@ -17,7 +17,34 @@ pub fn removal_text(settings: &Settings, removal: &Removal, width: usize) -> Str
     text
 }
 
-/// The same as sentences.
+/// What to know about its numbers.
+#[must_use]
+pub fn warnings(removal: &Removal) -> Vec<Warning> {
+    let jumps = removal.is_unresolved().then(|| {
+        Warning::new(format!(
+            "the radius still changes by {:.1} % as more radii are simulated: the work on the edge jumps from radius to radius",
+            100.0 * removal.change_when_refined
+        ))
+    });
+    let dips = removal.softest().map(|soft| {
+        let least = match removal.dips_through() {
+            true => format!(
+                "; they dip through smaller ones, which are taken for one of {:.3} mm",
+                1e3 * removal.least_radius_m
+            ),
+            false => String::new(),
+        };
+        Warning::new(format!(
+            "filaments dip {:.0} % of the radius into an edge of {:.3} mm, which is softer than it is sharp{least}",
+            100.0 * soft.max_edge_penetration_m / soft.edge_radius_m,
+            1e3 * soft.edge_radius_m
+        ))
+        .with_help("a stiffer contact shows whether that matters", "contact.stiffness_n_m = 1e6")
+    });
+    jumps.into_iter().chain(dips).collect()
+}
+
+/// The lines of [`removal_text`].
 #[must_use]
 pub fn lines(settings: &Settings, removal: &Removal) -> Vec<String> {
     let (Some(first), Some(last)) = (removal.rows.first(), removal.rows.last()) else { return Vec::new() };

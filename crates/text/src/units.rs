@@ -78,6 +78,16 @@ pub static TORQUES: [Unit; 3] = [
     unit("_n_mm", &["N mm", "Nmm", "N·mm"], "_n_m", Ten(-3)),
 ];
 
+/// The units of a time. They are not among [`UNITS`], because the end of `_m_min` is not that of a time. The first is that of the key.
+pub static TIMES: [Unit; 3] = [
+    unit("_s", &["s", "sec"], "_s", Ten(0)),
+    unit("_min", &["min"], "_s", Ratio(60.0, 1.0)),
+    unit("_h", &["h"], "_s", Ratio(3600.0, 1.0)),
+];
+
+/// The unit of a number of turns.
+pub static TURNS: [Unit; 1] = [unit("", &["1"], "", Ten(0))];
+
 const fn unit(suffix: &'static str, names: &'static [&'static str], own: &'static str, conversion: Conversion) -> Unit {
     Unit { suffix, names, own, conversion }
 }
@@ -122,7 +132,9 @@ impl Unit {
     /// The key that states in this unit what `own` states in that of the settings, if `own` has this quantity.
     #[must_use]
     pub fn key_of(&self, own: &str) -> Option<String> {
-        (own_suffix(own) == self.own).then(|| format!("{}{}", &own[..own.len() - self.own.len()], self.suffix))
+        let is_time = self.own == TIMES[0].own && own.ends_with(self.own);
+        (is_time || own_suffix(own) == self.own)
+            .then(|| format!("{}{}", &own[..own.len() - self.own.len()], self.suffix))
     }
 }
 

@@ -11,7 +11,7 @@ use bristle_calibrate::{
     Calibration, FitError, Fitted, Forces, Interrupted, Means, Observer, Problem, Reach, STARTS, calibrate, summary,
 };
 use bristle_grid::Resources;
-use bristle_input::measured::read_points;
+use bristle_input::measured::{read_points, read_radii};
 use bristle_insight::warnings::without_interaction;
 use bristle_run::calibration::{CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration};
 use bristle_store::force_journal::{FORCE_JOURNAL, ForceJournal};
@@ -27,7 +27,7 @@ use crate::progress::PassProgress;
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 
-/// Fit settings of a file to measured forces, and write DIR/calibrated.toml
+/// Fit settings of a file to measured forces, or to the radii of an edge over time, and write DIR/calibrated.toml
 ///
 /// The section [measured] of the file names a table of measured forces at several speeds and depths. It may have columns of normal force,
 /// tangential force, torque and power, each with its standard deviation; relative_std = 0.03 under [measured] states 3 % for all that have
@@ -37,6 +37,10 @@ use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 /// file with these values, for every other command: it carries their errors, so that forces come with the band that the calibration leaves.
 /// If a setting is not determined, it is not written. DIR/calibration.json has all numbers, DIR/residuals.csv the forces, DIR/calibration.html
 /// a page with figures.
+///
+/// With --fit removal.preston_m2_n the table has radii: columns of time_s or turns, edge_radius_m and edge_radius_std_m. The coefficient is the one
+/// with which the edge of the workpiece grows as measured; with --fit workpiece.edge_radius_m the radius at the start is sought, too. Printed is
+/// also whether the square root of time fits the radii.
 ///
 /// With [brush], filaments touch each other. Each simulated brush is a line of DIR/calibration.jsonl: the same command goes on from there
 /// after Ctrl-C or a crash.
@@ -84,15 +88,23 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
     let document = text.document()?;
     let fitted = arguments.fit.iter().map(|option| Fitted::parse(option)).collect::<Result<Vec<_>, FitError>>();
     let fitted = fitted.map_err(|error| refused(error.to_string()))?;
-    let brushes = document.brushes()?;
     let Some((file, format)) = document.measured() else {
-        let advice = "there is no section [measured]: add one with `file = \"forces.csv\"`, a table of measured forces";
+        let advice = "there is no section [measured]: add one with `file = \"forces.csv\"`, a table of measured forces, or of edge radii over time";
         return Err(refused(advice.to_owned()));
     };
     let table = relative_to(path, file);
-    let points = read_points(&read_table(&table)?, &table.to_string_lossy(), format)?;
-    let settings: Vec<Settings> = brushes.iter().map(|brush| brush.settings.clone()).collect();
-    let problem = Problem::new(brushes, fitted, points).map_err(|error| refused(error.to_string()))?;
+    let read = || Ok::<_, CliError>((read_table(&table)?, table.to_string_lossy()));
+    let problem = if fitted.iter().any(Fitted::is_of_edges) {
+        let settings = document.settings()?;
+        let (text, name) = read()?;
+        Problem::of_radii(settings, fitted, read_radii(&text, &name, format)?)
+    } else {
+        let brushes = document.brushes()?;
+        let (text, name) = read()?;
+        Problem::new(brushes, fitted, read_points(&text, &name, format)?)
+    };
+    let problem = problem.map_err(|error| refused(error.to_string()))?;
+    let settings: Vec<Settings> = problem.brushes.iter().map(|brush| brush.settings.clone()).collect();
     prepare_directory(&arguments.out)?;
     let is_ours = |name: &str| OF_CALIBRATION.contains(&name);
     let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture_of_calibration)])?;

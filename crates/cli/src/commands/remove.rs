@@ -9,10 +9,9 @@ use bristle_grid::Resources;
 use bristle_grid::removal::{RemovalError, remove};
 use bristle_grid::uncertainty::check;
 use bristle_input::plausibility::unusual;
-use bristle_report::removal::removal_text;
+use bristle_report::removal::{removal_text, warnings};
 use bristle_run::removal::{OF_REMOVAL, write_removal};
 use bristle_store::staged::{occupy, prepare_directory};
-use bristle_text::layout::Warning;
 use clap::Args;
 
 use crate::error::CliError;
@@ -89,26 +88,6 @@ pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
     }
     say_drawn(&draw_removal(&arguments.out, &settings, &removal, &figures)?)?;
     show(removal_text(&settings, &removal, width()))?;
-    if removal.is_unresolved() {
-        say(Warning::new(format!(
-            "the radius still changes by {:.1} % as more radii are simulated: the work on the edge jumps from radius to radius",
-            100.0 * removal.change_when_refined
-        )));
-    }
-    if let Some(soft) = removal.softest() {
-        let least = match removal.dips_through() {
-            true => format!(
-                "; they dip through smaller ones, which are taken for one of {:.3} mm",
-                1e3 * removal.least_radius_m
-            ),
-            false => String::new(),
-        };
-        say(Warning::new(format!(
-            "filaments dip {:.0} % of the radius into an edge of {:.3} mm, which is softer than it is sharp{least}",
-            100.0 * soft.max_edge_penetration_m / soft.edge_radius_m,
-            1e3 * soft.edge_radius_m
-        ))
-        .with_help("a stiffer contact shows whether that matters", "contact.stiffness_n_m = 1e6"));
-    }
+    warnings(&removal).iter().for_each(say);
     Ok(ExitCode::SUCCESS)
 }

@@ -322,8 +322,10 @@ fn cups_cones_and_tilted_brushes_do_what_the_page_says() {
 fn edges_grow_round_as_the_page_says() {
     let directory = check(&Page {
         text: include_str!("../../../../docs/edge-rounding.md"),
-        counts: (3, 3),
+        counts: (4, 4),
         files: &[
+            "found/calibrated.toml",
+            "found/figures/calibration_radius.svg",
             "rounding/removal.csv",
             "rounding/edge_work.csv",
             "rounding/removal.html",

@@ -180,3 +180,63 @@ fn what_cannot_be_followed_says_why() {
         assert!(!directory.path("nothing/removal.csv").exists());
     }
 }
+
+/// Radii of the edge as it grows, by `bristle remove`, in a table of a laboratory.
+fn measured(directory: &Workspace) -> String {
+    directory.run("remove case.toml --out grown --no-figures");
+    let rows = directory.rows("grown/removal.csv");
+    let cell = |row: usize| {
+        let [time, radius] = ["time_s", "edge_radius_m"].map(|key| rows[row][key].parse::<f64>().expect("a number"));
+        format!("{};{};2\n", time / 60.0, 1e6 * radius).replace('.', ",")
+    };
+    format!("t [min];R [µm];s [µm]\n{}", [60, 100, 140, 180, 200].map(cell).concat())
+}
+
+const OF_RADII: &str = "[measured]
+file = \"radii.csv\"
+columns = { time_s = \"t [min]\", edge_radius_m = \"R [µm]\", edge_radius_std_m = \"s [µm]\" }
+";
+
+#[test]
+fn radii_over_time_give_the_coefficient_with_its_error() {
+    let directory = Workspace::with(FILE);
+    directory.write("radii.csv", measured(&directory));
+    directory.write("trial.toml", FILE.replace("preston_m2_n = 2e-14\n", "") + OF_RADII);
+    let said = words(&directory.printed("calibrate trial.toml --fit removal.preston_m2_n --out found"));
+    assert!(said.starts_with("k_P = (2.00 ± 0.0") && said.contains("5 radii within 0.0 σ"), "{said}");
+    assert!(said.contains("the square root of time fits the radii: R² = R_0² + c² t with c = "), "{said}");
+    for file in ["calibration.html", "residuals.csv", "figures/calibration_radius.svg"] {
+        assert!(directory.path(&format!("found/{file}")).is_file(), "{file}");
+    }
+    let found = directory.json("found/calibration.json");
+    assert!(found["square_root"]["fits"].as_bool() == Some(true) && found["next_measurement"][0].is_null());
+    let [times, fitted, roots] =
+        ["time_s", "fitted", "square_root"].map(|key| column(&directory, "found/residuals.csv", key));
+    assert!(times.len() == 5 && (fitted[4] / roots[4] - 1.0).abs() < 0.02, "{fitted:?} {roots:?}");
+    // The file that it writes is one for the other commands, and the same brush takes as long.
+    let text = directory.read("found/calibrated.toml");
+    assert!(text.contains("# k_P = (2.00 ± 0.0") && !text.contains("measured"), "{text}");
+    directory.run("remove found/calibrated.toml --out again --no-figures");
+    let [first, again] = ["grown", "again"].map(|out| column(&directory, &format!("{out}/removal.csv"), "time_s")[200]);
+    assert!((again / first - 1.0).abs() < 2e-3, "{again} {first}");
+}
+
+#[test]
+fn radii_that_tell_nothing_are_refused() {
+    let directory = Workspace::with(FILE);
+    directory.write("radii.csv", "t [min];R [µm];s [µm]\n1;120;2\n2;150;2\n");
+    let trial = FILE.replace("preston_m2_n = 2e-14\n", "") + OF_RADII;
+    directory.write("trial.toml", &trial);
+    let refused = |options: &str| words(&directory.refused(&format!("calibrate trial.toml --out out {options}")));
+    let preston = "--fit removal.preston_m2_n";
+    let said = refused(&format!("{preston} --fit contact.friction_coefficient"));
+    assert!(said.contains("do not tell `contact.friction_coefficient`"), "{said}");
+    let said = refused(&format!("{preston} --set removal.observed={{edge_radius_m=0.2e-3,time_s=60}}"));
+    assert!(said.contains("make it a row of the measured table"), "{said}");
+    let said = refused(&format!("{preston} --set workpiece.edge_radius_m=0.2e-3"));
+    assert!(said.contains("is below that at the start, 2e-4 m"), "{said}");
+    let said = refused("--fit contact.friction_coefficient");
+    assert!(said.contains("radii of an edge, not forces"), "{said}");
+    let said = refused(&format!("{preston} --set workpiece.offset_m=-50e-3"));
+    assert!(said.contains("is never reached") && said.contains("no work on it"), "{said}");
+}

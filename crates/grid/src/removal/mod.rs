@@ -204,13 +204,7 @@ pub fn remove(
     tell: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Removal, RemovalError> {
     let removal = settings.removal_or_default();
-    let angles = included_angles(settings);
-    if angles.is_empty() {
-        return Err(RemovalError::NoEdge);
-    }
-    if angles.len() > 1 && settings.brush.is_some() {
-        return Err(RemovalError::ChamferOfBrush);
-    }
+    let angles = edges_of(settings)?;
     if removal.preston_m2_n.is_none() && removal.observed.is_none() {
         return Err(RemovalError::NoCoefficient);
     }
@@ -224,7 +218,79 @@ pub fn remove(
         }
     }
     let mut search = Search { settings, removal, angles, goal, passes: Passes::new(settings, resources, stop, tell) };
-    search.run()
+    let (growth, nodes, change) = search.refined()?;
+    search.conclude(&growth, &nodes, change)
+}
+
+/// The included angles in rad of the edges that can be followed.
+///
+/// # Errors
+/// If there is none, or their work is not known.
+pub fn edges_of(settings: &Settings) -> Result<Vec<f64>, RemovalError> {
+    let angles = included_angles(settings);
+    match angles.len() {
+        0 => Err(RemovalError::NoEdge),
+        2 if settings.brush.is_some() => Err(RemovalError::ChamferOfBrush),
+        _ => Ok(angles),
+    }
+}
+
+/// How an edge grows, for any coefficient and radius at the start: what was simulated is enough for all of them.
+#[derive(Clone, Debug)]
+pub struct Course {
+    table: Table,
+    rates: Rates,
+    preston: f64,
+    /// By how much the radius changed at most when the number of simulated radii was doubled, over itself.
+    pub change_when_refined: f64,
+}
+
+impl Course {
+    /// Simulates the passes over edges of radii from that of the workpiece that `settings` state to one that was `observed`. `tell` hears how many
+    /// passes of a batch are simulated.
+    ///
+    /// # Errors
+    /// If there is no edge, if that radius is never reached, or a pass cannot be simulated.
+    pub fn up_to(
+        observed: ObservedEdge,
+        settings: &Settings,
+        resources: Resources,
+        stop: &Stop,
+        tell: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, RemovalError> {
+        let angles = edges_of(settings)?;
+        let removal = RemovalSettings { preston_m2_n: None, observed: Some(observed), ..settings.removal_or_default() };
+        let passes = Passes::new(settings, resources, stop, tell);
+        let mut search = Search { settings, removal, angles, goal: Goal::Radius(observed.edge_radius_m), passes };
+        let (Growth { preston, .. }, nodes, change_when_refined) = search.refined()?;
+        let count = settings.tool.filament_count;
+        let rates = Rates::new(settings, count, preston, search.factors(), &nodes.radii, &nodes.losses);
+        let [loss, _] = rates.largest;
+        Ok(Self {
+            table: search.passes.table(None, &nodes.radii, &nodes.losses),
+            // Edges that grow faster go beyond the table, where their work is that at its end.
+            rates: Rates { largest: [loss, f64::INFINITY], ..rates },
+            preston,
+            change_when_refined,
+        })
+    }
+
+    /// The Preston coefficient in m²/N with which the radius that was observed is reached.
+    #[must_use]
+    pub fn preston_m2_n(&self) -> f64 {
+        self.preston
+    }
+
+    /// The radius in m of the larger edge after each of the `turns`, which ascend, with a Preston coefficient in m²/N and a radius at the start in m.
+    #[must_use]
+    pub fn radii(&self, preston_m2_n: f64, start_m: f64, turns: &[f64]) -> Vec<f64> {
+        let area_per_work = self.rates.area_per_work * (preston_m2_n / self.preston);
+        let rates = Rates { radius: start_m, area_per_work, ..self.rates };
+        let end = turns.last().copied().unwrap_or(0.0);
+        let (stages, _) = grow(&self.table, &rates, End::Turns(end));
+        let larger = |turns: &f64| stage_at(&stages, *turns).radii.into_iter().fold(0.0, f64::max);
+        turns.iter().map(larger).collect()
+    }
 }
 
 /// When the removal ends, in turns of the tool.
@@ -298,7 +364,8 @@ struct Growth {
 }
 
 impl Search<'_> {
-    fn run(&mut self) -> Result<Removal, RemovalError> {
+    /// The growth by so many passes that more of them change nothing, what they were, and by how much the last ones changed the radius.
+    fn refined(&mut self) -> Result<(Growth, Nodes, f64), RemovalError> {
         let nodes = self.nodes()?;
         let mut coarse = self.follow(None, &nodes)?;
         let (mut finest, mut change) = (nodes, f64::INFINITY);
@@ -318,7 +385,7 @@ impl Search<'_> {
         if let (Some(goal), Ended::Stopped | Ended::Worn | Ended::Largest) = (self.goal.radius(), coarse.ended) {
             return Err(self.unreached(goal, &coarse));
         }
-        self.conclude(&coarse, &finest, change)
+        Ok((coarse, finest, change))
     }
 
     /// Factors of the areas.

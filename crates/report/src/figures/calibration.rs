@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use bristle_calibrate::{Calibration, estimate};
+use bristle_calibrate::{Calibration, GrownEdge, Radii, estimate};
 use bristle_grid::Setting;
 
-use super::Picture;
+use super::{Picture, unit_of_time};
 use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::format::Format;
 use crate::drawing::scale::Axis;
@@ -30,20 +30,72 @@ const POINTS: usize = 180;
 const MOST: usize = 10;
 
 /// The figures of a calibration: `calibration_force` and the like have measured over fitted forces with the 95 % band that the calibration
-/// leaves, `ellipse_A_B` the region that holds two settings with a confidence of 95 %.
+/// leaves, `calibration_radius` has radii over time, `ellipse_A_B` the region that holds two settings with a confidence of 95 %.
 #[must_use]
 pub fn calibration_figures(calibration: &Calibration, format: &Format) -> Vec<Picture> {
     let measured = |force: &usize| calibration.problem.observations.iter().any(|own| own.force == *force);
     let forces = (0..FORCES.len()).filter(measured).map(|force| fitted(calibration, force, format));
     let determined: Vec<usize> = (0..calibration.values.len()).filter(|&own| calibration.is_determined(own)).collect();
     let pairs = determined.iter().flat_map(|&a| determined.iter().map(move |&b| [a, b])).filter(|[a, b]| a < b);
-    forces.chain(pairs.take(MOST).map(|pair| ellipse(calibration, pair, format))).collect()
+    let radii = calibration.problem.radii.iter().map(|radii| grown(calibration, radii, format));
+    radii.chain(forces).chain(pairs.take(MOST).map(|pair| ellipse(calibration, pair, format))).collect()
 }
 
 /// Whether [`calibration_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_calibration(name: &str) -> bool {
     name.starts_with(FITTED) || name.starts_with(ELLIPSE)
+}
+
+/// Radii over time: measured, fitted, and by the square root of time.
+fn grown(calibration: &Calibration, radii: &Radii, format: &Format) -> Picture {
+    let last = calibration.growth.last().map_or(0.0, |edge| edge.time_s);
+    let (unit, second) = unit_of_time(last);
+    let of = |value: &dyn Fn(&GrownEdge) -> f64| -> Vec<(f64, f64)> {
+        calibration.growth.iter().map(|edge| (edge.time_s / second, 1e3 * value(edge))).collect()
+    };
+    let upper = of(&|edge| edge.radius_m + BAND * edge.error_m);
+    let mut lower = of(&|edge| (edge.radius_m - BAND * edge.error_m).max(0.0));
+    lower.reverse();
+    let scale = calibration.errors.scale.sqrt();
+    let bars = calibration.problem.observations.iter().map(|own| {
+        let ends = [own.value - own.std * scale, own.value + own.std * scale];
+        (radii.time_s(own.point) / second, ends.map(|end| 1e3 * end))
+    });
+    let markers = calibration.problem.observations.iter();
+    let diagram = Diagram {
+        title: "Measured and fitted radii of the edge".to_owned(),
+        subtitle: estimates(calibration),
+        x: Axis::linear(format!("time in {unit}")),
+        y: Axis::amount("radius R of the edge in mm"),
+        curves: vec![
+            Curve::new("", Look::Band, [upper, lower].concat()),
+            Curve::new("fitted, ± 1.96 σ of the fit", Look::Line, of(&|edge| edge.radius_m)),
+            Curve::new("square root of time", Look::Reference, of(&|edge| edge.square_root_m)),
+            Curve::new("", Look::Bars, bars.flat_map(|(time, ends)| ends.map(|end| (time, end))).collect()).with_pen(1),
+            Curve::new(
+                measured_with(calibration),
+                Look::Filled,
+                markers.map(|own| (radii.time_s(own.point) / second, 1e3 * own.value)).collect(),
+            )
+            .with_pen(1),
+        ],
+    };
+    Picture { name: format!("{FITTED}radius"), canvas: diagram.draw_in(format) }
+}
+
+/// The values of what is determined.
+fn estimates(calibration: &Calibration) -> String {
+    let determined = (0..calibration.values.len()).filter(|&own| calibration.is_determined(own));
+    determined.map(|own| estimate(calibration, own)).collect::<Vec<_>>().join(", ")
+}
+
+/// What error bars show.
+fn measured_with(calibration: &Calibration) -> &'static str {
+    match calibration.problem.has_std {
+        true => "measured ± standard deviation",
+        false => "measured ± scatter of the residuals",
+    }
 }
 
 /// Measured over fitted forces.
@@ -59,26 +111,21 @@ fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
     let upper = points.iter().map(|[fitted, _, _, error]| (*fitted, fitted + BAND * error));
     let lower = points.iter().rev().map(|[fitted, _, _, error]| (*fitted, fitted - BAND * error));
     let bars = points.iter().flat_map(|[fitted, value, std, _]| [(*fitted, value - std), (*fitted, value + std)]);
-    let std = if calibration.problem.has_std {
-        "measured ± standard deviation"
-    } else {
-        "measured ± scatter of the residuals"
-    };
     let diagram = Diagram {
         title: "Measured and fitted forces".to_owned(),
-        subtitle: (0..calibration.values.len())
-            .filter(|&own| calibration.is_determined(own))
-            .map(|own| estimate(calibration, own))
-            .collect::<Vec<_>>()
-            .join(", "),
+        subtitle: estimates(calibration),
         x: Axis::amount(format!("fitted {name} in {unit}")),
         y: Axis::amount(format!("measured {name} in {unit}")),
         curves: vec![
             Curve::new("", Look::Band, upper.chain(lower).collect()),
             Curve::new("measured = fitted, ± 1.96 σ of the fit", Look::Reference, line),
             Curve::new("", Look::Bars, bars.collect()).with_pen(1),
-            Curve::new(std, Look::Filled, points.iter().map(|[fitted, value, ..]| (*fitted, *value)).collect())
-                .with_pen(1),
+            Curve::new(
+                measured_with(calibration),
+                Look::Filled,
+                points.iter().map(|[fitted, value, ..]| (*fitted, *value)).collect(),
+            )
+            .with_pen(1),
         ],
     };
     Picture { name: format!("{FITTED}{word}"), canvas: diagram.draw_in(format) }

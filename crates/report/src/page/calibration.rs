@@ -2,16 +2,23 @@
 
 use bristle_calibrate::{Calibration, estimate, lines};
 use bristle_grid::{DEPTH, Setting};
-use bristle_input::measured::Speed;
+use bristle_input::measured::{MeasuredPoint, Speed};
 use bristle_text::number::{short, significant};
 use bristle_text::shown;
 
 use super::brush::figure;
 use super::{LONGEST_NAME, STYLE, escape_html, fill};
 use crate::drawing::format::Format;
-use crate::figures::calibration_figures;
+use crate::figures::{calibration_figures, unit_of_time};
 
 const TEMPLATE: &str = include_str!("calibration.html");
+/// The table of points to measure at next.
+const NEXT: &str = "  <section class=\"tables\" aria-labelledby=\"next-title\">
+    <h2 id=\"next-title\">Where to measure next</h2>
+    <table><thead><tr><th scope=\"col\">Point</th><th scope=\"col\" class=\"number\">Determinant of the covariance</th></tr></thead><tbody>
+{}</tbody></table>
+  </section>
+";
 /// The most forces in the table.
 const MOST: usize = 200;
 
@@ -23,10 +30,12 @@ pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
     let (lead, rest) = lines.split_first().expect("values come first");
     let rest: String = rest.iter().map(|line| format!("<li>{line}</li>")).collect();
     let settings: String = (0..calibration.values.len()).map(|own| setting_row(calibration, own)).collect();
+    let measured = calibration.problem.measured();
     let trust = format!(
-        "The errors follow from how the forces change with the settings, which is known to {} %. If that is much above 1 %, forces bend within the \
-         errors, because one contact more or less begins there.",
-        significant(100.0 * calibration.derivative_error)
+        "The errors follow from how the {measured} change with the settings, which is known to {} %. If that is much above 1 %, {measured} bend within \
+         the errors{}.",
+        significant(100.0 * calibration.derivative_error),
+        if calibration.problem.radii.is_some() { "" } else { ", because one contact more or less begins there" }
     );
     let next: String = calibration
         .next
@@ -36,6 +45,7 @@ pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
             format!("<tr><td>{words}</td><td class=\"number\">÷ {}</td></tr>\n", significant(next.gain))
         })
         .collect();
+    let next = if next.is_empty() { next } else { NEXT.replace("{}", &next) };
     let figures: String = calibration_figures(calibration, &Format::default()).iter().map(figure).collect();
     let forces: String = (0..calibration.forces.len().min(MOST)).map(|row| force_row(calibration, row)).collect();
     fill(
@@ -44,6 +54,7 @@ pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
             ("title", &format!("{name}: calibration")),
             ("style", STYLE),
             ("name", &name),
+            ("measured", measured),
             ("lead", lead),
             ("rest", &rest),
             ("settings", &settings),
@@ -80,14 +91,14 @@ fn setting_row(calibration: &Calibration, own: usize) -> String {
 
 fn force_row(calibration: &Calibration, row: usize) -> String {
     let own = calibration.problem.observations[row];
-    let point = calibration.problem.points[own.point];
-    let depth = Setting::Number(bristle::model::parameters::Parameter::find(DEPTH).expect("the table has the depth"));
-    let speed = match point.speed {
-        Speed::Velocity(velocity) => format!("{} m/s", short(velocity)),
-        Speed::Rotational(speed) => format!("{} rpm", short(speed)),
+    let at = match &calibration.problem.radii {
+        Some(radii) => {
+            let time = radii.time_s(own.point);
+            let (unit, second) = unit_of_time(time);
+            format!("{} {unit}, {} turns", significant(time / second), significant(radii.turns[own.point]))
+        }
+        None => place(calibration, &calibration.problem.points[own.point]),
     };
-    let tool = calibration.tool_name(point.tool.unwrap_or(0)).map_or_else(String::new, |name| format!("{name}, "));
-    let at = format!("{tool}{speed}, {}", depth.text(point.penetration_depth_m));
     let std = own.std * calibration.errors.scale.sqrt();
     format!(
         "<tr><td>{}</td><td><code>{}</code></td><td class=\"number\">{} ± {}</td><td class=\"number\">{}</td><td class=\"number\">{:+.1}</td></tr>\n",
@@ -98,4 +109,15 @@ fn force_row(calibration: &Calibration, row: usize) -> String {
         significant(calibration.forces[row]),
         calibration.residual(row)
     )
+}
+
+/// Where a force was measured.
+fn place(calibration: &Calibration, point: &MeasuredPoint) -> String {
+    let depth = Setting::Number(bristle::model::parameters::Parameter::find(DEPTH).expect("the table has the depth"));
+    let speed = match point.speed {
+        Speed::Velocity(velocity) => format!("{} m/s", short(velocity)),
+        Speed::Rotational(speed) => format!("{} rpm", short(speed)),
+    };
+    let tool = calibration.tool_name(point.tool.unwrap_or(0)).map_or_else(String::new, |name| format!("{name}, "));
+    format!("{tool}{speed}, {}", depth.text(point.penetration_depth_m))
 }

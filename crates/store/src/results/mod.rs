@@ -15,9 +15,9 @@ pub use saved::{
     FileHashes, Origin, SavedCase, SavedStudy, case_text, read_case, read_study, study_text, study_text_from,
 };
 pub use tables::{
-    Cell, FIXED_COLUMNS, cells, keys, read_history, read_profile, read_runs, read_shapes, read_turn_impulses,
-    run_columns, run_rows, write_edge_work, write_history, write_metrics, write_positions, write_profile,
-    write_removal_rows, write_runs, write_shapes,
+    Cell, FIXED_COLUMNS, absent_from, cells, keys, read_history, read_profile, read_runs, read_shapes,
+    read_turn_impulses, run_columns, run_rows, write_edge_work, write_history, write_metrics, write_positions,
+    write_profile, write_removal_rows, write_runs, write_shapes,
 };
 
 #[cfg(test)]

@@ -310,11 +310,17 @@ const OF_SECOND_EDGE: [&str; 2] = ["second_edge_radius_m", "second_edge_sliding_
 /// Columns of the band where tools are sampled.
 const OF_BAND: [&str; 2] = ["edge_radius_lower_95_m", "edge_radius_upper_95_m"];
 
+/// The keys of columns that a removal does not have: those of a second edge, or of a band.
+pub fn absent_from(removal: &Removal) -> impl Iterator<Item = &'static str> + Clone {
+    let (chamfer, band) = (removal.angles_rad.len() > 1, removal.has_band);
+    let second = OF_SECOND_EDGE.into_iter().filter(move |_| !chamfer);
+    second.chain(OF_BAND.into_iter().filter(move |_| !band))
+}
+
 /// The columns of a record that a removal has.
 fn of_removal<R: Record>(removal: &Removal) -> impl Iterator<Item = &'static Column<R>> + Clone {
-    let (chamfer, band) = (removal.angles_rad.len() > 1, removal.has_band);
-    let has = move |key| (chamfer || !OF_SECOND_EDGE.contains(&key)) && (band || !OF_BAND.contains(&key));
-    R::COLUMNS.iter().filter(move |column| has(column.key))
+    let absent = absent_from(removal);
+    R::COLUMNS.iter().filter(move |column| !absent.clone().any(|key| key == column.key))
 }
 
 fn write_of_removal<R: Record>(out: impl Write, removal: &Removal, records: &[R]) -> io::Result<()> {
