@@ -23,8 +23,8 @@ const SHADES: u32 = 100;
 /// Font size of the numbers in cells, and the margin around them.
 const NUMBER: i32 = 10;
 const FREE: (i32, i32) = (4, 5);
-/// How far a line is continued to the frame, over the distance to it.
-const FAR: i32 = 3;
+/// How far a line is continued to the frame, over half the largest outermost cell.
+const FAR: i32 = 2;
 /// Fill of a cell without a value, and distance between its hatching lines.
 const EMPTY: Color = Color(240, 241, 243);
 const HATCH: i32 = 6;
@@ -87,23 +87,24 @@ impl CellAxis {
 }
 
 /// Where a line that ends on a side of the rectangle of the outermost middles, and goes outwards there, meets the frame; none if it does not end
-/// there, or goes along the frame.
+/// there, or would go along the frame.
 fn on_to_the_frame([before, end]: [Point; 2], [left, top, right, bottom]: [i32; 4], frame: Frame) -> Option<Point> {
     let (across, down) = (end.0 - before.0, end.1 - before.1);
     let [low_x, low_y, high_x, high_y] = frame.map(fine);
-    let outwards = [
-        (end.0 == left && across < 0, low_x - end.0, across),
-        (end.0 == right && across > 0, high_x - end.0, across),
-        (end.1 == top && down < 0, low_y - end.1, down),
-        (end.1 == bottom && down > 0, high_y - end.1, down),
-    ];
-    let (_, way, rate) = outwards.into_iter().find(|(is_outwards, ..)| *is_outwards)?;
-    let part = f64::from(way) / f64::from(rate);
-    let meets = |from: i32, rate: i32| from + (part * f64::from(rate)).round() as i32;
-    let point = (meets(end.0, across), meets(end.1, down));
-    let is_within = (low_x..=high_x).contains(&point.0) && (low_y..=high_y).contains(&point.1);
-    let is_short = (point.0 - end.0).abs().max((point.1 - end.1).abs()) <= FAR * way.abs();
-    (is_within && is_short).then_some(point)
+    let is_outwards = (end.0 == left && across < 0)
+        || (end.0 == right && across > 0)
+        || (end.1 == top && down < 0)
+        || (end.1 == bottom && down > 0);
+    // How many times the last piece fits in between the end and a side that it approaches.
+    let part = |from: i32, rate: i32, [low, high]: [i32; 2]| match rate.signum() {
+        0 => f64::INFINITY,
+        sign => f64::from(if sign < 0 { low - from } else { high - from }) / f64::from(rate),
+    };
+    let part = part(end.0, across, [low_x, high_x]).min(part(end.1, down, [low_y, high_y]));
+    let [more_x, more_y] = [across, down].map(|rate| (part * f64::from(rate)).round() as i32);
+    let is_near = |more: i32, beyond: [i32; 2]| more.abs() <= FAR * beyond[0].max(beyond[1]);
+    let is_short = is_near(more_x, [left - low_x, high_x - right]) && is_near(more_y, [top - low_y, high_y - bottom]);
+    (is_outwards && is_short).then_some((end.0 + more_x, end.1 + more_y))
 }
 
 /// Maps the values of a side to coordinates between two pixels.
@@ -511,6 +512,12 @@ mod tests {
         assert_eq!(lines.len(), 1, "{lines:?}");
         let ends = [lines[0].first(), lines[0].last()].map(|end| *end.expect("a point"));
         assert!(ends.contains(&(2350, 3500)) && ends.contains(&(2050, 500)), "{ends:?}");
+        // Past a corner too, and not far along a side.
+        let beyond = |before: Point, end: Point| on_to_the_frame([before, end], [100, 100, 300, 300], [0, 0, 40, 40]);
+        assert_eq!(beyond((150, 200), (100, 280)), Some((25, 400)));
+        assert_eq!(beyond((150, 200), (100, 200)), Some((0, 200)));
+        assert_eq!([beyond((101, 150), (100, 100)), beyond((110, 350), (100, 250))], [Some((98, 0)), None]);
+        assert_eq!([beyond((150, 200), (200, 200)), beyond((50, 200), (100, 200))], [None; 2]);
         // The line of another quantity has no place on the colours.
         let lines = [None, Some(vec![Some(0.0), Some(2.0), Some(0.0), Some(2.0)])].map(|other| {
             let [sides, values] = [[1.0, 2.0], [5.0, 6.0]];

@@ -860,7 +860,8 @@ mod tests {
         let mut expected =
             ["contact_time_ratio_map", "impulse_map", "tool_force_map", "tool_power_map", "tool_force_over_velocity"];
         let mut chosen = main(&names(&all));
-        (expected.sort_unstable(), chosen.sort_unstable());
+        expected.sort_unstable();
+        chosen.sort_unstable();
         assert_eq!(chosen, expected);
         let more = [&["measured_over_depth"][..], &names(&all)].concat();
         let chosen = main(&more);
