@@ -7,6 +7,7 @@ use crate::commands::brush::BrushArgs;
 use crate::commands::calibrate::CalibrateArgs;
 use crate::commands::compare::CompareArgs;
 use crate::commands::compare_studies::CompareStudiesArgs;
+use crate::commands::converge::ConvergeArgs;
 use crate::commands::derive::DeriveArgs;
 use crate::commands::evaluate::EvaluateArgs;
 use crate::commands::explain::ExplainArgs;
@@ -25,6 +26,7 @@ Examples:
   bristle study brush.toml --out results       simulate all contacts of a study
   bristle simulate brush.toml --out one        simulate one contact over time
   bristle brush examples/brush.toml --out all  simulate filaments that touch
+  bristle converge brush.toml --out precision  say how many segments it needs
   bristle calibrate lab.toml --fit KEY --out c fit settings to measured forces
   bristle remove edge.toml --out rounding      follow an edge that grows round
   bristle plot results                         redraw the figures of a study
@@ -50,7 +52,7 @@ Exit status:
        complete (a reader that stops early is not an error)
   3    a simulation failed; a study has written the results of the others
   130  Ctrl-C stopped a study, a brush or a calibration, which the same command
-       resumes, or a removal";
+       resumes, or a removal or a convergence";
 
 /// Contact forces of brushing tools, from the equations of motion of one filament.
 #[derive(Parser)]
@@ -68,6 +70,7 @@ pub enum Command {
     CompareStudies(CompareStudiesArgs),
     Simulate(SimulateArgs),
     Brush(BrushArgs),
+    Converge(ConvergeArgs),
     Calibrate(CalibrateArgs),
     Remove(RemoveArgs),
     Evaluate(EvaluateArgs),

@@ -13,6 +13,7 @@ pub mod brush;
 pub mod calibrate;
 pub mod compare;
 pub mod compare_studies;
+pub mod converge;
 pub mod derive;
 pub mod evaluate;
 pub mod explain;
@@ -33,6 +34,7 @@ pub fn run(command: Command) -> Result<ExitCode, CliError> {
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Brush(arguments) => brush::run(&arguments),
+        Command::Converge(arguments) => converge::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Remove(arguments) => remove::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
