@@ -13,6 +13,7 @@ pub mod brush;
 pub mod calibrate;
 pub mod compare;
 pub mod compare_studies;
+pub mod completions;
 pub mod converge;
 pub mod derive;
 pub mod evaluate;
@@ -44,6 +45,8 @@ pub fn run(command: Command) -> Result<ExitCode, CliError> {
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Advise(arguments) => advise::run(&arguments),
+        Command::Completions(arguments) => completions::print_completions(&arguments),
+        Command::Man(arguments) => completions::write_manual(&arguments),
         Command::Schema => {
             print(&input_schema())?;
             Ok(ExitCode::SUCCESS)

@@ -982,3 +982,35 @@ fn bad_calls_are_refused() {
         assert!(!workspace.path("results").exists(), "{call}");
     }
 }
+
+#[test]
+fn without_arguments_one_screen_says_where_to_begin() {
+    let [screen, said] = Workspace::new().run("");
+    assert!(said.is_empty() && screen.lines().count() <= 24, "{screen}");
+    assert!(screen.contains("bristle new brush.toml") && screen.contains("  simulate "), "{screen}");
+    assert!(Workspace::new().printed("--version").starts_with("bristle "));
+}
+
+#[test]
+fn shells_and_manual_pages_know_every_command() {
+    let directory = Workspace::new();
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = directory.printed(&format!("completions {shell}"));
+        assert!(script.contains("compare-studies") && script.contains("without-interaction"), "{shell}");
+    }
+    directory.run("man --out pages");
+    let pages = directory.names("pages");
+    assert!(
+        ["bristle.1", "bristle-study.1", "bristle-converge.1"].iter().all(|page| pages.iter().any(|own| own == page))
+    );
+    let study = directory.read("pages/bristle-study.1");
+    assert!(study.contains("bristle\\-study") && study.contains("journal.jsonl"), "{study}");
+    assert!(
+        pages.len() == directory.printed("").lines().filter(|line| line.starts_with("  ")).count() + 3,
+        "{pages:?}"
+    );
+    let refused = directory.bristle("completions ksh").assert().code(2).get_output().clone();
+    assert!(
+        String::from_utf8_lossy(&refused.stderr).contains("[possible values: bash, elvish, fish, powershell, zsh]")
+    );
+}
