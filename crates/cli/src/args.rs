@@ -7,6 +7,8 @@ use crate::commands::brush::BrushArgs;
 use crate::commands::calibrate::CalibrateArgs;
 use crate::commands::compare::CompareArgs;
 use crate::commands::compare_studies::CompareStudiesArgs;
+use crate::commands::completions::{CompletionsArgs, ManArgs};
+use crate::commands::converge::ConvergeArgs;
 use crate::commands::derive::DeriveArgs;
 use crate::commands::evaluate::EvaluateArgs;
 use crate::commands::explain::ExplainArgs;
@@ -25,6 +27,7 @@ Examples:
   bristle study brush.toml --out results       simulate all contacts of a study
   bristle simulate brush.toml --out one        simulate one contact over time
   bristle brush examples/brush.toml --out all  simulate filaments that touch
+  bristle converge brush.toml --out precision  say how many segments it needs
   bristle calibrate lab.toml --fit KEY --out c fit settings to measured forces
   bristle remove edge.toml --out rounding      follow an edge that grows round
   bristle plot results                         redraw the figures of a study
@@ -50,11 +53,37 @@ Exit status:
        complete (a reader that stops early is not an error)
   3    a simulation failed; a study has written the results of the others
   130  Ctrl-C stopped a study, a brush or a calibration, which the same command
-       resumes, or a removal";
+       resumes, or a removal or a convergence";
+
+/// What the program prints without arguments: one screen.
+pub const OVERVIEW: &str = "\
+Contact forces of brushing tools, from the equations of motion of one filament
+
+  new                write a first input file
+  explain            say what a key of it means
+  simulate           simulate one contact over time
+  study              simulate all contacts of a study: tables, figures, a page
+  brush              simulate filaments that touch each other
+  remove             follow an edge that grows round and filaments that wear
+  calibrate          fit settings to measured forces
+  converge           say how many segments and which tolerance a contact needs
+  advise             say which settings of a study meet limits
+  plot               redraw the figures of saved results
+  compare-studies    compare the tools of saved studies
+  merge              make one study of its shards
+  derive             show the equations of motion
+  evaluate, compare  evaluate them at a state; compare them with other engines
+  validate           compare with exact solutions, other codes and the paper
+  schema             print the JSON schema of input files, for editors
+  completions, man   completion for a shell; manual pages
+
+Begin with `bristle new brush.toml` and `bristle study brush.toml --out results`.
+`bristle help COMMAND` says more, `bristle --help` has examples.
+";
 
 /// Contact forces of brushing tools, from the equations of motion of one filament.
 #[derive(Parser)]
-#[command(version, after_help = EXAMPLES)]
+#[command(name = "bristle", version, after_help = EXAMPLES)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -68,6 +97,7 @@ pub enum Command {
     CompareStudies(CompareStudiesArgs),
     Simulate(SimulateArgs),
     Brush(BrushArgs),
+    Converge(ConvergeArgs),
     Calibrate(CalibrateArgs),
     Remove(RemoveArgs),
     Evaluate(EvaluateArgs),
@@ -82,4 +112,30 @@ pub enum Command {
     /// The schema states the meaning, unit, default and limits of each setting. With it, an editor completes and checks
     /// input files as you type.
     Schema,
+    Completions(CompletionsArgs),
+    Man(ManArgs),
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_overview_is_one_screen_with_all_commands() {
+        assert!(OVERVIEW.lines().count() <= 24);
+        assert!(OVERVIEW.lines().all(|line| line.chars().count() <= 80), "{OVERVIEW}");
+        let listed: Vec<&str> = OVERVIEW
+            .lines()
+            .filter_map(|line| line.strip_prefix("  "))
+            .flat_map(|line| line.split("  ").next().unwrap_or_default().split(", "))
+            .collect();
+        let mut commands: Vec<String> =
+            Cli::command().get_subcommands().map(|command| command.get_name().to_owned()).collect();
+        commands.sort();
+        let mut sorted = listed.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, commands);
+    }
 }

@@ -12,6 +12,7 @@ use bristle_input::explain::UnknownKey;
 use bristle_input::input_error::InputError;
 use bristle_input::table::DataError;
 use bristle_insight::advice::AdviceError;
+use bristle_insight::convergence::ConvergenceError;
 use bristle_insight::joined::JoinError;
 use bristle_inspect::comparison::ComparisonError;
 use bristle_inspect::derive::DeriveError;
@@ -81,6 +82,9 @@ pub enum CliError {
     /// An edge cannot be followed.
     #[error("{}: {error}", shown_path(path))]
     Removal { path: PathBuf, error: Box<RemovalError> },
+    /// Nothing can be said of the precision that a contact needs.
+    #[error("{}: {error}", shown_path(path))]
+    Convergence { path: PathBuf, error: ConvergenceError },
     #[error(transparent)]
     ForceJournal(#[from] ForceJournalError),
     #[error(transparent)]
@@ -145,7 +149,9 @@ impl CliError {
     /// The exit status of a command that ends with it.
     pub fn status(&self) -> ExitCode {
         match self {
-            Self::Simulation(_) | Self::BrushFailed(_) => SIMULATION_FAILED.into(),
+            Self::Simulation(_)
+            | Self::BrushFailed(_)
+            | Self::Convergence { error: ConvergenceError::Stated(_), .. } => SIMULATION_FAILED.into(),
             _ => BAD_INPUT.into(),
         }
     }

@@ -20,9 +20,9 @@ use std::process::ExitCode;
 use bristle_text::shown;
 use clap::{CommandFactory, FromArgMatches};
 
-use args::Cli;
+use args::{Cli, OVERVIEW};
 use error::CliError;
-use terminal::{print_by, say, start_log, width};
+use terminal::{print, print_by, say, start_log, width};
 
 /// Longest line of the help, in columns: longer ones are hard to read.
 const LONGEST_LINE: usize = 100;
@@ -36,6 +36,10 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<ExitCode, CliError> {
+    if env::args_os().len() <= 1 {
+        print(OVERVIEW)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     match parse(env::args_os()) {
         Ok(cli) => commands::run(cli.command),
         Err(error) if error.use_stderr() => Err(CliError::Call(visible(error))),

@@ -11,11 +11,13 @@ use bristle_calibrate::Calibration;
 use bristle_grid::removal::Removal;
 use bristle_input::measured::{Format as TableFormat, Measurement, read_measured};
 use bristle_input::table::DataError;
+use bristle_insight::convergence::Convergence;
 use bristle_insight::measured::{Comparison, compare, comparison_table, write_comparison};
 use bristle_report::drawing::format::{Format, FormatError, parse_font, parse_font_size, parse_width};
 use bristle_report::figures::{
-    Brush, Picture, brush_figures, calibration_figures, contact_figures, is_of_brush, is_of_calibration, is_of_contact,
-    is_of_removal, is_of_study, main_figures, removal_figures, study_figures,
+    Brush, Picture, brush_figures, calibration_figures, contact_figures, convergence_figures, is_of_brush,
+    is_of_calibration, is_of_contact, is_of_convergence, is_of_removal, is_of_study, main_figures, removal_figures,
+    study_figures,
 };
 use bristle_store::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use bristle_store::study_files::{COMPARISON, MEASURED};
@@ -229,6 +231,18 @@ pub fn draw_removal(
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
+/// Draws a convergence below `directory`.
+pub fn draw_convergence(
+    directory: &Path,
+    convergence: &Convergence,
+    figures: &Figures,
+) -> Result<Drawn, PicturesError> {
+    let pictures = convergence_figures(convergence, &figures.format);
+    let message = write_pictures(directory, &pictures, None, figures)?;
+    remove_others(directory, &pictures, figures, is_of_convergence);
+    Ok(Drawn { message, comparisons: Vec::new() })
+}
+
 /// Whether a picture of this name is one of a contact or a brush.
 fn is_of_simulation(name: &str) -> bool {
     is_of_contact(name) || is_of_brush(name)
@@ -347,6 +361,11 @@ pub fn is_picture_of_calibration(name: &str) -> bool {
 /// Whether a file of this name is one of a removal's pictures.
 pub fn is_picture_of_removal(name: &str) -> bool {
     picture(name).is_some_and(is_of_removal)
+}
+
+/// Whether a file of this name is one of a convergence's pictures.
+pub fn is_picture_of_convergence(name: &str) -> bool {
+    picture(name).is_some_and(is_of_convergence)
 }
 
 /// The name of the picture in a file.

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 
 use bristle_text::layout::WIDTH;
 use bristle_text::{Lines, shown_path};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use terminal_size::terminal_size_of;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt;
@@ -124,10 +124,4 @@ pub fn print_by(write: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
 /// Tells the user that a file was written.
 pub fn say_written(path: &Path) {
     say(format_args!("wrote {}", shown_path(path)));
-}
-
-/// Style of the progress bar. indicatif shows it on a terminal only.
-pub fn progress_style() -> ProgressStyle {
-    ProgressStyle::with_template("{bar:40} {pos}/{len} cases, {eta} left")
-        .unwrap_or_else(|_| ProgressStyle::default_bar())
 }

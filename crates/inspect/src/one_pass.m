@@ -1,29 +1,37 @@
 function metrics = one_pass(brushing_velocity, penetration_depth)
 % One pass of a filament of @SEGMENTS@ segments over a plane workpiece.
 %
-%   metrics = one_pass(v_b, a_e) takes v_b in m/s and a_e in m; without them they are 20 m/s and 1 mm. Without an output, the
-%   normal force is drawn. The brush is that of Uhlmann and Hoyer (Ceramics 2021), without friction; the settings below state it.
+%   metrics = one_pass(v_b, a_e) takes v_b in m/s and a_e in m; without them they are 20 m/s and 1 mm. The brush is that of Uhlmann
+%   and Hoyer (Ceramics 2021), without friction.
 %
-%   Runs in MATLAB (ode15s) and in GNU Octave (lsode), with the functions of the equations in the same directory.
+%   metrics = one_pass('one/case.json') takes all settings from a file, which `bristle simulate FILE.toml --out one` writes. What this
+%   function does not know, such as friction or an edge, is an error.
+%
+%   Without an output, the normal force is drawn. Runs in MATLAB (ode15s) and in GNU Octave from version 7 on (lsode), with the
+%   functions of the equations in the same directory.
 
-  if nargin < 1
-    brushing_velocity = 20;
+  if nargin > 0 && ischar(brushing_velocity)
+    settings = read_settings(brushing_velocity);
+  else
+    settings = paper_settings();
+    if nargin > 0
+      settings.process.brushing_velocity_m_s = brushing_velocity;
+    end
+    if nargin > 1
+      settings.process.penetration_depth_m = penetration_depth;
+    end
   end
-  if nargin < 2
-    penetration_depth = 1e-3;
-  end
-
-  % Settings, in SI units.
-  body_radius = 0.140;
-  filament_count = 10500;
-  filament_length = 0.040;
-  diameter = 1.18e-3;
-  density = 1110;
-  youngs_modulus = 3.0e9;
-  damping_ratio = 0.05;
-  contact_stiffness = 1e5;
-  lead_angle = 0.005;
-  tail_angle = 0.15;
+  brushing_velocity = settings.process.brushing_velocity_m_s;
+  penetration_depth = settings.process.penetration_depth_m;
+  body_radius = settings.tool.body_radius_m;
+  filament_count = settings.tool.filament_count;
+  filament_length = settings.filament.length_m;
+  diameter = settings.filament.diameter_m;
+  density = settings.filament.density_kg_m3;
+  youngs_modulus = settings.filament.youngs_modulus_pa;
+  damping_ratio = settings.filament.damping_ratio;
+  lead_angle = settings.process.lead_angle_rad;
+  tail_angle = settings.process.tail_angle_rad;
 
   % The chain: rigid segments of length h, joined by springs c and dampers d.
   n = @SEGMENTS@;
@@ -48,7 +56,8 @@ function metrics = one_pass(brushing_velocity, penetration_depth)
   contact_angle = 2 * acos((radius - penetration_depth) / radius);
   tool.start_angle = -pi/2 - contact_angle/2 - lead_angle;
   tool.surface = -(radius - penetration_depth);
-  tool.stiffness = contact_stiffness;
+  tool.stiffness = settings.contact.stiffness_n_m;
+  tool.gravity = settings.process.gravity_m_s2(1:@AXES@);
   duration = (lead_angle + contact_angle + tail_angle) / tool.rate;
 
   % At first the relaxed filament turns with the body. The last entry of the state is the impulse.
@@ -87,8 +96,7 @@ end
 function slope = state_slope(t, y, tool, chain)
   [q, v, clamp] = unpack(t, y, tool);
   [Q, normal_force] = contact(t, y, tool, chain);
-  gravity = zeros(@AXES@, 1);
-  arguments = {q, v, clamp.position, clamp.velocity, clamp.acceleration, clamp.direction, clamp.angular_velocity, gravity, ...
+  arguments = {q, v, clamp.position, clamp.velocity, clamp.acceleration, clamp.direction, clamp.angular_velocity, tool.gravity(:), ...
     chain.h, chain.m, chain.J, chain.c, chain.d, chain.kappa};
   accelerations = @PREFIX@mass_matrix(arguments{:}) \ (@PREFIX@force(arguments{:}) + Q);
   slope = [v; accelerations; normal_force];
@@ -115,4 +123,38 @@ function [Q, normal_force] = contact(t, y, tool, chain)
   % A coordinate moves the nodes of its own segment and those outside it.
   outer = flipud(cumsum(flipud(forces)));
 @LOADS@
+end
+
+function settings = paper_settings()
+% In SI units, named as in input files.
+  settings.tool = struct('body_radius_m', 0.140, 'filament_count', 10500);
+  settings.filament = struct('length_m', 0.040, 'diameter_m', 1.18e-3, 'density_kg_m3', 1110, 'youngs_modulus_pa', 3.0e9, ...
+    'damping_ratio', 0.05);
+  settings.contact = struct('stiffness_n_m', 1e5);
+  settings.process = struct('brushing_velocity_m_s', 20, 'penetration_depth_m', 1e-3, 'gravity_m_s2', [0; 0; 0], ...
+    'lead_angle_rad', 0.005, 'tail_angle_rad', 0.15);
+end
+
+function settings = read_settings(name)
+  settings = jsondecode(fileread(name));
+  if isfield(settings, 'settings')
+    settings = settings.settings;
+  end
+  if settings.filament.segments ~= @SEGMENTS@
+    error('%s has %d segments, these equations have @SEGMENTS@: derive others', name, settings.filament.segments);
+  end
+  % Each has the value that this function assumes, if the file states it at all.
+  assumed = {'tool', 'kind', 'round'; 'tool', 'tilt_rad', 0; 'tool', 'skew_rad', 0; 'tool', 'filament_angle_rad', pi/2; ...
+    'filament', 'waviness_amplitude_m', 0; 'filament', 'tip_diameter_m', settings.filament.diameter_m; ...
+    'filament', 'lateral_tilt_rad', 0; 'contact', 'exponent', 1; 'contact', 'damping_s_m', 0; 'contact', 'radius_m', 0; ...
+    'contact', 'friction_coefficient', 0; 'workpiece', 'kind', 'plane'; 'workpiece', 'normal', [0; 1; 0]; 'process', 'turns', 1};
+  for k = 1:size(assumed, 1)
+    [section, key, value] = assumed{k, :};
+    if isfield(settings.(section), key) && ~isequal(settings.(section).(key), value)
+      error('%s: this function does not know %s.%s other than %s', name, section, key, mat2str(value));
+    end
+  end
+  if isfield(settings, 'brush')
+    error('%s: this function simulates one filament, without [brush]', name);
+  end
 end

@@ -4,6 +4,7 @@
 //! [`figures`] figures (drawn by [`drawing`]), and [`page`] a study as one page to explore in a browser. All return text or
 //! bytes. The program handles the files.
 
+pub mod convergence;
 pub mod drawing;
 pub mod figures;
 pub mod page;

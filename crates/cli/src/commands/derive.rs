@@ -2,15 +2,18 @@
 
 use std::ffi::OsStr;
 use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use bristle::simulation::{Form, Pass};
+use bristle_grid::tentative;
 use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, derive};
 use bristle_store::staged::{StagedFile, directory_of, occupy, prepare_directory};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::error::CliError;
+use crate::input::InputArgs;
 use crate::terminal::{print_by, say, say_written};
 use crate::values::parse_count;
 
@@ -18,6 +21,9 @@ use crate::values::parse_count;
 ///
 /// Shows either the whole equations of N segments, or the kernels of one segment and one joint that the solver loops over.
 /// With --planar, the filament moves in the plane of rotation, and each segment has one coordinate instead of two.
+///
+/// With FILE.toml, they are the whole equations of its filament: with its number of segments, and in the plane of rotation if its tool,
+/// clamp, workpiece and gravity keep it there.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct DeriveArgs {
@@ -37,6 +43,9 @@ pub struct DeriveArgs {
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 pub struct EquationsArgs {
+    /// The whole equations of the filament of an input file
+    #[arg(value_name = "FILE.toml")]
+    file: Option<PathBuf>,
     /// The whole equations of N segments, 1 to 400
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "filament.segments"))]
     segments: Option<usize>,
@@ -45,16 +54,29 @@ pub struct EquationsArgs {
     kernels: bool,
 }
 
-impl From<&DeriveArgs> for Equations {
-    fn from(arguments: &DeriveArgs) -> Self {
-        let motion = if arguments.planar { Motion::Planar } else { Motion::Spatial };
-        // clap accepts either a number of segments or the kernels.
-        match arguments.equations.segments {
-            Some(segments) => Self::Whole { segments, motion },
-            None if arguments.planar => Self::PlanarKernels,
-            None => Self::Kernels,
-        }
+/// What the arguments ask for. clap accepts one of a file, a number of segments, and the kernels.
+fn equations(arguments: &DeriveArgs) -> Result<Equations, CliError> {
+    let motion = if arguments.planar { Motion::Planar } else { Motion::Spatial };
+    match &arguments.equations {
+        EquationsArgs { file: Some(file), .. } => of_file(file, arguments.planar),
+        EquationsArgs { segments: Some(segments), .. } => Ok(Equations::Whole { segments: *segments, motion }),
+        _ if arguments.planar => Ok(Equations::PlanarKernels),
+        _ => Ok(Equations::Kernels),
     }
+}
+
+/// The whole equations of the filament that a file states; of a study, that of the first case.
+fn of_file(file: &Path, planar: bool) -> Result<Equations, CliError> {
+    let input = InputArgs { file: file.to_owned(), set: Vec::new(), strict: false };
+    let text = input.read()?;
+    let document = text.document()?;
+    let settings = match document.study() {
+        Ok(study) => study.settings(0),
+        Err(_) => document.settings()?,
+    };
+    let is_planar = planar || Pass::new(&tentative(settings.clone())).form() == Form::Planar;
+    let motion = if is_planar { Motion::Planar } else { Motion::Spatial };
+    Ok(Equations::Whole { segments: settings.filament.segments, motion })
 }
 
 /// Reads the name of a form.
@@ -68,7 +90,7 @@ const MOST_PAGES: usize = 200;
 
 /// Runs the command.
 pub fn run(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
-    let (equations, format) = (Equations::from(arguments), arguments.format);
+    let (equations, format) = (equations(arguments)?, arguments.format);
     if let Some(pages) = equations.pages(format).filter(|pages| *pages > MOST_PAGES) {
         say(format_args!(
             "note: written out, these equations take some {pages} pages, which nobody reads, and grow with the cube of the number of \

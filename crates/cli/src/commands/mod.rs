@@ -13,6 +13,8 @@ pub mod brush;
 pub mod calibrate;
 pub mod compare;
 pub mod compare_studies;
+pub mod completions;
+pub mod converge;
 pub mod derive;
 pub mod evaluate;
 pub mod explain;
@@ -33,6 +35,7 @@ pub fn run(command: Command) -> Result<ExitCode, CliError> {
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Brush(arguments) => brush::run(&arguments),
+        Command::Converge(arguments) => converge::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Remove(arguments) => remove::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
@@ -42,6 +45,8 @@ pub fn run(command: Command) -> Result<ExitCode, CliError> {
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Advise(arguments) => advise::run(&arguments),
+        Command::Completions(arguments) => completions::print_completions(&arguments),
+        Command::Man(arguments) => completions::write_manual(&arguments),
         Command::Schema => {
             print(&input_schema())?;
             Ok(ExitCode::SUCCESS)

@@ -31,7 +31,7 @@ use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
 /// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
 const MAX_FAILURES_SHOWN: usize = 5;
 /// Longest error of a case that is printed, in characters.
-const LONGEST_FAILURE: usize = 400;
+pub const LONGEST_FAILURE: usize = 400;
 
 /// Simulate all cases of [study] in a file, and write runs.csv, a page and figures
 ///

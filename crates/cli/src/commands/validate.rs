@@ -3,15 +3,16 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Mutex;
 use std::time::Instant;
 
 use bristle_store::staged::{StagedFile, occupy, prepare_directory};
 use bristle_validation::{self as validation, Extent, Outcome};
 use clap::Args;
-use indicatif::ProgressBar;
 
 use crate::error::{CliError, agreement};
-use crate::terminal::{progress_style, say, say_written, show, width};
+use crate::progress::PassProgress;
+use crate::terminal::{say, say_written, show, width};
 
 /// Names of the result files.
 const COMPARISONS: &str = "validation.csv";
@@ -41,12 +42,17 @@ pub fn run(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
     let _occupied = occupy(&arguments.out, &[("", &written)])?;
 
     let start = Instant::now();
-    let bar = ProgressBar::new(validation::trial_count() as u64).with_style(progress_style());
+    let progress = Mutex::new((0, PassProgress::begin("the validation", 0.0)));
     let outcomes = validation::run(extent, || {
-        bar.inc(1);
+        if let Ok((done, progress)) = progress.lock().as_deref_mut() {
+            *done += 1;
+            progress.tell(f64::from(*done) / validation::trial_count() as f64);
+        }
         ControlFlow::Continue(())
     });
-    bar.finish_and_clear();
+    if let Ok((_, progress)) = progress.into_inner() {
+        progress.end();
+    }
     let seconds = start.elapsed().as_secs_f64();
 
     let written = write_validation(&arguments.out, &outcomes, extent);

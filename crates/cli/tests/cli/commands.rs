@@ -550,16 +550,34 @@ fn a_pass_in_octave_has_the_impulse_of_the_program() {
         let simulate = "simulate case.toml --out one --no-figures --set process.brushing_velocity_m_s=20.0";
         workspace.run(&format!("{simulate} --set filament.segments={segments}"));
         let metrics = workspace.json("one/metrics.json");
-        let script = "m = one_pass(20, 1e-3); printf('%.17g\\n', m.contact_normal_impulse_n_s)";
-        let output = Process::new(&octave)
-            .args(["--no-gui", "--quiet", "--norc", "--eval", script])
-            .current_dir(workspace.path("m"))
-            .output()
-            .expect("Octave starts");
-        let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-        let impulse: f64 = printed.trim().parse().unwrap_or_else(|_| panic!("{output:?}"));
-        let expected = metrics["contact_normal_impulse_n_s"].as_f64().expect("a number");
-        assert!((impulse / expected - 1.0).abs() < 1e-4, "{motion}: {impulse:e} {expected:e}");
+        let run = |call: &str| {
+            let script = format!("m = {call}; printf('%.17g\\n', m.contact_normal_impulse_n_s)");
+            Process::new(&octave)
+                .args(["--no-gui", "--quiet", "--norc", "--eval", &script])
+                .current_dir(workspace.path("m"))
+                .output()
+                .expect("Octave starts")
+        };
+        let agrees = |call: &str, metrics: &serde_json::Value| {
+            let output = run(call);
+            let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+            let impulse: f64 = printed.trim().parse().unwrap_or_else(|_| panic!("{output:?}"));
+            let expected = metrics["contact_normal_impulse_n_s"].as_f64().expect("a number");
+            assert!((impulse / expected - 1.0).abs() < 1e-4, "{motion}, {call}: {impulse:e} {expected:e}");
+        };
+        agrees("one_pass(20, 1e-3)", &metrics);
+        let other =
+            "--set filament.diameter_m=1e-3 --set tool.body_radius_m=0.1 --set process.gravity_m_s2=[0,-9.81,0]";
+        workspace.run(&format!("simulate case.toml --out two --no-figures --set filament.segments={segments} {other}"));
+        agrees("one_pass('../two/case.json')", &workspace.json("two/metrics.json"));
+        let friction = "--set contact.friction_coefficient=0.3";
+        workspace
+            .run(&format!("simulate case.toml --out two --no-figures --set filament.segments={segments} {friction}"));
+        let refused = run("one_pass('../two/case.json')");
+        assert!(
+            String::from_utf8_lossy(&refused.stderr)
+                .contains("does not know contact.friction_coefficient other than 0")
+        );
     }
 }
 
@@ -991,4 +1009,55 @@ fn bad_calls_are_refused() {
         workspace.bristle(call).assert().code(2).stdout("").stderr(contains("panicked").not());
         assert!(!workspace.path("results").exists(), "{call}");
     }
+}
+
+#[test]
+fn without_arguments_one_screen_says_where_to_begin() {
+    let [screen, said] = Workspace::new().run("");
+    assert!(said.is_empty() && screen.lines().count() <= 24, "{screen}");
+    assert!(screen.contains("bristle new brush.toml") && screen.contains("  simulate "), "{screen}");
+    assert!(Workspace::new().printed("--version").starts_with("bristle "));
+}
+
+#[test]
+fn shells_and_manual_pages_know_every_command() {
+    let directory = Workspace::new();
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = directory.printed(&format!("completions {shell}"));
+        assert!(script.contains("compare-studies") && script.contains("without-interaction"), "{shell}");
+    }
+    directory.run("man --out pages");
+    let pages = directory.names("pages");
+    assert!(
+        ["bristle.1", "bristle-study.1", "bristle-converge.1"].iter().all(|page| pages.iter().any(|own| own == page))
+    );
+    let study = directory.read("pages/bristle-study.1");
+    assert!(study.contains("bristle\\-study") && study.contains("journal.jsonl"), "{study}");
+    assert!(
+        pages.len() == directory.printed("").lines().filter(|line| line.starts_with("  ")).count() + 3,
+        "{pages:?}"
+    );
+    let refused = directory.bristle("completions ksh").assert().code(2).get_output().clone();
+    assert!(
+        String::from_utf8_lossy(&refused.stderr).contains("[possible values: bash, elvish, fish, powershell, zsh]")
+    );
+}
+
+#[test]
+fn a_file_says_which_equations_it_has() {
+    let directory = Workspace::with(FILE);
+    let segments = bristle_input::document::Document::parse(FILE, "case.toml")
+        .and_then(|document| document.settings())
+        .expect("settings")
+        .filament
+        .segments;
+    let of = |arguments: &str| directory.printed(&format!("derive {arguments} --format json"));
+    assert!(of("case.toml") == of(&format!("--segments {segments} --planar")));
+    // A tilt takes the filament out of the plane.
+    let tilted = FILE.replace("[filament]\n", "[filament]\nlateral_tilt_rad = 0.01\n");
+    assert_ne!(tilted, FILE);
+    directory.write("tilted.toml", tilted);
+    assert!(of("tilted.toml") == of(&format!("--segments {segments}")));
+    assert!(directory.refused("derive case.toml --segments 2").contains("cannot be used with"));
+    assert!(directory.refused("derive missing.toml").contains("missing.toml"));
 }

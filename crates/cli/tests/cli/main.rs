@@ -6,6 +6,7 @@ mod advise;
 mod brush;
 mod check;
 mod commands;
+mod converge;
 mod first;
 mod formats;
 mod friction;

@@ -181,7 +181,7 @@ fn choosing_velocity_and_depth_does_what_it_says() {
 fn how_sure_forces_are_is_as_the_page_says() {
     check(&Page {
         text: include_str!("../../../../docs/how-sure.md"),
-        counts: (5, 4),
+        counts: (6, 5),
         files: &["sure/journal.jsonl", "sure/report.html", "sure/figures/measured_over_speed.png"],
         metrics: &[
             ("one/metrics.json", "tool_contact_normal_force_n", 44.93, 0.01),

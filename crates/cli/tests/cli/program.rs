@@ -136,7 +136,10 @@ impl Workspace {
     /// What a command that succeeds prints to stdout and stderr.
     pub fn run(&self, arguments: &str) -> [String; 2] {
         let output = self.bristle(arguments).assert().success().get_output().clone();
-        [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("UTF-8"))
+        let texts = [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("UTF-8"));
+        // Neither is a terminal, which alone has bars that are drawn again and again.
+        assert!(texts.iter().all(|text| !text.contains(['\r', '\u{1b}', '\u{8}'])), "{arguments}: {texts:?}");
+        texts
     }
 
     /// What a command that succeeds prints to stdout.

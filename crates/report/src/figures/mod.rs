@@ -27,12 +27,14 @@ use bristle_text::number::{short, significant};
 
 mod brush;
 mod calibration;
+mod convergence;
 mod force;
 mod profile;
 mod removal;
 
 pub use brush::{Brush, brush_figures, is_of_brush};
 pub use calibration::{calibration_figures, is_of_calibration};
+pub use convergence::{convergence_figures, is_of_convergence};
 pub use profile::drawn_shapes;
 pub use removal::{corner_outline, is_of_removal, removal_figures, unit_of_time};
 

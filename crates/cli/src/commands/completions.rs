@@ -1,0 +1,65 @@
+//! `bristle completions` and `bristle man`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use bristle_store::staged::{StagedFile, occupy, prepare_directory};
+use clap::{Args, CommandFactory};
+use clap_complete::{Shell, generate};
+use clap_mangen::Man;
+
+use crate::args::Cli;
+use crate::error::CliError;
+use crate::terminal::{print_by, say_written};
+
+/// The name of the program.
+const PROGRAM: &str = "bristle";
+
+/// Print a script with which a shell completes commands and options
+///
+///   bash  bristle completions bash > ~/.local/share/bash-completion/completions/bristle
+///   zsh   bristle completions zsh > DIR/_bristle, where DIR is in $fpath
+///   fish  bristle completions fish > ~/.config/fish/completions/bristle.fish
+///
+/// Begin a new shell after that.
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct CompletionsArgs {
+    /// The shell
+    shell: Shell,
+}
+
+/// Write manual pages of the program and of each command, as DIR/bristle.1 and DIR/bristle-COMMAND.1
+///
+/// In a directory such as ~/.local/share/man/man1, `man bristle-study` shows them.
+#[derive(Args)]
+pub struct ManArgs {
+    /// Directory for the pages, created if it does not exist
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// Prints the script of a shell.
+pub fn print_completions(arguments: &CompletionsArgs) -> Result<ExitCode, CliError> {
+    let mut script = Vec::new();
+    generate(arguments.shell, &mut Cli::command(), PROGRAM, &mut script);
+    print_by(|| std::io::Write::write_all(&mut std::io::stdout(), &script))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the manual pages.
+pub fn write_manual(arguments: &ManArgs) -> Result<ExitCode, CliError> {
+    let mut program = Cli::command();
+    program.build();
+    let commands: Vec<clap::Command> =
+        program.get_subcommands().filter(|command| command.get_name() != "help").cloned().collect();
+    let pages: Vec<Man> = [program].into_iter().chain(commands).map(Man::new).collect();
+    prepare_directory(&arguments.out)?;
+    let _occupied = occupy(&arguments.out, &[("", &|name| name.starts_with(PROGRAM) && name.ends_with(".1"))])?;
+    let stage = |page: &Man| StagedFile::write(arguments.out.join(page.get_filename()), |out| page.render(out));
+    let staged: Result<Vec<StagedFile>, _> = pages.iter().map(stage).collect();
+    for file in staged? {
+        say_written(&file.commit()?);
+    }
+    Ok(ExitCode::SUCCESS)
+}

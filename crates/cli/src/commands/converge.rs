@@ -1,0 +1,141 @@
+//! `bristle converge`.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use bristle::model::settings::Settings;
+use bristle_grid::brush::check_brushes;
+use bristle_grid::{CaseResult, Resources, Study};
+use bristle_input::plausibility::unusual;
+use bristle_insight::convergence::{ConvergenceError, Plan, write_convergence};
+use bristle_report::convergence::convergence_text;
+use bristle_run::{Means, RunError, StudyRun};
+use bristle_store::staged::{StagedFile, occupy, prepare_directory};
+use bristle_text::layout::note;
+use bristle_text::number::counted;
+use bristle_text::shown;
+use clap::Args;
+
+use crate::commands::study::LONGEST_FAILURE;
+use crate::error::{CliError, SIMULATION_FAILED};
+use crate::input::InputArgs;
+use crate::interrupt::stop_on_interrupt;
+use crate::pictures::{FIGURES, FigureArgs, draw_convergence, is_picture_of_convergence, say_drawn};
+use crate::progress::{Progress, Works};
+use crate::terminal::{say, say_at_the_end, say_written, show, width};
+use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
+
+/// The table of the results.
+const TABLE: &str = "converge.csv";
+
+/// Say how many segments and which tolerance a contact needs, and write DIR/converge.csv
+///
+/// Simulates the contact of [process] with coarser and finer values of one setting after the other: the number of segments,
+/// filament.segments, and the tolerance, solver.relative_tolerance. With [brush], filaments touch each other, and the settings
+/// are the number of segments, the tolerance that chooses the step, brush.tolerance, and the stiffness k_l between filaments,
+/// brush.stiffness_n_m2.
+///
+/// Prints the force F_n,w for each value with its change against the finest one, what to choose for an error of 1 %, and how
+/// good the force is as stated. Where the finest four numbers of segments agree on the power with which the error falls, the force
+/// is extrapolated. DIR/figures/converge.svg and .png show the errors. [study] is ignored, [uncertainty] too without [brush]. A
+/// force in place of the depth is reached first, and the depth then kept.
+#[derive(Args)]
+#[command(allow_negative_numbers = true)]
+pub struct ConvergeArgs {
+    #[command(flatten)]
+    input: InputArgs,
+    /// Directory for the results, created if it does not exist
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    #[command(flatten)]
+    figures: FigureArgs,
+    /// Number of threads [default: one per core]; does not change the results
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
+    threads: Option<u64>,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    /// Leave out [brush]: simulate a filament alone
+    #[arg(long)]
+    without_interaction: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
+    let figures = arguments.figures.figures()?;
+    let text = arguments.input.read()?;
+    let document = text.document()?;
+    let refused_key = |key| CliError::WithoutBrush { path: arguments.input.file.clone(), key };
+    let document =
+        if arguments.without_interaction { document.without_brush().map_err(refused_key)? } else { document };
+    let stated = document.settings()?;
+    arguments.input.warn_of(&unusual(&stated))?;
+    // Before anything is simulated or written: what is wrong with the settings.
+    Plan::new(&stated).map_err(|error| refused(arguments, error))?;
+    prepare_directory(&arguments.out)?;
+    let _occupied = occupy(&arguments.out, &[("", &|name| name == TABLE), (FIGURES, &is_picture_of_convergence)])?;
+    let outcome = at_depth(arguments, stated).and_then(|settings| {
+        let plan = Plan::new(&settings).map_err(|error| refused(arguments, error))?;
+        let results = simulate(arguments, plan.study())?;
+        Ok((plan, results))
+    });
+    let (plan, results) = match outcome {
+        Err(CliError::Run(RunError::Stopped)) => {
+            say_at_the_end("stopped: nothing was written");
+            return Ok(INTERRUPTED.into());
+        }
+        outcome => outcome?,
+    };
+    let convergence = plan.conclude(&results).map_err(|error| refused(arguments, error))?;
+    let file = StagedFile::write(arguments.out.join(TABLE), |out| write_convergence(out, &convergence))?;
+    say_written(&file.commit()?);
+    say_drawn(&draw_convergence(&arguments.out, &convergence, &figures)?)?;
+    show(convergence_text(&convergence, width()))?;
+    let mut status = ExitCode::SUCCESS;
+    for series in &convergence.series {
+        for (value, result) in series.values.iter().zip(&series.results) {
+            if let Err(error) = result {
+                let equation = series.setting().equation(*value);
+                say(format_args!("error: with {equation}: {}", shown(error, LONGEST_FAILURE)));
+                status = SIMULATION_FAILED.into();
+            }
+        }
+    }
+    Ok(status)
+}
+
+fn refused(arguments: &ConvergeArgs, error: ConvergenceError) -> CliError {
+    CliError::Convergence { path: arguments.input.file.clone(), error }
+}
+
+/// The settings, at the depth that reaches the force which they state in place of one.
+fn at_depth(arguments: &ConvergeArgs, stated: Settings) -> Result<Settings, CliError> {
+    let Some(force) = stated.process.tool_force_n else { return Ok(stated) };
+    let study = Study::of_cases(vec![stated]);
+    let results = simulate(arguments, study.clone())?;
+    if let Err(error) = &results[0] {
+        return Err(refused(arguments, ConvergenceError::Stated(error.clone())));
+    }
+    let settings = study.settings_found(0, &results[0]);
+    let depth = 1e3 * settings.process.penetration_depth_m;
+    say(note(&format!("the depth that reaches {force} N as stated, {depth:.4} mm, is the same in all cases")));
+    Ok(settings)
+}
+
+/// The results of all cases, or none of them if it is asked to stop.
+fn simulate(arguments: &ConvergeArgs, study: Study) -> Result<Vec<CaseResult>, CliError> {
+    let threads = arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize));
+    let resources = Resources { threads, memory: arguments.memory.limit() };
+    if study.has_brush() {
+        check_brushes(&study, threads, resources.memory)
+            .map_err(|error| CliError::StudyRefused { path: arguments.input.file.clone(), error: Box::new(error) })?;
+    }
+    let count = study.case_count();
+    let mut run = StudyRun::new(study);
+    let progress = Progress::begin(Works::of(&run, |_| true), 0, false);
+    run.simulate(|_| true, &Means { resources, stop: &stop_on_interrupt(), observer: &progress })?;
+    let results: Option<Vec<CaseResult>> = run.results().iter().cloned().collect();
+    let results = results.ok_or(RunError::Stopped)?;
+    say(format_args!("{} in {:.2} s", counted(count), progress.seconds()));
+    Ok(results)
+}

@@ -1,0 +1,435 @@
+//! How far a result depends on the precision of its computation: on the number of segments, on tolerances, and on the stiffness between filaments.
+//!
+//! Settings in, the cases to simulate out ([`Plan`]); their results in, what they say about each of these settings out ([`Convergence`]).
+
+use std::io::{self, Write};
+
+use bristle::model::parameters::{Parameter, Violation};
+use bristle::model::settings::{Settings, UncertaintySettings};
+use bristle_grid::uncertainty::check;
+use bristle_grid::{CaseResult, Setting, Study};
+use thiserror::Error;
+
+/// The error of `F_n,w` for which values are chosen, over it.
+pub const GOAL: f64 = 0.01;
+
+const SEGMENTS: &str = "filament.segments";
+const SOLVER_TOLERANCE: &str = "solver.relative_tolerance";
+const BRUSH_TOLERANCE: &str = "brush.tolerance";
+const BRUSH_STIFFNESS: &str = "brush.stiffness_n_m2";
+
+/// Numbers of segments, at ratios of about √2.
+const NUMBERS: [f64; 13] = [5.0, 8.0, 12.0, 17.0, 25.0, 35.0, 50.0, 70.0, 100.0, 140.0, 200.0, 280.0, 400.0];
+/// The finest number of segments is at least this multiple of the stated one: its own error is a quarter of that then. For a filament
+/// alone it is also at least the least one, and for a brush, which takes longer, the coarsest is at least the inverse multiple.
+const FINER: f64 = 2.0;
+const LEAST_FINEST: f64 = 50.0;
+/// The loosest relative tolerance, unless the stated one is looser, and the finest one over that which is stated.
+const LOOSEST: f64 = 1e-3;
+const FINER_TOLERANCE: f64 = 1e-2;
+/// Tolerances of a brush over the stated one. Steps are no longer beyond [`LOOSEST`].
+const BRUSH_TOLERANCES: [f64; 5] = [10.0, 3.0, 1.0, 0.3, 0.1];
+/// Stiffnesses over the stated one.
+const STIFFNESSES: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
+/// Slack in comparisons of decimal numbers.
+const ROUNDING: f64 = 1e-9;
+
+/// Why nothing can be said.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ConvergenceError {
+    /// The settings are wrong.
+    #[error("{0}")]
+    Settings(Violation),
+    /// The settings as they are stated cannot be simulated.
+    #[error("the case that the file states cannot be simulated: {0}")]
+    Stated(String),
+    /// There is no force.
+    #[error("the filaments do not touch the workpiece: F_n,w is 0, and there is nothing to compare")]
+    NoContact,
+}
+
+/// The cases to simulate.
+pub struct Plan {
+    /// The first one has the settings as they are stated.
+    cases: Vec<Settings>,
+    /// Settings with their values from coarse to fine, and the cases that have them.
+    series: Vec<(&'static Parameter, Vec<(f64, usize)>)>,
+}
+
+impl Plan {
+    /// The cases in which one setting after the other has other values than in `settings`, which state a depth. Tools are not sampled: filaments of a
+    /// brush alone vary.
+    ///
+    /// # Errors
+    /// If the settings are wrong.
+    pub fn new(settings: &Settings) -> Result<Self, ConvergenceError> {
+        let mut stated = settings.clone();
+        if stated.brush.is_none() {
+            stated.uncertainty = UncertaintySettings::default();
+        }
+        check(&stated).map_err(ConvergenceError::Settings)?;
+        let paths: &[&str] = match stated.brush {
+            Some(_) => &[SEGMENTS, BRUSH_TOLERANCE, BRUSH_STIFFNESS],
+            None => &[SEGMENTS, SOLVER_TOLERANCE],
+        };
+        let mut plan = Self { cases: vec![stated], series: Vec::new() };
+        for path in paths {
+            let parameter = Parameter::find(path).expect("the table has these settings");
+            let values = values(parameter, &plan.cases[0]);
+            let cases = values.into_iter().filter_map(|value| Some((value, plan.case(parameter, value)?))).collect();
+            plan.series.push((parameter, cases));
+        }
+        Ok(plan)
+    }
+
+    /// The number of the case with a value; none if it cannot have it.
+    fn case(&mut self, parameter: &Parameter, value: f64) -> Option<usize> {
+        let stated = &self.cases[0];
+        if parameter.get(stated) == value {
+            return Some(0);
+        }
+        let mut settings = stated.clone();
+        parameter.set(&mut settings, value);
+        check(&settings).ok()?;
+        self.cases.push(settings);
+        Some(self.cases.len() - 1)
+    }
+
+    /// The cases, in any order of simulation.
+    #[must_use]
+    pub fn study(&self) -> Study {
+        Study::of_cases(self.cases.clone())
+    }
+
+    /// What the results of all cases say.
+    ///
+    /// # Errors
+    /// If the settings as they are stated have no force.
+    ///
+    /// # Panics
+    /// If there is not one result per case.
+    pub fn conclude(self, results: &[CaseResult]) -> Result<Convergence, ConvergenceError> {
+        assert_eq!(results.len(), self.cases.len(), "a result for each case");
+        match &results[0] {
+            Err(error) => return Err(ConvergenceError::Stated(error.clone())),
+            Ok(stated) if stated.metrics.tool_contact_normal_force_n == 0.0 => return Err(ConvergenceError::NoContact),
+            Ok(_) => {}
+        }
+        let stated = &self.cases[0];
+        let series = self.series.into_iter().map(|(parameter, cases)| Series {
+            parameter,
+            stated: parameter.get(stated),
+            values: cases.iter().map(|(value, _)| *value).collect(),
+            results: cases.iter().map(|(_, case)| results[*case].clone()).collect(),
+        });
+        Ok(Convergence { series: series.collect() })
+    }
+}
+
+/// The values of a setting that are compared, from coarse to fine.
+fn values(parameter: &Parameter, settings: &Settings) -> Vec<f64> {
+    let stated = parameter.get(settings);
+    let mut values: Vec<f64> = match parameter.path {
+        SEGMENTS => {
+            let is_brush = settings.brush.is_some();
+            let finest = if is_brush { FINER * stated } else { LEAST_FINEST.max(FINER * stated) };
+            let end = NUMBERS.iter().position(|&number| number >= finest).unwrap_or(NUMBERS.len() - 1);
+            let coarsest = if is_brush { stated / FINER } else { 0.0 };
+            NUMBERS[..=end].iter().copied().filter(|&number| number >= coarsest).collect()
+        }
+        SOLVER_TOLERANCE => {
+            let (loosest, finest) = (LOOSEST.max(stated), FINER_TOLERANCE * stated * (1.0 - ROUNDING));
+            let powers = (2..=10).map(|power| format!("1e-{power}").parse().expect("a number"));
+            powers.filter(|tolerance| (finest..=loosest).contains(tolerance)).collect()
+        }
+        BRUSH_TOLERANCE => {
+            let loosest = LOOSEST.max(stated) * (1.0 + ROUNDING);
+            times(stated, BRUSH_TOLERANCES).filter(|&tolerance| tolerance <= loosest).collect()
+        }
+        _ => times(stated, STIFFNESSES).collect(),
+    };
+    values.push(stated);
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    if is_finer_below(parameter) {
+        values.reverse();
+    }
+    values
+}
+
+/// A value times some factors, without the digits that rounding leaves.
+fn times(value: f64, factors: [f64; 5]) -> impl Iterator<Item = f64> {
+    factors.into_iter().map(move |factor| if factor == 1.0 { value } else { rounded(factor * value) })
+}
+
+fn rounded(value: f64) -> f64 {
+    format!("{value:.3e}").parse().expect("a number")
+}
+
+/// Whether smaller values are more precise.
+fn is_finer_below(parameter: &Parameter) -> bool {
+    [SOLVER_TOLERANCE, BRUSH_TOLERANCE].contains(&parameter.path)
+}
+
+/// What a result is for several values of one setting, where all others are as stated.
+pub struct Series {
+    /// The setting.
+    pub parameter: &'static Parameter,
+    /// Its value in the file.
+    pub stated: f64,
+    /// Its values, from coarse to fine.
+    pub values: Vec<f64>,
+    /// The result of each.
+    pub results: Vec<CaseResult>,
+}
+
+/// The force that finer and finer values tend to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// The force `F_n,w` in N.
+    pub force: f64,
+    /// The power of the length of a segment with which the error falls, if the force is extrapolated with it; none if it is that of the finest value.
+    pub order: Option<f64>,
+}
+
+impl Series {
+    /// The setting, as people read it.
+    #[must_use]
+    pub fn setting(&self) -> Setting {
+        Setting::Number(self.parameter)
+    }
+
+    /// The force `F_n,w` in N; none where the simulation failed.
+    fn force(&self, index: usize) -> Option<f64> {
+        self.results[index].as_ref().ok().map(|summary| summary.metrics.tool_contact_normal_force_n)
+    }
+
+    /// The position of the finest value that has a result.
+    #[must_use]
+    pub fn finest(&self) -> usize {
+        (0..self.values.len()).rev().find(|&index| self.force(index).is_some()).expect("the stated value has a result")
+    }
+
+    /// The force of the value at a position against that of the finest one, as a part of it; none where the simulation failed.
+    #[must_use]
+    pub fn change(&self, index: usize) -> Option<f64> {
+        let finest = self.force(self.finest())?;
+        Some((self.force(index)? - finest) / finest)
+    }
+
+    /// What the force tends to. It is extrapolated (Richardson) over the number of segments alone, where the error is known to fall with a power of
+    /// their length, and only if the finest four agree on this power.
+    #[must_use]
+    pub fn limit(&self) -> Limit {
+        /// Powers that agree, and the least change over the force that is none of the tolerance's.
+        const AGREES: f64 = 0.25;
+        const RESOLVED: f64 = 1e-5;
+        let finest = self.finest();
+        let force = self.force(finest).expect("it has a result");
+        let unknown = Limit { force, order: None };
+        let known: Vec<(f64, f64)> =
+            (0..=finest).filter_map(|index| Some((1.0 / self.values[index], self.force(index)?))).collect();
+        if self.parameter.path != SEGMENTS || known.len() < 4 {
+            return unknown;
+        }
+        let last = &known[known.len() - 4..];
+        let changes = last.windows(2).map(|pair| pair[1].1 - pair[0].1);
+        if changes.clone().any(|change| change.abs() < RESOLVED * force.abs()) {
+            return unknown;
+        }
+        let (Some(before), Some(order)) = (order(&last[..3]), order(&last[1..])) else { return unknown };
+        if (before - order).abs() > AGREES {
+            return unknown;
+        }
+        let [(coarse, at_coarse), (fine, at_fine)] = [last[2], last[3]];
+        let share = fine.powf(order) / (coarse.powf(order) - fine.powf(order));
+        Limit { force: at_fine + share * (at_fine - at_coarse), order: Some(order) }
+    }
+
+    /// The error of the force at a position against [`Series::limit`], as a part of it; none where it is unknown: where the simulation failed, and at the
+    /// finest value if nothing is extrapolated.
+    #[must_use]
+    pub fn error(&self, index: usize) -> Option<f64> {
+        let limit = self.limit();
+        if limit.order.is_none() && index >= self.finest() {
+            return None;
+        }
+        Some((self.force(index)? / limit.force - 1.0).abs())
+    }
+
+    /// The error with the value that is stated.
+    #[must_use]
+    pub fn stated_error(&self) -> Option<f64> {
+        self.error(self.values.iter().position(|value| *value == self.stated)?)
+    }
+
+    /// The coarsest value from which on all errors are at most `goal`.
+    #[must_use]
+    pub fn enough(&self, goal: f64) -> Option<f64> {
+        let known = (0..=self.finest()).rev().skip_while(|&index| self.error(index).is_none());
+        let good = known.take_while(|&index| self.error(index).is_some_and(|error| error <= goal));
+        good.last().map(|index| self.values[index])
+    }
+}
+
+/// The power `p` with which the differences of values at three lengths, `(length, value)` from coarse to fine, fall: `(f_1 − f_2)/(f_2 − f_3) =
+/// (x_1^p − x_2^p)/(x_2^p − x_3^p)`. None if there is none between ½ and 4.
+fn order(points: &[(f64, f64)]) -> Option<f64> {
+    const RANGE: [f64; 2] = [0.5, 4.0];
+    let &[(x1, f1), (x2, f2), (x3, f3)] = points else { return None };
+    let ratio = (f1 - f2) / (f2 - f3);
+    let excess = |p: f64| (x1.powf(p) - x2.powf(p)) / (x2.powf(p) - x3.powf(p)) - ratio;
+    let [mut low, mut high] = RANGE;
+    // The ratio of the differences of powers grows with the power.
+    if !(excess(low) < 0.0 && excess(high) > 0.0) {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    Some(low)
+}
+
+/// What results say about the precision of their computation.
+pub struct Convergence {
+    /// One per setting.
+    pub series: Vec<Series>,
+}
+
+impl Convergence {
+    /// The largest error that each of the settings may have for [`GOAL`].
+    #[must_use]
+    pub fn goal_of_each(&self) -> f64 {
+        GOAL / self.series.len() as f64
+    }
+
+    /// For each setting, the coarsest value that is enough for [`GOAL`] together with the others.
+    pub fn choices(&self) -> impl Iterator<Item = Option<f64>> {
+        self.series.iter().map(|series| series.enough(self.goal_of_each()))
+    }
+
+    /// The sum of the errors of the values that are stated; none if one of them is not known.
+    #[must_use]
+    pub fn stated_error(&self) -> Option<f64> {
+        self.series.iter().map(Series::stated_error).sum()
+    }
+}
+
+/// Writes `converge.csv`: a heading, then one row per value of each setting.
+///
+/// # Errors
+/// If `out` cannot be written to.
+pub fn write_convergence(out: impl Write, convergence: &Convergence) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    let keys = ["contact_normal_impulse_n_s", "tool_contact_normal_force_n", "change", "steps", "status"];
+    writer.write_record(["setting", "value"].into_iter().chain(keys))?;
+    for series in &convergence.series {
+        for (index, (value, result)) in series.values.iter().zip(&series.results).enumerate() {
+            let cells = match (result, series.change(index)) {
+                (Ok(summary), Some(change)) => {
+                    let metrics = &summary.metrics;
+                    let numbers = [metrics.contact_normal_impulse_n_s, metrics.tool_contact_normal_force_n, change];
+                    let [impulse, force, change] = numbers.map(|number| number.to_string());
+                    [impulse, force, change, summary.statistics.steps.to_string(), "ok".to_owned()]
+                }
+                (result, _) => {
+                    let message = result.as_ref().err().cloned().unwrap_or_default();
+                    [String::new(), String::new(), String::new(), String::new(), message]
+                }
+            };
+            writer.write_record([series.parameter.path.to_owned(), value.to_string()].into_iter().chain(cells))?;
+        }
+    }
+    writer.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bristle::model::metrics::Metrics;
+    use bristle_grid::CaseSummary;
+
+    fn result(force: f64) -> CaseResult {
+        let metrics = Metrics { tool_contact_normal_force_n: force, ..Metrics::default() };
+        Ok(CaseSummary { metrics, ..CaseSummary::default() })
+    }
+
+    /// A series whose force is a function of the value.
+    fn series(path: &str, stated: f64, force: impl Fn(f64) -> f64) -> Series {
+        let parameter = Parameter::find(path).expect(path);
+        let mut settings = Settings::paper(10.0, 1e-3);
+        parameter.set(&mut settings, stated);
+        let values = values(parameter, &settings);
+        let results = values.iter().map(|&value| result(force(value))).collect();
+        Series { parameter, stated, values, results }
+    }
+
+    #[test]
+    fn values_go_beyond_the_stated_one() {
+        let of = |path: &str, stated: f64| series(path, stated, |_| 1.0).values;
+        assert_eq!(of(SEGMENTS, 25.0), [5.0, 8.0, 12.0, 17.0, 25.0, 35.0, 50.0]);
+        assert_eq!(of(SEGMENTS, 30.0)[4..], [25.0, 30.0, 35.0, 50.0, 70.0]);
+        assert_eq!(of(SEGMENTS, 400.0)[12..], [400.0]);
+        assert_eq!(of(SOLVER_TOLERANCE, 1e-6), [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
+        assert_eq!(of(SOLVER_TOLERANCE, 1e-2), [1e-2, 1e-3, 1e-4]);
+        assert_eq!(of(SOLVER_TOLERANCE, 1e-10).last(), Some(&1e-10));
+        let mut settings = Settings::paper(10.0, 1e-3);
+        settings.filament.segments = 12;
+        settings.brush = Some(settings.brush_or_default());
+        let of = |path: &str| values(Parameter::find(path).expect(path), &settings);
+        assert_eq!(of(SEGMENTS), [8.0, 12.0, 17.0, 25.0]);
+        assert_eq!(of(BRUSH_TOLERANCE), [1e-3, 3e-4, 1e-4]);
+        assert_eq!(of(BRUSH_STIFFNESS), [6e6, 1.8e7, 6e7, 1.8e8, 6e8]);
+    }
+
+    #[test]
+    fn an_order_is_stated_where_the_finest_values_agree_on_it() {
+        let regular = series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 3.0 / (n * n)));
+        let limit = regular.limit();
+        assert!(limit.order.is_some_and(|order| (order - 2.0).abs() < 1e-6), "{limit:?}");
+        assert!((limit.force - 100.0).abs() < 1e-6);
+        assert!(regular.stated_error().is_some_and(|error| (error - 3.0 / 625.0).abs() < 1e-8));
+        // 3/17² is just above one per cent, 3/25² half of it.
+        assert_eq!([0.01, 0.001, 0.02].map(|goal| regular.enough(goal)), [Some(25.0), None, Some(17.0)]);
+        assert_eq!(series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 1.0 / (n * n))).enough(0.0005), Some(50.0));
+        // What jumps to and fro, or is noise, has no order: the finest value is the reference, and its own error is unknown.
+        for irregular in [
+            series(SEGMENTS, 25.0, |n| 100.0 + if n % 2.0 == 0.0 { 1.0 } else { 0.0 }),
+            series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 1e-5 / (n * n))),
+            series(SOLVER_TOLERANCE, 1e-6, |tolerance| 100.0 * (1.0 + tolerance)),
+        ] {
+            let finest = irregular.finest();
+            assert_eq!((irregular.limit().order, irregular.error(finest)), (None, None));
+        }
+        let by_tolerance = series(SOLVER_TOLERANCE, 1e-6, |tolerance| 100.0 * (1.0 + 30.0 * tolerance));
+        assert_eq!([0.01, 1e-5].map(|goal| by_tolerance.enough(goal)), [Some(1e-4), Some(1e-7)]);
+    }
+
+    #[test]
+    fn values_that_fail_are_left_out() {
+        let mut series = series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 3.0 / (n * n)));
+        let last = series.values.len() - 1;
+        (series.results[0], series.results[last]) = (Err("failed".to_owned()), Err("failed, too".to_owned()));
+        assert_eq!((series.finest(), series.change(last), series.change(last - 1)), (last - 1, None, Some(0.0)));
+        assert!(series.limit().order.is_some_and(|order| (order - 2.0).abs() < 1e-6));
+        let mut text = Vec::new();
+        write_convergence(&mut text, &Convergence { series: vec![series] }).expect("a table");
+        let text = String::from_utf8(text).expect("text");
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[1], "filament.segments,5,,,,,failed");
+        assert!(lines[6].starts_with("filament.segments,35,0,100.2") && lines[6].ends_with(",0,0,ok"), "{text}");
+        assert_eq!(lines[7], "filament.segments,50,,,,,\"failed, too\"");
+    }
+
+    #[test]
+    fn each_case_differs_in_one_setting() {
+        let settings = Settings::paper(10.0, 1e-3);
+        let plan = Plan::new(&settings).expect("a plan");
+        assert_eq!(plan.study().case_count(), 1 + 6 + 5);
+        let fails = plan.conclude(&vec![Err("no".to_owned()); 12]).err();
+        assert_eq!(fails, Some(ConvergenceError::Stated("no".to_owned())));
+        let none = Plan::new(&settings).expect("a plan").conclude(&vec![result(0.0); 12]).err();
+        assert_eq!(none, Some(ConvergenceError::NoContact));
+    }
+}
