@@ -231,15 +231,14 @@ pub fn draw_removal(
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
-/// Draws a convergence below `directory`.
+/// Draws a convergence below `directory`. Removes pictures of an earlier one that this one does not have.
 pub fn draw_convergence(
     directory: &Path,
     convergence: &Convergence,
     figures: &Figures,
 ) -> Result<Drawn, PicturesError> {
     let pictures = convergence_figures(convergence, &figures.format);
-    let message = write_pictures(directory, &pictures, None, figures)?;
-    remove_others(directory, &pictures, figures, is_of_convergence);
+    let message = write_pictures(directory, pictures, None, figures, is_of_convergence)?;
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 

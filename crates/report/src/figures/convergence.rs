@@ -75,7 +75,7 @@ fn draw_series(canvas: &mut Canvas, series: &Series, [x, y]: &[Scale; 2], frame:
     let (stated, others): (Vec<_>, Vec<_>) = errors.into_iter().partition(|(value, _)| *value == series.stated);
     for (index, own) in [(0, others), (1, stated)] {
         let own: Vec<Point> = own.into_iter().filter_map(place).collect();
-        pen(index).markers(canvas, &own);
+        pen(index).markers(canvas, &own, false);
     }
     if let Some(order) = series.limit().order {
         let at = (fine(left + 8), fine(bottom - 14));
