@@ -20,6 +20,8 @@ const ACCENTS: [(char, &str); 8] = [
 /// Letters that Unicode has with their dots, as letter and dotted letter.
 const DOTTED: &str = "aȧbḃcċdḋeėfḟgġhḣmṁnṅoȯpṗrṙsṡtṫwẇxẋyẏzżAȦBḂCĊDḊEĖFḞGĠHḢMṀNṄOȮPṖRṘSṠTṪWẆXẊYẎZŻ";
 const TWICE_DOTTED: &str = "aäeëhḧiïoötẗuüwẅxẍyÿAÄEËHḦIÏOÖUÜWẄXẌYŸ";
+/// Letters with a bar, each behind the one that it is made of.
+const BARRED: &str = "eē";
 
 const GREEK: [(char, &str); 37] = [
     ('α', "\\alpha"),
@@ -112,7 +114,7 @@ fn find<T: Copy>(table: &[(char, T)], character: char) -> Option<T> {
     table.iter().find(|entry| entry.0 == character).map(|entry| entry.1)
 }
 
-/// Letters that carry their dots as letter and combining mark.
+/// Letters that carry their dots or bar as letter and combining mark.
 fn decomposed(text: &str) -> Vec<char> {
     let split = |letter: char, table: &str, mark: char| {
         let letters: Vec<char> = table.chars().collect();
@@ -120,7 +122,8 @@ fn decomposed(text: &str) -> Vec<char> {
     };
     let mut characters = Vec::new();
     for letter in text.chars() {
-        let pair = split(letter, DOTTED, '\u{307}').or_else(|| split(letter, TWICE_DOTTED, '\u{308}'));
+        let marked = [(DOTTED, '\u{307}'), (TWICE_DOTTED, '\u{308}'), (BARRED, '\u{304}')];
+        let pair = marked.into_iter().find_map(|(table, mark)| split(letter, table, mark));
         match pair {
             Some(pair) if !letter.is_ascii() => characters.extend(pair),
             _ => characters.push(letter),
