@@ -495,16 +495,15 @@ impl Watched<'_> {
                     slack = slack.min(block.slack(way, total));
                     continue;
                 }
-                let (x, radius) = own_line.points(station);
                 if !in_windows {
-                    let scan = Scan { x, radius, line: &line, width, own_spread: station.spread() };
+                    let scan = Scan { own_line, station, line, width };
                     let [next, others];
                     (block.first, [next, others]) = dispatch(scan);
                     way = path(block);
                     (block.next_until, block.else_until) = (way - reserve + next, total - reserve + others);
                 }
-                let nearest = dispatch(Windows { x, radius, line: &line, first: &block.first, width });
-                let clear = (0..LANES).map(|lane| nearest.lane(lane)).fold(f64::INFINITY, f64::min);
+                let Nearest { beyond, .. } = dispatch(Windows { own_line, station, line, first: &block.first, width });
+                let clear = (0..LANES).map(|lane| beyond.lane(lane)).fold(f64::INFINITY, f64::min);
                 block.clear_until = way - reserve + clear;
                 slack = slack.min(block.slack(way, total));
                 if clear <= reserve {
@@ -532,23 +531,17 @@ struct Nearby<'a> {
 impl Nearby<'_> {
     /// Calls `take` with every point that is nearer to its window than the reach.
     fn for_each(&self, number: usize, station: &Stations, layout: &Layout, mut take: impl FnMut(&Near)) {
-        let Self { own, own_line, line, first, width } = self;
+        let &Self { own, own_line, line, ref first, width } = self;
         let Layout { segments, points, .. } = *layout;
-        let (x, radius) = own_line.points(station);
-        let nearest = dispatch(Windows { x, radius, line, first, width: *width });
+        let Nearest { x, radius, beyond, segment } = dispatch(Windows { own_line, station, line, first, width });
         let present = LANES.min(segments * points - number * LANES);
-        for lane in (0..present).filter(|lane| nearest.lane(*lane) < 0.0) {
-            let segment = Node::new(*own, station.segments[lane].into(), segments);
-            let point = Place { segment, fraction: station.fractions.lane(lane) };
-            let from = first[lane] as usize;
-            let near = (from..from + width)
-                .map(|k| {
-                    let reach = radius.lane(lane) + line.radii[k];
-                    let ends = [line.node(k), line.node(k + 1)];
-                    Near::between(point, x.map(|x| x.lane(lane)), line.segment(k), ends, reach)
-                })
-                .min_by(|a, b| a.square().total_cmp(&b.square()))
-                .expect("a window has a segment");
+        for lane in (0..present).filter(|lane| beyond.lane(*lane) < 0.0) {
+            let own = Node::new(own, station.segments[lane].into(), segments);
+            let point = Place { segment: own, fraction: station.fractions.lane(lane) };
+            let k = segment.lane(lane) as usize;
+            let reach = radius.lane(lane) + line.radii[k];
+            let ends = [line.node(k), line.node(k + 1)];
+            let near = Near::between(point, x.map(|x| x.lane(lane)), line.segment(k), ends, reach);
             if near.square() < near.reach * near.reach {
                 take(&near);
             }
@@ -616,6 +609,7 @@ impl<'a> Line<'a> {
     }
 
     /// The points of a block, and the radii there.
+    #[inline(always)]
     fn points(&self, station: &Stations) -> ([Lane; 3], Lane) {
         let (inner, outer) = (self.nodes(&station.segments, 0), self.nodes(&station.segments, 1));
         let (outer_share, inner_share) = (station.fractions, Lane::from_f64(1.0) - station.fractions);
@@ -660,6 +654,7 @@ impl Stations {
         usize::from(self.segments[0] + self.segments[LANES - 1]) / 2
     }
 
+    #[inline(always)]
     fn spread(&self) -> usize {
         usize::from(self.segments[LANES - 1] - self.segments[0])
     }
@@ -668,12 +663,10 @@ impl Stations {
 /// Chooses the windows of a block: `width` segments with the nearest one in the middle. Returns their first segments, and how far the
 /// segments outside are out of reach in m: those for which the path of the middle holds, and all others.
 struct Scan<'a> {
-    x: [Lane; 3],
-    radius: Lane,
-    line: &'a Line<'a>,
+    own_line: Line<'a>,
+    station: &'a Stations,
+    line: Line<'a>,
     width: usize,
-    /// By how many segments the points of the block differ.
-    own_spread: usize,
 }
 
 impl Loop for Scan<'_> {
@@ -683,7 +676,8 @@ impl Loop for Scan<'_> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Self { x, radius, line, width, own_spread } = self;
+        let Self { own_line, station, line, width } = self;
+        let ((x, radius), own_spread) = (own_line.points(station), station.spread());
         let count = line.radii.len();
         let at = |k: usize| Lane::from_f64(k as f64);
         let (mut least, mut nearest) = (Lane::from_f64(f64::INFINITY), at(0));
@@ -730,32 +724,52 @@ fn min(a: Lane, b: Lane) -> Lane {
     -(-a).max(-b)
 }
 
-/// How far the points of a block are out of reach of the segments of their windows.
+/// Looks for what is nearest to the points of a block in their windows.
 struct Windows<'a> {
-    x: [Lane; 3],
-    radius: Lane,
-    line: &'a Line<'a>,
+    own_line: Line<'a>,
+    station: &'a Stations,
+    line: Line<'a>,
     first: &'a [u16; LANES],
     width: usize,
 }
 
+/// The points of a block, and the nearest segments of their windows.
+struct Nearest {
+    /// The points in m.
+    x: [Lane; 3],
+    /// The radii there in m.
+    radius: Lane,
+    /// How far they are out of reach of all segments in m.
+    beyond: Lane,
+    /// The number of the segment whose centreline is nearest.
+    segment: Lane,
+}
+
 impl Loop for Windows<'_> {
-    type Output = Lane;
+    type Output = Nearest;
 
     const LANES: usize = LANES;
 
     #[inline(always)]
-    fn run(self) -> Lane {
-        let Self { x, radius, line, first, width } = self;
-        let mut nearest = Lane::from_f64(f64::INFINITY);
+    fn run(self) -> Nearest {
+        let Self { own_line, station, line, first, width } = self;
+        let (x, radius) = own_line.points(station);
+        let [mut beyond, mut least] = [Lane::from_f64(f64::INFINITY); 2];
+        let from = Lane::from_lanes(|lane| f64::from(first[lane]));
+        let mut segment = from;
         let mut inner = line.nodes(first, 0);
         for step in 0..width {
             let outer = line.nodes(first, step + 1);
             let radii = Lane::from_lanes(|lane| line.radii[first[lane] as usize + step]);
-            nearest = min(nearest, distance(x, inner, outer) - (radius + radii));
+            let distance = distance(x, inner, outer);
+            beyond = min(beyond, distance - (radius + radii));
+            // Numbers of segments are whole, so that this chooses exactly.
+            let number = from + Lane::from_f64(step as f64);
+            segment = segment + distance.less_than(least) * (number - segment);
+            least = min(least, distance);
             inner = outer;
         }
-        nearest
+        Nearest { x, radius, beyond, segment }
     }
 }
 

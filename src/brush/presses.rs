@@ -133,6 +133,7 @@ struct Rub {
 
 impl Press {
     /// A point of a filament that is nearer to another one than the law's reach, and stands for the length `length` (m) of its segment.
+    #[inline(always)]
     pub fn new(law: &PressLaw, near: &Near, length: f64, Nodes { positions, velocities }: &Nodes) -> Self {
         let distance = near.square().sqrt();
         let normal = scale(1.0 / distance, near.offset);
@@ -234,6 +235,7 @@ impl Press {
     }
 
     /// How the forces change with the accelerations of the ends, where a step moves these by `w_q` and their velocities by `w_v`.
+    #[inline(always)]
     pub fn tangent(&self, law: &PressLaw, weights: [f64; 2]) -> PressTangent {
         let [by_position, by_rate] = weights;
         let &Self { normal, distance, overlap, stiffness, rate_factor, .. } = self;
@@ -319,17 +321,16 @@ impl PressTangent {
     /// Adds how the forces on the ends of `y`'s segment change with its own motion.
     pub fn add_of_nearest(&self, changes: &mut Changes) {
         let shares = self.nearest.shares();
-        for force in 0..2 {
-            for motion in 0..2 {
-                let mut change = scaled(shares[force] * shares[motion], &self.common);
-                self.add_shifting(force + 1, motion + 1, &mut change);
-                changes.add(self.nearest.segment, force, motion, &change);
-            }
-        }
+        changes.add_blocks(self.nearest.segment, |force, motion| {
+            let mut change = scaled(shares[force] * shares[motion], &self.common);
+            self.add_shifting(force + 1, motion + 1, &mut change);
+            change
+        });
         self.add_rub(2, self.nearest.segment, changes);
     }
 
     /// Adds the part of `g gᵀ` of two of `x` and both ends of `y`'s segment, by number.
+    #[inline(always)]
     fn add_shifting(&self, force: usize, motion: usize, change: &mut Matrix) {
         for (row, component) in change.iter_mut().zip(self.slopes[force]) {
             *row = add(*row, scale(self.shifting * component, self.slopes[motion]));
@@ -338,12 +339,8 @@ impl PressTangent {
 
     fn add_rub(&self, first: usize, segment: Node, changes: &mut Changes) {
         let Some(rub) = &self.rub else { return };
-        for motion in 0..2 {
-            let change = rub.by_end(first + motion);
-            for force in 0..2 {
-                changes.add(segment, force, motion, &transposed_product(&rub.carried[first + force], &change));
-            }
-        }
+        let by_ends = [0, 1].map(|motion| rub.by_end(first + motion));
+        changes.add_blocks(segment, |force, motion| transposed_product(&rub.carried[first + force], &by_ends[motion]));
     }
 
     /// Adds to the `forces` on `x`'s filament how they change with the `displacements` of `y`'s.
