@@ -120,6 +120,8 @@ pub struct Kinematics<'a> {
     pub base: [&'a Vector; 2],
     /// How much of them is added to either.
     pub weights: [f64; 2],
+    /// The first coordinate of a block that changes.
+    pub first: usize,
 }
 
 /// Newton's method did not converge.
@@ -196,6 +198,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// The filaments.
     pub fn bristles(&self) -> &[Filament<M, Part>] {
         &self.bristles
+    }
+
+    /// The first coordinate of a block that changes.
+    pub fn first_coordinate(&self) -> usize {
+        first_coordinate(&self.groups)
     }
 
     /// The number of segments of a filament.
@@ -418,14 +425,13 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
     }
 
-    fn place(&mut self, motion: &Motion, which: impl Fn(&Group, &Candidates) -> bool + Sync) {
+    fn place(&mut self, motion: &Motion, which: impl Fn(&Group, &Candidates) -> bool) {
         let n = self.layout.segments;
         let Self { groups, nodes, bristles, candidates, .. } = self;
         let parts = groups.iter_mut().zip(motion.by_group(n)).zip(nodes.by_group(n));
-        team::for_each(parts.enumerate(), |((group, [q, v, _]), nodes)| {
-            if which(group, candidates) {
-                group.place(bristles, motion.time, [q, v], nodes);
-            }
+        let parts = parts.filter(|((group, _), _)| which(group, candidates));
+        team::for_each(parts.map(|part| (part.0.0.index, part)), |((group, [q, v, _]), nodes)| {
+            group.place(bristles, motion.time, [q, v], nodes);
         });
     }
 
@@ -457,12 +463,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(motion.by_group(n))
             .zip(forces.0.chunks(n + 1).zip(linear.residual.chunks_mut(n)))
             .zip(&mut budgets);
-        team::for_each(parts.enumerate(), |(((group, state), (forces, residual)), budget)| {
-            if !around.candidates.is_asleep(group.index) {
-                group.residual(state, forces, residual);
-                let [q, v, _] = state;
-                *budget = group.budget(&around, [q, v], forces[0]);
-            }
+        let parts = parts.enumerate().filter(|(index, _)| !around.candidates.is_asleep(*index));
+        team::for_each(parts, |(((group, state), (forces, residual)), budget)| {
+            group.residual(state, forces, residual);
+            let [q, v, _] = state;
+            *budget = group.budget(&around, [q, v], forces[0]);
         });
         let mut budget = Budget::default();
         budgets.iter().for_each(|of_group| budget.add(of_group));
@@ -524,11 +529,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(q.chunks_mut(n).zip(v.chunks_mut(n)))
             .zip(accelerations.chunks(n))
             .zip(nodes.by_group(n));
-        team::for_each(parts.enumerate(), |(((group, (q, v)), accelerations), nodes)| {
-            let still_rests = group.activity == Activity::Rests && !is_first;
-            if group.activity == Activity::Solved || still_rests || candidates.is_asleep(group.index) {
-                return;
-            }
+        let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| group.goes_on(candidates, is_first));
+        team::for_each(parts, |(((group, (q, v)), accelerations), nodes)| {
             stage.follow([q, v], accelerations, group.index * n);
             group.place(bristles, *time, [q, v], nodes);
         });
@@ -545,11 +547,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(motion.by_group(n))
             .zip(forces.0.chunks_mut(n + 1))
             .zip(linear.residual.chunks_mut(n));
-        team::for_each(parts.enumerate(), |(((group, state), forces), residual)| {
-            let still_rests = group.activity == Activity::Rests && !is_first;
-            if group.activity == Activity::Solved || still_rests || around.candidates.is_asleep(group.index) {
-                return;
-            }
+        let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| group.goes_on(around.candidates, is_first));
+        team::for_each(parts, |(((group, state), forces), residual)| {
             let mut forces = GroupField::new(group.index, n, forces);
             if group.linearise(&around, state, weights, &mut forces, residual) {
                 factorisations.fetch_add(1, Ordering::Relaxed);
@@ -560,13 +559,12 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// Solves the equations of the coupled groups for the residual, in place. Returns the number of vectors.
     fn solve_coupled(&mut self, by_position: f64) -> Option<usize> {
-        /// Share of the residual that the solution may leave, in the plane and in space, where filaments that buckle amplify it: mirror images
-        /// would differ.
-        const FORCING: [f64; 2] = [0.1, 0.02];
+        /// Share of the residual that the solution may leave, in space, where filaments that buckle amplify it so that mirror images would
+        /// differ, and in the plane.
+        const FORCING: [f64; 2] = [0.02, 0.1];
         let Self { groups, layout, forces, pressing, linear, .. } = self;
         let Linear { residual, displacements, krylov, coupled } = linear;
-        let is_planar = groups[0].equations.form() == Form::Planar;
-        let (forcing, first) = if is_planar { (FORCING[0], 1) } else { (FORCING[1], 0) };
+        let first = first_coordinate(groups);
         coupled.clear();
         coupled.extend(groups.iter().map(|group| group.activity == Activity::Coupled));
         if !coupled.contains(&true) {
@@ -574,7 +572,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
         let (n, factor) = (layout.segments, Lane::from_lanes(|_| -by_position));
         let mut coupling = Coupling { groups, displacements, forces, pressing, segments: n, factor };
-        gmres::solve(&mut coupling, residual, forcing, krylov, Division { blocks: n, coupled, first })
+        gmres::solve(&mut coupling, residual, FORCING[first], krylov, Division { blocks: n, coupled, first })
     }
 
     /// Corrects the accelerations. Returns the largest displacement of a node with it, in m/rad of the accelerations' unit. Groups by
@@ -594,6 +592,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 }
 
+/// The first coordinate of a block that changes: in the plane, the other one stays as it is.
+fn first_coordinate(groups: &[Group]) -> usize {
+    usize::from(groups[0].equations.form() == Form::Planar)
+}
+
 impl Kinematics<'_> {
     /// Puts coordinates and rates, from the block `first` on, where accelerations bring them.
     fn follow(&self, [q, v]: [&mut gmres::Part; 2], accelerations: &gmres::Part, first: usize) {
@@ -603,8 +606,10 @@ impl Kinematics<'_> {
             #[inline(always)]
             || {
                 for (k, acceleration) in accelerations.iter().enumerate() {
-                    follow(&mut q[k], &base_q[k], by_position, acceleration);
-                    follow(&mut v[k], &base_v[k], by_rate, acceleration);
+                    for i in self.first..2 {
+                        q[k][i] = base_q[k][i] + Lane::from_f64(by_position) * acceleration[i];
+                        v[k][i] = base_v[k][i] + Lane::from_f64(by_rate) * acceleration[i];
+                    }
                 }
             },
         );
@@ -666,11 +671,4 @@ impl Coupled for Coupling<'_> {
             combine(group.index, image, sums);
         });
     }
-}
-
-/// `base + weight · acceleration`
-#[inline(always)]
-fn follow(block: &mut [Lane; 2], base: &[Lane; 2], weight: f64, acceleration: &[Lane; 2]) {
-    let weight = Lane::from_f64(weight);
-    *block = [base[0] + weight * acceleration[0], base[1] + weight * acceleration[1]];
 }

@@ -2,11 +2,12 @@
 //!
 //! *Pairs* of filaments are found by how far they reach around the tool axis and along it. A list of them is complete until some node has
 //! moved by half a margin, relative to the turning body. A pair *watches* the points of one filament, in blocks of one per lane: how far they
-//! are from the other filament is computed again only once both could have moved that way. For each point it knows a window of segments
+//! are from the other filament is computed again only once both could have moved that way. For each block it knows a window of segments
 //! of the other filament, outside which there is nothing near. Blocks that are near, or nearly so, are listed: as long as nodes have
 //! hardly moved since, as between the iterations of a stage, no others are looked at.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use super::field::{Field, Lane, Node, Place, wide};
 use super::presses::Near;
@@ -52,11 +53,10 @@ impl Layout {
         self.lengths[filament] / self.points as f64
     }
 
-    /// Number of segments in a window: what lies within the reach on either side of the nearest one, or the whole filament.
-    fn width(&self) -> usize {
+    /// Number of segments in a window on either side of those that are nearest: what lies within the reach.
+    fn side(&self) -> usize {
         let shortest = self.lengths.iter().fold(f64::INFINITY, |shortest, length| shortest.min(*length));
-        let side = (1.2 * self.largest_reach / shortest).ceil() as usize;
-        (2 * side + 1).min(self.segments)
+        (1.2 * self.largest_reach / shortest).ceil() as usize
     }
 }
 
@@ -72,8 +72,8 @@ const RESERVE: f64 = 0.03;
 pub struct Candidates {
     layout: Layout,
     margin: f64,
-    /// Number of segments in a window.
-    width: usize,
+    /// See [`Layout::side`].
+    side: usize,
     /// The points of each block.
     stations: Vec<Stations>,
     /// Pairs by the group of the filament whose points they watch.
@@ -148,11 +148,11 @@ struct Pair {
 /// What is known of the points of a block.
 #[derive(Clone, Copy, Debug)]
 struct Block {
-    /// The first segments of the windows.
-    first: [u16; LANES],
-    /// No point of the block is within reach of its window until the ways there add up to this, in m.
+    /// The window: the first segment, and that behind the last.
+    window: [u16; 2],
+    /// No point of the block is within reach of the window until the ways there add up to this, in m.
     clear_until: f64,
-    /// Nothing is within reach next to the windows until the ways there add up to this, in m.
+    /// Nothing is within reach next to the window until the ways there add up to this, in m.
     next_until: f64,
     /// Nothing is within reach anywhere else until the ways of both filaments add up to this, in m.
     else_until: f64,
@@ -160,7 +160,7 @@ struct Block {
 
 impl Block {
     const UNKNOWN: Self = Self {
-        first: [0; LANES],
+        window: [0; 2],
         clear_until: f64::NEG_INFINITY,
         next_until: f64::NEG_INFINITY,
         else_until: f64::NEG_INFINITY,
@@ -182,7 +182,7 @@ impl Candidates {
         Self {
             nodes: vec![[0.0; 3]; groups * LANES * (layout.segments + 1)],
             margin: MARGIN * layout.largest_reach,
-            width: layout.width(),
+            side: layout.side(),
             stations: Stations::all(layout.segments, layout.points),
             pairs: vec![Vec::new(); groups],
             motion,
@@ -335,16 +335,16 @@ impl Candidates {
         if !is_listed {
             self.drift = 0.0;
         }
-        let Self { layout, motion, nodes, width, stations, pairs, listed, asleep, wanted, .. } = self;
+        let Self { layout, motion, nodes, side, stations, pairs, listed, asleep, wanted, .. } = self;
         let (layout, motion, nodes) = (&*layout, &*motion, &**nodes);
-        let (width, stations, asleep) = (*width, &**stations, &**asleep);
+        let (side, stations, asleep) = (*side, &**stations, &**asleep);
         let parts = pairs.iter_mut().zip(listed).zip(wanted);
         parts.map(move |((pairs, listed), wanted)| {
             if !is_listed {
                 listed.clear();
                 wanted.clear();
             }
-            Watched { layout, motion, nodes, width, stations, pairs, listed, is_listed, asleep, wanted }
+            Watched { layout, motion, nodes, side, stations, pairs, listed, is_listed, asleep, wanted }
         })
     }
 
@@ -440,7 +440,7 @@ pub struct Watched<'a> {
     layout: &'a Layout,
     motion: &'a Motion,
     nodes: &'a [[f64; 3]],
-    width: usize,
+    side: usize,
     stations: &'a [Stations],
     pairs: &'a mut [Pair],
     listed: &'a mut Vec<[u32; 2]>,
@@ -455,7 +455,7 @@ impl Watched<'_> {
         if !self.is_listed {
             self.list();
         }
-        let Self { layout, nodes, width, stations, pairs, listed, .. } = self;
+        let Self { layout, nodes, stations, pairs, listed, .. } = self;
         let mut lines = None;
         for &[pair, number] in &*listed {
             let Pair { own, other, shift, blocks, .. } = &pairs[pair as usize];
@@ -464,15 +464,15 @@ impl Watched<'_> {
                 _ => (pair, Line::new(layout, nodes, *own, 0.0), Line::new(layout, nodes, *other, *shift)),
             };
             lines = Some((pair, own_line, line));
-            let near = Nearby { own: *own, own_line, line, first: blocks[number as usize].first, width };
+            let near = Nearby { own: *own, own_line, line, window: blocks[number as usize].window };
             near.for_each(number as usize, &stations[number as usize], layout, |near| take([*own, *other], near));
         }
     }
 
     /// Lists the blocks whose points may be near before nodes have drifted by the reserve.
     fn list(&mut self) {
-        let Self { layout, motion, nodes, width, stations, pairs, listed, asleep, wanted, .. } = self;
-        let (layout, width, segments) = (*layout, *width, layout.segments);
+        let Self { layout, motion, nodes, side, stations, pairs, listed, asleep, wanted, .. } = self;
+        let (layout, side, segments) = (*layout, *side, layout.segments);
         let reserve = RESERVE * layout.largest_reach;
         for (pair, Pair { own, other, shift, clear_until, blocks }) in pairs.iter_mut().enumerate() {
             // What is known must hold for as long as the list does.
@@ -488,23 +488,22 @@ impl Watched<'_> {
             let mut slack = f64::INFINITY;
             for (number, (block, station)) in blocks.iter_mut().zip(*stations).enumerate() {
                 let own_path = motion.path(Node::new(*own, station.middle(), segments)) + reserve;
-                let path = |block: &Block| own_path + motion.path(Node::new(*other, block.middle(width), segments));
+                let path = |block: &Block| own_path + motion.path(Node::new(*other, middle(block.window), segments));
                 let mut way = path(block);
-                let in_windows = way < block.next_until && total < block.else_until;
-                if in_windows && way < block.clear_until {
+                let in_window = way < block.next_until && total < block.else_until;
+                if in_window && way < block.clear_until {
                     slack = slack.min(block.slack(way, total));
                     continue;
                 }
-                let (x, radius) = own_line.points(station);
-                if !in_windows {
-                    let scan = Scan { x, radius, line: &line, width, own_spread: station.spread() };
+                if !in_window {
+                    let scan = Scan { own_line, station, line, side };
                     let [next, others];
-                    (block.first, [next, others]) = dispatch(scan);
+                    (block.window, [next, others]) = dispatch(scan);
                     way = path(block);
                     (block.next_until, block.else_until) = (way - reserve + next, total - reserve + others);
                 }
-                let nearest = dispatch(Windows { x, radius, line: &line, first: &block.first, width });
-                let clear = (0..LANES).map(|lane| nearest.lane(lane)).fold(f64::INFINITY, f64::min);
+                let Nearest { beyond, .. } = dispatch(Windows { own_line, station, line, window: block.window });
+                let clear = (0..LANES).map(|lane| beyond.lane(lane)).fold(f64::INFINITY, f64::min);
                 block.clear_until = way - reserve + clear;
                 slack = slack.min(block.slack(way, total));
                 if clear <= reserve {
@@ -520,35 +519,28 @@ impl Watched<'_> {
     }
 }
 
-/// The points of a block, and the windows of segments that they are near.
+/// The points of a block, and the window of segments that they are near.
 struct Nearby<'a> {
     own: usize,
     own_line: Line<'a>,
     line: Line<'a>,
-    first: [u16; LANES],
-    width: usize,
+    window: [u16; 2],
 }
 
 impl Nearby<'_> {
-    /// Calls `take` with every point that is nearer to its window than the reach.
+    /// Calls `take` with every point that is nearer to the window than the reach.
     fn for_each(&self, number: usize, station: &Stations, layout: &Layout, mut take: impl FnMut(&Near)) {
-        let Self { own, own_line, line, first, width } = self;
+        let &Self { own, own_line, line, window } = self;
         let Layout { segments, points, .. } = *layout;
-        let (x, radius) = own_line.points(station);
-        let nearest = dispatch(Windows { x, radius, line, first, width: *width });
+        let Nearest { x, radius, beyond, segment } = dispatch(Windows { own_line, station, line, window });
         let present = LANES.min(segments * points - number * LANES);
-        for lane in (0..present).filter(|lane| nearest.lane(*lane) < 0.0) {
-            let segment = Node::new(*own, station.segments[lane].into(), segments);
-            let point = Place { segment, fraction: station.fractions.lane(lane) };
-            let from = first[lane] as usize;
-            let near = (from..from + width)
-                .map(|k| {
-                    let reach = radius.lane(lane) + line.radii[k];
-                    let ends = [line.node(k), line.node(k + 1)];
-                    Near::between(point, x.map(|x| x.lane(lane)), line.segment(k), ends, reach)
-                })
-                .min_by(|a, b| a.square().total_cmp(&b.square()))
-                .expect("a window has a segment");
+        for lane in (0..present).filter(|lane| beyond.lane(*lane) < 0.0) {
+            let own = Node::new(own, station.segments[lane].into(), segments);
+            let point = Place { segment: own, fraction: station.fractions.lane(lane) };
+            let k = segment.lane(lane) as usize;
+            let reach = radius.lane(lane) + line.radii[k];
+            let ends = [line.node(k), line.node(k + 1)];
+            let near = Near::between(point, x.map(|x| x.lane(lane)), line.segment(k), ends, reach);
             if near.square() < near.reach * near.reach {
                 take(&near);
             }
@@ -557,11 +549,6 @@ impl Nearby<'_> {
 }
 
 impl Block {
-    /// The node in the middle of all windows.
-    fn middle(&self, width: usize) -> usize {
-        windows_middle(&self.first, width)
-    }
-
     /// How far filaments can go before this block must be looked at again, in m.
     fn slack(&self, way: f64, total: f64) -> f64 {
         (self.clear_until.min(self.next_until) - way).min(self.else_until - total)
@@ -616,6 +603,7 @@ impl<'a> Line<'a> {
     }
 
     /// The points of a block, and the radii there.
+    #[inline(always)]
     fn points(&self, station: &Stations) -> ([Lane; 3], Lane) {
         let (inner, outer) = (self.nodes(&station.segments, 0), self.nodes(&station.segments, 1));
         let (outer_share, inner_share) = (station.fractions, Lane::from_f64(1.0) - station.fractions);
@@ -626,12 +614,37 @@ impl<'a> Line<'a> {
 }
 
 impl Line<'_> {
-    /// How far points are out of reach of a segment in m.
+    /// The squares of the distances of points from a segment in m².
     #[inline(always)]
-    fn beyond(&self, x: [Lane; 3], radius: Lane, segment: usize) -> Lane {
+    fn squares(&self, x: [Lane; 3], segment: usize) -> Lane {
         let splat = |[x, y, z]: [f64; 3]| [Lane::from_f64(x), Lane::from_f64(y), Lane::from_f64(z)];
-        let (inner, outer) = (splat(self.node(segment)), splat(self.node(segment + 1)));
-        distance(x, inner, outer) - (radius + Lane::from_f64(self.radii[segment]))
+        let (inner, outer) = (self.node(segment), self.node(segment + 1));
+        let along = sub(outer, inner);
+        let share = Lane::from_f64(1.0 / dot(along, along));
+        let (along, from) = (splat(along), sub(x, splat(inner)));
+        let fraction = min((dot(along, from) * share).max(Lane::from_f64(0.0)), Lane::from_f64(1.0));
+        let offset = sub(from, scale(fraction, along));
+        dot(offset, offset)
+    }
+
+    /// The squares of the distances of points from the nearest of some segments in m², and its number.
+    #[inline(always)]
+    fn nearest(&self, x: [Lane; 3], segments: Range<usize>) -> (Lane, Lane) {
+        let at = |k: usize| Lane::from_f64(k as f64);
+        let (mut least, mut nearest) = (Lane::from_f64(f64::INFINITY), at(0));
+        for k in segments {
+            let squares = self.squares(x, k);
+            // Numbers of segments are whole, so that this chooses exactly.
+            nearest = nearest + squares.less_than(least) * (at(k) - nearest);
+            least = min(least, squares);
+        }
+        (least, nearest)
+    }
+
+    /// The largest radius of some segments in m.
+    #[inline(always)]
+    fn largest_radius(&self, segments: Range<usize>) -> Lane {
+        Lane::from_f64(self.radii[segments].iter().fold(0.0, |largest, radius| radius.max(largest)))
     }
 }
 
@@ -660,69 +673,66 @@ impl Stations {
         usize::from(self.segments[0] + self.segments[LANES - 1]) / 2
     }
 
+    #[inline(always)]
     fn spread(&self) -> usize {
         usize::from(self.segments[LANES - 1] - self.segments[0])
     }
 }
 
-/// Chooses the windows of a block: `width` segments with the nearest one in the middle. Returns their first segments, and how far the
-/// segments outside are out of reach in m: those for which the path of the middle holds, and all others.
+/// Chooses the window of a block: the segments that are nearest to its points, and so many on either `side`. Returns the window, and how
+/// far the segments outside are out of reach in m, at least: those for which the path of the middle holds, and all others.
 struct Scan<'a> {
-    x: [Lane; 3],
-    radius: Lane,
-    line: &'a Line<'a>,
-    width: usize,
-    /// By how many segments the points of the block differ.
-    own_spread: usize,
+    own_line: Line<'a>,
+    station: &'a Stations,
+    line: Line<'a>,
+    side: usize,
 }
 
 impl Loop for Scan<'_> {
-    type Output = ([u16; LANES], [f64; 2]);
+    type Output = ([u16; 2], [f64; 2]);
 
     const LANES: usize = LANES;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Self { x, radius, line, width, own_spread } = self;
+        let Self { own_line, station, line, side } = self;
+        let ((x, radius), own_spread) = (own_line.points(station), station.spread());
         let count = line.radii.len();
-        let at = |k: usize| Lane::from_f64(k as f64);
-        let (mut least, mut nearest) = (Lane::from_f64(f64::INFINITY), at(0));
-        for k in 0..count {
-            let beyond = line.beyond(x, radius, k);
-            nearest = nearest + beyond.less_than(least) * (at(k) - nearest);
-            least = min(least, beyond);
-        }
+        let (_, nearest) = line.nearest(x, 0..count);
         // NaN is no index: the cast saturates.
-        let first: [u16; LANES] = std::array::from_fn(|lane| {
-            (nearest.lane(lane) as u16).saturating_sub((width / 2) as u16).min((count - width) as u16)
-        });
-        let from = Lane::from_lanes(|lane| f64::from(first[lane]));
-        let middle = windows_middle(&first, width);
+        let nearest: [usize; LANES] = std::array::from_fn(|lane| nearest.lane(lane) as usize);
+        let ends = nearest.iter().fold([count, 0], |[first, last], &k| [first.min(k), last.max(k)]);
+        let window = [ends[0].saturating_sub(side), (ends[1] + side + 1).min(count)].map(|k| k as u16);
+        let middle = middle(window);
         let mut outside = [Lane::from_f64(f64::INFINITY); 2];
         for k in 0..count {
-            let beyond = line.beyond(x, radius, k);
             // The path of a node holds for so many on either side, and a segment has two.
             let is_next = own_spread < 2 * SPREAD && k + SPREAD >= middle && k < middle + SPREAD;
-            if is_next {
-                let (before, after) = (at(k).less_than(from), (from + at(width - 1)).less_than(at(k)));
-                let in_window = Lane::from_f64(1.0) - (before + after);
-                // Far away, where a point is in its window.
-                outside[0] = min(outside[0], beyond + in_window * Lane::from_f64(FAR));
-            } else {
-                outside[1] = min(outside[1], beyond);
+            if !is_next || !segments(window).contains(&k) {
+                let least = &mut outside[usize::from(!is_next)];
+                *least = min(*least, line.squares(x, k));
             }
         }
-        (first, outside.map(|outside| (0..LANES).map(|lane| outside.lane(lane)).fold(f64::INFINITY, f64::min)))
+        let reach = radius + line.largest_radius(0..count);
+        let beyond = |squares: Lane| {
+            let beyond = squares.sqrt() - reach;
+            (0..LANES).map(|lane| beyond.lane(lane)).fold(f64::INFINITY, f64::min)
+        };
+        (window, outside.map(beyond))
     }
 }
 
-/// Farther than anything, in m.
-const FAR: f64 = 1e9;
-
-/// The node in the middle of all windows.
+/// The segments of a window.
 #[inline(always)]
-fn windows_middle(first: &[u16; LANES], width: usize) -> usize {
-    (first[0] as usize + first[LANES - 1] as usize + width) / 2
+fn segments([first, behind]: [u16; 2]) -> Range<usize> {
+    first.into()..behind.into()
+}
+
+/// The node in the middle of a window.
+#[inline(always)]
+fn middle(window: [u16; 2]) -> usize {
+    let Range { start, end } = segments(window);
+    (start + end) / 2
 }
 
 #[inline(always)]
@@ -730,44 +740,39 @@ fn min(a: Lane, b: Lane) -> Lane {
     -(-a).max(-b)
 }
 
-/// How far the points of a block are out of reach of the segments of their windows.
+/// Looks for what is nearest to the points of a block in their window.
 struct Windows<'a> {
+    own_line: Line<'a>,
+    station: &'a Stations,
+    line: Line<'a>,
+    window: [u16; 2],
+}
+
+/// The points of a block, and the nearest segments of their window.
+struct Nearest {
+    /// The points in m.
     x: [Lane; 3],
+    /// The radii there in m.
     radius: Lane,
-    line: &'a Line<'a>,
-    first: &'a [u16; LANES],
-    width: usize,
+    /// How far they are out of reach of all segments in m, at least.
+    beyond: Lane,
+    /// The number of the segment whose centreline is nearest.
+    segment: Lane,
 }
 
 impl Loop for Windows<'_> {
-    type Output = Lane;
+    type Output = Nearest;
 
     const LANES: usize = LANES;
 
     #[inline(always)]
-    fn run(self) -> Lane {
-        let Self { x, radius, line, first, width } = self;
-        let mut nearest = Lane::from_f64(f64::INFINITY);
-        let mut inner = line.nodes(first, 0);
-        for step in 0..width {
-            let outer = line.nodes(first, step + 1);
-            let radii = Lane::from_lanes(|lane| line.radii[first[lane] as usize + step]);
-            nearest = min(nearest, distance(x, inner, outer) - (radius + radii));
-            inner = outer;
-        }
-        nearest
+    fn run(self) -> Nearest {
+        let Self { own_line, station, line, window } = self;
+        let (x, radius) = own_line.points(station);
+        let (squares, segment) = line.nearest(x, segments(window));
+        let beyond = squares.sqrt() - (radius + line.largest_radius(segments(window)));
+        Nearest { x, radius, beyond, segment }
     }
-}
-
-/// The distance of a point from a segment with the given ends.
-#[inline(always)]
-fn distance(x: [Lane; 3], inner: [Lane; 3], outer: [Lane; 3]) -> Lane {
-    let (along, from) = (sub(outer, inner), sub(x, inner));
-    let at = dot(along, from) / dot(along, along);
-    let (none, all) = (Lane::from_f64(0.0), Lane::from_f64(1.0));
-    let fraction = min(at.max(none), all);
-    let offset = sub(from, scale(fraction, along));
-    dot(offset, offset).sqrt()
 }
 
 /// How far a filament reaches, and what is near it: angles about `z`, and `z` itself.

@@ -188,27 +188,27 @@ impl Changes {
         self.present.fill(false);
     }
 
-    /// Adds to one block of a segment.
-    #[inline]
-    pub fn add(&mut self, segment: Node, force: usize, motion: usize, change: &Matrix) {
-        let index = segment.row() - self.first;
+    /// Adds to the blocks of a segment, by `[force, motion]`.
+    #[inline(always)]
+    pub fn add_blocks(&mut self, segment: Node, change: impl Fn(usize, usize) -> Matrix) {
+        let (index, lane) = (segment.row() - self.first, segment.lane());
+        let blocks = &mut self.blocks[index];
         if !std::mem::replace(&mut self.present[index], true) {
-            self.blocks[index] = [[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2];
+            *blocks = [[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2];
         }
-        let block = &mut self.blocks[index][force][motion];
-        for (row, change) in block.iter_mut().zip(change) {
-            add_in_lane(row, segment.lane(), *change);
+        for force in 0..2 {
+            for motion in 0..2 {
+                for (row, change) in blocks[force][motion].iter_mut().zip(change(force, motion)) {
+                    add_in_lane(row, lane, change);
+                }
+            }
         }
     }
 
     /// Adds to all blocks of a segment the change of the force at a point of it with that point, by the `shares` of its ends.
-    #[inline]
+    #[inline(always)]
     pub fn add_at(&mut self, segment: Node, shares: [f64; 2], change: &Matrix) {
-        for (force, force_share) in shares.into_iter().enumerate() {
-            for (motion, motion_share) in shares.into_iter().enumerate() {
-                self.add(segment, force, motion, &change.map(|row| scale(force_share * motion_share, row)));
-            }
-        }
+        self.add_blocks(segment, |force, motion| change.map(|row| scale(shares[force] * shares[motion], row)));
     }
 
     /// The segments that have any, from the root.
@@ -217,7 +217,7 @@ impl Changes {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn add_in_lane(vector: &mut [Lane; 3], lane: usize, values: [f64; 3]) {
     for (component, value) in vector.iter_mut().zip(values) {
         component.set_lane(lane, component.lane(lane) + value);

@@ -246,6 +246,12 @@ impl Group {
         self.factorised = None;
     }
 
+    /// Whether it has a part in an iteration: one that rests only in the first.
+    pub fn goes_on(&self, candidates: &Candidates, is_first: bool) -> bool {
+        let is_done = self.activity == Activity::Solved || (self.activity == Activity::Rests && !is_first);
+        !is_done && !candidates.is_asleep(self.index)
+    }
+
     /// Whether a filament may meet the workpiece until `time` (s).
     pub fn is_due(&self, time: f64) -> bool {
         self.clearances.iter().any(|clearance| clearance.contacts[0] <= time)
@@ -402,22 +408,28 @@ impl Group {
         let root_force = sub(self.equations.root_force(), roots);
         let power = dot(root_force, self.clamp.velocity) + energies.clamp_torque_power;
         let energy = energies.kinetic + energies.spring + energies.gravity;
+        let velocities = &around.nodes.velocities.0[self.index * (n + 1)..][..=n];
+        let (of_nodes, weight) = wide(
+            #[inline(always)]
+            || {
+                let Chain { links, gravity, .. } = self.equations.chain();
+                let (mut momentum, mut mass) = ([zero_lane(); 3], zero_lane());
+                for (link, ends) in links.iter().zip(velocities.windows(2)) {
+                    momentum = add(momentum, scale(Lane::from_f64(0.5) * link.mass, add(ends[0], ends[1])));
+                    mass = mass + link.mass;
+                }
+                (momentum, scale(mass, *gravity))
+            },
+        );
         let mut budget = Budget::default();
         let Budget { energy: sum, momentum, exchange: Exchange { work, taken, force, strength } } = &mut budget;
         for (lane, load) in self.loads.iter().enumerate() {
-            let filament = self.first + lane;
             *sum += energy.lane(lane) + load.energy;
             *work += power.lane(lane) + load.moving_power;
             *taken += 2.0 * energies.dissipation.lane(lane) + load.sum.friction_power + load.sum.damped_power;
-            let chain = &around.bristles[filament].chain;
-            let mut mass = 0.0;
-            for (k, link) in chain.links.iter().enumerate() {
-                let ends = [k, k + 1].map(|k| around.nodes.velocities.at(Node::new(filament, k, n)));
-                *momentum = add(*momentum, scale(0.5 * link.mass, add(ends[0], ends[1])));
-                mass += link.mass;
-            }
+            *momentum = add(*momentum, of_nodes.map(|component| component.lane(lane)));
             let root = root_force.map(|component| component.lane(lane));
-            let outside = add(load.sum.force, scale(mass, chain.gravity));
+            let outside = add(load.sum.force, weight.map(|component| component.lane(lane)));
             *force = add(*force, add(root, outside));
             *strength += dot(load.sum.force, load.sum.force).sqrt();
         }

@@ -133,6 +133,7 @@ struct Rub {
 
 impl Press {
     /// A point of a filament that is nearer to another one than the law's reach, and stands for the length `length` (m) of its segment.
+    #[inline(always)]
     pub fn new(law: &PressLaw, near: &Near, length: f64, Nodes { positions, velocities }: &Nodes) -> Self {
         let distance = near.square().sqrt();
         let normal = scale(1.0 / distance, near.offset);
@@ -234,6 +235,7 @@ impl Press {
     }
 
     /// How the forces change with the accelerations of the ends, where a step moves these by `w_q` and their velocities by `w_v`.
+    #[inline(always)]
     pub fn tangent(&self, law: &PressLaw, weights: [f64; 2]) -> PressTangent {
         let [by_position, by_rate] = weights;
         let &Self { normal, distance, overlap, stiffness, rate_factor, .. } = self;
@@ -243,9 +245,6 @@ impl Press {
         let fall = by_position * stiffness * rate_factor + by_rate * elastic * damping;
         // (I − n nᵀ)/r is the curvature of the distance from a fixed point.
         let across = by_position * elastic * rate_factor / distance;
-        let common: Matrix = std::array::from_fn(|i| {
-            std::array::from_fn(|j| across * (identity(i, j) - normal[i] * normal[j]) - fall * normal[i] * normal[j])
-        });
         let rub = self.rub.as_deref().map(|&Rub { carried, sliding, speed, direction, .. }| {
             let viscous = law.friction * self.normal_force * by_rate / speed;
             Box::new(RubTangent {
@@ -261,12 +260,10 @@ impl Press {
                 shares: self.shares(),
             })
         });
-        let Near { point, nearest, is_inside, along, offset, .. } = self.near;
-        let [inner, outer] = nearest.shares();
+        let Near { point, nearest, is_inside, along, .. } = self.near;
         // The point `y` moves along its segment, which takes `g gᵀ r/|u|²` off the curvature of the distance.
         let shifting = if is_inside { -across / dot(along, along) } else { 0.0 };
-        let slopes = [scale(-1.0, along), add(scale(inner, along), offset), sub(scale(outer, along), offset)];
-        PressTangent { point, nearest, common, shifting, slopes, rub }
+        PressTangent { point, nearest, normal, along, distance, across, fall, shifting, rub }
     }
 }
 
@@ -275,12 +272,16 @@ impl Press {
 pub struct PressTangent {
     point: Place,
     nearest: Place,
-    /// Of the normal force, with the displacement of `x` relative to that of `y`.
-    common: Matrix,
-    /// The factor of `g gᵀ`, which is added to it.
+    normal: [f64; 3],
+    /// The segment of `y`.
+    along: [f64; 3],
+    distance: f64,
+    /// How the normal force changes with the displacement of `x` relative to that of `y`: across the normal, and how it falls along it.
+    across: f64,
+    fall: f64,
+    /// The factor of `g gᵀ`, which is added to it. At `x` and at both ends of `y`'s segment, `g` is `−u`, `s u + r n` and `s' u − r n`, with
+    /// the shares of both ends.
     shifting: f64,
-    /// `g` at `x` and at both ends of `y`'s segment.
-    slopes: [[f64; 3]; 3],
     rub: Option<Box<RubTangent>>,
 }
 
@@ -310,40 +311,46 @@ impl RubTangent {
 impl PressTangent {
     /// Adds how the forces on the ends of `x`'s segment change with its own motion.
     pub fn add_of_point(&self, changes: &mut Changes) {
-        let mut own = self.common;
-        self.add_shifting(0, 0, &mut own);
-        changes.add_at(self.point.segment, self.point.shares(), &own);
+        let shares = self.point.shares();
+        let own = self.matrix(1.0, [scale(-1.0, self.along); 2]);
+        changes.add_at(self.point.segment, shares, &own);
         self.add_rub(0, self.point.segment, changes);
     }
 
     /// Adds how the forces on the ends of `y`'s segment change with its own motion.
     pub fn add_of_nearest(&self, changes: &mut Changes) {
-        let shares = self.nearest.shares();
-        for force in 0..2 {
-            for motion in 0..2 {
-                let mut change = scaled(shares[force] * shares[motion], &self.common);
-                self.add_shifting(force + 1, motion + 1, &mut change);
-                changes.add(self.nearest.segment, force, motion, &change);
-            }
-        }
+        let (shares, arm) = (self.nearest.shares(), scale(self.distance, self.normal));
+        let [inner, outer] = shares.map(|share| scale(share, self.along));
+        let slopes = [add(inner, arm), sub(outer, arm)];
+        changes.add_blocks(self.nearest.segment, |force, motion| {
+            self.matrix(shares[force] * shares[motion], [slopes[force], slopes[motion]])
+        });
         self.add_rub(2, self.nearest.segment, changes);
     }
 
-    /// Adds the part of `g gᵀ` of two of `x` and both ends of `y`'s segment, by number.
-    fn add_shifting(&self, force: usize, motion: usize, change: &mut Matrix) {
-        for (row, component) in change.iter_mut().zip(self.slopes[force]) {
-            *row = add(*row, scale(self.shifting * component, self.slopes[motion]));
-        }
+    /// The change of a force with a motion: `share` of what a displacement of `x` relative to `y` causes, and the part of both `g`.
+    #[inline(always)]
+    fn matrix(&self, share: f64, [on, by]: [[f64; 3]; 2]) -> Matrix {
+        let Self { normal, across, fall, shifting, .. } = self;
+        let (diagonal, along_normal) = (share * across, -share * (across + fall));
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                identity(i, j) * diagonal + along_normal * normal[i] * normal[j] + shifting * on[i] * by[j]
+            })
+        })
+    }
+
+    /// The change of the normal force with a displacement of `x` relative to `y`, without that of the point `y` along its segment.
+    #[inline(always)]
+    fn change(&self, moved: [f64; 3]) -> [f64; 3] {
+        let along_normal = -(self.across + self.fall) * dot(self.normal, moved);
+        add(scale(self.across, moved), scale(along_normal, self.normal))
     }
 
     fn add_rub(&self, first: usize, segment: Node, changes: &mut Changes) {
         let Some(rub) = &self.rub else { return };
-        for motion in 0..2 {
-            let change = rub.by_end(first + motion);
-            for force in 0..2 {
-                changes.add(segment, force, motion, &transposed_product(&rub.carried[first + force], &change));
-            }
-        }
+        let by_ends = [0, 1].map(|motion| rub.by_end(first + motion));
+        changes.add_blocks(segment, |force, motion| transposed_product(&rub.carried[first + force], &by_ends[motion]));
     }
 
     /// Adds to the `forces` on `x`'s filament how they change with the `displacements` of `y`'s.
@@ -352,9 +359,9 @@ impl PressTangent {
         let [inner, outer] = ends(self.nearest.segment, displacements);
         let [at_inner, at_outer] = self.nearest.shares();
         let moved = add(scale(-at_inner, inner), scale(-at_outer, outer));
-        let [own, by_inner, by_outer] = self.slopes;
-        let shifted = self.shifting * (dot(by_inner, inner) + dot(by_outer, outer));
-        self.point.load(add(mul(&self.common, moved), scale(shifted, own)), forces);
+        let turned = self.distance * dot(self.normal, sub(inner, outer));
+        let shifted = self.shifting * (turned - dot(self.along, moved));
+        self.point.load(add(self.change(moved), scale(-shifted, self.along)), forces);
         self.couple_rub(0, self.point.segment, [inner, outer], forces);
     }
 
@@ -362,13 +369,13 @@ impl PressTangent {
     #[inline]
     pub fn couple_nearest(&self, displacements: &Field, forces: &mut GroupField<'_>) {
         let moved = self.point.of(displacements);
-        let [own, on_inner, on_outer] = self.slopes;
-        let force = mul(&self.common, moved);
-        let shifted = self.shifting * dot(own, moved);
+        let shifted = -self.shifting * dot(self.along, moved);
+        let force = sub(self.change(moved), scale(shifted, self.along));
+        let arm = scale(shifted * self.distance, self.normal);
         let [at_inner, at_outer] = self.nearest.shares();
         let segment = self.nearest.segment;
-        forces.add(segment, add(scale(-at_inner, force), scale(shifted, on_inner)));
-        forces.add(segment.outer(), add(scale(-at_outer, force), scale(shifted, on_outer)));
+        forces.add(segment, add(scale(-at_inner, force), arm));
+        forces.add(segment.outer(), sub(scale(-at_outer, force), arm));
         if self.rub.is_some() {
             self.couple_rub(2, segment, ends(self.point.segment, displacements), forces);
         }

@@ -766,13 +766,13 @@ impl Stepper {
         start: &Motion,
         h: f64,
     ) -> Result<Effort, NoConvergence> {
-        let (own, blocks) = (OWN * h, bundle.segments());
+        let (own, blocks, first) = (OWN * h, bundle.segments(), bundle.first_coordinate());
         let Self { tolerance, middle, base: [base_q, base_v], .. } = self;
-        set_sum(blocks, base_v, &start.v, &[(own, &start.accelerations)]);
-        set_sum(blocks, base_q, &start.q, &[(own, &start.v), (own, base_v)]);
+        set_sum([blocks, first], base_v, &start.v, &[(own, &start.accelerations)]);
+        set_sum([blocks, first], base_q, &start.q, &[(own, &start.v), (own, base_v)]);
         middle.time = start.time + MIDDLE * h;
         middle.accelerations.clone_from(&start.accelerations);
-        bundle.solve_stage(middle, Kinematics { base: [base_q, base_v], weights: [own * own, own] }, *tolerance)
+        bundle.solve_stage(middle, Kinematics { base: [base_q, base_v], weights: [own * own, own], first }, *tolerance)
     }
 
     /// The stage at its end.
@@ -782,13 +782,14 @@ impl Stepper {
         start: &Motion,
         h: f64,
     ) -> Result<Effort, NoConvergence> {
-        let (own, others, blocks) = (OWN * h, OTHERS * h, bundle.segments());
+        let (own, others) = (OWN * h, OTHERS * h);
+        let (blocks, first) = (bundle.segments(), bundle.first_coordinate());
         let Self { tolerance, middle, end, base: [base_q, base_v] } = self;
-        set_sum(blocks, base_v, &start.v, &[(others, &start.accelerations), (others, &middle.accelerations)]);
-        set_sum(blocks, base_q, &start.q, &[(others, &start.v), (others, &middle.v), (own, base_v)]);
+        set_sum([blocks, first], base_v, &start.v, &[(others, &start.accelerations), (others, &middle.accelerations)]);
+        set_sum([blocks, first], base_q, &start.q, &[(others, &start.v), (others, &middle.v), (own, base_v)]);
         end.time = start.time + h;
         end.accelerations.clone_from(&middle.accelerations);
-        bundle.solve_stage(end, Kinematics { base: [base_q, base_v], weights: [own * own, own] }, *tolerance)
+        bundle.solve_stage(end, Kinematics { base: [base_q, base_v], weights: [own * own, own], first }, *tolerance)
     }
 
     /// Puts the end of the step into `motion`.
@@ -797,12 +798,12 @@ impl Stepper {
     }
 }
 
-/// `start + Σ factor · vector`, where a group has so many `blocks`.
-fn set_sum(blocks: usize, result: &mut Vector, start: &Vector, terms: &[(f64, &Vector)]) {
+/// `start + Σ factor · vector`, where a group has so many `blocks`, from the coordinate `from` of each on.
+fn set_sum([blocks, from]: [usize; 2], result: &mut Vector, start: &Vector, terms: &[(f64, &Vector)]) {
     let groups = result.chunks_mut(blocks).zip(start.chunks(blocks)).enumerate();
     team::for_each(groups.map(|(group, parts)| (group, (group * blocks, parts))), |(first, (result, start))| {
         for (k, (block, start)) in result.iter_mut().zip(start).enumerate() {
-            for i in 0..2 {
+            for i in from..2 {
                 let mut value = start[i];
                 for (factor, vector) in terms {
                     value = value + Lane::from_lanes(|_| *factor) * vector[first + k][i];

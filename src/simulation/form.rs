@@ -59,7 +59,12 @@ impl<T: Compiled> Equations<T> {
         each!(self, dynamics => dynamics.chain().segments())
     }
 
-    /// The constants, to be replaced by others with the same number of segments.
+    /// The constants.
+    pub fn chain(&self) -> &Chain<T> {
+        each!(self, dynamics => dynamics.chain())
+    }
+
+    /// The same, to be replaced by others with the same number of segments.
     pub fn chain_mut(&mut self) -> &mut Chain<T> {
         each!(self, dynamics => dynamics.chain_mut())
     }
