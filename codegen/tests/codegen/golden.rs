@@ -78,6 +78,27 @@ fn readable_kernels() {
     }
 }
 
+/// What a paper takes in: equations with labels, vectors and matrices, whose lines end before a sign.
+#[test]
+fn equations_for_a_paper() {
+    insta::assert_snapshot!("planar_equations_2_fragment", page(Form::Fragment, 2, Motion::Planar));
+    for (motion, _) in MOTIONS {
+        for segments in [1, 2, 3] {
+            let fragment = page(Form::Fragment, segments, motion);
+            assert!(fragment.is_ascii() && !fragment.contains("\\documentclass"));
+            let labels = fragment.lines().filter_map(|line| Some(line.split_once("\\label{")?.1.split_once('}')?.0));
+            let labels: Vec<&str> = labels.collect();
+            assert!(labels.iter().enumerate().all(|(i, label)| !labels[..i].contains(label)), "{labels:?}");
+            let matrix = if motion == Motion::Planar { "eq:planar-mass-matrix:M" } else { "eq:mass-matrix:M" };
+            assert!(labels.contains(&matrix), "{labels:?}");
+            let continued = fragment.lines().filter_map(|line| line.strip_prefix("&\\quad "));
+            let is_term = |line: &str| line.starts_with(['+', '-']);
+            assert!(continued.clone().count() > 0 || segments == 1);
+            assert!(continued.clone().all(is_term), "{fragment}");
+        }
+    }
+}
+
 #[test]
 fn latex_is_ascii() {
     for (motion, _) in MOTIONS {

@@ -53,6 +53,8 @@ pub enum CliError {
     Evaluation(#[from] EvaluationError),
     #[error(transparent)]
     Derive(#[from] DeriveError),
+    #[error("--fragment is a part of a LaTeX document: add --format latex")]
+    NoFragment,
     #[error("this form of the equations is several files; name their directory by --out DIR")]
     NoDirectory,
     #[error("{}: {error}", shown_path(path))]

@@ -232,6 +232,18 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
     })
 }
 
+/// Derives `equations` as LaTeX for a paper: without a preamble or sentences, with vectors, matrices and labels.
+///
+/// # Errors
+/// If there are no segments.
+pub fn derive_fragment(equations: Equations) -> Result<Derived, DeriveError> {
+    if matches!(equations, Equations::Whole { segments: 0, .. }) {
+        return Err(DeriveError::NoSegments);
+    }
+    let again = format!("{} --fragment", equations.command(DeriveFormat::Latex));
+    Ok(for_people(equations, Form::Fragment, again)?)
+}
+
 fn text(text: String) -> Derived {
     Derived::Text(Document(Content::Text(text)))
 }

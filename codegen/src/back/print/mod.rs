@@ -52,8 +52,11 @@ pub fn equations(
     }
     page.legend(&legend::rows(kernels.iter().map(|kernel| (&kernel.graph, kernel.output_nodes()))));
     for kernel in kernels {
+        page.begin(&kernel.name);
         page.prose(&kernel.summary);
         let printer = Printer::closed(&kernel.graph, &kernel.output_nodes(), motion, page.notation());
+        let wholes = kernel.outputs.iter().filter(|_| page.has_matrices()).filter_map(|output| printer.whole(output));
+        page.definitions(wholes.collect::<Vec<_>>());
         let outputs = kernel.outputs.iter().flat_map(|output| printer.output(output));
         page.definitions(printer.named_definitions().chain(outputs));
     }
@@ -74,6 +77,7 @@ pub fn kernels(out: &mut dyn Write, form: Form, title: &str, kernels: &[Kernel],
     );
     page.legend(&legend::rows(kernels.iter().map(|kernel| (&kernel.graph, kernel.output_nodes()))));
     for kernel in kernels {
+        page.begin(&kernel.name);
         page.heading(&kernel.name);
         page.prose(&kernel.summary);
         let printer = Printer::shared(kernel, page.notation());
@@ -87,6 +91,7 @@ pub fn kernels(out: &mut dyn Write, form: Form, title: &str, kernels: &[Kernel],
         for output in &kernel.outputs {
             let unit = if output.unit == Unit::ONE { String::new() } else { format!(", in {}", output.unit) };
             page.item(&format!("`{}`: {}{unit}", output.name, output.doc));
+            page.definitions(printer.whole(output).filter(|_| page.has_matrices()));
             page.definitions(printer.output(output));
         }
     }
@@ -165,7 +170,7 @@ mod tests {
         // The printer must handle whatever the reader accepts.
         let file = to_json(&[kernel(graph, node)], "a test").expect("the chain can be written");
         let kernels = from_json(&file).expect("the chain can be read").kernels;
-        for form in [Form::Text, Form::Latex, Form::Markdown] {
+        for form in [Form::Text, Form::Latex, Form::Fragment, Form::Markdown] {
             let page = kernels_page(form, &kernels);
             assert!(page.contains("value = ") || page.contains("\\mathrm{value} &= "));
             let longest = page.lines().map(str::len).max();

@@ -15,6 +15,8 @@ pub enum Form {
     Text,
     /// A LaTeX document, in ASCII; it needs amsmath, longtable and geometry.
     Latex,
+    /// Equations with labels for the LaTeX of a paper, without a preamble or sentences, in ASCII; they need amsmath.
+    Fragment,
     /// Markdown with formulas between dollar signs.
     Markdown,
 }
@@ -30,6 +32,8 @@ pub(super) struct Definition {
 /// of an em, without it.
 const TEXT_WIDTH: usize = 110;
 const FORMULA_WIDTH: usize = 38_000;
+/// The same beside a number, in the text of an article.
+const NUMBERED_WIDTH: usize = 28_000;
 /// Maximum number of lines in a display of formulas: TeX keeps a whole display in memory.
 const LATEX_LINES: usize = 30;
 const MARKDOWN_LINES: usize = 10;
@@ -41,6 +45,8 @@ const LEGEND_INDENT: usize = 20;
 pub(super) struct Page<'w> {
     form: Form,
     out: &'w mut dyn Write,
+    /// What labels begin with.
+    subject: String,
     /// The first error of `out`; nothing is written after it.
     result: io::Result<()>,
 }
@@ -69,13 +75,14 @@ impl<'w> Page<'w> {
                 ascii(&again),
                 latex::words(title)
             ),
+            Form::Fragment => format!("% {}\n% To make it again: {}\n", latex::words(title), ascii(&again)),
             Form::Markdown => format!(
                 "<!-- To make it again: {} -->\n\n# {}\n",
                 again.replace("-->", "--&gt;"),
                 markdown_words(title)
             ),
         };
-        let mut page = Self { form, out, result: Ok(()) };
+        let mut page = Self { form, out, subject: String::new(), result: Ok(()) };
         page.write(&text);
         page
     }
@@ -89,8 +96,21 @@ impl<'w> Page<'w> {
     pub fn notation(&self) -> &'static dyn Notation {
         match self.form {
             Form::Text => &Text,
-            Form::Latex | Form::Markdown => &Latex,
+            Form::Latex | Form::Fragment | Form::Markdown => &Latex,
         }
+    }
+
+    /// Begins the definitions of a kernel, whose name is in their labels.
+    pub fn begin(&mut self, kernel: &str) {
+        self.subject = label(kernel);
+        if self.form == Form::Fragment {
+            self.write(&format!("\n% {}\n", self.subject));
+        }
+    }
+
+    /// Whether vectors and matrices are shown as a whole, too.
+    pub fn has_matrices(&self) -> bool {
+        self.form == Form::Fragment
     }
 
     pub fn heading(&mut self, title: &str) {
@@ -98,6 +118,7 @@ impl<'w> Page<'w> {
             // Its first paragraph follows without an empty line.
             Form::Text => format!("\n{title}"),
             Form::Latex => format!("\n\\subsection*{{{}}}\n", latex::words(title)),
+            Form::Fragment => return,
             Form::Markdown => format!("\n## {}\n", markdown_words(title)),
         };
         self.write(&text);
@@ -105,6 +126,9 @@ impl<'w> Page<'w> {
 
     /// A paragraph.
     pub fn prose(&mut self, sentences: &str) {
+        if self.form == Form::Fragment {
+            return;
+        }
         let text = format!("\n{}\n", self.sentences(sentences));
         self.write(&text);
     }
@@ -114,6 +138,7 @@ impl<'w> Page<'w> {
         let sentence = self.sentences(sentence);
         let text = match self.form {
             Form::Text => format!("  {}\n", sentence.replace('\n', "\n  ")),
+            Form::Fragment => return,
             Form::Latex | Form::Markdown => format!("\n{sentence}\n"),
         };
         self.write(&text);
@@ -140,13 +165,13 @@ impl<'w> Page<'w> {
             } else if links(i.checked_sub(1), '[', false) && links(Some(i + 1), ']', true) {
                 result.push_str(&match self.form {
                     Form::Text => (*part).to_owned(),
-                    Form::Latex => format!("\\texttt{{{}}}", latex::words(part)),
+                    Form::Latex | Form::Fragment => format!("\\texttt{{{}}}", latex::words(part)),
                     Form::Markdown => format!("`{part}`"),
                 });
             } else {
                 result.push_str(&match self.form {
                     Form::Text => (*part).to_owned(),
-                    Form::Latex => format!("${}$", latex::formula(part)),
+                    Form::Latex | Form::Fragment => format!("${}$", latex::formula(part)),
                     Form::Markdown => format!("${}$", in_markdown(&latex::formula(part))),
                 });
             }
@@ -157,7 +182,7 @@ impl<'w> Page<'w> {
     fn words(&self, text: &str) -> String {
         match self.form {
             Form::Text => text.into(),
-            Form::Latex => latex::words(text),
+            Form::Latex | Form::Fragment => latex::words(text),
             Form::Markdown => markdown_words(text),
         }
     }
@@ -168,17 +193,28 @@ impl<'w> Page<'w> {
             for Definition { head, body } in definitions {
                 let head = format!("  {head} = ");
                 let indent = head.chars().count();
-                let lines = lines(&Text, &body, TEXT_WIDTH.saturating_sub(indent).max(TEXT_WIDTH / 4));
+                let width = TEXT_WIDTH.saturating_sub(indent).max(TEXT_WIDTH / 4);
+                let lines = lines(&Text, &body, width, ANYWHERE);
                 self.write(&format!("{head}{}\n", lines.join(&format!("\n{}", " ".repeat(indent)))));
             }
             return;
         }
         let mut display: Vec<String> = Vec::new();
         for Definition { head, body } in definitions {
-            let lines = lines(&Latex, &body, FORMULA_WIDTH);
+            let (width, breaks) = match self.form {
+                Form::Fragment => (NUMBERED_WIDTH, BETWEEN_TERMS),
+                _ => (FORMULA_WIDTH, ANYWHERE),
+            };
+            let lines = lines(&Latex, &body, width, breaks);
             let continued = lines.iter().skip(1).map(|line| format!("&\\quad {line}"));
+            let first = display.len();
             display.push(format!("{head} &= {}", lines[0]));
             display.extend(continued);
+            if self.form == Form::Fragment {
+                let last = display.len() - 1;
+                display[first..last].iter_mut().for_each(|line| line.push_str(" \\notag"));
+                display[last].push_str(&format!(" \\label{{eq:{}:{}}}", self.subject, label(&head)));
+            }
             if display.len() >= self.display_lines() {
                 self.display(&std::mem::take(&mut display));
             }
@@ -195,6 +231,7 @@ impl<'w> Page<'w> {
     fn display(&mut self, lines: &[String]) {
         let text = match self.form {
             Form::Text => unreachable!("text has no displays"),
+            Form::Fragment => format!("\\begin{{align}}\n{}\n\\end{{align}}\n", lines.join(" \\\\{}\n")),
             // An empty group keeps a bracket at the start of a line from being an option of the line break.
             Form::Latex => format!("\\begin{{align*}}\n{}\n\\end{{align*}}\n", lines.join(" \\\\{}\n")),
             // Not `\\`, which Markdown may take for an escaped backslash.
@@ -213,6 +250,7 @@ impl<'w> Page<'w> {
         };
         let mut text = String::new();
         match self.form {
+            Form::Fragment => return,
             Form::Text => {
                 text.push_str("\nSymbols, with SI units; a dot is a time derivative\n");
                 for row in rows {
@@ -263,6 +301,13 @@ impl<'w> Page<'w> {
     }
 }
 
+/// A name for a label: its letters and digits, with a hyphen for whatever else is between them.
+fn label(name: &str) -> String {
+    let letters: String =
+        name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { ' ' }).collect();
+    letters.split_whitespace().filter(|word| *word != "mathrm").collect::<Vec<_>>().join("-")
+}
+
 /// A formula without signs that Markdown would take for HTML.
 fn in_markdown(formula: &str) -> String {
     formula.replace('<', "\\lt ").replace('>', "\\gt ")
@@ -283,10 +328,13 @@ fn markdown_words(text: &str) -> String {
     result
 }
 
-/// Maximum depth of brackets inside which a line may be broken.
-const MAX_BREAK_DEPTH: usize = 12;
 /// Added to the depth of a break between factors.
 const FACTORS: usize = 6;
+/// The depths of brackets at which lines are broken: where they may be broken anyway, and where they are broken if a piece is too wide.
+type Breaks = [usize; 2];
+const ANYWHERE: Breaks = [1, 12];
+/// Before signs alone, and within brackets only if what they hold is too wide.
+const BETWEEN_TERMS: Breaks = [0, FACTORS - 1];
 /// Added inside braces, where LaTeX cannot break.
 const BRACES: usize = 100;
 
@@ -297,12 +345,12 @@ struct Piece<'a> {
     depth: usize,
 }
 
-/// `body` on lines of at most `width`. Lines are broken before signs outside all brackets or in the outermost pair; deeper,
-/// or between factors, only where a piece is too wide otherwise.
-fn lines(notation: &dyn Notation, body: &str, width: usize) -> Vec<String> {
+/// `body` on lines of at most `width`. With [`ANYWHERE`] lines are broken before signs outside all brackets or in the outermost pair;
+/// deeper, or between factors, only where a piece is too wide otherwise.
+fn lines(notation: &dyn Notation, body: &str, width: usize, breaks: Breaks) -> Vec<String> {
     let mut lines = vec![String::new()];
     let mut filled = 0;
-    for group in groups(&pieces(notation, body), 1, width) {
+    for group in groups(&pieces(notation, body), breaks, width) {
         let size: usize = group.iter().map(|piece| piece.width).sum();
         if filled > 0 && filled + size > width {
             lines.push(String::new());
@@ -317,8 +365,8 @@ fn lines(notation: &dyn Notation, body: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// The pieces between breaks of at most `depth`, and of a larger depth where they are too wide.
-fn groups<'a, 'b>(pieces: &'b [Piece<'a>], depth: usize, width: usize) -> Vec<&'b [Piece<'a>]> {
+/// The pieces between breaks of at most `depth`, and of a larger depth, up to the `deepest`, where they are too wide.
+fn groups<'a, 'b>(pieces: &'b [Piece<'a>], [depth, deepest]: Breaks, width: usize) -> Vec<&'b [Piece<'a>]> {
     let mut result = Vec::new();
     let mut start = 0;
     for end in 1..=pieces.len() {
@@ -327,8 +375,8 @@ fn groups<'a, 'b>(pieces: &'b [Piece<'a>], depth: usize, width: usize) -> Vec<&'
         }
         let group = &pieces[start..end];
         let size: usize = group.iter().map(|piece| piece.width).sum();
-        if size > width && depth < MAX_BREAK_DEPTH && group.len() > 1 {
-            result.extend(groups(group, depth + 1, width));
+        if size > width && depth < deepest && group.len() > 1 {
+            result.extend(groups(group, [depth + 1, deepest], width));
         } else {
             result.push(group);
         }

@@ -142,22 +142,42 @@ impl<'a> Printer<'a> {
         self.defined.iter().map(definition)
     }
 
+    /// A vector or a matrix by its elements, as [`Printer::output`] names them; none if it is a scalar, zero, or too large to be read.
+    pub fn whole(&self, output: &Output) -> Option<Definition> {
+        /// The largest number of rows.
+        const READABLE: usize = 10;
+        let (rows, columns) = match output.shape {
+            Shape::Scalar => return None,
+            Shape::Vector(rows) => (rows, 1),
+            Shape::Matrix(rows, columns) => (rows, columns),
+        };
+        if rows.max(columns) > READABLE || output.nodes.iter().all(|&node| self.graph.is_zero(node)) {
+            return None;
+        }
+        let element = |row: usize, column: usize| {
+            let node = output.nodes[row * columns + column];
+            let repeats = rows == columns && row > column && output.nodes[column * columns + row] == node;
+            let (row, column) = if repeats { (column, row) } else { (row, column) };
+            let indices: &[usize] = if let Shape::Vector(_) = output.shape { &[row] } else { &[row, column] };
+            if self.graph.is_zero(node) { "0".to_owned() } else { self.head(output, indices) }
+        };
+        let line = |row| (0..columns).map(|column| element(row, column)).collect::<Vec<_>>().join(" & ");
+        let lines: Vec<String> = (0..rows).map(line).collect();
+        let body = format!("\\begin{{bmatrix}} {} \\end{{bmatrix}}", lines.join(" \\\\ "));
+        Some(Definition { head: self.notation.symbol(symbol(output)), body })
+    }
+
+    /// The name of an element.
+    fn head(&self, output: &Output, indices: &[usize]) -> String {
+        let index = |i: usize| self.motion.map_or_else(|| (i + 1).to_string(), |motion| coordinate(motion, i));
+        let indices: Vec<String> = indices.iter().map(|&i| index(i)).collect();
+        self.notation.element(symbol(output), &indices)
+    }
+
     /// A definition for each element, without zeros and without repetitions by symmetry.
     pub fn output(&self, output: &Output) -> impl Iterator<Item = Definition> {
-        let symbol = match output.name.as_str() {
-            "mass_matrix" => "M",
-            "force" => "f",
-            "kinetic" => "E_kin",
-            "spring" => "E_spring",
-            "gravity" => "E_grav",
-            "dissipation" => "D",
-            name => name,
-        };
-        let index = |i: usize| self.motion.map_or_else(|| (i + 1).to_string(), |motion| coordinate(motion, i));
-        let head = |indices: &[usize]| {
-            let indices: Vec<String> = indices.iter().map(|&i| index(i)).collect();
-            self.notation.element(symbol, &indices)
-        };
+        let symbol = symbol(output);
+        let head = |indices: &[usize]| self.head(output, indices);
         let elements: Vec<(String, NodeId)> = match output.shape {
             Shape::Scalar => vec![(self.notation.symbol(symbol), output.nodes[0])],
             Shape::Vector(_) => output.nodes.iter().enumerate().map(|(i, &node)| (head(&[i]), node)).collect(),
@@ -173,6 +193,19 @@ impl<'a> Printer<'a> {
         let nothing = filled.is_empty().then(|| Definition { head: self.notation.symbol(symbol), body: "0".into() });
         let define = |(head, node)| Definition { head, body: self.writer.expression(node).text };
         nothing.into_iter().chain(filled.into_iter().map(define))
+    }
+}
+
+/// The symbol of a result.
+fn symbol(output: &Output) -> &str {
+    match output.name.as_str() {
+        "mass_matrix" => "M",
+        "force" => "f",
+        "kinetic" => "E_kin",
+        "spring" => "E_spring",
+        "gravity" => "E_grav",
+        "dissipation" => "D",
+        name => name,
     }
 }
 

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use bristle::simulation::{Form, Pass};
 use bristle_grid::tentative;
-use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, derive};
+use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, derive, derive_fragment};
 use bristle_store::staged::{StagedFile, directory_of, occupy, prepare_directory};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -35,6 +35,9 @@ pub struct DeriveArgs {
     /// Form of the equations; math, latex and markdown are meant for reading and take minutes beyond 100 segments, see the note before them
     #[arg(long, default_value = DeriveFormat::Math.name(), value_parser = format())]
     format: DeriveFormat,
+    /// Equations alone, for a paper: without preamble and sentences, with vectors, matrices and labels; for latex
+    #[arg(long)]
+    fragment: bool,
     /// File to write instead of stdout; for c and matlab, the directory of their files, which they require
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
@@ -98,7 +101,12 @@ pub fn run(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
              help: derive fewer segments to read them; rust, json, c, matlab and numpy state them in short, with named intermediates"
         ));
     }
-    match (derive(equations, format)?, arguments.out.as_deref()) {
+    let derived = match (arguments.fragment, format) {
+        (false, _) => derive(equations, format)?,
+        (true, DeriveFormat::Latex) => derive_fragment(equations)?,
+        (true, _) => return Err(CliError::NoFragment),
+    };
+    match (derived, arguments.out.as_deref()) {
         (Derived::Text(text), None) => print_by(|| {
             let mut out = BufWriter::new(io::stdout().lock());
             text.write(&mut out)?;

@@ -1061,3 +1061,15 @@ fn a_file_says_which_equations_it_has() {
     assert!(directory.refused("derive case.toml --segments 2").contains("cannot be used with"));
     assert!(directory.refused("derive missing.toml").contains("missing.toml"));
 }
+
+#[test]
+fn a_fragment_is_a_part_of_a_paper() {
+    let workspace = Workspace::new();
+    let derive = "derive --segments 2 --planar --format latex --fragment";
+    let fragment = workspace.printed(derive);
+    assert!(fragment.contains("bmatrix") && !fragment.contains("documentclass"), "{fragment}");
+    assert!(fragment.contains(&format!("% To make it again: bristle {}\n", derive)), "{fragment}");
+    assert!(workspace.printed("derive --kernels --format latex --fragment").contains("\\label{eq:"));
+    let refused = workspace.refused("derive --segments 2 --fragment");
+    assert!(refused.contains("add --format latex"), "{refused}");
+}
