@@ -25,6 +25,8 @@ use crate::interrupt::{on_a_thread_telling, tell_share};
 
 /// Columns by their keys, and their units.
 type Columns<'py> = (Bound<'py, PyDict>, Bound<'py, PyDict>);
+/// Both tables, numbers of the whole, its text, and its warnings.
+type Followed<'py> = (Columns<'py>, Columns<'py>, Bound<'py, PyDict>, String, Vec<String>);
 
 /// Follows the edge of the workpiece of `input` on some threads: the columns of `removal.csv` and of `edge_work.csv`, numbers of the whole, its
 /// text, and its warnings. Its files are written to the directory `out`, if there is one.
@@ -34,7 +36,7 @@ pub fn remove<'py>(
     input: &Input,
     means: (Option<NonZeroUsize>, Option<PathBuf>),
     tell: Option<Py<PyAny>>,
-) -> PyResult<(Columns<'py>, Columns<'py>, Bound<'py, PyDict>, String, Vec<String>)> {
+) -> PyResult<Followed<'py>> {
     let (threads, out) = means;
     let settings = input.settings()?.clone();
     check(&settings).map_err(|violation| of_settings(violation.to_string()))?;

@@ -181,6 +181,22 @@ fn what_cannot_be_followed_says_why() {
     }
 }
 
+#[test]
+fn worn_filaments_may_never_reach_the_goal() {
+    let directory = Workspace::with(FILE);
+    let slow = "--set removal.preston_m2_n=1e-16 --set removal.filament_wear_m2_n=1e-10";
+    let said = words(&directory.refused(&format!("remove case.toml --out out {slow}")));
+    assert!(
+        said.contains("is never reached; the largest is ") && said.contains("then the filaments have lost"),
+        "{said}"
+    );
+    // A small edge that new filaments can pass over and shorter ones dip through.
+    let small = "--set workpiece.edge_radius_m=20e-6 --set filament.segments=25 --set solver.relative_tolerance=1e-4";
+    let said = directory
+        .printed(&format!("remove case.toml --out small --no-figures {small} --set removal.filament_wear_m2_n=1e-11"));
+    assert!(said.contains("filaments lose 0.2"), "{said}");
+}
+
 /// Radii of the edge as it grows, by `bristle remove`, in a table of a laboratory.
 fn measured(directory: &Workspace) -> String {
     directory.run("remove case.toml --out grown --no-figures");

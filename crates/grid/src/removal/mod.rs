@@ -444,12 +444,18 @@ impl Search<'_> {
         let mut largest = if goal > 0.0 { goal } else { RAISE * least };
         // Filaments dip through an edge whose radius is below their penetration.
         let most = self.possible(least, largest)?;
-        let least = self.passes.first_possible(&Nodes::new([least, most], 0.0, LEVELS[1]).radii)?;
+        let new = Nodes::new([least, most], 0.0, LEVELS[1]);
+        let mut least = self.passes.first_possible(&new.radii, &new.losses)?;
         largest = largest.max(least);
         let most = self.largest_loss();
         let mut loss = 0.0;
         loop {
             let possible = self.possible(least, largest)?;
+            if loss > 0.0 {
+                // Shorter filaments strike elsewhere, and may dip through a larger one.
+                let worn = Nodes::new([least, possible], loss, LEVELS[1]);
+                least = self.passes.first_possible(&worn.radii, &worn.losses)?;
+            }
             let nodes = Nodes::new([least, possible], loss, LEVELS[0]);
             let growth = self.follow(None, &nodes)?;
             let end = growth.stages[growth.stages.len() - 1];
@@ -539,7 +545,8 @@ impl Search<'_> {
     fn unreached(&self, goal: f64, growth: &Growth) -> RemovalError {
         let last = growth.stages[growth.stages.len() - 1];
         let why = match growth.ended {
-            Ended::Worn => format!("then the filaments have lost {:.2e} m, and no longer reach the edge", last.loss),
+            // Where they missed it from the start, nothing is lost yet.
+            Ended::Worn | Ended::Stopped if last.loss > 0.0 => format!("then the filaments have lost {:.2e} m, and no longer reach the edge", last.loss),
             Ended::Largest => "a rounder one does not fit the workpiece, or is a face for filaments of so many segments".to_owned(),
             _ => "filaments do no work on it there; check `workpiece.offset_m`, `workpiece.side` and the penetration depth".to_owned(),
         };

@@ -158,10 +158,9 @@ impl<'a> Passes<'a> {
         self.attempt(radii, losses)?.into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// The same for new filaments, where some passes may fail: the first of the ascending `radii` from which on all can be simulated, or the failure at the
-    /// last one.
-    pub fn first_possible(&mut self, radii: &[f64]) -> Result<f64, RemovalError> {
-        let mut failures = self.attempt(radii, &[0.0])?;
+    /// The same where some passes may fail: the first of the ascending `radii` from which on all can be simulated, or the failure at the last one.
+    pub fn first_possible(&mut self, radii: &[f64], losses: &[f64]) -> Result<f64, RemovalError> {
+        let mut failures = self.attempt(radii, losses)?;
         let failed = |error: &RemovalError| matches!(error, RemovalError::Case { radius, .. } if *radius == radii[radii.len() - 1]);
         if let Some(last) = failures.iter().position(failed) {
             return Err(failures.swap_remove(last));
