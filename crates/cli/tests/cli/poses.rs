@@ -93,7 +93,7 @@ fn the_page_of_a_cup_has_both_views() {
 fn a_study_of_forces_shows_the_depths() {
     let sweeps = "[study]\nbrushing_velocity_m_s = [5.0, 20.0]\n\"process.tool_force_n\" = [20.0, 100.0]\n";
     let directory = Workspace::with(&file("", &format!("tool_force_n = 50.0\n{sweeps}")));
-    let shown = directory.printed("study case.toml --out results --figures svg");
+    let shown = directory.printed("study case.toml --out results --figures all,svg");
     assert!(shown.lines().any(|line| line.contains("tool force") && line.contains("a_e")), "{shown}");
     let names = directory.names("results/figures");
     for name in ["penetration_depth_over_velocity.svg", "penetration_depth_map.svg", "tool_torque_map.svg"] {
