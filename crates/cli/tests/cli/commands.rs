@@ -991,7 +991,6 @@ fn bad_states_are_refused() {
 fn bad_calls_are_refused() {
     let workspace = Workspace::with(FILE);
     let calls = [
-        "",
         "polish",
         "study case.toml",
         "study case.toml --out results --threads 0",
