@@ -77,7 +77,7 @@ Contact forces of brushing tools, from the equations of motion of one filament
   schema             print the JSON schema of input files, for editors
   completions, man   completion for a shell; manual pages
 
-Begin with `bristle new brush.toml` and `bristle study brush.toml --out results`.
+Begin: `bristle new brush.toml`, then `bristle study brush.toml --out results`.
 `bristle help COMMAND` says more, `bristle --help` has examples.
 ";
 

@@ -40,7 +40,7 @@ fn the_choice_is_as_good_as_it_says() {
     assert!((simulated(options) / finer - 1.0).abs() < 0.01, "{options}");
     let own = 100.0 * (segments[2][1] / finer - 1.0).abs();
     assert!((own / error - 1.0).abs() < 0.1, "{own} % {error} %");
-    assert_eq!(directory.names("out/figures"), ["converge.png", "converge.svg"]);
+    assert_eq!(directory.names("out/figures"), ["converge.pdf", "converge.png", "converge.svg"]);
     directory.run("converge case.toml --out again --threads 3 --figures svg");
     assert_eq!(directory.read("out/converge.csv"), directory.read("again/converge.csv"));
     // Figures of kinds that are not drawn would be those of another result.

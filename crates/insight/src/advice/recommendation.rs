@@ -15,7 +15,7 @@ use bristle_text::layout::wrap;
 use bristle_text::number::{short, uncertain};
 use serde::Serialize;
 
-use super::{Limits, OperatingPoint, Outcome, Section, TIER};
+use super::{Limits, Most, OperatingPoint, Outcome, Section, TIER};
 use crate::assumptions::Assumptions;
 use crate::warnings::is_packed;
 
@@ -163,8 +163,9 @@ fn coarse_rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
                 (f64::from(u8::from(!limits.hold_with_band(outcome))), -(most.ln() / NEAR).round())
             }
         };
-        let flaws =
-            [outcome.laterally_unstable, outcome.contact_time_ratio <= TIER].map(|flaw| f64::from(u8::from(flaw)));
+        // Strikes may remove more.
+        let strikes = outcome.contact_time_ratio <= TIER && limits.most.unwrap_or_default() == Most::Force;
+        let flaws = [outcome.laterally_unstable, strikes].map(|flaw| f64::from(u8::from(flaw)));
         [off, flaws[0], flaws[1], last]
     };
     let pairs = key(a).into_iter().zip(key(b));

@@ -211,6 +211,7 @@ fn has_every_setting(stated: &Settings) {
             .iter()
             .map(|parameter| parameter.path.to_owned())
             .filter(|path| !paths.contains(path) && (stated.brush.is_some() || !path.starts_with("brush.")))
+            .filter(|path| !path.starts_with("removal."))
             .collect::<Vec<_>>(),
     );
     paths.sort();
