@@ -285,8 +285,8 @@ def test_a_tool_of_arrays_is_in_all_cases(settings: bristle.Settings) -> None:
     )
     alone = bristle.simulate(deeper, tool=tool).metrics
     for key, value in alone.items():
-        # The depth is given.
-        if isinstance(value, float) and key != "force_stiffness_n_m":
+        # The depth is given, and the workpiece has no edge.
+        if isinstance(value, float) and key != "force_stiffness_n_m" and "edge_" not in key:
             assert study.runs[key][1] == value, key
     again: bristle.Study = pickle.loads(pickle.dumps(study))
     assert again.tool == study.tool == tool and again.runs == study.runs
