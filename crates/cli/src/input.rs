@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use bristle_grid::brush::check_brushes;
+use bristle_grid::{Resources, Study};
 use bristle_input::document::Document;
 use bristle_input::plausibility::{Unusual, warnings};
 use bristle_store::staged::{FileError, read_document, read_input, read_stdin};
@@ -68,6 +70,15 @@ impl InputArgs {
         warnings(unusual).iter().for_each(say);
         Ok(())
     }
+
+    /// Checks that all brushes of a study can be simulated, if it has any.
+    pub fn check_brushes(&self, study: &Study, Resources { threads, memory }: Resources) -> Result<(), CliError> {
+        if !study.has_brush() {
+            return Ok(());
+        }
+        check_brushes(study, threads, memory)
+            .map_err(|error| CliError::StudyRefused { path: self.file.clone(), error: Box::new(error) })
+    }
 }
 
 impl InputText<'_> {
@@ -79,5 +90,12 @@ impl InputText<'_> {
     /// What the text states.
     pub fn document(&self) -> Result<Document<'_>, CliError> {
         Ok(read_document(&self.arguments.file, &self.text, &self.name, &self.arguments.set)?)
+    }
+
+    /// The same, with each filament `alone` or with those that touch each other.
+    pub fn document_alone_if(&self, alone: bool) -> Result<Document<'_>, CliError> {
+        let document = self.document()?;
+        let refused = |key| CliError::WithoutBrush { path: self.arguments.file.clone(), key };
+        if alone { document.without_brush().map_err(refused) } else { Ok(document) }
     }
 }

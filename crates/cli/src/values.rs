@@ -1,15 +1,48 @@
 //! Values that commands share: of arguments, and an exit status.
 
 use std::fs;
+use std::num::NonZeroUsize;
 
 use bristle::model::parameters::Parameter;
+use bristle_grid::Resources;
 use clap::Args;
 
 /// Largest number of threads.
-pub const MAX_THREADS: u64 = 1024;
+const MAX_THREADS: u64 = 1024;
 
 /// Exit status if Ctrl-C stopped a simulation. As in shells, it is 128 plus the number of the signal.
 pub const INTERRUPTED: u8 = 130;
+
+/// The number of threads.
+#[derive(Args)]
+pub struct ThreadArgs {
+    /// Number of threads [default: one per core]; does not change the results
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
+    threads: Option<u64>,
+}
+
+impl ThreadArgs {
+    /// The number that was asked for.
+    pub fn number(&self) -> Option<NonZeroUsize> {
+        self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
+    }
+}
+
+/// What simulations may use.
+#[derive(Args)]
+pub struct ResourceArgs {
+    #[command(flatten)]
+    pub threads: ThreadArgs,
+    #[command(flatten)]
+    memory: MemoryArgs,
+}
+
+impl ResourceArgs {
+    /// Threads and memory.
+    pub fn resources(&self) -> Resources {
+        Resources { threads: self.threads.number(), memory: self.memory.limit() }
+    }
+}
 
 /// The memory that brushes may need.
 #[derive(Args)]

@@ -1,7 +1,6 @@
 //! `bristle brush`.
 
 use std::io;
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -35,7 +34,7 @@ use crate::pictures::{FIGURES, FigureArgs, Figures, draw_brush, is_picture_of_si
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CHECK, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
-use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
+use crate::values::{INTERRUPTED, MemoryArgs, ThreadArgs};
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
 /// What is simulated, for its progress.
@@ -73,9 +72,8 @@ pub struct BrushArgs {
     out: PathBuf,
     #[command(flatten)]
     figures: FigureArgs,
-    /// Number of threads [default: one per core]; does not change the results
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
-    threads: Option<u64>,
+    #[command(flatten)]
+    threads: ThreadArgs,
     /// Number of equally spaced times in the page and for ParaView, at most; large sectors have fewer
     #[arg(
         long,
@@ -101,13 +99,9 @@ pub struct BrushArgs {
 }
 
 impl BrushArgs {
-    fn threads(&self) -> Option<NonZeroUsize> {
-        self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
-    }
-
     fn options(&self) -> RunOptions {
         RunOptions {
-            threads: thread_count(self.threads()),
+            threads: thread_count(self.threads.number()),
             frames: self.frames as usize,
             memory: self.memory.limit(),
             ..RunOptions::default()
@@ -337,7 +331,7 @@ fn write_results(
     // Of an earlier result.
     remove(&arguments.out.join(CHECK))?;
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
-    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads(), figures)?)?;
+    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads.number(), figures)?)?;
     let band = band.map_or_else(String::new, |band| band_line(&band));
     Ok(brush_table(&result) + &band)
 }

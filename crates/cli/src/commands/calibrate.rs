@@ -1,6 +1,5 @@
 //! `bristle calibrate`.
 
-use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf, absolute};
 use std::process::ExitCode;
@@ -10,7 +9,6 @@ use bristle::model::settings::Settings;
 use bristle_calibrate::{
     Calibration, FitError, Fitted, Forces, Interrupted, Means, Observer, Problem, Reach, STARTS, calibrate, summary,
 };
-use bristle_grid::Resources;
 use bristle_input::measured::{read_points, read_radii};
 use bristle_insight::warnings::without_interaction;
 use bristle_run::calibration::{CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration};
@@ -25,7 +23,7 @@ use crate::interrupt::stop_on_interrupt;
 use crate::pictures::{FIGURES, FigureArgs, draw_calibration, is_picture_of_calibration, say_drawn};
 use crate::progress::PassProgress;
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
-use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
+use crate::values::{INTERRUPTED, ResourceArgs};
 
 /// Fit settings of a file to measured forces, or to the radii of an edge over time, and write DIR/calibrated.toml
 ///
@@ -64,11 +62,8 @@ pub struct CalibrateArgs {
     max_depth: Option<f64>,
     #[command(flatten)]
     figures: FigureArgs,
-    /// Number of threads [default: one per core]; does not change the results
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
-    threads: Option<u64>,
     #[command(flatten)]
-    memory: MemoryArgs,
+    resources: ResourceArgs,
     /// Discard the simulated brushes in DIR/calibration.jsonl
     #[arg(long)]
     restart: bool,
@@ -114,10 +109,7 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
     }
     let stop = stop_on_interrupt();
     let watch = Watch { journal, progress: Mutex::new(PassProgress::begin("the calibration", 0.0)) };
-    let resources = Resources {
-        threads: arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize)),
-        memory: arguments.memory.limit(),
-    };
+    let resources = arguments.resources.resources();
     let reach = Reach { max_rpm: arguments.max_rpm, max_depth_m: arguments.max_depth.map(|depth| depth / 1e3) };
     let outcome = calibrate(problem, reach, Means { resources, stop: &stop, observer: &watch, starts: STARTS });
     let Watch { journal, progress } = watch;

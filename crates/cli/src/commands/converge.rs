@@ -1,12 +1,10 @@
 //! `bristle converge`.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bristle::model::settings::Settings;
-use bristle_grid::brush::check_brushes;
-use bristle_grid::{CaseResult, Resources, Study};
+use bristle_grid::{CaseResult, Study};
 use bristle_input::plausibility::unusual;
 use bristle_insight::convergence::{ConvergenceError, Plan, write_convergence};
 use bristle_report::convergence::convergence_text;
@@ -24,7 +22,7 @@ use crate::interrupt::stop_on_interrupt;
 use crate::pictures::{FIGURES, FigureArgs, draw_convergence, is_picture_of_convergence, say_drawn};
 use crate::progress::{Progress, Works};
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
-use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
+use crate::values::{INTERRUPTED, ResourceArgs};
 
 /// The table of the results.
 const TABLE: &str = "converge.csv";
@@ -50,11 +48,8 @@ pub struct ConvergeArgs {
     out: PathBuf,
     #[command(flatten)]
     figures: FigureArgs,
-    /// Number of threads [default: one per core]; does not change the results
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
-    threads: Option<u64>,
     #[command(flatten)]
-    memory: MemoryArgs,
+    resources: ResourceArgs,
     /// Leave out [brush]: simulate a filament alone
     #[arg(long)]
     without_interaction: bool,
@@ -64,11 +59,7 @@ pub struct ConvergeArgs {
 pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
     let figures = arguments.figures.figures()?;
     let text = arguments.input.read()?;
-    let document = text.document()?;
-    let refused_key = |key| CliError::WithoutBrush { path: arguments.input.file.clone(), key };
-    let document =
-        if arguments.without_interaction { document.without_brush().map_err(refused_key)? } else { document };
-    let stated = document.settings()?;
+    let stated = text.document_alone_if(arguments.without_interaction)?.settings()?;
     arguments.input.warn_of(&unusual(&stated))?;
     // Before anything is simulated or written: what is wrong with the settings.
     Plan::new(&stated).map_err(|error| refused(arguments, error))?;
@@ -124,12 +115,8 @@ fn at_depth(arguments: &ConvergeArgs, stated: Settings) -> Result<Settings, CliE
 
 /// The results of all cases, or none of them if it is asked to stop.
 fn simulate(arguments: &ConvergeArgs, study: Study) -> Result<Vec<CaseResult>, CliError> {
-    let threads = arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize));
-    let resources = Resources { threads, memory: arguments.memory.limit() };
-    if study.has_brush() {
-        check_brushes(&study, threads, resources.memory)
-            .map_err(|error| CliError::StudyRefused { path: arguments.input.file.clone(), error: Box::new(error) })?;
-    }
+    let resources = arguments.resources.resources();
+    arguments.input.check_brushes(&study, resources)?;
     let count = study.case_count();
     let mut run = StudyRun::new(study);
     let progress = Progress::begin(Works::of(&run, |_| true), 0, false);

@@ -1,11 +1,9 @@
 //! `bristle remove`.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Mutex;
 
-use bristle_grid::Resources;
 use bristle_grid::removal::{RemovalError, remove};
 use bristle_grid::uncertainty::check;
 use bristle_input::plausibility::unusual;
@@ -20,7 +18,7 @@ use crate::interrupt::stop_on_interrupt;
 use crate::pictures::{FIGURES, FigureArgs, draw_removal, is_picture_of_removal, say_drawn};
 use crate::progress::PassProgress;
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
-use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
+use crate::values::{INTERRUPTED, ResourceArgs};
 
 /// Follow an edge that grows round and filaments that wear, and write DIR/removal.csv
 ///
@@ -41,11 +39,8 @@ pub struct RemoveArgs {
     out: PathBuf,
     #[command(flatten)]
     figures: FigureArgs,
-    /// Number of threads [default: one per core]; does not change the results
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
-    threads: Option<u64>,
     #[command(flatten)]
-    memory: MemoryArgs,
+    resources: ResourceArgs,
 }
 
 /// Runs the command.
@@ -61,10 +56,7 @@ pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
     let is_ours = |name: &str| OF_REMOVAL.contains(&name);
     let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture_of_removal)])?;
     let stop = stop_on_interrupt();
-    let resources = Resources {
-        threads: arguments.threads.and_then(|threads| NonZeroUsize::new(threads as usize)),
-        memory: arguments.memory.limit(),
-    };
+    let resources = arguments.resources.resources();
     let progress = Mutex::new(PassProgress::begin("the removal", 0.0));
     let tell = |done: usize, of: usize| {
         if let Ok(mut progress) = progress.lock() {

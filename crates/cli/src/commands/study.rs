@@ -1,13 +1,11 @@
 //! `bristle study`.
 
 use std::io;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 
 use bristle::simulation::Stop;
-use bristle_grid::brush::check_brushes;
-use bristle_grid::{CaseResult, Resources, Shard, Study};
+use bristle_grid::{CaseResult, Shard, Study};
 use bristle_input::document::Document;
 use bristle_input::plausibility::unusual_in_study;
 use bristle_insight::assumptions::Assumptions;
@@ -26,7 +24,7 @@ use crate::input::{InputArgs, InputText};
 use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture_of_study, measured_forces, say_drawn};
 use crate::progress::{Progress, Works};
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
-use crate::values::{INTERRUPTED, MAX_THREADS, MemoryArgs};
+use crate::values::{INTERRUPTED, ResourceArgs};
 
 /// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
 const MAX_FAILURES_SHOWN: usize = 5;
@@ -139,11 +137,8 @@ pub struct StudyArgs {
     pub out: PathBuf,
     #[command(flatten)]
     figures: FigureArgs,
-    /// Number of threads [default: one per core]; does not change the results
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
-    threads: Option<u64>,
     #[command(flatten)]
-    memory: MemoryArgs,
+    resources: ResourceArgs,
     /// Leave out [brush]: simulate each filament alone
     #[arg(long)]
     without_interaction: bool,
@@ -156,32 +151,20 @@ pub struct StudyArgs {
 }
 
 impl StudyArgs {
-    /// The requested number of threads.
-    fn threads(&self) -> Option<NonZeroUsize> {
-        self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
-    }
-
     /// What the text of the input file states, with filaments that touch each other or without.
     pub fn document<'t>(&self, text: &'t InputText<'_>) -> Result<Document<'t>, CliError> {
-        let document = text.document()?;
-        let refused = |key| CliError::WithoutBrush { path: self.input.file.clone(), key };
-        if self.without_interaction { document.without_brush().map_err(refused) } else { Ok(document) }
+        text.document_alone_if(self.without_interaction)
     }
 
     /// What the study may use, watched by `progress`.
     fn means<'a>(&self, progress: &'a Progress, stop: &'a Stop) -> Means<'a> {
-        let resources = Resources { threads: self.threads(), memory: self.memory.limit() };
-        Means { resources, stop, observer: progress }
+        Means { resources: self.resources.resources(), stop, observer: progress }
     }
 
     /// Warns of what is unusual, and checks that all brushes can be simulated.
     fn check(&self, study: &Study) -> Result<(), CliError> {
         self.input.warn_of(&unusual_in_study(study))?;
-        if study.has_brush() {
-            check_brushes(study, self.threads(), self.memory.limit())
-                .map_err(|error| CliError::StudyRefused { path: self.input.file.clone(), error: Box::new(error) })?;
-        }
-        Ok(())
+        self.input.check_brushes(study, self.resources.resources())
     }
 }
 
@@ -278,7 +261,8 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
     let (stop, name) = (Stop::default(), arguments.input.short_name());
     let finished = run.finish(&name, &document, &measured, &arguments.means(&progress, &stop))?;
     let Finished { study, results, assumptions, answer, comparisons, files } = finished;
-    let drawn = draw_study(out, &study, &results, &measured, comparisons, arguments.threads(), &figures)?;
+    let drawn =
+        draw_study(out, &study, &results, &measured, comparisons, arguments.resources.threads.number(), &figures)?;
 
     let total = results.len();
     let tables = if arguments.json {

@@ -9,6 +9,7 @@ use bristle_text::layout::wrap;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::recommendation::write_lines;
 use super::{Advice, Limits, advise};
 
 /// A question, and what a study answers.
@@ -69,9 +70,7 @@ impl Answer {
     pub fn text(&self, width: usize) -> String {
         let mut text = String::new();
         wrap(width, &mut text, "", &self.question);
-        for (number, line) in self.lines.iter().enumerate() {
-            wrap(width, &mut text, if number == 0 { "" } else { "  " }, line);
-        }
+        write_lines(&mut text, &self.lines, width);
         text
     }
 }

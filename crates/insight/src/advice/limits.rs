@@ -88,10 +88,15 @@ impl Limits {
         serde_json::from_value(Value::Object(goal.clone())).expect("an input file states these keys only")
     }
 
+    /// What there is to be most of, where no force is wanted.
+    pub(super) fn most(&self) -> Most {
+        self.most.unwrap_or_default()
+    }
+
     /// What is asked for, as a question.
     #[must_use]
     pub fn question(&self) -> String {
-        let asked = match (self.target_force_n, self.most.unwrap_or_default()) {
+        let asked = match (self.target_force_n, self.most()) {
             (Some(target), _) => format!("give F_n,w = {} N", short(target)),
             (None, Most::Force) => "give the highest force F_n,w".to_owned(),
             (None, Most::Edge) => "remove most from edges".to_owned(),

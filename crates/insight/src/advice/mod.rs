@@ -301,14 +301,6 @@ impl Removal {
         let powers_w = [metrics.sliding_work_j, metrics.edge_sliding_work_j].map(|work| tool_force(work, count, rate));
         Some(Self { powers_w, preston: removal.preston_m2_n })
     }
-
-    /// A sliding power (W), or what it removes if the coefficient is known, as text.
-    fn text(&self, power_w: f64) -> String {
-        match self.preston {
-            Some(preston) => format!("Removes {} mm³/min", significant(60e9 * preston * power_w)),
-            None => format!("Slides with {} W, in proportion to which it removes material", significant(power_w)),
-        }
-    }
 }
 
 impl Outcome {
@@ -363,10 +355,14 @@ impl Outcome {
         self.removal.map(|removal| removal.powers_w[position])
     }
 
-    /// The same, as text about what it removes.
+    /// The same, or what it removes if the coefficient is known, as text.
     fn removed(&self, most: Most) -> Option<String> {
         let power_w = self.removal_power_w(most)?;
-        Some(self.removal?.text(power_w) + if most == Most::Edge { " on the edge" } else { "" })
+        let text = match self.removal?.preston {
+            Some(preston) => format!("Removes {} mm³/min", significant(60e9 * preston * power_w)),
+            None => format!("Slides with {} W, in proportion to which it removes material", significant(power_w)),
+        };
+        Some(text + if most == Most::Edge { " on the edge" } else { "" })
     }
 
     fn motion(&self) -> &'static str {
@@ -589,23 +585,16 @@ impl Adviser<'_> {
 
     /// The most removal per time, from edges and per power, in a study with `[removal]`.
     fn advise_on_removal(&self, cells: &[&Cited], advice: &mut Vec<Sentence>) {
-        let power = |of: usize| move |cell: &Cited| cell.outcome.removal.map_or(0.0, |removal| removal.powers_w[of]);
+        let power = |of: Most| move |cell: &Cited| cell.outcome.removal_power_w(of).unwrap_or(0.0);
         let most = |value: &dyn Fn(&Cited) -> f64| highest(cells, value).filter(|cell| value(cell) > 0.0);
-        let mut add = |topic: Topic, of: usize, place: &str| {
-            let Some((cell, removal)) = most(&power(of)).and_then(|cell| Some((cell, cell.outcome.removal?))) else {
-                return;
+        for (topic, of) in [(Topic::MostRemoval, Most::Removal), (Topic::MostOfEdge, Most::Edge)] {
+            let Some((cell, what)) = most(&power(of)).and_then(|cell| Some((cell, cell.outcome.removed(of)?))) else {
+                continue;
             };
-            let (what, motion) = (removal.text(removal.powers_w[of]), cell.outcome.motion());
-            advice.push(about(
-                topic,
-                cell,
-                format!("{what}{place}, the most of {}; it {motion}.", counted(cells.len())),
-                &[],
-            ));
-        };
-        add(Topic::MostRemoval, 0, "");
-        add(Topic::MostOfEdge, 1, " on the edge");
-        let per_power = |cell: &Cited| power(0)(cell) / cell.outcome.tool_power_w;
+            let sentence = format!("{what}, the most of {}; it {}.", counted(cells.len()), cell.outcome.motion());
+            advice.push(about(topic, cell, sentence, &[]));
+        }
+        let per_power = |cell: &Cited| power(Most::Removal)(cell) / cell.outcome.tool_power_w;
         if let Some(cell) = most(&per_power).filter(|cell| cell.outcome.tool_power_w > 0.0) {
             let share = significant(per_power(cell));
             let sentence = format!("Slides with {share} W per W of the drive, the most; it {}.", cell.outcome.motion());

@@ -159,12 +159,12 @@ fn coarse_rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
                 (if off > NEAR * target { off } else { 0.0 }, (worst / (NEAR * target)).round())
             }
             None => {
-                let most = outcome.removal_power_w(limits.most.unwrap_or_default()).unwrap_or(force);
+                let most = outcome.removal_power_w(limits.most()).unwrap_or(force);
                 (f64::from(u8::from(!limits.hold_with_band(outcome))), -(most.ln() / NEAR).round())
             }
         };
         // Strikes may remove more.
-        let strikes = outcome.contact_time_ratio <= TIER && limits.most.unwrap_or_default() == Most::Force;
+        let strikes = outcome.contact_time_ratio <= TIER && limits.most() == Most::Force;
         let flaws = [outcome.laterally_unstable, strikes].map(|flaw| f64::from(u8::from(flaw)));
         [off, flaws[0], flaws[1], last]
     };
@@ -293,9 +293,7 @@ impl Recommendation {
 
     /// In lines of at most `width` columns.
     pub(super) fn write(&self, text: &mut String, limits: &Limits, width: usize) {
-        for (number, line) in self.lines(limits).iter().enumerate() {
-            wrap(width, text, if number == 0 { "" } else { "  " }, line);
-        }
+        write_lines(text, &self.lines(limits), width);
         text.push('\n');
     }
 
@@ -319,7 +317,7 @@ impl Recommendation {
         };
         let machine = [outcome.tool_torque_n_m, outcome.tool_power_w].map(short);
         line(format!("F_n,w = {band} N, M_w = {} N m, P_w = {} W", machine[0], machine[1]));
-        if let Some(removed) = outcome.removed(limits.most.unwrap_or_default()) {
+        if let Some(removed) = outcome.removed(limits.most()) {
             line(removed);
         }
         let sides = [("for it", strengths), ("against it", weaknesses)].map(|(side, reasons)| match &reasons[..] {
@@ -352,6 +350,13 @@ impl Recommendation {
             _ => {}
         }
         lines
+    }
+}
+
+/// Writes what is recommended, and indented what is known of it.
+pub(super) fn write_lines(text: &mut String, lines: &[String], width: usize) {
+    for (number, line) in lines.iter().enumerate() {
+        wrap(width, text, if number == 0 { "" } else { "  " }, line);
     }
 }
 
