@@ -546,7 +546,9 @@ impl Search<'_> {
         let last = growth.stages[growth.stages.len() - 1];
         let why = match growth.ended {
             // Where they missed it from the start, nothing is lost yet.
-            Ended::Worn | Ended::Stopped if last.loss > 0.0 => format!("then the filaments have lost {:.2e} m, and no longer reach the edge", last.loss),
+            Ended::Worn | Ended::Stopped if last.loss > 0.0 => {
+                format!("then the filaments have lost {:.2e} m, and no longer reach the edge", last.loss)
+            }
             Ended::Largest => "a rounder one does not fit the workpiece, or is a face for filaments of so many segments".to_owned(),
             _ => "filaments do no work on it there; check `workpiece.offset_m`, `workpiece.side` and the penetration depth".to_owned(),
         };
