@@ -4,7 +4,7 @@
 //! the state, whose bytes follow it:
 //!
 //! ```json
-//! {"checkpoint":"bristle brush","format":1,"version":"0.1.0","equations":"…","solver":"…","settings":{…},"frames":120,"state":"…","check":"…"}
+//! {"checkpoint":"bristle brush","format":1,"version":"0.2.0","equations":"…","solver":"…","settings":{…},"frames":120,"state":"…","check":"…"}
 //! ```
 
 use bristle::equations::FINGERPRINT;

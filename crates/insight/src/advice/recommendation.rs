@@ -63,7 +63,7 @@ pub struct Recommendation {
 /// What simulating a recommendation has given.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verified {
-    /// What the study let expect, in N.
+    /// What the study said, in N.
     pub expected_force_n: f64,
     /// Whether filaments touched each other in its simulation.
     pub with_interaction: bool,
@@ -326,15 +326,15 @@ impl Recommendation {
         });
         line(sides.into_iter().filter(|side| !side.is_empty()).collect::<Vec<_>>().join("; "));
         let rows = match self.rows[..] {
-            [a, b] => format!("rows {a} and {b} let"),
-            _ => format!("row {} lets", self.rows[0]),
+            [a, b] => format!("rows {a} and {b}"),
+            _ => format!("row {}", self.rows[0]),
         };
         line(match verified {
-            None => format!("not simulated: {rows} expect it"),
+            None => format!("not simulated: taken from {rows}"),
             Some(Verified { error: Some(error), .. }) => format!("not verified, as its simulation failed: {error}"),
             Some(Verified { expected_force_n, with_interaction, .. }) => {
                 let how = if *with_interaction { " with filaments that touch" } else { "" };
-                format!("simulated{how}; {rows} expect {} N", short(*expected_force_n))
+                format!("simulated{how} ({rows}: {} N)", short(*expected_force_n))
             }
         });
         match verified {

@@ -40,7 +40,18 @@ pub(crate) fn typeset(text: &str) -> String {
         let sign = if after.len() > digits.len() { -1.0 } else { 1.0 };
         match digits[..length].parse::<f64>() {
             Ok(exponent) if is_number && from.starts_with('e') && last.is_some_and(|last| last.is_ascii_digit()) => {
-                typeset.push_str(&format!("·{}", power_of_ten(sign * exponent)));
+                // One times a power of ten is that power.
+                let before = typeset
+                    .strip_suffix('1')
+                    .filter(|before| !before.ends_with(|c: char| c.is_alphanumeric() || c == '.'));
+                let point = match before.map(str::len) {
+                    Some(length) => {
+                        typeset.truncate(length);
+                        ""
+                    }
+                    None => "·",
+                };
+                typeset.push_str(&format!("{point}{}", power_of_ten(sign * exponent)));
                 rest = &digits[length..];
             }
             _ => {
@@ -164,6 +175,7 @@ mod tests {
             ("offset = -5 mm", "offset = −5 mm"),
             ("-0.005", "−0.005"),
             ("k_P = 2.00e-14 m²/N, 6.2e5", "k_P = 2.00·10⁻¹⁴ m²/N, 6.2·10⁵"),
+            ("1e-7, -1e5, k = 11e3, 1.1e-3", "10⁻⁷, −10⁵, k = 11·10³, 1.1·10⁻³"),
             ("first-order, PA6-12, 1e3x, tool-5, the edge", "first-order, PA6-12, 1e3x, tool-5, the edge"),
             ("- e -", "- e -"),
         ];
