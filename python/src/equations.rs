@@ -8,7 +8,7 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::FilamentSettings;
 use bristle::simulation::Stop;
 use bristle::tool::radial_clamp;
-use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, derive as derived};
+use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, Shape, derive as derived};
 use bristle_inspect::evaluation;
 use bristle_inspect::state::parse_state;
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -101,7 +101,7 @@ pub fn derive(
     }
     let motion = if planar { Motion::Planar } else { Motion::Spatial };
     let equations = match segments {
-        Some(segments) => Equations::Whole { segments, motion },
+        Some(segments) => Equations::Whole { segments, motion, shape: Shape::default() },
         None if planar => Equations::PlanarKernels,
         None => Equations::Kernels,
     };

@@ -166,7 +166,17 @@ impl Hinge {
     }
 }
 
-/// The constants of a chain, as symbols.
+/// What is known of a relaxed filament, so that its equations have fewer constants.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Shape {
+    /// It is straight: every relaxed angle is zero.
+    pub is_straight: bool,
+    /// It is a cylinder: all segments have the same mass and inertia, and all joints the same stiffness and damping, except that the
+    /// joint of the clamp bends only half the length (MODEL, "Energies"), which makes it twice as stiff.
+    pub is_cylinder: bool,
+}
+
+/// The constants of a chain, as symbols; those that its [`Shape`] determines are other expressions.
 #[derive(Clone, Debug)]
 pub struct Parameters {
     /// Of each segment, from the clamp outwards.
@@ -178,12 +188,28 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// The symbols of a chain of `segments` segments in `graph`.
-    pub fn new(graph: &mut Graph, segments: usize) -> Self {
-        let labels: Vec<String> = (1..=segments).map(|k| k.to_string()).collect();
+    /// The constants of a chain of `segments` segments in `graph`.
+    pub fn new(graph: &mut Graph, segments: usize, shape: Shape) -> Self {
+        let label = |k: usize| if shape.is_cylinder { String::new() } else { k.to_string() };
         Self {
-            bodies: labels.iter().map(|label| Body::new(graph, label)).collect(),
-            hinges: labels.iter().map(|label| Hinge::new(graph, label)).collect(),
+            bodies: (1..=segments).map(|k| Body::new(graph, &label(k))).collect(),
+            hinges: (1..=segments)
+                .map(|k| {
+                    let mut hinge = Hinge::new(graph, &label(k));
+                    if shape.is_cylinder && k == 1 {
+                        let two = graph.integer(2);
+                        [hinge.stiffness, hinge.damping] =
+                            [hinge.stiffness, hinge.damping].map(|constant| graph.mul(two, constant));
+                    }
+                    hinge.relaxed_angle = match shape {
+                        Shape { is_straight: true, .. } => graph.integer(0),
+                        // A wave differs from joint to joint in a cylinder, too.
+                        Shape { is_cylinder: true, .. } => Hinge::new(graph, &k.to_string()).relaxed_angle,
+                        _ => hinge.relaxed_angle,
+                    };
+                    hinge
+                })
+                .collect(),
             gravity: gravity(graph),
         }
     }

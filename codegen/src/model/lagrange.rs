@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::ir::graph::{Graph, NodeId};
-use crate::model::chain::{self, Clamp, Motion, Parameters, Segment, Vec3};
+use crate::model::chain::{self, Clamp, Motion, Parameters, Segment, Shape, Vec3};
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 
 /// The whole equations of a chain of `n` segments, as expressions.
@@ -39,17 +39,25 @@ pub struct WholeEquations {
     pub tip: Vec3,
 }
 
-/// Derives the whole equations of `motion` for `segments` segments.
+/// Derives the whole equations of `motion` for `segments` segments of any shape.
 ///
 /// The expressions share their subexpressions: `M` takes O(n²) nodes and `f` takes O(n).
 ///
 /// # Panics
 /// If `segments` is zero.
 pub fn whole_equations(segments: usize, motion: Motion) -> WholeEquations {
+    whole_equations_of(segments, motion, Shape::default())
+}
+
+/// The same for filaments of one shape.
+///
+/// # Panics
+/// If `segments` is zero.
+pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> WholeEquations {
     assert!(segments > 0, "a chain has at least one segment");
     let mut graph = Graph::new();
     let g = &mut graph;
-    let parameters = Parameters::new(g, segments);
+    let parameters = Parameters::new(g, segments, shape);
     let clamp = Clamp::new(g);
     let segments: Vec<Segment> = (1..=segments).map(|k| Segment::new(g, &k.to_string())).collect();
 
@@ -163,6 +171,41 @@ impl WholeEquations {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The functions of a straight cylinder are those of any filament at the same constants, with twice those of a joint at the clamp.
+    #[test]
+    fn shapes_have_the_equations_of_any_filament_at_their_constants() {
+        // The sums have some tens of terms of order one.
+        const TOLERANCE: f64 = 1e-12;
+        let cylinder = Shape { is_straight: false, is_cylinder: true };
+        for (shape, motion) in [(cylinder, Motion::Spatial), (Shape { is_straight: true, ..cylinder }, Motion::Planar)]
+        {
+            let at = |whole: &WholeEquations| {
+                let value = |name: &str| match name.rsplit_once('_').map_or((name, ""), |(head, end)| {
+                    match end.parse::<usize>() {
+                        Ok(_) => (head, end),
+                        Err(_) => (name, ""),
+                    }
+                }) {
+                    ("segment_mass", _) => 0.7,
+                    ("segment_inertia", _) => 0.3,
+                    ("joint_stiffness" | "joint_damping", "1") => 2.2,
+                    ("joint_stiffness" | "joint_damping", _) => 1.1,
+                    ("relaxed_angle", _) if shape.is_straight => 0.0,
+                    _ => 0.3 + 0.1 * name.bytes().map(f64::from).sum::<f64>().sin(),
+                };
+                let point: Vec<f64> = whole.graph.symbols().iter().map(|symbol| value(&symbol.name)).collect();
+                let values = whole.graph.evaluate(&point);
+                let outputs = whole.mass_matrix.iter().flatten().chain(&whole.force);
+                let energies = [whole.kinetic_energy, whole.spring_energy, whole.gravity_energy, whole.dissipation];
+                outputs.copied().chain(energies).map(|node| values[node.index()]).collect::<Vec<_>>()
+            };
+            let (any, shaped) = (at(&whole_equations(3, motion)), at(&whole_equations_of(3, motion, shape)));
+            for (i, (any, shaped)) in any.iter().zip(&shaped).enumerate() {
+                assert!((any - shaped).abs() < TOLERANCE, "{motion:?}, {i}: {any} {shaped}");
+            }
+        }
+    }
 
     #[test]
     fn the_parts_sum_to_the_force() {

@@ -3,8 +3,8 @@
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
-use crate::model::chain::{Body, Hinge, INERTIA, Motion, STIFFNESS, Vec3};
-use crate::model::lagrange::{WholeEquations, whole_equations};
+use crate::model::chain::{Body, Hinge, INERTIA, Motion, STIFFNESS, Shape, Vec3};
+use crate::model::lagrange::{WholeEquations, whole_equations_of};
 use crate::passes::dimension::{self, DimensionError};
 use crate::passes::normal_form::{Style, normalise};
 
@@ -13,6 +13,8 @@ use crate::passes::normal_form::{Style, normalise};
 pub enum Purpose {
     /// Sums of products, collected by the constants of the model.
     Reading,
+    /// The same for filaments of one shape, without the constants that it determines.
+    ReadingOf(Shape),
     /// The shared structure of the derivation: O(n²) operations for `M`, O(n) for `f` and the energies.
     Computing,
 }
@@ -30,7 +32,11 @@ pub const NAMES: [&str; 3] = ["mass_matrix", "force", "energies"];
 /// # Panics
 /// If `segments` is zero.
 pub fn whole_kernels(segments: usize, motion: Motion, purpose: Purpose) -> Result<Vec<Kernel>, DimensionError> {
-    let whole = whole_equations(segments, motion);
+    let shape = match purpose {
+        Purpose::ReadingOf(shape) => shape,
+        Purpose::Reading | Purpose::Computing => Shape::default(),
+    };
+    let whole = whole_equations_of(segments, motion, shape);
     let size = whole.force.len();
     let coordinates = match motion {
         Motion::Spatial => "φ1, θ1, φ2, …",
@@ -55,6 +61,7 @@ pub fn whole_kernels(segments: usize, motion: Motion, purpose: Purpose) -> Resul
         Motion::Planar => "planar ",
     };
     let chain = format!("of a {planar}chain of {segments} segment{plural}");
+    let relaxed = if shape.is_straight { ",\n" } else { "\n(`α` from `e` turned about `z` by `κ`), " };
     let [mass_matrix_name, force_name, energies_name] = NAMES;
     [
         (mass_matrix_name, format!("Mass matrix {chain}: `M = ∂²E_kin/∂q̇²`."), vec![mass_matrix]),
@@ -69,8 +76,7 @@ pub fn whole_kernels(segments: usize, motion: Motion, purpose: Purpose) -> Resul
         (
             energies_name,
             format!(
-                "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`\n\
-                 (`α` from `e` turned about `z` by `κ`), `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`,\n\
+                "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`{relaxed}`E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`,\n\
                  `ω = e × (ė − Ω × e)`, zero at the clamp."
             ),
             energies,
@@ -91,7 +97,7 @@ fn kernel(
     dimension::check(&whole.graph, &outputs)?;
     let nodes = output_nodes(&outputs);
     let (graph, nodes) = match purpose {
-        Purpose::Reading => {
+        Purpose::Reading | Purpose::ReadingOf(_) => {
             let normalised = normalise(&whole.graph, &nodes, Style::Collected(&whole.parameters.constants()));
             (normalised.graph, normalised.outputs)
         }

@@ -12,7 +12,7 @@ use bristle_codegen::back::rust::emit;
 use bristle_codegen::back::source::{Origin, count_operations};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::ir::simplify::RULES;
-use bristle_codegen::model::chain::Motion;
+use bristle_codegen::model::chain::{Motion, Shape};
 use bristle_codegen::model::kernels::kernels as derived_kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_codegen::passes::normal_form::SUM_RULES;
@@ -50,7 +50,7 @@ fn readable_equations() {
 /// The whole equations of `segments` and `motion` in `form`.
 fn page(form: Form, segments: usize, motion: Motion) -> String {
     let kernels = whole(segments, motion, Purpose::Reading);
-    written(|out| equations(out, form, segments, motion, &kernels, AGAIN))
+    written(|out| equations(out, form, segments, motion, Shape::default(), &kernels, AGAIN))
 }
 
 /// Some kernels of the solver in `form`.

@@ -10,7 +10,7 @@ use bristle_codegen::passes::dimension::DimensionError;
 
 use bristle::model::parameters::MAX_SEGMENTS;
 
-use crate::derive::{Equations, Motion};
+use crate::derive::{Equations, Motion, Shape};
 
 pub use bristle_codegen::compare::States;
 
@@ -78,7 +78,7 @@ pub fn compare_graph(text: &str, states: usize, which: States, seed: u64) -> Res
 /// What `kernels` are to be compared with, by their names.
 fn equations_of(kernels: &[Kernel]) -> Equations {
     if let Some((segments, motion)) = whole_chain(kernels) {
-        return Equations::Whole { segments, motion };
+        return Equations::Whole { segments, motion, shape: Shape::default() };
     }
     let planar = kernels.first().is_some_and(|kernel| kernel.name.starts_with("planar_"));
     if planar { Equations::PlanarKernels } else { Equations::Kernels }
@@ -87,7 +87,7 @@ fn equations_of(kernels: &[Kernel]) -> Equations {
 impl Display for Comparison {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         let what = match self.equations {
-            Equations::Whole { segments, motion } => {
+            Equations::Whole { segments, motion, .. } => {
                 let planar = if motion == Motion::Planar { "planar " } else { "" };
                 let plural = if segments == 1 { "" } else { "s" };
                 format!("whole {planar}equations of {segments} segment{plural}")

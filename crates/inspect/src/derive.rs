@@ -13,7 +13,7 @@ use bristle_codegen::model::kernels::{kernels, planar_kernels};
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_codegen::passes::dimension::DimensionError;
 
-pub use bristle_codegen::model::chain::Motion;
+pub use bristle_codegen::model::chain::{Motion, Shape};
 
 /// The generator stated in an exported graph.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));
@@ -32,6 +32,8 @@ pub enum Equations {
         segments: usize,
         /// How the chain moves.
         motion: Motion,
+        /// What the equations for people need not state. Those for programs take the constants of any filament.
+        shape: Shape,
     },
     /// All kernels of one segment and one joint, which the solver loops over: for motion in space, for motion in the plane of
     /// rotation, and for the lateral variation of a planar motion.
@@ -44,8 +46,9 @@ impl Equations {
     /// The command that derives them.
     fn command(self, format: DeriveFormat) -> String {
         let equations = match self {
-            Self::Whole { segments, motion: Motion::Spatial } => format!("--segments {segments}"),
-            Self::Whole { segments, motion: Motion::Planar } => format!("--segments {segments} --planar"),
+            Self::Whole { shape, .. } if shape != Shape::default() => "FILE.toml".into(),
+            Self::Whole { segments, motion: Motion::Spatial, .. } => format!("--segments {segments}"),
+            Self::Whole { segments, motion: Motion::Planar, .. } => format!("--segments {segments} --planar"),
             Self::Kernels => "--kernels".into(),
             Self::PlanarKernels => "--kernels --planar".into(),
         };
@@ -55,7 +58,7 @@ impl Equations {
     /// Their title.
     fn title(self) -> String {
         match self {
-            Self::Whole { segments, motion } => print::title(segments, motion),
+            Self::Whole { segments, motion, .. } => print::title(segments, motion),
             Self::Kernels => "Kernels of the solver".into(),
             Self::PlanarKernels => "Kernels of the solver for motion in the plane of rotation".into(),
         }
@@ -67,7 +70,7 @@ impl Equations {
     /// the cube of the number of segments. The estimate is that of LaTeX.
     #[must_use]
     pub fn pages(self, format: DeriveFormat) -> Option<usize> {
-        let Self::Whole { segments, motion } = self else { return None };
+        let Self::Whole { segments, motion, .. } = self else { return None };
         let share = match motion {
             Motion::Spatial => PAGES_PER_CUBE,
             Motion::Planar => PLANAR_PAGES_PER_CUBE,
@@ -82,7 +85,7 @@ impl Equations {
     /// If a term of the derivation makes no physical sense.
     pub(crate) fn derived(self, purpose: Purpose) -> Result<Vec<Kernel>, DimensionError> {
         match self {
-            Self::Whole { segments, motion } => whole_kernels(segments, motion, purpose),
+            Self::Whole { segments, motion, .. } => whole_kernels(segments, motion, purpose),
             Self::Kernels => kernels(),
             Self::PlanarKernels => planar_kernels(),
         }
@@ -169,8 +172,8 @@ impl Document {
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         match &self.0 {
             Content::Text(text) => out.write_all(text.as_bytes()),
-            Content::Page { form, equations: Equations::Whole { segments, motion }, kernels, again } => {
-                print::equations(out, *form, *segments, *motion, kernels, again)
+            Content::Page { form, equations: Equations::Whole { segments, motion, shape }, kernels, again } => {
+                print::equations(out, *form, *segments, *motion, *shape, kernels, again)
             }
             Content::Page { form, equations, kernels, again } => {
                 print::kernels(out, *form, &equations.title(), kernels, again)
@@ -224,7 +227,7 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
         DeriveFormat::C => Derived::Files(languages::c::emit(&computing()?, origin)?),
         DeriveFormat::Matlab => {
             let mut files = languages::matlab::emit(&computing()?, origin)?;
-            if let Equations::Whole { segments, motion } = equations {
+            if let Equations::Whole { segments, motion, .. } = equations {
                 files.push(one_pass(segments, motion));
             }
             Derived::Files(files)
@@ -250,8 +253,11 @@ fn text(text: String) -> Derived {
 
 fn for_people(equations: Equations, form: Form, again: String) -> Result<Derived, DimensionError> {
     Ok(Derived::Text(Document(match equations {
-        Equations::Whole { segments, motion } if form == Form::Markdown => {
+        Equations::Whole { segments, motion, .. } if form == Form::Markdown => {
             Content::Walkthrough { walkthrough: Box::new(Walkthrough::new(segments, motion)?), again }
+        }
+        Equations::Whole { shape, .. } => {
+            Content::Page { form, equations, kernels: equations.derived(Purpose::ReadingOf(shape))?, again }
         }
         _ => Content::Page { form, equations, kernels: equations.derived(Purpose::Reading)?, again },
     })))

@@ -8,10 +8,10 @@ use std::io::{self, Write};
 
 use crate::back::print::page::Page;
 use crate::back::print::printer::Printer;
-use crate::back::print::wording::PLANE;
+use crate::back::print::wording::{CYLINDER, PLANE};
 use crate::ir::kernel::Kernel;
 use crate::ir::unit::Unit;
-use crate::model::chain::Motion;
+use crate::model::chain::{Motion, Shape};
 
 mod legend;
 mod page;
@@ -25,7 +25,7 @@ pub use crate::back::print::wording::title;
 
 /// The equations of `motion` of a chain of `segments` segments.
 ///
-/// `kernels` are those of [`whole_kernels`](crate::model::whole::whole_kernels) for reading. `again` is the command that
+/// `kernels` are those of [`whole_kernels`](crate::model::whole::whole_kernels) for reading, of `shape`. `again` is the command that
 /// makes the page.
 ///
 /// # Errors
@@ -35,6 +35,7 @@ pub fn equations(
     form: Form,
     segments: usize,
     motion: Motion,
+    shape: Shape,
     kernels: &[Kernel],
     again: &str,
 ) -> io::Result<()> {
@@ -49,6 +50,9 @@ pub fn equations(
     ));
     if motion == Motion::Planar {
         page.prose(PLANE);
+    }
+    if shape.is_cylinder {
+        page.prose(CYLINDER);
     }
     page.legend(&legend::rows(kernels.iter().map(|kernel| (&kernel.graph, kernel.output_nodes()))));
     for kernel in kernels {

@@ -9,7 +9,9 @@ use crate::back::print::wording::{PLANE, title};
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
-use crate::model::chain::{self, Body, Hinge, Motion, Parameters, STIFFNESS, Segment, VELOCITY, Vec3, vector_symbol};
+use crate::model::chain::{
+    self, Body, Hinge, Motion, Parameters, STIFFNESS, Segment, Shape, VELOCITY, Vec3, vector_symbol,
+};
 use crate::model::lagrange::whole_equations;
 use crate::model::whole::{NAMES, Purpose, whole_kernels};
 use crate::passes::dimension::{self, DimensionError};
@@ -268,7 +270,7 @@ impl Walkthrough {
 fn centre_velocities(segments: usize, motion: Motion) -> Result<Step, DimensionError> {
     let mut graph = Graph::new();
     let g = &mut graph;
-    let parameters = Parameters::new(g, segments);
+    let parameters = Parameters::new(g, segments, Shape::default());
     let mut velocity = chain::Clamp::new(g).velocity;
     let mut outputs = Vec::new();
     for (k, body) in (1..).zip(&parameters.bodies) {

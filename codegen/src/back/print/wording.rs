@@ -16,3 +16,7 @@ pub fn title(segments: usize, motion: Motion) -> String {
 pub(super) const PLANE: &str = "In the plane of rotation every `φ = π/2`, and nothing has a component along `z`.\n\
                                 The angle of a joint between two segments is `α = θ' − θ`, where `|α| < π`; its spring \
                                 has the energy `½ c α²`.";
+
+/// What a cylinder says of the joints.
+pub(super) const CYLINDER: &str = "All segments and joints are alike, but the joint at the clamp bends half the length of the others: \
+                                   it has `2 c` and `2 d`.";

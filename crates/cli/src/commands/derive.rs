@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use bristle::simulation::{Form, Pass};
 use bristle_grid::tentative;
-use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, derive, derive_fragment};
+use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, Shape, derive, derive_fragment};
 use bristle_store::staged::{StagedFile, directory_of, occupy, prepare_directory};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -23,7 +23,8 @@ use crate::values::parse_count;
 /// With --planar, the filament moves in the plane of rotation, and each segment has one coordinate instead of two.
 ///
 /// With FILE.toml, they are the whole equations of its filament: with its number of segments, and in the plane of rotation if its tool,
-/// clamp, workpiece and gravity keep it there.
+/// clamp, workpiece and gravity keep it there. Those for reading (math, latex) have no relaxed angles if it is straight, and one mass, inertia,
+/// stiffness and damping if it is a cylinder.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct DeriveArgs {
@@ -62,7 +63,9 @@ fn equations(arguments: &DeriveArgs) -> Result<Equations, CliError> {
     let motion = if arguments.planar { Motion::Planar } else { Motion::Spatial };
     match &arguments.equations {
         EquationsArgs { file: Some(file), .. } => of_file(file, arguments.planar),
-        EquationsArgs { segments: Some(segments), .. } => Ok(Equations::Whole { segments: *segments, motion }),
+        EquationsArgs { segments: Some(segments), .. } => {
+            Ok(Equations::Whole { segments: *segments, motion, shape: Shape::default() })
+        }
         _ if arguments.planar => Ok(Equations::PlanarKernels),
         _ => Ok(Equations::Kernels),
     }
@@ -79,7 +82,12 @@ fn of_file(file: &Path, planar: bool) -> Result<Equations, CliError> {
     };
     let is_planar = planar || Pass::new(&tentative(settings.clone())).form() == Form::Planar;
     let motion = if is_planar { Motion::Planar } else { Motion::Spatial };
-    Ok(Equations::Whole { segments: settings.filament.segments, motion })
+    let filament = &settings.filament;
+    let shape = Shape {
+        is_straight: filament.waviness_amplitude_m == 0.0,
+        is_cylinder: filament.tip_diameter_m() == filament.diameter_m,
+    };
+    Ok(Equations::Whole { segments: filament.segments, motion, shape })
 }
 
 /// Reads the name of a form.

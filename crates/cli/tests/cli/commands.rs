@@ -1058,6 +1058,17 @@ fn a_file_says_which_equations_it_has() {
     assert_ne!(tilted, FILE);
     directory.write("tilted.toml", tilted);
     assert!(of("tilted.toml") == of(&format!("--segments {segments}")));
+    // A straight cylinder has neither relaxed angles nor constants of each segment; its clamp joint is twice as stiff.
+    let read = |file: &str, filament: &str| {
+        let text = FILE.replace(&format!("segments = {segments}"), &format!("segments = 2\n{filament}"));
+        assert_ne!(text, FILE);
+        directory.write(file, text);
+        directory.printed(&format!("derive {file}"))
+    };
+    let straight = read("straight.toml", "");
+    assert!(straight.contains("2 c S′(u1)") && !straight.contains('κ') && !straight.contains("m1"), "{straight}");
+    let wavy = read("wavy.toml", "waviness_amplitude_m = 1e-4");
+    assert!(wavy.contains("κ2") && !wavy.contains("m1"), "{wavy}");
     assert!(directory.refused("derive case.toml --segments 2").contains("cannot be used with"));
     assert!(directory.refused("derive missing.toml").contains("missing.toml"));
 }
