@@ -193,6 +193,9 @@ pub struct BrushRun {
     length: f64,
     /// The number of columns that are followed to the end of their contact.
     followed: usize,
+    /// Whether it ends once its stretch has settled, and whether it has.
+    ends_when_settled: bool,
+    has_settled: bool,
     /// Steps done, and those up to the expected end.
     done: usize,
     steps: usize,
@@ -209,6 +212,8 @@ struct Draft {
     arrangement: Arrangement,
     /// Whether no filament leaves its plane of rotation or touches one in another plane.
     is_planar: bool,
+    /// Whether it ends once its stretch has settled, rather than after a number of columns.
+    ends_when_settled: bool,
     /// Number of contact points of a segment.
     points: usize,
     /// Memory that its simulation needs at most, in bytes, without frames.
@@ -227,10 +232,6 @@ impl Draft {
             return Err(BrushError::Hold);
         }
         let rows = settings.brush_rows();
-        let columns = columns.or(brush.columns).unwrap_or_else(|| stretch::default_columns(settings, &pass, rows));
-        if columns == 0 {
-            return Err(BrushError::NoFilament);
-        }
         let n = settings.filament.segments;
         let length = settings.filament.length_m / n as f64;
         let points =
@@ -240,15 +241,29 @@ impl Draft {
             && brush.lateral_tilt_std_rad == 0.0
             && (brush.root_std_m == 0.0 || rows == 1)
             && arrangement::has_separate_rows(settings, diameter);
+        let are_equal = is_planar && !filaments::differ(settings);
+        let ends_when_settled = are_equal && brush.steady && brush.columns.is_none() && pass.turns() == Turns::Count(1);
         // Rows that are alike are simulated once.
-        let distinct = if is_planar && !filaments::differ(settings) { rows.min(2) } else { rows };
-        let count = columns.saturating_mul(distinct);
-        let needed = memory_estimate(count, n, points);
+        let distinct = if are_equal { rows.min(2) } else { rows };
+        let memory_of = |columns: usize| memory_estimate(columns.saturating_mul(distinct), n, points);
+        let columns = columns.or(brush.columns).unwrap_or_else(|| {
+            let expected = stretch::default_columns(settings, &pass, rows);
+            // Columns that are not needed rest, which costs little. They are far from closing the ring.
+            let around = settings.tool.filament_count / rows as f64;
+            let is_possible = |columns: &usize| {
+                2.0 * *columns as f64 <= around && memory.is_none_or(|limit| memory_of(*columns) <= limit)
+            };
+            Some(2 * expected).filter(|columns| ends_when_settled && is_possible(columns)).unwrap_or(expected)
+        });
+        if columns == 0 {
+            return Err(BrushError::NoFilament);
+        }
+        let (count, needed) = (columns.saturating_mul(distinct), memory_of(columns));
         if let Some(limit) = memory.filter(|limit| needed > *limit) {
             return Err(BrushError::Memory { needed, limit, filaments: count, segments: n });
         }
         let arrangement = Arrangement::new(settings, columns, diameter)?;
-        Ok(Self { pass, arrangement, is_planar, points, memory: needed })
+        Ok(Self { pass, arrangement, is_planar, ends_when_settled, points, memory: needed })
     }
 }
 
@@ -284,7 +299,8 @@ impl BrushRun {
         precision: Option<Precision>,
     ) -> Result<Self, BrushError> {
         let brush = settings.brush_or_default();
-        let Draft { pass, arrangement, is_planar, points, .. } = Draft::new(settings, columns, options.memory)?;
+        let Draft { pass, arrangement, is_planar, ends_when_settled, points, .. } =
+            Draft::new(settings, columns, options.memory)?;
         let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
         let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let precision = match precision {
@@ -296,6 +312,7 @@ impl BrushRun {
         let team = Team::new(options.threads, groups.iter().map(|group| group.members.len().div_ceil(LANES)).sum());
         // In a single turn, the columns behind those that may count need not come to the end of their contact, unless they were asked for.
         let followed = match pass.turns() {
+            _ if ends_when_settled => stretch::expected_to_count(settings, &pass, &arrangement),
             Turns::Count(1) if brush.columns.is_none() => {
                 stretch::columns_that_may_count(settings, &pass, &arrangement)
             }
@@ -320,6 +337,8 @@ impl BrushRun {
             settling_steps: 0,
             steps: 0,
             followed,
+            ends_when_settled,
+            has_settled: false,
             most_steps: 0,
             history: Vec::new(),
             frames: Vec::new(),
@@ -448,8 +467,11 @@ impl BrushRun {
             return self.settle(settling).map(|()| true);
         }
         let turns = self.pass.turns();
+        if self.ends_when_settled && self.done >= self.steps && !self.has_settled {
+            self.follow_more();
+        }
         let end = match turns {
-            _ if self.has_settled() => self.done,
+            _ if self.has_settled || self.has_steady_turns() => self.done,
             Turns::Count(1) if self.done >= self.steps && self.is_touching() => self.most_steps,
             Turns::Count(_) => self.steps,
             // Each turn may be the last.
@@ -468,7 +490,38 @@ impl BrushRun {
             }
         }
         self.sectors.iter_mut().for_each(|(_, sector)| sector.forget());
+        self.look_whether_settled();
         Ok(true)
+    }
+
+    /// Follows more columns to the end of their contact, as far as there are more that may count.
+    fn follow_more(&mut self) {
+        const MORE: usize = 8;
+        let most = stretch::columns_that_may_count(&self.settings, &self.pass, &self.arrangement);
+        self.followed = (self.followed + MORE).min(most);
+        self.begin_at(self.begin);
+    }
+
+    /// Looks whether the stretch of the columns that have passed has settled.
+    fn look_whether_settled(&mut self) {
+        let most = stretch::columns_that_may_count(&self.settings, &self.pass, &self.arrangement);
+        let passed = self.passed().min(most);
+        if self.ends_when_settled
+            && stretch::has_settled(&self.filaments(), &self.settings, &self.pass, &self.arrangement, passed)
+        {
+            (self.followed, self.has_settled) = (passed, true);
+        }
+    }
+
+    /// The number of columns, from the first one, that have passed the workpiece.
+    fn passed(&self) -> usize {
+        let time = self.begin + self.done as f64 * self.length;
+        let is_on_its_way = |(root, &[number, index]): (&Root, &[usize; 2])| {
+            let end = self.pass.end_time() + root.angle / self.pass.tool().rate;
+            time < end || self.sectors[number].1.accounts()[index].is_touching()
+        };
+        let next = self.arrangement.roots.iter().zip(&self.places).position(is_on_its_way);
+        next.map_or(self.arrangement.columns, |filament| self.arrangement.roots[filament].column)
     }
 
     /// Goes on to a step.
@@ -515,7 +568,7 @@ impl BrushRun {
     /// At the end: begins anew with more columns if there are too few for a steady stretch, and the settings do not state how many.
     /// Returns false otherwise.
     fn extend(&mut self) -> Result<bool, BrushError> {
-        if self.brush.columns.is_some() {
+        if self.brush.columns.is_some() || self.has_settled {
             return Ok(false);
         }
         match stretch::find(&self.filaments(), &self.settings, &self.pass, &self.arrangement) {
@@ -550,7 +603,7 @@ impl BrushRun {
     }
 
     /// Whether the turns, which were to become steady, have done so.
-    fn has_settled(&self) -> bool {
+    fn has_steady_turns(&self) -> bool {
         self.pass.turns() == Turns::Steady
             && matches!(self.turn_impulses()[..], [.., before, last] if is_steady(before, last))
     }
@@ -608,6 +661,7 @@ impl BrushRun {
             return words.into_bytes();
         }
         words.number(self.begin);
+        words.count(self.followed);
         words.count(self.done);
         self.sectors.iter().for_each(|(_, sector)| sector.save(&mut words));
         words.count(self.history.len());
@@ -648,6 +702,7 @@ impl BrushRun {
         }
         self.settling = None;
         let begin = words.number().filter(|begin| begin.is_finite() && *begin <= self.begin.abs())?;
+        self.followed = words.count().filter(|followed| *followed <= self.arrangement.columns)?;
         self.begin_at(begin);
         self.done = words.count().filter(|done| *done <= self.most_steps)?;
         for (_, sector) in &mut self.sectors {
@@ -670,14 +725,17 @@ impl BrushRun {
             let (contact_normal_force_n, press_force_n) = (forces()?, forces()?);
             self.frames.push(Frame { time_s, tool_angle_rad, nodes_m, contact_normal_force_n, press_force_n });
         }
-        words.0.is_empty().then_some(())
+        words.0.is_empty().then(|| self.look_whether_settled())
     }
 
     /// The results.
     ///
     /// # Errors
     /// If the metrics of a steady stretch are requested and there is none, or if a filament alone cannot be simulated.
-    pub fn finish(self) -> Result<BrushResult, BrushError> {
+    pub fn finish(mut self) -> Result<BrushResult, BrushError> {
+        if self.has_settled {
+            self.leave_out_resting();
+        }
         let turn_impulses = self.turn_impulses();
         let residuals = self.residuals()?;
         let mut pairs = Vec::new();
@@ -685,7 +743,10 @@ impl BrushRun {
         for (group, sector) in &self.sectors {
             statistics += *sector.statistics();
             for shift in &group.shifts {
-                pairs.extend(sector.pairs().iter().map(|(filaments, account)| {
+                let count = self.arrangement.roots.len();
+                let is_part = |filaments: &[usize; 2]| filaments.iter().all(|index| group.members[*index] < count);
+                let accounts = sector.pairs().iter().filter(|(filaments, _)| is_part(filaments));
+                pairs.extend(accounts.map(|(filaments, account)| {
                     let [filament, other] = filaments.map(|index| {
                         let [column, row] = self.arrangement.roots[group.members[index]].place();
                         [column, row + shift]
@@ -747,6 +808,22 @@ impl BrushRun {
         })
     }
 
+    /// Leaves out the columns that were laid out in case that the stretch needs them.
+    fn leave_out_resting(&mut self) {
+        let columns = stretch::with_those_behind(self.followed, &self.settings, &self.pass, &self.arrangement);
+        let arrangement = &mut self.arrangement;
+        arrangement.columns = arrangement.columns.min(columns);
+        let count = arrangement.columns * arrangement.rows;
+        arrangement.roots.truncate(count);
+        self.places.truncate(count);
+        self.own.truncate(count);
+        for frame in &mut self.frames {
+            frame.nodes_m.truncate(count);
+            frame.contact_normal_force_n.truncate(count);
+            frame.press_force_n.truncate(count);
+        }
+    }
+
     /// The mean metrics of the filaments that count, each alone. Equal ones are simulated once.
     fn alone(&self, filaments: &[FilamentResult]) -> Result<Metrics, BrushError> {
         let roots = self.arrangement.roots.iter().map(|root| root.z);
@@ -789,7 +866,7 @@ impl BrushRun {
 
     /// The filaments with their contacts, without how others press on them.
     fn filaments(&self) -> Vec<FilamentResult> {
-        let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_settled();
+        let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_steady_turns();
         let metrics = |&[number, index]: &[usize; 2]| {
             let (_, sector) = &self.sectors[number];
             self.pass.metrics(&ContactRecord { is_unsteady, ..*sector.accounts()[index].last() })
