@@ -107,9 +107,15 @@ pub struct Evaluation<'a> {
 }
 
 impl Evaluation<'_> {
-    /// The forces of the workpiece on each filament.
-    pub fn loads(&self) -> impl Iterator<Item = &WorkpieceLoad> {
-        self.groups.iter().flat_map(|group| &group.loads)
+    /// Takes the forces of the workpiece on each filament, except for those that sleep.
+    pub fn take_loads(&self, loads: &mut Vec<WorkpieceLoad>) {
+        for Group { first, loads: new, asleep_from, .. } in self.groups {
+            if loads.len() == *first {
+                loads.extend_from_slice(new);
+            } else if asleep_from.is_none() {
+                loads[*first..][..new.len()].copy_from_slice(new);
+            }
+        }
     }
 }
 
@@ -188,6 +194,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             if group.activity == Activity::Rests {
                 // Nothing touches it, so that nothing is computed of it until it is woken.
                 candidates.set_asleep(group.index, true);
+                group.asleep_from = Some((motion.time, q.to_vec()));
             } else {
                 group.accelerations([q, v], forces, a);
             }
@@ -259,15 +266,14 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             any = true;
             group.activity = Activity::Left;
             let blocks = group.index * n..(group.index + 1) * n;
-            motion.v[blocks.clone()].fill([zero_lane(), Lane::from_f64(*rate)]);
-            motion.accelerations[blocks].fill([zero_lane(); 2]);
+            group.asleep_from = Some((motion.time, motion.q[blocks].to_vec()));
             candidates.leave_out(group.index);
         }
         any
     }
 
     /// Wakes the groups that may meet the workpiece until `time` (s), or that others may come near. Returns whether there are any.
-    pub fn wake(&mut self, time: f64) -> bool {
+    pub fn wake(&mut self, motion: &mut Motion, time: f64) -> bool {
         let Self { groups, candidates, .. } = self;
         let mut any = candidates.wake_wanted();
         for group in groups.iter().filter(|group| group.activity == Activity::Rests) {
@@ -276,7 +282,28 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 any = true;
             }
         }
+        if any {
+            self.bring_up_to_date(motion);
+            let Self { groups, candidates, .. } = self;
+            let awake = groups.iter_mut().filter(|group| !candidates.is_asleep(group.index));
+            awake.for_each(|group| group.asleep_from = None);
+        }
         any
+    }
+
+    /// Brings the groups that sleep, or have just been woken, to where they have turned with the body.
+    pub fn bring_up_to_date(&self, motion: &mut Motion) {
+        let n = self.layout.segments;
+        for group in &self.groups {
+            let Some((since, q)) = &group.asleep_from else { continue };
+            let angle = Lane::from_f64(self.rate * (motion.time - since));
+            let blocks = group.index * n..(group.index + 1) * n;
+            for (block, [polar, azimuth]) in motion.q[blocks.clone()].iter_mut().zip(q) {
+                *block = [*polar, *azimuth + angle];
+            }
+            motion.v[blocks.clone()].fill([zero_lane(), Lane::from_f64(self.rate)]);
+            motion.accelerations[blocks].fill([zero_lane(); 2]);
+        }
     }
 
     /// Whether a group sleeps that others may come near.
@@ -290,7 +317,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Places the groups that sleep, too.
-    pub fn place_sleeping(&mut self, motion: &Motion) {
+    pub fn place_sleeping(&mut self, motion: &mut Motion) {
+        self.bring_up_to_date(motion);
         self.place(motion, |group, candidates| candidates.is_asleep(group.index));
     }
 
@@ -309,6 +337,10 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 Activity::Rests => 1,
                 _ => 0,
             });
+            if let Some((since, q)) = &group.asleep_from {
+                words.number(*since);
+                q.iter().flatten().for_each(|value| (0..LANES).for_each(|lane| words.number(value.lane(lane))));
+            }
         }
     }
 
@@ -329,6 +361,17 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             };
             if state == 3 {
                 self.candidates.leave_out(group.index);
+            }
+            group.asleep_from = None;
+            if state > 1 {
+                let since = words.number()?;
+                let mut q = vec![[zero_lane(); 2]; self.layout.segments];
+                for value in q.iter_mut().flatten() {
+                    for lane in 0..LANES {
+                        value.set_lane(lane, words.number()?);
+                    }
+                }
+                group.asleep_from = Some((since, q));
             }
         }
         Some(())
@@ -488,7 +531,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     ) -> Result<Effort, NoConvergence> {
         /// Iterations after which a step had better be shorter.
         const MOST: usize = 14;
-        let [by_position, by_rate] = stage.weights;
+        let (n, [by_position, by_rate]) = (self.layout.segments, stage.weights);
         let mut effort = Effort::default();
         self.begin_stage();
         self.candidates.drift(f64::INFINITY);
@@ -512,7 +555,12 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 return Err(NoConvergence);
             }
             if largest <= tolerance {
-                stage.follow([&mut motion.q, &mut motion.v], &motion.accelerations, 0);
+                let parts = motion.q.chunks_mut(n).zip(motion.v.chunks_mut(n)).zip(motion.accelerations.chunks(n));
+                for (group, ((q, v), accelerations)) in parts.enumerate() {
+                    if !self.candidates.is_asleep(group) {
+                        stage.follow([q, v], accelerations, group * n);
+                    }
+                }
                 return Ok(effort);
             }
         }

@@ -85,6 +85,8 @@ pub struct Candidates {
     left_out: Vec<bool>,
     /// Which groups are not looked at: they turn with the body.
     asleep: Vec<bool>,
+    /// Scratch: the groups of which a filament may be near one that does not sleep.
+    beside: Vec<bool>,
     /// Sleeping filaments that others may come near, by the group of the latter.
     wanted: Vec<Vec<usize>>,
     /// How far each filament had gone when the list was built, by group. Empty before that.
@@ -188,6 +190,7 @@ impl Candidates {
             motion,
             left_out: vec![false; groups],
             asleep: vec![false; groups],
+            beside: vec![false; groups],
             wanted: vec![Vec::new(); groups],
             built: Vec::new(),
             listed: vec![Vec::new(); groups],
@@ -218,11 +221,15 @@ impl Candidates {
             motion.positions.clone_from(positions);
             motion.angles.fill(angle);
         }
-        let sleeps = |group: usize| self.asleep[group] && !self.left_out[group];
-        for group in (0..self.asleep.len()).filter(|group| sleeps(*group)) {
+        // Of those that sleep, the places are needed of those that may be near one that does not.
+        self.beside.fill(false);
+        let awake = self.pairs.iter().zip(&self.asleep).filter(|(_, asleep)| !**asleep);
+        awake.flat_map(|(pairs, _)| pairs).for_each(|pair| self.beside[pair.other / LANES] = true);
+        let is_beside = |group: usize| self.asleep[group] && self.beside[group] && !self.left_out[group];
+        for group in (0..self.asleep.len()).filter(|group| is_beside(*group)) {
             self.motion.turn(positions, angle, segments, group);
         }
-        copy_filaments(positions, segments, sleeps, &mut self.nodes);
+        copy_filaments(positions, segments, is_beside, &mut self.nodes);
         let gone =
             |now: &Lane, then: &Lane| (0..LANES).all(|lane| now.lane(lane) - then.lane(lane) <= 0.5 * self.margin);
         if !is_known || !self.motion.farthest.iter().zip(&self.built).all(|(now, then)| gone(now, then)) {
@@ -481,7 +488,9 @@ impl Watched<'_> {
                 continue;
             }
             let sleeper = [*own, *other].into_iter().find(|filament| asleep[*filament / LANES]);
-            let both_sleep = asleep[*own / LANES] && asleep[*other / LANES];
+            if asleep[*own / LANES] && asleep[*other / LANES] {
+                continue;
+            }
             let mut is_near = false;
             let line = Line::new(layout, nodes, *other, *shift);
             let own_line = Line::new(layout, nodes, *own, 0.0);
@@ -513,7 +522,7 @@ impl Watched<'_> {
                     }
                 }
             }
-            wanted.extend(sleeper.filter(|_| is_near && !both_sleep));
+            wanted.extend(sleeper.filter(|_| is_near));
             *clear_until = total + slack;
         }
     }

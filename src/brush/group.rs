@@ -35,6 +35,8 @@ pub struct Group {
     factorised: Option<([f64; 2], Vec<Meeting>)>,
     changes: Changes,
     pub activity: Activity,
+    /// While it sleeps: since when, in s, and its coordinates then. Those of a motion are not kept up to date meanwhile.
+    pub asleep_from: Option<(f64, Vec<[Lane; 2]>)>,
     /// Largest displacement of a node with the last correction, in m/rad of the accelerations' unit.
     pub largest: f64,
 }
@@ -237,6 +239,7 @@ impl Group {
             factorised: None,
             changes: Changes::new(bristle(0).chain.segments()),
             activity,
+            asleep_from: None,
             largest: 0.0,
         }
     }

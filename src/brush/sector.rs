@@ -181,7 +181,9 @@ impl Sector {
     /// The pose of each filament.
     pub fn poses(&self) -> Vec<Pose> {
         let n = self.bundle.segments();
-        let (charts, Motion { time, q, v, accelerations }) = (self.bundle.charts(), &self.motion);
+        let mut motion = self.motion.clone();
+        self.bundle.bring_up_to_date(&mut motion);
+        let (charts, Motion { time, q, v, accelerations }) = (self.bundle.charts(), &motion);
         let segment = |at: usize, lane: usize, angle: f64| {
             let block = |vector: &Vector| vector[at].map(|value| value.lane(lane));
             let [e, rate, _] = charts[at].direction([block(q), block(v), block(accelerations)]);
@@ -207,7 +209,7 @@ impl Sector {
 
     /// The filaments, once those are placed, too, of which nothing is computed now.
     pub fn placed(&mut self) -> &Bundle<Turning<RotaryTool>> {
-        self.bundle.place_sleeping(&self.motion);
+        self.bundle.place_sleeping(&mut self.motion);
         &self.bundle
     }
 
@@ -230,7 +232,8 @@ impl Sector {
         }
         while self.motion.time < end {
             let h = (self.share * length).min(end - self.motion.time);
-            if self.bundle.wake(self.motion.time + h) {
+            let until = self.motion.time + h;
+            if self.bundle.wake(&mut self.motion, until) {
                 self.balance.go_on_with(&self.bundle.evaluate(&self.motion).budget);
             }
             let allowed = if h > SHORT * length { self.allowed } else { f64::INFINITY };
@@ -719,8 +722,7 @@ impl Stage {
     fn take(&mut self, bundle: &mut Bundle<Turning<RotaryTool>>, motion: &Motion) {
         let found = bundle.evaluate(motion);
         self.budget = found.budget;
-        self.loads.clear();
-        self.loads.extend(found.loads());
+        found.take_loads(&mut self.loads);
         self.presses.clear();
         self.presses.extend(bundle.presses().map(|([own, other], press)| {
             let (pair, sign) = if own < other { ([*own, *other], 1.0) } else { ([*other, *own], -1.0) };
@@ -768,10 +770,11 @@ impl Stepper {
     ) -> Result<Effort, NoConvergence> {
         let (own, blocks, first) = (OWN * h, bundle.segments(), bundle.first_coordinate());
         let Self { tolerance, middle, base: [base_q, base_v], .. } = self;
-        set_sum([blocks, first], base_v, &start.v, &[(own, &start.accelerations)]);
-        set_sum([blocks, first], base_q, &start.q, &[(own, &start.v), (own, base_v)]);
+        let is_awake = |group: usize| !bundle.is_asleep(group);
+        set_sum([blocks, first], is_awake, base_v, &start.v, &[(own, &start.accelerations)]);
+        set_sum([blocks, first], is_awake, base_q, &start.q, &[(own, &start.v), (own, base_v)]);
+        set_sum([blocks, 0], is_awake, &mut middle.accelerations, &start.accelerations, &[]);
         middle.time = start.time + MIDDLE * h;
-        middle.accelerations.clone_from(&start.accelerations);
         bundle.solve_stage(middle, Kinematics { base: [base_q, base_v], weights: [own * own, own], first }, *tolerance)
     }
 
@@ -785,10 +788,13 @@ impl Stepper {
         let (own, others) = (OWN * h, OTHERS * h);
         let (blocks, first) = (bundle.segments(), bundle.first_coordinate());
         let Self { tolerance, middle, end, base: [base_q, base_v] } = self;
-        set_sum([blocks, first], base_v, &start.v, &[(others, &start.accelerations), (others, &middle.accelerations)]);
-        set_sum([blocks, first], base_q, &start.q, &[(others, &start.v), (others, &middle.v), (own, base_v)]);
+        let is_awake = |group: usize| !bundle.is_asleep(group);
+        let by_accelerations = [(others, &start.accelerations), (others, &middle.accelerations)];
+        set_sum([blocks, first], is_awake, base_v, &start.v, &by_accelerations);
+        let by_velocities = [(others, &start.v), (others, &middle.v), (own, &*base_v)];
+        set_sum([blocks, first], is_awake, base_q, &start.q, &by_velocities);
+        set_sum([blocks, 0], is_awake, &mut end.accelerations, &middle.accelerations, &[]);
         end.time = start.time + h;
-        end.accelerations.clone_from(&middle.accelerations);
         bundle.solve_stage(end, Kinematics { base: [base_q, base_v], weights: [own * own, own], first }, *tolerance)
     }
 
@@ -799,8 +805,14 @@ impl Stepper {
 }
 
 /// `start + Σ factor · vector`, where a group has so many `blocks`, from the coordinate `from` of each on.
-fn set_sum([blocks, from]: [usize; 2], result: &mut Vector, start: &Vector, terms: &[(f64, &Vector)]) {
-    let groups = result.chunks_mut(blocks).zip(start.chunks(blocks)).enumerate();
+fn set_sum(
+    [blocks, from]: [usize; 2],
+    is_awake: impl Fn(usize) -> bool,
+    result: &mut Vector,
+    start: &Vector,
+    terms: &[(f64, &Vector)],
+) {
+    let groups = result.chunks_mut(blocks).zip(start.chunks(blocks)).enumerate().filter(|(group, _)| is_awake(*group));
     team::for_each(groups.map(|(group, parts)| (group, (group * blocks, parts))), |(first, (result, start))| {
         for (k, (block, start)) in result.iter_mut().zip(start).enumerate() {
             for i in from..2 {
