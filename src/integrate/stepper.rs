@@ -170,6 +170,7 @@ struct LaneTolerances<T> {
     relative: T,
     coordinate_scale: T,
     rate_scale: T,
+    integral_scale: T,
 }
 
 impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
@@ -185,7 +186,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             solution,
             predictors: (0..stages).map(|stage| predictor(tableau, solution, stage)).collect(),
             error_weights: (0..stages).map(|stage| tableau.weight(stage) - tableau.embedded[stage]).collect(),
-            tolerances: LaneTolerances { relative: one, coordinate_scale: one, rate_scale: one },
+            tolerances: LaneTolerances { relative: one, coordinate_scale: one, rate_scale: one, integral_scale: one },
             time: none,
             start_q: zeros(),
             start_integrals: [none; Q],
@@ -207,10 +208,11 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
     /// A new integration begins in that lane.
     pub fn set_tolerances(&mut self, lane: usize, tolerances: Tolerances) {
         self.newton[lane] = Newton::new();
-        let Tolerances { relative, coordinate_scale, rate_scale } = tolerances;
+        let Tolerances { relative, coordinate_scale, rate_scale, integral_scale } = tolerances;
         self.tolerances.relative.set_lane(lane, relative);
         self.tolerances.coordinate_scale.set_lane(lane, coordinate_scale);
         self.tolerances.rate_scale.set_lane(lane, rate_scale);
+        self.tolerances.integral_scale.set_lane(lane, integral_scale);
     }
 
     /// Sets the error, in tolerances, with which the next steps of `lane` will be accepted: stages need not be more accurate.
@@ -259,6 +261,12 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             self.integrals[i] = integral;
         }
         self.error = self.estimate(step, system.carries_variation());
+        let LaneTolerances { relative, integral_scale, .. } = self.tolerances;
+        for i in system.controlled_integrals() {
+            let rates = self.stage_rates.iter().zip(&self.error_weights);
+            let error = rates.fold(T::from_f64(0.0), |sum, (rates, weight)| sum + T::from_f64(*weight) * rates[i]);
+            self.error = self.error.max((error * step).abs() / (integral_scale * relative));
+        }
     }
 
     /// The error of the last attempt in `lane`, in tolerances. Writes the resulting state to `end`.
@@ -524,7 +532,7 @@ impl<T: Lanewise, const D: usize> Loop for Correct<'_, T, D> {
     #[inline(always)]
     fn run(self) -> T {
         let Self { place, correction, weights, tolerances, variation } = self;
-        let LaneTolerances { relative, coordinate_scale, rate_scale } = tolerances;
+        let LaneTolerances { relative, coordinate_scale, rate_scale, .. } = tolerances;
         let (by_coordinate, by_rate) = (weights.coordinates / (coordinate_scale * relative), weights.rates / relative);
         // The maximum drops a NaN; the sum does not.
         let (mut largest, mut sum) = (T::from_f64(0.0), T::from_f64(0.0));
@@ -572,7 +580,7 @@ impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
     #[inline(always)]
     fn run(self) -> T {
         let Self { stage_v, stage_a, n, weights, q, tolerances, variation } = self;
-        let LaneTolerances { relative, coordinate_scale, rate_scale } = tolerances;
+        let LaneTolerances { relative, coordinate_scale, rate_scale, .. } = tolerances;
         let last = (weights.len() - 1) * n;
         let none = T::from_f64(0.0);
         // The maximum drops a NaN; the sum does not.

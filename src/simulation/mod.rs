@@ -504,6 +504,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let initial_angle = entry - (process.lead_angle_rad + ahead);
         let law = ContactLaw::from(contact);
         let filament_length = filament.length_m;
+        let mass: f64 = chain.links.iter().map(|link| link.mass).sum();
         let mut filament =
             Filament { chain, motion: Turning { tool, rate: nominal.rate(), initial_angle }, law, workpiece };
         let mut all_round = passage.all_round;
@@ -542,6 +543,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
                 relative: solver.relative_tolerance,
                 coordinate_scale: 1.0,
                 rate_scale: (nominal.brushing_velocity / filament_length).max(slow_rate),
+                integral_scale: mass * nominal.brushing_velocity,
             },
             lead_angle,
             tail_angle,

@@ -1,7 +1,7 @@
 //! A clamped filament above a workpiece, as a system to integrate: one filament, or one per lane.
 
 use std::f64::consts::PI;
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 
 use super::error::Obstacle;
 use super::form::{Equations, Form};
@@ -51,7 +51,7 @@ use integral::COUNT;
 
 /// Where the lateral variation of a planar state leaves this range, it is divided by [`VARIATION_FACTOR`], or multiplied again.
 /// Divided, it stays above [`LARGEST_CONTROLLED_VARIATION`](crate::integrate::LARGEST_CONTROLLED_VARIATION).
-const VARIATION_RANGE: std::ops::Range<f64> = 1e32..1e90;
+const VARIATION_RANGE: Range<f64> = 1e32..1e90;
 /// See [`VARIATION_RANGE`].
 const VARIATION_FACTOR: f64 = 1e50;
 
@@ -638,6 +638,10 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
 
     fn set_charts(&mut self, charts: &Vec<PolarAxis>) {
         self.equations.set_charts(charts);
+    }
+
+    fn controlled_integrals(&self) -> Range<usize> {
+        integral::IMPULSE..integral::IMPULSE + 3
     }
 
     fn carries_variation(&self) -> bool {

@@ -122,7 +122,7 @@ fn free_vibration_loses_the_energy_that_its_dampers_take() {
     let q = (1..=segments).map(|k| [FRAC_PI_2 - 0.03 * k as f64, 0.05 * k as f64]).collect();
     let start = system.state(0.0, q, vec![[0.0; 2]; segments]);
     let before = mechanical_energy(&mut system, &start);
-    let tolerances = Tolerances { relative: 1e-6, coordinate_scale: 1.0, rate_scale: 1000.0 };
+    let tolerances = Tolerances::of_motion(1e-6, 1.0, 1000.0);
     let period = 2.0 * std::f64::consts::PI / first_natural_frequency(&filament);
     let (end, _) =
         integrate(&mut system, start, 3.0 * period, &ESDIRK54, tolerances, |_| ()).expect("nothing is in the way");
@@ -231,7 +231,7 @@ impl SecondOrderSystem<f64, 2, 1> for Pendulum {
 /// State and integral at `t = 2` after `steps` equal steps.
 fn swing(tableau: &'static Tableau, solution: StageSolution, steps: usize) -> [f64; 3] {
     let mut system = Pendulum::new(4.0, 0.1);
-    let tolerances = Tolerances { relative: 1e-13, coordinate_scale: 1.0, rate_scale: 1.0 };
+    let tolerances = Tolerances::of_motion(1e-13, 1.0, 1.0);
     let mut integrator = Integrator::new(tableau, solution, tolerances, 1, 1.0);
     let mut start = integrate::State::new(&mut system, 0.0, vec![[1.0, 1.0]], vec![[0.0, 0.5]]);
     let mut end = start.clone();
@@ -262,7 +262,7 @@ fn integrator_has_its_order() {
 #[test]
 fn stiff_components_do_not_limit_the_step() {
     let mut system = Pendulum::new(1e12, 1e8);
-    let tolerances = Tolerances { relative: 1e-8, coordinate_scale: 1.0, rate_scale: 1.0 };
+    let tolerances = Tolerances::of_motion(1e-8, 1.0, 1.0);
     let mut integrator = Integrator::new(&ESDIRK54, StageSolution::Predicted, tolerances, 1, 1e-3);
     // θ decays within 1/k d = 1e-4 s, and the transient of θ̇ within 1/d = 1e-8 s.
     let mut start = integrate::State::new(&mut system, 0.0, vec![[1.0, 0.1]], vec![[0.0, 1.0]]);

@@ -400,7 +400,7 @@ impl Clamped {
     fn integrate(&self, relative: f64) -> Seen {
         let mut system = self.system();
         let start = self.state(&mut system);
-        let tolerances = Tolerances { relative, coordinate_scale: 1.0, rate_scale: self.rate_scale };
+        let tolerances = Tolerances::of_motion(relative, 1.0, self.rate_scale);
         let energies = |system: &mut System, state: &FilamentState| {
             let energies = system.energies(state);
             (energies.kinetic, energies.kinetic + energies.spring + energies.gravity)
@@ -584,7 +584,7 @@ fn steps_that_end_at_a_pole_are_rejected_by_name() {
     let mut start = motion.state(&mut system);
     assert_eq!(start.charts, [PolarAxis::Z]);
     let mut end = start.clone();
-    let tolerances = Tolerances { relative: 1e-6, coordinate_scale: 1.0, rate_scale: 1.0 };
+    let tolerances = Tolerances::of_motion(1e-6, 1.0, 1.0);
     let mut integrator = Integrator::new(&ESDIRK54, StageSolution::Predicted, tolerances, 1, 0.1);
     let error = loop {
         match integrator.advance(&mut system, &start, &mut end, motion.duration) {

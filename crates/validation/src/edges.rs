@@ -124,7 +124,7 @@ fn settle(segments: usize, circle: Circle, motion: Drawn, friction: f64, end: f6
     let [root, ..] = motion.at(0.0).position;
     let above = (y + 3.0 * circle.radius).atan2(x - root);
     let start = system.state(0.0, vec![[FRAC_PI_2, above]; segments], vec![[0.0; 2]; segments]);
-    let tolerances = Tolerances { relative: 1e-9, coordinate_scale: 1.0, rate_scale: 1.0 };
+    let tolerances = Tolerances::of_motion(1e-9, 1.0, 1.0);
     let h = filament.chain.length;
     let mut seen = Seen { angle: f64::NAN, length: f64::NAN, force: f64::NAN, at_tip: f64::NAN, opened: f64::NAN };
     integrate(&mut system, start, end, &ESDIRK54, tolerances, |step| {

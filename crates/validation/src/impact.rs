@@ -55,7 +55,7 @@ fn hit(law: ContactLaw, mass: f64, speed: f64, relative: f64) -> Result<Impact, 
     // Starts a tenth of the duration before the contact. Damping makes the contact at most twice as long.
     let before = 0.1 * elastic.duration();
     let start = system.state(0.0, vec![[FRAC_PI_2, speed * before]], vec![[0.0, -speed]]);
-    let tolerances = Tolerances { relative, coordinate_scale: elastic.depth(), rate_scale: speed };
+    let tolerances = Tolerances::of_motion(relative, elastic.depth(), speed);
     let (mut peak, mut closed_at, mut opened_at, mut force) = (f64::NAN, f64::NAN, f64::NAN, Vec::new());
     let (end, _) = integrate(&mut system, start, 4.0 * elastic.duration(), &ESDIRK54, tolerances, |step| {
         if step.closed[0] {
@@ -216,7 +216,7 @@ fn sliding(_: Extent) -> Result<Trial, Failure> {
         let deceleration = friction * normal / inertia;
         let mut system = FilamentSystem::new(chain, WALL, law, plane, true);
         let start: FilamentState = system.state(0.0, vec![[FRAC_PI_2, 0.0]], vec![[0.0, speed]]);
-        let tolerances = Tolerances { relative: 1e-9, coordinate_scale: 1.0, rate_scale: speed };
+        let tolerances = Tolerances::of_motion(1e-9, 1.0, speed);
         // In the end the speed decays with the time constant v_reg/a.
         let end_time = (speed + 40.0 * regularisation) / deceleration;
         let mut course = vec![(0.0, speed)];

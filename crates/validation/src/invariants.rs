@@ -85,7 +85,7 @@ fn conservation(extent: Extent) -> Result<Trial, Failure> {
         let mut state = state_of(&mut system, &start, 1.0);
         let (energy, momentum) = (mechanical_energy(&mut system, &state), axial_momentum(&chain, &state));
         let kinetic = system.energies(&state).kinetic;
-        let tolerances = Tolerances { relative, coordinate_scale: 1.0, rate_scale: 1.0 };
+        let tolerances = Tolerances::of_motion(relative, 1.0, 1.0);
         let (mut energy_drift, mut momentum_drift, mut course) = (0.0, 0.0, Vec::new());
         for part in 1..=PARTS {
             let periods = (part * PERIODS / PARTS) as f64;
@@ -142,7 +142,7 @@ fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
         let mut system = untouched(rods(1, 1.0, 1.0 / 12.0, [0.0, 0.0, -GRAVITY]), WALL);
         let [e, e_rate, _] = PolarAxis::Z.direction([[f64::acos(lowest), 0.0], [0.0, rate], [0.0; 2]]);
         let start = state_of(&mut system, &[[e, e_rate]], 1.0);
-        let tolerances = Tolerances { relative: 1e-11, coordinate_scale: 1.0, rate_scale: 1.0 };
+        let tolerances = Tolerances::of_motion(1e-11, 1.0, 1.0);
         let (mut height, mut azimuth, mut turns, mut last) = (0.0, 0.0, 0.0, 0.0);
         let mut course = Vec::new();
         integrate(&mut system, start, PERIODS * pendulum.period(), &ESDIRK54, tolerances, |step| {
@@ -207,7 +207,7 @@ fn double_pendulum(_: Extent) -> Result<Trial, Failure> {
     let first = rows.first().ok_or_else(|| Failure::Reference("the double pendulum has no rows".to_owned()))?;
     let q = vec![[FRAC_PI_2, first.theta_1_rad], [FRAC_PI_2, first.theta_2_rad]];
     let mut state = system.state(0.0, q, vec![[0.0; 2]; 2]);
-    let tolerances = Tolerances { relative: 1e-12, coordinate_scale: 1.0, rate_scale: 1.0 };
+    let tolerances = Tolerances::of_motion(1e-12, 1.0, 1.0);
     let (mut checks, mut reference, mut course) = (Vec::new(), Vec::new(), Vec::new());
     for row in &rows {
         (state, _) = integrate(&mut system, state, row.time_s, &ESDIRK54, tolerances, |_| ())?;
@@ -262,7 +262,7 @@ fn reversal(_: Extent) -> Result<Trial, Failure> {
         let floor = Plane::new([0.0, 0.0, -depth], [0.0, 0.0, 1.0], [0.0; 3]);
         let mut course = Vec::new();
         for relative in TOLERANCES {
-            let tolerances = Tolerances { relative, coordinate_scale: 1.0, rate_scale: 1.0 };
+            let tolerances = Tolerances::of_motion(relative, 1.0, 1.0);
             let mut state = state_of(&mut FilamentSystem::new(chain.clone(), WALL, law, floor, true), &start, 1.0);
             for _ in 0..2 {
                 let mut system = FilamentSystem::new(chain.clone(), WALL, law, floor, true);

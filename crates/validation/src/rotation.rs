@@ -202,7 +202,7 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
     let course = |segments: usize| -> Result<Vec<[f64; 2]>, Failure> {
         let mut system = untouched(chain(&beam(segments), [0.0; 3]), SpinUp);
         let start = system.state(0.0, vec![[FRAC_PI_2, 0.0]; segments], vec![[0.0; 2]; segments]);
-        let tolerances = Tolerances { relative: 1e-9, coordinate_scale: 0.1, rate_scale: 1.0 };
+        let tolerances = Tolerances::of_motion(1e-9, 0.1, 1.0);
         let mut course = Vec::new();
         integrate(&mut system, start, end, &ESDIRK54, tolerances, |step| {
             while let Some(row) = rows.get(course.len()).filter(|row| row.time_s <= step.end.time) {

@@ -112,7 +112,7 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Sw
     };
     let start = system.state(0.0, q, vec![[0.0; 2]; segments]);
     let frequency = first_natural_frequency(&filament);
-    let tolerances = Tolerances { relative: 1e-10, coordinate_scale: SIZE, rate_scale: SIZE * frequency };
+    let tolerances = Tolerances::of_motion(1e-10, SIZE, SIZE * frequency);
     let end = (HALF_PERIODS as f64 + 1.5) * PI / frequency;
     let (mut extremes, mut first_deflection) = (Vec::new(), f64::NAN);
     integrate(&mut system, start, end, &ESDIRK54, tolerances, |step| {
