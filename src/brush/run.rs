@@ -504,11 +504,12 @@ impl BrushRun {
 
     /// Looks whether the stretch of the columns that have passed has settled.
     fn look_whether_settled(&mut self) {
+        if !self.ends_when_settled {
+            return;
+        }
         let most = stretch::columns_that_may_count(&self.settings, &self.pass, &self.arrangement);
         let passed = self.passed().min(most);
-        if self.ends_when_settled
-            && stretch::has_settled(&self.filaments(), &self.settings, &self.pass, &self.arrangement, passed)
-        {
+        if stretch::has_settled(&self.filaments(), &self.settings, &self.pass, &self.arrangement, passed) {
             (self.followed, self.has_settled) = (passed, true);
         }
     }

@@ -22,7 +22,7 @@ const SETTLED_COLUMNS: usize = 24;
 const SETTLED_CHANGE: f64 = 5e-4;
 /// Number of columns of a part.
 const PART: usize = 5;
-/// Where filaments differ, the parts are quarters, and may also differ by so many times the standard error of their means.
+/// Where filaments or rows are irregular, the parts are quarters, and may also differ by so many times the standard error of their means.
 const STANDARD_ERRORS: f64 = 2.5;
 /// The least length of a stretch in columns.
 const SHORTEST: usize = 10;
@@ -109,7 +109,7 @@ pub fn find(
     let expectation = Expectation::new(settings, pass, arrangement.around);
     let Expectation { entry, exit, length } = expectation;
     let counted = Columns::new(&filaments[..end * rows], rows);
-    let found = if super::filaments::differ(settings) || brush.pattern == Pattern::Random {
+    let of_irregular = || {
         let is_steady = |means: &[f64]| {
             let part = means.len() / 4;
             let [mean, deviation] = mean_and_deviation(means);
@@ -117,11 +117,17 @@ pub fn find(
         };
         // Chance hides what the entry does.
         counted.first(2 * entry / 3, length, is_steady).map(|first| counted.from(first, columns))
+    };
+    let found = if super::filaments::differ(settings) || brush.pattern == Pattern::Random {
+        of_irregular()
     } else {
-        counted.settled(&expectation).or_else(|| {
+        let of_equal = || {
             let first = counted.first(1, length, |means| has_equal_parts(means, STEADY));
             first.map(|first| counted.from(first, columns))
-        })
+        };
+        // Sparse rows of equal filaments may alternate, and never settle.
+        let may_alternate = brush.columns.is_none();
+        counted.settled(&expectation).or_else(of_equal).or_else(|| of_irregular().filter(|_| may_alternate))
     };
     found.ok_or_else(|| {
         let drift = if end > 2 { counted.from(end / 2, columns).drift } else { 1.0 };

@@ -17,6 +17,8 @@ use crate::simulate::{Outcome, Result, outcomes};
 const EXACT: f64 = 1e-9;
 /// Results that change by more than this share are too sensitive to compare.
 const SENSITIVE: f64 = 0.02;
+/// Where a result changes by as much as itself, chance decides about all of them.
+const CHAOTIC: f64 = 1.0;
 /// Steady turns end when the impulse changes by less than 1e-3 from turn to turn. What remains of a change that shrinks by a third or
 /// more is half of that; each of the two may end a turn earlier.
 const STEADY: f64 = 3e-3;
@@ -72,10 +74,14 @@ pub fn judge(pair: &Pair, results: &[Result]) -> Verdict {
     let Some(first) = excess else { return Verdict::Same };
     let Some(spread) = spread(pair) else { return Verdict::Differs(first) };
     let largest = spread.iter().fold(0.0_f64, |largest, (_, share)| largest.max(*share));
-    let share = |name: &'static str| spread.iter().find(|(other, _)| *other == name).map_or(0.0, |(_, share)| *share);
+    // Turns have one name; the most sensitive one is among them.
+    let share = |name: &'static str| {
+        let of_name = spread.iter().filter(|(other, _)| *other == name);
+        of_name.fold(0.0_f64, |largest, (_, share)| largest.max(*share))
+    };
     match self::excess(pair, one, other, share) {
-        Some(message) => Verdict::Differs(format!("{message}, sensitivity {largest:.1e}")),
-        None if largest > SENSITIVE => Verdict::Sensitive(format!("{first}, sensitivity {largest:.1e}")),
+        Some(message) if largest < CHAOTIC => Verdict::Differs(format!("{message}, sensitivity {largest:.1e}")),
+        _ if largest > SENSITIVE => Verdict::Sensitive(format!("{first}, sensitivity {largest:.1e}")),
         None => Verdict::Same,
     }
 }

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use bristle::brush::{BrushError, BrushResult, BrushRun, BrushStatistics, RunOptions, simulate_brush};
+use bristle::brush::{BrushError, BrushResult, BrushRun, BrushStatistics, RunOptions, Stretch, simulate_brush};
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::{
@@ -377,6 +377,35 @@ fn the_steady_stretch_is_where_impulses_no_longer_change() {
         let [a, b] = [&result, &longer].map(|result| result.tool.contact_normal_impulse_n_s);
         assert!((a / b - 1.0).abs() < 3e-3, "{a} {b} {:?} {:?}", result.stretch, longer.stretch);
         assert!(result.stretch.change_with_more_columns.abs() < 5e-3 && result.stretch.first > 3);
+    }
+}
+
+#[test]
+fn a_row_ends_once_its_stretch_has_settled() {
+    let settings = with(&row(5, 682.0, 0), |brush| (brush.columns, brush.steady) = (None, true));
+    let options = RunOptions { frames: 20, ..RunOptions::default() };
+    let mut run = BrushRun::new(&settings, options).expect("a row");
+    let laid_out = run.columns();
+    let mut states = vec![run.checkpoint()];
+    while run.advance().expect("steps") {
+        states.push(run.checkpoint());
+    }
+    let result = run.finish().expect("results");
+    let Stretch { first, last, change_with_more_columns, .. } = result.stretch;
+    assert!(result.columns < laid_out && last < result.columns - 1 && last + 1 - first >= 24, "{:?}", result.stretch);
+    assert!(change_with_more_columns.abs() <= 5e-4);
+    assert_eq!(result.filaments.len(), result.columns);
+    assert!(result.frames.iter().all(|frame| frame.nodes_m.len() == result.columns));
+    assert!(result.pairs.iter().all(|pair| pair.filament[0].max(pair.other[0]) < result.columns));
+    // The tolerance is that of the mean impulse.
+    let longer = simulate_brush(&with(&settings, |brush| brush.columns = Some(200)), 1).expect("a row");
+    let [a, b] = [&result, &longer].map(|result| result.tool.contact_normal_impulse_n_s);
+    assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+    // It goes on from any state, also where it has settled, with columns that still rest.
+    for state in [&states[1], &states[states.len() / 2], &states[states.len() - 1]] {
+        let mut resumed = BrushRun::resume(&settings, options, state).expect("a state");
+        while resumed.advance().expect("steps") {}
+        assert_eq!(resumed.finish().expect("results"), result);
     }
 }
 

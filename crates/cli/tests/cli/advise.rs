@@ -84,7 +84,7 @@ fn the_recommendation_is_what_a_brush_of_filaments_that_touch_does() {
     let with = "with n_w ≤ 1000 rpm and a_e ≤ 2 mm and F_n,w ≤ 220 N and P_w ≤ 400 W";
     assert!(words(&text).contains(with), "{text}");
     assert!(text.contains("≈") && text.contains("Not simulated; it sweeps."), "{text}");
-    assert!(text.starts_with("Recommended: ") && text.contains("  not simulated: row"), "{text}");
+    assert!(text.starts_with("Recommended: ") && text.contains("  not simulated: taken from row"), "{text}");
 
     let text = directory.printed("advise results --target-force 220 --json");
     let advice: Value = serde_json::from_str(&text).expect("JSON");
@@ -162,7 +162,7 @@ fn most_from_edges_is_a_goal() {
     };
     let rows = directory.rows("results/runs.csv");
     let most = (0..rows.len()).max_by(|&a, &b| power(&rows[a]).total_cmp(&power(&rows[b]))).expect("cases");
-    assert!(answer.contains(&format!("row {} lets expect", most + 1)), "row {}: {answer}", most + 1);
+    assert!(answer.contains(&format!("taken from row {}", most + 1)), "row {}: {answer}", most + 1);
 }
 
 #[test]

@@ -26,8 +26,8 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The answer to what `[goal]` asks for. What is recommended is simulated; `tell` hears when that begins. A stop leaves it as the study
-    /// lets expect it.
+    /// The answer to what `[goal]` asks for. What is recommended is simulated; `tell` hears when that begins. A stop leaves it as it follows from
+    /// the study.
     ///
     /// # Errors
     /// If threads cannot be started.
