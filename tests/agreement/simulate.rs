@@ -17,6 +17,8 @@ pub struct Outcome {
     pub turns: Vec<f64>,
     /// The energy in J that joints took of a filament that has settled, if that was asked.
     pub settled: f64,
+    /// The error of its steps that a brush states: where it is above the tolerance, users are warned.
+    pub stated_error: f64,
 }
 
 /// A result, or why there is none.
@@ -37,6 +39,7 @@ pub fn outcomes(runs: &[&Run]) -> Vec<Result> {
             metrics: result.metrics,
             turns: result.turn_contact_normal_impulses_n_s,
             settled: 0.0,
+            stated_error: 0.0,
         });
         results[number] = Some(result);
     });
@@ -64,14 +67,16 @@ fn single(run: &Run) -> Option<Result> {
                     if turns.is_empty() {
                         turns.push(result.tool.contact_normal_impulse_n_s);
                     }
-                    Ok(Outcome { metrics: result.tool, turns, settled: 0.0 })
+                    Ok(Outcome { metrics: result.tool, turns, settled: 0.0, stated_error: result.step_error })
                 }
                 Ok(Err(error)) => Err(error.to_string()),
                 Err(_) => panic!("a brush panics: {run}"),
             })
         }
         Run::Settled(settings) => Some(settled(settings)),
-        Run::AtRest => Some(Ok(Outcome { metrics: Metrics::default(), turns: Vec::new(), settled: 0.0 })),
+        Run::AtRest => {
+            Some(Ok(Outcome { metrics: Metrics::default(), turns: Vec::new(), settled: 0.0, stated_error: 0.0 }))
+        }
     }
 }
 
@@ -83,5 +88,5 @@ fn settled(settings: &Settings) -> Result {
     let free: Vec<_> = result.history.iter().take_while(|sample| sample.contact_normal_impulse_n_s == 0.0).collect();
     let [from, to] = [free.len() * 4 / 5, free.len() - 2];
     let settled = (free[to].dissipated_energy_j - free[from].dissipated_energy_j) / free[to].potential_energy_j;
-    Ok(Outcome { metrics: Metrics::default(), turns: Vec::new(), settled })
+    Ok(Outcome { metrics: Metrics::default(), turns: Vec::new(), settled, stated_error: 0.0 })
 }

@@ -138,6 +138,8 @@ tolerances! {
     ROW_IMAGE = Absolute 2e-3, "image": "The tolerance of the time step is 1e-4; bounces amplify differences of the solution.";
     KNOWN_ROW = Relative 1e-2, "known row": "The forces are stated with three digits, one of them as \"about\".";
     STEADY = Absolute 5e-3, "steady": "A stretch is steady if its parts differ from its mean by less than 0.3 %.";
+    STIFFER_ROW = Absolute 1e-2, "stiffer row": "Stiffer filaments keep farther apart by what they overlapped before, some µm of gaps of a few tenths \
+        of a millimetre.";
     STEADY_COARSE = Absolute 3e-2, "steady, coarse": "The chain converges as n⁻², from an error of some 2 % at n = 4. The impulses of tilted \
         filaments scatter by 40 %, and the stretch of two rows has 50 of them: where one carries more, its neighbours carry less.";
     STEADY_TOLERANCE = Absolute 3.0, "steady, tolerance": "The tolerance applies to the mean of a long stretch.";
