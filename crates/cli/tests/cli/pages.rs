@@ -173,7 +173,7 @@ fn choosing_velocity_and_depth_does_what_it_says() {
         text: include_str!("../../../../docs/velocity-and-depth.md"),
         counts: (4, 3),
         files: &["results/report.html", "candidate/brush.html"],
-        metrics: &[("candidate/metrics.json", "tool_contact_normal_force_n", 57.09, 0.01)],
+        metrics: &[("candidate/metrics.json", "tool_contact_normal_force_n", 57.12, 0.01)],
     });
 }
 

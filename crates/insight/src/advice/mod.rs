@@ -1205,7 +1205,7 @@ mod tests {
         let again = bristle::simulation::simulate(&settings).expect("a contact").metrics;
         assert!((again.tool_contact_normal_force_n / force - 1.0).abs() < 1e-9);
         let text = advice.text(WIDTH);
-        assert!(text.starts_with("Recommended for 10 N: ") && text.contains("  simulated; rows 1 and 2"), "{text}");
+        assert!(text.starts_with("Recommended for 10 N: ") && text.contains("  simulated (rows 1 and 2: "), "{text}");
         assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
     }
 

@@ -127,7 +127,7 @@ struct Changes {
 
 const QUICK: Changes = Changes {
     points: &[10],
-    stiffnesses: &[],
+    stiffnesses: &[2e8],
     half_columns: &[],
     segments: (&[4], 8),
     tolerances: (&[3e-3], 1e-3),
