@@ -339,7 +339,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             });
             if let Some((since, q)) = &group.asleep_from {
                 words.number(*since);
-                q.iter().flatten().for_each(|value| (0..LANES).for_each(|lane| words.number(value.lane(lane))));
+                words.blocks(q);
             }
         }
     }
@@ -366,11 +366,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             if state > 1 {
                 let since = words.number()?;
                 let mut q = vec![[zero_lane(); 2]; self.layout.segments];
-                for value in q.iter_mut().flatten() {
-                    for lane in 0..LANES {
-                        value.set_lane(lane, words.number()?);
-                    }
-                }
+                words.blocks(&mut q)?;
                 group.asleep_from = Some((since, q));
             }
         }

@@ -509,7 +509,8 @@ impl BrushRun {
         }
         let most = stretch::columns_that_may_count(&self.settings, &self.pass, &self.arrangement);
         let passed = self.passed().min(most);
-        if stretch::has_settled(&self.filaments(), &self.settings, &self.pass, &self.arrangement, passed) {
+        let filaments = self.filaments(passed);
+        if stretch::has_settled(&filaments, &self.settings, &self.pass, &self.arrangement) {
             (self.followed, self.has_settled) = (passed, true);
         }
     }
@@ -572,7 +573,7 @@ impl BrushRun {
         if self.brush.columns.is_some() || self.has_settled {
             return Ok(false);
         }
-        match stretch::find(&self.filaments(), &self.settings, &self.pass, &self.arrangement) {
+        match stretch::find(&self.filaments(self.arrangement.columns), &self.settings, &self.pass, &self.arrangement) {
             Err(BrushError::TooFewColumns { columns, needed, around, .. }) if columns < around => {
                 let columns = Some(needed.min(around));
                 let again = Self::of_columns(&self.settings, self.options, columns, Some(self.precision))?;
@@ -774,7 +775,7 @@ impl BrushRun {
             energies.work_j += weight * work;
             energies.dissipated_j += weight * dissipated;
         }
-        let mut filaments = self.filaments();
+        let mut filaments = self.filaments(self.arrangement.columns);
         for pair in &pairs {
             for [column, row] in [pair.filament, pair.other] {
                 filaments[column * self.arrangement.rows + row].press_impulse_n_s += pair.impulse_n_s;
@@ -865,8 +866,8 @@ impl BrushRun {
         Ok(residuals)
     }
 
-    /// The filaments with their contacts, without how others press on them.
-    fn filaments(&self) -> Vec<FilamentResult> {
+    /// The filaments of the first columns with their contacts, without how others press on them.
+    fn filaments(&self, columns: usize) -> Vec<FilamentResult> {
         let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_steady_turns();
         let metrics = |&[number, index]: &[usize; 2]| {
             let (_, sector) = &self.sectors[number];
@@ -876,6 +877,7 @@ impl BrushRun {
             .roots
             .iter()
             .zip(&self.places)
+            .take(columns * self.arrangement.rows)
             .map(|(root, place)| FilamentResult {
                 column: root.column,
                 row: root.row,

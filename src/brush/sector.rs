@@ -357,11 +357,7 @@ impl Sector {
         words.number(self.motion.time);
         words.number(self.share);
         for vector in [&self.motion.q, &self.motion.v, &self.motion.accelerations] {
-            for block in vector {
-                for value in block {
-                    (0..LANES).for_each(|lane| words.number(value.lane(lane)));
-                }
-            }
+            words.blocks(vector);
         }
         self.bundle.save(words);
         self.accounts.iter().for_each(|account| account.save(words));
@@ -386,11 +382,7 @@ impl Sector {
         self.motion.time = words.number()?;
         self.share = words.number().filter(|share| *share > 0.0 && *share <= 1.0)?;
         for vector in [&mut self.motion.q, &mut self.motion.v, &mut self.motion.accelerations] {
-            for value in vector.iter_mut().flatten() {
-                for lane in 0..LANES {
-                    value.set_lane(lane, words.number()?);
-                }
-            }
+            words.blocks(vector)?;
         }
         self.bundle.restore(words)?;
         for account in &mut self.accounts {

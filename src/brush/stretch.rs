@@ -72,16 +72,10 @@ pub fn columns_that_may_count(settings: &Settings, pass: &Pass, arrangement: &Ar
     arrangement.columns.saturating_sub(exit)
 }
 
-/// Whether the stretch before the column `end`, where all filaments so far have passed, has settled: more columns would not change its mean.
-pub fn has_settled(
-    filaments: &[FilamentResult],
-    settings: &Settings,
-    pass: &Pass,
-    arrangement: &Arrangement,
-    end: usize,
-) -> bool {
+/// Whether the stretch at the end of the columns of `filaments`, which have passed, has settled: more columns would not change its mean.
+pub fn has_settled(filaments: &[FilamentResult], settings: &Settings, pass: &Pass, arrangement: &Arrangement) -> bool {
     let expectation = Expectation::new(settings, pass, arrangement.around);
-    Columns::new(&filaments[..end * arrangement.rows], arrangement.rows).settled(&expectation).is_some()
+    Columns::new(filaments, arrangement.rows).settled(&expectation).is_some()
 }
 
 /// The number of columns of a sector that ends before the column `end`, with those that are behind it.

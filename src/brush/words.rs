@@ -2,6 +2,9 @@
 //!
 //! A record lists its numbers and its counts once, as places: the writer reads those of a copy, and the reader fills them.
 
+use super::gmres;
+use crate::equations::{LANES, Lanewise};
+
 /// A state that is being written.
 #[derive(Clone, Debug, Default)]
 pub struct Writer(Vec<u8>);
@@ -20,6 +23,11 @@ impl Writer {
     /// Adds a number of single precision.
     pub fn single(&mut self, value: f32) {
         self.0.extend(value.to_le_bytes());
+    }
+
+    /// Adds the blocks of some segments, lane by lane.
+    pub fn blocks(&mut self, blocks: &gmres::Part) {
+        blocks.iter().flatten().for_each(|value| (0..LANES).for_each(|lane| self.number(value.lane(lane))));
     }
 
     /// Adds the numbers of a record, of which these belong to a copy.
@@ -62,6 +70,16 @@ impl Reader<'_> {
     /// The next number of single precision.
     pub fn single(&mut self) -> Option<f32> {
         self.take().map(f32::from_le_bytes)
+    }
+
+    /// Sets the blocks of some segments to the next numbers.
+    pub fn blocks(&mut self, blocks: &mut gmres::Part) -> Option<()> {
+        for value in blocks.iter_mut().flatten() {
+            for lane in 0..LANES {
+                value.set_lane(lane, self.number()?);
+            }
+        }
+        Some(())
     }
 
     /// Sets the numbers of a record to the next ones.

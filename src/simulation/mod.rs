@@ -543,6 +543,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
                 relative: solver.relative_tolerance,
                 coordinate_scale: 1.0,
                 rate_scale: (nominal.brushing_velocity / filament_length).max(slow_rate),
+                // A tenth of the momentum of the filament: against all of it, friction that reverses was not resolved.
                 integral_scale: 0.1 * mass * nominal.brushing_velocity,
             },
             lead_angle,

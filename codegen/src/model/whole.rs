@@ -76,7 +76,8 @@ pub fn whole_kernels(segments: usize, motion: Motion, purpose: Purpose) -> Resul
         (
             energies_name,
             format!(
-                "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`{relaxed}`E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`,\n\
+                "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`{relaxed}\
+                 `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`,\n\
                  `ω = e × (ė − Ω × e)`, zero at the clamp."
             ),
             energies,
