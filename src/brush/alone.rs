@@ -2,7 +2,7 @@
 
 use super::arrangement::{Arrangement, Root};
 use super::error::BrushError;
-use super::run::Plan;
+use super::run::{Plan, STRIDE};
 use super::team::Team;
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{Settings, Turns};
@@ -92,6 +92,10 @@ fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<f64>>
             break;
         }
         sector.advance(plan.begin + step as f64 * length, length).ok()?;
+        // As a run does, so that a brush of one filament takes the same steps to the last digit.
+        if step % STRIDE == 0 || step == steps {
+            sector.forget();
+        }
     }
     let account = &sector.accounts()[0];
     Some(if turns == 1 { vec![account.last().impulse] } else { account.impulses.clone() })

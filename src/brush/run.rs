@@ -165,7 +165,7 @@ fn allowed_residual(brush: &BrushSettings) -> f64 {
 /// Nodes in all frames together, at most.
 const MOST_NODES: usize = 1_000_000;
 /// Steps between two states that can be restored.
-const STRIDE: usize = 32;
+pub(super) const STRIDE: usize = 32;
 
 /// A brush on its way over the workpiece.
 pub struct BrushRun {
@@ -477,7 +477,7 @@ impl BrushRun {
             // Each turn may be the last.
             Turns::Steady => self.end_of_turn(self.turn_impulses().len() + 1).min(self.steps),
         };
-        let to = (self.done + STRIDE).min(end);
+        let to = ((self.done / STRIDE + 1) * STRIDE).min(end);
         if self.done >= to {
             return self.extend();
         }
