@@ -58,6 +58,8 @@ pub struct StepControl {
     order: f64,
     /// The step to try next in s.
     step: f64,
+    /// The longest step in s.
+    longest: f64,
     previous_error: f64,
     allowed_error: f64,
     effort: Option<Effort>,
@@ -73,6 +75,7 @@ impl StepControl {
         Self {
             order,
             step,
+            longest: f64::INFINITY,
             previous_error: 1.0,
             allowed_error: 1.0,
             effort: None,
@@ -88,6 +91,12 @@ impl StepControl {
     #[must_use]
     pub fn within(self, effort: Effort) -> Self {
         Self { effort: Some(effort), ..self }
+    }
+
+    /// Limits steps to `longest` (s).
+    #[must_use]
+    pub fn up_to(self, longest: f64) -> Self {
+        Self { longest, ..self }
     }
 
     /// Limits the work from here on to about `effort`, whatever was spent before; see [`StepControl::within`].
@@ -133,13 +142,13 @@ impl StepControl {
 
     /// The step to take from `time`, not past `last_time`.
     pub fn propose(&self, time: f64, last_time: f64) -> Proposal {
-        let remaining = last_time - time;
-        let limited = self.step >= remaining;
+        let (remaining, step) = (last_time - time, self.step.min(self.longest));
+        let limited = step >= remaining;
         // Two equal steps are better than a whole one and a very short one.
         let step = match () {
             () if limited => remaining,
-            () if 2.0 * self.step > remaining => remaining / 2.0,
-            () => self.step,
+            () if 2.0 * step > remaining => remaining / 2.0,
+            () => step,
         };
         Proposal { step, limited, remaining }
     }

@@ -267,6 +267,10 @@ impl Landing {
     }
 }
 
+/// The largest angle in rad by which the body turns in a step. A node that turns by `θ` at a radius `R` is off by `R θ⁶/46080`
+/// between the knots of its interpolant, so that free filaments, whose steps would be longer, keep their shape in it.
+const LARGEST_TURN: f64 = 0.25;
+
 impl Trajectory {
     /// A trajectory from `start` to `end_time` (s). The nodes closed in `system` are closed at its start.
     pub fn new<M: ClampMotion, W: Workpiece>(
@@ -278,7 +282,9 @@ impl Trajectory {
     ) -> Self {
         let (n, contacts) = (system.blocks(), system.filament(0).contacts());
         let duration = end_time - start.time;
-        let control = StepControl::new(tableau, 1e-3 * duration).within(effort(n, duration));
+        let [.., rate] = system.filament(0).motion.at(start.time).angular_velocity;
+        let control =
+            StepControl::new(tableau, 1e-3 * duration).within(effort(n, duration)).up_to(LARGEST_TURN / rate.abs());
         let chart_changes = start.leave_poles();
         let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
         let mut start_nodes = Nodes::new(vec![none; n], contacts);
