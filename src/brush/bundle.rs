@@ -173,7 +173,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             rubs: law.friction > 0.0 || bristles.iter().any(|bristle| bristle.law.friction > 0.0),
             candidates: Candidates::new(layout.clone()),
             nodes: Nodes { positions: field.clone(), velocities: field.clone() },
-            pressing: Pressing::new(law, groups.len()),
+            pressing: Pressing::new(law, &layout, form == Form::Planar),
             linear: Linear {
                 residual: none,
                 displacements: field.clone(),
@@ -542,7 +542,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 return Err(NoConvergence);
             }
             effort.factorisations += self.linearise(motion, stage.weights, is_first);
-            effort.krylov_vectors += self.solve_coupled(by_position).ok_or(NoConvergence)?;
+            effort.krylov_vectors += self.solve_coupled(by_position, is_first).ok_or(NoConvergence)?;
             let correction = self.correct(motion, by_rate, tolerance);
             // Twice what the linearised motion is.
             self.candidates.drift(2.0 * by_position * correction);
@@ -602,13 +602,16 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Solves the equations of the coupled groups for the residual, in place. Returns the number of vectors.
-    fn solve_coupled(&mut self, by_position: f64) -> Option<usize> {
+    fn solve_coupled(&mut self, by_position: f64, is_first: bool) -> Option<usize> {
         /// Share of the residual that the solution may leave, in space, where filaments that buckle amplify it so that mirror images would
         /// differ, and in the plane.
         const FORCING: [f64; 2] = [0.02, 0.1];
+        /// In the first iteration, at most: the residual is largest there.
+        const FIRST: f64 = 0.03;
         let Self { groups, layout, forces, pressing, linear, .. } = self;
         let Linear { residual, displacements, krylov, coupled } = linear;
         let first = first_coordinate(groups);
+        let forcing = if is_first { FORCING[first].min(FIRST) } else { FORCING[first] };
         coupled.clear();
         coupled.extend(groups.iter().map(|group| group.activity == Activity::Coupled));
         if !coupled.contains(&true) {
@@ -616,7 +619,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
         let (n, factor) = (layout.segments, Lane::from_lanes(|_| -by_position));
         let mut coupling = Coupling { groups, displacements, forces, pressing, segments: n, factor };
-        gmres::solve(&mut coupling, residual, FORCING[first], krylov, Division { blocks: n, coupled, first })
+        gmres::solve(&mut coupling, residual, forcing, krylov, Division { blocks: n, coupled, first })
     }
 
     /// Corrects the accelerations. Returns the largest displacement of a node with it, in m/rad of the accelerations' unit. Groups by

@@ -63,6 +63,11 @@ impl Node {
         self.row() % (segments + 1)
     }
 
+    /// Its place among those of its group, which are so many.
+    pub fn within(self, nodes: usize) -> usize {
+        self.0 % nodes
+    }
+
     /// Its entry in `values`, which has the rows of a field.
     #[inline]
     pub fn of(self, values: &[Lane]) -> f64 {
@@ -150,9 +155,9 @@ impl<'a> GroupField<'a> {
         self.vectors.fill([Lane::from_lanes(|_| 0.0); 3]);
     }
 
-    /// Adds to the vector at a node.
+    /// Adds to the vector at a node, whose other components stay as they are.
     #[inline]
-    pub fn add(&mut self, node: Node, vector: [f64; 3]) {
+    pub fn add<const D: usize>(&mut self, node: Node, vector: [f64; D]) {
         add_in_lane(&mut self.vectors[node.row() - self.first], node.lane(), vector);
     }
 
@@ -190,7 +195,7 @@ impl Changes {
 
     /// Adds to the blocks of a segment, by `[force, motion]`.
     #[inline(always)]
-    pub fn add_blocks(&mut self, segment: Node, change: impl Fn(usize, usize) -> Matrix) {
+    pub fn add_blocks<const D: usize>(&mut self, segment: Node, change: impl Fn(usize, usize) -> [[f64; D]; D]) {
         let (index, lane) = (segment.row() - self.first, segment.lane());
         let blocks = &mut self.blocks[index];
         if !std::mem::replace(&mut self.present[index], true) {
@@ -218,7 +223,7 @@ impl Changes {
 }
 
 #[inline(always)]
-fn add_in_lane(vector: &mut [Lane; 3], lane: usize, values: [f64; 3]) {
+fn add_in_lane<const D: usize>(vector: &mut [Lane; 3], lane: usize, values: [f64; D]) {
     for (component, value) in vector.iter_mut().zip(values) {
         component.set_lane(lane, component.lane(lane) + value);
     }

@@ -245,43 +245,51 @@ impl Press {
         let fall = by_position * stiffness * rate_factor + by_rate * elastic * damping;
         // (I − n nᵀ)/r is the curvature of the distance from a fixed point.
         let across = by_position * elastic * rate_factor / distance;
+        let shares = self.shares();
         let rub = self.rub.as_deref().map(|&Rub { carried, sliding, speed, direction, .. }| {
             let viscous = law.friction * self.normal_force * by_rate / speed;
-            Box::new(RubTangent {
-                carried,
-                by_velocity: std::array::from_fn(|i| {
-                    std::array::from_fn(|j| {
-                        let turning = direction[i] * sliding[j] / speed;
-                        -viscous * (identity(i, j) - normal[i] * normal[j] - turning)
-                    })
-                }),
-                by_normal: scale(law.friction * fall, direction),
-                normal,
-                shares: self.shares(),
-            })
+            let by_velocity: Matrix = std::array::from_fn(|i| {
+                std::array::from_fn(|j| {
+                    let turning = direction[i] * sliding[j] / speed;
+                    -viscous * (identity(i, j) - normal[i] * normal[j] - turning)
+                })
+            });
+            let by_normal = scale(law.friction * fall, direction);
+            let by_end = |end: usize| {
+                let mut change = product(&by_velocity, &carried[end]);
+                for (row, by_normal) in change.iter_mut().zip(by_normal) {
+                    *row = add(*row, scale(by_normal * shares[end], normal));
+                }
+                change
+            };
+            Box::new(RubTangent { carried, by_ends: std::array::from_fn(by_end) })
         });
         let Near { point, nearest, is_inside, along, .. } = self.near;
         // The point `y` moves along its segment, which takes `g gᵀ r/|u|²` off the curvature of the distance.
         let shifting = if is_inside { -across / dot(along, along) } else { 0.0 };
-        PressTangent { point, nearest, normal, along, distance, across, fall, shifting, rub }
+        let arm = scale(distance, normal);
+        let [a, b, c, d] = shares.map(|share| scale(-share, along));
+        let slopes = [a, b, add(c, arm), sub(d, arm)];
+        let segments = [point.segment, nearest.segment];
+        PressTangent { segments, shares, normal, across, along_normal: -(across + fall), shifting, slopes, rub }
     }
 }
 
-/// How the forces of a press change along a step; see [`Press::tangent`].
+/// How the forces of a press on the ends of both segments change with the displacements of these ends; see [`Press::tangent`].
 #[derive(Clone, Debug)]
 pub struct PressTangent {
-    point: Place,
-    nearest: Place,
+    /// Those of `x` and of `y`.
+    pub segments: [Node; 2],
+    /// See [`Press::shares`].
+    shares: [f64; 4],
     normal: [f64; 3],
-    /// The segment of `y`.
-    along: [f64; 3],
-    distance: f64,
-    /// How the normal force changes with the displacement of `x` relative to that of `y`: across the normal, and how it falls along it.
+    /// How the force changes with the displacement of `x` relative to that of `y`: across the normal, and what is added along it.
     across: f64,
-    fall: f64,
-    /// The factor of `g gᵀ`, which is added to it. At `x` and at both ends of `y`'s segment, `g` is `−u`, `s u + r n` and `s' u − r n`, with
-    /// the shares of both ends.
+    along_normal: f64,
+    /// The factor of `g gᵀ`, which is added to it. At the ends of `y`'s segment `g` is `s u + r n` and `s' u − r n`, at those of `x`'s it is
+    /// `−s u`, with the shares of the ends.
     shifting: f64,
+    slopes: [[f64; 3]; 4],
     rub: Option<Box<RubTangent>>,
 }
 
@@ -289,106 +297,86 @@ pub struct PressTangent {
 #[derive(Clone, Copy, Debug)]
 struct RubTangent {
     carried: [Matrix; 4],
-    /// With the motion of the surfaces.
-    by_velocity: Matrix,
-    /// With the distance.
-    by_normal: [f64; 3],
-    normal: [f64; 3],
-    shares: [f64; 4],
-}
-
-impl RubTangent {
-    /// The change of friction with the motion of one end.
-    fn by_end(&self, end: usize) -> Matrix {
-        let mut change = product(&self.by_velocity, &self.carried[end]);
-        for (row, by_normal) in change.iter_mut().zip(self.by_normal) {
-            *row = add(*row, scale(by_normal * self.shares[end], self.normal));
-        }
-        change
-    }
+    /// With the displacement of each end.
+    by_ends: [Matrix; 4],
 }
 
 impl PressTangent {
-    /// Adds how the forces on the ends of `x`'s segment change with its own motion.
-    pub fn add_of_point(&self, changes: &mut Changes) {
-        let shares = self.point.shares();
-        let own = self.matrix(1.0, [scale(-1.0, self.along); 2]);
-        changes.add_at(self.point.segment, shares, &own);
-        self.add_rub(0, self.point.segment, changes);
-    }
-
-    /// Adds how the forces on the ends of `y`'s segment change with its own motion.
-    pub fn add_of_nearest(&self, changes: &mut Changes) {
-        let (shares, arm) = (self.nearest.shares(), scale(self.distance, self.normal));
-        let [inner, outer] = shares.map(|share| scale(share, self.along));
-        let slopes = [add(inner, arm), sub(outer, arm)];
-        changes.add_blocks(self.nearest.segment, |force, motion| {
-            self.matrix(shares[force] * shares[motion], [slopes[force], slopes[motion]])
-        });
-        self.add_rub(2, self.nearest.segment, changes);
-    }
-
-    /// The change of a force with a motion: `share` of what a displacement of `x` relative to `y` causes, and the part of both `g`.
+    /// The change of the force on the end `force` with the displacement of the end `motion`, of both segments' ends: those of `x`'s come
+    /// first.
     #[inline(always)]
-    fn matrix(&self, share: f64, [on, by]: [[f64; 3]; 2]) -> Matrix {
-        let Self { normal, across, fall, shifting, .. } = self;
-        let (diagonal, along_normal) = (share * across, -share * (across + fall));
-        std::array::from_fn(|i| {
+    fn block<const D: usize>(&self, force: usize, motion: usize) -> [[f64; D]; D] {
+        let Self { shares, normal, across, along_normal, shifting, slopes, rub, .. } = self;
+        let share = shares[force] * shares[motion];
+        let (diagonal, along_normal) = (share * across, share * along_normal);
+        let (on, by) = (slopes[force], slopes[motion]);
+        let mut block: [[f64; D]; D] = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 identity(i, j) * diagonal + along_normal * normal[i] * normal[j] + shifting * on[i] * by[j]
             })
-        })
+        });
+        if let Some(rub) = rub {
+            let friction = transposed_product(&rub.carried[force], &rub.by_ends[motion]);
+            for (row, friction) in block.iter_mut().zip(friction) {
+                row.iter_mut().zip(friction).for_each(|(value, friction)| *value += friction);
+            }
+        }
+        block
     }
 
-    /// The change of the normal force with a displacement of `x` relative to `y`, without that of the point `y` along its segment.
+    /// Adds how the forces on the ends of a segment, `x`'s (0) or `y`'s (1), change with its own motion.
     #[inline(always)]
-    fn change(&self, moved: [f64; 3]) -> [f64; 3] {
-        let along_normal = -(self.across + self.fall) * dot(self.normal, moved);
-        add(scale(self.across, moved), scale(along_normal, self.normal))
+    pub fn add_changes<const D: usize>(&self, side: usize, changes: &mut Changes) {
+        changes.add_blocks::<D>(self.segments[side], |force, motion| self.block(2 * side + force, 2 * side + motion));
+    }
+}
+
+/// How the forces on the ends of one segment change with the displacements of the ends of another one, in so many dimensions.
+#[derive(Clone, Debug)]
+pub struct Coupling<const D: usize> {
+    /// The segment that the forces are on, and that which is displaced.
+    pub segments: [Node; 2],
+    /// By component of the displacement of either end: the forces on both ends.
+    columns: [[[[f64; D]; 2]; D]; 2],
+}
+
+impl<const D: usize> Coupling<D> {
+    /// None yet of the second of both `segments` on the first.
+    pub fn new(segments: [Node; 2]) -> Self {
+        Self { segments, columns: [[[[0.0; D]; 2]; D]; 2] }
     }
 
-    fn add_rub(&self, first: usize, segment: Node, changes: &mut Changes) {
-        let Some(rub) = &self.rub else { return };
-        let by_ends = [0, 1].map(|motion| rub.by_end(first + motion));
-        changes.add_blocks(segment, |force, motion| transposed_product(&rub.carried[first + force], &by_ends[motion]));
-    }
-
-    /// Adds to the `forces` on `x`'s filament how they change with the `displacements` of `y`'s.
-    #[inline]
-    pub fn couple_point(&self, displacements: &Field, forces: &mut GroupField<'_>) {
-        let [inner, outer] = ends(self.nearest.segment, displacements);
-        let [at_inner, at_outer] = self.nearest.shares();
-        let moved = add(scale(-at_inner, inner), scale(-at_outer, outer));
-        let turned = self.distance * dot(self.normal, sub(inner, outer));
-        let shifted = self.shifting * (turned - dot(self.along, moved));
-        self.point.load(add(self.change(moved), scale(-shifted, self.along)), forces);
-        self.couple_rub(0, self.point.segment, [inner, outer], forces);
-    }
-
-    /// Adds to the `forces` on `y`'s filament how they change with the `displacements` of `x`'s.
-    #[inline]
-    pub fn couple_nearest(&self, displacements: &Field, forces: &mut GroupField<'_>) {
-        let moved = self.point.of(displacements);
-        let shifted = -self.shifting * dot(self.along, moved);
-        let force = sub(self.change(moved), scale(shifted, self.along));
-        let arm = scale(shifted * self.distance, self.normal);
-        let [at_inner, at_outer] = self.nearest.shares();
-        let segment = self.nearest.segment;
-        forces.add(segment, add(scale(-at_inner, force), arm));
-        forces.add(segment.outer(), sub(scale(-at_outer, force), arm));
-        if self.rub.is_some() {
-            self.couple_rub(2, segment, ends(self.point.segment, displacements), forces);
+    /// Adds that of a press on `x`'s segment (0) or on `y`'s (1).
+    #[inline(always)]
+    pub fn add(&mut self, tangent: &PressTangent, side: usize) {
+        for (motion, columns) in self.columns.iter_mut().enumerate() {
+            for force in 0..2 {
+                let block: [[f64; D]; D] = tangent.block(2 * side + force, 2 * (1 - side) + motion);
+                for (i, row) in block.iter().enumerate() {
+                    for (column, value) in columns.iter_mut().zip(row) {
+                        column[force][i] += value;
+                    }
+                }
+            }
         }
     }
 
-    /// Adds how friction on the ends of a segment changes with the displacements of the ends of the other.
-    #[inline]
-    fn couple_rub(&self, first: usize, segment: Node, [inner, outer]: [[f64; 3]; 2], forces: &mut GroupField<'_>) {
-        let Some(rub) = &self.rub else { return };
-        let from = 2 - first;
-        let friction = add(mul(&rub.by_end(from), inner), mul(&rub.by_end(from + 1), outer));
-        forces.add(segment, mul_transposed(&rub.carried[first], friction));
-        forces.add(segment.outer(), mul_transposed(&rub.carried[first + 1], friction));
+    /// Adds to the `forces` how they change with the `displacements`.
+    #[inline(always)]
+    pub fn apply(&self, displacements: &Field, forces: &mut GroupField<'_>) {
+        let [on, from] = self.segments;
+        let mut sums = [[0.0; D]; 2];
+        for (columns, displacement) in self.columns.iter().zip(ends(from, displacements)) {
+            for (column, displacement) in columns.iter().zip(displacement) {
+                for (sum, column) in sums.iter_mut().zip(column) {
+                    for (sum, value) in sum.iter_mut().zip(column) {
+                        *sum += value * displacement;
+                    }
+                }
+            }
+        }
+        forces.add(on, sums[0]);
+        forces.add(on.outer(), sums[1]);
     }
 }
 
@@ -516,8 +504,12 @@ mod tests {
             let tangent = press(&law, &POSITIONS, &VELOCITIES).tangent(&law, weights);
             let mut own = Changes::new(1);
             own.clear(0);
-            tangent.add_of_point(&mut own);
-            tangent.add_of_nearest(&mut own);
+            let couplings = [0, 1].map(|side| {
+                tangent.add_changes::<3>(side, &mut own);
+                let mut coupling = Coupling::<3>::new([tangent.segments[side], tangent.segments[1 - side]]);
+                coupling.add(&tangent, side);
+                coupling
+            });
             let step = 1e-7;
             for end in 0..4 {
                 for component in 0..3 {
@@ -530,10 +522,8 @@ mod tests {
                     let (above, below) = (at(step), at(-step));
                     let mut moved = [[0.0; 3]; 4];
                     moved[end][component] = 1.0;
-                    let mut change = in_group(|forces| {
-                        tangent.couple_point(&field(&moved), forces);
-                        tangent.couple_nearest(&field(&moved), forces);
-                    });
+                    let mut change =
+                        in_group(|forces| couplings.iter().for_each(|coupling| coupling.apply(&field(&moved), forces)));
                     let (first, side) = (end / 2 * 2, end % 2);
                     for force in 0..2 {
                         let (_, blocks) = own.blocks().next().expect("a segment");

@@ -1,9 +1,18 @@
 //! Where filaments press on each other, and what that does to groups of them.
 
 use super::candidates::{Candidates, Layout};
-use super::field::{Changes, Field, GroupField, Nodes};
-use super::presses::{Near, Press, PressLaw, PressTangent};
+use super::field::{Changes, Field, GroupField, Nodes, wide};
+use super::presses::{Coupling, Near, Press, PressLaw, PressTangent};
 use super::team;
+use crate::equations::LANES;
+
+/// Sums those of all groups.
+fn fill<const D: usize>(all: &mut [OfGroup<D>], tangents: &[Vec<PressTangent>], incoming: &[Vec<[u32; 2]>]) {
+    let groups = all.iter_mut().zip(incoming).enumerate();
+    team::for_each(groups.map(|(group, part)| (group, (group, part))), |(group, (of_group, incoming))| {
+        of_group.fill(group, tangents, incoming);
+    });
+}
 
 /// A press, with both filaments: that of the point first.
 pub type Pair = ([usize; 2], Press);
@@ -17,18 +26,82 @@ pub struct Pressing {
     tangents: Vec<Vec<PressTangent>>,
     /// By group, which presses are on it: the group of the point, and the index there.
     incoming: Vec<Vec<[u32; 2]>>,
+    couplings: Couplings,
+}
+
+/// By group, how the forces on its segments change with the displacements of others.
+enum Couplings {
+    Planar(Vec<OfGroup<2>>),
+    Spatial(Vec<OfGroup<3>>),
+}
+
+/// Those of one group, one for each pair of segments.
+#[derive(Clone)]
+struct OfGroup<const D: usize> {
+    couplings: Vec<Coupling<D>>,
+    /// By node of the group: the last one with forces on its segment; and by coupling, the one before that on the same segment.
+    last: Vec<Option<u32>>,
+    before: Vec<Option<u32>>,
+}
+
+impl<const D: usize> OfGroup<D> {
+    /// None, on a group of so many nodes.
+    fn new(nodes: usize) -> Self {
+        Self { couplings: Vec::new(), last: vec![None; nodes], before: Vec::new() }
+    }
+
+    /// Sums those of the presses on `group`.
+    fn fill(&mut self, group: usize, tangents: &[Vec<PressTangent>], incoming: &[[u32; 2]]) {
+        self.couplings.clear();
+        self.before.clear();
+        self.last.fill(None);
+        tangents[group].iter().for_each(|tangent| self.add(tangent, 0));
+        incoming.iter().for_each(|&[from, index]| self.add(&tangents[from as usize][index as usize], 1));
+    }
+
+    fn add(&mut self, tangent: &PressTangent, side: usize) {
+        let Self { couplings, last, before } = self;
+        let segments = [tangent.segments[side], tangent.segments[1 - side]];
+        let node = segments[0].within(last.len());
+        let last = &mut last[node];
+        let mut known = *last;
+        while let Some(index) = known.filter(|index| couplings[*index as usize].segments != segments) {
+            known = before[index as usize];
+        }
+        let index = known.unwrap_or_else(|| {
+            couplings.push(Coupling::new(segments));
+            before.push(last.replace(couplings.len() as u32 - 1));
+            couplings.len() as u32 - 1
+        });
+        couplings[index as usize].add(tangent, side);
+    }
+
+    /// Adds to the `forces` how they change with the `displacements`.
+    fn apply(&self, displacements: &Field, forces: &mut GroupField<'_>) {
+        wide(
+            #[inline(always)]
+            || self.couplings.iter().for_each(|coupling| coupling.apply(displacements, forces)),
+        );
+    }
 }
 
 impl Pressing {
-    /// No presses, on so many groups.
-    pub fn new(law: PressLaw, groups: usize) -> Self {
+    /// No presses, on the filaments of a layout. In the plane, nothing moves along `z`.
+    pub fn new(law: PressLaw, layout: &Layout, is_planar: bool) -> Self {
+        let (groups, nodes) = (layout.groups(), (layout.segments + 1) * LANES);
         let none = vec![Vec::new(); groups];
+        let couplings = if is_planar {
+            Couplings::Planar(vec![OfGroup::new(nodes); groups])
+        } else {
+            Couplings::Spatial(vec![OfGroup::new(nodes); groups])
+        };
         Self {
             law,
             presses: none.clone(),
             earlier: none,
             tangents: vec![Vec::new(); groups],
             incoming: vec![Vec::new(); groups],
+            couplings,
         }
     }
 
@@ -54,12 +127,13 @@ impl Pressing {
 
     /// Finds them among the `candidates`, whose nodes are at `nodes`; with `weights` of positions and rates also how their forces change.
     pub fn find(&mut self, candidates: &mut Candidates, nodes: &Nodes, layout: &Layout, weights: Option<[f64; 2]>) {
-        let Self { law, presses, earlier, tangents, incoming } = self;
+        let Self { law, presses, earlier, tangents, incoming, couplings } = self;
         std::mem::swap(presses, earlier);
-        let parts = candidates.by_group().zip(&mut *presses).zip(&*earlier).zip(tangents);
+        let parts = candidates.by_group().zip(&mut *presses).zip(&*earlier).zip(&mut *tangents);
         team::for_each(parts.enumerate(), |(((watched, presses), earlier), tangents)| {
             presses.clear();
-            let mut earlier = earlier.iter().peekable();
+            // Friction alone follows what was there.
+            let mut earlier = earlier.iter().filter(|_| law.friction > 0.0).peekable();
             watched.for_each_near(|filaments, near| {
                 let mut press = Press::new(law, near, layout.part_length(filaments[0]), nodes);
                 let key = (filaments, near.point.key());
@@ -79,6 +153,13 @@ impl Pressing {
                 incoming[press.near.nearest.segment.group(layout.segments)].push([own as u32, index as u32]);
             }
         }
+        if weights.is_some() {
+            let (tangents, incoming) = (&**tangents, &**incoming);
+            match couplings {
+                Couplings::Planar(all) => fill(all, tangents, incoming),
+                Couplings::Spatial(all) => fill(all, tangents, incoming),
+            }
+        }
     }
 
     /// Adds the forces on a group. Calls `meet` with each press on it.
@@ -96,18 +177,24 @@ impl Pressing {
 
     /// Adds how the forces on a group change with its own motion.
     pub fn add_changes(&self, group: usize, changes: &mut Changes) {
-        self.tangents[group].iter().for_each(|tangent| tangent.add_of_point(changes));
-        self.on_nearest(group).for_each(|tangent| tangent.add_of_nearest(changes));
+        match &self.couplings {
+            Couplings::Planar(_) => self.add_changes_in::<2>(group, changes),
+            Couplings::Spatial(_) => self.add_changes_in::<3>(group, changes),
+        }
+    }
+
+    fn add_changes_in<const D: usize>(&self, group: usize, changes: &mut Changes) {
+        self.tangents[group].iter().for_each(|tangent| tangent.add_changes::<D>(0, changes));
+        for &[from, index] in &self.incoming[group] {
+            self.tangents[from as usize][index as usize].add_changes::<D>(1, changes);
+        }
     }
 
     /// Adds to the `forces` on a group how they change with the `displacements` of others.
     pub fn couple(&self, group: usize, displacements: &Field, forces: &mut GroupField<'_>) {
-        self.tangents[group].iter().for_each(|tangent| tangent.couple_point(displacements, forces));
-        self.on_nearest(group).for_each(|tangent| tangent.couple_nearest(displacements, forces));
-    }
-
-    /// The tangents of the presses on a group of the points of others.
-    fn on_nearest(&self, group: usize) -> impl Iterator<Item = &PressTangent> {
-        self.incoming[group].iter().map(|&[from, index]| &self.tangents[from as usize][index as usize])
+        match &self.couplings {
+            Couplings::Planar(all) => all[group].apply(displacements, forces),
+            Couplings::Spatial(all) => all[group].apply(displacements, forces),
+        }
     }
 }
