@@ -575,8 +575,6 @@ struct Line<'a> {
     shift: f64,
     /// Radii of the segments in m.
     radii: &'a [f64],
-    /// `1/h²`, where `h` is the length of a segment, in m⁻².
-    per_square: f64,
 }
 
 impl<'a> Line<'a> {
@@ -587,7 +585,6 @@ impl<'a> Line<'a> {
             nodes: &nodes[filament * (segments + 1)..][..=segments],
             shift,
             radii: &layout.radii[filament * segments..][..segments],
-            per_square: layout.lengths[filament].powi(-2),
         }
     }
 
@@ -631,9 +628,10 @@ impl Line<'_> {
     fn squares(&self, x: [Lane; 3], segment: usize) -> Lane {
         let splat = |[x, y, z]: [f64; 3]| [Lane::from_f64(x), Lane::from_f64(y), Lane::from_f64(z)];
         let (inner, outer) = (self.node(segment), self.node(segment + 1));
-        let (along, from) = (splat(sub(outer, inner)), sub(x, splat(inner)));
-        let at = dot(along, from) * Lane::from_f64(self.per_square);
-        let fraction = min(at.max(Lane::from_f64(0.0)), Lane::from_f64(1.0));
+        let along = sub(outer, inner);
+        let share = Lane::from_f64(1.0 / dot(along, along));
+        let (along, from) = (splat(along), sub(x, splat(inner)));
+        let fraction = min((dot(along, from) * share).max(Lane::from_f64(0.0)), Lane::from_f64(1.0));
         let offset = sub(from, scale(fraction, along));
         dot(offset, offset)
     }
