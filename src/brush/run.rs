@@ -497,8 +497,7 @@ impl BrushRun {
     /// Follows more columns to the end of their contact, as far as there are more that may count.
     fn follow_more(&mut self) {
         const MORE: usize = 8;
-        let most = stretch::columns_that_may_count(&self.settings, &self.pass, &self.arrangement);
-        self.followed = (self.followed + MORE).min(most);
+        self.followed = (self.followed + MORE).min(self.may_count());
         self.begin_at(self.begin);
     }
 
@@ -507,11 +506,18 @@ impl BrushRun {
         if !self.ends_when_settled {
             return;
         }
-        let most = stretch::columns_that_may_count(&self.settings, &self.pass, &self.arrangement);
-        let passed = self.passed().min(most);
+        let passed = self.passed().min(self.may_count());
         let filaments = self.filaments(passed);
         if stretch::has_settled(&filaments, &self.settings, &self.pass, &self.arrangement) {
             (self.followed, self.has_settled) = (passed, true);
+        }
+    }
+
+    /// The number of columns, from the first one, that may count.
+    fn may_count(&self) -> usize {
+        match self.has_settled {
+            true => self.followed,
+            false => stretch::columns_that_may_count(&self.settings, &self.pass, &self.arrangement),
         }
     }
 
@@ -573,7 +579,8 @@ impl BrushRun {
         if self.brush.columns.is_some() || self.has_settled {
             return Ok(false);
         }
-        match stretch::find(&self.filaments(self.arrangement.columns), &self.settings, &self.pass, &self.arrangement) {
+        let filaments = self.filaments(self.arrangement.columns);
+        match stretch::find(&filaments, self.may_count(), &self.settings, &self.pass, &self.arrangement) {
             Err(BrushError::TooFewColumns { columns, needed, around, .. }) if columns < around => {
                 let columns = Some(needed.min(around));
                 let again = Self::of_columns(&self.settings, self.options, columns, Some(self.precision))?;
@@ -745,10 +752,7 @@ impl BrushRun {
         for (group, sector) in &self.sectors {
             statistics += *sector.statistics();
             for shift in &group.shifts {
-                let count = self.arrangement.roots.len();
-                let is_part = |filaments: &[usize; 2]| filaments.iter().all(|index| group.members[*index] < count);
-                let accounts = sector.pairs().iter().filter(|(filaments, _)| is_part(filaments));
-                pairs.extend(accounts.map(|(filaments, account)| {
+                pairs.extend(sector.pairs().iter().map(|(filaments, account)| {
                     let [filament, other] = filaments.map(|index| {
                         let [column, row] = self.arrangement.roots[group.members[index]].place();
                         [column, row + shift]
@@ -781,7 +785,7 @@ impl BrushRun {
                 filaments[column * self.arrangement.rows + row].press_impulse_n_s += pair.impulse_n_s;
             }
         }
-        let stretch = stretch::find(&filaments, &self.settings, &self.pass, &self.arrangement)?;
+        let stretch = stretch::find(&filaments, self.may_count(), &self.settings, &self.pass, &self.arrangement)?;
         for filament in &mut filaments {
             filament.is_counted = (stretch.first..=stretch.last).contains(&filament.column);
         }
@@ -810,11 +814,19 @@ impl BrushRun {
         })
     }
 
-    /// Leaves out the columns that were laid out in case that the stretch needs them.
+    /// Leaves out the columns that were laid out in case that the stretch needs them, and that nothing has reached.
     fn leave_out_resting(&mut self) {
-        let columns = stretch::with_those_behind(self.followed, &self.settings, &self.pass, &self.arrangement);
+        let touching = self
+            .filaments(self.arrangement.columns)
+            .into_iter()
+            .filter(|filament| filament.metrics.contact_time_s > 0.0);
+        let pressed = self.sectors.iter().flat_map(|(group, sector)| {
+            let filaments = sector.pairs().keys().flatten();
+            filaments.map(|index| self.arrangement.roots[group.members[*index]].column)
+        });
+        let reached = touching.map(|filament| filament.column).chain(pressed).max();
         let arrangement = &mut self.arrangement;
-        arrangement.columns = arrangement.columns.min(columns);
+        arrangement.columns = reached.map_or(0, |last| last + 1).max(self.followed);
         let count = arrangement.columns * arrangement.rows;
         arrangement.roots.truncate(count);
         self.places.truncate(count);

@@ -78,17 +78,13 @@ pub fn has_settled(filaments: &[FilamentResult], settings: &Settings, pass: &Pas
     Columns::new(filaments, arrangement.rows).settled(&expectation).is_some()
 }
 
-/// The number of columns of a sector that ends before the column `end`, with those that are behind it.
-pub fn with_those_behind(end: usize, settings: &Settings, pass: &Pass, arrangement: &Arrangement) -> usize {
-    end + Expectation::new(settings, pass, arrangement.around).exit
-}
-
-/// The longest steady stretch, or all columns if none is requested.
+/// The longest steady stretch before the column `end`, or all columns if none is requested.
 ///
 /// # Errors
 /// If there is none.
 pub fn find(
     filaments: &[FilamentResult],
+    end: usize,
     settings: &Settings,
     pass: &Pass,
     arrangement: &Arrangement,
@@ -99,7 +95,6 @@ pub fn find(
         let all = Columns::new(filaments, rows);
         return Ok(if columns > 1 { all.from(0, columns) } else { Stretch::default() });
     }
-    let end = columns_that_may_count(settings, pass, arrangement);
     let expectation = Expectation::new(settings, pass, arrangement.around);
     let Expectation { entry, exit, length } = expectation;
     let counted = Columns::new(&filaments[..end * rows], rows);

@@ -396,6 +396,15 @@ fn a_row_ends_once_its_stretch_has_settled() {
     assert!(change_with_more_columns.abs() <= 5e-4);
     assert_eq!(result.filaments.len(), result.columns);
     assert!(result.frames.iter().all(|frame| frame.nodes_m.len() == result.columns));
+    // Whatever has touched is there, also behind the stretch.
+    for frame in &result.frames {
+        let sample =
+            result.history.iter().find(|sample| sample.time_s == frame.time_s).expect("a sample of each frame");
+        let sum = |forces: &[f32]| forces.iter().map(|force| f64::from(*force)).sum::<f64>();
+        let (contact, press) = (sum(&frame.contact_normal_force_n), 0.5 * sum(&frame.press_force_n));
+        assert!((contact - sample.contact_normal_force_n).abs() <= 1e-6 * sample.contact_normal_force_n, "{sample:?}");
+        assert!((press - sample.press_force_n).abs() <= 1e-6 * sample.press_force_n, "{sample:?}");
+    }
     assert!(result.pairs.iter().all(|pair| pair.filament[0].max(pair.other[0]) < result.columns));
     // The tolerance is that of the mean impulse.
     let longer = simulate_brush(&with(&settings, |brush| brush.columns = Some(200)), 1).expect("a row");
