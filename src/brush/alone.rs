@@ -2,12 +2,14 @@
 
 use super::arrangement::{Arrangement, Root};
 use super::error::BrushError;
-use super::run::{Plan, STRIDE};
+use super::run::{Plan, STRIDE, begin};
+use super::sector::Account;
 use super::team::Team;
+use crate::equations::LANES;
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{Settings, Turns};
 use crate::simulation::{
-    IntegrationError, Job, Kind, Pass, Simulation, SimulationError, Stop, Unreachable, simulate_side_by_side,
+    IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError, Stop, Unreachable, simulate_side_by_side,
 };
 
 impl From<Unreachable> for BrushError {
@@ -64,31 +66,73 @@ pub fn metrics(settings: &Settings, own: &[(Settings, f64)], stop: &Stop, team: 
     Metrics::combined(&all).ok_or(BrushError::NoFilament)
 }
 
-/// The largest relative difference of an impulse of a turn, if `plan` simulates the filament of `pass` by itself, from that of
-/// `expected`. Infinite if that is not possible.
-pub fn step_error(plan: &Plan<'_>, length: f64, expected: &Simulation) -> f64 {
-    let impulses = &expected.turn_contact_normal_impulses_n_s;
-    let scale = impulses.iter().fold(0.0, |largest: f64, impulse| largest.max(*impulse));
-    let Some(found) = turn_impulses(plan, length, impulses.len()) else { return f64::INFINITY };
-    let difference = |(found, expected): (&f64, &f64)| {
-        let scale = if *expected > 0.0 { *expected } else { scale };
-        // Where only one of both touches, all of it is wrong.
-        let whole = if scale > 0.0 { scale } else { *found };
-        if found == expected { 0.0 } else { (found - expected).abs() / whole }
-    };
-    found.iter().zip(impulses).map(difference).fold(0.0, f64::max)
+/// A filament that touches no other, by which the steps of a brush are tried.
+pub struct Trial {
+    settings: Settings,
+    pass: Pass,
+    /// Its error-controlled pass.
+    expected: Simulation,
+    /// How many filaments it stands for.
+    count: usize,
 }
 
-/// The contact normal impulses in N s of the turns of one filament by itself, in steps of `length` (s). `None` if a step is not possible.
-fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<f64>> {
-    let mut sector = plan.sector(&[0], None);
-    let pass = plan.pass;
+impl Trial {
+    /// A filament with these settings that stands for `count` filaments.
+    ///
+    /// # Errors
+    /// If its pass cannot be simulated.
+    pub fn new(settings: Settings, count: usize) -> Result<Self, BrushError> {
+        let pass = Pass::deepest(&settings);
+        let expected = pass.simulate(Sampling::default())?;
+        Ok(Self { settings, pass, expected, count })
+    }
+
+    /// Its pass.
+    pub fn pass(&self) -> &Pass {
+        &self.pass
+    }
+
+    /// The largest relative error of an impulse of a turn in steps of `length` (s) that end with corrections of `tolerance` (m/s), and
+    /// that may lack the share `lacking` of the energy. Infinite if that is not possible.
+    pub fn error(&self, length: f64, tolerance: f64, lacking: f64) -> f64 {
+        let Self { settings, pass, expected, count } = self;
+        let arrangement = arrangement(pass, *count, length);
+        let own = vec![settings.clone(); arrangement.roots.len()];
+        let plan = Plan {
+            settings,
+            pass,
+            arrangement: &arrangement,
+            own: &own,
+            form: pass.form(),
+            points: 0,
+            begin: begin(pass, &arrangement, &own, &|_| None),
+            tolerance,
+            lacking,
+        };
+        let impulses = &expected.turn_contact_normal_impulses_n_s;
+        let scale = impulses.iter().fold(0.0, |largest: f64, impulse| largest.max(*impulse));
+        let Some(found) = turn_impulses(&plan, length, impulses.len()) else { return f64::INFINITY };
+        let difference = |(found, expected): (&f64, &f64)| {
+            let scale = if *expected > 0.0 { *expected } else { scale };
+            // Where only one of both touches, all of it is wrong.
+            let whole = if scale > 0.0 { scale } else { *found };
+            if found == expected { 0.0 } else { (found - expected).abs() / whole }
+        };
+        found.iter().flat_map(|found| found.iter().zip(impulses).map(difference)).fold(0.0, f64::max)
+    }
+}
+
+/// The contact normal impulses in N s of the turns of each filament, in steps of `length` (s). `None` if a step is not possible.
+fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<Vec<f64>>> {
+    let (pass, arrangement) = (plan.pass, plan.arrangement);
+    let mut sector = plan.sector(&Vec::from_iter(0..arrangement.roots.len()), None);
     let is_single = turns == 1 && pass.turns() == Turns::Count(1);
-    let end = if is_single { pass.end_time() } else { turns as f64 * pass.turn_time() };
+    let delay = arrangement.latest() / pass.tool().rate;
+    let end = delay + if is_single { pass.end_time() } else { turns as f64 * pass.turn_time() };
     let steps = ((end - plan.begin) / length).ceil() as usize;
     let most = steps + (pass.turn_time() / length).ceil() as usize;
     for step in 1..=most {
-        if step > steps && !(is_single && sector.accounts()[0].is_touching()) {
+        if step > steps && !(is_single && sector.accounts().iter().any(Account::is_touching)) {
             break;
         }
         sector.advance(plan.begin + step as f64 * length, length).ok()?;
@@ -97,12 +141,18 @@ fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<f64>>
             sector.forget();
         }
     }
-    let account = &sector.accounts()[0];
-    Some(if turns == 1 { vec![account.last().impulse] } else { account.impulses.clone() })
+    let of = |account: &Account| if turns == 1 { vec![account.last().impulse] } else { account.impulses.clone() };
+    Some(sector.accounts().iter().map(of).collect())
 }
 
-/// The arrangement of one filament, at the height `z` (m).
-pub fn arrangement(z: f64) -> Arrangement {
-    let root = Root { column: 0, row: 0, angle: 0.0, z };
-    Arrangement { columns: 1, rows: 1, around: 1.0, roots: vec![root], period: None }
+/// An arrangement of the filament of `pass` that stands for `count` filaments: by itself if it is one, and otherwise with others that
+/// meet the workpiece one after the other while it is in contact, each at another time in a step of `length` (s). A step may lack energy
+/// as the whole brush counts it: where others are in contact, it need not be as short when a filament meets the workpiece.
+fn arrangement(pass: &Pass, count: usize, length: f64) -> Arrangement {
+    let columns = count.min(LANES);
+    let (tool, parts) = (pass.tool(), columns as f64);
+    let steps = (pass.nominal().contact_angle / tool.rate / parts / length).ceil() + 1.0 / parts;
+    let root =
+        |column: usize| Root { column, row: 0, angle: column as f64 * steps * length * tool.rate, z: tool.tool.height };
+    Arrangement { columns, rows: 1, around: 1.0, roots: (0..columns).map(root).collect(), period: None }
 }

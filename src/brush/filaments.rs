@@ -79,6 +79,14 @@ pub fn rest(own: &Settings) -> bool {
         && own.process.gravity_m_s2 == [0.0; 3]
 }
 
+/// The same filament, straight and in its plane, without gravity.
+pub fn at_rest(own: &Settings) -> Settings {
+    let mut own = own.clone();
+    (own.filament.waviness_amplitude_m, own.filament.lateral_tilt_rad) = (0.0, 0.0);
+    own.process.gravity_m_s2 = [0.0; 3];
+    own
+}
+
 /// Radii of the segments of a filament in m: those at their centres.
 pub fn radii(filament: &FilamentSettings) -> impl Iterator<Item = f64> {
     let count = filament.segments as f64;

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::RangeInclusive;
 
-use super::alone;
+use super::alone::{self, Trial};
 use super::arrangement::{self, Arrangement, Root};
 use super::bundle::{BEHIND, Bundle, Member};
 use super::candidates::Layout;
@@ -22,7 +22,7 @@ use crate::equations::linear::{add, scale};
 use crate::equations::{LANES, lanes_are_compiled};
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
-use crate::simulation::{Form, Pass, Sampling, Stop, is_steady};
+use crate::simulation::{Form, Pass, Stop, is_steady};
 use crate::tool::trim::differ;
 use crate::tool::{ClampMotion, Tool, Turning};
 
@@ -54,7 +54,7 @@ struct Precision {
     newton: f64,
     /// The share of the energy that goes in or out which its balance may lack.
     lacking: f64,
-    /// The largest difference of an impulse of one filament by itself from that of its pass, over it.
+    /// The largest difference of an impulse of a filament that touches no other from that of its pass, over it.
     error: f64,
 }
 
@@ -91,15 +91,16 @@ impl Precision {
         }
     }
 
-    /// The longest steps, by halves of the first ones, in which one filament by itself has the impulses of its error-controlled pass to
-    /// the relative `brush.tolerance`. If there are none, those with the smallest error.
+    /// The longest steps, by halves of the first ones, in which filaments that do not touch each other have the impulses of their
+    /// error-controlled pass to the relative `brush.tolerance`. If there are none, those with the smallest error. They stand for `count`
+    /// filaments.
     ///
-    /// Where filaments have tilts of their own, the one that is tried has a tilt of one standard deviation.
+    /// Where filaments have tilts of their own, one is tried that has a tilt of one standard deviation.
     ///
     /// # Errors
     /// If its pass cannot be simulated.
-    fn find(settings: &Settings, points: usize) -> Result<Self, BrushError> {
-        /// The share of the tolerance that a filament by itself may take: beside others, it takes other steps where these are halved.
+    fn find(settings: &Settings, count: usize) -> Result<Self, BrushError> {
+        /// The share of the tolerance that these may take: where filaments touch each other, they take other steps.
         const SHARE: f64 = 0.5;
         /// Halves that are tried.
         const MOST: usize = 7;
@@ -110,26 +111,19 @@ impl Precision {
         typical.filament.lateral_tilt_rad += brush.lateral_tilt_std_rad;
         let tolerance = &mut typical.solver.relative_tolerance;
         *tolerance = tolerance.min(CLOSER * brush.tolerance);
-        let pass = Pass::deepest(&typical);
-        let expected = pass.simulate(Sampling::default())?;
-        let arrangement = alone::arrangement(pass.tool().tool.height);
-        let begin = begin(&pass, &arrangement, std::slice::from_ref(&typical), &|_| None);
-        let velocity = settings.process.brushing_velocity_m_s;
-        let mut next = Self::first(settings, &pass);
-        let plan = |precision: &Self| Plan {
-            settings: &typical,
-            pass: &pass,
-            arrangement: &arrangement,
-            own: std::slice::from_ref(&typical),
-            form: pass.form(),
-            points,
-            begin,
-            tolerance: precision.newton * velocity,
-            lacking: precision.lacking,
+        let trials = if filaments::rest(&typical) {
+            vec![Trial::new(typical, count)?]
+        } else {
+            // They vibrate before they touch, and so differ from each other.
+            let several = if count > 1 { Trial::new(filaments::at_rest(&typical), count).ok() } else { None };
+            std::iter::once(Trial::new(typical, 1)?).chain(several).collect()
         };
+        let velocity = settings.process.brushing_velocity_m_s;
+        let mut next = Self::first(settings, trials[0].pass());
         let mut best = next;
         for _ in 0..=MOST {
-            next.error = alone::step_error(&plan(&next), next.step / velocity, &expected);
+            let error = |trial: &Trial| trial.error(next.step / velocity, next.newton * velocity, next.lacking);
+            next.error = trials.iter().map(error).fold(0.0, f64::max);
             if next.error < best.error {
                 best = next;
             }
@@ -138,7 +132,7 @@ impl Precision {
             }
             next = Self { step: 0.5 * next.step, newton: 0.5 * next.newton, ..next };
         }
-        if best.error.is_finite() { Ok(best) } else { Err(BrushError::NoConvergence { time: begin, filaments: 1 }) }
+        if best.error.is_finite() { Ok(best) } else { Err(BrushError::NoConvergence { time: 0.0, filaments: 1 }) }
     }
 
     /// All numbers.
@@ -305,7 +299,7 @@ impl BrushRun {
         let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let precision = match precision {
             Some(precision) => precision,
-            None => Precision::find(settings, points)?.halved(options.halvings),
+            None => Precision::find(settings, arrangement.roots.len())?.halved(options.halvings),
         };
         let form = if is_planar { Form::Planar } else { Form::Spatial };
         let begin = begin(&pass, &arrangement, &own, &|_| None);
