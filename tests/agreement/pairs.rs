@@ -374,7 +374,8 @@ fn brush_of_one(settings: &Settings, random: &mut Rng) -> Pair {
 fn brush_far_apart(settings: &Settings, _: &mut Rng) -> Pair {
     let brush = BrushSettings { columns: Some(2), ..BrushSettings::default() };
     let tolerance = brush.tolerance;
-    Pair::new([with_brush(settings, brush, 8.0), Run::Alone(at(settings, 1e-7))], tolerance)
+    // A third of a turn apart: filaments thrown back reach their neighbours an eighth of a turn behind.
+    Pair::new([with_brush(settings, brush, 3.0), Run::Alone(at(settings, 1e-7))], tolerance)
 }
 
 fn brush_tolerances(settings: &Settings, _: &mut Rng) -> Pair {
