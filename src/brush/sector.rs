@@ -266,6 +266,10 @@ impl Sector {
     fn attempt(&mut self, h: f64, allowed: f64) -> Result<(Effort, bool), Option<[usize; 2]>> {
         /// Of what the balance may still lack: a step of twice the length lacks about eight times as much.
         const CALM: f64 = 0.1;
+        /// While so few filaments have touched, a step may lack this share of what one of them may: their mean does not hide an impact that
+        /// is badly resolved.
+        const FEW: usize = 3;
+        const OF_ONE: f64 = 0.3;
         let Self { bundle, motion, stepper, accounts, pairs, now, stages: [middle, end], balance, .. } = self;
         let mut effort = stepper.middle_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
         middle.take(bundle, &stepper.middle);
@@ -283,11 +287,12 @@ impl Sector {
         let mut next = *balance;
         next.add(&middle.budget, &end.budget, h);
         let lack = next.energy_lack() - balance.energy_lack();
-        let [left, own] = [
-            allowed * next.energy_defect()[1] - next.energy_lack().abs(),
-            allowed * (next.turnover - balance.turnover),
-        ];
+        let whole = allowed * next.energy_defect()[1];
+        let touched = accounts.iter().filter(|account| account.has_touched()).take(FEW + 1).count();
+        let most = if touched > FEW { whole } else { OF_ONE * whole / touched.max(1) as f64 };
+        let left = (whole - next.energy_lack().abs()).min(most - lack.abs());
         // What earlier steps lack too much is not for this one to make good.
+        let own = allowed * (next.turnover - balance.turnover);
         if !(left >= 0.0 || lack.abs() <= own) {
             return Err(None);
         }
@@ -411,6 +416,11 @@ impl Account {
     /// Whether the filament touches the workpiece in its first turn.
     pub fn is_touching(&self) -> bool {
         self.load.pressing > 0.0 && self.record.turn == 1
+    }
+
+    /// Whether it has touched the workpiece, in any turn.
+    fn has_touched(&self) -> bool {
+        self.last().impulse > 0.0 || self.record.impulse > 0.0
     }
 
     /// The last turn that has ended, or the first one.
