@@ -420,7 +420,7 @@ impl Account {
 
     /// Whether it has touched the workpiece, in any turn.
     fn has_touched(&self) -> bool {
-        self.last().impulse > 0.0 || self.record.impulse > 0.0
+        self.impulses.iter().chain([&self.record.impulse]).any(|impulse| *impulse > 0.0)
     }
 
     /// The last turn that has ended, or the first one.
