@@ -292,7 +292,7 @@ impl Sector {
         let most = if touched > FEW { whole } else { OF_ONE * whole / touched.max(1) as f64 };
         let left = (whole - next.energy_lack().abs()).min(most - lack.abs());
         // What earlier steps lack too much is not for this one to make good.
-        let own = allowed * (next.turnover - balance.turnover);
+        let own = allowed * (next.turnover - balance.turnover) + next.rounding();
         if !(left >= 0.0 || lack.abs() <= own) {
             return Err(None);
         }
@@ -669,6 +669,13 @@ impl Balance {
     fn energy_lack(&self) -> f64 {
         let [gain, work, dissipated] = self.energies();
         work - dissipated - gain
+    }
+
+    /// What a step may lack because energies are rounded, in J: while nothing touches, that can be more than is turned over.
+    fn rounding(&self) -> f64 {
+        /// Of the last digit.
+        const DIGITS: f64 = 64.0;
+        DIGITS * f64::EPSILON * self.begin[0].abs().max(self.now[0].abs())
     }
 
     /// What the balance of the energies lacks, and what it is compared with, in J.
