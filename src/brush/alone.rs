@@ -72,19 +72,19 @@ pub struct Trial {
     pass: Pass,
     /// Its error-controlled pass.
     expected: Simulation,
-    /// How many filaments it stands for.
-    count: usize,
+    /// Whether it stands for others, too.
+    has_others: bool,
 }
 
 impl Trial {
-    /// A filament with these settings that stands for `count` filaments.
+    /// A filament with these settings, which stands for all of several filaments if it `has_others`.
     ///
     /// # Errors
     /// If its pass cannot be simulated.
-    pub fn new(settings: Settings, count: usize) -> Result<Self, BrushError> {
+    pub fn new(settings: Settings, has_others: bool) -> Result<Self, BrushError> {
         let pass = Pass::deepest(&settings);
         let expected = pass.simulate(Sampling::default())?;
-        Ok(Self { settings, pass, expected, count })
+        Ok(Self { settings, pass, expected, has_others })
     }
 
     /// Its pass.
@@ -95,8 +95,8 @@ impl Trial {
     /// The largest relative error of an impulse of a turn in steps of `length` (s) that end with corrections of `tolerance` (m/s), and
     /// that may lack the share `lacking` of the energy. Infinite if that is not possible.
     pub fn error(&self, length: f64, tolerance: f64, lacking: f64) -> f64 {
-        let Self { settings, pass, expected, count } = self;
-        let arrangement = arrangement(pass, *count, length);
+        let Self { settings, pass, expected, has_others } = self;
+        let arrangement = arrangement(pass, *has_others, length);
         let own = vec![settings.clone(); arrangement.roots.len()];
         let plan = Plan {
             settings,
@@ -145,11 +145,11 @@ fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<Vec<f
     Some(sector.accounts().iter().map(of).collect())
 }
 
-/// An arrangement of the filament of `pass` that stands for `count` filaments: by itself if it is one, and otherwise with others that
-/// meet the workpiece one after the other while it is in contact, each at another time in a step of `length` (s). A step may lack energy
-/// as the whole brush counts it: where others are in contact, it need not be as short when a filament meets the workpiece.
-fn arrangement(pass: &Pass, count: usize, length: f64) -> Arrangement {
-    let columns = count.min(LANES);
+/// An arrangement of the filament of `pass`: by itself, or where it `has_others`, with some that meet the workpiece one after the other
+/// while it is in contact, each at another time in a step of `length` (s). A step may lack energy as the whole brush counts it: where
+/// others are in contact, it need not be as short when a filament meets the workpiece.
+fn arrangement(pass: &Pass, has_others: bool, length: f64) -> Arrangement {
+    let columns = if has_others { LANES } else { 1 };
     let (tool, parts) = (pass.tool(), columns as f64);
     let steps = (pass.nominal().contact_angle / tool.rate / parts / length).ceil() + 1.0 / parts;
     let root =

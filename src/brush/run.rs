@@ -92,14 +92,13 @@ impl Precision {
     }
 
     /// The longest steps, by halves of the first ones, in which filaments that do not touch each other have the impulses of their
-    /// error-controlled pass to the relative `brush.tolerance`. If there are none, those with the smallest error. They stand for `count`
-    /// filaments.
+    /// error-controlled pass to the relative `brush.tolerance`. If there are none, those with the smallest error.
     ///
     /// Where filaments have tilts of their own, one is tried that has a tilt of one standard deviation.
     ///
     /// # Errors
     /// If its pass cannot be simulated.
-    fn find(settings: &Settings, count: usize) -> Result<Self, BrushError> {
+    fn find(settings: &Settings, has_others: bool) -> Result<Self, BrushError> {
         /// The share of the tolerance that these may take: where filaments touch each other, they take other steps.
         const SHARE: f64 = 0.5;
         /// Halves that are tried.
@@ -111,12 +110,11 @@ impl Precision {
         typical.filament.lateral_tilt_rad += brush.lateral_tilt_std_rad;
         let tolerance = &mut typical.solver.relative_tolerance;
         *tolerance = tolerance.min(CLOSER * brush.tolerance);
-        let trials = if filaments::rest(&typical) {
-            vec![Trial::new(typical, count)?]
+        let trials = if filaments::meet_alike(&typical) {
+            vec![Trial::new(typical, has_others)?]
         } else {
-            // They vibrate before they touch, and so differ from each other.
-            let several = if count > 1 { Trial::new(filaments::at_rest(&typical), count).ok() } else { None };
-            std::iter::once(Trial::new(typical, 1)?).chain(several).collect()
+            let others = if has_others { Trial::new(filaments::alike(&typical), true).ok() } else { None };
+            std::iter::once(Trial::new(typical, false)?).chain(others).collect()
         };
         let velocity = settings.process.brushing_velocity_m_s;
         let mut next = Self::first(settings, trials[0].pass());
@@ -299,7 +297,7 @@ impl BrushRun {
         let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let precision = match precision {
             Some(precision) => precision,
-            None => Precision::find(settings, arrangement.roots.len())?.halved(options.halvings),
+            None => Precision::find(settings, arrangement.roots.len() > 1)?.halved(options.halvings),
         };
         let form = if is_planar { Form::Planar } else { Form::Spatial };
         let begin = begin(&pass, &arrangement, &own, &|_| None);

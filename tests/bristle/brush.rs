@@ -144,6 +144,22 @@ fn the_work_of_a_row_has_not_changed() {
 }
 
 #[test]
+fn a_feed_across_an_edge_takes_no_shorter_steps() {
+    let found = [0.0, -0.05].map(|feed| {
+        let mut settings = row(5, 682.0, 9);
+        settings.process.brushing_velocity_m_s = 3.0;
+        settings.workpiece.kind = WorkpieceKind::Edge;
+        settings.workpiece.edge_radius_m = 0.7e-3;
+        settings.workpiece.feed_velocity_m_s = feed;
+        simulate_brush(&settings, 1).expect("a row")
+    });
+    // A filament that comes later meets the edge elsewhere, which is no error of the steps.
+    found.iter().for_each(|result| assert!(result.step_error <= 1e-3, "{}", result.step_error));
+    let [still, fed] = found.map(|result| result.statistics.steps as f64);
+    assert!((fed / still - 1.0).abs() < 0.2, "{fed} steps with a feed, {still} without");
+}
+
+#[test]
 fn results_depend_neither_on_threads_nor_on_where_a_run_was_stopped() {
     let settings = with(&row(4, 682.0 * 3.0, 9), |brush| {
         brush.rows = Some(3);
