@@ -72,12 +72,12 @@ pub struct Trial {
     pass: Pass,
     /// Its error-controlled pass.
     expected: Simulation,
-    /// Whether it stands for others, too.
+    /// Whether others like it are tried with it.
     has_others: bool,
 }
 
 impl Trial {
-    /// A filament with these settings, which stands for all of several filaments if it `has_others`.
+    /// A filament with these settings, by itself, or if it `has_others`, with others like it.
     ///
     /// # Errors
     /// If its pass cannot be simulated.

@@ -79,7 +79,7 @@ pub fn rest(own: &Settings) -> bool {
         && own.process.gravity_m_s2 == [0.0; 3]
 }
 
-/// Whether filaments that follow each other meet the workpiece alike: they do not vibrate before that, and it is where it was.
+/// Whether filaments that follow each other meet the workpiece alike: they do not vibrate before, and its outline stays where it is.
 pub fn meet_alike(own: &Settings) -> bool {
     let Settings { workpiece, .. } = own;
     rest(own) && (workpiece.kind == WorkpieceKind::Plane || workpiece.feed_velocity_m_s == 0.0)
