@@ -17,9 +17,13 @@ pub fn frozen<'py, T: Element, D: Dimension>(array: Bound<'py, PyArray<T, D>>) -
 }
 
 /// The columns of `records` by their keys, added to `table`: whole numbers as integers, all others as floats.
-pub fn add_columns<R: Record>(table: &Bound<'_, PyDict>, records: &[R]) -> PyResult<()> {
+pub fn add_columns<R: Record>(
+    table: &Bound<'_, PyDict>,
+    columns: impl Iterator<Item = &'static Column<R>>,
+    records: &[R],
+) -> PyResult<()> {
     let py = table.py();
-    for column in R::COLUMNS {
+    for column in columns {
         let values = records.iter().map(|record| column.get(record));
         let array = if column.whole {
             frozen(PyArray1::from_vec(py, values.map(|value| value as i64).collect()))
@@ -34,7 +38,7 @@ pub fn add_columns<R: Record>(table: &Bound<'_, PyDict>, records: &[R]) -> PyRes
 /// The columns of `records` by their keys.
 pub fn columns<'py, R: Record>(py: Python<'py>, records: &[R]) -> PyResult<Bound<'py, PyDict>> {
     let table = PyDict::new(py);
-    add_columns(&table, records)?;
+    add_columns(&table, R::COLUMNS.iter(), records)?;
     Ok(table)
 }
 

@@ -4,10 +4,10 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bristle::brush::{BrushResult, BrushRun, FilamentResult, RunOptions};
-use bristle::model::record::Record;
+use bristle::model::record::{Column, Record};
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
-use bristle_grid::brush::{Interaction, NOT_OF_BRUSHES, calibration_band};
+use bristle_grid::brush::{Interaction, calibration_band, filament_columns};
 use bristle_grid::{press_brush, thread_count};
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
@@ -91,13 +91,9 @@ impl SimulatedBrush {
     fn filaments<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
         let filaments = &self.result.filaments;
         let (table, all_units) = (PyDict::new(py), PyDict::new(py));
-        add_part(&table, &all_units, filaments, |filament| Position::from(filament))?;
-        add_part(&table, &all_units, filaments, |filament| filament.metrics.clone())?;
-        for key in NOT_OF_BRUSHES {
-            table.del_item(key)?;
-            all_units.del_item(key)?;
-        }
-        add_part(&table, &all_units, filaments, |filament| Rest::from(filament))?;
+        add_part(&table, &all_units, Position::COLUMNS.iter(), filaments, |filament| Position::from(filament))?;
+        add_part(&table, &all_units, filament_columns(), filaments, |filament| filament.metrics.clone())?;
+        add_part(&table, &all_units, Rest::COLUMNS.iter(), filaments, |filament| Rest::from(filament))?;
         Ok((table, all_units))
     }
 
@@ -161,9 +157,10 @@ impl SimulatedBrush {
 fn add_part<R: Record>(
     table: &Bound<'_, PyDict>,
     all_units: &Bound<'_, PyDict>,
+    columns: impl Iterator<Item = &'static Column<R>> + Clone,
     filaments: &[FilamentResult],
     part: impl Fn(&FilamentResult) -> R,
 ) -> PyResult<()> {
-    add_columns(table, &filaments.iter().map(part).collect::<Vec<R>>())?;
-    all_units.update(units::<R>(table.py())?.as_mapping())
+    columns.clone().try_for_each(|column| all_units.set_item(column.key, column.unit))?;
+    add_columns(table, columns, &filaments.iter().map(part).collect::<Vec<R>>())
 }

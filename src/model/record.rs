@@ -78,6 +78,14 @@ pub struct Display {
     pub combine: Combine,
     /// True if tables and figures leave it out where it is zero in all cases, because nothing there can change it.
     pub optional: bool,
+    /// What results must have for it to be among them.
+    pub needs: Needs,
+    /// Range of the colours of maps, in the unit for figures; by default that of the values.
+    pub range: Option<[f64; 2]>,
+    /// The line that maps show.
+    pub level: Option<Level>,
+    /// The curves that go with a map.
+    pub curves: Curves,
 }
 
 impl Display {
@@ -91,6 +99,10 @@ impl Display {
         scope: Scope::Filament,
         combine: Combine::Mean,
         optional: false,
+        needs: Needs::Nothing,
+        range: None,
+        level: None,
+        curves: Curves::OverVelocity,
     };
 }
 
@@ -112,6 +124,51 @@ pub enum Scale {
     Linear,
     /// Equal ratios are at equal distances. The values of a study span decades; they are not negative.
     Logarithmic,
+    /// Logarithmic where the values of a study span decades.
+    Fitting,
+}
+
+/// What results must have for a number to be among them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    /// Every result has it.
+    Nothing,
+    /// A filament that is simulated alone.
+    OneFilament,
+    /// A tool that is pressed on with a given force, for which the depth is found.
+    GivenForce,
+    /// A workpiece with edges.
+    Edge,
+    /// A Preston coefficient.
+    Removal,
+    /// A Preston coefficient, and a plane over which the tool is fed.
+    RemovalFromPlane,
+    /// A Preston coefficient, and one of wear.
+    RemovalAndWear,
+}
+
+/// A level of a number, which maps show as a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Level {
+    /// Key of the number: of that which the map shows, or of another metric.
+    pub of: &'static str,
+    /// The level, in the unit for figures.
+    pub value: f64,
+    /// What the line means.
+    pub meaning: &'static str,
+    /// Name of the line among curves; empty if they do not show it.
+    pub in_curves: &'static str,
+}
+
+/// The curves that go with a map over velocity and depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Curves {
+    /// None: the map says it all.
+    None,
+    /// Over the velocity, one for each depth.
+    OverVelocity,
+    /// Over the depth too, one for each velocity.
+    OverBoth,
 }
 
 /// What a number belongs to.

@@ -4,8 +4,8 @@
 use std::num::NonZeroUsize;
 
 use bristle::brush::{BrushError, BrushResult, BrushStatistics, Stretch, check_brush};
-use bristle::model::metrics::{Metrics, RemovalLaw};
-use bristle::model::record::{Column, Display, Prominence, Record, Scope};
+use bristle::model::metrics::{BETWEEN_SWEEPING_AND_STRIKING, Metrics, RemovalLaw};
+use bristle::model::record::{Column, Display, Level, Needs, Prominence, Record, Scope};
 use bristle::model::settings::{Settings, UncertaintySettings, WorkpieceKind};
 use bristle::simulation::Statistics;
 use serde::{Deserialize, Serialize};
@@ -69,24 +69,6 @@ pub fn check_brushes(study: &Study, threads: Option<NonZeroUsize>, memory: Optio
     }
 }
 
-/// The metrics of a contact that a brush does not have. How a lone filament answers a tilt of its clamp says little about one that others
-/// push and hold; and a brush has a balance of its own.
-pub const NOT_OF_BRUSHES: &[&str] = &["lateral_amplification", "laterally_unstable", "energy_residual"];
-
-/// The metrics of tools that are pressed on with a given force. Where the depth is given, it is a setting.
-const OF_FORCE: &[&str] = &["penetration_depth_m", "force_stiffness_n_m"];
-
-/// The metrics of edges.
-const OF_EDGES: &[&str] = &[
-    "edge_contact_normal_impulse_n_s",
-    "edge_share",
-    "edge_evenness",
-    "max_edge_penetration_m",
-    "edge_sliding_work_j",
-    "edge_work_angle_rad",
-    "edge_work_angle_std_rad",
-];
-
 /// What results have, by which tables leave out the metrics that they do not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Having {
@@ -127,16 +109,32 @@ impl Having {
             });
         Self { brush: study.has_brush(), force: study.is_pressed_on(), ..having }
     }
+
+    /// Whether the results have what a metric needs.
+    fn has(&self, needs: Needs) -> bool {
+        let RemovalLaw { preston, wear, area_rate } = self.removal;
+        match needs {
+            Needs::Nothing => true,
+            // How a lone filament answers a tilt of its clamp says little about one that others push and hold; and a brush has a
+            // balance of its own.
+            Needs::OneFilament => !self.brush,
+            Needs::GivenForce => self.force,
+            Needs::Edge => self.edge,
+            Needs::Removal => preston.is_some(),
+            Needs::RemovalFromPlane => preston.is_some() && area_rate.is_some(),
+            Needs::RemovalAndWear => preston.is_some() && wear.is_some(),
+        }
+    }
 }
 
 /// The metrics of a contact that tables of such results have.
-pub fn metric_columns(having: Having) -> impl Iterator<Item = &'static Column<Metrics>> {
-    Metrics::COLUMNS.iter().filter(move |column| {
-        let of_brushes = !having.brush || !NOT_OF_BRUSHES.contains(&column.key);
-        let of_force = having.force || !OF_FORCE.contains(&column.key);
-        let of_edges = having.edge || !OF_EDGES.contains(&column.key);
-        of_brushes && of_force && of_edges && having.removal.tells(column.key)
-    })
+pub fn metric_columns(having: Having) -> impl Iterator<Item = &'static Column<Metrics>> + Clone {
+    Metrics::COLUMNS.iter().filter(move |column| having.has(column.display.needs))
+}
+
+/// The metrics that each filament of a brush has.
+pub fn filament_columns() -> impl Iterator<Item = &'static Column<Metrics>> + Clone {
+    metric_columns(Having { brush: true, edge: true, ..Having::default() })
 }
 
 /// Drawn in figures whose file names start with `file_name`, and shown in the tables of a terminal.
@@ -144,19 +142,30 @@ const fn headline(file_name: &'static str, unit: &'static str, scope: Scope) -> 
     Display { prominence: Prominence::Headline, file_name, unit, scope, ..Display::DETAIL }
 }
 
+/// The line between interaction that raises the force and that lowers it.
+const NO_EFFECT: Level = Level {
+    of: "interaction_factor",
+    value: 1.0,
+    meaning: "line: 1, above which interaction raises the force",
+    in_curves: "",
+};
+
 bristle::record! {
     /// A brush compared with one filament alone, and the stretch of columns from which its metrics were taken.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     pub struct Interaction {
         interaction_factor: f64 =
             ["", "", "interaction factor", "p_n in the brush over that of one filament alone, zero if that is zero"]
-            => headline("interaction_factor", "", Scope::Filament),
+            => Display { level: Some(NO_EFFECT), ..headline("interaction_factor", "", Scope::Filament) },
         contact_normal_impulse_alone_n_s: f64 =
             ["", "N s", "contact normal impulse of a filament alone", "p_n without interaction"],
         tool_contact_normal_force_alone_n: f64 = [
             "F_n,w alone", "N", "contact normal force of the tool without interaction",
             "p_n of one filament alone times N_f ω/(2π)"
-        ] => headline("tool_force_alone", "N", Scope::Tool),
+        ] => Display {
+            level: Some(BETWEEN_SWEEPING_AND_STRIKING),
+            ..headline("tool_force_alone", "N", Scope::Tool)
+        },
         columns: usize = ["", "", "columns", "filaments of a row, one behind the other around the tool"],
         rows: usize = ["", "", "rows", "rows of filaments along the axis"],
         first_counted_column: usize = ["", "", "first column that counts", "column 0 meets the workpiece first"],

@@ -216,12 +216,12 @@ impl Readable {
     /// A number in the unit of this quantity.
     fn scaled(&self, value: f64) -> String {
         match self.quantity.scale {
+            Scale::Logarithmic => spanning(value),
             // Not a negative zero.
-            Scale::Linear if value.abs() < 0.5 * 0.1_f64.powi(self.decimals as i32) => {
+            _ if value.abs() < 0.5 * 0.1_f64.powi(self.decimals as i32) => {
                 format!("{:.*}", self.decimals, 0.0)
             }
-            Scale::Linear => format!("{value:.*}", self.decimals),
-            Scale::Logarithmic => spanning(value),
+            _ => format!("{value:.*}", self.decimals),
         }
     }
 

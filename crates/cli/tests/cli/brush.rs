@@ -6,10 +6,10 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use bristle::model::metrics::{Metrics, RemovalLaw};
+use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Record};
 use bristle::model::settings::BrushSettings;
-use bristle_grid::brush::{Interaction, NOT_OF_BRUSHES};
+use bristle_grid::brush::{Having, Interaction, metric_columns};
 use bristle_store::results::keys;
 use serde_json::{Map, Value};
 
@@ -60,11 +60,13 @@ fn a_brush_is_written_and_drawn() {
     let metrics = workspace.json("out/metrics.json");
     let has = |key: &&str| metrics.get(key).is_some();
     // Without coefficients nothing is known of removal.
-    let of_contact = keys::<Metrics>().into_iter().filter(|key| RemovalLaw::default().tells(key));
-    let (lacking, common): (Vec<&str>, Vec<&str>) = of_contact.partition(|key| NOT_OF_BRUSHES.contains(key));
+    let having = Having { brush: true, force: true, edge: true, ..Having::default() };
+    let common: Vec<&str> = metric_columns(having).map(|column| column.key).collect();
     assert!(common.iter().all(has) && keys::<Interaction>().iter().all(has), "{metrics:?}");
     // What a brush does not have is nowhere.
-    let lacking: Vec<&str> = lacking.into_iter().filter(|key| !keys::<Interaction>().contains(key)).collect();
+    let of_contact = metric_columns(Having { brush: false, ..having }).map(|column| column.key);
+    let lacking: Vec<&str> =
+        of_contact.filter(|key| !common.contains(key) && !keys::<Interaction>().contains(key)).collect();
     for file in ["metrics.json", "filaments.csv", "brush.html"] {
         let text = workspace.read(&format!("out/{file}"));
         assert!(

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::process::Command as Process;
 
-use bristle::model::metrics::{Metrics, RemovalLaw};
 use bristle::simulation::Statistics;
+use bristle_grid::brush::{Having, metric_columns};
 use bristle_input::document::Document;
 use bristle_store::results::keys;
 use predicates::prelude::*;
@@ -42,8 +42,8 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
 fn results() -> Vec<&'static str> {
     // Without coefficients nothing is known of removal.
-    let is_known = |key: &&str| RemovalLaw::default().tells(key);
-    keys::<Metrics>().into_iter().filter(is_known).chain(keys::<Statistics>()).collect()
+    let metrics = metric_columns(Having { force: true, edge: true, ..Having::default() });
+    metrics.map(|column| column.key).chain(keys::<Statistics>()).collect()
 }
 
 /// Those of a study of a plane, whose depths are given.

@@ -1,6 +1,8 @@
 //! The answer of a study in two sentences.
 
-use super::{Cited, Limits, TIER, cells, force, highest};
+use bristle::model::metrics::SWEEPING_RATIO;
+
+use super::{Cited, Limits, cells, force, highest};
 use crate::quantity::Readable;
 use crate::slices::{Side, Slice, process_slices};
 use bristle_grid::{CaseResult, DEPTH, Study};
@@ -30,7 +32,7 @@ pub fn headline(study: &Study, results: &[CaseResult]) -> String {
     };
     let CaseInSlice { cell, .. } = top;
     let ratio = significant(cell.outcome.contact_time_ratio);
-    let motion = if cell.outcome.contact_time_ratio > TIER { "sweep" } else { "strike" };
+    let motion = if cell.outcome.contact_time_ratio > SWEEPING_RATIO { "sweep" } else { "strike" };
     if results.len() == 1 {
         let lateral = if cell.outcome.laterally_unstable {
             "unstable, so that an imperfection of the filament can change the force"
@@ -62,7 +64,7 @@ pub fn headline(study: &Study, results: &[CaseResult]) -> String {
         "The highest tool force of {solved} is F_n,w = {}, where the filaments {motion} (ε_tc = {ratio}){unstable}.",
         top.text(&forces)
     );
-    let limits = Limits { min_ratio: Some(TIER), ..Limits::default() };
+    let limits = Limits { min_ratio: Some(SWEEPING_RATIO), ..Limits::default() };
     let is_safe = |cell: &&Cited| limits.allow(&cell.place, &cell.outcome) && !cell.outcome.laterally_unstable;
     let safe: Vec<&Cited> = all.iter().copied().filter(is_safe).collect();
     let second = match highest_of(&safe).and_then(find) {

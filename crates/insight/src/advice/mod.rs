@@ -16,7 +16,7 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 
-use bristle::model::metrics::{Metrics, tool_force};
+use bristle::model::metrics::{Metrics, SWEEPING_RATIO, tool_force};
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use serde::Serialize;
@@ -41,8 +41,6 @@ pub use suggestion::Suggestion;
 use recommendation::{rank, recommend};
 use suggestion::suggestions;
 
-/// Contact time ratio `ε_tc` above which a filament sweeps and up to which it strikes.
-const TIER: f64 = 0.5;
 /// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43 to 0.53. Lower maxima lie at
 /// 0.75 and above and, in a finer grid, at 0.24, where filaments strike.
 const ALONG_TIER: Range<f64> = 0.3..0.6;
@@ -366,7 +364,7 @@ impl Outcome {
     }
 
     fn motion(&self) -> &'static str {
-        if self.contact_time_ratio > TIER { "sweeps" } else { "strikes" }
+        if self.contact_time_ratio > SWEEPING_RATIO { "sweeps" } else { "strikes" }
     }
 }
 
@@ -656,7 +654,7 @@ impl Adviser<'_> {
 
     /// The local maximum of the force over the velocity along the tier. If there are several, the one nearest to the tier.
     fn along_tier(&self, row: &[Option<Cited>]) -> Option<Sentence> {
-        let distance = |cell: &Cited| (cell.outcome.contact_time_ratio - TIER).abs();
+        let distance = |cell: &Cited| (cell.outcome.contact_time_ratio - SWEEPING_RATIO).abs();
         let peaks = row.windows(3).filter_map(|cells| match cells {
             [Some(before), Some(peak), Some(after)] => {
                 let falls = force(after) < (1.0 - LEAST_FALL) * force(peak);

@@ -6,6 +6,7 @@ use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
+use bristle::model::metrics::SWEEPING_RATIO;
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::{BrushSettings, Settings, Turns, UncertaintySettings};
 use bristle::simulation::{Sampling, Stop};
@@ -15,7 +16,7 @@ use bristle_text::layout::wrap;
 use bristle_text::number::{short, uncertain};
 use serde::Serialize;
 
-use super::{Limits, Most, OperatingPoint, Outcome, Section, TIER};
+use super::{Limits, Most, OperatingPoint, Outcome, Section};
 use crate::assumptions::Assumptions;
 use crate::warnings::is_packed;
 
@@ -144,7 +145,7 @@ pub(super) fn rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
 
 /// How far an outcome is from the line between sweeping and striking.
 fn distance(outcome: &Outcome) -> f64 {
-    (outcome.contact_time_ratio - TIER).abs()
+    (outcome.contact_time_ratio - SWEEPING_RATIO).abs()
 }
 
 /// The same, to 5 %.
@@ -164,7 +165,7 @@ fn coarse_rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
             }
         };
         // Strikes may remove more.
-        let strikes = outcome.contact_time_ratio <= TIER && limits.most() == Most::Force;
+        let strikes = outcome.contact_time_ratio <= SWEEPING_RATIO && limits.most() == Most::Force;
         let flaws = [outcome.laterally_unstable, strikes].map(|flaw| f64::from(u8::from(flaw)));
         [off, flaws[0], flaws[1], last]
     };
@@ -194,7 +195,7 @@ impl Recommendation {
         let is_narrow = self.outcome.ends().into_iter().all(|end| (end - force).abs() <= NARROW * force);
         let shown = format!("ε_tc = {ratio:.2}");
         let reasons = [
-            (ratio > TIER, format!("filaments sweep ({shown})"), format!("filaments strike ({shown})")),
+            (ratio > SWEEPING_RATIO, format!("filaments sweep ({shown})"), format!("filaments strike ({shown})")),
             (!self.outcome.laterally_unstable, "laterally stable".to_owned(), "laterally unstable".to_owned()),
             (is_narrow, "narrow band".to_owned(), "wide band".to_owned()),
             (!self.is_end, "inside the grid".to_owned(), "at an end of the grid".to_owned()),

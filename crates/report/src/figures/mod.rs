@@ -10,9 +10,9 @@ use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, GREY, INK, Pen, Point, VERMILION, fine, stroke, text};
 use crate::view::{height, is_all_round, is_upright, root, sampled_pass};
-use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
+use bristle::model::metrics::Metrics;
 use bristle::model::parameters::{MAX_TURNS, Parameter};
-use bristle::model::record::{self, Column, Prominence, Record, Scope};
+use bristle::model::record::{self, Column, Curves, Level, Prominence, Record, Scope};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Sample, Shape};
 use bristle::tool::places;
@@ -110,34 +110,6 @@ pub struct Pictures {
     pub note: String,
 }
 
-/// How figures show a metric, beyond what its column says.
-#[derive(Clone, Copy)]
-struct Style {
-    /// Range of the colours of a map; by default that of the values.
-    range: Option<[f64; 2]>,
-    level: Option<Level>,
-    /// Whether a map shows the [`TIER`], as a line of another metric.
-    has_tier: bool,
-    /// The sides of a map along which families of curves are drawn too.
-    families: &'static [Family],
-}
-
-/// A level whose line figures show.
-#[derive(Clone, Copy)]
-struct Level {
-    value: f64,
-    /// The meaning of the contour line of a map.
-    in_map: &'static str,
-    /// The name of the line among curves; none if they do not show it.
-    in_curves: Option<&'static str>,
-}
-
-/// The metric of the [`TIER`].
-const RATIO: &str = "contact_time_ratio";
-/// The line between sweeping and striking.
-const TIER: Level =
-    Level { value: 0.5, in_map: "line: ε_tc = ½, with sweeping above it and striking below", in_curves: None };
-
 /// A family of curves that goes with a map.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Family {
@@ -168,34 +140,12 @@ fn drawn<R: Drawn>() -> impl Iterator<Item = &'static Column<R>> {
     R::COLUMNS.iter().filter(|column| column.display.prominence <= Prominence::Figure)
 }
 
-/// How a metric is drawn; by default as a map, and as curves over the horizontal side.
-fn style<R>(metric: &Column<R>) -> Style {
-    let plain = Style { range: None, level: None, has_tier: false, families: &[Family::OverX] };
-    match metric.key {
-        RATIO => Style { range: Some([0.0, 1.0]), level: Some(TIER), has_tier: false, families: &[] },
-        "lateral_amplification" => Style {
-            level: Some(Level {
-                value: UNSTABLE_AMPLIFICATION,
-                in_map: "line: 100, above which a pass is laterally unstable",
-                in_curves: Some("laterally unstable above"),
-            }),
-            ..plain
-        },
-        "interaction_factor" => Style {
-            level: Some(Level {
-                value: 1.0,
-                in_map: "line: 1, above which interaction raises the force",
-                in_curves: None,
-            }),
-            ..plain
-        },
-        "edge_share" => Style { range: Some([0.0, 1.0]), ..plain },
-        "contact_normal_impulse_n_s" | "penetration_depth_m" => {
-            Style { families: &[Family::OverX, Family::OverY], ..plain }
-        }
-        "tool_contact_normal_force_n" => Style { has_tier: true, families: &[Family::OverX, Family::OverY], ..plain },
-        "tool_contact_normal_force_alone_n" => Style { has_tier: true, ..plain },
-        _ => plain,
+/// The families of curves that go with a map of a metric.
+fn families<R>(metric: &Column<R>) -> &'static [Family] {
+    match metric.display.curves {
+        Curves::None => &[],
+        Curves::OverVelocity => &[Family::OverX],
+        Curves::OverBoth => &[Family::OverX, Family::OverY],
     }
 }
 
@@ -220,7 +170,7 @@ fn with_unit<R>(metric: &Column<R>, text: &str) -> String {
 /// Below this, a number that can span decades is on a linear axis.
 const FEW: f64 = 10.0;
 
-/// The axis of a metric with these values. Depths that were found for forces can span decades.
+/// The axis of a metric with these values.
 fn axis_of<'a, R>(
     metric: &Column<R>,
     values: impl Iterator<Item = &'a Option<f64>>,
@@ -228,12 +178,12 @@ fn axis_of<'a, R>(
 ) -> Axis {
     let range =
         values.flatten().fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| [low.min(*value), high.max(*value)]);
-    let is_found_over_decades = metric.key == "penetration_depth_m" && span_decades(range);
-    match metric.display.scale {
-        record::Scale::Linear if !is_found_over_decades => linear(label(metric)),
-        record::Scale::Logarithmic if range[1] < FEW => linear(label(metric)),
-        _ => Axis::logarithmic(label(metric)),
-    }
+    let is_linear = match metric.display.scale {
+        record::Scale::Linear => true,
+        record::Scale::Logarithmic => range[1] < FEW,
+        record::Scale::Fitting => !span_decades(range),
+    };
+    if is_linear { linear(label(metric)) } else { Axis::logarithmic(label(metric)) }
 }
 
 /// Draws the figures of a study.
@@ -263,7 +213,7 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
             if is_map {
                 pictures.push(view.map(metric, "map"));
             }
-            let families = if is_map { style(metric).families } else { &[Family::OverX] };
+            let families = if is_map { families(metric) } else { &[Family::OverX] };
             for family in families {
                 pictures.push(view.curves(metric, *family));
             }
@@ -416,14 +366,13 @@ impl View<'_> {
             let is_below = |value: &f64| *value < level.value;
             values.iter().flatten().any(is_below) && !values.iter().flatten().all(is_below)
         };
-        let tier = style(metric).has_tier.then(|| {
-            let ratio = Metrics::COLUMNS.iter().find(|column| column.key == RATIO).expect("the ratio is a metric");
-            let ratios: Vec<Option<f64>> = shown().map(|(column, row)| self.value(ratio, column, row)).collect();
-            (TIER, Some(ratios))
-        });
-        let line = style(metric).level.map(|level| (level, None)).or(tier);
+        let of_another = |level: &Level| {
+            let other = Metrics::COLUMNS.iter().find(|column| column.key == level.of && level.of != metric.key)?;
+            Some(shown().map(|(column, row)| self.value(other, column, row)).collect::<Vec<Option<f64>>>())
+        };
+        let line = metric.display.level.map(|level| (level, of_another(&level)));
         let line = line.filter(|(level, other)| crosses(level, other.as_ref().unwrap_or(&values)));
-        let meaning = line.as_ref().map_or_else(String::new, |(level, _)| level.in_map.to_owned());
+        let meaning = line.as_ref().map_or_else(String::new, |(level, _)| level.meaning.to_owned());
         let failures = self.failures(values.iter().copied(), "hatched");
         let instabilities = if marked.contains(&true) { "corner: laterally unstable" } else { "" };
         let parts = [meaning, instabilities.to_owned(), self.uncertainty(metric), selection, failures];
@@ -436,7 +385,7 @@ impl View<'_> {
             colours: axis_of(metric, values.iter(), Axis::linear),
             values,
             marked,
-            range: style(metric).range,
+            range: metric.display.range,
             line: line.map(|(level, other)| Contour { level: level.value, other }),
         };
         Picture {
@@ -457,7 +406,7 @@ impl View<'_> {
             members.iter().map(|&member| (0..shown.len()).map(|along| value(along, member)).collect()).collect();
         // Tools are compared by their levels.
         let are_numbers = [over, of].iter().all(|side| side.setting.names().is_none());
-        let is_linear = metric.display.scale == record::Scale::Linear;
+        let is_linear = metric.display.scale != record::Scale::Logarithmic;
         let means = means_of_flat(&family).filter(|_| is_linear && are_numbers);
         let curve = |(position, values): (usize, &Vec<Option<f64>>)| {
             let name = of.setting.legend(of.values[members[position]]);
@@ -473,7 +422,8 @@ impl View<'_> {
             Curve::new(name, joined(over), points.collect())
         };
         let mut curves: Vec<Curve> = family.iter().enumerate().map(curve).collect();
-        if let Some(Level { value, in_curves: Some(name), .. }) = style(metric).level
+        if let Some(Level { value, in_curves: name, .. }) = metric.display.level
+            && !name.is_empty()
             && curves.iter().flat_map(|curve| &curve.points).any(|(_, shown)| *shown > value)
         {
             let ends = [shown[0], shown[shown.len() - 1]];

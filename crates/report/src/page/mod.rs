@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use bristle::equations;
-use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION, tool_force};
+use bristle::model::metrics::{Metrics, SWEEPING_RATIO, UNSTABLE_AMPLIFICATION, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 use bristle::model::settings::Settings;
@@ -190,6 +190,8 @@ struct QuantityData {
     headline: bool,
     /// Whether its scale is logarithmic.
     logarithmic: bool,
+    /// The range of its colours, if that is not the range of its values.
+    range: Option<[f64; 2]>,
     /// None if the case failed or the value is unknown.
     values: Vec<Option<f64>>,
 }
@@ -212,6 +214,7 @@ fn quantity<R: Record>(
         meaning,
         headline,
         logarithmic,
+        range: display.range.map(|range| range.map(|end| end / display.factor)),
         values: summaries.iter().map(number).collect(),
     }
 }
@@ -297,6 +300,7 @@ fn data(
         "brush": study.has_brush(),
         "measured": measured::measured_data(study, comparisons),
         "unstable_above": UNSTABLE_AMPLIFICATION,
+        "sweeping_above": SWEEPING_RATIO,
         "force_uncertainty": uncertainties,
         "statistics": statistics,
         "errors": errors,

@@ -98,7 +98,7 @@ function findRanges(quantities) {
     const largest = Math.max(Math.abs(quantity.low), Math.abs(quantity.high));
     quantity.scale = scaleFor(quantity.unit, known.length > 0 ? largest : 0);
     // A share is shown on its whole range.
-    if (quantity.key === RATIO) [quantity.low, quantity.high] = [0, 1];
+    if (quantity.range) [quantity.low, quantity.high] = quantity.range;
   }
 }
 
@@ -156,7 +156,7 @@ function createOverview(study, grid, open) {
   const quantities = study.quantities;
   /** What a map shows beside its colours: lines at a level of some quantity, laterally unstable cases, and numbers. */
   const layers = [
-    { id: "tier", name: "ε_tc = ½", of: RATIO, level: 0.5, text: "ε_tc = ½, between striking and sweeping" },
+    { id: "tier", name: "ε_tc = ½", of: RATIO, level: study.sweeping_above, text: "ε_tc = ½, between striking and sweeping" },
     {
       id: "stability",
       name: "lateral stability",

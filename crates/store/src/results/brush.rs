@@ -3,12 +3,11 @@
 use std::io::{self, Write};
 
 use bristle::brush::{BrushResult, BrushStatistics, FilamentResult, PairResult, ToolSample};
-use bristle::model::metrics::RemovalLaw;
 use bristle::model::settings::Settings;
 use serde::Serialize;
 
 use super::tables::{Cell, Known, cells, cells_of, keys, keys_of, read_records, write_records};
-use bristle_grid::brush::{Having, Interaction, metric_columns, turn_impulses};
+use bristle_grid::brush::{Having, Interaction, filament_columns, turn_impulses};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_input::table::{AGAIN, DataError, Source};
 
@@ -199,23 +198,14 @@ pub fn read_interaction(text: &str, name: &str) -> Result<Interaction, DataError
     serde_json::from_str(text).map_err(|error| Source { name, text }.json(&error))
 }
 
-/// What one filament of a brush has.
-const OF_FILAMENT: Having = Having {
-    brush: true,
-    force: false,
-    edge: true,
-    removal: RemovalLaw { preston: None, wear: None, area_rate: None },
-};
-
 /// Writes `filaments.csv`: a heading, then one row per filament.
 pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record([keys::<Position>(), keys_of(metric_columns(OF_FILAMENT)), keys::<Rest>()].concat())?;
+    writer.write_record([keys::<Position>(), keys_of(filament_columns()), keys::<Rest>()].concat())?;
     for filament in filaments {
         let (place, rest) = (Position::from(filament), Rest::from(filament));
         let row =
-            [cells(Some(&place)), cells_of(metric_columns(OF_FILAMENT), Some(&filament.metrics)), cells(Some(&rest))]
-                .concat();
+            [cells(Some(&place)), cells_of(filament_columns(), Some(&filament.metrics)), cells(Some(&rest))].concat();
         writer.write_record(row.into_iter().map(Cell::into_text))?;
     }
     writer.flush()
@@ -229,7 +219,7 @@ pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, Dat
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
     let places = table.columns(&keys::<Position>())?;
-    let metrics = table.columns(&keys_of(metric_columns(OF_FILAMENT)))?;
+    let metrics = table.columns(&keys_of(filament_columns()))?;
     let rests = table.columns(&keys::<Rest>())?;
     let filament = |row| {
         let place = table.read::<Position>(row, &places)?;
@@ -240,7 +230,7 @@ pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, Dat
             root_angle_rad: rest.root_angle_rad,
             root_z_m: rest.root_z_m,
             is_counted: rest.is_counted,
-            metrics: table.read_columns(row, &metrics, metric_columns(OF_FILAMENT))?,
+            metrics: table.read_columns(row, &metrics, filament_columns())?,
             press_impulse_n_s: rest.press_impulse_n_s,
         })
     };
