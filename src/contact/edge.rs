@@ -62,6 +62,13 @@ impl Station {
         if edge.is_arc() {
             return here;
         }
+        // Beside a stretch of a spline this may go from one bump to the next.
+        let away = |station: &Self| {
+            let [position, _] = station.motion(nodes);
+            let surface = edge.surface(position, time);
+            surface.gap.max(-surface.margin)
+        };
+        let tip = Self { segment: segments - 1, fraction: 1.0 };
         for _ in 0..TURNS {
             let [position, _] = here.motion(nodes);
             let next = at(edge.centre(Some(edge.in_profile(position, time)), time));
@@ -71,7 +78,7 @@ impl Station {
                 break;
             }
         }
-        here
+        if start.is_none() && away(&tip) < away(&here) { tip } else { here }
     }
 
     /// The shares `1 − ξ` and `ξ` of a force at this point on the ends of the segment.

@@ -5,9 +5,13 @@
 //! - *Way.* Within a step a node follows a quintic with the Bézier points `P_0 … P_5`, so that its derivatives by the fraction `s` of the step
 //!   are at most `5 max |P_{i+1} − P_i|` and `20 max |P_{i+2} − 2 P_{i+1} + P_i|`. A gap changes by no more than [`GAP_RATE`] times the
 //!   way ([`Workpiece::surface`]). The distance of the filament from the centre of an edge changes by no more than the fastest node goes.
-//! - *Bend.* Over a way of less than a quarter of a segment, a gap also deviates from its chord by no more than a parabola with its
-//!   largest second derivative: that of the path, that from the curvature of the surface, and what values and slopes at both ends
-//!   show, twice over. Faces and edges have no features that small (MODEL, "Workpieces other than a plane").
+//! - *Bend.* A gap also deviates from its chord by no more than a parabola with its largest second derivative: that of the path, and that
+//!   from the largest curvature of the surface ([`Workpiece::largest_curvatures`], [`Edge::largest_curvatures`](crate::workpiece::Edge::largest_curvatures)): past convex
+//!   material a gap turns up by no more than this, and where another point becomes the nearest one, it turns down. Where the curvature is
+//!   unknown, the parabola holds over a way of less than a quarter of a segment, or of a stretch of a spline, with the curvature that is
+//!   seen and what values and slopes at both ends show, twice over (MODEL, "Workpieces other than a plane").
+//! - *Jump.* Far above a hollow the nearest point of the workpiece jumps from one of its sides to the other, and with it the margin, whose way
+//!   says nothing there. Where a gap jumps, another point of the filament has become the nearest one.
 //! - A contact that is open stays open as long as its penetration is negative, the nearest point is elsewhere, or its damping would pull; one that is
 //!   closed stays closed as long as none of these is so.
 //!
@@ -101,13 +105,20 @@ struct Search {
     path: f64,
     /// The way over which gaps are smooth, in m.
     near: f64,
+    /// Upper bound on the curvature, in 1/m, by which the gap can turn towards the event. Infinite if it is unknown.
+    curvature: f64,
     /// `χ` over the length of the step, in 1/m.
     damping: f64,
+    /// Up to this gap in m the nearest point of the workpiece does not jump.
+    unique: f64,
 }
 
 impl Search {
     /// Upper bound on the second derivative of the penetration between two looks.
     fn bend_between(&self, a: &Look, b: &Look) -> f64 {
+        if self.curvature.is_finite() {
+            return self.bend + self.curvature * self.path * self.path;
+        }
         let width = b.s - a.s;
         let chord = (b.penetration - a.penetration) / width;
         let seen = (b.slope - a.slope).abs().max(2.0 * (chord - a.slope).abs()).max(2.0 * (b.slope - chord).abs());
@@ -118,7 +129,7 @@ impl Search {
     fn is_free(&self, a: &Look, b: &Look) -> bool {
         let width = b.s - a.s;
         let bend = self.bend_between(a, b);
-        let is_near = self.path * width <= self.near;
+        let is_near = self.curvature.is_finite() || self.path * width <= self.near;
         // What is missing to the event at both ends, in m; the bounds of its change over the width.
         let holds = |[a, b]: [f64; 2], way: f64, parabola: bool| {
             a >= 0.0
@@ -128,8 +139,13 @@ impl Search {
         let sign = if self.closed { 1.0 } else { -1.0 };
         let slack = 2.0 * self.location;
         let missing = |value: fn(&Look) -> f64| [a, b].map(|look| sign * value(look) + slack);
-        let by_penetration = holds(missing(|look| look.penetration), self.way, true);
-        let by_margin = holds(missing(|look| look.margin), self.margin_way, false);
+        let jumps = (b.penetration - a.penetration).abs() > self.way * width + slack;
+        let by_penetration = match (jumps, missing(|look| look.penetration)) {
+            (false, missing) => holds(missing, self.way, true),
+            (true, [a, b]) => a.min(b) >= self.way * width,
+        };
+        let farthest = self.way * width / 2.0 - a.penetration.min(b.penetration);
+        let by_margin = farthest <= self.unique && holds(missing(|look| look.margin), self.margin_way, false);
         let by_damping = || {
             let deepest = a.penetration.abs().max(b.penetration.abs()) + self.way * width;
             let missing = [a, b].map(|look| sign * look.factor + slack / deepest);
@@ -216,15 +232,17 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
         factor: 1.0 + filament.law.damping * approach.penetration_rate,
         excess: excess(closed, filament.law.pressing(approach), location),
     };
-    let search = |[path, bend]: [f64; 2], margin_way: f64| Search {
+    let search = |[path, bend]: [f64; 2], margin_way: f64, [curvature, concave]: [f64; 2], smooth: f64| Search {
         closed,
         location,
         way: GAP_RATE * (path + drift),
         margin_way,
         bend,
         path: path + drift,
-        near: NEAR * filament.chain.length,
+        near: NEAR * smooth,
+        curvature,
         damping: filament.law.damping / length,
+        unique: if concave.is_finite() { 0.5 / concave } else { f64::INFINITY },
     };
     let found = if let Some(edge) = contact.checked_sub(step.start_nodes.len()) {
         let ends = [(step.start_nodes, step.start.time, 0.0), (step.end_nodes, step.end.time, 1.0)];
@@ -240,10 +258,15 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             [way.max(path), bend.max(path_bend)]
         });
         // The point is not of the material: it goes round the centre as the segment turns, by up to twice the way over its length.
-        let round = filament.workpiece.edges()[edge].radius() + filament.law.radius + bounds[0];
+        let edge = &filament.workpiece.edges()[edge];
+        let round = edge.radius() + filament.law.radius + bounds[0];
         let margin_way = GAP_RATE * (bounds[0] + drift) * (1.0 + 2.0 * round / filament.chain.length);
         let at = |s: f64| look(s, &filament.touch(contact, &step.nodes(filament, s), None, step.time(s)).approach);
-        (distance, search(bounds, margin_way).first(at, [start, end])?)
+        // The point that presses may change, and the penetration then turns up.
+        let [convex, concave] = edge.largest_curvatures();
+        let curvatures = [if closed { f64::INFINITY } else { convex }, concave];
+        let smooth = if edge.is_arc() { filament.chain.length } else { filament.chain.length.min(edge.length()) };
+        (distance, search(bounds, margin_way, curvatures, smooth).first(at, [start, end])?)
     } else {
         let (start, end) = (&step.start_nodes[contact], &step.end_nodes[contact]);
         let near = |s, knot: &Knot<3>, time| look(s, &filament.approach(knot.value, knot.rate, time));
@@ -259,7 +282,15 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             look(s, &filament.approach(position, velocity, step.time(s)))
         };
         let margin_way = GAP_RATE * (bounds[0] + drift);
-        (distance.max(0.0), search(bounds, margin_way).first(at, ends)?)
+        let [convex, concave] = filament.workpiece.largest_curvatures();
+        // The surface that a thick node feels is more curved where it is concave.
+        let thick = 1.0 - concave * filament.law.radius;
+        let curvature = match closed {
+            false => convex,
+            true if thick > 0.0 => concave / thick,
+            true => f64::INFINITY,
+        };
+        (distance.max(0.0), search(bounds, margin_way, [curvature, concave], filament.chain.length).first(at, ends)?)
     };
     let (distance, fractions) = found;
     let crossing = fractions.map(|[after, past]| Crossing {

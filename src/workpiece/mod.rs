@@ -125,6 +125,15 @@ impl Edge {
         }
     }
 
+    /// The largest curvatures of the surface from which its gap is the distance, as those of a workpiece ([`Workpiece::largest_curvatures`]).
+    pub fn largest_curvatures(&self) -> [f64; 2] {
+        match (&self.curve, &self.placement) {
+            (_, Some(placement)) if placement.has_ramp() => [f64::INFINITY; 2],
+            (EdgeCurve::Arc { radius, .. }, _) => [1.0 / radius, 0.0],
+            (EdgeCurve::Stretch(stretch), _) => stretch.largest_curvatures(),
+        }
+    }
+
     /// The centre of an arc at `time` (s) in m, as all points of its own in the plane of the profile.
     ///
     /// That of a stretch of a spline is the centre of curvature where the stretch is nearest to `point`, or half-way along it: the
@@ -263,6 +272,14 @@ pub trait Workpiece {
     /// The default is false, which is always right.
     fn translates(&self) -> bool {
         false
+    }
+
+    /// The largest curvature of the surface in 1/m, where it is convex and where it is concave, if the gap is the distance from it and the
+    /// workpiece moves at a constant velocity. By it the search for contact events passes over no feature, however small.
+    ///
+    /// By default it is unknown: infinite. Features smaller than a segment can then be passed over.
+    fn largest_curvatures(&self) -> [f64; 2] {
+        [f64::INFINITY; 2]
     }
 
     /// The outline in the plane of rotation within the distance `reach` (m) of the tool axis, if that is all there is to the

@@ -344,6 +344,10 @@ impl Workpiece for Part {
         each!(self, workpiece => workpiece.translates())
     }
 
+    fn largest_curvatures(&self) -> [f64; 2] {
+        each!(self, workpiece => workpiece.largest_curvatures())
+    }
+
     fn profile(&self, reach: f64) -> Option<ProfileCells> {
         each!(self, workpiece => workpiece.profile(reach))
     }

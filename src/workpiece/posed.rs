@@ -37,6 +37,11 @@ pub struct Placement {
 }
 
 impl Placement {
+    /// Whether the workpiece comes up to its place.
+    pub(super) fn has_ramp(&self) -> bool {
+        self.ramp.is_some()
+    }
+
     /// A point of the tool's frame (m) at `time` (s), in the frame of the workpiece.
     #[inline]
     pub fn local(&self, position: [f64; 3], time: f64) -> [f64; 3] {
@@ -218,13 +223,18 @@ impl Workpiece for Posed {
     fn is_planar(&self) -> bool {
         let surface = self.surface([0.0; 3], 0.0);
         matches!(self.part, Part::Plane(_))
-            && self.placement.ramp.is_none()
+            && !self.placement.has_ramp()
             && surface.normal[2] == 0.0
             && surface.velocity[2] == 0.0
     }
 
     fn translates(&self) -> bool {
-        self.placement.ramp.is_none()
+        !self.placement.has_ramp()
+    }
+
+    /// A ramp brings the part up at a velocity that is not constant.
+    fn largest_curvatures(&self) -> [f64; 2] {
+        if self.placement.has_ramp() { [f64::INFINITY; 2] } else { self.part.largest_curvatures() }
     }
 
     fn profile(&self, reach: f64) -> Option<ProfileCells> {

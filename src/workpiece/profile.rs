@@ -45,6 +45,11 @@ impl Stretch {
         self.radius
     }
 
+    /// Those of the whole spline ([`Spline::largest_curvatures`]).
+    pub(super) fn largest_curvatures(&self) -> [f64; 2] {
+        self.spline.largest_curvatures()
+    }
+
     /// Its length in m.
     pub(super) fn length(&self) -> f64 {
         self.to - self.from
@@ -196,6 +201,10 @@ impl Workpiece for Profile {
 
     fn translates(&self) -> bool {
         true
+    }
+
+    fn largest_curvatures(&self) -> [f64; 2] {
+        self.spline.largest_curvatures()
     }
 
     fn profile(&self, reach: f64) -> Option<ProfileCells> {

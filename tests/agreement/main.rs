@@ -28,7 +28,7 @@ use judge::{Verdict, judge};
 use pairs::{KINDS, Kind, Pair, Run};
 use simulate::outcomes;
 
-/// Pairs whose passes share vector units.
+/// Pairs whose passes share vector units. Brushes are simulated one by one, some of them in minutes.
 const CHUNK: usize = 64;
 /// Pairs of a kind that are shown whole, and simplified if they differ.
 const MOST_SHOWN: usize = 3;
@@ -130,8 +130,9 @@ fn main() -> ExitCode {
 fn attack(kind: &Kind, plan: &Plan) -> usize {
     let start = Instant::now();
     let numbers: Vec<usize> = plan.only.map_or_else(|| (0..kind.count * plan.times).collect(), |only| vec![only]);
+    let chunk = if kind.name.starts_with("brush") { 1 } else { CHUNK };
     let verdicts: Vec<(usize, Verdict)> =
-        numbers.par_chunks(CHUNK).flat_map(|chunk| judged(kind, plan, chunk)).collect();
+        numbers.par_chunks(chunk).flat_map(|chunk| judged(kind, plan, chunk)).collect();
     let count = |wanted: fn(&Verdict) -> bool| verdicts.iter().filter(|(_, verdict)| wanted(verdict)).count();
     let [refused, sensitive, failed] = [
         count(|verdict| matches!(verdict, Verdict::Refused(_))),

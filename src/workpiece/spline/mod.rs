@@ -47,7 +47,7 @@ pub struct Spline {
     /// None if the curve is closed.
     ends: Option<[Ray; 2]>,
     length: f64,
-    smallest_convex_radius: f64,
+    largest_curvatures: [f64; 2],
     grid: Grid,
 }
 
@@ -133,10 +133,10 @@ impl Spline {
             .map_err(|piece| SplineError::TurnsBack { position: chain[piece][0], point: nearest(chain[piece][0]) })?;
         let ends = if closed { None } else { Some(rays(&pieces, length)) };
         check_crossing(chain, ends.as_ref(), size)?;
-        let smallest_convex_radius = smallest_convex_radius(&pieces, &corners);
+        let largest_curvatures = [1.0, -1.0].map(|sense| largest_curvature(&pieces, &corners, sense));
         let extents: Vec<_> = pieces.iter().map(Piece::extent).collect();
         let grid = Grid::new(&extents, [low, high]);
-        Ok(Self { pieces, corners, ends, length, smallest_convex_radius, grid })
+        Ok(Self { pieces, corners, ends, length, largest_curvatures, grid })
     }
 
     /// The point of the profile nearest to `point` (m), continuations of an open curve included. If several are equally near,
@@ -227,7 +227,12 @@ impl Spline {
 
     /// The smallest radius of curvature in m where the material is convex: 0 at a corner, infinite if it is nowhere convex.
     pub fn smallest_convex_radius(&self) -> f64 {
-        self.smallest_convex_radius
+        1.0 / self.largest_curvatures[0]
+    }
+
+    /// The largest curvature in 1/m where the material is convex, and where it is concave; infinite at a corner.
+    pub fn largest_curvatures(&self) -> [f64; 2] {
+        self.largest_curvatures
     }
 
     /// What is to be known about `place`, seen from `point`.
@@ -386,28 +391,28 @@ fn check_crossing(mut chain: Vec<Vec<Point>>, ends: Option<&[Ray; 2]>, size: f64
     }
 }
 
-/// See [`Spline::smallest_convex_radius`].
-fn smallest_convex_radius(pieces: &[Piece], corners: &[Option<Corner>]) -> f64 {
-    if corners.iter().flatten().any(|corner| corner.convex) {
-        return 0.0;
+/// See [`Spline::largest_curvatures`]: where the material is convex by the `sense` 1, where it is concave by −1.
+fn largest_curvature(pieces: &[Piece], corners: &[Option<Corner>], sense: f64) -> f64 {
+    if corners.iter().flatten().any(|corner| corner.convex == (sense > 0.0)) {
+        return f64::INFINITY;
     }
-    1.0 / pieces.iter().map(largest_curvature).fold(0.0, f64::max)
+    pieces.iter().map(|piece| largest_of(|u| sense * piece.curvature(u))).fold(0.0, f64::max)
 }
 
-/// The largest curvature of a piece in 1/m: the best of many, refined by thirds.
-fn largest_curvature(piece: &Piece) -> f64 {
+/// The largest `curvature` of a piece, by its parameter: the best of many, refined by thirds.
+fn largest_of(curvature: impl Fn(f64) -> f64) -> f64 {
     const INTERVALS: i32 = 64;
     let at = |step: i32| f64::from(2 * step - INTERVALS) / f64::from(INTERVALS);
-    let largest = (0..=INTERVALS).max_by(|&a, &b| piece.curvature(at(a)).total_cmp(&piece.curvature(at(b))));
+    let largest = (0..=INTERVALS).max_by(|&a, &b| curvature(at(a)).total_cmp(&curvature(at(b))));
     let step = largest.unwrap_or(0);
     let (mut low, mut high) = (at((step - 1).max(0)), at((step + 1).min(INTERVALS)));
     for _ in 0..60 {
         let (a, b) = ((2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0);
-        if piece.curvature(a) < piece.curvature(b) {
+        if curvature(a) < curvature(b) {
             low = a;
         } else {
             high = b;
         }
     }
-    piece.curvature(at(step)).max(piece.curvature((low + high) / 2.0))
+    curvature(at(step)).max(curvature((low + high) / 2.0))
 }
