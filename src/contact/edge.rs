@@ -81,6 +81,13 @@ impl Station {
         if start.is_none() && away(&tip) < away(&here) { tip } else { here }
     }
 
+    /// The distance in m of the polyline from a `point` (m) in the plane of the profile of `edge`, at `time` (s).
+    pub fn distance_from(point: [f64; 2], edge: &Edge, segments: usize, nodes: &Nodes<'_>, time: f64) -> f64 {
+        let in_profile = |index: usize| edge.in_profile(nodes(index)[0], time);
+        let squares = (0..segments).map(|segment| Projection::at(segment, &in_profile, point).square);
+        squares.fold(f64::INFINITY, f64::min).sqrt()
+    }
+
     /// The shares `1 − ξ` and `ξ` of a force at this point on the ends of the segment.
     pub fn shares(&self) -> [f64; 2] {
         [1.0 - self.fraction, self.fraction]

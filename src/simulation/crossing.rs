@@ -22,6 +22,7 @@ use super::search::root as root_of;
 use super::system::{Filament, Touch};
 use super::trajectory::{Step, at_knots};
 use crate::contact::Approach;
+use crate::contact::edge::Station;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::integrate::hermite::Knot;
 use crate::tool::ClampMotion;
@@ -250,15 +251,25 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             let Touch { approach, .. } = filament.touch(contact, &at_knots(filament, knots, time, 0.0), None, time);
             look(s, &approach)
         });
-        // While it is open, what separates it from its event is at least its gap.
-        let distance = if closed { 0.0 } else { (location - end.penetration).max(0.0) };
+        let edge = &filament.workpiece.edges()[edge];
+        // While it is open, what separates it from its event is at least its gap. Beside a stretch of a spline the point that was found may not be
+        // the nearest one; but no point of the stretch is farther from its middle than half its length.
+        let gap = match edge.middle(step.end.time) {
+            _ if closed => 0.0,
+            None => -end.penetration,
+            Some(middle) => {
+                let nodes = at_knots(filament, step.end_nodes, step.end.time, 0.0);
+                let away = Station::distance_from(middle, edge, step.end_nodes.len(), &nodes, step.end.time);
+                away - edge.length() / 2.0 - filament.law.radius
+            }
+        };
+        let distance = if closed { 0.0 } else { (location + gap).max(0.0) };
         let knots = step.start_nodes.iter().zip(step.end_nodes);
         let bounds = knots.fold([0.0_f64; 2], |[way, bend], (start, end)| {
             let [path, path_bend] = path_bounds(start, end, length);
             [way.max(path), bend.max(path_bend)]
         });
         // The point is not of the material: it goes round the centre as the segment turns, by up to twice the way over its length.
-        let edge = &filament.workpiece.edges()[edge];
         let round = edge.radius() + filament.law.radius + bounds[0];
         let margin_way = GAP_RATE * (bounds[0] + drift) * (1.0 + 2.0 * round / filament.chain.length);
         let at = |s: f64| look(s, &filament.touch(contact, &step.nodes(filament, s), None, step.time(s)).approach);

@@ -151,6 +151,14 @@ impl Edge {
         matches!(self.curve, EdgeCurve::Arc { .. })
     }
 
+    /// The point half-way along a stretch of a spline at `time` (s) in m; none of an arc.
+    pub fn middle(&self, time: f64) -> Option<[f64; 2]> {
+        match &self.curve {
+            EdgeCurve::Arc { .. } => None,
+            EdgeCurve::Stretch(stretch) => Some(add(stretch.middle(), self.moved(time))),
+        }
+    }
+
     /// How far a point (m), as the workpiece has it at time zero, is inside the angle of the edge, from the nearer of its sides, in m;
     /// negative outside.
     fn inside(&self, point: [f64; 2]) -> f64 {

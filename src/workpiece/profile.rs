@@ -37,6 +37,8 @@ pub struct Stretch {
     to: f64,
     /// The smallest radius of curvature in m.
     radius: f64,
+    /// The point half-way along it in m.
+    middle: [f64; 2],
 }
 
 impl Stretch {
@@ -48,6 +50,11 @@ impl Stretch {
     /// Those of the whole spline ([`Spline::largest_curvatures`]).
     pub(super) fn largest_curvatures(&self) -> [f64; 2] {
         self.spline.largest_curvatures()
+    }
+
+    /// The point half-way along it in m.
+    pub(super) fn middle(&self) -> [f64; 2] {
+        self.middle
     }
 
     /// Its length in m.
@@ -99,7 +106,8 @@ impl Profile {
                     spline.nearest(point).curvature
                 });
                 let radius = 1.0 / sharpest.fold(1.0 / face_radius, f64::max);
-                Edge::of_stretch(Stretch { spline: Arc::clone(&spline), origin, from, to, radius }, velocity)
+                let middle = add(origin, spline.at((from + to) / 2.0).0);
+                Edge::of_stretch(Stretch { spline: Arc::clone(&spline), origin, from, to, radius, middle }, velocity)
             })
             .collect();
         Self { spline, origin, stretches, edges, velocity }
