@@ -1,12 +1,12 @@
 //! What is compared: two simulations of each pair must have the same metrics.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::{self, Display, Formatter};
 
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::settings::{
-    BrushSettings, ContactSettings, FilamentSettings, ProcessSettings, Settings, Side, SolverSettings, Turns,
-    WorkpieceKind, WorkpieceSettings,
+    BrushSettings, ContactSettings, FilamentSettings, ProcessSettings, Settings, Side, SolverSettings, ToolKind,
+    ToolSettings, Turns, WorkpieceKind, WorkpieceSettings,
 };
 use fastrand::Rng;
 
@@ -68,6 +68,8 @@ impl Display for Run {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         let Some(settings) = self.settings() else { return Ok(()) };
         let mut defaults = settings.clone();
+        let ToolSettings { body_radius_m, width_m, filament_count, .. } = settings.tool;
+        defaults.tool = ToolSettings::new(body_radius_m, width_m, filament_count);
         defaults.brush = settings.brush.as_ref().map(|_| BrushSettings::default());
         (defaults.contact, defaults.solver) = (ContactSettings::default(), SolverSettings::default());
         defaults.workpiece = WorkpieceSettings::default();
@@ -82,6 +84,7 @@ impl Display for Run {
                 writeln!(formatter, "{} = {}", parameter.path, parameter.format(value))?;
             }
         }
+        writeln!(formatter, "tool.kind = {:?}", format!("{:?}", settings.tool.kind).to_lowercase())?;
         let WorkpieceSettings { kind, normal, side, control_points_m, .. } = &settings.workpiece;
         writeln!(formatter, "process.gravity_m_s2 = {:?}", settings.process.gravity_m_s2)?;
         writeln!(formatter, "workpiece.kind = {:?}", format!("{kind:?}").to_lowercase())?;
@@ -144,6 +147,7 @@ pub struct Kind {
 pub const KINDS: &[Kind] = &[
     Kind { name: "tolerances", count: 50, adapt: |_, _| (), pair: tolerances },
     Kind { name: "turns-and-tolerances", count: 10, adapt: several_turns, pair: tolerances },
+    Kind { name: "poses", count: 20, adapt: posed, pair: tolerances },
     Kind { name: "edges", count: 20, adapt: over_an_edge, pair: tolerances },
     Kind { name: "starts", count: 60, adapt: rests, pair: starts },
     Kind { name: "turned", count: 60, adapt: on_a_plane, pair: turned },
@@ -154,7 +158,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "longer", count: 3, adapt: several_turns, pair: longer },
     Kind { name: "at-rest", count: 20, adapt: settling, pair: at_rest },
     Kind { name: "brush-of-one", count: 20, adapt: |_, _| (), pair: brush_of_one },
-    Kind { name: "brush-of-one-and-turns", count: 2, adapt: several_turns, pair: brush_of_one },
+    Kind { name: "brush-of-one-and-turns", count: 1, adapt: several_turns_of_brushes, pair: brush_of_one },
     Kind { name: "brush-far-apart", count: 3, adapt: far_apart, pair: brush_far_apart },
     Kind { name: "brush-tolerances", count: 8, adapt: few_filaments, pair: brush_tolerances },
 ];
@@ -193,6 +197,36 @@ fn several_turns(settings: &mut Settings, random: &mut Rng) {
     if settings.check().is_err() {
         on_a_plane(settings, random);
     }
+}
+
+/// The same for brushes: where turns must become steady, they do so soon. Fifty turns of a brush take minutes.
+fn several_turns_of_brushes(settings: &mut Settings, random: &mut Rng) {
+    several_turns(settings, random);
+    if settings.process.turns() == Turns::Steady {
+        settings.filament.damping_ratio = settings.filament.damping_ratio.max(0.3);
+    }
+}
+
+/// The filament in the middle of the trim of a tilted round brush, a cup or a cone.
+fn posed(settings: &mut Settings, random: &mut Rng) {
+    let tool = &mut settings.tool;
+    tool.positions = Some(1);
+    tool.skew_rad = about_zero(random, 0.5);
+    let tilt = about_zero(random, 0.3);
+    let upright = match random.usize(..3) {
+        0 => 0.0,
+        1 => {
+            tool.kind = ToolKind::Cup;
+            FRAC_PI_2
+        }
+        _ => {
+            tool.kind = ToolKind::Cone;
+            let angle = between(random, 0.3, 1.4);
+            tool.filament_angle_rad = Some(angle);
+            FRAC_PI_2 - angle
+        }
+    };
+    tool.tilt_rad = Some(upright + tilt);
 }
 
 fn in_space(settings: &mut Settings, random: &mut Rng) {
@@ -239,7 +273,7 @@ fn settling(settings: &mut Settings, random: &mut Rng) {
 
 /// Filaments at which others arrive much later.
 fn far_apart(settings: &mut Settings, random: &mut Rng) {
-    several_turns(settings, random);
+    several_turns_of_brushes(settings, random);
     rests(settings, random);
     if once_in(random, 2) {
         settings.process.turns = Some(Turns::default());
