@@ -252,18 +252,18 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             look(s, &approach)
         });
         let edge = &filament.workpiece.edges()[edge];
-        // While it is open, what separates it from its event is at least its gap. Beside a stretch of a spline the point that was found may not be
-        // the nearest one; but no point of the stretch is farther from its middle than half its length.
-        let gap = match edge.middle(step.end.time) {
-            _ if closed => 0.0,
-            None => -end.penetration,
-            Some(middle) => {
+        // While it is open, what separates it from its event is at least its gap. Beside a stretch of a spline the point that was found may
+        // not be the nearest one; but no point of the stretch is farther from its middle than half its length.
+        let distance = if closed {
+            0.0
+        } else {
+            let gap = edge.middle(step.end.time).map_or(-end.penetration, |middle| {
                 let nodes = at_knots(filament, step.end_nodes, step.end.time, 0.0);
                 let away = Station::distance_from(middle, edge, step.end_nodes.len(), &nodes, step.end.time);
                 away - edge.length() / 2.0 - filament.law.radius
-            }
+            });
+            (location + gap).max(0.0)
         };
-        let distance = if closed { 0.0 } else { (location + gap).max(0.0) };
         let knots = step.start_nodes.iter().zip(step.end_nodes);
         let bounds = knots.fold([0.0_f64; 2], |[way, bend], (start, end)| {
             let [path, path_bend] = path_bounds(start, end, length);

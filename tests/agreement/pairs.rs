@@ -158,7 +158,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "longer", count: 3, adapt: several_turns, pair: longer },
     Kind { name: "at-rest", count: 20, adapt: settling, pair: at_rest },
     Kind { name: "brush-of-one", count: 20, adapt: |_, _| (), pair: brush_of_one },
-    Kind { name: "brush-of-one-and-turns", count: 1, adapt: several_turns_of_brushes, pair: brush_of_one },
+    Kind { name: "brush-of-one-and-turns", count: 2, adapt: several_turns_of_brushes, pair: brush_of_one },
     Kind { name: "brush-far-apart", count: 3, adapt: far_apart, pair: brush_far_apart },
     Kind { name: "brush-tolerances", count: 8, adapt: few_filaments, pair: brush_tolerances },
 ];
