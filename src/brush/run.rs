@@ -146,6 +146,53 @@ impl Precision {
     }
 }
 
+/// How the steps of a brush follow from what its filaments do to each other. Errors grow with each strike, and a mean over few filaments
+/// shows them, but a [`Trial`] does not.
+struct Refinement {
+    /// Whether the brush begins anew in steps half as long until its impulses no longer change.
+    goes_on: bool,
+    /// How many times its steps have been halved.
+    halved: usize,
+    /// Mean impulses of its turns in N s in steps twice as long. Empty before it has been simulated in such.
+    coarser: Vec<f64>,
+}
+
+impl Refinement {
+    /// The most filaments that are solved for such a brush. Means over more of them differ less, and take longer.
+    const FEW: usize = 5 * LANES;
+    /// The share of the tolerance by which its impulses may change: two runs may agree by chance.
+    const SHARE: f64 = 0.2;
+    /// Halves that are tried.
+    const MOST: usize = 4;
+
+    /// Of a brush that is simulated for the first time.
+    fn new(goes_on: bool) -> Self {
+        Self { goes_on, halved: 0, coarser: Vec::new() }
+    }
+
+    /// The largest relative change of these `impulses` from coarser steps. Infinite if there were none.
+    fn change(&self, impulses: &[f64]) -> f64 {
+        let change = |(coarser, finer): (&f64, &f64)| {
+            if coarser == finer { 0.0 } else { (finer - coarser).abs() / finer.max(*coarser) }
+        };
+        let changes = self.coarser.iter().zip(impulses).map(change);
+        if self.coarser.is_empty() { f64::INFINITY } else { changes.fold(0.0, f64::max) }
+    }
+
+    fn save(&self, words: &mut Writer) {
+        words.count(usize::from(self.goes_on));
+        words.count(self.halved);
+        words.count(self.coarser.len());
+        self.coarser.iter().for_each(|impulse| words.number(*impulse));
+    }
+
+    fn restore(words: &mut Reader<'_>) -> Option<Self> {
+        let [goes_on, halved, turns] = [words.count()?, words.count()?, words.count()?];
+        let coarser = (0..turns).map(|_| words.number()).collect::<Option<_>>()?;
+        Some(Self { goes_on: goes_on == 1, halved, coarser })
+    }
+}
+
 /// The share of its quantity that a balance may lack, so that a result is no error.
 fn allowed_residual(brush: &BrushSettings) -> f64 {
     /// At least, and as a multiple of the tolerance.
@@ -183,6 +230,7 @@ pub struct BrushRun {
     settling_steps: usize,
     /// The time of a step in s.
     length: f64,
+    refinement: Refinement,
     /// The number of columns that are followed to the end of their contact.
     followed: usize,
     /// Whether it ends once its stretch has settled, and whether it has.
@@ -295,9 +343,14 @@ impl BrushRun {
             Draft::new(settings, columns, options.memory)?;
         let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
         let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
+        let solved: usize = groups.iter().map(|group| group.members.len()).sum();
+        let is_small = (2..=Refinement::FEW).contains(&solved) && !ends_when_settled;
         let precision = match precision {
             Some(precision) => precision,
-            None => Precision::find(settings, arrangement.roots.len() > 1)?.halved(options.halvings),
+            None => {
+                let halvings = if is_small { 0 } else { options.halvings };
+                Precision::find(settings, arrangement.roots.len() > 1)?.halved(halvings)
+            }
         };
         let form = if is_planar { Form::Planar } else { Form::Spatial };
         let begin = begin(&pass, &arrangement, &own, &|_| None);
@@ -322,6 +375,7 @@ impl BrushRun {
             length: precision.step / settings.process.brushing_velocity_m_s,
             done: 0,
             precision,
+            refinement: Refinement::new(is_small),
             form,
             points,
             own,
@@ -471,7 +525,7 @@ impl BrushRun {
         };
         let to = ((self.done / STRIDE + 1) * STRIDE).min(end);
         if self.done >= to {
-            return self.extend();
+            return self.begin_anew();
         }
         while self.done < to {
             let next = self.next_frame(self.done);
@@ -565,22 +619,59 @@ impl BrushRun {
         Ok(sum)
     }
 
-    /// At the end: begins anew with more columns if there are too few for a steady stretch, and the settings do not state how many.
-    /// Returns false otherwise.
-    fn extend(&mut self) -> Result<bool, BrushError> {
+    /// At the end: begins anew with more columns if there are too few for a steady stretch, and the settings do not state how many, or in
+    /// shorter steps where its own were not short enough. Returns false otherwise.
+    fn begin_anew(&mut self) -> Result<bool, BrushError> {
+        let again = match self.missing_columns() {
+            Some(columns) => {
+                // Small brushes take halved steps last, large ones from the beginning.
+                let precision = (!self.refinement.goes_on).then_some(self.precision);
+                Self::of_columns(&self.settings, self.options, Some(columns), precision)?
+            }
+            None => match self.refined() {
+                Some((precision, refinement)) => {
+                    let columns = Some(self.arrangement.columns);
+                    let again = Self::of_columns(&self.settings, self.options, columns, Some(precision))?;
+                    Self { refinement, ..again }
+                }
+                None => return Ok(false),
+            },
+        };
+        *self = again.until(&self.stop.clone());
+        Ok(true)
+    }
+
+    /// The number of columns that a steady stretch is expected to need, if there are too few and the settings do not state how many.
+    fn missing_columns(&self) -> Option<usize> {
         if self.brush.columns.is_some() || self.has_settled {
-            return Ok(false);
+            return None;
         }
         let filaments = self.filaments(self.arrangement.columns);
         match stretch::find(&filaments, self.may_count(), &self.settings, &self.pass, &self.arrangement) {
             Err(BrushError::TooFewColumns { columns, needed, around, .. }) if columns < around => {
-                let columns = Some(needed.min(around));
-                let again = Self::of_columns(&self.settings, self.options, columns, Some(self.precision))?;
-                *self = again.until(&self.stop.clone());
-                Ok(true)
+                Some(needed.min(around))
             }
-            _ => Ok(false),
+            _ => None,
         }
+    }
+
+    /// The steps in which the brush is to be simulated again, if it is.
+    fn refined(&mut self) -> Option<(Precision, Refinement)> {
+        let Refinement { goes_on, halved, .. } = self.refinement;
+        if !goes_on {
+            return None;
+        }
+        if self.sectors.iter().any(|(_, sector)| !sector.pairs().is_empty()) {
+            let coarser = self.impulses();
+            let change = self.refinement.change(&coarser);
+            if change > Refinement::SHARE * self.brush.tolerance && halved < Refinement::MOST {
+                return Some((self.precision.halved(1), Refinement { goes_on, halved: halved + 1, coarser }));
+            }
+            self.precision.error = self.precision.error.max(change);
+        }
+        self.refinement = Refinement::new(false);
+        let halvings = self.options.halvings;
+        (halvings > 0).then(|| (self.precision.halved(halvings), Refinement::new(false)))
     }
 
     /// The step at which all filaments have ended so many turns.
@@ -601,6 +692,18 @@ impl BrushRun {
             Some(sum / self.places.len() as f64)
         };
         (0..).map_while(of).collect()
+    }
+
+    /// The same at the end, also of a single turn, which none follows.
+    fn impulses(&self) -> Vec<f64> {
+        let turns = self.turn_impulses();
+        if !turns.is_empty() {
+            return turns;
+        }
+        let of = |(group, sector): &(Group, Sector)| {
+            group.weight() as f64 * sector.accounts().iter().map(|account| account.last().impulse).sum::<f64>()
+        };
+        vec![self.sectors.iter().map(of).sum::<f64>() / self.places.len() as f64]
     }
 
     /// Whether the turns, which were to become steady, have done so.
@@ -656,6 +759,7 @@ impl BrushRun {
         words.count(self.arrangement.columns);
         let mut precision = self.precision;
         words.numbers(precision.numbers());
+        self.refinement.save(&mut words);
         words.count(usize::from(self.settling.is_some()));
         if let Some(settling) = &self.settling {
             settling.save(&mut words);
@@ -691,7 +795,8 @@ impl BrushRun {
         if !(precision.step > 0.0 && precision.newton > 0.0 && precision.lacking > 0.0) {
             return Err(BrushError::Checkpoint);
         }
-        let mut run = Self::of_columns(settings, options, Some(columns), Some(precision))?;
+        let refinement = Refinement::restore(&mut words).ok_or(BrushError::Checkpoint)?;
+        let mut run = Self { refinement, ..Self::of_columns(settings, options, Some(columns), Some(precision))? };
         run.restore(&mut words).ok_or(BrushError::Checkpoint)?;
         Ok(run)
     }
