@@ -149,8 +149,8 @@ impl Display for BrushError {
             ),
             Self::Crossing { time, pair: [a, b] } => write!(
                 f,
-                "at {time:.6} s the filament in {} goes through the one in {}: choose a smaller `brush.tolerance` or a higher \
-                 `brush.stiffness_n_m2`",
+                "at {time:.6} s the filament in {} goes through the one in {}: choose a higher `brush.stiffness_n_m2` or a \
+                 smaller `brush.tolerance`",
                 name(a),
                 name(b)
             ),

@@ -622,22 +622,38 @@ impl BrushRun {
     /// At the end: begins anew with more columns if there are too few for a steady stretch, and the settings do not state how many, or in
     /// shorter steps where its own were not short enough. Returns false otherwise.
     fn begin_anew(&mut self) -> Result<bool, BrushError> {
-        let again = match self.missing_columns() {
-            Some(columns) => {
-                // Small brushes take halved steps last, large ones from the beginning.
-                let precision = (!self.refinement.goes_on).then_some(self.precision);
-                Self::of_columns(&self.settings, self.options, Some(columns), precision)?
+        if let Some(columns) = self.missing_columns() {
+            // Small brushes take halved steps last, large ones from the beginning.
+            let precision = (!self.refinement.goes_on).then_some(self.precision);
+            let again = Self::of_columns(&self.settings, self.options, Some(columns), precision)?;
+            *self = again.until(&self.stop.clone());
+            return Ok(true);
+        }
+        if !self.refinement.goes_on {
+            return Ok(false);
+        }
+        if self.sectors.iter().any(|(_, sector)| !sector.pairs().is_empty()) {
+            let impulses = self.impulses();
+            let change = self.refinement.change(&impulses);
+            if change > Refinement::SHARE * self.brush.tolerance && self.refinement.halved < Refinement::MOST {
+                let halved = self.refinement.halved + 1;
+                let refinement = Refinement { goes_on: true, halved, coarser: impulses };
+                return self.begin_in(self.precision.halved(1), refinement);
             }
-            None => match self.refined() {
-                Some((precision, refinement)) => {
-                    let columns = Some(self.arrangement.columns);
-                    let again = Self::of_columns(&self.settings, self.options, columns, Some(precision))?;
-                    Self { refinement, ..again }
-                }
-                None => return Ok(false),
-            },
-        };
-        *self = again.until(&self.stop.clone());
+            self.precision.error = self.precision.error.max(change);
+        }
+        self.refinement = Refinement::new(false);
+        match self.options.halvings {
+            0 => Ok(false),
+            halvings => self.begin_in(self.precision.halved(halvings), Refinement::new(false)),
+        }
+    }
+
+    /// Begins anew in other steps.
+    fn begin_in(&mut self, precision: Precision, refinement: Refinement) -> Result<bool, BrushError> {
+        let columns = Some(self.arrangement.columns);
+        let again = Self::of_columns(&self.settings, self.options, columns, Some(precision))?;
+        *self = Self { refinement, ..again.until(&self.stop.clone()) };
         Ok(true)
     }
 
@@ -653,25 +669,6 @@ impl BrushRun {
             }
             _ => None,
         }
-    }
-
-    /// The steps in which the brush is to be simulated again, if it is.
-    fn refined(&mut self) -> Option<(Precision, Refinement)> {
-        let Refinement { goes_on, halved, .. } = self.refinement;
-        if !goes_on {
-            return None;
-        }
-        if self.sectors.iter().any(|(_, sector)| !sector.pairs().is_empty()) {
-            let coarser = self.impulses();
-            let change = self.refinement.change(&coarser);
-            if change > Refinement::SHARE * self.brush.tolerance && halved < Refinement::MOST {
-                return Some((self.precision.halved(1), Refinement { goes_on, halved: halved + 1, coarser }));
-            }
-            self.precision.error = self.precision.error.max(change);
-        }
-        self.refinement = Refinement::new(false);
-        let halvings = self.options.halvings;
-        (halvings > 0).then(|| (self.precision.halved(halvings), Refinement::new(false)))
     }
 
     /// The step at which all filaments have ended so many turns.

@@ -130,7 +130,11 @@ fn main() -> ExitCode {
 fn attack(kind: &Kind, plan: &Plan) -> usize {
     let start = Instant::now();
     let numbers: Vec<usize> = plan.only.map_or_else(|| (0..kind.count * plan.times).collect(), |only| vec![only]);
-    let chunk = if kind.name.starts_with("brush") { 1 } else { CHUNK };
+    let first = Trial::new(kind, plan.seed, numbers[0]).pair;
+    let chunk = if first.is_of_brush() { 1 } else { CHUNK };
+    if plan.only.is_some() {
+        print(&first);
+    }
     let verdicts: Vec<(usize, Verdict)> =
         numbers.par_chunks(chunk).flat_map(|chunk| judged(kind, plan, chunk)).collect();
     let count = |wanted: fn(&Verdict) -> bool| verdicts.iter().filter(|(_, verdict)| wanted(verdict)).count();
@@ -177,7 +181,12 @@ fn show(kind: &Kind, plan: &Plan, number: usize) {
         kind.name, plan.seed
     );
     println!("  simplified: {}", judge(&trial.pair, &results));
-    let [one, other] = trial.pair.runs.each_ref().map(Run::to_string);
+    print(&trial.pair);
+}
+
+/// Prints the input file of a pair, and what differs in the other.
+fn print(pair: &Pair) {
+    let [one, other] = pair.runs.each_ref().map(Run::to_string);
     print!("{one}");
     let is_other = |line: &&str| !one.lines().any(|other| other == *line);
     other.lines().filter(is_other).for_each(|line| println!("# and: {line}"));

@@ -58,7 +58,7 @@ fn emit_kernel(kernel: &Kernel) -> Result<String, EmitError> {
     let fields = kernel.outputs.iter().map(field);
     let values = kernel.outputs.iter().map(|output| body.value(output));
     let result_doc = format!(" Result of [`{}`].", kernel.name);
-    let source = format(quote! {
+    let head = format(quote! {
         #[doc = #result_doc]
         #[derive(Clone, Copy, Debug)]
         pub struct #result<T> {
@@ -67,15 +67,12 @@ fn emit_kernel(kernel: &Kernel) -> Result<String, EmitError> {
 
         #(#[doc = #docs])*
         #inline
-        pub fn #function<T: Real>(#(#parameters),*) -> #result<T> {
-            #(#bindings)*
-            statements!();
-            #result { #(#values,)* }
-        }
+        pub fn #function<T: Real>(#(#parameters),*) -> #result<T> {}
     })?;
-    // The last one: the text above the function may contain the same line.
-    let (head, tail) = source.rsplit_once("    statements!();\n").expect("the function has a place for its statements");
-    Ok([head, &body.statements, tail].concat())
+    let head = head.trim_end().strip_suffix('}').expect("a function ends with its body");
+    let [bindings, result] =
+        [quote!(#(#bindings)*), quote!(#result { #(#values,)* })].map(|part| format_statements(&[part]));
+    Ok([head, "\n", &bindings?, &body.statements, &result?, "}\n"].concat())
 }
 
 /// The local name of an element, with an underscore in front if nothing uses it.

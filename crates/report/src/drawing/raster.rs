@@ -33,7 +33,8 @@ impl Canvas {
         info.pixel_dims =
             on_paper.map(|(_, per_metre)| PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter });
         // Pixels are opaque.
-        let colors: Vec<u8> = pixels.data().chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
+        let (pixels, _) = pixels.data().as_chunks();
+        let colors: Vec<u8> = pixels.iter().flat_map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
         let mut file = Vec::new();
         let written = Encoder::with_info(&mut file, info).and_then(|mut encoder| {
             encoder.set_compression(Compression::Fast);
