@@ -148,10 +148,11 @@ impl Precision {
 
 /// How the steps of a brush follow from what its filaments do to each other. Errors grow with each strike, and a mean over few filaments
 /// shows them, but a [`Trial`] does not.
+#[derive(Clone, Debug)]
 struct Refinement {
     /// Whether the brush begins anew in steps half as long until its impulses no longer change.
     goes_on: bool,
-    /// How many times its steps have been halved.
+    /// How many times it has begun anew in shorter steps.
     halved: usize,
     /// Mean impulses of its turns in N s in steps twice as long. Empty before it has been simulated in such.
     coarser: Vec<f64>,
@@ -498,10 +499,13 @@ impl BrushRun {
         self.arrangement.rows
     }
 
-    /// What share of the steps is done, from 0 to 1.
+    /// What share of the steps is done, from 0 to 1. Of a brush that may begin anew in shorter steps, which is not known before, each
+    /// time takes half of what is left.
     pub fn done(&self) -> f64 {
         let settled = self.settling.as_ref().map_or(self.settling_steps, |settling| settling.steps()[0]);
-        ((settled + self.done) as f64 / (self.settling_steps + self.steps) as f64).min(1.0)
+        let done = ((settled + self.done) as f64 / (self.settling_steps + self.steps) as f64).min(1.0);
+        let left = 0.5_f64.powi(self.refinement.halved as i32);
+        1.0 - left + left * if self.refinement.goes_on { 0.5 * done } else { done }
     }
 
     /// Goes on for some steps. Returns false at the end.
@@ -642,10 +646,10 @@ impl BrushRun {
             }
             self.precision.error = self.precision.error.max(change);
         }
-        self.refinement = Refinement::new(false);
+        self.refinement = Refinement { goes_on: false, halved: self.refinement.halved + 1, coarser: Vec::new() };
         match self.options.halvings {
             0 => Ok(false),
-            halvings => self.begin_in(self.precision.halved(halvings), Refinement::new(false)),
+            halvings => self.begin_in(self.precision.halved(halvings), self.refinement.clone()),
         }
     }
 
