@@ -100,19 +100,22 @@ fn rows_converge_with_the_tolerance() {
 #[test]
 fn steps_of_few_filaments_resolve_what_these_do_to_each_other() {
     let mut settings = row(2, 1045.0, 3);
-    settings.tool = ToolSettings::new(0.0356, 0.000214, 1045.0);
+    settings.tool = ToolSettings::new(0.03561261352363485, 0.00021396444295282866, 1045.0);
     settings.filament = FilamentSettings {
         segments: 2,
-        waviness_amplitude_m: -3.188e-4,
-        waviness_length_m: Some(0.0174),
-        waviness_phase_rad: 1.78,
+        waviness_amplitude_m: -0.00031880783310878584,
+        waviness_length_m: Some(0.017401668589035475),
+        waviness_phase_rad: 1.7796850516579459,
         density_kg_m3: 8500.0,
         youngs_modulus_pa: 1e11,
-        damping_ratio: 0.0178,
-        ..FilamentSettings::new(0.01646, 1.532e-4)
+        damping_ratio: 0.01783218462925401,
+        ..FilamentSettings::new(0.016460459972740076, 0.00015317321984750426)
     };
-    settings.contact.stiffness_n_m = 9.15e5;
-    settings.process = ProcessSettings::new(3.788, 1.322e-4);
+    settings.contact.stiffness_n_m = 915007.206541307;
+    settings.workpiece.kind = WorkpieceKind::Cylinder;
+    settings.workpiece.radius_m = 0.45803357735325706;
+    settings.workpiece.offset_m = 0.0004582255661588346;
+    settings.process = ProcessSettings::new(3.7884999984458325, 0.00013220346840266692);
     let mean = |tolerance: f64| {
         let result = simulate_brush(&with(&settings, |brush| brush.tolerance = tolerance), 1).expect("a row");
         assert!(result.step_error <= tolerance, "{}", result.step_error);
