@@ -141,8 +141,7 @@ fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<Vec<f
             sector.forget();
         }
     }
-    let of = |account: &Account| if turns == 1 { vec![account.last().impulse] } else { account.impulses.clone() };
-    Some(sector.accounts().iter().map(of).collect())
+    Some(sector.accounts().iter().map(|account| account.turns(turns == 1).to_vec()).collect())
 }
 
 /// An arrangement of the filament of `pass`: by itself, or where it `has_others`, with some that meet the workpiece one after the other

@@ -13,7 +13,7 @@ use super::presses::PressLaw;
 use super::result::{
     BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, ToolSample,
 };
-use super::sector::{Balance, Sector, Timetable};
+use super::sector::{Account, Balance, Sector, Timetable};
 use super::settle::{self, Pose, Settling};
 use super::stretch;
 use super::team::Team;
@@ -21,6 +21,7 @@ use super::words::{Reader, Writer};
 use crate::equations::linear::{add, scale};
 use crate::equations::{LANES, lanes_are_compiled};
 use crate::model::metrics::{ContactRecord, Metrics};
+use crate::model::parameters::MAX_TURNS;
 use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
 use crate::simulation::{Form, Pass, Stop, is_steady};
 use crate::tool::trim::differ;
@@ -152,29 +153,51 @@ impl Precision {
 struct Refinement {
     /// Whether the brush begins anew in steps half as long until its impulses no longer change.
     goes_on: bool,
-    /// How many times it has begun anew in shorter steps.
-    halved: usize,
-    /// Mean impulses of its turns in N s in steps twice as long. Empty before it has been simulated in such.
-    coarser: Vec<f64>,
+    /// The changes of its impulses by all times that it has ended so far. The first one is infinite.
+    changes: Vec<f64>,
+    /// Impulses of its filaments in N s, by turn, in steps twice as long. Empty before it has been simulated in such.
+    coarser: Vec<Vec<f64>>,
 }
 
 impl Refinement {
     /// The most filaments that are solved for such a brush. Means over more of them differ less, and take longer.
     const FEW: usize = 5 * LANES;
-    /// The share of the tolerance by which its impulses may change: two runs may agree by chance.
+    /// The share of the tolerance by which its impulses may change.
     const SHARE: f64 = 0.2;
     /// Halves that are tried.
     const MOST: usize = 4;
 
     /// Of a brush that is simulated for the first time.
     fn new(goes_on: bool) -> Self {
-        Self { goes_on, halved: 0, coarser: Vec::new() }
+        Self { goes_on, changes: Vec::new(), coarser: Vec::new() }
     }
 
-    /// The largest relative change of these `impulses` from coarser steps. Infinite if there were none.
-    fn change(&self, impulses: &[f64]) -> f64 {
-        let change = |(coarser, finer): (&f64, &f64)| {
-            if coarser == finer { 0.0 } else { (finer - coarser).abs() / finer.max(*coarser) }
+    /// After these `impulses` in N s, by turn and filament, to the relative `tolerance`.
+    fn after(&self, impulses: Vec<Vec<f64>>, tolerance: f64) -> Self {
+        let changes = self.changes.iter().copied().chain([self.change(&impulses)]).collect::<Vec<_>>();
+        let goes_on = changes[changes.len() - 1] > Self::SHARE * tolerance && changes.len() <= Self::MOST;
+        Self { goes_on, changes, coarser: impulses }
+    }
+
+    /// The error that is expected at the end: the last change. Changes that do not fall may be small by chance: the largest, but for that
+    /// of the longest steps.
+    fn error(&self, tolerance: f64) -> f64 {
+        let last = self.changes[self.changes.len() - 1];
+        if last <= Self::SHARE * tolerance || self.changes.is_sorted_by(|before, after| before > after) {
+            return last;
+        }
+        self.changes.iter().skip(2).copied().fold(last, f64::max)
+    }
+
+    /// The largest relative change of a turn's mean of these `impulses` from coarser steps: that which it has, or would have if the
+    /// changes of single filaments had signs by chance. Means of two runs may agree where filaments do not. Infinite if there were none.
+    fn change(&self, impulses: &[Vec<f64>]) -> f64 {
+        let change = |(coarser, finer): (&Vec<f64>, &Vec<f64>)| {
+            let changes = || coarser.iter().zip(finer).map(|(coarser, finer)| finer - coarser);
+            let random = changes().map(|change| change * change).sum::<f64>().sqrt();
+            let largest = changes().sum::<f64>().abs().max(random);
+            let whole: f64 = finer.iter().sum::<f64>().max(coarser.iter().sum());
+            if largest == 0.0 { 0.0 } else { largest / whole }
         };
         let changes = self.coarser.iter().zip(impulses).map(change);
         if self.coarser.is_empty() { f64::INFINITY } else { changes.fold(0.0, f64::max) }
@@ -182,15 +205,21 @@ impl Refinement {
 
     fn save(&self, words: &mut Writer) {
         words.count(usize::from(self.goes_on));
-        words.count(self.halved);
+        words.count(self.changes.len());
+        self.changes.iter().for_each(|change| words.number(*change));
         words.count(self.coarser.len());
-        self.coarser.iter().for_each(|impulse| words.number(*impulse));
+        words.count(self.coarser.first().map_or(0, Vec::len));
+        self.coarser.iter().flatten().for_each(|impulse| words.number(*impulse));
     }
 
     fn restore(words: &mut Reader<'_>) -> Option<Self> {
-        let [goes_on, halved, turns] = [words.count()?, words.count()?, words.count()?];
-        let coarser = (0..turns).map(|_| words.number()).collect::<Option<_>>()?;
-        Some(Self { goes_on: goes_on == 1, halved, coarser })
+        let [goes_on, ended] = [words.count()?, words.count()?];
+        let changes = (0..ended).map(|_| words.number()).collect::<Option<_>>()?;
+        let [turns, filaments] = [words.count()?, words.count()?];
+        let turns = Some(turns).filter(|turns| *turns <= MAX_TURNS)?;
+        let mut turn = || (0..filaments).map(|_| words.number()).collect();
+        let coarser = (0..turns).map(|_| turn()).collect::<Option<_>>()?;
+        Some(Self { goes_on: goes_on == 1, changes, coarser })
     }
 }
 
@@ -504,7 +533,7 @@ impl BrushRun {
     pub fn done(&self) -> f64 {
         let settled = self.settling.as_ref().map_or(self.settling_steps, |settling| settling.steps()[0]);
         let done = ((settled + self.done) as f64 / (self.settling_steps + self.steps) as f64).min(1.0);
-        let left = 0.5_f64.powi(self.refinement.halved as i32);
+        let left = 0.5_f64.powi(self.refinement.changes.len() as i32);
         1.0 - left + left * if self.refinement.goes_on { 0.5 * done } else { done }
     }
 
@@ -637,16 +666,16 @@ impl BrushRun {
             return Ok(false);
         }
         if self.sectors.iter().any(|(_, sector)| !sector.pairs().is_empty()) {
-            let impulses = self.impulses();
-            let change = self.refinement.change(&impulses);
-            if change > Refinement::SHARE * self.brush.tolerance && self.refinement.halved < Refinement::MOST {
-                let halved = self.refinement.halved + 1;
-                let refinement = Refinement { goes_on: true, halved, coarser: impulses };
+            let tolerance = self.brush.tolerance;
+            let refinement = self.refinement.after(self.turns(), tolerance);
+            if refinement.goes_on {
                 return self.begin_in(self.precision.halved(1), refinement);
             }
-            self.precision.error = self.precision.error.max(change);
+            self.precision.error = self.precision.error.max(refinement.error(tolerance));
+            self.refinement = refinement;
+        } else {
+            self.refinement = Refinement { goes_on: false, changes: vec![0.0], coarser: Vec::new() };
         }
-        self.refinement = Refinement { goes_on: false, halved: self.refinement.halved + 1, coarser: Vec::new() };
         match self.options.halvings {
             0 => Ok(false),
             halvings => self.begin_in(self.precision.halved(halvings), self.refinement.clone()),
@@ -683,28 +712,24 @@ impl BrushRun {
 
     /// Mean contact normal impulses of the turns so far in N s, as far as all filaments have ended them.
     fn turn_impulses(&self) -> Vec<f64> {
-        let of = |turn: usize| -> Option<f64> {
-            let mut sum = 0.0;
-            for (group, sector) in &self.sectors {
-                for account in sector.accounts() {
-                    sum += group.weight() as f64 * account.impulses.get(turn)?;
-                }
-            }
-            Some(sum / self.places.len() as f64)
-        };
-        (0..).map_while(of).collect()
+        let of = |turn: usize| self.impulses(|account| account.impulses.get(turn).copied());
+        let mean = |impulses: Vec<f64>| impulses.iter().sum::<f64>() / self.places.len() as f64;
+        (0..).map_while(of).map(mean).collect()
     }
 
-    /// The same at the end, also of a single turn, which none follows.
-    fn impulses(&self) -> Vec<f64> {
-        let turns = self.turn_impulses();
-        if !turns.is_empty() {
-            return turns;
-        }
-        let of = |(group, sector): &(Group, Sector)| {
-            group.weight() as f64 * sector.accounts().iter().map(|account| account.last().impulse).sum::<f64>()
-        };
-        vec![self.sectors.iter().map(of).sum::<f64>() / self.places.len() as f64]
+    /// The contact normal impulses of filaments in N s, by turn, at the end.
+    fn turns(&self) -> Vec<Vec<f64>> {
+        let is_single = self.pass.turns() == Turns::Count(1);
+        (0..).map_while(|turn| self.impulses(|account| account.turns(is_single).get(turn).copied())).collect()
+    }
+
+    /// What `of` says of all solved filaments in N s, each as often as there are some like it. `None` if it is so of one.
+    fn impulses(&self, of: impl Fn(&Account) -> Option<f64>) -> Option<Vec<f64>> {
+        let accounts = self.sectors.iter().flat_map(|(group, sector)| {
+            let weight = group.weight() as f64;
+            sector.accounts().iter().map(move |account| (weight, account))
+        });
+        accounts.map(|(weight, account)| of(account).map(|impulse| weight * impulse)).collect()
     }
 
     /// Whether the turns, which were to become steady, have done so.

@@ -428,6 +428,11 @@ impl Account {
         self.completed.as_ref().unwrap_or(&self.record)
     }
 
+    /// The impulses of its turns in N s at the end, also where one `is_single`, which none follows.
+    pub fn turns(&self, is_single: bool) -> &[f64] {
+        if is_single { std::slice::from_ref(&self.last().impulse) } else { &self.impulses }
+    }
+
     /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and at its end.
     fn observe(&mut self, [middle, end]: [&WorkpieceLoad; 2], [begin, h]: [f64; 2], deflection: f64) {
         let Timetable { turn, touches, .. } = &self.timetable;

@@ -116,13 +116,23 @@ fn steps_of_few_filaments_resolve_what_these_do_to_each_other() {
     settings.workpiece.radius_m = 0.45803357735325706;
     settings.workpiece.offset_m = 0.0004582255661588346;
     settings.process = ProcessSettings::new(3.7884999984458325, 0.00013220346840266692);
-    let mean = |tolerance: f64| {
-        let result = simulate_brush(&with(&settings, |brush| brush.tolerance = tolerance), 1).expect("a row");
-        assert!(result.step_error <= tolerance, "{}", result.step_error);
-        result.tool.contact_normal_impulse_n_s
-    };
-    let [coarse, fine] = [1e-3, 1e-5].map(mean);
-    assert!((coarse / fine - 1.0).abs() < 1e-3, "{coarse} {fine}");
+    let result = simulate_brush(&with(&settings, |brush| brush.tolerance = 1e-3), 1).expect("a row");
+    assert!(result.step_error <= 1e-3, "{}", result.step_error);
+    // To tolerances of 1e-5 and 3e-6.
+    let error = result.tool.contact_normal_impulse_n_s / 2.580694e-5 - 1.0;
+    assert!(error.abs() < 3e-4, "{error}");
+}
+
+#[test]
+fn means_that_agree_by_chance_are_not_taken_for_resolved() {
+    let mut settings = with(&row(8, 680.0, 16), |brush| (brush.tolerance, brush.lateral_tilt_std_rad) = (1e-3, 1e-3));
+    settings.tool.width_m = 1.3e-3;
+    settings.process = ProcessSettings::new(2.5, 2e-3);
+    let result = simulate_brush(&settings, 1).expect("a row");
+    assert!(result.step_error <= 1e-3, "{}", result.step_error);
+    // In steps of 174 000 to a tolerance of 1.25e-5. Of those to 1e-3, the first two lengths agree to 4e-4, and are off by 2.8e-3.
+    let error = result.tool.contact_normal_impulse_n_s / 8.150887e-3 - 1.0;
+    assert!(error.abs() < 3e-4, "{error}");
 }
 
 #[test]

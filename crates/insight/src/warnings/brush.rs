@@ -10,10 +10,10 @@ use bristle_text::layout::Warning;
 pub fn of_brush(settings: &Settings, interaction: &Interaction) -> Option<Warning> {
     is_coarse(settings, interaction).then(|| {
         Warning::new(format!(
-            "the steps are too long: with them, p_n of one filament by itself is off by {:.1e}, more than `brush.tolerance` = {:e}. \
-             Forces of the brush may be off by as much or more.",
-            interaction.step_error,
-            settings.brush_or_default().tolerance
+            "the steps do not resolve p_n to `brush.tolerance` = {:e}: it is expected to be off by {:.1e} (`step_error`). Forces of the brush \
+             may be off by as much or more.",
+            settings.brush_or_default().tolerance,
+            interaction.step_error
         ))
     })
 }
@@ -33,8 +33,8 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning>
     // Of equal ones the first.
     let (row, error) = coarse.iter().rev().max_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(Warning::new(format!(
-        "in {} of {} brushes the steps are too long for `brush.tolerance`: p_n of one filament by itself is off by up to {error:.1e} (row \
-         {row} of runs.csv).",
+        "in {} of {} brushes the steps do not resolve p_n to `brush.tolerance`: it is expected to be off by up to {error:.1e} \
+         (`step_error`, row {row} of runs.csv).",
         coarse.len(),
         results.len()
     )))
