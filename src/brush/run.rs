@@ -140,19 +140,24 @@ impl Precision {
         [step, newton, lacking, error]
     }
 
-    /// Half the step, so many times. The energy that a step lacks falls with the third power of its length.
-    fn halved(self, times: u8) -> Self {
-        let share = 0.5_f64.powi(times.into());
+    /// Half the step, so many times, or twice the step if they are negative. The energy that a step lacks falls with the third power of
+    /// its length.
+    fn halved(self, times: i32) -> Self {
+        let share = 0.5_f64.powi(times);
         Self { step: share * self.step, newton: share * self.newton, lacking: share * share * self.lacking, ..self }
     }
 }
 
-/// How the steps of a brush follow from what its filaments do to each other. Errors grow with each strike, and a mean over few filaments
-/// shows them, but a [`Trial`] does not.
+/// How the steps of a brush follow from what its filaments do to each other. Errors grow with each strike, and a mean over few filaments,
+/// or over filaments that differ, shows them, but a [`Trial`] does not.
 #[derive(Clone, Debug)]
 struct Refinement {
     /// Whether the brush begins anew in steps half as long until its impulses no longer change.
     goes_on: bool,
+    /// The columns of the brush, as long as a sample of them is simulated.
+    whole: Option<usize>,
+    /// The columns of the brush that are expected to count.
+    counted: usize,
     /// The changes of its impulses by all times that it has ended so far. The first one is infinite.
     changes: Vec<f64>,
     /// Impulses of its filaments in N s, by turn, in steps twice as long. Empty before it has been simulated in such.
@@ -160,44 +165,67 @@ struct Refinement {
 }
 
 impl Refinement {
-    /// The most filaments that are solved for such a brush. Means over more of them differ less, and take longer.
+    /// The most filaments that are solved for a brush that is its own sample. Means over more of them differ less, and take longer.
     const FEW: usize = 5 * LANES;
     /// The share of the tolerance by which its impulses may change.
     const SHARE: f64 = 0.2;
-    /// Halves that are tried.
+    /// Halves that are tried, also of a sample.
     const MOST: usize = 4;
+    const MOST_OF_SAMPLE: usize = 2;
 
     /// Of a brush that is simulated for the first time.
-    fn new(goes_on: bool) -> Self {
-        Self { goes_on, changes: Vec::new(), coarser: Vec::new() }
+    fn new(goes_on: bool, counted: usize) -> Self {
+        Self { goes_on, whole: None, counted, changes: Vec::new(), coarser: Vec::new() }
     }
 
-    /// After these `impulses` in N s, by turn and filament, to the relative `tolerance`.
-    fn after(&self, impulses: Vec<Vec<f64>>, tolerance: f64) -> Self {
-        let changes = self.changes.iter().copied().chain([self.change(&impulses)]).collect::<Vec<_>>();
-        let goes_on = changes[changes.len() - 1] > Self::SHARE * tolerance && changes.len() <= Self::MOST;
-        Self { goes_on, changes, coarser: impulses }
+    /// The columns of a sample of a brush that solves so many filaments in `columns`.
+    fn sample(solved: usize, columns: usize) -> usize {
+        /// At least: what the first ones do to each other is less than what comes later.
+        const LEAST: usize = 12;
+        (Self::FEW * columns).div_ceil(solved).max(LEAST).min(columns)
     }
 
-    /// The error that is expected at the end: the last change. Changes that do not fall may be small by chance: the largest, but for that
-    /// of the longest steps.
+    /// After these `impulses` in N s, by turn and filament, of `columns`, to the relative `tolerance`.
+    fn after(&self, impulses: Vec<Vec<f64>>, columns: usize, tolerance: f64) -> Self {
+        let change = self.change(&impulses, columns as f64 / self.counted as f64);
+        let changes: Vec<f64> = self.changes.iter().copied().chain([change]).collect();
+        let most = if self.whole.is_some() { Self::MOST_OF_SAMPLE } else { Self::MOST };
+        let goes_on = change > Self::SHARE * tolerance && changes.len() <= most;
+        Self { goes_on, changes, coarser: impulses, ..*self }
+    }
+
+    /// After the last impulses. Only how often it has ended counts from now on: of a sample once.
+    fn ended(&self) -> Self {
+        let times = if self.whole.is_some() { 1 } else { self.changes.len().max(1) };
+        Self { changes: vec![0.0; times], ..Self::new(false, self.counted) }
+    }
+
+    /// Whether shorter steps were to any avail: the last ones changed little, or each changed less than the one before.
+    fn has_helped(&self, tolerance: f64) -> bool {
+        let has_settled = self.changes.last().is_some_and(|last| *last <= Self::SHARE * tolerance);
+        has_settled || self.changes.is_sorted_by(|before, after| before > after)
+    }
+
+    /// The error that is expected at the end: the last change. Where changes do not fall, or were two, it may be small by chance: the
+    /// largest of the later half.
     fn error(&self, tolerance: f64) -> f64 {
-        let last = self.changes[self.changes.len() - 1];
-        if last <= Self::SHARE * tolerance || self.changes.is_sorted_by(|before, after| before > after) {
-            return last;
-        }
-        self.changes.iter().skip(2).copied().fold(last, f64::max)
+        let (count, last) = (self.changes.len(), self.changes[self.changes.len() - 1]);
+        let is_last = last <= Self::SHARE * tolerance || (count > 3 && self.has_helped(tolerance));
+        let later = if is_last { count } else { count / 2 };
+        self.changes[later..].iter().copied().fold(last, f64::max)
     }
 
     /// The largest relative change of a turn's mean of these `impulses` from coarser steps: that which it has, or would have if the
-    /// changes of single filaments had signs by chance. Means of two runs may agree where filaments do not. Infinite if there were none.
-    fn change(&self, impulses: &[Vec<f64>]) -> f64 {
+    /// changes of single filaments had signs by chance, in one of which they are a `share`. Means of two runs may agree where filaments
+    /// do not. Infinite if there were none.
+    fn change(&self, impulses: &[Vec<f64>], share: f64) -> f64 {
         let change = |(coarser, finer): (&Vec<f64>, &Vec<f64>)| {
             let changes = || coarser.iter().zip(finer).map(|(coarser, finer)| finer - coarser);
-            let random = changes().map(|change| change * change).sum::<f64>().sqrt();
-            let largest = changes().sum::<f64>().abs().max(random);
+            let random: f64 = changes().map(|change| change * change).sum();
+            let common = (changes().sum::<f64>().powi(2) - random).max(0.0);
+            let change = (common + share * random).sqrt();
             let whole: f64 = finer.iter().sum::<f64>().max(coarser.iter().sum());
-            if largest == 0.0 { 0.0 } else { largest / whole }
+            if change == 0.0 { 0.0 } else { change / whole }
         };
         let changes = self.coarser.iter().zip(impulses).map(change);
         if self.coarser.is_empty() { f64::INFINITY } else { changes.fold(0.0, f64::max) }
@@ -205,6 +233,8 @@ impl Refinement {
 
     fn save(&self, words: &mut Writer) {
         words.count(usize::from(self.goes_on));
+        words.count(self.whole.unwrap_or(0));
+        words.count(self.counted);
         words.count(self.changes.len());
         self.changes.iter().for_each(|change| words.number(*change));
         words.count(self.coarser.len());
@@ -213,13 +243,13 @@ impl Refinement {
     }
 
     fn restore(words: &mut Reader<'_>) -> Option<Self> {
-        let [goes_on, ended] = [words.count()?, words.count()?];
+        let [goes_on, whole, counted, ended] = [words.count()?, words.count()?, words.count()?, words.count()?];
         let changes = (0..ended).map(|_| words.number()).collect::<Option<_>>()?;
         let [turns, filaments] = [words.count()?, words.count()?];
         let turns = Some(turns).filter(|turns| *turns <= MAX_TURNS)?;
         let mut turn = || (0..filaments).map(|_| words.number()).collect();
         let coarser = (0..turns).map(|_| turn()).collect::<Option<_>>()?;
-        Some(Self { goes_on: goes_on == 1, changes, coarser })
+        Some(Self { goes_on: goes_on == 1, whole: Some(whole).filter(|whole| *whole > 0), counted, changes, coarser })
     }
 }
 
@@ -282,6 +312,8 @@ struct Draft {
     arrangement: Arrangement,
     /// Whether no filament leaves its plane of rotation or touches one in another plane.
     is_planar: bool,
+    /// Whether its filaments are equal, too.
+    are_equal: bool,
     /// Whether it ends once its stretch has settled, rather than after a number of columns.
     ends_when_settled: bool,
     /// Number of contact points of a segment.
@@ -333,7 +365,7 @@ impl Draft {
             return Err(BrushError::Memory { needed, limit, filaments: count, segments: n });
         }
         let arrangement = Arrangement::new(settings, columns, diameter)?;
-        Ok(Self { pass, arrangement, is_planar, ends_when_settled, points, memory: needed })
+        Ok(Self { pass, arrangement, is_planar, are_equal, ends_when_settled, points, memory: needed })
     }
 }
 
@@ -358,7 +390,28 @@ impl BrushRun {
     /// # Panics
     /// If the settings fail [`Settings::check`].
     pub fn new(settings: &Settings, options: RunOptions) -> Result<Self, BrushError> {
-        Self::of_columns(settings, options, None, None)
+        Self::of_columns(settings, options, None, None)?.or_sample()
+    }
+
+    /// A sample of its columns, if one shows which steps it needs.
+    fn or_sample(self) -> Result<Self, BrushError> {
+        let columns = self.arrangement.columns;
+        let solved = self.sectors.iter().map(|(group, _)| group.members.len()).sum();
+        let sample = Refinement::sample(solved, columns);
+        if !self.refinement.goes_on || sample == columns {
+            return Ok(self);
+        }
+        let refinement = Refinement { whole: Some(columns), ..self.refinement.clone() };
+        self.again(sample, self.precision, refinement)
+    }
+
+    /// The same with so many columns and in other steps, from the beginning.
+    fn again(&self, columns: usize, precision: Precision, refinement: Refinement) -> Result<Self, BrushError> {
+        let run = Self::of_columns(&self.settings, self.options, Some(columns), Some(precision))?;
+        let followed = if refinement.whole.is_some() { columns } else { run.followed };
+        let mut run = Self { refinement, followed, ..run.until(&self.stop) };
+        run.begin_at(run.begin);
+        Ok(run)
     }
 
     /// The same with another number of columns than that which the settings state, or the default, and with a precision that is known.
@@ -369,17 +422,19 @@ impl BrushRun {
         precision: Option<Precision>,
     ) -> Result<Self, BrushError> {
         let brush = settings.brush_or_default();
-        let Draft { pass, arrangement, is_planar, ends_when_settled, points, .. } =
+        let Draft { pass, arrangement, is_planar, are_equal, ends_when_settled, points, .. } =
             Draft::new(settings, columns, options.memory)?;
         let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
         let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let solved: usize = groups.iter().map(|group| group.members.len()).sum();
-        let is_small = (2..=Refinement::FEW).contains(&solved) && !ends_when_settled;
+        let is_sensitive = solved <= Refinement::FEW || !are_equal;
+        let counted = stretch::expected_in(settings, &pass, &arrangement);
+        let is_refined = solved > 1 && is_sensitive && !ends_when_settled;
         let precision = match precision {
             Some(precision) => precision,
             None => {
-                let halvings = if is_small { 0 } else { options.halvings };
-                Precision::find(settings, arrangement.roots.len() > 1)?.halved(halvings)
+                let halvings = if is_refined { 0 } else { options.halvings };
+                Precision::find(settings, arrangement.roots.len() > 1)?.halved(halvings.into())
             }
         };
         let form = if is_planar { Form::Planar } else { Form::Spatial };
@@ -405,7 +460,7 @@ impl BrushRun {
             length: precision.step / settings.process.brushing_velocity_m_s,
             done: 0,
             precision,
-            refinement: Refinement::new(is_small),
+            refinement: Refinement::new(is_refined, counted),
             form,
             points,
             own,
@@ -529,12 +584,13 @@ impl BrushRun {
     }
 
     /// What share of the steps is done, from 0 to 1. Of a brush that may begin anew in shorter steps, which is not known before, each
-    /// time takes half of what is left.
+    /// time takes half of what is left, and a sample half of all.
     pub fn done(&self) -> f64 {
         let settled = self.settling.as_ref().map_or(self.settling_steps, |settling| settling.steps()[0]);
         let done = ((settled + self.done) as f64 / (self.settling_steps + self.steps) as f64).min(1.0);
         let left = 0.5_f64.powi(self.refinement.changes.len() as i32);
-        1.0 - left + left * if self.refinement.goes_on { 0.5 * done } else { done }
+        let done = 1.0 - left + left * if self.refinement.goes_on { 0.5 * done } else { done };
+        if self.refinement.whole.is_some() { 0.5 * done } else { done }
     }
 
     /// Goes on for some steps. Returns false at the end.
@@ -656,43 +712,43 @@ impl BrushRun {
     /// shorter steps where its own were not short enough. Returns false otherwise.
     fn begin_anew(&mut self) -> Result<bool, BrushError> {
         if let Some(columns) = self.missing_columns() {
-            // Small brushes take halved steps last, large ones from the beginning.
             let precision = (!self.refinement.goes_on).then_some(self.precision);
-            let again = Self::of_columns(&self.settings, self.options, Some(columns), precision)?;
-            *self = again.until(&self.stop.clone());
+            let again = Self::of_columns(&self.settings, self.options, Some(columns), precision)?.until(&self.stop);
+            *self = match precision {
+                Some(_) => Self { refinement: self.refinement.clone(), ..again },
+                None => again.or_sample()?,
+            };
             return Ok(true);
         }
         if !self.refinement.goes_on {
             return Ok(false);
         }
+        let (columns, tolerance) = (self.arrangement.columns, self.brush.tolerance);
+        let whole = self.refinement.whole;
         if self.sectors.iter().any(|(_, sector)| !sector.pairs().is_empty()) {
-            let tolerance = self.brush.tolerance;
-            let refinement = self.refinement.after(self.turns(), tolerance);
+            let refinement = self.refinement.after(self.turns(), columns, tolerance);
             if refinement.goes_on {
-                return self.begin_in(self.precision.halved(1), refinement);
+                *self = self.again(columns, self.precision.halved(1), refinement)?;
+                return Ok(true);
             }
             self.precision.error = self.precision.error.max(refinement.error(tolerance));
+            if whole.is_some() && !refinement.has_helped(tolerance) {
+                self.precision = self.precision.halved(1 - refinement.changes.len() as i32);
+            }
             self.refinement = refinement;
-        } else {
-            self.refinement = Refinement { goes_on: false, changes: vec![0.0], coarser: Vec::new() };
         }
-        match self.options.halvings {
-            0 => Ok(false),
-            halvings => self.begin_in(self.precision.halved(halvings), self.refinement.clone()),
+        self.refinement = self.refinement.ended();
+        if whole.is_none() && self.options.halvings == 0 {
+            return Ok(false);
         }
-    }
-
-    /// Begins anew in other steps.
-    fn begin_in(&mut self, precision: Precision, refinement: Refinement) -> Result<bool, BrushError> {
-        let columns = Some(self.arrangement.columns);
-        let again = Self::of_columns(&self.settings, self.options, columns, Some(precision))?;
-        *self = Self { refinement, ..again.until(&self.stop.clone()) };
+        let precision = self.precision.halved(self.options.halvings.into());
+        *self = self.again(whole.unwrap_or(columns), precision, self.refinement.clone())?;
         Ok(true)
     }
 
     /// The number of columns that a steady stretch is expected to need, if there are too few and the settings do not state how many.
     fn missing_columns(&self) -> Option<usize> {
-        if self.brush.columns.is_some() || self.has_settled {
+        if self.brush.columns.is_some() || self.has_settled || self.refinement.whole.is_some() {
             return None;
         }
         let filaments = self.filaments(self.arrangement.columns);

@@ -63,6 +63,16 @@ pub fn expected_to_count(settings: &Settings, pass: &Pass, arrangement: &Arrange
     (entry + length).min(columns_that_may_count(settings, pass, arrangement))
 }
 
+/// The number of columns that are expected to be in the stretch.
+pub fn expected_in(settings: &Settings, pass: &Pass, arrangement: &Arrangement) -> usize {
+    let may_count = columns_that_may_count(settings, pass, arrangement);
+    if may_count == arrangement.columns {
+        return may_count;
+    }
+    let Expectation { entry, length, .. } = Expectation::new(settings, pass, arrangement.around);
+    may_count.saturating_sub(entry).max(length)
+}
+
 /// The number of columns that may count, from the first one. Those behind them are there only so that these are not the last ones.
 pub fn columns_that_may_count(settings: &Settings, pass: &Pass, arrangement: &Arrangement) -> usize {
     if !settings.brush_or_default().steady || arrangement.is_closed() {

@@ -8,7 +8,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::{
     BrushSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, Settings, Side, ToolSettings, Turns,
-    WorkpieceKind,
+    UncertaintySettings, WorkpieceKind,
 };
 use bristle::simulation::simulate;
 use serde::Deserialize;
@@ -133,6 +133,21 @@ fn means_that_agree_by_chance_are_not_taken_for_resolved() {
     // In steps of 174 000 to a tolerance of 1.25e-5. Of those to 1e-3, the first two lengths agree to 4e-4, and are off by 2.8e-3.
     let error = result.tool.contact_normal_impulse_n_s / 8.150887e-3 - 1.0;
     assert!(error.abs() < 3e-4, "{error}");
+}
+
+#[test]
+fn a_sample_says_how_certain_the_mean_of_differing_filaments_is() {
+    let tilted = with(&row(4, 680.0, 42), |brush| brush.lateral_tilt_std_rad = 1e-3);
+    let tilted = Settings { process: ProcessSettings::new(10.0, 5e-4), ..tilted };
+    let varying = Settings {
+        uncertainty: UncertaintySettings { length_std_m: 2e-4, hold: Hold::Machine, ..UncertaintySettings::default() },
+        process: ProcessSettings::new(5.0, 3e-3),
+        ..row(4, 680.0, 42)
+    };
+    let error = |settings: &Settings| simulate_brush(settings, 1).expect("a row").step_error;
+    // Single filaments depend on the step by several per cent, however short it is.
+    assert!(error(&tilted) > 1e-3);
+    assert!(error(&varying) < 1e-3);
 }
 
 #[test]
