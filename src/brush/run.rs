@@ -190,34 +190,40 @@ impl Refinement {
         let change = self.change(&impulses, columns as f64 / self.counted as f64);
         let changes: Vec<f64> = self.changes.iter().copied().chain([change]).collect();
         let most = if self.whole.is_some() { Self::MOST_OF_SAMPLE } else { Self::MOST };
-        let goes_on = change > Self::SHARE * tolerance && changes.len() <= most;
+        let goes_on = !Self::is_small(change, tolerance) && changes.len() <= most;
         Self { goes_on, changes, coarser: impulses, ..*self }
     }
 
-    /// After the last impulses. Only how often it has ended counts from now on: of a sample once.
+    /// Whether a change is small enough to end with.
+    fn is_small(change: f64, tolerance: f64) -> bool {
+        change <= Self::SHARE * tolerance
+    }
+
+    /// After the last impulses. From here on only the number of runs before counts, for the progress: a sample is one.
     fn ended(&self) -> Self {
         let times = if self.whole.is_some() { 1 } else { self.changes.len().max(1) };
         Self { changes: vec![0.0; times], ..Self::new(false, self.counted) }
     }
 
-    /// Whether shorter steps were to any avail: the last ones changed little, or each changed less than the one before.
+    /// Whether each change was less than the one before, or the last is small.
     fn has_helped(&self, tolerance: f64) -> bool {
-        let has_settled = self.changes.last().is_some_and(|last| *last <= Self::SHARE * tolerance);
-        has_settled || self.changes.is_sorted_by(|before, after| before > after)
+        let is_settled = self.changes.last().is_some_and(|last| Self::is_small(*last, tolerance));
+        is_settled || self.changes.is_sorted_by(|before, after| before > after)
     }
 
-    /// The error that is expected at the end: the last change. Where changes do not fall, or were two, it may be small by chance: the
-    /// largest of the later half.
+    /// The error that is expected at the end: the last change. That may be small by chance where changes do not fall, or were only two:
+    /// then the largest of the later half.
     fn error(&self, tolerance: f64) -> f64 {
         let (count, last) = (self.changes.len(), self.changes[self.changes.len() - 1]);
-        let is_last = last <= Self::SHARE * tolerance || (count > 3 && self.has_helped(tolerance));
+        let is_last = Self::is_small(last, tolerance) || (count > 3 && self.has_helped(tolerance));
         let later = if is_last { count } else { count / 2 };
         self.changes[later..].iter().copied().fold(last, f64::max)
     }
 
-    /// The largest relative change of a turn's mean of these `impulses` from coarser steps: that which it has, or would have if the
-    /// changes of single filaments had signs by chance, in one of which they are a `share`. Means of two runs may agree where filaments
-    /// do not. Infinite if there were none.
+    /// The largest relative change of a turn's mean from coarser steps to these `impulses`: the change that it has, or, if that is larger,
+    /// the one that it would have if single filaments changed with random signs. Means of two runs may agree where filaments do not.
+    /// `share` is the number of columns over the number of those that count, over which random changes average. Infinite if there were no
+    /// coarser steps.
     fn change(&self, impulses: &[Vec<f64>], share: f64) -> f64 {
         let change = |(coarser, finer): (&Vec<f64>, &Vec<f64>)| {
             let changes = || coarser.iter().zip(finer).map(|(coarser, finer)| finer - coarser);
@@ -312,7 +318,7 @@ struct Draft {
     arrangement: Arrangement,
     /// Whether no filament leaves its plane of rotation or touches one in another plane.
     is_planar: bool,
-    /// Whether its filaments are equal, too.
+    /// Whether it is planar and its filaments are equal.
     are_equal: bool,
     /// Whether it ends once its stretch has settled, rather than after a number of columns.
     ends_when_settled: bool,
@@ -779,7 +785,7 @@ impl BrushRun {
         (0..).map_while(|turn| self.impulses(|account| account.turns(is_single).get(turn).copied())).collect()
     }
 
-    /// What `of` says of all solved filaments in N s, each as often as there are some like it. `None` if it is so of one.
+    /// Impulses of all solved filaments in N s, which `of` reads, each times the number of filaments like it. `None` if one has none.
     fn impulses(&self, of: impl Fn(&Account) -> Option<f64>) -> Option<Vec<f64>> {
         let accounts = self.sectors.iter().flat_map(|(group, sector)| {
             let weight = group.weight() as f64;

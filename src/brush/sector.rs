@@ -428,7 +428,7 @@ impl Account {
         self.completed.as_ref().unwrap_or(&self.record)
     }
 
-    /// The impulses of its turns in N s at the end, also where one `is_single`, which none follows.
+    /// The impulses of its turns in N s at the end. A single turn may not have been closed by another: `is_single` takes it as it is.
     pub fn turns(&self, is_single: bool) -> &[f64] {
         if is_single { std::slice::from_ref(&self.last().impulse) } else { &self.impulses }
     }

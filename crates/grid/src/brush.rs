@@ -185,7 +185,7 @@ bristle::record! {
         ],
         step_error: f64 = [
             "", "", "error of the steps",
-            "largest change of p_n of a turn of one filament by itself, from its error-controlled pass to the steps of the brush, over it; of brushes of up to 40 filaments, and of a sample where filaments differ, if larger, also the change of the mean p_n of a turn from steps twice as long, or that which changes of single filaments make likely"
+            "largest change of p_n of a turn of one filament by itself, from its error-controlled pass to the steps of the brush, over it. For at most 40 filaments, or where filaments differ, also what halved steps change in the mean p_n of a turn, or would change if single filaments changed with random signs; the largest of these"
         ],
         energy_residual: f64 = [
             "", "", "residual of the energy",
