@@ -579,9 +579,9 @@ impl BrushRun {
         Self { stop: stop.clone(), pass: self.pass.until(stop), ..self }
     }
 
-    /// Number of columns.
+    /// Number of columns of the brush, also while a sample of them is simulated.
     pub fn columns(&self) -> usize {
-        self.arrangement.columns
+        self.refinement.whole.unwrap_or(self.arrangement.columns)
     }
 
     /// Number of rows.

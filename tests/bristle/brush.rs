@@ -147,8 +147,22 @@ fn a_sample_says_how_certain_the_mean_of_differing_filaments_is() {
     };
     let error = |settings: &Settings| simulate_brush(settings, 1).expect("a row").step_error;
     // Single filaments depend on the step by several per cent, however short it is.
-    assert!(error(&tilted) > 1e-3);
+    let of_tilted = error(&tilted);
+    assert!(of_tilted > 1e-3);
     assert!(error(&varying) < 1e-3);
+
+    // A sample is no other brush to those who look on, and can be resumed.
+    let mut run = BrushRun::new(&tilted, RunOptions::default()).expect("a row");
+    assert!(run.advance().expect("a step"));
+    let mut resumed = BrushRun::resume(&tilted, RunOptions::default(), &run.checkpoint()).expect("a state");
+    assert_eq!([run.columns(), resumed.columns()], [42, 42]);
+    let mut done = resumed.done();
+    while resumed.advance().expect("a step") {
+        assert_eq!(resumed.columns(), 42);
+        assert!(done <= resumed.done());
+        done = resumed.done();
+    }
+    assert_eq!(resumed.finish().expect("a result").step_error, of_tilted);
 }
 
 #[test]
