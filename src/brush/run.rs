@@ -205,17 +205,18 @@ impl Refinement {
         Self { changes: vec![0.0; times], ..Self::new(false, self.counted) }
     }
 
-    /// Whether each change was less than the one before, or the last is small.
-    fn has_helped(&self, tolerance: f64) -> bool {
-        let is_settled = self.changes.last().is_some_and(|last| Self::is_small(*last, tolerance));
-        is_settled || self.changes.is_sorted_by(|before, after| before > after)
+    /// Whether the whole takes the steps of its sample. If these leave more to chance than the tolerance allows, it takes the first ones,
+    /// which are as right and faster.
+    fn is_worth(&self, tolerance: f64) -> bool {
+        self.changes.last().is_some_and(|last| *last <= tolerance)
     }
 
     /// The error that is expected at the end: the last change. That may be small by chance where changes do not fall, or were only two:
     /// then the largest of the later half.
     fn error(&self, tolerance: f64) -> f64 {
         let (count, last) = (self.changes.len(), self.changes[self.changes.len() - 1]);
-        let is_last = Self::is_small(last, tolerance) || (count > 3 && self.has_helped(tolerance));
+        let falls = self.changes.is_sorted_by(|before, after| before > after);
+        let is_last = Self::is_small(last, tolerance) || (count > 3 && falls);
         let later = if is_last { count } else { count / 2 };
         self.changes[later..].iter().copied().fold(last, f64::max)
     }
@@ -738,7 +739,7 @@ impl BrushRun {
                 return Ok(true);
             }
             self.precision.error = self.precision.error.max(refinement.error(tolerance));
-            if whole.is_some() && !refinement.has_helped(tolerance) {
+            if whole.is_some() && !refinement.is_worth(tolerance) {
                 self.precision = self.precision.halved(1 - refinement.changes.len() as i32);
             }
             self.refinement = refinement;
