@@ -205,10 +205,14 @@ impl Refinement {
         Self { changes: vec![0.0; times], ..Self::new(false, self.counted) }
     }
 
-    /// Whether the whole takes the steps of its sample. If these leave more to chance than the tolerance allows, it takes the first ones,
-    /// which are as right and faster.
-    fn is_worth(&self, tolerance: f64) -> bool {
-        self.changes.last().is_some_and(|last| *last <= tolerance)
+    /// By how many halves the steps of the whole are longer than the last ones of its sample. If its last change is small, the steps before
+    /// were short enough. If that is more than the tolerance, shorter ones do not help, and the first ones are as right, and faster.
+    fn back(&self, tolerance: f64) -> usize {
+        match self.changes[self.changes.len() - 1] {
+            last if Self::is_small(last, tolerance) => 1,
+            last if last <= tolerance => 0,
+            _ => self.changes.len() - 1,
+        }
     }
 
     /// The error that is expected at the end: the last change. That may be small by chance where changes do not fall, or were only two:
@@ -739,8 +743,8 @@ impl BrushRun {
                 return Ok(true);
             }
             self.precision.error = self.precision.error.max(refinement.error(tolerance));
-            if whole.is_some() && !refinement.is_worth(tolerance) {
-                self.precision = self.precision.halved(1 - refinement.changes.len() as i32);
+            if whole.is_some() {
+                self.precision = self.precision.halved(-(refinement.back(tolerance) as i32));
             }
             self.refinement = refinement;
         }

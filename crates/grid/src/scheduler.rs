@@ -64,7 +64,8 @@ pub type CaseResult = Result<CaseSummary, String>;
 
 /// Simulates all cases and returns their results in the order of the grid, whatever the number of threads.
 ///
-/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush is simulated by one thread.
+/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush is simulated by one thread, or
+/// by several if there are fewer cases than threads.
 /// If `threads` is `None`, there are as many threads as cores. Each simulates [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each
 /// case, from any thread. An error of a simulation ends only its case.
 ///
@@ -125,8 +126,9 @@ pub fn simulate_cases(
     let Resources { threads, memory } = resources.into();
     if study.has_brush() {
         let spare = memory.map(|memory| spare_memory(study, cases, threads, memory));
+        let options = RunOptions { threads: thread_count(threads).div_ceil(cases.len().max(1)), ..RunOptions::default() };
         return complete_one_by_one(study, cases, threads, on_case_done, |case| {
-            simulate_brush(study, case, spare, stop)
+            simulate_brush(study, case, spare, options, stop)
         });
     }
     complete_cases(study, cases, threads, on_pass, on_case_done, |take, done| {
@@ -240,7 +242,13 @@ fn spare_memory(study: &Study, cases: &[usize], threads: Option<NonZeroUsize>, m
 
 /// Simulates the brush of a case, which may come to need `spare` bytes of memory more, and again if the study checks its cases. `None` if it
 /// was asked to stop.
-fn simulate_brush(study: &Study, case: usize, spare: Option<u64>, stop: &Stop) -> Option<CaseResult> {
+fn simulate_brush(
+    study: &Study,
+    case: usize,
+    spare: Option<u64>,
+    options: RunOptions,
+    stop: &Stop,
+) -> Option<CaseResult> {
     let settings = study.settings(case);
     let simulate = |settings: &Settings, options: RunOptions| {
         let needed = study.brush_memory(case)?;
@@ -249,13 +257,13 @@ fn simulate_brush(study: &Study, case: usize, spare: Option<u64>, stop: &Stop) -
         while run.advance()? {}
         run.finish()
     };
-    let result = press_brush(&settings, stop, |settings| simulate(settings, RunOptions::default()));
+    let result = press_brush(&settings, stop, |settings| simulate(settings, options));
     let (settings, result) = match result {
         Err(BrushError::Stopped) => return None,
         Err(error) => return Some(Err(error.to_string())),
         Ok(result) => result,
     };
-    let checked = match study.checks().then(|| simulate(&settings, finer_steps(RunOptions::default()))) {
+    let checked = match study.checks().then(|| simulate(&settings, finer_steps(options))) {
         Some(Err(BrushError::Stopped)) => return None,
         checked => checked.and_then(Result::ok),
     };

@@ -26,8 +26,10 @@ const NEAR: f64 = 0.05;
 const FOUND: f64 = 0.01;
 /// Simulations of the search.
 const MOST: usize = 4;
-/// Rows of a brush in space, which repeat along the axis.
+/// Rows of a brush in space, which repeat along the axis, and the tolerance of its impulse. With tilts that nobody has measured, its filaments
+/// differ by more.
 const ROWS: usize = 4;
+const TOLERANCE: f64 = 1e-2;
 /// A band is narrow if its ends are this close to the force, as a share of it.
 const NARROW: f64 = 0.25;
 
@@ -438,6 +440,7 @@ fn in_space(
     let brush = settings.brush.get_or_insert_default();
     brush.rows = Some(rows.min(ROWS));
     brush.lateral_tilt_std_rad = ASSUMED_TILT_RAD;
+    brush.tolerance = brush.tolerance.max(TOLERANCE);
     let simulated = simulated(&settings, threads, stop)?;
     Ok(simulated.map(|result| result.and_then(|summary| InSpace::of(ASSUMED_TILT_RAD, true, share, summary))))
 }
