@@ -206,12 +206,14 @@ impl Refinement {
     }
 
     /// By how many halves the steps of the whole are longer than the last ones of its sample. If its last change is small, the steps before
-    /// were short enough. If that is more than the tolerance, shorter ones do not help, and the first ones are as right, and faster.
+    /// were short enough. If shorter ones do not help and a warning is due anyway, the first ones are as right, and faster.
     fn back(&self, tolerance: f64) -> usize {
-        match self.changes[self.changes.len() - 1] {
-            last if Self::is_small(last, tolerance) => 1,
-            last if last <= tolerance => 0,
-            _ => self.changes.len() - 1,
+        let [before, last] = [2, 1].map(|back| self.changes[self.changes.len() - back]);
+        let has_helped = before <= tolerance || last <= 0.5 * before;
+        match last <= tolerance && has_helped {
+            _ if Self::is_small(last, tolerance) => 1,
+            true => 0,
+            false => self.changes.len() - 1,
         }
     }
 
@@ -1243,4 +1245,23 @@ pub fn memory_estimate(filaments: usize, segments: usize, points: usize) -> u64 
     let (filaments, segments, points) = (filaments as u64, segments as u64, points as u64);
     let of_filament = segments.saturating_mul(points.saturating_mul(POINT).saturating_add(SEGMENT));
     filaments.saturating_mul(of_filament).saturating_add(REST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Refinement;
+
+    #[test]
+    fn the_whole_takes_the_longest_steps_that_its_sample_allows() {
+        let back = |changes: &[f64]| {
+            let changes = [&[f64::INFINITY], changes].concat();
+            Refinement { whole: Some(80), changes, ..Refinement::new(false, 80) }.back(1e-3)
+        };
+        // Halving them changed little.
+        assert_eq!([back(&[1e-4]), back(&[1.3e-3, 1.5e-4])], [1, 1]);
+        // Nothing is to be warned of, or each change is much less than the one before.
+        assert_eq!([back(&[3.9e-4, 2.7e-4]), back(&[2.2e-3, 6.7e-4])], [0, 0]);
+        // Filaments throw each other about, whatever the steps.
+        assert_eq!([back(&[1.1e-3, 8.2e-4]), back(&[8e-3, 2.4e-2])], [2, 2]);
+    }
 }

@@ -126,7 +126,8 @@ pub fn simulate_cases(
     let Resources { threads, memory } = resources.into();
     if study.has_brush() {
         let spare = memory.map(|memory| spare_memory(study, cases, threads, memory));
-        let options = RunOptions { threads: thread_count(threads).div_ceil(cases.len().max(1)), ..RunOptions::default() };
+        let threads_of_each = (thread_count(threads) / cases.len().max(1)).max(1);
+        let options = RunOptions { threads: threads_of_each, ..RunOptions::default() };
         return complete_one_by_one(study, cases, threads, on_case_done, |case| {
             simulate_brush(study, case, spare, options, stop)
         });
