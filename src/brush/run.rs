@@ -210,10 +210,12 @@ impl Refinement {
     fn back(&self, tolerance: f64) -> usize {
         let [before, last] = [2, 1].map(|back| self.changes[self.changes.len() - back]);
         let has_helped = before <= tolerance || last <= 0.5 * before;
-        match last <= tolerance && has_helped {
-            _ if Self::is_small(last, tolerance) => 1,
-            true => 0,
-            false => self.changes.len() - 1,
+        if Self::is_small(last, tolerance) {
+            1
+        } else if last <= tolerance && has_helped {
+            0
+        } else {
+            self.changes.len() - 1
         }
     }
 

@@ -151,7 +151,7 @@ fn a_sample_says_how_certain_the_mean_of_differing_filaments_is() {
     assert!(of_tilted > 1e-3);
     assert!(error(&varying) < 1e-3);
 
-    // A sample is no other brush to those who look on, and can be resumed.
+    // While a sample is simulated, the run still reports the whole brush, and can be resumed.
     let mut run = BrushRun::new(&tilted, RunOptions::default()).expect("a row");
     assert!(run.advance().expect("a step"));
     let mut resumed = BrushRun::resume(&tilted, RunOptions::default(), &run.checkpoint()).expect("a state");

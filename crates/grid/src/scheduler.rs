@@ -64,8 +64,8 @@ pub type CaseResult = Result<CaseSummary, String>;
 
 /// Simulates all cases and returns their results in the order of the grid, whatever the number of threads.
 ///
-/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush is simulated by one thread, or
-/// by several if there are fewer cases than threads.
+/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush is simulated by one thread, or by
+/// an equal share of the threads if there are fewer cases than these.
 /// If `threads` is `None`, there are as many threads as cores. Each simulates [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each
 /// case, from any thread. An error of a simulation ends only its case.
 ///
