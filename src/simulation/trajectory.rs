@@ -331,12 +331,6 @@ impl Trajectory {
         Self { must_be_free: true, ..self }
     }
 
-    /// The same, which lets jumps of the force pass, and may start in contact.
-    #[cfg(test)]
-    pub(super) fn unchecked(self) -> Self {
-        Self { jump: f64::INFINITY, must_be_free: false, ..self }
-    }
-
     /// Goes on to `end_time` (s) or, `while_touching`, only until no contact is closed. The work is limited anew.
     pub fn go_on(&mut self, end_time: f64, while_touching: bool) {
         self.begin_time = self.start.time;

@@ -339,6 +339,86 @@ fn filaments_with_large_tilts_lean_on_each_other() {
     assert!((a / b - 1.0).abs() < 1e-2, "{a} {b}");
 }
 
+/// Two filaments side by side, whose clamps are tilted by a standard deviation of 30 mrad, and so far apart that only the tips can meet.
+/// The brush is slow: centrifugal forces hardly stiffen it.
+fn two(seed: u32) -> Settings {
+    let mut settings = Settings::paper(0.5, 1e-3);
+    settings.tool.filament_count = 2.0 * 600.0;
+    settings.tool.width_m = 4e-3;
+    settings.brush = Some(BrushSettings {
+        columns: Some(1),
+        rows: Some(2),
+        pattern: Pattern::Aligned,
+        ends: Ends::Free,
+        lateral_tilt_std_rad: 0.03,
+        steady: false,
+        seed,
+        ..BrushSettings::default()
+    });
+    settings
+}
+
+/// By how much the undeformed tips are in each other, in m: from the tilts that the same filaments have where they are too far apart to touch.
+fn depth(settings: &Settings) -> f64 {
+    let mut apart = settings.clone();
+    apart.tool.width_m *= 10.0;
+    apart.filament.segments = 2;
+    let mut run = BrushRun::new(&apart, RunOptions { frames: 100, ..RunOptions::default() }).expect("a brush");
+    while run.advance().expect("a step") {}
+    let first = &run.finish().expect("a result").frames[0];
+    assert_eq!(first.contact_normal_force_n, [0.0; 2]);
+    let [a, b] = [0, 1].map(|filament| {
+        let [root, next] = [0, 1].map(|node| first.nodes_m[filament][node].map(f64::from));
+        let [x, y, z] = [0, 1, 2].map(|i| next[i] - root[i]);
+        z.atan2(x.hypot(y))
+    });
+    (a - b) * settings.filament.length_m - (0.5 * settings.tool.width_m - settings.filament.diameter_m)
+}
+
+/// Cantilevers whose tips hold each other apart press with `3 E I/l³` times half of their overlap.
+#[test]
+fn tilted_filaments_lean_on_each_other_as_cantilevers_do() {
+    for seed in [23, 26, 65] {
+        let settings = two(seed);
+        let depth = depth(&settings);
+        assert!((5e-4..7e-4).contains(&depth), "{seed}: {depth}");
+        let filament = &settings.filament;
+        // A chain with a joint at the clamp is softer than a beam.
+        let joints = filament.segments as f64;
+        let softer = 1.0 + 1.5 / joints + 0.5 / joints.powi(2);
+        let stiffness = 3.0 * filament.youngs_modulus_pa * TAU / 128.0 * filament.diameter_m.powi(4) / softer;
+        let expected = 0.5 * depth * stiffness / filament.length_m.powi(3);
+        let result = simulate_brush(&settings, 1).expect("a brush");
+        let before = result.history.iter().take_while(|sample| sample.touching_filaments == 0);
+        let ratios: Vec<f64> = before.map(|sample| sample.press_force_n / expected).collect();
+        assert!(ratios.len() > 5, "it begins before it touches");
+        // They press a fifth of a segment before their tips, and vibrate with what is left of the speed at which they settle, some mm/s.
+        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.2), "{seed}: {ratios:?}");
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+        assert!((mean - 1.0).abs() < 0.1, "{seed}: {mean}");
+    }
+}
+
+#[test]
+fn filaments_that_are_apart_do_not_settle_and_others_resume_while_they_do() {
+    let [apart, settings] = [two(1), two(5)];
+    assert!(depth(&apart) < 0.0 && depth(&settings) > 2e-4);
+    let apart = BrushRun::new(&apart, RunOptions::default()).expect("a brush");
+    assert_eq!(apart.done(), 0.0);
+    let mut run = BrushRun::new(&settings, RunOptions::default()).expect("a brush");
+    for _ in 0..3 {
+        assert!(run.advance().expect("a rung"));
+    }
+    assert!(run.done() > 0.0);
+    let mut again =
+        BrushRun::resume(&settings, RunOptions::default(), &run.checkpoint()).expect("the state is its own");
+    assert_eq!(again.done(), run.done());
+    let finish = |run: &mut BrushRun| while run.advance().expect("a step") {};
+    finish(&mut run);
+    finish(&mut again);
+    assert!(run.finish().expect("a result") == again.finish().expect("a result"));
+}
+
 #[test]
 fn roots_are_shifted_where_there_is_room() {
     let shifted = |rows: usize| {

@@ -2,7 +2,7 @@
 
 use crate::common::case;
 use bristle::model::settings::{Settings, Side, WorkpieceKind};
-use bristle::simulation::{Pass, Sampling, simulate, simulate_with};
+use bristle::simulation::{IntegrationError, Pass, Sampling, SimulationError, simulate, simulate_with};
 use bristle::tool::{RotaryTool, Tool};
 use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
 
@@ -128,4 +128,67 @@ fn a_tool_that_begins_inside_the_workpiece_is_refused() {
     let pass = Pass::with(&settings, tool, Around(plane)).expect("a contact arc is stated");
     let error = pass.simulate(Sampling::default()).expect_err("no angle is free");
     assert!(error.to_string().contains("start inside the workpiece"), "{error}");
+}
+
+/// A plane that breaks a promise of [`Workpiece`].
+#[derive(Clone, Debug)]
+struct Broken {
+    plane: Plane,
+    /// Until this time in s, what is inside seems to be outside, as if the onset of its contact were passed over.
+    hidden_until: f64,
+    /// By how much the normal leans towards `x`, away from the gradient of the gap.
+    lean: f64,
+}
+
+impl Broken {
+    /// Why the pass over a plane is refused that `change` breaks; it gets the times of the nominal contact.
+    fn refusal(settings: &Settings, change: impl FnOnce(&mut Self, [f64; 2])) -> Option<SimulationError> {
+        let plane = Plane::of(&settings.workpiece, settings.tool_radius_m() - settings.process.penetration_depth_m);
+        let mut broken = Self { plane, hidden_until: f64::NEG_INFINITY, lean: 0.0 };
+        change(&mut broken, Pass::new(settings).nominal_times());
+        let pass = Pass::with(settings, RotaryTool::of(settings), broken).expect("the tips touch");
+        pass.simulate(Sampling::default()).err()
+    }
+}
+
+impl Workpiece for Broken {
+    fn surface(&self, position: [f64; 3], time: f64) -> Surface {
+        let surface = self.plane.surface(position, time);
+        let gap = if time < self.hidden_until { surface.gap.abs() } else { surface.gap };
+        let [x, y, z] = surface.normal;
+        let size = (1.0 + self.lean * (2.0 * x + self.lean)).sqrt();
+        Surface { gap, normal: [x + self.lean, y, z].map(|n| n / size), ..surface }
+    }
+
+    fn is_planar(&self) -> bool {
+        true
+    }
+
+    fn translates(&self) -> bool {
+        true
+    }
+
+    fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
+        self.plane.contact_arc(tip)
+    }
+}
+
+#[test]
+fn a_missed_onset_is_an_error() {
+    let settings = case(6, 10.0, 1e-3);
+    assert_eq!(Broken::refusal(&settings, |_, _| ()), None);
+    for part in [0.01, 0.1] {
+        let hide = |broken: &mut Broken, [entry, exit]: [f64; 2]| broken.hidden_until = entry + part * (exit - entry);
+        let error = Broken::refusal(&settings, hide).expect("the force jumps");
+        assert!(matches!(error, SimulationError::Integration(IntegrationError::Jump { .. })), "{error}");
+    }
+}
+
+#[test]
+fn forces_that_gain_energy_do_not_balance() {
+    let settings = case(6, 10.0, 1e-3);
+    for lean in [-0.01, 0.01, 0.1] {
+        let error = Broken::refusal(&settings, |broken, _| broken.lean = lean).expect("energy comes from nowhere");
+        assert!(matches!(error, SimulationError::Unbalanced { .. }), "{lean}: {error}");
+    }
 }
