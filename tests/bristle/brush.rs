@@ -181,7 +181,7 @@ fn filaments_too_far_apart_to_touch_are_those_of_single_passes() {
 
 #[test]
 fn one_filament_on_an_edge_has_the_metrics_of_a_pass() {
-    let mut settings = with(&row(10, 682.0, 1), |brush| brush.tolerance = 1e-5);
+    let mut settings = with(&row(6, 682.0, 1), |brush| brush.tolerance = 1e-4);
     settings.contact.friction_coefficient = 0.3;
     settings.workpiece.kind = WorkpieceKind::Edge;
     settings.workpiece.edge_radius_m = 1e-3;
@@ -235,6 +235,8 @@ fn results_depend_neither_on_threads_nor_on_where_a_run_was_stopped() {
         brush.rows = Some(3);
         brush.lateral_tilt_std_rad = 2e-3;
         brush.friction_coefficient = 0.2;
+        // Equal bits need no short steps.
+        brush.tolerance = 1e-2;
     });
     let settings = Settings { tool: ToolSettings { width_m: 3.6e-3, ..settings.tool.clone() }, ..settings };
     let expected = simulate_brush(&settings, 1).expect("a brush");
@@ -323,7 +325,7 @@ fn energies_balance_and_neighbours_oppose_each_other() {
 #[test]
 fn filaments_with_large_tilts_lean_on_each_other() {
     let tilted = |std: f64, tolerance: f64| {
-        let settings = with(&row(5, 682.0 * 3.0, 6), |brush| {
+        let settings = with(&row(5, 682.0 * 3.0, 4), |brush| {
             (brush.rows, brush.lateral_tilt_std_rad, brush.tolerance) = (Some(3), std, tolerance);
         });
         let settings = Settings { tool: ToolSettings { width_m: 3.6e-3, ..settings.tool.clone() }, ..settings };
@@ -480,12 +482,12 @@ fn each_filament_has_its_own_deviations() {
 
 #[test]
 fn random_roots_keep_their_distance() {
-    let settings = with(&row(2, 10_500.0, 8), |brush| {
+    let settings = with(&row(2, 10_500.0, 4), |brush| {
         (brush.rows, brush.pattern) = (None, Pattern::Random);
         brush.tolerance = 1e-2;
     });
     let result = simulate_brush(&settings, 1).expect("a brush");
-    assert_eq!((result.columns, result.rows), (8, 15));
+    assert_eq!((result.columns, result.rows), (4, 15));
     let (mut least, mut regular) = (f64::INFINITY, 0);
     for (index, a) in result.filaments.iter().enumerate() {
         for b in &result.filaments[..index] {
@@ -499,7 +501,7 @@ fn random_roots_keep_their_distance() {
     }
     assert!((1.18e-3..1.25e-3).contains(&least), "{least}");
     // Of regular roots all would be: of random ones a tenth.
-    assert!(regular < 40, "{regular} of 120");
+    assert!(regular < 20, "{regular} of 60");
     let again = simulate_brush(&settings, 1).expect("a brush");
     assert_eq!(again, result);
     let other = with(&settings, |brush| brush.seed = 2);

@@ -1,5 +1,5 @@
 //! Runs the commands of pages in docs/ one after the other in an empty directory, as a reader would, and compares their output with the
-//! page.
+//! page. Together they simulate for minutes, so that only `--ignored` runs them; `.ci/run` does.
 
 use std::f64::consts::{PI, TAU};
 use std::fs;
@@ -129,6 +129,7 @@ fn check(page: &Page) -> TempDir {
 }
 
 #[test]
+#[ignore = "with the other pages it takes minutes"]
 fn the_readme_describes_a_brush_as_it_says() {
     let (_, section) =
         include_str!("../../../../README.md").split_once("\n## A brush of your own\n").expect("the section");
@@ -144,6 +145,7 @@ fn the_readme_describes_a_brush_as_it_says() {
 }
 
 #[test]
+#[ignore = "with the other pages it takes minutes"]
 fn the_tutorial_does_what_it_says() {
     check(&Page {
         text: include_str!("../../../../docs/tutorial.md"),
@@ -168,6 +170,7 @@ fn the_tutorial_does_what_it_says() {
 }
 
 #[test]
+#[ignore = "with the other pages it takes minutes"]
 fn choosing_velocity_and_depth_does_what_it_says() {
     check(&Page {
         text: include_str!("../../../../docs/velocity-and-depth.md"),
@@ -178,6 +181,7 @@ fn choosing_velocity_and_depth_does_what_it_says() {
 }
 
 #[test]
+#[ignore = "with the other pages it takes minutes"]
 fn how_sure_forces_are_is_as_the_page_says() {
     check(&Page {
         text: include_str!("../../../../docs/how-sure.md"),
@@ -191,6 +195,7 @@ fn how_sure_forces_are_is_as_the_page_says() {
 }
 
 #[test]
+#[ignore = "with the other pages it takes minutes"]
 fn a_calibration_finds_what_the_page_says() {
     let directory = check(&Page {
         text: include_str!("../../../../docs/calibration.md"),
@@ -208,6 +213,7 @@ fn a_calibration_finds_what_the_page_says() {
 }
 
 #[test]
+#[ignore = "with the other pages it takes minutes"]
 fn what_to_measure_does_what_it_says() {
     check(&Page {
         text: include_str!("../../../../docs/what-to-measure.md"),
@@ -218,6 +224,7 @@ fn what_to_measure_does_what_it_says() {
 }
 
 #[test]
+#[ignore = "with the other pages it takes minutes"]
 fn brushes_are_compared_as_the_page_says() {
     check(&Page {
         text: include_str!("../../../../docs/brushes.md"),
@@ -291,6 +298,7 @@ fn the_formulas_for_measurements_give_what_the_page_says() {
 }
 
 #[test]
+#[ignore = "with the other pages it takes minutes"]
 fn cups_cones_and_tilted_brushes_do_what_the_page_says() {
     let page = include_str!("../../../../docs/cup-cone-tilted.md");
     let directory = check(&Page {
@@ -319,6 +327,7 @@ fn cups_cones_and_tilted_brushes_do_what_the_page_says() {
 }
 
 #[test]
+#[ignore = "with the other pages it takes minutes"]
 fn edges_grow_round_as_the_page_says() {
     let directory = check(&Page {
         text: include_str!("../../../../docs/edge-rounding.md"),
@@ -343,6 +352,7 @@ fn edges_grow_round_as_the_page_says() {
 }
 
 #[test]
+#[ignore = "with the other pages it takes minutes"]
 fn deburring_does_what_it_says() {
     let directory = check(&Page {
         text: include_str!("../../../../docs/deburring.md"),

@@ -30,6 +30,7 @@ fn comparisons<'a>(page: &'a str, heading: &str) -> Vec<(&'a str, usize)> {
 }
 
 #[test]
+#[ignore = "it takes a minute"]
 fn the_suite_agrees() {
     let directory = TempDir::new().expect("a temporary directory");
     let out = directory.path().join("results");
