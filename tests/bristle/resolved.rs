@@ -185,7 +185,7 @@ fn a_missed_onset_is_an_error() {
 }
 
 #[test]
-fn forces_that_gain_energy_do_not_balance() {
+fn forces_along_another_normal_do_not_balance() {
     let settings = case(6, 10.0, 1e-3);
     for lean in [-0.01, 0.01, 0.1] {
         let error = Broken::refusal(&settings, |broken, _| broken.lean = lean).expect("energy comes from nowhere");
