@@ -4,7 +4,7 @@
 default:
     @just --list
 
-# Run all tests
+# Run the tests, but for those that take minutes
 test:
     cargo test --workspace
 

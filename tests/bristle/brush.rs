@@ -344,19 +344,12 @@ fn filaments_with_large_tilts_lean_on_each_other() {
 /// Two filaments side by side, whose clamps are tilted by a standard deviation of 30 mrad, and so far apart that only the tips can meet.
 /// The brush is slow: centrifugal forces hardly stiffen it.
 fn two(seed: u32) -> Settings {
-    let mut settings = Settings::paper(0.5, 1e-3);
-    settings.tool.filament_count = 2.0 * 600.0;
-    settings.tool.width_m = 4e-3;
-    settings.brush = Some(BrushSettings {
-        columns: Some(1),
-        rows: Some(2),
-        pattern: Pattern::Aligned,
-        ends: Ends::Free,
-        lateral_tilt_std_rad: 0.03,
-        steady: false,
-        seed,
-        ..BrushSettings::default()
+    let mut settings = with(&row(25, 2.0 * 600.0, 1), |brush| {
+        (brush.rows, brush.pattern, brush.ends) = (Some(2), Pattern::Aligned, Ends::Free);
+        (brush.lateral_tilt_std_rad, brush.seed) = (0.03, seed);
     });
+    settings.process.brushing_velocity_m_s = 0.5;
+    settings.tool.width_m = 4e-3;
     settings
 }
 
@@ -385,19 +378,16 @@ fn tilted_filaments_lean_on_each_other_as_cantilevers_do() {
         let depth = depth(&settings);
         assert!((5e-4..7e-4).contains(&depth), "{seed}: {depth}");
         let filament = &settings.filament;
-        // A chain with a joint at the clamp is softer than a beam.
-        let joints = filament.segments as f64;
-        let softer = 1.0 + 1.5 / joints + 0.5 / joints.powi(2);
-        let stiffness = 3.0 * filament.youngs_modulus_pa * TAU / 128.0 * filament.diameter_m.powi(4) / softer;
+        let stiffness = 3.0 * filament.youngs_modulus_pa * TAU / 128.0 * filament.diameter_m.powi(4);
         let expected = 0.5 * depth * stiffness / filament.length_m.powi(3);
         let result = simulate_brush(&settings, 1).expect("a brush");
         let before = result.history.iter().take_while(|sample| sample.touching_filaments == 0);
         let ratios: Vec<f64> = before.map(|sample| sample.press_force_n / expected).collect();
         assert!(ratios.len() > 5, "it begins before it touches");
-        // They press a fifth of a segment before their tips, and vibrate with what is left of the speed at which they settle, some mm/s.
-        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.2), "{seed}: {ratios:?}");
         let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
-        assert!((mean - 1.0).abs() < 0.1, "{seed}: {mean}");
+        assert!((mean - 1.0).abs() < 0.02, "{seed}: {mean}");
+        // They vibrate about it with the speed that counts as rest.
+        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.15), "{seed}: {ratios:?}");
     }
 }
 

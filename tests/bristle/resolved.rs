@@ -1,6 +1,7 @@
 //! Is every contact resolved? Passes whose contacts are short, thick, or out of the way of the undeformed filament.
 
 use crate::common::case;
+use bristle::equations::linear::{add, dot, scale};
 use bristle::model::settings::{Settings, Side, WorkpieceKind};
 use bristle::simulation::{IntegrationError, Pass, Sampling, SimulationError, simulate, simulate_with};
 use bristle::tool::{RotaryTool, Tool};
@@ -84,7 +85,9 @@ fn a_thick_filament_starts_before_it_touches() {
             let mut settings = case(6, 10.0, 1e-3);
             settings.contact.radius_m = radius_m;
             settings.process.lead_angle_rad = lead_angle_rad;
-            simulate(&settings).expect("the pass ends").metrics.contact_normal_impulse_n_s
+            let metrics = simulate(&settings).expect("the pass ends").metrics;
+            assert!(metrics.energy_residual < 1e-5, "{radius_m}: {}", metrics.energy_residual);
+            metrics.contact_normal_impulse_n_s
         });
         // A straight filament that turns rigidly stays so: the lead angle changes rounding and steps.
         assert!((near / far - 1.0).abs() < 1e-4, "{radius_m}: {near:e} {far:e}");
@@ -141,13 +144,13 @@ struct Broken {
 }
 
 impl Broken {
-    /// Why the pass over a plane is refused that `change` breaks; it gets the times of the nominal contact.
-    fn refusal(settings: &Settings, change: impl FnOnce(&mut Self, [f64; 2])) -> Option<SimulationError> {
+    /// The energy residual of the pass over a plane that `change` breaks; it gets the times of the nominal contact.
+    fn residual(settings: &Settings, change: impl FnOnce(&mut Self, [f64; 2])) -> Result<f64, SimulationError> {
         let plane = Plane::of(&settings.workpiece, settings.tool_radius_m() - settings.process.penetration_depth_m);
         let mut broken = Self { plane, hidden_until: f64::NEG_INFINITY, lean: 0.0 };
         change(&mut broken, Pass::new(settings).nominal_times());
         let pass = Pass::with(settings, RotaryTool::of(settings), broken).expect("the tips touch");
-        pass.simulate(Sampling::default()).err()
+        pass.simulate(Sampling::default()).map(|simulation| simulation.metrics.energy_residual)
     }
 }
 
@@ -155,9 +158,8 @@ impl Workpiece for Broken {
     fn surface(&self, position: [f64; 3], time: f64) -> Surface {
         let surface = self.plane.surface(position, time);
         let gap = if time < self.hidden_until { surface.gap.abs() } else { surface.gap };
-        let [x, y, z] = surface.normal;
-        let size = (1.0 + self.lean * (2.0 * x + self.lean)).sqrt();
-        Surface { gap, normal: [x + self.lean, y, z].map(|n| n / size), ..surface }
+        let leaning = add(surface.normal, [self.lean, 0.0, 0.0]);
+        Surface { gap, normal: scale(1.0 / dot(leaning, leaning).sqrt(), leaning), ..surface }
     }
 
     fn is_planar(&self) -> bool {
@@ -176,10 +178,11 @@ impl Workpiece for Broken {
 #[test]
 fn a_missed_onset_is_an_error() {
     let settings = case(6, 10.0, 1e-3);
-    assert_eq!(Broken::refusal(&settings, |_, _| ()), None);
+    let kept = Broken::residual(&settings, |_, _| ()).expect("it breaks nothing");
+    assert!(kept < 1e-5, "{kept}");
     for part in [0.01, 0.1] {
         let hide = |broken: &mut Broken, [entry, exit]: [f64; 2]| broken.hidden_until = entry + part * (exit - entry);
-        let error = Broken::refusal(&settings, hide).expect("the force jumps");
+        let error = Broken::residual(&settings, hide).expect_err("the force jumps");
         assert!(matches!(error, SimulationError::Integration(IntegrationError::Jump { .. })), "{error}");
     }
 }
@@ -188,7 +191,7 @@ fn a_missed_onset_is_an_error() {
 fn forces_along_another_normal_do_not_balance() {
     let settings = case(6, 10.0, 1e-3);
     for lean in [-0.01, 0.01, 0.1] {
-        let error = Broken::refusal(&settings, |broken, _| broken.lean = lean).expect("energy comes from nowhere");
+        let error = Broken::residual(&settings, |broken, _| broken.lean = lean).expect_err("energy comes or goes");
         assert!(matches!(error, SimulationError::Unbalanced { .. }), "{lean}: {error}");
     }
 }
