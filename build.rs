@@ -11,7 +11,7 @@ use std::process::{Command, ExitCode};
 
 use bristle_codegen::MAKER;
 use bristle_codegen::back::json;
-use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::compare::{Deviation, States, TOLERANCE, compare};
 use bristle_codegen::fingerprint::{code, digest, sources};

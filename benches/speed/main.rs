@@ -23,7 +23,7 @@ use bristle::model::filament;
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
-use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::model::chain;
 use bristle_codegen::model::kernels::kernels;

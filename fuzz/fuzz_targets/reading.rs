@@ -1,7 +1,7 @@
 //! What holds for every text that the reader of expression graphs is given.
 
 use bristle_codegen::back::json::{from_json, to_json};
-use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::Origin;
 
 /// A file that passes the reader can be written, emitted, evaluated and read again; one that does not is an error.

@@ -1,9 +1,10 @@
 //! What the dynamics of a chain take and give: constants, motion of the clamp, loads on nodes, energies.
 
 use super::chart::PolarAxis;
+use super::kernels::{AzimuthSteps, JointConstants, SegmentConstants};
 use super::linear::{cross, sub, zero};
 use super::recursion::Root;
-use super::{LaneSet, Lanewise, Real};
+use super::{LaneSet, Lanewise, Real, StepWeights};
 
 /// The constants of a chain (MODEL's symbols in the descriptions).
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +43,26 @@ pub struct Link<T> {
     pub relaxed_angle: RelaxedAngle<T>,
 }
 
+impl<T: Real> Link<T> {
+    /// The constants of the segment, which has this `length`.
+    #[inline(always)]
+    pub(super) fn segment(&self, length: T) -> SegmentConstants<T> {
+        SegmentConstants { length, mass: self.mass, inertia: self.inertia }
+    }
+
+    /// The constants of the joint.
+    #[inline(always)]
+    pub(super) fn joint(&self) -> JointConstants<T> {
+        JointConstants { stiffness: self.stiffness, damping: self.damping }
+    }
+
+    /// The same link, but its joint has only the damper.
+    #[inline(always)]
+    pub(super) fn without_spring(&self) -> Self {
+        Self { stiffness: T::from_f64(0.0), ..*self }
+    }
+}
+
 /// The angle about `z` from the inner side of a joint to its outer side where its spring is relaxed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelaxedAngle<T> {
@@ -75,6 +96,13 @@ impl<T: Real> RelaxedAngle<T> {
     #[inline(always)]
     pub(super) fn added_to(&self, [sine, cosine]: [T; 2]) -> [T; 2] {
         [sine * self.cosine + cosine * self.sine, cosine * self.cosine - sine * self.sine]
+    }
+
+    /// How the azimuth changes at the joint between segments with these `sin θ, cos θ`.
+    #[inline(always)]
+    pub(super) fn azimuth_steps(&self, [sin, cos]: [T; 2], [next_sin, next_cos]: [T; 2]) -> AzimuthSteps<T> {
+        let plain = [sin * next_cos - cos * next_sin, cos * next_cos + sin * next_sin];
+        AzimuthSteps { plain, unbent: self.added_to(plain) }
     }
 
     /// The sine and cosine of `x − κ` from those of `x`.
@@ -428,15 +456,6 @@ impl<T> NodeLoads<T> for NoLoads {
     fn tangent(&self, _: usize, _: [T; 3], _: [T; 3]) -> Option<NodeTangent<T>> {
         None
     }
-}
-
-/// How an implicit step moves coordinates and rates with the accelerations: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StepWeights<T> {
-    /// `w_q` in s².
-    pub coordinates: T,
-    /// `w_v` in s.
-    pub rates: T,
 }
 
 impl<T: Real> StepWeights<T> {

@@ -9,8 +9,11 @@ use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
 use super::chain::{Link, turned};
+use super::kernels::{
+    self, AzimuthSteps, ClampEnergy, CrossedJoint, CrossedJointTangent, Joint, JointEnergy, JointTangent, Segment,
+};
 use super::linear::{dot, product, scale, sub, sub_matrices};
-use super::{Lanewise, Real, StepWeights, kernels};
+use super::{Lanewise, Real, StepWeights};
 
 /// Below this `|sin φ|` a segment is at a pole of its coordinates, where its azimuth has no meaning.
 ///
@@ -189,6 +192,26 @@ pub struct Side<'a, T> {
     pub axis: PolarAxis,
 }
 
+impl<T: Real> Side<'_, T> {
+    /// For the kernels.
+    #[inline(always)]
+    pub fn whole(&self) -> kernels::Side<T, 4> {
+        kernels::Side { angles: *self.angles, rates: self.rates }
+    }
+
+    /// For the kernels in which only the difference of the azimuths enters.
+    #[inline(always)]
+    fn polar(&self) -> kernels::Side<T, 2> {
+        kernels::Side { angles: [self.angles[0], self.angles[1]], rates: self.rates }
+    }
+
+    /// `sin θ, cos θ`
+    #[inline(always)]
+    fn azimuth(&self) -> [T; 2] {
+        [self.angles[2], self.angles[3]]
+    }
+}
+
 /// How the brush body turns, from which dampers see the segments.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyRotation<T> {
@@ -250,18 +273,15 @@ impl<T: Real> BodyRotation<T> {
 
 /// [`kernels::segment`] in the frame, from the chart about `axis`.
 #[inline(always)]
-pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: kernels::Segment<T>) -> kernels::Segment<T> {
-    let kernels::Segment { inertia, coupling, bias, base_bias, reach, reach_rate, reach_jacobian, reach_bias } =
-        segment;
-    kernels::Segment {
-        inertia,
-        coupling: axis.to_frame(coupling),
-        bias,
-        base_bias: axis.to_frame(base_bias),
-        reach: axis.to_frame(reach),
-        reach_rate: axis.to_frame(reach_rate),
-        reach_jacobian: axis.to_frame(reach_jacobian),
-        reach_bias: axis.to_frame(reach_bias),
+pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: Segment<T, 2, 3>) -> Segment<T, 2, 3> {
+    Segment {
+        coupling: axis.to_frame(segment.coupling),
+        base_bias: axis.to_frame(segment.base_bias),
+        reach: axis.to_frame(segment.reach),
+        reach_rate: axis.to_frame(segment.reach_rate),
+        reach_jacobian: axis.to_frame(segment.reach_jacobian),
+        reach_bias: axis.to_frame(segment.reach_bias),
+        ..segment
     }
 }
 
@@ -274,26 +294,16 @@ fn is_plain<T>(previous: &Side<'_, T>, next: &Side<'_, T>, link: &Link<T>) -> bo
 
 /// [`kernels::joint`] between any two charts.
 #[inline(always)]
-pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::Joint<T> {
+pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> Joint<T, 2> {
     if !is_plain(&previous, &next, link) {
         return joint_with_x(previous, next, link);
     }
-    let step = azimuth_step(previous.angles, next.angles);
-    kernels::joint(
-        [previous.angles[0], previous.angles[1]],
-        [next.angles[0], next.angles[1]],
-        step,
-        link.relaxed_angle.added_to(step),
-        previous.rates,
-        next.rates,
-        link.stiffness,
-        link.damping,
-    )
+    kernels::joint(previous.polar(), next.polar(), azimuth_steps(&previous, &next, link), link.joint())
 }
 
 /// The torques of the damper alone.
-pub fn damper_torques<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::Joint<T> {
-    joint(previous, next, &Link { stiffness: T::from_f64(0.0), ..*link })
+pub fn damper_torques<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> Joint<T, 2> {
+    joint(previous, next, &link.without_spring())
 }
 
 /// [`kernels::joint_tangent`] between any two charts on a body that turns in any way.
@@ -304,7 +314,7 @@ pub fn joint_tangent<T: Real>(
     link: &Link<T>,
     body: &BodyRotation<T>,
     weights: StepWeights<T>,
-) -> kernels::JointTangent<T> {
+) -> JointTangent<T, 2> {
     let tangent = joint_tangent_at_rest(previous, next, link, weights);
     if body.is_about(previous.axis) && body.is_about(next.axis) {
         return tangent;
@@ -316,13 +326,13 @@ pub fn joint_tangent<T: Real>(
 #[cold]
 #[inline(never)]
 fn joint_tangent_on_body<T: Real>(
-    mut tangent: kernels::JointTangent<T>,
+    mut tangent: JointTangent<T, 2>,
     previous: Side<'_, T>,
     next: Side<'_, T>,
     link: &Link<T>,
     body: &BodyRotation<T>,
     weights: StepWeights<T>,
-) -> kernels::JointTangent<T> {
+) -> JointTangent<T, 2> {
     let by_rates = joint_tangent_at_rest(previous, next, link, StepWeights::of_rates());
     if let Some(slopes) = body.slopes(&previous, weights.coordinates) {
         let less = |block: &mut [[T; 2]; 2], by_rates| *block = sub_matrices(block, &product(by_rates, &slopes));
@@ -344,88 +354,59 @@ fn joint_tangent_at_rest<T: Real>(
     next: Side<'_, T>,
     link: &Link<T>,
     weights: StepWeights<T>,
-) -> kernels::JointTangent<T> {
+) -> JointTangent<T, 2> {
     if !is_plain(&previous, &next, link) {
         return joint_tangent_with_x(previous, next, link, weights);
     }
-    let step = azimuth_step(previous.angles, next.angles);
-    kernels::joint_tangent(
-        [previous.angles[0], previous.angles[1]],
-        [next.angles[0], next.angles[1]],
-        step,
-        link.relaxed_angle.added_to(step),
-        previous.rates,
-        next.rates,
-        link.stiffness,
-        link.damping,
-        weights.coordinates,
-        weights.rates,
-    )
+    let steps = azimuth_steps(&previous, &next, link);
+    kernels::joint_tangent(previous.polar(), next.polar(), steps, link.joint(), weights)
 }
 
 /// [`kernels::joint_energy`] between any two charts.
 #[inline(always)]
-pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::JointEnergy<T> {
+pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> JointEnergy<T> {
     if !is_plain(&previous, &next, link) {
         return joint_energy_with_x(previous, next, link);
     }
-    kernels::joint_energy(
-        *previous.angles,
-        *next.angles,
-        link.relaxed_angle.taken_from([next.angles[2], next.angles[3]]),
-        previous.rates,
-        next.rates,
-        link.stiffness,
-        link.damping,
-    )
+    let unbent = link.relaxed_angle.taken_from(next.azimuth());
+    kernels::joint_energy(previous.whole(), next.whole(), unbent, link.joint())
 }
 
 #[cold]
 #[inline(never)]
-fn joint_energy_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::JointEnergy<T> {
+fn joint_energy_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> JointEnergy<T> {
     // To the spring the inner segment takes the role of the clamp.
     let relaxed = turned(previous.axis.to_frame(direction(*previous.angles)), &link.relaxed_angle);
     let (none, relaxed) = (T::from_f64(0.0), next.axis.from_frame(relaxed));
-    let kernels::ClampEnergy { spring, .. } =
-        kernels::clamp_energy(relaxed, *next.angles, next.rates, link.stiffness, none, [none; 3]);
+    let ClampEnergy { spring, .. } = kernels::clamp_energy(relaxed, next.whole(), link.joint(), [none; 3]);
     // `D` is half of what the dampers take.
     let torques = damper_torques(previous, next, link);
     let power = |[a, b]: [T; 2], [c, d]: [T; 2]| a * c + b * d;
     let dissipation = T::from_f64(-0.5) * (power(previous.rates, torques.previous) + power(next.rates, torques.next));
-    kernels::JointEnergy { spring, dissipation }
+    JointEnergy { spring, dissipation }
 }
 
 /// The sine and cosine of the azimuth of the segment about `z` at a crossed joint, turned to the other segment by the relaxed
 /// angle.
 fn unbent_azimuth<T: Real>(z: &Side<'_, T>, is_previous: bool, link: &Link<T>) -> [T; 2] {
-    let azimuth = [z.angles[2], z.angles[3]];
-    if is_previous { link.relaxed_angle.added_to(azimuth) } else { link.relaxed_angle.taken_from(azimuth) }
+    if is_previous { link.relaxed_angle.added_to(z.azimuth()) } else { link.relaxed_angle.taken_from(z.azimuth()) }
 }
 
 /// [`kernels::joint`] where one or both segments have the polar axis `x`.
 #[cold]
 #[inline(never)]
-fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> kernels::Joint<T> {
+fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> Joint<T, 2> {
     if previous.axis == next.axis {
-        let kernels::JointAboutX { previous, next } = kernels::joint_about_x(
-            *previous.angles,
-            *next.angles,
-            azimuth_step(previous.angles, next.angles),
-            [link.relaxed_angle.sine, link.relaxed_angle.cosine],
-            previous.rates,
-            next.rates,
-            link.stiffness,
-            link.damping,
-        );
-        return kernels::Joint { previous, next };
+        let (step, turn) =
+            (azimuth_steps(&previous, &next, link).plain, [link.relaxed_angle.sine, link.relaxed_angle.cosine]);
+        return kernels::joint_about_x(previous.whole(), next.whole(), step, turn, link.joint());
     }
     let previous_is_z = previous.axis == PolarAxis::Z;
     let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
     let unbent = unbent_azimuth(&z, previous_is_z, link);
-    let kernels::CrossedJoint { z, x } =
-        kernels::crossed_joint(*z.angles, *x.angles, unbent, z.rates, x.rates, link.stiffness, link.damping);
+    let CrossedJoint { z, x } = kernels::crossed_joint(z.whole(), x.whole(), unbent, link.joint());
     let (previous, next) = if previous_is_z { (z, x) } else { (x, z) };
-    kernels::Joint { previous, next }
+    Joint { previous, next }
 }
 
 /// [`kernels::joint_tangent`] where one or both segments have the polar axis `x`.
@@ -436,48 +417,28 @@ fn joint_tangent_with_x<T: Real>(
     next: Side<'_, T>,
     link: &Link<T>,
     weights: StepWeights<T>,
-) -> kernels::JointTangent<T> {
+) -> JointTangent<T, 2> {
     if previous.axis == next.axis {
-        let kernels::JointAboutXTangent { previous_previous, previous_next, next_previous, next_next } =
-            kernels::joint_about_x_tangent(
-                *previous.angles,
-                *next.angles,
-                azimuth_step(previous.angles, next.angles),
-                [link.relaxed_angle.sine, link.relaxed_angle.cosine],
-                previous.rates,
-                next.rates,
-                link.stiffness,
-                link.damping,
-                weights.coordinates,
-                weights.rates,
-            );
-        return kernels::JointTangent { previous_previous, previous_next, next_previous, next_next };
+        let (step, turn) =
+            (azimuth_steps(&previous, &next, link).plain, [link.relaxed_angle.sine, link.relaxed_angle.cosine]);
+        return kernels::joint_about_x_tangent(previous.whole(), next.whole(), step, turn, link.joint(), weights);
     }
     let previous_is_z = previous.axis == PolarAxis::Z;
     let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
-    let kernels::CrossedJointTangent { z_z, z_x, x_z, x_x } = kernels::crossed_joint_tangent(
-        *z.angles,
-        *x.angles,
-        unbent_azimuth(&z, previous_is_z, link),
-        z.rates,
-        x.rates,
-        link.stiffness,
-        link.damping,
-        weights.coordinates,
-        weights.rates,
-    );
+    let unbent = unbent_azimuth(&z, previous_is_z, link);
+    let CrossedJointTangent { z_z, z_x, x_z, x_x } =
+        kernels::crossed_joint_tangent(z.whole(), x.whole(), unbent, link.joint(), weights);
     if previous_is_z {
-        kernels::JointTangent { previous_previous: z_z, previous_next: z_x, next_previous: x_z, next_next: x_x }
+        JointTangent { previous_previous: z_z, previous_next: z_x, next_previous: x_z, next_next: x_x }
     } else {
-        kernels::JointTangent { previous_previous: x_x, previous_next: x_z, next_previous: z_x, next_next: z_z }
+        JointTangent { previous_previous: x_x, previous_next: x_z, next_previous: z_x, next_next: z_z }
     }
 }
 
-/// `sin(θ − θ'), cos(θ − θ')` from the sines and cosines of both.
+/// How the azimuth changes from `previous` to `next`.
 #[inline(always)]
-fn azimuth_step<T: Real>(previous: &[T; 4], next: &[T; 4]) -> [T; 2] {
-    let ([_, _, sin, cos], [_, _, next_sin, next_cos]) = (*previous, *next);
-    [sin * next_cos - cos * next_sin, cos * next_cos + sin * next_sin]
+fn azimuth_steps<T: Real>(previous: &Side<'_, T>, next: &Side<'_, T>, link: &Link<T>) -> AzimuthSteps<T> {
+    link.relaxed_angle.azimuth_steps(previous.azimuth(), next.azimuth())
 }
 
 #[cfg(test)]

@@ -5,16 +5,14 @@
 use super::chain::{Link, turned};
 use super::chart::{self, BodyRotation, PolarAxis, PoleError, Side, find_pole};
 use super::dispatch::{Loop, dispatch};
+use super::kernels::{self, ClampEnergy, Joint, JointEnergy, JointTangent, Segment, SegmentEnergy, SegmentTangent};
 use super::linear::{add, in_lane, product, sub_matrices, zero};
 use super::planar::{PlanarFactorisation, PlanarRecursion, PlanarTask};
-use super::recursion::{
-    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root, Segment,
-    SegmentTangent,
-};
+use super::recursion::{self, Energetic, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root};
 use super::tasks::{ChainDynamics, Factorise, Task};
 use super::{
     Chain, ChainState, Clamp, Energies, LANES, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PlanarDynamics,
-    PointLoad, PointTangent, Real, StepWeights, kernels,
+    PointLoad, PointTangent, Real, StepWeights,
 };
 
 /// Equations of motion of one chain, or of one chain per lane, with the memory for their recursions.
@@ -140,17 +138,15 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
     }
 
     #[inline(always)]
-    fn clamp_torque(&self, stiffness: T) -> [T; 2] {
-        let Side { angles, rates, .. } = self.side(0);
-        kernels::clamp(self.relaxed_clamp(), *angles, rates, stiffness, self.links[0].damping).next
+    fn clamp_torque(&self, link: &Link<T>) -> [T; 2] {
+        kernels::clamp(self.relaxed_clamp(), self.side(0).whole(), link.joint()).next
     }
 
     #[inline(always)]
-    fn clamp_energy(&self) -> kernels::ClampEnergy<T> {
-        let (Side { angles, rates, axis }, Link { stiffness, damping, relaxed_angle, .. }) =
-            (self.side(0), &self.links[0]);
-        let relaxed_rate = axis.from_frame(turned(self.clamp.direction_rate, relaxed_angle));
-        kernels::clamp_energy(self.relaxed_clamp(), *angles, rates, *stiffness, *damping, relaxed_rate)
+    fn clamp_energy(&self) -> ClampEnergy<T> {
+        let (side, link) = (self.side(0), &self.links[0]);
+        let relaxed_rate = side.axis.from_frame(turned(self.clamp.direction_rate, &link.relaxed_angle));
+        kernels::clamp_energy(self.relaxed_clamp(), side.whole(), link.joint(), relaxed_rate)
     }
 
     /// See [`Energies::clamp_torque_power`]. As `D` depends on the rates in the body only, `Ω·∂D/∂Ω` is the power of the dampers on
@@ -160,10 +156,9 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
             let rates = self.body.rigid_rates(&self.angles[k], self.charts[k]);
             rates[0] * torque[0] + rates[1] * torque[1]
         };
-        let mut power = self.clamp_energy().power + rigid(0, self.clamp_torque(T::from_f64(0.0)));
+        let mut power = self.clamp_energy().power + rigid(0, self.clamp_torque(&self.links[0].without_spring()));
         for k in 1..self.links.len() {
-            let kernels::Joint { previous, next } =
-                chart::damper_torques(self.side(k - 1), self.side(k), &self.links[k]);
+            let Joint { previous, next } = chart::damper_torques(self.side(k - 1), self.side(k), &self.links[k]);
             power = power + rigid(k - 1, previous) + rigid(k, next);
         }
         power
@@ -172,23 +167,19 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
 
 impl<T: Lanewise> Energetic<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
-    fn segment_energy(&self, k: usize, position: [T; 3], velocity: [T; 3]) -> [T; 2] {
-        let (axis, Link { mass, inertia, .. }) = (self.charts[k], &self.links[k]);
+    fn segment_energy(&self, k: usize, position: [T; 3], velocity: [T; 3]) -> SegmentEnergy<T> {
+        let axis = self.charts[k];
         let [x, x_rate, g] = [position, velocity, self.gravity].map(|vector| axis.from_frame(vector));
-        let kernels::SegmentEnergy { kinetic, gravity } =
-            kernels::segment_energy(self.angles[k], self.v[k], x, x_rate, g, self.length, *mass, *inertia);
-        [kinetic, gravity]
+        kernels::segment_energy(self.angles[k], self.v[k], x, x_rate, g, self.links[k].segment(self.length))
     }
 
     #[inline(always)]
-    fn inner_joint_energy(&self, k: usize) -> [T; 2] {
+    fn inner_joint_energy(&self, k: usize) -> JointEnergy<T> {
         if k > 0 {
-            let kernels::JointEnergy { spring, dissipation } =
-                chart::joint_energy(self.side(k - 1), self.side(k), &self.links[k]);
-            return [spring, dissipation];
+            return chart::joint_energy(self.side(k - 1), self.side(k), &self.links[k]);
         }
-        let kernels::ClampEnergy { spring, dissipation, .. } = self.clamp_energy();
-        [spring, dissipation]
+        let ClampEnergy { spring, dissipation, .. } = self.clamp_energy();
+        JointEnergy { spring, dissipation }
     }
 }
 
@@ -230,23 +221,19 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
 
     #[inline(always)]
     fn segment(&self, k: usize) -> Segment<T, 2, 3> {
-        let Link { mass, inertia, .. } = &self.links[k];
-        let segment = kernels::segment(self.angles[k], self.v[k], self.length, *mass, *inertia);
-        let kernels::Segment { inertia, coupling, bias, base_bias, reach, reach_rate, reach_jacobian, reach_bias } =
-            match self.charts[k] {
-                PolarAxis::Z => segment,
-                axis => chart::segment_to_frame(axis, segment),
-            };
-        Segment { inertia, coupling, bias, base_bias, reach, reach_rate, reach_jacobian, reach_bias }
+        let segment = kernels::segment(self.angles[k], self.v[k], self.links[k].segment(self.length));
+        match self.charts[k] {
+            PolarAxis::Z => segment,
+            axis => chart::segment_to_frame(axis, segment),
+        }
     }
 
     #[inline(always)]
     fn inner_joint(&self, k: usize) -> Joint<T, 2> {
         if k > 0 {
-            let kernels::Joint { previous, next } = chart::joint(self.side(k - 1), self.side(k), &self.links[k]);
-            return Joint { previous, next };
+            return chart::joint(self.side(k - 1), self.side(k), &self.links[k]);
         }
-        Joint { previous: zero(), next: self.clamp_torque(self.links[0].stiffness) }
+        Joint { previous: zero(), next: self.clamp_torque(&self.links[0]) }
     }
 
     #[inline(always)]
@@ -263,44 +250,37 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
         outer_force: [T; 3],
         weights: StepWeights<T>,
     ) -> SegmentTangent<T, 2, 3> {
-        let (axis, Link { mass, inertia, .. }) = (self.charts[k], &self.links[k]);
+        let axis = self.charts[k];
         let mut tangent = kernels::segment_tangent(
             self.angles[k],
             self.v[k],
             accelerations,
             axis.from_frame(base_acceleration),
             axis.from_frame(outer_force),
-            self.length,
-            *mass,
-            *inertia,
-            weights.coordinates,
-            weights.rates,
+            self.links[k].segment(self.length),
+            weights,
         );
         if axis != PolarAxis::Z {
             tangent.base_force = axis.to_frame(tangent.base_force);
             tangent.outer_acceleration = axis.to_frame(tangent.outer_acceleration);
         }
-        let kernels::SegmentTangent { torque, base_force, outer_acceleration } = tangent;
-        SegmentTangent { torque, base_force, outer_acceleration }
+        tangent
     }
 
     #[inline(always)]
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 2> {
         if k > 0 {
-            let kernels::JointTangent { previous_previous, previous_next, next_previous, next_next } =
-                chart::joint_tangent(self.side(k - 1), self.side(k), &self.links[k], &self.body, weights);
-            return JointTangent { previous_previous, previous_next, next_previous, next_next };
+            return chart::joint_tangent(self.side(k - 1), self.side(k), &self.links[k], &self.body, weights);
         }
-        let Link { stiffness, damping, .. } = &self.links[0];
-        let (relaxed, side) = (self.relaxed_clamp(), self.side(0));
-        let tangent = |stiffness: T, StepWeights { coordinates, rates }: StepWeights<T>| {
-            kernels::clamp_tangent(relaxed, *side.angles, side.rates, stiffness, *damping, coordinates, rates).next_next
+        let (relaxed, side, link) = (self.relaxed_clamp(), self.side(0), &self.links[0]);
+        let tangent = |link: &Link<T>, weights: StepWeights<T>| {
+            kernels::clamp_tangent(relaxed, side.whole(), link.joint(), weights).next_next
         };
-        let next_next = tangent(*stiffness, weights);
+        let next_next = tangent(link, weights);
         JointTangent::at_clamp(match self.body.slopes(&side, weights.coordinates) {
             None => next_next,
             Some(slopes) => {
-                let by_rates = tangent(T::from_f64(0.0), StepWeights::of_rates());
+                let by_rates = tangent(&link.without_spring(), StepWeights::of_rates());
                 sub_matrices(&next_next, &product(&by_rates, &slopes))
             }
         })

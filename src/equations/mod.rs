@@ -23,12 +23,13 @@ mod tasks;
 pub use batch::{Batch, BatchError, LANES, Member};
 pub use chain::{
     Chain, ChainState, Clamp, Energies, Link, NoLoads, NodeLoads, NodeMotion, NodeTangent, PointDamping, PointLoad,
-    PointTangent, RelaxedAngle, StepWeights, UniformChain,
+    PointTangent, RelaxedAngle, UniformChain,
 };
 pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
 pub use dispatch::lanes_are_compiled;
 pub use dynamics::{Compiled, Dynamics};
 pub use elementary::{TRIGONOMETRIC_LIMIT, sin_cos};
+pub use kernels::StepWeights;
 pub use lanes::Lanes;
 pub use planar::PlanarDynamics;
 pub use real::{LaneSet, Lanewise, Real};
@@ -42,7 +43,6 @@ pub const FINGERPRINT: &str = env!("BRISTLE_FINGERPRINT");
 pub const MAKER: &str = env!("BRISTLE_MAKER");
 
 /// Kernels of one segment and one joint, derived and emitted by the build step.
-#[allow(clippy::too_many_arguments, reason = "a kernel names each of its arguments as the model does")]
 pub mod kernels {
     use super::Real;
 

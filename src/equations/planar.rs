@@ -11,15 +11,16 @@
 use super::chain::Link;
 use super::dispatch::Loop;
 use super::dynamics::Placed;
-use super::linear::{add, in_lane, scale, zero};
-use super::recursion::{
-    self, Energetic, Joint, JointTangent, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root, Segment,
-    SegmentTangent,
+use super::kernels::{
+    self, AzimuthSteps, ClampEnergy, Coordinate, Joint, JointEnergy, JointTangent, LateralSegment, Segment,
+    SegmentConstants, SegmentEnergy, SegmentTangent,
 };
+use super::linear::{add, in_lane, scale, zero};
+use super::recursion::{self, Energetic, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root};
 use super::tasks::{ChainDynamics, Factorise, Task, Trial};
 use super::{
     Chain, ChainState, Clamp, Compiled, Energies, Lanewise, NodeLoads, NodeTangent, PointDamping, PointLoad,
-    PointTangent, Real, StepWeights, kernels,
+    PointTangent, Real, StepWeights,
 };
 
 /// Equations of motion of one planar chain, or of one per lane, with the memory for their recursions.
@@ -185,55 +186,59 @@ impl<'a, T: Real> Planar<'a, T> {
         self.v[k][1] - self.body_rate()
     }
 
+    /// The constants of segment `k`.
     #[inline(always)]
-    fn clamp_torque(&self, stiffness: T) -> [T; 1] {
-        let (relaxed, angles, rate) = (self.relaxed_clamp(), self.angles[0], self.rate_in_body(0));
-        kernels::planar_clamp(relaxed, angles, rate, stiffness, self.links[0].damping).next
+    fn constants(&self, k: usize) -> SegmentConstants<T> {
+        self.links[k].segment(self.length)
+    }
+
+    /// `θ` and `θ̇` of segment `k`.
+    #[inline(always)]
+    fn azimuth(&self, k: usize) -> Coordinate<T> {
+        Coordinate { value: self.q[k][1], rate: self.v[k][1] }
+    }
+
+    /// `η` and `η̇` of segment `k`.
+    #[inline(always)]
+    fn variation(&self, k: usize) -> Coordinate<T> {
+        Coordinate { value: self.q[k][0], rate: self.v[k][0] }
     }
 
     #[inline(always)]
-    fn clamp_energy(&self) -> kernels::PlanarClampEnergy<T> {
-        let Link { stiffness, damping, relaxed_angle, .. } = &self.links[0];
-        let relaxed_rate = relaxed_angle.turn(in_plane(self.clamp.direction_rate));
-        let (relaxed, angles, rate) = (self.relaxed_clamp(), self.angles[0], self.rate_in_body(0));
-        kernels::planar_clamp_energy(relaxed, angles, rate, *stiffness, *damping, relaxed_rate)
+    fn clamp_torque(&self, link: &Link<T>) -> [T; 1] {
+        kernels::planar_clamp(self.relaxed_clamp(), self.angles[0], self.rate_in_body(0), link.joint()).next
+    }
+
+    #[inline(always)]
+    fn clamp_energy(&self) -> ClampEnergy<T> {
+        let (link, angles, rate) = (&self.links[0], self.angles[0], self.rate_in_body(0));
+        let relaxed_rate = link.relaxed_angle.turn(in_plane(self.clamp.direction_rate));
+        kernels::planar_clamp_energy(self.relaxed_clamp(), angles, rate, link.joint(), relaxed_rate)
     }
 
     /// See [`Energies::clamp_torque_power`]. In the plane only the damper of the clamp joint sees how the body turns.
     fn clamp_torque_power(&self) -> T {
-        let [damper] = self.clamp_torque(T::from_f64(0.0));
+        let [damper] = self.clamp_torque(&self.links[0].without_spring());
         self.clamp_energy().power + self.body_rate() * damper
     }
 }
 
 impl<T: Lanewise> Energetic<T, 1, 2> for Planar<'_, T> {
     #[inline(always)]
-    fn segment_energy(&self, k: usize, position: [T; 2], velocity: [T; 2]) -> [T; 2] {
-        let Link { mass, inertia, .. } = &self.links[k];
+    fn segment_energy(&self, k: usize, position: [T; 2], velocity: [T; 2]) -> SegmentEnergy<T> {
         let (angles, rate, g) = (self.angles[k], self.v[k][1], in_plane(self.gravity));
-        let kernels::PlanarSegmentEnergy { kinetic, gravity } =
-            kernels::planar_segment_energy(angles, rate, position, velocity, g, self.length, *mass, *inertia);
-        [kinetic, gravity]
+        kernels::planar_segment_energy(angles, rate, position, velocity, g, self.constants(k))
     }
 
     #[inline(always)]
-    fn inner_joint_energy(&self, k: usize) -> [T; 2] {
+    fn inner_joint_energy(&self, k: usize) -> JointEnergy<T> {
         if k > 0 {
-            let Link { stiffness, damping, relaxed_angle, .. } = &self.links[k];
-            let ([_, inner], [_, outer]) = (self.q[k - 1], self.q[k]);
-            let kernels::PlanarJointEnergy { spring, dissipation } = kernels::planar_joint_energy(
-                inner,
-                outer,
-                relaxed_angle.angle,
-                self.v[k - 1][1],
-                self.v[k][1],
-                *stiffness,
-                *damping,
-            );
-            return [spring, dissipation];
+            let link = &self.links[k];
+            let (previous, next) = (self.azimuth(k - 1), self.azimuth(k));
+            return kernels::planar_joint_energy(previous, next, link.relaxed_angle.angle, link.joint());
         }
-        let kernels::PlanarClampEnergy { spring, dissipation, .. } = self.clamp_energy();
-        [spring, dissipation]
+        let ClampEnergy { spring, dissipation, .. } = self.clamp_energy();
+        JointEnergy { spring, dissipation }
     }
 }
 
@@ -276,37 +281,17 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
 
     #[inline(always)]
     fn segment(&self, k: usize) -> Segment<T, 1, 2> {
-        let Link { mass, inertia, .. } = &self.links[k];
-        let kernels::PlanarSegment {
-            inertia,
-            coupling,
-            bias,
-            base_bias,
-            reach,
-            reach_rate,
-            reach_jacobian,
-            reach_bias,
-        } = kernels::planar_segment(self.angles[k], self.v[k][1], self.length, *mass, *inertia);
-        Segment { inertia, coupling, bias, base_bias, reach, reach_rate, reach_jacobian, reach_bias }
+        kernels::planar_segment(self.angles[k], self.v[k][1], self.constants(k))
     }
 
     #[inline(always)]
     fn inner_joint(&self, k: usize) -> Joint<T, 1> {
         if k > 0 {
-            let Link { stiffness, damping, relaxed_angle, .. } = &self.links[k];
-            let ([_, inner], [_, outer]) = (self.q[k - 1], self.q[k]);
-            let kernels::PlanarJoint { previous, next } = kernels::planar_joint(
-                inner,
-                outer,
-                relaxed_angle.angle,
-                self.v[k - 1][1],
-                self.v[k][1],
-                *stiffness,
-                *damping,
-            );
-            return Joint { previous, next };
+            let link = &self.links[k];
+            let (previous, next) = (self.azimuth(k - 1), self.azimuth(k));
+            return kernels::planar_joint(previous, next, link.relaxed_angle.angle, link.joint());
         }
-        Joint { previous: zero(), next: self.clamp_torque(self.links[0].stiffness) }
+        Joint { previous: zero(), next: self.clamp_torque(&self.links[0]) }
     }
 
     #[inline(always)]
@@ -324,40 +309,17 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
         outer_force: [T; 2],
         weights: StepWeights<T>,
     ) -> SegmentTangent<T, 1, 2> {
-        let Link { mass, inertia, .. } = &self.links[k];
-        let kernels::PlanarSegmentTangent { torque, base_force, outer_acceleration } = kernels::planar_segment_tangent(
-            self.angles[k],
-            self.v[k][1],
-            acceleration,
-            base_acceleration,
-            outer_force,
-            self.length,
-            *mass,
-            *inertia,
-            weights.coordinates,
-            weights.rates,
-        );
-        SegmentTangent { torque, base_force, outer_acceleration }
+        let (angles, rate, constants) = (self.angles[k], self.v[k][1], self.constants(k));
+        kernels::planar_segment_tangent(angles, rate, acceleration, base_acceleration, outer_force, constants, weights)
     }
 
     #[inline(always)]
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 1> {
         if k > 0 {
-            let Link { stiffness, damping, .. } = &self.links[k];
-            let kernels::PlanarJointTangent { previous_previous, previous_next, next_previous, next_next } =
-                kernels::planar_joint_tangent(*stiffness, *damping, weights.coordinates, weights.rates);
-            return JointTangent { previous_previous, previous_next, next_previous, next_next };
+            return kernels::planar_joint_tangent(self.links[k].joint(), weights);
         }
-        let Link { stiffness, damping, .. } = &self.links[0];
-        let clamp = kernels::planar_clamp_tangent(
-            self.relaxed_clamp(),
-            self.angles[0],
-            self.rate_in_body(0),
-            *stiffness,
-            *damping,
-            weights.coordinates,
-            weights.rates,
-        );
+        let (relaxed, angles, rate) = (self.relaxed_clamp(), self.angles[0], self.rate_in_body(0));
+        let clamp = kernels::planar_clamp_tangent(relaxed, angles, rate, self.links[0].joint(), weights);
         JointTangent::at_clamp(clamp.next_next)
     }
 
@@ -402,12 +364,11 @@ struct Lateral<'a, T> {
 }
 
 impl<T: Real> Lateral<'_, T> {
-    /// `sin(θ − θ'), cos(θ − θ')` of the segments inside and outside joint `k`, and the same with the relaxed angle added.
+    /// How the azimuth changes at joint `k`.
     #[inline(always)]
-    fn azimuth_steps(&self, k: usize) -> [[T; 2]; 2] {
-        let ([sin, cos], [next_sin, next_cos]) = (self.planar.angles[k - 1], self.planar.angles[k]);
-        let step = [sin * next_cos - cos * next_sin, cos * next_cos + sin * next_sin];
-        [step, self.planar.links[k].relaxed_angle.added_to(step)]
+    fn azimuth_steps(&self, k: usize) -> AzimuthSteps<T> {
+        let Planar { links, angles, .. } = self.planar;
+        links[k].relaxed_angle.azimuth_steps(angles[k - 1], angles[k])
     }
 
     /// The nodes of the planar motion.
@@ -463,20 +424,15 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
 
     #[inline(always)]
     fn segment(&self, k: usize) -> Segment<T, 1, 1> {
-        let Planar { length, links, angles, q, v, .. } = self.planar;
-        let Link { mass, inertia, .. } = links[k];
-        let kernels::LateralSegment { inertia, coupling, bias, reach, reach_rate, reach_jacobian } =
-            kernels::lateral_segment(
-                angles[k],
-                v[k][1],
-                self.motion.base_accelerations[k],
-                self.motion.outer_forces[k],
-                q[k][0],
-                v[k][0],
-                length,
-                mass,
-                inertia,
-            );
+        let Self { planar, motion } = self;
+        let LateralSegment { inertia, coupling, bias, reach, reach_rate, reach_jacobian } = kernels::lateral_segment(
+            planar.angles[k],
+            planar.v[k][1],
+            motion.base_accelerations[k],
+            motion.outer_forces[k],
+            planar.variation(k),
+            planar.constants(k),
+        );
         // Adding −0 changes no number, so that the compiler leaves it out.
         let none = [T::from_f64(-0.0)];
         Segment { inertia, coupling, bias, base_bias: none, reach, reach_rate, reach_jacobian, reach_bias: none }
@@ -484,34 +440,19 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
 
     #[inline(always)]
     fn inner_joint(&self, k: usize) -> Joint<T, 1> {
-        let Planar { q, v, .. } = self.planar;
+        let planar = &self.planar;
         if k > 0 {
-            let Link { stiffness, damping, .. } = self.planar.links[k];
-            let [step, unbent_step] = self.azimuth_steps(k);
-            let kernels::LateralJoint { previous, next } = kernels::lateral_joint(
-                step,
-                unbent_step,
-                self.planar.rate_in_body(k - 1),
-                self.planar.rate_in_body(k),
-                q[k - 1][0],
-                v[k - 1][0],
-                q[k][0],
-                v[k][0],
-                stiffness,
-                damping,
+            return kernels::lateral_joint(
+                self.azimuth_steps(k),
+                planar.rate_in_body(k - 1),
+                planar.rate_in_body(k),
+                planar.variation(k - 1),
+                planar.variation(k),
+                planar.links[k].joint(),
             );
-            return Joint { previous, next };
         }
-        let Link { stiffness, damping, .. } = self.planar.links[0];
-        let clamp = kernels::lateral_clamp(
-            self.planar.relaxed_clamp(),
-            self.planar.angles[0],
-            self.planar.rate_in_body(0),
-            stiffness,
-            damping,
-            q[0][0],
-            v[0][0],
-        );
+        let (relaxed, angles, rate) = (planar.relaxed_clamp(), planar.angles[0], planar.rate_in_body(0));
+        let clamp = kernels::lateral_clamp(relaxed, angles, rate, planar.links[0].joint(), planar.variation(0));
         Joint { previous: zero(), next: clamp.next }
     }
 
@@ -534,51 +475,26 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
         _: [T; 1],
         weights: StepWeights<T>,
     ) -> SegmentTangent<T, 1, 1> {
-        let Planar { length, links, angles, v, .. } = self.planar;
-        let Link { mass, inertia, .. } = links[k];
-        let kernels::LateralSegmentTangent { torque, base_force, outer_acceleration } =
-            kernels::lateral_segment_tangent(
-                angles[k],
-                v[k][1],
-                self.motion.base_accelerations[k],
-                self.motion.outer_forces[k],
-                length,
-                mass,
-                inertia,
-                weights.coordinates,
-                weights.rates,
-            );
-        SegmentTangent { torque, base_force, outer_acceleration }
+        let Self { planar, motion } = self;
+        let (angles, rate, constants) = (planar.angles[k], planar.v[k][1], planar.constants(k));
+        let (base_acceleration, outer_force) = (motion.base_accelerations[k], motion.outer_forces[k]);
+        kernels::lateral_segment_tangent(angles, rate, base_acceleration, outer_force, constants, weights)
     }
 
     #[inline(always)]
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 1> {
+        let planar = &self.planar;
         if k > 0 {
-            let Link { stiffness, damping, .. } = self.planar.links[k];
-            let [step, unbent_step] = self.azimuth_steps(k);
-            let kernels::LateralJointTangent { previous_previous, previous_next, next_previous, next_next } =
-                kernels::lateral_joint_tangent(
-                    step,
-                    unbent_step,
-                    self.planar.rate_in_body(k - 1),
-                    self.planar.rate_in_body(k),
-                    stiffness,
-                    damping,
-                    weights.coordinates,
-                    weights.rates,
-                );
-            return JointTangent { previous_previous, previous_next, next_previous, next_next };
+            return kernels::lateral_joint_tangent(
+                self.azimuth_steps(k),
+                planar.rate_in_body(k - 1),
+                planar.rate_in_body(k),
+                planar.links[k].joint(),
+                weights,
+            );
         }
-        let Link { stiffness, damping, .. } = self.planar.links[0];
-        let clamp = kernels::lateral_clamp_tangent(
-            self.planar.relaxed_clamp(),
-            self.planar.angles[0],
-            self.planar.rate_in_body(0),
-            stiffness,
-            damping,
-            weights.coordinates,
-            weights.rates,
-        );
+        let (relaxed, angles, rate) = (planar.relaxed_clamp(), planar.angles[0], planar.rate_in_body(0));
+        let clamp = kernels::lateral_clamp_tangent(relaxed, angles, rate, planar.links[0].joint(), weights);
         JointTangent::at_clamp(clamp.next_next)
     }
 

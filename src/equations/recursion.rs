@@ -10,6 +10,7 @@
 //!
 //! Coordinates come in blocks of two, of which a posture uses one or both.
 
+use super::kernels::{Joint, JointEnergy, JointTangent, Segment, SegmentEnergy, SegmentTangent};
 use super::linear::{
     add, add_matrices, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
     transposed_product, unrolled, zero, zero_matrix,
@@ -17,47 +18,10 @@ use super::linear::{
 use super::tasks::{Factorise, Task, Trial};
 use super::{ChainState, Energies, LaneSet, Lanewise, NodeLoads, Real, StepWeights};
 
-/// Kinematics and inertia of one segment; see [`kernels::segment`](super::kernels::segment).
-#[derive(Clone, Copy)]
-pub(super) struct Segment<T, const D: usize, const S: usize> {
-    pub inertia: [[T; D]; D],
-    pub coupling: [[T; D]; S],
-    pub bias: [T; D],
-    pub base_bias: [T; S],
-    pub reach: [T; S],
-    pub reach_rate: [T; S],
-    pub reach_jacobian: [[T; D]; S],
-    pub reach_bias: [T; S],
-}
-
-/// Tangent of one segment; see [`kernels::segment_tangent`](super::kernels::segment_tangent).
-#[derive(Clone, Copy)]
-pub(super) struct SegmentTangent<T, const D: usize, const S: usize> {
-    pub torque: [[T; D]; D],
-    pub base_force: [[T; D]; S],
-    pub outer_acceleration: [[T; D]; S],
-}
-
-/// Torques of a joint on the segments inside and outside it.
-#[derive(Clone, Copy)]
-pub(super) struct Joint<T, const D: usize> {
-    pub previous: [T; D],
-    pub next: [T; D],
-}
-
-/// Tangent of a joint; see [`kernels::joint_tangent`](super::kernels::joint_tangent).
-#[derive(Clone, Copy)]
-pub(super) struct JointTangent<T, const D: usize> {
-    pub previous_previous: [[T; D]; D],
-    pub previous_next: [[T; D]; D],
-    pub next_previous: [[T; D]; D],
-    pub next_next: [[T; D]; D],
-}
-
 impl<T: Real, const D: usize> JointTangent<T, D> {
     /// That of the clamp joint, which has no segment inside.
     #[inline(always)]
-    pub fn at_clamp(next_next: [[T; D]; D]) -> Self {
+    pub(super) fn at_clamp(next_next: [[T; D]; D]) -> Self {
         let none = zero_matrix();
         Self { previous_previous: none, previous_next: none, next_previous: none, next_next }
     }
@@ -160,10 +124,10 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
 /// A chain whose energies are known.
 pub(super) trait Energetic<T: Real, const D: usize, const S: usize>: Posture<T, D, S> {
     /// Kinetic energy and energy of gravity of segment `k`, whose inner end is at `position` and moves at `velocity`.
-    fn segment_energy(&self, k: usize, position: [T; S], velocity: [T; S]) -> [T; 2];
+    fn segment_energy(&self, k: usize, position: [T; S], velocity: [T; S]) -> SegmentEnergy<T>;
 
     /// Energy of the spring and dissipation function of the damper at the inner end of segment `k`.
-    fn inner_joint_energy(&self, k: usize) -> [T; 2];
+    fn inner_joint_energy(&self, k: usize) -> JointEnergy<T>;
 }
 
 /// One segment's share of the factorised step matrix.
@@ -301,10 +265,9 @@ pub(super) fn perform<'a, T: Lanewise, P: Energetic<T, D, S>, const D: usize, co
 /// The dissipation function of the whole chain in W.
 #[inline(always)]
 fn dissipation<T: Real, P: Energetic<T, D, S>, const D: usize, const S: usize>(posture: &P) -> T {
-    let [_, mut sum] = posture.inner_joint_energy(0);
+    let mut sum = posture.inner_joint_energy(0).dissipation;
     for k in 1..posture.segments() {
-        let [_, dissipation] = posture.inner_joint_energy(k);
-        sum = sum + dissipation;
+        sum = sum + posture.inner_joint_energy(k).dissipation;
     }
     sum
 }
@@ -319,12 +282,11 @@ pub(super) fn energies<T: Real, P: Energetic<T, D, S>, const D: usize, const S: 
     let mut energies = Energies { kinetic: none, spring: none, gravity: none, dissipation: none, clamp_torque_power };
     let Root { mut position, mut velocity, .. } = posture.root();
     for k in 0..posture.segments() {
-        let ([kinetic, gravity], [spring, dissipation]) =
-            (posture.segment_energy(k, position, velocity), posture.inner_joint_energy(k));
-        energies.kinetic = energies.kinetic + kinetic;
-        energies.gravity = energies.gravity + gravity;
-        energies.spring = energies.spring + spring;
-        energies.dissipation = energies.dissipation + dissipation;
+        let (segment, joint) = (posture.segment_energy(k, position, velocity), posture.inner_joint_energy(k));
+        energies.kinetic = energies.kinetic + segment.kinetic;
+        energies.gravity = energies.gravity + segment.gravity;
+        energies.spring = energies.spring + joint.spring;
+        energies.dissipation = energies.dissipation + joint.dissipation;
         (position, velocity) = (memory.positions[k], memory.velocities[k]);
     }
     energies

@@ -2,8 +2,9 @@
 
 use crate::common::{RandomState, largest, random_pairs, random_state, residual, tolerance};
 use bristle::contact::{Approach, ContactLaw};
+use bristle::equations::kernels::{self, AzimuthSteps, JointConstants, SegmentConstants, Side};
 use bristle::equations::linear::add;
-use bristle::equations::{ChainDynamics, Dynamics, LaneSet, NoLoads, NodeLoads, StepWeights, kernels};
+use bristle::equations::{ChainDynamics, Dynamics, LaneSet, NoLoads, NodeLoads, StepWeights};
 use bristle::simulation::FilamentSystem;
 use bristle::tool::{RotaryTool, Turning};
 use bristle::workpiece::{Plane, Workpiece};
@@ -227,6 +228,10 @@ fn jacobian_columns<const N: usize, const M: usize>(f: impl Fn([f64; N]) -> [f64
     })
 }
 
+fn weights(coordinates: f64, rates: f64) -> StepWeights<f64> {
+    StepWeights { coordinates, rates }
+}
+
 #[test]
 fn joint_tangents_match_differences() {
     // Each weight on its own, so that neither hides the other, at a bent joint and at a relaxed one.
@@ -234,43 +239,31 @@ fn joint_tangents_match_differences() {
     const RELAXED: f64 = 0.2;
     let mut rng = Rng::with_seed(7);
     for straight in [false, true] {
-        for (coordinate_weight, rate_weight) in [(1.0, 0.0), (0.0, 1.0)] {
+        for weights in [weights(1.0, 0.0), weights(0.0, 1.0)] {
             let mut random = || rng.f64();
             let angles = [1.1 + random(), 0.3 + random()];
             let next = if straight { [angles[0], angles[1] + RELAXED] } else { [1.2 + random(), 0.1 + random()] };
             let rates = [[random(), random()], [random(), random()]];
-            let (stiffness, damping) = (0.7, 0.3);
+            let constants = JointConstants { stiffness: 0.7, damping: 0.3 };
+            // The arguments of the kernels where coordinates and rates are shifted.
+            let sides = |[a, b, c, d]: [f64; 4]| {
+                let (w, r) = (weights.coordinates, weights.rates);
+                let side = |polar: f64, rates| Side { angles: [polar.sin(), polar.cos()], rates };
+                let step = angles[1] + w * b - (next[1] + w * d);
+                let unbent = step + RELAXED;
+                (
+                    side(angles[0] + w * a, [rates[0][0] + r * a, rates[0][1] + r * b]),
+                    side(next[0] + w * c, [rates[1][0] + r * c, rates[1][1] + r * d]),
+                    AzimuthSteps { plain: [step.sin(), step.cos()], unbent: [unbent.sin(), unbent.cos()] },
+                )
+            };
             let torques = |shift: [f64; 4]| -> [f64; 4] {
-                let [a, b, c, d] = shift;
-                let (w, r) = (coordinate_weight, rate_weight);
-                let previous = [angles[0] + w * a, angles[1] + w * b];
-                let next = [next[0] + w * c, next[1] + w * d];
-                let step = previous[1] - next[1];
-                let joint = kernels::joint(
-                    [previous[0].sin(), previous[0].cos()],
-                    [next[0].sin(), next[0].cos()],
-                    [step.sin(), step.cos()],
-                    [(step + RELAXED).sin(), (step + RELAXED).cos()],
-                    [rates[0][0] + r * a, rates[0][1] + r * b],
-                    [rates[1][0] + r * c, rates[1][1] + r * d],
-                    stiffness,
-                    damping,
-                );
+                let (previous, next, steps) = sides(shift);
+                let joint = kernels::joint(previous, next, steps, constants);
                 [joint.previous[0], joint.previous[1], joint.next[0], joint.next[1]]
             };
-            let step = angles[1] - next[1];
-            let tangent = kernels::joint_tangent(
-                [angles[0].sin(), angles[0].cos()],
-                [next[0].sin(), next[0].cos()],
-                [step.sin(), step.cos()],
-                [(step + RELAXED).sin(), (step + RELAXED).cos()],
-                rates[0],
-                rates[1],
-                stiffness,
-                damping,
-                coordinate_weight,
-                rate_weight,
-            );
+            let (inner, outer, steps) = sides([0.0; 4]);
+            let tangent = kernels::joint_tangent(inner, outer, steps, constants, weights);
             let blocks =
                 [[tangent.previous_previous, tangent.previous_next], [tangent.next_previous, tangent.next_next]];
             for (column, differences) in jacobian_columns(torques).into_iter().enumerate() {
@@ -287,18 +280,18 @@ fn joint_tangents_match_differences() {
 #[test]
 fn clamp_tangents_match_differences() {
     let mut rng = Rng::with_seed(8);
-    for (coordinate_weight, rate_weight) in [(1.0, 0.0), (0.0, 1.0)] {
+    for weights in [weights(1.0, 0.0), weights(0.0, 1.0)] {
         let relaxed = [0.8, -0.6, 0.0];
         let angles = [1.3 + 0.2 * rng.f64(), -0.9 + 0.2 * rng.f64()];
         let rates = [rng.f64(), rng.f64()];
         let trigonometry = |q: [f64; 2]| [q[0].sin(), q[0].cos(), q[1].sin(), q[1].cos()];
-        let torques = |shift: [f64; 2]| {
-            let q = [0, 1].map(|i| angles[i] + coordinate_weight * shift[i]);
-            let v = [0, 1].map(|i| rates[i] + rate_weight * shift[i]);
-            kernels::clamp(relaxed, trigonometry(q), v, 0.7, 0.3).next
+        let constants = JointConstants { stiffness: 0.7, damping: 0.3 };
+        let side = |shift: [f64; 2]| Side {
+            angles: trigonometry([0, 1].map(|i| angles[i] + weights.coordinates * shift[i])),
+            rates: [0, 1].map(|i| rates[i] + weights.rates * shift[i]),
         };
-        let tangent =
-            kernels::clamp_tangent(relaxed, trigonometry(angles), rates, 0.7, 0.3, coordinate_weight, rate_weight);
+        let torques = |shift: [f64; 2]| kernels::clamp(relaxed, side(shift), constants).next;
+        let tangent = kernels::clamp_tangent(relaxed, side([0.0; 2]), constants, weights);
         for (column, differences) in jacobian_columns(torques).into_iter().enumerate() {
             for (row, slope) in differences.into_iter().enumerate() {
                 let difference = -slope;
@@ -311,20 +304,20 @@ fn clamp_tangents_match_differences() {
 #[test]
 fn segment_tangents_match_differences() {
     let mut rng = Rng::with_seed(9);
-    let (length, mass, inertia) = (0.7, 1.3, 0.2);
+    let constants = SegmentConstants { length: 0.7, mass: 1.3, inertia: 0.2 };
     let mut random = |size: f64| size * (2.0 * rng.f64() - 1.0);
     let (angles, rates) = ([1.2, random(3.0)], [random(2.0), random(2.0)]);
     let accelerations = [random(3.0), random(3.0)];
     let base: [f64; 3] = std::array::from_fn(|_| random(2.0));
     let force: [f64; 3] = std::array::from_fn(|_| random(2.0));
     let trigonometry = |q: [f64; 2]| [q[0].sin(), q[0].cos(), q[1].sin(), q[1].cos()];
-    for (coordinate_weight, rate_weight) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
+    for weights in [weights(0.0, 0.0), weights(1.0, 0.0), weights(0.0, 1.0)] {
         // Torque, base force and outer acceleration of the segment, as one vector.
         let values = |shift: [f64; 2]| -> [f64; 8] {
-            let q = [0, 1].map(|i| angles[i] + coordinate_weight * shift[i]);
-            let v = [0, 1].map(|i| rates[i] + rate_weight * shift[i]);
+            let q = [0, 1].map(|i| angles[i] + weights.coordinates * shift[i]);
+            let v = [0, 1].map(|i| rates[i] + weights.rates * shift[i]);
             let a = [0, 1].map(|i| accelerations[i] + shift[i]);
-            let segment = kernels::segment(trigonometry(q), v, length, mass, inertia);
+            let segment = kernels::segment(trigonometry(q), v, constants);
             std::array::from_fn(|i| match i {
                 0 | 1 => {
                     let inertial: f64 = (0..2).map(|j| segment.inertia[i][j] * a[j]).sum();
@@ -336,7 +329,7 @@ fn segment_tangents_match_differences() {
                 2..5 => {
                     let row = i - 2;
                     let own: f64 = (0..2).map(|j| segment.coupling[row][j] * a[j]).sum();
-                    mass * base[row] + own + segment.base_bias[row] + force[row]
+                    constants.mass * base[row] + own + segment.base_bias[row] + force[row]
                 }
                 _ => {
                     let row = i - 5;
@@ -345,18 +338,8 @@ fn segment_tangents_match_differences() {
                 }
             })
         };
-        let tangent = kernels::segment_tangent(
-            trigonometry(angles),
-            rates,
-            accelerations,
-            base,
-            force,
-            length,
-            mass,
-            inertia,
-            coordinate_weight,
-            rate_weight,
-        );
+        let tangent =
+            kernels::segment_tangent(trigonometry(angles), rates, accelerations, base, force, constants, weights);
         for (column, differences) in jacobian_columns(values).into_iter().enumerate() {
             for (row, difference) in differences.into_iter().enumerate() {
                 let entry = match row {

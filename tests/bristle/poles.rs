@@ -4,9 +4,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::common::{RandomState, filament, largest, random_pairs, random_state, tolerance};
 use bristle::contact::ContactLaw;
+use bristle::equations::kernels::{self, JointConstants, Side};
 use bristle::equations::linear::{add, scale, sub};
 use bristle::equations::{
-    Chain, ChainDynamics, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, UniformChain, kernels,
+    Chain, ChainDynamics, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, UniformChain,
 };
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Tolerances};
@@ -193,6 +194,11 @@ fn energies(inner: (PolarAxis, Coordinates), outer: (PolarAxis, Coordinates)) ->
 /// Coordinates and rates of one side of a joint.
 type Coordinates = [[f64; 2]; 2];
 
+/// The same for the kernels.
+fn side([q, rates]: Coordinates) -> Side<f64, 4> {
+    Side { angles: trigonometry(q), rates }
+}
+
 /// The outer side of a joint, about z, and inner sides, about x: bent, and relaxed and turning as a whole.
 fn crossed_sides() -> [(Coordinates, Coordinates); 2] {
     let z = [[1.1, 0.7], [0.4, -0.9]];
@@ -201,12 +207,16 @@ fn crossed_sides() -> [(Coordinates, Coordinates); 2] {
     [(z, [[0.8, 1.3], [0.6, 0.3]]), ([z[0], [rest, z[1][1]]], [inner[0], inner[1]])]
 }
 
+/// Coordinates and rates, each alone.
+const WEIGHTS: [StepWeights<f64>; 2] =
+    [StepWeights { coordinates: 1.0, rates: 0.0 }, StepWeights { coordinates: 0.0, rates: 1.0 }];
+
 /// Checks the torques of a joint, one per coordinate of its inner and its outer side, against the slopes of its energies.
 fn check_slopes(
     torques: &[f64],
     inner: (PolarAxis, Coordinates),
     outer: (PolarAxis, Coordinates),
-    constants: [f64; 2],
+    constants: JointConstants<f64>,
 ) {
     let size = 1e-5;
     for (i, torque) in torques.iter().enumerate() {
@@ -218,79 +228,48 @@ fn check_slopes(
             };
             (at(size) - at(-size)) / (2.0 * size)
         };
-        let expected = -constants[0] * slope(0) - constants[1] * slope(1);
+        let expected = -constants.stiffness * slope(0) - constants.damping * slope(1);
         assert!((torque - expected).abs() < 1e-9, "{i}: {torque} {expected}");
     }
 }
 
 #[test]
 fn crossed_joint_is_the_slope_of_its_energies() {
-    let (stiffness, damping) = (0.7, 0.3);
+    let constants = JointConstants { stiffness: 0.7, damping: 0.3 };
     let [(z, x), straight] = crossed_sides();
-    let crossed = |z: Coordinates, x: Coordinates| {
-        let angles = [z[0], x[0]].map(trigonometry);
-        kernels::crossed_joint(angles[0], angles[1], unbent(z[0]), z[1], x[1], stiffness, damping)
-    };
+    let crossed = |z: Coordinates, x: Coordinates| kernels::crossed_joint(side(z), side(x), unbent(z[0]), constants);
     let joint = crossed(z, x);
     let torques = [joint.x, joint.z].concat();
-    check_slopes(&torques, (PolarAxis::X, x), (PolarAxis::Z, z), [stiffness, damping]);
+    check_slopes(&torques, (PolarAxis::X, x), (PolarAxis::Z, z), constants);
     // A relaxed joint has no elastic torque.
     let (z, x) = straight;
-    let joint = kernels::crossed_joint(
-        trigonometry(z[0]),
-        trigonometry(x[0]),
-        unbent(z[0]),
-        [0.0; 2],
-        [0.0; 2],
-        stiffness,
-        damping,
-    );
+    let joint = crossed([z[0], [0.0; 2]], [x[0], [0.0; 2]]);
     assert!(largest(&[joint.z, joint.x].concat()) < 1e-15, "{joint:?}");
 }
 
 #[test]
 fn joint_about_x_is_the_slope_of_its_energies_and_its_tangents_match_differences() {
-    let (stiffness, damping) = (0.7, 0.3);
+    let constants = JointConstants { stiffness: 0.7, damping: 0.3 };
     let sides: [Coordinates; 2] = [[[0.8, 1.3], [0.6, 0.3]], [[1.2, 0.9], [-0.2, 0.5]]];
     let turn = [RELAXED.sin(), RELAXED.cos()];
     let joint = |[previous, next]: [Coordinates; 2]| {
         let step = previous[0][1] - next[0][1];
-        let angles = [previous[0], next[0]].map(trigonometry);
-        let joint = kernels::joint_about_x(
-            angles[0],
-            angles[1],
-            [step.sin(), step.cos()],
-            turn,
-            previous[1],
-            next[1],
-            stiffness,
-            damping,
-        );
+        let joint = kernels::joint_about_x(side(previous), side(next), [step.sin(), step.cos()], turn, constants);
         [joint.previous, joint.next].concat()
     };
-    check_slopes(&joint(sides), (PolarAxis::X, sides[0]), (PolarAxis::X, sides[1]), [stiffness, damping]);
+    check_slopes(&joint(sides), (PolarAxis::X, sides[0]), (PolarAxis::X, sides[1]), constants);
     let [previous, next] = sides;
     let step = previous[0][1] - next[0][1];
-    for (coordinate_weight, rate_weight) in [(1.0, 0.0), (0.0, 1.0)] {
-        let tangent = kernels::joint_about_x_tangent(
-            trigonometry(previous[0]),
-            trigonometry(next[0]),
-            [step.sin(), step.cos()],
-            turn,
-            previous[1],
-            next[1],
-            stiffness,
-            damping,
-            coordinate_weight,
-            rate_weight,
-        );
+    for weights in WEIGHTS {
+        let step = [step.sin(), step.cos()];
+        let tangent = kernels::joint_about_x_tangent(side(previous), side(next), step, turn, constants, weights);
         let blocks = [[tangent.previous_previous, tangent.previous_next], [tangent.next_previous, tangent.next_next]];
         let size = 1e-5;
         for column in 0..4 {
             let torques = |size: f64| {
                 let mut sides = sides;
-                sides[column / 2][0][column % 2] += coordinate_weight * size;
-                sides[column / 2][1][column % 2] += rate_weight * size;
+                sides[column / 2][0][column % 2] += weights.coordinates * size;
+                sides[column / 2][1][column % 2] += weights.rates * size;
                 joint(sides)
             };
             let (above, below) = (torques(size), torques(-size));
@@ -305,31 +284,19 @@ fn joint_about_x_is_the_slope_of_its_energies_and_its_tangents_match_differences
 
 #[test]
 fn crossed_joint_tangents_match_differences() {
-    let (stiffness, damping) = (0.7, 0.3);
+    let constants = JointConstants { stiffness: 0.7, damping: 0.3 };
     for (z, x) in crossed_sides() {
-        for (coordinate_weight, rate_weight) in [(1.0, 0.0), (0.0, 1.0)] {
-            let tangent = kernels::crossed_joint_tangent(
-                trigonometry(z[0]),
-                trigonometry(x[0]),
-                unbent(z[0]),
-                z[1],
-                x[1],
-                stiffness,
-                damping,
-                coordinate_weight,
-                rate_weight,
-            );
+        for weights in WEIGHTS {
+            let tangent = kernels::crossed_joint_tangent(side(z), side(x), unbent(z[0]), constants, weights);
             let blocks = [[tangent.z_z, tangent.z_x], [tangent.x_z, tangent.x_x]];
             let size = 1e-5;
             for column in 0..4 {
                 let torques = |size: f64| {
                     let mut sides = [z, x];
-                    sides[column / 2][0][column % 2] += coordinate_weight * size;
-                    sides[column / 2][1][column % 2] += rate_weight * size;
-                    let [[z, z_rates], [x, x_rates]] = sides;
-                    let angles = [z, x].map(trigonometry);
-                    let joint =
-                        kernels::crossed_joint(angles[0], angles[1], unbent(z), z_rates, x_rates, stiffness, damping);
+                    sides[column / 2][0][column % 2] += weights.coordinates * size;
+                    sides[column / 2][1][column % 2] += weights.rates * size;
+                    let [z, x] = sides;
+                    let joint = kernels::crossed_joint(side(z), side(x), unbent(z[0]), constants);
                     [joint.z, joint.x].concat()
                 };
                 let (above, below) = (torques(size), torques(-size));

@@ -5,7 +5,7 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
 
-use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::{Kernel, Shape};
 

@@ -8,7 +8,7 @@ use crate::ir::unit::Unit;
 /// A function to emit: named inputs, expressions, named outputs.
 #[derive(Clone, Debug)]
 pub struct Kernel {
-    /// Name of the function; the type of its result is the same in camel case.
+    /// Name of the function; in camel case, that of the type of its result.
     pub name: String,
     /// What it computes, in the words and symbols of the model. May have several lines.
     pub summary: String,
@@ -114,6 +114,11 @@ impl Output {
     pub(crate) fn matrix(name: &str, doc: &str, unit: Unit, rows: Vec<Vec<NodeId>>) -> Self {
         let shape = Shape::Matrix(rows.len(), rows.first().map_or(0, Vec::len));
         Self { name: name.into(), doc: doc.into(), unit, shape, nodes: rows.concat() }
+    }
+
+    /// The unit, to follow what the output is.
+    pub(crate) fn in_unit(&self) -> String {
+        if self.unit == Unit::ONE { String::new() } else { format!(", in {}", self.unit) }
     }
 }
 

@@ -97,7 +97,7 @@ fn segment(motion: Motion) -> Result<Kernel, DimensionError> {
     let mut free = FreeSegment::new(motion);
     let moving = free.rates_of_coordinates();
     let [coordinates, rates_of] = free.variables();
-    let (d, s) = (coordinates.len(), motion.axes());
+    let d = coordinates.len();
     let g = &mut free.graph;
     let base_momentum = gradient(g, free.kinetic_energy, &free.base_velocity);
     let momentum = gradient(g, free.kinetic_energy, &rates_of);
@@ -110,13 +110,13 @@ fn segment(motion: Motion) -> Result<Kernel, DimensionError> {
     let reach_jacobian = jacobian(g, &free.reach, &coordinates);
     let reach_bias = directional_derivative(g, &free.reach_rate, &moving);
     let outputs = vec![
-        Output::matrix("inertia", &format!("`I = ∂²E_kin/∂q̇²`, {d} × {d}"), INERTIA, inertia),
-        Output::matrix("coupling", &format!("`C = ∂²E_kin/∂ẋ∂q̇`, {s} × {d}"), MASS_LENGTH, coupling),
+        Output::matrix("inertia", "`I = ∂²E_kin/∂q̇²`", INERTIA, inertia),
+        Output::matrix("coupling", "`C = ∂²E_kin/∂ẋ∂q̇`", MASS_LENGTH, coupling),
         Output::vector("bias", "`τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q` for `ẍ = 0`, `q̈ = 0`", TORQUE, bias),
         Output::vector("base_bias", "`p_0 = d/dt(∂E_kin/∂ẋ)` for `ẍ = 0`, `q̈ = 0`", Unit::NEWTON, base_bias),
         Output::vector("reach", "`h e`, outer end less inner end", Unit::METRE, free.reach),
         Output::vector("reach_rate", "`h ė`", VELOCITY, free.reach_rate),
-        Output::matrix("reach_jacobian", &format!("`G = ∂(h e)/∂q`, {s} × {d}"), Unit::METRE, reach_jacobian),
+        Output::matrix("reach_jacobian", "`G = ∂(h e)/∂q`", Unit::METRE, reach_jacobian),
         Output::vector("reach_bias", "`b = h ë` for `q̈ = 0`", ACCELERATION, reach_bias),
     ];
     let derivation = Derivation { graph: free.graph, outputs };
@@ -137,11 +137,10 @@ fn segment_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
     let [coordinates, rates_of] = free.variables();
     let g = &mut free.graph;
     let (coordinate_weight, rate_weight) = step_weights(g);
-    let (d, s) = (coordinates.len(), motion.axes());
     let one = g.integer(1);
     let mut along_step = |outputs: &[NodeId]| {
         let mut columns = Vec::new();
-        for i in 0..d {
+        for i in 0..coordinates.len() {
             let direction = BTreeMap::from([
                 (coordinates[i], coordinate_weight),
                 (rates_of[i], rate_weight),
@@ -152,14 +151,9 @@ fn segment_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
         transpose(&columns)
     };
     let outputs = vec![
-        Output::matrix("torque", &format!("`∂τ/∂q̈`, {d} × {d}"), INERTIA, along_step(&torque)),
-        Output::matrix("base_force", &format!("`∂p/∂q̈`, {s} × {d}"), MASS_LENGTH, along_step(&base_force)),
-        Output::matrix(
-            "outer_acceleration",
-            &format!("`∂ẍ'/∂q̈`, {s} × {d}"),
-            Unit::METRE,
-            along_step(&reach_acceleration),
-        ),
+        Output::matrix("torque", "`∂τ/∂q̈`", INERTIA, along_step(&torque)),
+        Output::matrix("base_force", "`∂p/∂q̈`", MASS_LENGTH, along_step(&base_force)),
+        Output::matrix("outer_acceleration", "`∂ẍ'/∂q̈`", Unit::METRE, along_step(&reach_acceleration)),
     ];
     let derivation = Derivation { graph: free.graph, outputs };
     let (name, plain) = (motion.name_for("segment_tangent"), motion.name_for("segment"));

@@ -3,7 +3,7 @@
 //! The snapshots of `golden.rs` show every change; these limits say how much is too much. `cargo bench --bench speed -- derivation` measures
 //! times, not this test.
 
-use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::{Origin, count_operations};
 use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::kernels::kernels;

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use bristle_codegen::back::json::{self, ExchangeError, KernelError, from_json, to_json};
-use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::chain::Motion;

@@ -6,9 +6,9 @@ use std::fmt::Write;
 use std::io;
 
 use bristle_codegen::back::json::to_json;
+use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::languages::{SourceFile, c, matlab, numpy, sympy};
 use bristle_codegen::back::print::{self, Form, Walkthrough, equations};
-use bristle_codegen::back::rust::emit;
 use bristle_codegen::back::source::{Origin, count_operations};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::ir::simplify::RULES;

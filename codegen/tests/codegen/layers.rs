@@ -107,7 +107,9 @@ fn data_flows_one_way() {
     assert_eq!(declared, BTreeSet::from(LAYERS), "every top-level module has its place in the order");
     let (imports, faults) = imports(&modules);
     assert_eq!(faults, [""; 0]);
-    assert!(imports["back::rust"].contains("ir::kernel") && imports["passes::dimension"].contains("ir::writer"));
+    assert!(
+        imports["back::languages::rust"].contains("ir::kernel") && imports["passes::dimension"].contains("ir::writer")
+    );
     assert_eq!(upward(&imports), [""; 0]);
     assert_eq!(circles(&imports), [""; 0]);
 }
@@ -121,16 +123,16 @@ fn wrong_imports_are_found() {
         ("ir", "pub mod graph;\npub mod unit;"),
         (
             "ir::graph",
-            "use crate::ir::unit::Unit;\n/// See [`crate::back::rust`].\nfn f() -> crate::back::rust::Origin {}",
+            "use crate::ir::unit::Unit;\n/// See [`crate::back::latex`].\nfn f() -> crate::back::latex::Origin {}",
         ),
         ("ir::unit", "use crate::ir::constant::Constant;"),
         ("ir::constant", "mod tests {\n    use super::*;\n    use crate::ir::graph::{Graph, Node};\n}"),
         ("back::print", "mod page;\n\nfn f() {\n    page::write();\n}"),
         ("back::print::page", "use crate::back::print::f;"),
-        ("back::rust", "use super::json;\nuse crate::ir;\nuse crate::nowhere::Thing;"),
+        ("back::latex", "use super::json;\nuse crate::ir;\nuse crate::nowhere::Thing;"),
     ]);
     let (imports, faults) = imports(&wrong);
-    assert_eq!(upward(&imports), ["ir::graph uses back::rust"]);
+    assert_eq!(upward(&imports), ["ir::graph uses back::latex"]);
     assert_eq!(
         circles(&imports),
         [
@@ -144,9 +146,9 @@ fn wrong_imports_are_found() {
     assert_eq!(
         faults,
         [
-            "back::rust: `use super::json;` is relative; start at `crate`",
-            "back::rust: `use crate::ir;` names a layer; name the module",
-            "back::rust: `use crate::nowhere::Thing;` names no module",
+            "back::latex: `use super::json;` is relative; start at `crate`",
+            "back::latex: `use crate::ir;` names a layer; name the module",
+            "back::latex: `use crate::nowhere::Thing;` names no module",
         ]
     );
 }

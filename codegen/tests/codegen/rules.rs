@@ -1,7 +1,7 @@
 //! Is it right? Simplified expressions have the values of the raw ones; the derivation has its known form.
 
 use crate::expressions::{Instruction, VARIABLES, build, value};
-use bristle_codegen::back::rust::emit;
+use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::{EmitError, Origin};
 use bristle_codegen::ir::constant::Constant;
 use bristle_codegen::ir::graph::{Graph, Node, NodeId};
@@ -205,6 +205,17 @@ fn kernel(graph: Graph, inputs: Vec<Input>, node: NodeId) -> Kernel {
     Kernel { name: "example".into(), summary: "An example.".into(), graph, inputs, outputs: vec![output] }
 }
 
+/// With these symbols as inputs.
+fn kernel_of(graph: Graph, names: &[&str], node: NodeId) -> Kernel {
+    let input = |name: &&str| Input {
+        name: (*name).into(),
+        doc: String::new(),
+        elements: vec![((*name).into(), graph.find_symbol(name).expect("it is a symbol"))],
+    };
+    let inputs = names.iter().map(input).collect();
+    kernel(graph, inputs, node)
+}
+
 const ORIGIN: Origin<'_> = Origin { title: "An example.", maker: "a test", again: "cargo test" };
 
 #[test]
@@ -230,11 +241,39 @@ fn emission_keeps_precedence_and_constants() {
     let difference = graph.sub(a, inner);
     let tiny = graph.constant(Constant::Float(-1.0 / 3.0));
     let scaled = graph.mul(tiny, difference);
-    let names = ["a", "b", "c"].map(|name| Input {
+    let source = emit(&[kernel_of(graph, &["a", "b", "c"], scaled)], ORIGIN).expect("it can be emitted");
+    assert!(source.contains("T::from_f64(-0.3333333333333333) * (a - (b - c))"), "{source}");
+}
+
+#[test]
+fn inputs_that_belong_together_are_one_argument_unless_its_names_are_taken() {
+    let emitted = |function: &str, names: [&str; 3]| {
+        let mut graph = Graph::raw();
+        let [a, b, c] = names.map(|name| graph.symbol(name, name, Unit::ONE));
+        let sum = graph.add(a, b);
+        let sum = graph.add(sum, c);
+        let kernel = Kernel { name: function.into(), ..kernel_of(graph, &names, sum) };
+        emit(&[kernel], ORIGIN).expect("it can be emitted")
+    };
+    let source = emitted("example", ["coordinate_weight", "x", "rate_weight"]);
+    assert!(source.contains("(weights: StepWeights<T>, x: T)"), "{source}");
+    for (function, other) in [("example", "weights"), ("step_weights", "x")] {
+        let source = emitted(function, ["coordinate_weight", other, "rate_weight"]);
+        assert!(!source.contains(": StepWeights<T>"), "{source}");
+    }
+}
+
+#[test]
+fn names_of_inputs_do_not_hide_elements() {
+    let mut graph = Graph::raw();
+    let [a, b] = ["a", "b"].map(|name| graph.symbol(name, name, Unit::ONE));
+    let difference = graph.sub(a, b);
+    let input = |name: &str, element: &str, node| Input {
         name: name.into(),
         doc: String::new(),
-        elements: vec![(name.into(), graph.find_symbol(name).expect("it is a symbol"))],
-    });
-    let source = emit(&[kernel(graph, names.into(), scaled)], ORIGIN).expect("it can be emitted");
-    assert!(source.contains("T::from_f64(-0.3333333333333333) * (a - (b - c))"), "{source}");
+        elements: vec![(element.into(), node)],
+    };
+    let inputs = vec![input("b", "a", a), input("a", "b", b)];
+    let source = emit(&[kernel(graph, inputs, difference)], ORIGIN).expect("it can be emitted");
+    assert!(source.contains("(a: T, b: T)") && source.contains("value: a - b"), "{source}");
 }

@@ -6,7 +6,6 @@ use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
 use bristle_codegen::back::languages::{self, SourceFile};
 use bristle_codegen::back::print::{self, Form, Walkthrough};
-use bristle_codegen::back::rust::emit;
 use bristle_codegen::back::source::{EmitError, Origin};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::kernels::{kernels, planar_kernels};
@@ -218,7 +217,7 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
         DeriveFormat::Markdown => for_people(equations, Form::Markdown, again.clone())?,
         DeriveFormat::Json => text(to_json(&computing()?, GENERATOR)?),
         DeriveFormat::Rust => {
-            let source = emit(&computing()?, origin)?;
+            let source = languages::rust::emit(&computing()?, origin)?;
             // The import goes below the header, which ends at the first empty line.
             text(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))
         }

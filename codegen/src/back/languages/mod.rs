@@ -1,4 +1,4 @@
-//! C, MATLAB, NumPy and SymPy from expressions: one function per kernel, one named intermediate per shared operation.
+//! Rust, C, MATLAB, NumPy and SymPy from expressions: one function per kernel, one named intermediate per shared operation.
 //!
 //! The languages agree in how sums, products and parentheses are written, so that one writer serves them all; a
 //! `Dialect` has the rest. Powers are products, and the order of all operations is that of the graph: the same kernels give
@@ -12,11 +12,11 @@ use crate::ir::constant::Constant;
 use crate::ir::graph::{Node, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
 use crate::ir::special;
-use crate::ir::unit::Unit;
 
 pub mod c;
 pub mod matlab;
 pub mod numpy;
+pub mod rust;
 pub mod sympy;
 
 /// A file of source.
@@ -54,7 +54,7 @@ impl Piece {
 
 /// What languages write differently.
 pub(crate) trait Dialect {
-    /// A number that is not negative.
+    /// A number.
     fn number(&self, value: Constant) -> String;
 
     /// What stands before the names of `sqrt`, `sin` and `cos`.
@@ -62,6 +62,9 @@ pub(crate) trait Dialect {
 
     /// The name of the arc sine.
     const ARC_SINE: &'static str = "asin";
+
+    /// How strongly the operands of a comparison must hold together.
+    const COMPARED: Strength = PRODUCT;
 
     /// 1 where `a < b`, else 0.
     fn less_than(&self, a: &str, b: &str) -> String;
@@ -71,6 +74,11 @@ pub(crate) trait Dialect {
 
     /// The statement that gives the name its value, with its line break.
     fn assignment(&self, name: &str, value: &str) -> String;
+
+    /// The expression that stands for an input.
+    fn argument(&self, input: &Input) -> String {
+        input.name.clone()
+    }
 
     /// Element `index` of an input, counted from 0.
     fn element(&self, input: &str, index: usize) -> String;
@@ -100,10 +108,8 @@ impl<D: Dialect> Language for Writer<'_, D> {
     }
 
     fn constant(&self, constant: Constant) -> Piece {
-        if constant.value().is_sign_negative() {
-            return Piece { text: format!("-{}", self.dialect.number(-constant)), strength: SUM };
-        }
-        Piece::atom(self.dialect.number(constant))
+        let text = self.dialect.number(constant);
+        Piece { strength: if text.starts_with('-') { SUM } else { ATOM }, text }
     }
 
     fn operation<'a>(&self, node: Node, of: &dyn Fn(NodeId) -> &'a Piece) -> Piece {
@@ -134,7 +140,9 @@ impl<D: Dialect> Language for Writer<'_, D> {
             Node::Sin(a) => named("sin", a),
             Node::Cos(a) => named("cos", a),
             Node::Asin(a) => named(D::ARC_SINE, a),
-            Node::LessThan(a, b) => Piece::atom(self.dialect.less_than(&of(a).within(PRODUCT), &of(b).within(PRODUCT))),
+            Node::LessThan(a, b) => {
+                Piece::atom(self.dialect.less_than(&of(a).within(D::COMPARED), &of(b).within(D::COMPARED)))
+            }
             Node::HalfAngleSquared(order, a) => Piece::atom(self.dialect.half_angle_squared(order, &of(a).text)),
         }
     }
@@ -160,13 +168,15 @@ impl FunctionBody {
         let uses = uses(kernel);
         let mut writer = Writer { dialect, statements: String::new() };
         let mut unused = Vec::new();
-        for Input { name, elements, .. } in &kernel.inputs {
+        for input in &kernel.inputs {
+            let Input { name, elements, .. } = input;
             if !elements.iter().any(|(_, node)| uses.contains_key(node)) {
                 unused.push(name.clone());
             }
+            let argument = dialect.argument(input);
             for (index, (element, node)) in elements.iter().enumerate() {
                 // A single element is the argument itself, whose name may differ from it.
-                let source = if elements.len() == 1 { name.clone() } else { dialect.element(name, index) };
+                let source = if elements.len() == 1 { argument.clone() } else { dialect.element(&argument, index) };
                 if uses.contains_key(node) && source != *element {
                     writer.statements += &dialect.assignment(element, &source);
                 }
@@ -188,8 +198,7 @@ fn describe(output: &Output) -> String {
         Shape::Scalar | Shape::Matrix(..) => String::new(),
         Shape::Vector(length) => format!(", {length} values"),
     };
-    let unit = if output.unit == Unit::ONE { String::new() } else { format!(", in {}", output.unit) };
-    format!("{}{shape}{unit}", output.doc)
+    format!("{}{shape}{}", output.doc, output.in_unit())
 }
 
 /// What an input is, with its size.

@@ -13,6 +13,7 @@ impl Dialect for SymPy {
     /// Exact, so that SymPy can simplify.
     fn number(&self, value: Constant) -> String {
         match value {
+            _ if value.value().is_sign_negative() => format!("-{}", self.number(-value)),
             Constant::Rational(value) if value.is_integer() => format!("Integer({value})"),
             Constant::Rational(value) => format!("Rational({}, {})", value.numer(), value.denom()),
             Constant::Float(value) => format!("Float({value:?})"),

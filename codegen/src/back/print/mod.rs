@@ -10,7 +10,6 @@ use crate::back::print::page::Page;
 use crate::back::print::printer::Printer;
 use crate::back::print::wording::{CYLINDER, PLANE};
 use crate::ir::kernel::Kernel;
-use crate::ir::unit::Unit;
 use crate::model::chain::{Motion, Shape};
 
 mod legend;
@@ -93,8 +92,7 @@ pub fn kernels(out: &mut dyn Write, form: Form, title: &str, kernels: &[Kernel],
         }
         page.definitions(printer.named_definitions());
         for output in &kernel.outputs {
-            let unit = if output.unit == Unit::ONE { String::new() } else { format!(", in {}", output.unit) };
-            page.item(&format!("`{}`: {}{unit}", output.name, output.doc));
+            page.item(&format!("`{}`: {}{}", output.name, output.doc, output.in_unit()));
             page.definitions(printer.whole(output).filter(|_| page.has_matrices()));
             page.definitions(printer.output(output));
         }
@@ -111,6 +109,7 @@ mod tests {
     use crate::ir::graph::{Graph, Node, NodeId};
     use crate::ir::kernel::{Input, Output};
     use crate::ir::notation::{Notation, Text};
+    use crate::ir::unit::Unit;
     use crate::ir::writer::Writer;
 
     fn kernel(graph: Graph, node: NodeId) -> Kernel {
