@@ -199,11 +199,13 @@ fn several_turns(settings: &mut Settings, random: &mut Rng) {
     }
 }
 
-/// The same for brushes: where turns must become steady, they do so soon. Fifty turns of a brush take minutes.
+/// The same for brushes, whose steps are as short beside the workpiece as on it: two turns of a small tool, or few until they are steady.
 fn several_turns_of_brushes(settings: &mut Settings, random: &mut Rng) {
     several_turns(settings, random);
-    if settings.process.turns() == Turns::Steady {
-        settings.filament.damping_ratio = settings.filament.damping_ratio.max(0.3);
+    settings.tool.body_radius_m = settings.tool.body_radius_m.min(0.03);
+    match settings.process.turns() {
+        Turns::Steady => settings.filament.damping_ratio = settings.filament.damping_ratio.max(0.3),
+        Turns::Count(_) => settings.process.turns = Some(Turns::Count(2)),
     }
 }
 
