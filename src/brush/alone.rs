@@ -5,7 +5,6 @@ use super::error::BrushError;
 use super::run::{Plan, STRIDE, begin};
 use super::sector::Account;
 use super::team::Team;
-use crate::equations::LANES;
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{Settings, Turns};
 use crate::simulation::{
@@ -66,25 +65,23 @@ pub fn metrics(settings: &Settings, own: &[(Settings, f64)], stop: &Stop, team: 
     Metrics::combined(&all).ok_or(BrushError::NoFilament)
 }
 
-/// A filament that touches no other, by which the steps of a brush are tried.
+/// A filament alone, by which the steps of a brush are tried.
 pub struct Trial {
     settings: Settings,
     pass: Pass,
     /// Its error-controlled pass.
     expected: Simulation,
-    /// Whether others like it are tried with it.
-    has_others: bool,
 }
 
 impl Trial {
-    /// A filament with these settings, by itself, or if it `has_others`, with others like it.
+    /// A filament with these settings.
     ///
     /// # Errors
     /// If its pass cannot be simulated.
-    pub fn new(settings: Settings, has_others: bool) -> Result<Self, BrushError> {
+    pub fn new(settings: Settings) -> Result<Self, BrushError> {
         let pass = Pass::deepest(&settings);
         let expected = pass.simulate(Sampling::default())?;
-        Ok(Self { settings, pass, expected, has_others })
+        Ok(Self { settings, pass, expected })
     }
 
     /// Its pass.
@@ -95,9 +92,10 @@ impl Trial {
     /// The largest relative error of an impulse of a turn in steps of `length` (s) that end with corrections of `tolerance` (m/s), and
     /// that may lack the share `lacking` of the energy. Infinite if that is not possible.
     pub fn error(&self, length: f64, tolerance: f64, lacking: f64) -> f64 {
-        let Self { settings, pass, expected, has_others } = self;
-        let arrangement = arrangement(pass, *has_others, length);
-        let own = vec![settings.clone(); arrangement.roots.len()];
+        let Self { settings, pass, expected } = self;
+        let root = Root { column: 0, row: 0, angle: 0.0, z: pass.tool().tool.height };
+        let arrangement = Arrangement { columns: 1, rows: 1, around: 1.0, roots: vec![root], period: None };
+        let own = [settings.clone()];
         let plan = Plan {
             settings,
             pass,
@@ -118,17 +116,16 @@ impl Trial {
             let whole = if scale > 0.0 { scale } else { *found };
             if found == expected { 0.0 } else { (found - expected).abs() / whole }
         };
-        found.iter().flat_map(|found| found.iter().zip(impulses).map(difference)).fold(0.0, f64::max)
+        found.iter().zip(impulses).map(difference).fold(0.0, f64::max)
     }
 }
 
-/// The contact normal impulses in N s of the turns of each filament, in steps of `length` (s). `None` if a step is not possible.
-fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<Vec<f64>>> {
-    let (pass, arrangement) = (plan.pass, plan.arrangement);
-    let mut sector = plan.sector(&Vec::from_iter(0..arrangement.roots.len()), None);
+/// The contact normal impulses in N s of the turns of the only filament, in steps of `length` (s). `None` if a step is not possible.
+fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<f64>> {
+    let pass = plan.pass;
+    let mut sector = plan.sector(&[0], None);
     let is_single = turns == 1 && pass.turns() == Turns::Count(1);
-    let delay = arrangement.latest() / pass.tool().rate;
-    let end = delay + if is_single { pass.end_time() } else { turns as f64 * pass.turn_time() };
+    let end = if is_single { pass.end_time() } else { turns as f64 * pass.turn_time() };
     let steps = ((end - plan.begin) / length).ceil() as usize;
     let most = steps + (pass.turn_time() / length).ceil() as usize;
     for step in 1..=most {
@@ -141,17 +138,5 @@ fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<Vec<f
             sector.forget();
         }
     }
-    Some(sector.accounts().iter().map(|account| account.turns(turns == 1).to_vec()).collect())
-}
-
-/// An arrangement of the filament of `pass`: by itself, or where it `has_others`, with some that meet the workpiece one after the other
-/// while it is in contact, each at another time in a step of `length` (s). A step may lack energy as the whole brush counts it: where
-/// others are in contact, it need not be as short when a filament meets the workpiece.
-fn arrangement(pass: &Pass, has_others: bool, length: f64) -> Arrangement {
-    let columns = if has_others { LANES } else { 1 };
-    let (tool, parts) = (pass.tool(), columns as f64);
-    let steps = (pass.nominal().contact_angle / tool.rate / parts / length).ceil() + 1.0 / parts;
-    let root =
-        |column: usize| Root { column, row: 0, angle: column as f64 * steps * length * tool.rate, z: tool.tool.height };
-    Arrangement { columns, rows: 1, around: 1.0, roots: (0..columns).map(root).collect(), period: None }
+    Some(sector.accounts()[0].turns(turns == 1).to_vec())
 }

@@ -4,7 +4,7 @@ use spec_math::cephes64::ndtri;
 
 use crate::contact::ContactLaw;
 use crate::model::filament;
-use crate::model::settings::{FilamentSettings, Settings, WorkpieceKind};
+use crate::model::settings::{FilamentSettings, Settings};
 use crate::simulation::{Filament, Pass};
 use crate::tool::{RotaryTool, Turning};
 use crate::workpiece::Part;
@@ -77,21 +77,6 @@ pub fn rest(own: &Settings) -> bool {
     own.filament.waviness_amplitude_m == 0.0
         && own.filament.lateral_tilt_rad == 0.0
         && own.process.gravity_m_s2 == [0.0; 3]
-}
-
-/// Whether filaments that follow each other meet the workpiece alike: they do not vibrate before, and its outline stays where it is.
-pub fn meet_alike(own: &Settings) -> bool {
-    let Settings { workpiece, .. } = own;
-    rest(own) && (workpiece.kind == WorkpieceKind::Plane || workpiece.feed_velocity_m_s == 0.0)
-}
-
-/// The same filament as it [meets the workpiece like others](meet_alike): straight and in its plane, without gravity or feed.
-pub fn alike(own: &Settings) -> Settings {
-    let mut own = own.clone();
-    (own.filament.waviness_amplitude_m, own.filament.lateral_tilt_rad) = (0.0, 0.0);
-    own.process.gravity_m_s2 = [0.0; 3];
-    own.workpiece.feed_velocity_m_s = 0.0;
-    own
 }
 
 /// Radii of the segments of a filament in m: those at their centres.

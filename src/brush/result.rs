@@ -130,8 +130,7 @@ pub struct BrushResult {
     /// By how much energy and momentum fail to balance.
     pub residuals: Residuals,
     /// By how much the impulse of one filament by itself, in the steps of the brush, differs from that of its error-controlled pass, over
-    /// it: the largest of all turns. Of few filaments, or where filaments differ, also what halved steps change, where
-    /// that is larger.
+    /// it: the largest of all turns. Of several filaments also what halved steps change, where that is larger.
     pub step_error: f64,
 }
 

@@ -55,7 +55,7 @@ struct Precision {
     newton: f64,
     /// The share of the energy that goes in or out which its balance may lack.
     lacking: f64,
-    /// The largest difference of an impulse of a filament that touches no other from that of its pass, over it.
+    /// The largest relative difference of an impulse of a filament alone from that of its error-controlled pass.
     error: f64,
 }
 
@@ -92,15 +92,15 @@ impl Precision {
         }
     }
 
-    /// The longest steps, by halves of the first ones, in which filaments that do not touch each other have the impulses of their
-    /// error-controlled pass to the relative `brush.tolerance`. If there are none, those with the smallest error.
+    /// The longest steps, by halves of the first ones, in which a filament alone has the impulses of its error-controlled pass to the
+    /// relative `brush.tolerance`. If there are none, those with the smallest error.
     ///
-    /// Where filaments have tilts of their own, one is tried that has a tilt of one standard deviation.
+    /// Where filaments have tilts of their own, it has a tilt of one standard deviation.
     ///
     /// # Errors
     /// If its pass cannot be simulated.
-    fn find(settings: &Settings, has_others: bool) -> Result<Self, BrushError> {
-        /// The share of the tolerance that these may take: where filaments touch each other, they take other steps.
+    fn find(settings: &Settings) -> Result<Self, BrushError> {
+        /// The share of the tolerance that this may take: where filaments touch each other, they take other steps.
         const SHARE: f64 = 0.5;
         /// Halves that are tried.
         const MOST: usize = 7;
@@ -111,18 +111,12 @@ impl Precision {
         typical.filament.lateral_tilt_rad += brush.lateral_tilt_std_rad;
         let tolerance = &mut typical.solver.relative_tolerance;
         *tolerance = tolerance.min(CLOSER * brush.tolerance);
-        let trials = if filaments::meet_alike(&typical) {
-            vec![Trial::new(typical, has_others)?]
-        } else {
-            let others = if has_others { Trial::new(filaments::alike(&typical), true).ok() } else { None };
-            std::iter::once(Trial::new(typical, false)?).chain(others).collect()
-        };
+        let trial = Trial::new(typical)?;
         let velocity = settings.process.brushing_velocity_m_s;
-        let mut next = Self::first(settings, trials[0].pass());
+        let mut next = Self::first(settings, trial.pass());
         let mut best = next;
         for _ in 0..=MOST {
-            let error = |trial: &Trial| trial.error(next.step / velocity, next.newton * velocity, next.lacking);
-            next.error = trials.iter().map(error).fold(0.0, f64::max);
+            next.error = trial.error(next.step / velocity, next.newton * velocity, next.lacking);
             if next.error < best.error {
                 best = next;
             }
@@ -148,8 +142,8 @@ impl Precision {
     }
 }
 
-/// How the steps of a brush follow from what its filaments do to each other. Errors grow with each strike, and a mean over few filaments,
-/// or over filaments that differ, shows them, but a [`Trial`] does not.
+/// How the steps of a brush follow from what its filaments do to each other: errors grow with each strike, and where filaments rub on each
+/// other. A [`Trial`] shows nothing of that.
 #[derive(Clone, Debug)]
 struct Refinement {
     /// Whether the brush begins anew in steps half as long until its impulses no longer change.
@@ -169,7 +163,7 @@ impl Refinement {
     const FEW: usize = 5 * LANES;
     /// The share of the tolerance by which its impulses may change.
     const SHARE: f64 = 0.2;
-    /// Halves that are tried, also of a sample.
+    /// Halves that are tried, also of a sample whose filaments differ or which they do not help: changes of such may be small by chance.
     const MOST: usize = 4;
     const MOST_OF_SAMPLE: usize = 2;
 
@@ -185,11 +179,13 @@ impl Refinement {
         (Self::FEW * columns).div_ceil(solved).max(LEAST).min(columns)
     }
 
-    /// After these `impulses` in N s, by turn and filament, of `columns`, to the relative `tolerance`.
-    fn after(&self, impulses: Vec<Vec<f64>>, columns: usize, tolerance: f64) -> Self {
+    /// After these `impulses` in N s, by turn and filament, of `columns`, to the relative `tolerance`. Whether filaments `are_equal` in a plane
+    /// decides how often a sample is tried.
+    fn after(&self, impulses: Vec<Vec<f64>>, columns: usize, tolerance: f64, are_equal: bool) -> Self {
         let change = self.change(&impulses, columns as f64 / self.counted as f64);
         let changes: Vec<f64> = self.changes.iter().copied().chain([change]).collect();
-        let most = if self.whole.is_some() { Self::MOST_OF_SAMPLE } else { Self::MOST };
+        let helps = are_equal && self.changes.last().is_some_and(|before| change <= 0.5 * before);
+        let most = if self.whole.is_some() && !helps { Self::MOST_OF_SAMPLE } else { Self::MOST };
         let goes_on = !Self::is_small(change, tolerance) && changes.len() <= most;
         Self { goes_on, changes, coarser: impulses, ..*self }
     }
@@ -327,8 +323,6 @@ struct Draft {
     arrangement: Arrangement,
     /// Whether no filament leaves its plane of rotation or touches one in another plane.
     is_planar: bool,
-    /// Whether it is planar and its filaments are equal.
-    are_equal: bool,
     /// Whether it ends once its stretch has settled, rather than after a number of columns.
     ends_when_settled: bool,
     /// Number of contact points of a segment.
@@ -380,7 +374,7 @@ impl Draft {
             return Err(BrushError::Memory { needed, limit, filaments: count, segments: n });
         }
         let arrangement = Arrangement::new(settings, columns, diameter)?;
-        Ok(Self { pass, arrangement, is_planar, are_equal, ends_when_settled, points, memory: needed })
+        Ok(Self { pass, arrangement, is_planar, ends_when_settled, points, memory: needed })
     }
 }
 
@@ -437,19 +431,21 @@ impl BrushRun {
         precision: Option<Precision>,
     ) -> Result<Self, BrushError> {
         let brush = settings.brush_or_default();
-        let Draft { pass, arrangement, is_planar, are_equal, ends_when_settled, points, .. } =
+        let Draft { pass, arrangement, is_planar, ends_when_settled, points, .. } =
             Draft::new(settings, columns, options.memory)?;
         let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
         let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let solved: usize = groups.iter().map(|group| group.members.len()).sum();
-        let is_sensitive = solved <= Refinement::FEW || !are_equal;
+        let is_refined = solved > 1;
+        // Impulses in steps of different lengths are compared at the same end.
+        let is_sample = Refinement::sample(solved, arrangement.columns) == arrangement.columns;
+        let ends_when_settled = ends_when_settled && !(is_refined && is_sample);
         let counted = stretch::expected_in(settings, &pass, &arrangement);
-        let is_refined = solved > 1 && is_sensitive && !ends_when_settled;
         let precision = match precision {
             Some(precision) => precision,
             None => {
                 let halvings = if is_refined { 0 } else { options.halvings };
-                Precision::find(settings, arrangement.roots.len() > 1)?.halved(halvings.into())
+                Precision::find(settings)?.halved(halvings.into())
             }
         };
         let form = if is_planar { Form::Planar } else { Form::Spatial };
@@ -740,19 +736,17 @@ impl BrushRun {
         }
         let (columns, tolerance) = (self.arrangement.columns, self.brush.tolerance);
         let whole = self.refinement.whole;
-        if self.sectors.iter().any(|(_, sector)| !sector.pairs().is_empty()) {
-            let refinement = self.refinement.after(self.turns(), columns, tolerance);
-            if refinement.goes_on {
-                *self = self.again(columns, self.precision.halved(1), refinement)?;
-                return Ok(true);
-            }
-            self.precision.error = self.precision.error.max(refinement.error(tolerance));
-            if whole.is_some() {
-                self.precision = self.precision.halved(-(refinement.back(tolerance) as i32));
-            }
-            self.refinement = refinement;
+        let are_equal = self.form == Form::Planar && !filaments::differ(&self.settings);
+        let refinement = self.refinement.after(self.turns(), columns, tolerance, are_equal);
+        if refinement.goes_on {
+            *self = self.again(columns, self.precision.halved(1), refinement)?;
+            return Ok(true);
         }
-        self.refinement = self.refinement.ended();
+        self.precision.error = self.precision.error.max(refinement.error(tolerance));
+        if whole.is_some() {
+            self.precision = self.precision.halved(-(refinement.back(tolerance) as i32));
+        }
+        self.refinement = refinement.ended();
         if whole.is_none() && self.options.halvings == 0 {
             return Ok(false);
         }

@@ -185,7 +185,7 @@ bristle::record! {
         ],
         step_error: f64 = [
             "", "", "error of the steps",
-            "largest change of p_n of a turn of one filament by itself, from its error-controlled pass to the steps of the brush, over it. For at most 40 filaments, or where filaments differ, also what halved steps change in the mean p_n of a turn, or would change if single filaments changed with random signs; the largest of these"
+            "largest change of p_n of a turn of one filament by itself, from its error-controlled pass to the steps of the brush, over it. For several filaments also what halved steps change in the mean p_n of a turn, or would change if single filaments changed with random signs; the largest of these"
         ],
         energy_residual: f64 = [
             "", "", "residual of the energy",
