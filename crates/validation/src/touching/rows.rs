@@ -517,10 +517,12 @@ pub fn alone(extent: Extent) -> Result<Trial, Failure> {
 }
 
 pub fn symmetries(extent: Extent) -> Result<Trial, Failure> {
-    let (columns, tolerance, numbers): (usize, f64, &[usize]) = match extent {
-        Extent::Quick => (3, 1e-3, &[2]),
-        Extent::Full => (8, 1e-4, &[2, 3, 5]),
+    let (columns, numbers): (usize, &[usize]) = match extent {
+        Extent::Quick => (3, &[2]),
+        Extent::Full => (8, &[2, 3, 5]),
     };
+    // At looser ones the mean is right, but an impulse of a single filament is not.
+    let tolerance = 1e-4;
     let mut checks = Vec::new();
     let mut check = |subject: &str, change: f64, tolerance| {
         let quantity = "largest change of p_n";
