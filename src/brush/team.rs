@@ -4,6 +4,7 @@
 //! Therefore threads do not sleep in between: they look for work, and only those that have found none for a while sleep, a little at a
 //! time. There are never more of them than processors, because one that looks for work would keep another from doing it.
 
+use std::cell::Cell;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -12,6 +13,11 @@ use std::time::Duration;
 use std::{hint, iter, mem};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder, Yield};
+
+thread_local! {
+    /// The number of threads of the [`Team`] that this one belongs to. A thread of somebody else's pool belongs to none.
+    static THREADS: Cell<usize> = const { Cell::new(1) };
+}
 
 /// Threads, or the calling one alone.
 pub struct Team(Option<ThreadPool>);
@@ -27,8 +33,8 @@ impl Team {
     }
 
     fn of(threads: usize) -> Result<Self, ThreadPoolBuildError> {
-        let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build());
-        pool.transpose().map(Self)
+        let builder = || ThreadPoolBuilder::new().num_threads(threads).start_handler(move |_| THREADS.set(threads));
+        (threads > 1).then(|| builder().build()).transpose().map(Self)
     }
 
     /// Does `work` on all items: on each with all threads, which share the loops of [`for_each`] in it, or, if there are enough items, on
@@ -100,7 +106,7 @@ fn help_until_none(left: &AtomicUsize) {
 /// Does `work` on all items, in an order that is not determined, on all threads of the [`Team`] that this is called in. Items come with the
 /// number of their group, so that a group stays with one thread, whose caches know it.
 pub fn for_each<T: Send>(items: impl Iterator<Item = (usize, T)>, work: impl Fn(T) + Sync) {
-    let threads = rayon::current_thread_index().map_or(1, |_| rayon::current_num_threads());
+    let threads = THREADS.get();
     if threads == 1 {
         items.for_each(|(_, item)| work(item));
         return;
@@ -153,6 +159,25 @@ mod tests {
                 assert_eq!(count(threads, items, 13), vec![50; 13 * items]);
             }
         }
+    }
+
+    #[test]
+    fn threads_of_other_pools_are_left_alone() {
+        let pool = ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
+        let own = Mutex::new(Vec::new());
+        pool.install(|| {
+            let team = Team::of(1).expect("a thread");
+            team.run([0].into_iter(), |_| {
+                for_each((0..20).map(|k| (k, k)), |_| {
+                    // Long enough for the other thread to come.
+                    thread::sleep(Duration::from_millis(1));
+                    own.lock().expect("no panic").push(thread::current().id());
+                });
+            });
+            own.lock().expect("no panic").push(thread::current().id());
+        });
+        let own = own.into_inner().expect("no panic");
+        assert!(own.len() == 21 && own.iter().all(|thread| *thread == own[0]));
     }
 
     #[test]

@@ -131,15 +131,12 @@ fn attack(kind: &Kind, plan: &Plan) -> usize {
     let start = Instant::now();
     let numbers: Vec<usize> = plan.only.map_or_else(|| (0..kind.count * plan.times).collect(), |only| vec![only]);
     let first = Trial::new(kind, plan.seed, numbers[0]).pair;
+    let chunk = if first.is_of_brush() { 1 } else { CHUNK };
     if plan.only.is_some() {
         print(&first);
     }
-    let verdicts: Vec<(usize, Verdict)> = if first.is_of_brush() {
-        // A brush takes the threads of the pool that it is simulated in for its own, which slows it down when others wait there.
-        numbers.chunks(1).flat_map(|chunk| judged(kind, plan, chunk)).collect()
-    } else {
-        numbers.par_chunks(CHUNK).flat_map(|chunk| judged(kind, plan, chunk)).collect()
-    };
+    let verdicts: Vec<(usize, Verdict)> =
+        numbers.par_chunks(chunk).flat_map(|chunk| judged(kind, plan, chunk)).collect();
     let count = |wanted: fn(&Verdict) -> bool| verdicts.iter().filter(|(_, verdict)| wanted(verdict)).count();
     let [refused, sensitive, failed] = [
         count(|verdict| matches!(verdict, Verdict::Refused(_))),
