@@ -163,7 +163,7 @@ impl Refinement {
     const FEW: usize = 5 * LANES;
     /// The share of the tolerance by which its impulses may change.
     const SHARE: f64 = 0.2;
-    /// Halves that are tried, also of a sample whose filaments differ or which they do not help: changes of such may be small by chance.
+    /// Halves that are tried, and of a sample whose filaments differ, or whose changes do not fall by half: such may be small by chance.
     const MOST: usize = 4;
     const MOST_OF_SAMPLE: usize = 2;
 

@@ -216,11 +216,7 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
         DeriveFormat::Latex => for_people(equations, Form::Latex, again.clone())?,
         DeriveFormat::Markdown => for_people(equations, Form::Markdown, again.clone())?,
         DeriveFormat::Json => text(to_json(&computing()?, GENERATOR)?),
-        DeriveFormat::Rust => {
-            let source = languages::rust::emit(&computing()?, origin)?;
-            // The import goes below the header, which ends at the first empty line.
-            text(source.replacen("\n\n", "\n\nuse bristle::equations::Real;\n\n", 1))
-        }
+        DeriveFormat::Rust => text(languages::rust::emit_file(&computing()?, origin)?),
         DeriveFormat::Numpy => text(languages::numpy::emit(&computing()?, origin)?),
         DeriveFormat::Sympy => text(languages::sympy::emit(&equations.derived(Purpose::Reading)?, origin)?),
         DeriveFormat::C => Derived::Files(languages::c::emit(&computing()?, origin)?),

@@ -116,6 +116,25 @@ impl Group {
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
+    emit_with("", kernels, origin)
+}
+
+/// The same as a file for users of the solver, which imports that trait.
+///
+/// # Errors
+/// The kernel that cannot be written, and why.
+pub fn emit_file(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
+    emit_with("\nuse bristle::equations::Real;\n", kernels, origin)
+}
+
+fn emit_with(imports: &str, kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
+    // First, because an error here names the kernel.
+    let items = items(kernels)?;
+    Ok(header(kernels, origin, "//")? + imports + &items)
+}
+
+/// Structures and functions, each after an empty line.
+fn items(kernels: &[Kernel]) -> Result<String, EmitError> {
     let mut text = String::new();
     // A file may give a kernel's result the name of a structure.
     let is_free = |group: &&Group| kernels.iter().all(|kernel| camel_case(&kernel.name) != group.name);
@@ -153,7 +172,7 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError>
         }
         text += &function(kernel, arguments, &structures, result)?;
     }
-    Ok(header(kernels, origin, "//")? + &text)
+    Ok(text)
 }
 
 /// `tokens` as formatted source.
