@@ -10,6 +10,8 @@
 //!   material a gap turns up by no more than this, and where another point becomes the nearest one, it turns down. Where the curvature is
 //!   unknown, the parabola holds over a way of less than a quarter of a segment, or of a stretch of a spline, with the curvature that is
 //!   seen and what values and slopes at both ends show, twice over (MODEL, "Workpieces other than a plane").
+//! - *Border.* The margin at an arc is the distance from a straight line, so that a parabola bounds it, too, over a way by which a point does not
+//!   get from one border to the next. A point that presses near a border for long has thousands of parts without it.
 //! - *Jump.* Far above a hollow the nearest point of the workpiece jumps from one of its sides to the other, and with it the margin, whose way
 //!   says nothing there. Where a gap jumps, another point of the filament has become the nearest one.
 //! - A contact that is open stays open as long as its penetration is negative, the nearest point is elsewhere, or its damping would pull; one that is
@@ -26,7 +28,7 @@ use crate::contact::edge::Station;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::integrate::hermite::Knot;
 use crate::tool::ClampMotion;
-use crate::workpiece::Workpiece;
+use crate::workpiece::{Workpiece, border_spacing};
 
 /// The largest change of a gap over the way of a point.
 pub(super) const GAP_RATE: f64 = 2.0;
@@ -88,6 +90,8 @@ struct Look {
     /// As in [`Approach`].
     turn: f64,
     margin: f64,
+    /// Where on the filament: at a node or inside a segment, numbered from the root.
+    place: usize,
     /// `1 + χ δ̇`
     factor: f64,
     /// How far the contact is past its event, in m.
@@ -98,10 +102,14 @@ struct Look {
 struct Search {
     closed: bool,
     location: f64,
-    /// Upper bounds by the fraction of the step, in m: on the change of the gap, on the change of the margin, and on the path's second derivative.
+    /// Upper bounds by the fraction of the step, in m: on the change of the gap, on the change of the margin, and on the second derivatives of the
+    /// path and of the distance from a border.
     way: f64,
     margin_way: f64,
     bend: f64,
+    border_bend: f64,
+    /// The way in m, and the penetration, up to which the margin is the distance from one border.
+    border_spacing: f64,
     /// Upper bound on the way of the point relative to the workpiece, in m.
     path: f64,
     /// The way over which gaps are smooth, in m.
@@ -132,25 +140,29 @@ impl Search {
         let bend = self.bend_between(a, b);
         let is_near = self.curvature.is_finite() || self.path * width <= self.near;
         // What is missing to the event at both ends, in m; the bounds of its change over the width.
-        let holds = |[a, b]: [f64; 2], way: f64, parabola: bool| {
+        let holds = |[a, b]: [f64; 2], way: f64, bend: f64| {
             a >= 0.0
                 && b >= 0.0
-                && (a + b >= way * width || (parabola && is_near && a.sqrt() + b.sqrt() >= (bend / 2.0).sqrt() * width))
+                && (a + b >= way * width || a.sqrt() + b.sqrt() >= (bend / 2.0).sqrt() * width)
         };
+        let none = f64::INFINITY;
         let sign = if self.closed { 1.0 } else { -1.0 };
         let slack = 2.0 * self.location;
         let missing = |value: fn(&Look) -> f64| [a, b].map(|look| sign * value(look) + slack);
         let jumps = (b.penetration - a.penetration).abs() > self.way * width + slack;
         let by_penetration = match (jumps, missing(|look| look.penetration)) {
-            (false, missing) => holds(missing, self.way, true),
+            (false, missing) => holds(missing, self.way, if is_near { bend } else { none }),
             (true, [a, b]) => a.min(b) >= self.way * width,
         };
         let farthest = self.way * width / 2.0 - a.penetration.min(b.penetration);
-        let by_margin = farthest <= self.unique && holds(missing(|look| look.margin), self.margin_way, false);
+        let at_one_border =
+            a.place == b.place && self.way * width + a.penetration.max(b.penetration).max(0.0) <= self.border_spacing;
+        let border_bend = if at_one_border { self.border_bend } else { none };
+        let by_margin = farthest <= self.unique && holds(missing(|look| look.margin), self.margin_way, border_bend);
         let by_damping = || {
             let deepest = a.penetration.abs().max(b.penetration.abs()) + self.way * width;
             let missing = [a, b].map(|look| sign * look.factor + slack / deepest);
-            holds(missing, self.damping * bend, false)
+            holds(missing, self.damping * bend, none)
         };
         if self.closed {
             by_penetration && by_margin && (self.damping == 0.0 || by_damping())
@@ -224,21 +236,28 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
     drift: f64,
 ) -> Result<(f64, Option<Crossing>), TooLong> {
     let (length, closed) = (step.length(), step.closed[contact]);
-    let look = |s: f64, approach: &Approach| Look {
+    let look = |s: f64, place: usize, approach: &Approach| Look {
         s,
         penetration: approach.penetration,
         slope: approach.penetration_rate * length,
         turn: approach.turn,
         margin: approach.margin,
+        place,
         factor: 1.0 + filament.law.damping * approach.penetration_rate,
         excess: excess(closed, filament.law.pressing(approach), location),
     };
-    let search = |[path, bend]: [f64; 2], margin_way: f64, [curvature, concave]: [f64; 2], smooth: f64| Search {
+    let border_spacing = border_spacing(filament.workpiece.edges());
+    let search = |[path, bend]: [f64; 2],
+                  [margin_way, border_bend]: [f64; 2],
+                  [curvature, concave]: [f64; 2],
+                  smooth: f64| Search {
         closed,
         location,
         way: GAP_RATE * (path + drift),
         margin_way,
         bend,
+        border_bend,
+        border_spacing,
         path: path + drift,
         near: NEAR * smooth,
         curvature,
@@ -247,9 +266,12 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
     };
     let found = if let Some(edge) = contact.checked_sub(step.start_nodes.len()) {
         let ends = [(step.start_nodes, step.start.time, 0.0), (step.end_nodes, step.end.time, 1.0)];
+        let on_edge = |s, Touch { station, approach, .. }: &Touch| {
+            let outwards = if station.fraction >= 1.0 { 2 } else { usize::from(station.fraction > 0.0) };
+            look(s, 2 * station.segment + outwards, approach)
+        };
         let [start, end] = ends.map(|(knots, time, s)| {
-            let Touch { approach, .. } = filament.touch(contact, &at_knots(filament, knots, time, 0.0), None, time);
-            look(s, &approach)
+            on_edge(s, &filament.touch(contact, &at_knots(filament, knots, time, 0.0), None, time))
         });
         let edge = &filament.workpiece.edges()[edge];
         // While it is open, what separates it from its event is at least its gap. Beside a stretch of a spline the point that was found may
@@ -270,17 +292,20 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             [way.max(path), bend.max(path_bend)]
         });
         // The point is not of the material: it goes round the centre as the segment turns, by up to twice the way over its length.
-        let round = edge.radius() + filament.law.radius + bounds[0];
-        let margin_way = GAP_RATE * (bounds[0] + drift) * (1.0 + 2.0 * round / filament.chain.length);
-        let at = |s: f64| look(s, &filament.touch(contact, &step.nodes(filament, s), None, step.time(s)).approach);
+        let (round, segment) = (edge.radius() + filament.law.radius + bounds[0], filament.chain.length);
+        let margin_way = GAP_RATE * (bounds[0] + drift) * (1.0 + 2.0 * round / segment);
+        // Of the foot of the centre on a rigid segment. Twice as much also covers points that leave a node and come back.
+        let border_bend =
+            INFLATION * 16.0 * (1.0 + round / segment) * (bounds[1] + (bounds[0] + drift).powi(2) / segment);
+        let at = |s: f64| on_edge(s, &filament.touch(contact, &step.nodes(filament, s), None, step.time(s)));
         // The point that presses may change, and the penetration then turns up.
         let [convex, concave] = edge.largest_curvatures();
         let curvatures = [if closed { f64::INFINITY } else { convex }, concave];
         let smooth = if edge.is_arc() { filament.chain.length } else { filament.chain.length.min(edge.length()) };
-        (distance, search(bounds, margin_way, curvatures, smooth).first(at, [start, end])?)
+        (distance, search(bounds, [margin_way, border_bend], curvatures, smooth).first(at, [start, end])?)
     } else {
         let (start, end) = (&step.start_nodes[contact], &step.end_nodes[contact]);
-        let near = |s, knot: &Knot<3>, time| look(s, &filament.approach(knot.value, knot.rate, time));
+        let near = |s, knot: &Knot<3>, time| look(s, contact, &filament.approach(knot.value, knot.rate, time));
         let ends = [near(0.0, start, step.start.time), near(1.0, end, step.end.time)];
         let distance = match closed {
             false => location - ends[1].penetration,
@@ -290,7 +315,7 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
         let bounds = path_bounds(start, end, length);
         let at = |s: f64| {
             let (position, velocity) = step.node(contact, s);
-            look(s, &filament.approach(position, velocity, step.time(s)))
+            look(s, contact, &filament.approach(position, velocity, step.time(s)))
         };
         let margin_way = GAP_RATE * (bounds[0] + drift);
         let [convex, concave] = filament.workpiece.largest_curvatures();
@@ -301,7 +326,8 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             true if thick > 0.0 => concave / thick,
             true => f64::INFINITY,
         };
-        (distance.max(0.0), search(bounds, margin_way, [curvature, concave], filament.chain.length).first(at, ends)?)
+        let margin_bounds = [margin_way, bounds[1]];
+        (distance.max(0.0), search(bounds, margin_bounds, [curvature, concave], filament.chain.length).first(at, ends)?)
     };
     let (distance, fractions) = found;
     let crossing = fractions.map(|[after, past]| Crossing {

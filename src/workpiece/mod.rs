@@ -235,11 +235,36 @@ impl Edge {
         self.placement.as_ref().map_or(surface, |placement| placement.seen(&surface, time))
     }
 
+    /// The points in m, at time zero, where an arc passes into faces; none if there are none, or if the edge is no arc that moves evenly.
+    fn borders(&self) -> Option<[[f64; 2]; 2]> {
+        match (&self.curve, &self.placement) {
+            (_, Some(placement)) if placement.has_ramp() => None,
+            (EdgeCurve::Arc { centre, radius, ends: Some(ends) }, _) => {
+                Some(ends.map(|normal| add(*centre, scale(*radius, normal))))
+            }
+            _ => None,
+        }
+    }
+
     /// How far the workpiece has moved at `time` (s), in m.
     fn moved(&self, time: f64) -> [f64; 2] {
         let [x_rate, y_rate, _] = self.velocity;
         [time * x_rate, time * y_rate]
     }
+}
+
+/// A quarter of the least distance in m between two borders of arcs with faces: over a shorter way, the [margin](Surface::margin) of a point that is
+/// no deeper in the workpiece than this depends on one border. Zero if an edge is not such an arc; infinite without edges.
+pub(crate) fn border_spacing(edges: &[Edge]) -> f64 {
+    let mut least = f64::INFINITY;
+    let borders = |edge: &Edge| edge.borders().unwrap_or([[0.0; 2]; 2]);
+    for (index, edge) in edges.iter().enumerate() {
+        let [first, second] = borders(edge);
+        let others = edges[..index].iter().flat_map(borders);
+        let pairs = others.flat_map(|other| [[first, other], [second, other]]).chain([[first, second]]);
+        least = pairs.map(|[a, b]| sub(a, b)).map(|way| dot(way, way).sqrt()).fold(least, f64::min);
+    }
+    least / 4.0
 }
 
 /// `a × b`: the sine of the angle from `a` to `b`, times their lengths.

@@ -4,13 +4,15 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use bristle::equations::linear::{add, scale};
 use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, RelaxedAngle};
 use bristle::model::filament;
 use bristle::model::settings::{BrushSettings, FilamentSettings, Settings};
-use bristle::simulation::{FilamentState, Pass};
-use bristle::tool::radial_clamp;
+use bristle::simulation::{FilamentState, NoContactArc, Pass};
+use bristle::tool::{Tool, radial_clamp};
+use bristle::workpiece::{ContactArc, Edge, ProfileCells, Surface, Workpiece};
 use fastrand::Rng;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -127,4 +129,73 @@ pub fn residual(state: &RandomState, accelerations: &[[f64; 2]]) -> Vec<[f64; 2]
 
 pub fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| value.abs().max(largest))
+}
+
+/// A tool of a test's own. Tests erase the types of theirs, so that the simulator is compiled for one pair of types instead of six.
+#[derive(Clone)]
+pub struct AnyTool(Arc<dyn Tool>);
+
+impl Tool for AnyTool {
+    fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
+        self.0.clamp(angle, rate)
+    }
+
+    fn radius(&self, filament_length: f64) -> f64 {
+        self.0.radius(filament_length)
+    }
+
+    fn is_planar(&self) -> bool {
+        self.0.is_planar()
+    }
+
+    fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
+        self.0.undeformed(angle, rate)
+    }
+}
+
+/// A workpiece of a test's own.
+#[derive(Clone)]
+pub struct AnyWorkpiece(Arc<dyn Workpiece>);
+
+impl Workpiece for AnyWorkpiece {
+    fn surface(&self, position: [f64; 3], time: f64) -> Surface {
+        self.0.surface(position, time)
+    }
+
+    fn edges(&self) -> &[Edge] {
+        self.0.edges()
+    }
+
+    fn is_planar(&self) -> bool {
+        self.0.is_planar()
+    }
+
+    fn translates(&self) -> bool {
+        self.0.translates()
+    }
+
+    fn largest_curvatures(&self) -> [f64; 2] {
+        self.0.largest_curvatures()
+    }
+
+    fn profile(&self, reach: f64) -> Option<ProfileCells> {
+        self.0.profile(reach)
+    }
+
+    fn arc_length(&self, position: [f64; 3], time: f64) -> Option<f64> {
+        self.0.arc_length(position, time)
+    }
+
+    fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
+        self.0.contact_arc(tip)
+    }
+}
+
+/// The pass of a tool and a workpiece of a test's own.
+pub fn pass_with(
+    settings: &Settings,
+    tool: impl Tool + 'static,
+    workpiece: impl Workpiece + 'static,
+) -> Result<Pass<AnyTool, AnyWorkpiece>, NoContactArc> {
+    Pass::with(settings, AnyTool(Arc::new(tool)), AnyWorkpiece(Arc::new(workpiece)))
 }

@@ -165,22 +165,3 @@ fn filaments_of_a_tilted_brush_are_those_along_its_trim() {
     settings.brush = Some(BrushSettings { ends: Ends::Periodic, ..settings.brush_or_default() });
     assert_eq!(settings.check().expect_err("periodic rows").path, "brush.ends");
 }
-
-#[test]
-fn steady_turns_of_a_brush_go_on_until_they_are() {
-    let mut settings = Settings::paper(30.0, 1e-3);
-    settings.filament.segments = 10;
-    settings.process.turns = Some(Turns::Steady);
-    settings.tool.filament_count = 600.0;
-    settings.brush = Some(BrushSettings { columns: Some(1), rows: Some(1), steady: false, ..BrushSettings::default() });
-    let brush = simulate_brush(&settings, 1).expect("a brush");
-    let impulses = &brush.turn_contact_normal_impulses_n_s;
-    // MODEL, "Turns".
-    for (found, expected) in impulses.iter().zip([1.64e-3, 3.04e-3, 3.58e-3, 3.69e-3]) {
-        assert!((found - expected).abs() < 6e-6, "{impulses:?}");
-    }
-    let [.., before, last] = impulses[..] else { panic!("{impulses:?}") };
-    assert!(impulses.len() > 4 && (last / before - 1.0).abs() < 1e-3 && !brush.tool.unsteady_turns);
-    assert_eq!((brush.tool.turns, brush.tool.contact_normal_impulse_n_s), (impulses.len(), last));
-    assert!((brush.interaction_factor - 1.0).abs() < 1e-3, "{}", brush.interaction_factor);
-}

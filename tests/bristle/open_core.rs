@@ -1,6 +1,6 @@
 //! Is the core open? A tool and a workpiece from outside the crate get the same results as the built-in ones, to the bit.
 
-use crate::common::case;
+use crate::common::{AnyTool, AnyWorkpiece, case, pass_with};
 use bristle::equations::{Clamp, PolarAxis};
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
@@ -75,8 +75,8 @@ fn cases() -> Vec<Settings> {
     cases
 }
 
-fn outside(settings: &Settings) -> Pass<Wheel, Table> {
-    Pass::with(settings, Wheel, Table::new(settings)).expect("the tips touch the table")
+fn outside(settings: &Settings) -> Pass<AnyTool, AnyWorkpiece> {
+    pass_with(settings, Wheel, Table::new(settings)).expect("the tips touch the table")
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn outside_tools_and_workpieces_have_the_bits_of_the_built_in_ones() {
         let simulation = outside(settings).simulate(SAMPLING).expect("the pass ends");
         assert!(simulation == *expected, "{:?} {:?}", simulation.metrics, expected.metrics);
     }
-    let mut jobs: Vec<Job<Wheel, Table>> =
+    let mut jobs: Vec<Job<AnyTool, AnyWorkpiece>> =
         cases.iter().enumerate().map(|(number, settings)| Job { number, pass: outside(settings) }).collect();
     let mut done = 0;
     sample_side_by_side(
@@ -109,7 +109,7 @@ fn a_pass_of_its_own_plane_is_that_of_the_settings() {
     settings.workpiece.normal = [1.0, 3.0, -0.5];
     let tool = RotaryTool::of(&settings);
     let plane = Plane::of(&settings.workpiece, settings.reach_m() - 2e-3);
-    let pass = Pass::with(&settings, tool, plane).expect("the tips touch the plane");
+    let pass = pass_with(&settings, tool, plane).expect("the tips touch the plane");
     let [found, stated] =
         [pass.simulate(SAMPLING), simulate_with(&settings, SAMPLING)].map(|result| result.expect("the pass ends"));
     // A plane does not know the tool: its arc is found to 1e-11 rad, where that of the settings is computed.
@@ -127,9 +127,9 @@ fn a_pass_of_its_own_plane_is_that_of_the_settings() {
 fn an_arc_that_is_not_stated_is_found() {
     let settings = case(5, 20.0, 2e-3);
     let found = Table { arc: None, ..Table::new(&settings) };
-    let found = Pass::with(&settings, Wheel, found).expect("the tips touch the table");
+    let found = pass_with(&settings, Wheel, found).expect("the tips touch the table");
     let stated = outside(&settings);
-    let times = |pass: &Pass<Wheel, Table>| [&pass.nominal_times()[..], &[pass.end_time()]].concat();
+    let times = |pass: &Pass<AnyTool, AnyWorkpiece>| [&pass.nominal_times()[..], &[pass.end_time()]].concat();
     for (found, stated) in times(&found).into_iter().zip(times(&stated)) {
         assert!((found / stated - 1.0).abs() < 1e-9, "{found} {stated}");
     }
@@ -143,7 +143,7 @@ fn a_workpiece_out_of_reach_is_refused() {
     let settings = case(5, 20.0, 2e-3);
     for height in [-0.2, 0.2] {
         let table = Table { height, arc: None };
-        assert_eq!(Pass::with(&settings, Wheel, table).err(), Some(NoContactArc), "{height}");
+        assert_eq!(pass_with(&settings, Wheel, table).err(), Some(NoContactArc), "{height}");
     }
 }
 
@@ -179,7 +179,7 @@ fn filaments_along_the_axis_start_in_the_chart_about_x() {
     let mut settings = case(4, 5.0, 1e-3);
     settings.solver.relative_tolerance = 1e-4;
     // Filaments of 40 mm that touch the slope while the disc passes its upper side.
-    let pass = Pass::with(&settings, Cup, Ramp { top: -0.0435 }).expect("the tips touch the ramp");
+    let pass = pass_with(&settings, Cup, Ramp { top: -0.0435 }).expect("the tips touch the ramp");
     let mut system = pass.system(false);
     let start = pass.start(&mut system);
     assert!(start.charts.iter().all(|&axis| axis == PolarAxis::X));

@@ -1,6 +1,7 @@
 //! Is it physics? The result of a pass that is planar by symmetry depends on the settings and on nothing else: not on how the set-up
 //! is turned about `z` or mirrored, nor, beyond the tolerance, on the tolerance.
 
+use crate::common::{AnyTool, AnyWorkpiece, pass_with};
 use bristle::equations::Clamp;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
@@ -172,7 +173,7 @@ impl Mirrored {
     }
 
     /// The mirror image of the pass of `settings`.
-    fn pass(settings: &Settings) -> Pass<Self, Plane> {
+    fn pass(settings: &Settings) -> Pass<AnyTool, AnyWorkpiece> {
         let mirrored = Self { tool: RotaryTool::of(settings) };
         let depth = settings.process.penetration_depth_m;
         let distance = settings.tool_radius_m() - depth;
@@ -180,7 +181,7 @@ impl Mirrored {
         let plane = Plane::new([0.0, -distance, 0.0], [0.0, 1.0, 0.0], mirrored.image(feed));
         let mut settings = settings.clone();
         settings.process.gravity_m_s2 = mirrored.image(settings.process.gravity_m_s2);
-        Pass::with(&settings, mirrored, plane).expect("the tips touch the plane")
+        pass_with(&settings, mirrored, plane).expect("the tips touch the plane")
     }
 }
 

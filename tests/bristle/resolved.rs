@@ -1,6 +1,6 @@
 //! Is every contact resolved? Passes whose contacts are short, thick, or out of the way of the undeformed filament.
 
-use crate::common::case;
+use crate::common::{case, pass_with};
 use bristle::equations::linear::{add, dot, scale};
 use bristle::model::settings::{Settings, Side, WorkpieceKind};
 use bristle::simulation::{IntegrationError, Pass, Sampling, SimulationError, simulate, simulate_with};
@@ -128,7 +128,7 @@ fn a_tool_that_begins_inside_the_workpiece_is_refused() {
     let settings = case(6, 10.0, 1e-3);
     let tool = RotaryTool::of(&settings);
     let plane = Plane::of(&settings.workpiece, tool.radius(settings.filament.length_m) - 1e-3);
-    let pass = Pass::with(&settings, tool, Around(plane)).expect("a contact arc is stated");
+    let pass = pass_with(&settings, tool, Around(plane)).expect("a contact arc is stated");
     let error = pass.simulate(Sampling::default()).expect_err("no angle is free");
     assert!(error.to_string().contains("start inside the workpiece"), "{error}");
 }
@@ -149,7 +149,7 @@ impl Broken {
         let plane = Plane::of(&settings.workpiece, settings.tool_radius_m() - settings.process.penetration_depth_m);
         let mut broken = Self { plane, hidden_until: f64::NEG_INFINITY, lean: 0.0 };
         change(&mut broken, Pass::new(settings).nominal_times());
-        let pass = Pass::with(settings, RotaryTool::of(settings), broken).expect("the tips touch");
+        let pass = pass_with(settings, RotaryTool::of(settings), broken).expect("the tips touch");
         pass.simulate(Sampling::default()).map(|simulation| simulation.metrics.energy_residual)
     }
 }

@@ -1,5 +1,6 @@
-//! Passes without damping, which once took minutes or failed, end with a bounded amount of work.
+//! Passes that once took minutes or failed end with a bounded amount of work.
 
+use bristle::model::settings::{Side, WorkpieceKind};
 use bristle::simulation::{Statistics, simulate};
 
 use crate::common::case;
@@ -27,5 +28,17 @@ fn slow_damped_passes_keep_their_tolerance() {
     for (segments, velocity, depth) in SLOW {
         let statistics = simulate(&case(segments, velocity, depth)).expect("the pass ends").statistics;
         assert_eq!(statistics.unresolved_steps, 0, "n = {segments}: {statistics:?}");
+    }
+}
+
+/// The tip meets the side of the part where its arc begins, and presses there while it hardly goes to either.
+#[test]
+fn tips_that_touch_where_an_arc_begins_take_no_shorter_steps() {
+    for radius in [1e-4, 5e-4, 1e-3] {
+        let mut settings = case(6, 10.0, 1e-3);
+        settings.workpiece.kind = WorkpieceKind::Edge;
+        (settings.workpiece.edge_radius_m, settings.workpiece.side) = (radius, Side::Entering);
+        let Statistics { steps, rejected_steps, .. } = simulate(&settings).expect("the pass ends").statistics;
+        assert!(steps + rejected_steps < 450, "{radius} m: {steps} steps, {rejected_steps} rejected");
     }
 }
