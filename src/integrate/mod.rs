@@ -21,8 +21,6 @@ pub use control::{Effort, Proposal, StepControl};
 pub use single::Integrator;
 pub use stepper::{AttemptError, StageSolution, Stepper};
 
-use std::ops::Range;
-
 use crate::equations::{LaneSet, Lanewise, StepWeights};
 
 /// The relative tolerance of a linear variation, unless that of the motion is looser
@@ -96,10 +94,10 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
         false
     }
 
-    /// The integrals whose errors count, by index. What does not change the motion, such as a force along a rigid segment, has no part in the
-    /// errors of coordinates and rates.
-    fn controlled_integrals(&self) -> Range<usize> {
-        0..0
+    /// The integrals whose errors count, by index, with the index of their size in [`Tolerances::integral_scales`]. What does not change the motion,
+    /// such as a force along a rigid segment, has no part in the errors of coordinates and rates.
+    fn controlled_integrals(&self) -> &'static [[usize; 2]] {
+        &[]
     }
 
     /// Solves the factorised equations of the variation, whose right side belongs to the point of the last residual after the
@@ -224,15 +222,15 @@ pub struct Tolerances {
     pub coordinate_scale: f64,
     /// Size per second below which a rate is not resolved relatively.
     pub rate_scale: f64,
-    /// Size against which errors of [`SecondOrderSystem::controlled_integrals`] are measured.
-    pub integral_scale: f64,
+    /// Sizes against which errors of [`SecondOrderSystem::controlled_integrals`] are measured.
+    pub integral_scales: [f64; 2],
 }
 
 impl Tolerances {
     /// Those of a motion without controlled integrals.
     #[must_use]
     pub fn of_motion(relative: f64, coordinate_scale: f64, rate_scale: f64) -> Self {
-        Self { relative, coordinate_scale, rate_scale, integral_scale: f64::INFINITY }
+        Self { relative, coordinate_scale, rate_scale, integral_scales: [f64::INFINITY; 2] }
     }
 }
 

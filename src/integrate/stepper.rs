@@ -170,7 +170,7 @@ struct LaneTolerances<T> {
     relative: T,
     coordinate_scale: T,
     rate_scale: T,
-    integral_scale: T,
+    integral_scales: [T; 2],
 }
 
 impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
@@ -186,7 +186,12 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             solution,
             predictors: (0..stages).map(|stage| predictor(tableau, solution, stage)).collect(),
             error_weights: (0..stages).map(|stage| tableau.weight(stage) - tableau.embedded[stage]).collect(),
-            tolerances: LaneTolerances { relative: one, coordinate_scale: one, rate_scale: one, integral_scale: one },
+            tolerances: LaneTolerances {
+                relative: one,
+                coordinate_scale: one,
+                rate_scale: one,
+                integral_scales: [one; 2],
+            },
             time: none,
             start_q: zeros(),
             start_integrals: [none; Q],
@@ -208,11 +213,13 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
     /// A new integration begins in that lane.
     pub fn set_tolerances(&mut self, lane: usize, tolerances: Tolerances) {
         self.newton[lane] = Newton::new();
-        let Tolerances { relative, coordinate_scale, rate_scale, integral_scale } = tolerances;
+        let Tolerances { relative, coordinate_scale, rate_scale, integral_scales } = tolerances;
         self.tolerances.relative.set_lane(lane, relative);
         self.tolerances.coordinate_scale.set_lane(lane, coordinate_scale);
         self.tolerances.rate_scale.set_lane(lane, rate_scale);
-        self.tolerances.integral_scale.set_lane(lane, integral_scale);
+        for (scale, own) in self.tolerances.integral_scales.iter_mut().zip(integral_scales) {
+            scale.set_lane(lane, own);
+        }
     }
 
     /// Sets the error, in tolerances, with which the next steps of `lane` will be accepted: stages need not be more accurate.
@@ -261,11 +268,11 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             self.integrals[i] = integral;
         }
         self.error = self.estimate(step, system.carries_variation());
-        let LaneTolerances { relative, integral_scale, .. } = self.tolerances;
-        for i in system.controlled_integrals() {
+        let LaneTolerances { relative, integral_scales, .. } = self.tolerances;
+        for &[i, scale] in system.controlled_integrals() {
             let rates = self.stage_rates.iter().zip(&self.error_weights);
             let error = rates.fold(T::from_f64(0.0), |sum, (rates, weight)| sum + T::from_f64(*weight) * rates[i]);
-            self.error = self.error.max((error * step).abs() / (integral_scale * relative));
+            self.error = self.error.max((error * step).abs() / (integral_scales[scale] * relative));
         }
     }
 

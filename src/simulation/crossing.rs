@@ -141,9 +141,7 @@ impl Search {
         let is_near = self.curvature.is_finite() || self.path * width <= self.near;
         // What is missing to the event at both ends, in m; the bounds of its change over the width.
         let holds = |[a, b]: [f64; 2], way: f64, bend: f64| {
-            a >= 0.0
-                && b >= 0.0
-                && (a + b >= way * width || a.sqrt() + b.sqrt() >= (bend / 2.0).sqrt() * width)
+            a >= 0.0 && b >= 0.0 && (a + b >= way * width || a.sqrt() + b.sqrt() >= (bend / 2.0).sqrt() * width)
         };
         let none = f64::INFINITY;
         let sign = if self.closed { 1.0 } else { -1.0 };

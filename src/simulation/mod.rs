@@ -527,6 +527,10 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
         filament.motion.initial_angle = entry - lead_angle;
         let time = |angle: f64| (lead_angle + angle) / nominal.rate();
+        let rate_scale = (nominal.brushing_velocity / filament_length).max(slow_rate);
+        // Where a node comes off, the force on it ceases while contact damping still takes what is stored: the motion does not show it.
+        let damps = filament.law.damping > 0.0;
+        let energy = if damps { mass * (rate_scale * filament_length).powi(2) } else { f64::INFINITY };
         Self {
             form: if planar { Form::Planar } else { Form::Spatial },
             filament,
@@ -542,9 +546,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             tolerances: Tolerances {
                 relative: solver.relative_tolerance,
                 coordinate_scale: 1.0,
-                rate_scale: (nominal.brushing_velocity / filament_length).max(slow_rate),
+                rate_scale,
                 // A tenth of the momentum of the filament: against all of it, friction that reverses was not resolved.
-                integral_scale: 0.1 * mass * nominal.brushing_velocity,
+                integral_scales: [mass * nominal.brushing_velocity, energy].map(|size| 0.1 * size),
             },
             lead_angle,
             tail_angle,

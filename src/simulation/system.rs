@@ -640,8 +640,13 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
         self.equations.set_charts(charts);
     }
 
-    fn controlled_integrals(&self) -> Range<usize> {
-        integral::IMPULSE..integral::IMPULSE + 3
+    fn controlled_integrals(&self) -> &'static [[usize; 2]] {
+        &[
+            [integral::IMPULSE, 0],
+            [integral::IMPULSE + 1, 0],
+            [integral::IMPULSE + 2, 0],
+            [integral::CONTACT_DISSIPATION, 1],
+        ]
     }
 
     fn carries_variation(&self) -> bool {

@@ -68,6 +68,10 @@ impl Workpiece for Plane {
         true
     }
 
+    fn largest_curvatures(&self) -> [f64; 2] {
+        [0.0; 2]
+    }
+
     fn profile(&self, reach: f64) -> Option<ProfileCells> {
         let [foot, direction] = self.line()?;
         let half = (reach * reach - dot(foot, foot)).max(0.0).sqrt();

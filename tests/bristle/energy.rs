@@ -1,7 +1,7 @@
 //! Is it physics? The account of the energies in a history.
 
 use bristle::model::settings::Settings;
-use bristle::simulation::{Sample, integral, simulate_with_history};
+use bristle::simulation::{Sample, integral, simulate, simulate_with_history};
 use fastrand::Rng;
 
 use crate::common::balance;
@@ -42,6 +42,19 @@ fn the_dissipated_energy_rises_and_is_as_good_as_the_tolerance() {
         let [default, tight] =
             [default, tight].map(|history| history.last().expect("there are samples").dissipated_energy_j);
         assert!((default - tight).abs() < 1e-6 * largest, "{default:e} {tight:e} of {largest:e}: {settings:?}");
+    }
+}
+
+#[test]
+fn what_contact_damping_takes_is_as_good_as_the_tolerance() {
+    let mut settings = Settings::paper(30.0, 0.7e-3);
+    settings.filament.segments = 7;
+    let contact = &mut settings.contact;
+    (contact.stiffness_n_m, contact.exponent, contact.damping_s_m) = (3.2e4, 1.74, 0.57);
+    for tolerance in [1e-5, 1e-7, 1e-9] {
+        settings.solver.relative_tolerance = tolerance;
+        let residual = simulate(&settings).expect("the pass ends").metrics.energy_residual;
+        assert!(residual < 100.0 * tolerance, "{tolerance:e}: {residual:e}");
     }
 }
 

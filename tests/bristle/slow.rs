@@ -42,3 +42,14 @@ fn tips_that_touch_where_an_arc_begins_take_no_shorter_steps() {
         assert!(steps + rejected_steps < 450, "{radius} m: {steps} steps, {rejected_steps} rejected");
     }
 }
+
+/// Contacts that damp come off at nearly the rate at which they cease to press: what is left of it has long been within rounding.
+#[test]
+fn contacts_that_damp_take_no_shorter_steps_on_a_plane() {
+    let mut settings = case(6, 8.5, 7.3e-4);
+    let contact = &mut settings.contact;
+    (contact.stiffness_n_m, contact.exponent, contact.damping_s_m) = (8e6, 1.9, 1.4);
+    settings.solver.relative_tolerance = 1e-9;
+    let Statistics { steps, rejected_steps, .. } = simulate(&settings).expect("the pass ends").statistics;
+    assert!(steps + rejected_steps < 1500, "{steps} steps, {rejected_steps} rejected");
+}
