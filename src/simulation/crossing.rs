@@ -118,6 +118,8 @@ struct Search {
     curvature: f64,
     /// `χ` over the length of the step, in 1/m.
     damping: f64,
+    /// Upper bound on the rounding of differences of positions, in m.
+    rounding: f64,
     /// Up to this gap in m the nearest point of the workpiece does not jump.
     unique: f64,
 }
@@ -131,6 +133,7 @@ impl Search {
         let width = b.s - a.s;
         let chord = (b.penetration - a.penetration) / width;
         let seen = (b.slope - a.slope).abs().max(2.0 * (chord - a.slope).abs()).max(2.0 * (b.slope - chord).abs());
+        let seen = (seen - self.rounding / width).max(0.0);
         INFLATION * (self.bend + a.turn.abs().max(b.turn.abs()) * self.path * self.path).max(seen / width)
     }
 
@@ -245,6 +248,8 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
         excess: excess(closed, filament.law.pressing(approach), location),
     };
     let border_spacing = border_spacing(filament.workpiece.edges());
+    let tip = step.end_nodes[filament.chain.segments() - 1].value;
+    let rounding = 16.0 * f64::EPSILON * dot(tip, tip).sqrt();
     let search = |[path, bend]: [f64; 2],
                   [margin_way, border_bend]: [f64; 2],
                   [curvature, concave]: [f64; 2],
@@ -260,6 +265,7 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
         near: NEAR * smooth,
         curvature,
         damping: filament.law.damping / length,
+        rounding,
         unique: if concave.is_finite() { 0.5 / concave } else { f64::INFINITY },
     };
     let found = if let Some(edge) = contact.checked_sub(step.start_nodes.len()) {

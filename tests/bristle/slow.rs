@@ -45,11 +45,19 @@ fn tips_that_touch_where_an_arc_begins_take_no_shorter_steps() {
 
 /// Contacts that damp come off at nearly the rate at which they cease to press: what is left of it has long been within rounding.
 #[test]
-fn contacts_that_damp_take_no_shorter_steps_on_a_plane() {
-    let mut settings = case(6, 8.5, 7.3e-4);
-    let contact = &mut settings.contact;
+fn contacts_that_damp_take_no_shorter_steps() {
+    let mut flat = case(6, 8.5, 7.3e-4);
+    let contact = &mut flat.contact;
     (contact.stiffness_n_m, contact.exponent, contact.damping_s_m) = (8e6, 1.9, 1.4);
-    settings.solver.relative_tolerance = 1e-9;
-    let Statistics { steps, rejected_steps, .. } = simulate(&settings).expect("the pass ends").statistics;
-    assert!(steps + rejected_steps < 1500, "{steps} steps, {rejected_steps} rejected");
+    flat.solver.relative_tolerance = 1e-9;
+
+    let mut curved = case(3, 20.0, 2e-3);
+    (curved.tool.body_radius_m, curved.filament.diameter_m) = (0.05, 5e-4);
+    (curved.workpiece.kind, curved.workpiece.radius_m) = (WorkpieceKind::Cylinder, 0.02);
+    (curved.contact.stiffness_n_m, curved.contact.damping_s_m, curved.contact.friction_coefficient) = (1e4, 1.0, 0.5);
+
+    for (settings, most) in [(flat, 1500), (curved, 400)] {
+        let Statistics { steps, rejected_steps, .. } = simulate(&settings).expect("the pass ends").statistics;
+        assert!(steps + rejected_steps < most, "{steps} steps, {rejected_steps} rejected");
+    }
 }
