@@ -1274,7 +1274,7 @@ def rigid_rates_kernel() -> Derived:
             Argument.of_symbols("angular_velocity", "Ω of the body in rad/s", body_rate),
         ],
         [
-            Result.vector("rates", "`q̇_r` in rad/s", "rad s^-1", rates),
+            Result.vector("rates", "`q̇_r`", "rad s^-1", rates),
             Result.matrix(
                 "slopes",
                 "`∂q̇_r/∂q`, 2 × 2",

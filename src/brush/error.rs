@@ -81,8 +81,8 @@ pub enum BrushError {
         needed: usize,
         /// Columns of the brush.
         around: usize,
-        /// By how much the mean impulse still changes along the best stretch, over the mean.
-        drift: f64,
+        /// By how much the mean impulse still changes along the best stretch, over the mean; `None` if there are too few for any.
+        drift: Option<f64>,
     },
     /// A filament alone cannot be simulated.
     Alone(SimulationError),
@@ -156,11 +156,11 @@ impl Display for BrushError {
             ),
             Self::TooFewColumns { columns, needed, around, drift } => {
                 let columns = if *columns == 1 { "1 column is".to_owned() } else { format!("{columns} columns are") };
-                write!(
-                    f,
-                    "{columns} too few for a steady stretch: the mean impulse still changes by {:.1} % along it. ",
-                    100.0 * drift
-                )?;
+                write!(f, "{columns} too few for a steady stretch")?;
+                if let Some(drift) = drift {
+                    write!(f, ": the mean impulse still changes by {:.1} % along it", 100.0 * drift)?;
+                }
+                f.write_str(". ")?;
                 if needed <= around {
                     write!(f, "Set `brush.columns` to {needed} or more, or ")?;
                 } else {
@@ -187,7 +187,7 @@ mod tests {
             told(1)
         );
         assert!(told(2).contains("`brush.stiffness_n_m2`"), "{}", told(2));
-        let told = |columns| BrushError::TooFewColumns { columns, needed: 5, around: 9, drift: 0.1 }.to_string();
+        let told = |columns| BrushError::TooFewColumns { columns, needed: 5, around: 9, drift: Some(0.1) }.to_string();
         assert!(told(1).starts_with("1 column is too few"), "{}", told(1));
         assert!(told(2).starts_with("2 columns are too few"), "{}", told(2));
     }

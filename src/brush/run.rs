@@ -433,6 +433,9 @@ impl BrushRun {
         let brush = settings.brush_or_default();
         let Draft { pass, arrangement, is_planar, ends_when_settled, points, .. } =
             Draft::new(settings, columns, options.memory)?;
+        if columns.is_none() && brush.columns.is_some() {
+            stretch::check_columns(settings, &pass, &arrangement)?;
+        }
         let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
         let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let solved: usize = groups.iter().map(|group| group.members.len()).sum();

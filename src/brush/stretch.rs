@@ -46,6 +46,13 @@ impl Expectation {
             length: ((0.5 * contact).ceil() as usize).max(SHORTEST),
         }
     }
+
+    /// The error of a sector with too few columns, in which the mean impulse changes by `drift` along the best stretch, if it was simulated.
+    fn too_few(&self, arrangement: &Arrangement, drift: Option<f64>) -> BrushError {
+        let Arrangement { columns, around, .. } = *arrangement;
+        let needed = (self.entry + self.length + self.exit).max(columns + columns.div_ceil(3));
+        BrushError::TooFewColumns { columns, needed, around: around.floor() as usize, drift }
+    }
 }
 
 /// Number of columns of a sector whose settings do not state it.
@@ -106,7 +113,7 @@ pub fn find(
         return Ok(if columns > 1 { all.from(0, columns) } else { Stretch::default() });
     }
     let expectation = Expectation::new(settings, pass, arrangement.around);
-    let Expectation { entry, exit, length } = expectation;
+    let Expectation { entry, length, .. } = expectation;
     let counted = Columns::new(&filaments[..end * rows], rows);
     let of_irregular = || {
         let is_steady = |means: &[f64]| {
@@ -129,10 +136,19 @@ pub fn find(
         counted.settled(&expectation).or_else(of_equal).or_else(|| of_irregular().filter(|_| may_alternate))
     };
     found.ok_or_else(|| {
-        let drift = if end > 2 { counted.from(end / 2, columns).drift } else { 1.0 };
-        let needed = (entry + length + exit).max(columns + columns.div_ceil(3));
-        BrushError::TooFewColumns { columns, needed, around: arrangement.around.floor() as usize, drift: drift.abs() }
+        let drift = (end > 2).then(|| counted.from(end / 2, columns).drift.abs());
+        expectation.too_few(arrangement, drift)
     })
+}
+
+/// Whether there can be the steady stretch that is requested.
+///
+/// # Errors
+/// If the columns that may count are fewer than any stretch has.
+pub fn check_columns(settings: &Settings, pass: &Pass, arrangement: &Arrangement) -> Result<(), BrushError> {
+    let expectation = Expectation::new(settings, pass, arrangement.around);
+    let few = columns_that_may_count(settings, pass, arrangement) < expectation.length;
+    if settings.brush_or_default().steady && few { Err(expectation.too_few(arrangement, None)) } else { Ok(()) }
 }
 
 /// Columns that may count, from the first one.

@@ -545,6 +545,9 @@ fn the_steady_stretch_is_where_impulses_no_longer_change() {
     let error = simulate_brush(&settings, 1).expect_err("too few columns");
     let BrushError::TooFewColumns { columns: 20, needed, .. } = error else { panic!("{error}") };
     assert!(error.to_string().contains(&format!("`brush.columns` to {needed}")), "{error}");
+    // Where no stretch could be long enough, nothing is simulated.
+    let error = simulate_brush(&with(&settings, |brush| brush.columns = Some(1)), 1).expect_err("too few columns");
+    assert!(matches!(error, BrushError::TooFewColumns { columns: 1, drift: None, .. }), "{error}");
     // As many as it says are enough; and so are as many as there are without a number.
     let stated = simulate_brush(&with(&settings, |brush| brush.columns = Some(needed)), 1).expect("a row");
     let default = simulate_brush(&with(&settings, |brush| brush.columns = None), 1).expect("a row");

@@ -329,7 +329,7 @@ fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
 fn rigid_rates() -> Result<Kernel, DimensionError> {
     let RigidRates { graph, rates, slopes } = RigidRates::new();
     let outputs = vec![
-        Output::vector("rates", "`q̇_r` in rad/s", ANGULAR_RATE, rates),
+        Output::vector("rates", "`q̇_r`", ANGULAR_RATE, rates),
         Output::matrix("slopes", "`∂q̇_r/∂q`, 2 × 2", ANGULAR_RATE, slopes),
     ];
     let summary = "Rates of a segment that turns rigidly with the body, `Ω × e = (∂e/∂q) q̇_r`, and how they change with its coordinates.\n\
