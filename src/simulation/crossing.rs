@@ -11,7 +11,7 @@
 //!   unknown, the parabola holds over a way of less than a quarter of a segment, or of a stretch of a spline, with the curvature that is
 //!   seen and what values and slopes at both ends show, twice over (MODEL, "Workpieces other than a plane").
 //! - *Border.* The margin at an arc is the distance from a straight line, so that a parabola bounds it, too, over a way by which a point does not
-//!   get from one border to the next. A point that presses near a border for long has thousands of parts without it.
+//!   get from one border to the next. Without it, a step in which a point presses near a border would have hundreds of parts.
 //! - *Jump.* Far above a hollow the nearest point of the workpiece jumps from one of its sides to the other, and with it the margin, whose way
 //!   says nothing there. Where a gap jumps, another point of the filament has become the nearest one.
 //! - A contact that is open stays open as long as its penetration is negative, the nearest point is elsewhere, or its damping would pull; one that is
@@ -146,24 +146,24 @@ impl Search {
         let holds = |[a, b]: [f64; 2], way: f64, bend: f64| {
             a >= 0.0 && b >= 0.0 && (a + b >= way * width || a.sqrt() + b.sqrt() >= (bend / 2.0).sqrt() * width)
         };
-        let none = f64::INFINITY;
+        let unbounded = f64::INFINITY;
         let sign = if self.closed { 1.0 } else { -1.0 };
         let slack = 2.0 * self.location;
         let missing = |value: fn(&Look) -> f64| [a, b].map(|look| sign * value(look) + slack);
         let jumps = (b.penetration - a.penetration).abs() > self.way * width + slack;
         let by_penetration = match (jumps, missing(|look| look.penetration)) {
-            (false, missing) => holds(missing, self.way, if is_near { bend } else { none }),
+            (false, missing) => holds(missing, self.way, if is_near { bend } else { unbounded }),
             (true, [a, b]) => a.min(b) >= self.way * width,
         };
         let farthest = self.way * width / 2.0 - a.penetration.min(b.penetration);
         let at_one_border =
             a.place == b.place && self.way * width + a.penetration.max(b.penetration).max(0.0) <= self.border_spacing;
-        let border_bend = if at_one_border { self.border_bend } else { none };
+        let border_bend = if at_one_border { self.border_bend } else { unbounded };
         let by_margin = farthest <= self.unique && holds(missing(|look| look.margin), self.margin_way, border_bend);
         let by_damping = || {
             let deepest = a.penetration.abs().max(b.penetration.abs()) + self.way * width;
             let missing = [a, b].map(|look| sign * look.factor + slack / deepest);
-            holds(missing, self.damping * bend, none)
+            holds(missing, self.damping * bend, unbounded)
         };
         if self.closed {
             by_penetration && by_margin && (self.damping == 0.0 || by_damping())

@@ -257,10 +257,9 @@ impl Edge {
 /// no deeper in the workpiece than this depends on one border. Zero if an edge is not such an arc; infinite without edges.
 pub(crate) fn border_spacing(edges: &[Edge]) -> f64 {
     let mut least = f64::INFINITY;
-    let borders = |edge: &Edge| edge.borders().unwrap_or([[0.0; 2]; 2]);
     for (index, edge) in edges.iter().enumerate() {
-        let [first, second] = borders(edge);
-        let others = edges[..index].iter().flat_map(borders);
+        let Some([first, second]) = edge.borders() else { return 0.0 };
+        let others = edges[..index].iter().filter_map(Edge::borders).flatten();
         let pairs = others.flat_map(|other| [[first, other], [second, other]]).chain([[first, second]]);
         least = pairs.map(|[a, b]| sub(a, b)).map(|way| dot(way, way).sqrt()).fold(least, f64::min);
     }

@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn long_chains_of_operations_are_printed() {
-        // Recursion would need some hundred times the stack of a thread.
+        // A recursion this deep does not fit on the stack of a thread.
         const LENGTH: usize = 100_000;
         let mut graph = Graph::raw();
         let (a, b) = (graph.symbol("a", "a", Unit::ONE), graph.symbol("b", "b", Unit::ONE));
