@@ -125,9 +125,9 @@ fn count(subject: usize, repetitions: usize) -> Result<Option<u64>, Box<dyn Erro
 fn run(subject: usize, repetitions: usize) {
     match subject {
         0..4 => run_loop::<f64>(subject, repetitions),
-        4..8 => run_loop::<Lanes<LANES>>(subject - 4, repetitions),
+        4..8 => run_loop::<Lanes>(subject - 4, repetitions),
         8..12 => run_planar_loop::<f64>(subject - 8, repetitions),
-        12..16 => run_planar_loop::<Lanes<LANES>>(subject - 12, repetitions),
+        12..16 => run_planar_loop::<Lanes>(subject - 12, repetitions),
         16 => {
             let settings = settings();
             for _ in 0..repetitions {

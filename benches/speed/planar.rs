@@ -33,7 +33,7 @@ pub fn planar(criterion: &mut Criterion) {
     let motion = BentFilament::planar(SEGMENTS);
     forms::<f64>(&mut group, "accelerations, one state: planar against in space", &motion);
     if lanes_are_compiled() {
-        forms::<Lanes<LANES>>(&mut group, "accelerations, eight lanes: planar against in space", &motion);
+        forms::<Lanes>(&mut group, "accelerations, eight lanes: planar against in space", &motion);
         lanes(&mut group, &motion);
     }
     group.finish();

@@ -9,14 +9,14 @@ use std::ops::AddAssign;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::candidates::{Candidates, Layout};
-use super::field::{Field, GroupField, Lane, Node, Nodes, Place, wide};
+use super::field::{Field, GroupField, Node, Nodes, Place, wide};
 use super::gmres::{self, Coupled, Division, Krylov, Vector};
-use super::group::{Activity, Budget, Group, Surroundings, WorkpieceLoad, larger, zero_lane};
+use super::group::{Activity, Budget, Group, Surroundings, WorkpieceLoad, larger};
 use super::presses::PressLaw;
 use super::pressing::{Pair, Pressing};
 use super::team;
 use super::words::{Reader, Writer};
-use crate::equations::{ChainDynamics, LANES, Lanewise, PolarAxis, Real};
+use crate::equations::{ChainDynamics, LANES, Lanes, Lanewise, PolarAxis, Real};
 use crate::simulation::{Filament, Form};
 use crate::tool::ClampMotion;
 use crate::workpiece::Part;
@@ -155,7 +155,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let groups: Vec<Group> =
             parts.map(|(index, members)| Group::new(index, form, members, rate, activity)).collect();
         let field = Field::new(groups.len(), n);
-        let none = vec![[zero_lane(); 2]; groups.len() * n];
+        let none = vec![[Lanes::ZERO; 2]; groups.len() * n];
         let mut motion = Motion { time, q: none.clone(), v: none.clone(), accelerations: none.clone() };
         for group in &groups {
             for lane in 0..LANES {
@@ -296,13 +296,13 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let n = self.layout.segments;
         for group in &self.groups {
             let Some((since, q)) = &group.asleep_from else { continue };
-            let angle = Lane::from_f64(self.rate * (motion.time - since));
+            let angle = Lanes::from_f64(self.rate * (motion.time - since));
             let blocks = group.index * n..(group.index + 1) * n;
             for (block, [polar, azimuth]) in motion.q[blocks.clone()].iter_mut().zip(q) {
                 *block = [*polar, *azimuth + angle];
             }
-            motion.v[blocks.clone()].fill([zero_lane(), Lane::from_f64(self.rate)]);
-            motion.accelerations[blocks].fill([zero_lane(); 2]);
+            motion.v[blocks.clone()].fill([Lanes::ZERO, Lanes::from_f64(self.rate)]);
+            motion.accelerations[blocks].fill([Lanes::ZERO; 2]);
         }
     }
 
@@ -365,7 +365,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             group.asleep_from = None;
             if state > 1 {
                 let since = words.number()?;
-                let mut q = vec![[zero_lane(); 2]; self.layout.segments];
+                let mut q = vec![[Lanes::ZERO; 2]; self.layout.segments];
                 words.blocks(&mut q)?;
                 group.asleep_from = Some((since, q));
             }
@@ -617,7 +617,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         if !coupled.contains(&true) {
             return Some(0);
         }
-        let (n, factor) = (layout.segments, Lane::from_lanes(|_| -by_position));
+        let (n, factor) = (layout.segments, Lanes::from_f64(-by_position));
         let mut coupling = Coupling { groups, displacements, forces, pressing, segments: n, factor };
         gmres::solve(&mut coupling, residual, forcing, krylov, Division { blocks: n, coupled, first })
     }
@@ -654,8 +654,8 @@ impl Kinematics<'_> {
             || {
                 for (k, acceleration) in accelerations.iter().enumerate() {
                     for i in self.first..2 {
-                        q[k][i] = base_q[k][i] + Lane::from_f64(by_position) * acceleration[i];
-                        v[k][i] = base_v[k][i] + Lane::from_f64(by_rate) * acceleration[i];
+                        q[k][i] = base_q[k][i] + Lanes::from_f64(by_position) * acceleration[i];
+                        v[k][i] = base_v[k][i] + Lanes::from_f64(by_rate) * acceleration[i];
                     }
                 }
             },
@@ -672,7 +672,7 @@ struct Coupling<'a> {
     pressing: &'a Pressing,
     segments: usize,
     /// The negative weight of the positions in the tangents.
-    factor: Lane,
+    factor: Lanes,
 }
 
 impl Coupled for Coupling<'_> {

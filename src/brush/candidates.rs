@@ -9,12 +9,12 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use super::field::{Field, Lane, Node, Place, wide};
+use super::field::{Field, Node, Place, wide};
 use super::presses::Near;
 use super::team;
 use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, dot, scale, sub};
-use crate::equations::{LANES, Lanewise, Real, sin_cos};
+use crate::equations::{LANES, Lanes, Lanewise, Real, sin_cos};
 
 /// Filaments of equal numbers of segments.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,7 +90,7 @@ pub struct Candidates {
     /// Sleeping filaments that others may come near, by the group of the latter.
     wanted: Vec<Vec<usize>>,
     /// How far each filament had gone when the list was built, by group. Empty before that.
-    built: Vec<Lane>,
+    built: Vec<Lanes>,
     search: Search,
     /// The blocks that points may be near in, by group: the numbers of the pair, and of the block.
     listed: Vec<Vec<[u32; 2]>>,
@@ -128,11 +128,11 @@ struct Motion {
     positions: Field,
     angles: Vec<f64>,
     /// The way of each node, or of the farthest among [`SPREAD`] on either side, in m.
-    paths: Vec<Lane>,
+    paths: Vec<Lanes>,
     /// Scratch: the last ways of the nodes of each group, with [`SPREAD`] beyond either end.
-    ways: Vec<Lane>,
+    ways: Vec<Lanes>,
     /// The way of the farthest node in m, by group.
-    farthest: Vec<Lane>,
+    farthest: Vec<Lanes>,
 }
 
 /// The points of one filament, and another filament.
@@ -173,7 +173,7 @@ impl Candidates {
     /// An empty list, which is out of date.
     pub fn new(layout: Layout) -> Self {
         let groups = layout.groups();
-        let none = Lane::from_lanes(|_| 0.0);
+        let none = Lanes::ZERO;
         let motion = Motion {
             positions: Field::new(groups, layout.segments),
             angles: vec![f64::NAN; groups],
@@ -231,7 +231,7 @@ impl Candidates {
         }
         copy_filaments(positions, segments, is_beside, &mut self.nodes);
         let gone =
-            |now: &Lane, then: &Lane| (0..LANES).all(|lane| now.lane(lane) - then.lane(lane) <= 0.5 * self.margin);
+            |now: &Lanes, then: &Lanes| (0..LANES).all(|lane| now.lane(lane) - then.lane(lane) <= 0.5 * self.margin);
         if !is_known || !self.motion.farthest.iter().zip(&self.built).all(|(now, then)| gone(now, then)) {
             self.build(positions, angle);
             self.built.clone_from(&self.motion.farthest);
@@ -389,8 +389,8 @@ impl Motion {
             wide(
                 #[inline(always)]
                 || {
-                    ways.fill(Lane::from_f64(0.0));
-                    let mut most = Lane::from_f64(0.0);
+                    ways.fill(Lanes::ZERO);
+                    let mut most = Lanes::ZERO;
                     for ((earlier, now), way) in earlier.iter_mut().zip(now).zip(&mut ways[SPREAD..]) {
                         let moved = sub(*now, turn(*earlier));
                         *way = dot(moved, moved).sqrt();
@@ -435,9 +435,9 @@ fn copy_filaments(positions: &Field, segments: usize, groups: impl Fn(usize) -> 
 }
 
 /// Turns a vector by `angle` (rad) about `z`.
-fn turned(angle: f64) -> impl Fn([Lane; 3]) -> [Lane; 3] {
+fn turned(angle: f64) -> impl Fn([Lanes; 3]) -> [Lanes; 3] {
     let (sin, cos) = sin_cos(angle);
-    let [sin, cos] = [sin, cos].map(|value| Lane::from_lanes(|_| value));
+    let [sin, cos] = [sin, cos].map(Lanes::from_f64);
     #[inline(always)]
     move |[x, y, z]| [cos * x - sin * y, sin * x + cos * y, z]
 }
@@ -600,8 +600,8 @@ impl<'a> Line<'a> {
 
     /// In each lane the node that is so many `steps` from the inner end of one of `segments`.
     #[inline(always)]
-    fn nodes(&self, segments: &[u16; LANES], steps: usize) -> [Lane; 3] {
-        let mut nodes = [Lane::from_f64(0.0); 3];
+    fn nodes(&self, segments: &[u16; LANES], steps: usize) -> [Lanes; 3] {
+        let mut nodes = [Lanes::ZERO; 3];
         for lane in 0..LANES {
             let [x, y, z] = self.node(usize::from(segments[lane]) + steps);
             nodes[0].0[lane] = x;
@@ -613,34 +613,34 @@ impl<'a> Line<'a> {
 
     /// The points of a block, and the radii there.
     #[inline(always)]
-    fn points(&self, station: &Stations) -> ([Lane; 3], Lane) {
+    fn points(&self, station: &Stations) -> ([Lanes; 3], Lanes) {
         let (inner, outer) = (self.nodes(&station.segments, 0), self.nodes(&station.segments, 1));
-        let (outer_share, inner_share) = (station.fractions, Lane::from_f64(1.0) - station.fractions);
+        let (outer_share, inner_share) = (station.fractions, Lanes::from_f64(1.0) - station.fractions);
         // As `Place::of` computes it.
         let x = add(scale(inner_share, inner), scale(outer_share, outer));
-        (x, Lane::from_lanes(|lane| self.radii[usize::from(station.segments[lane])]))
+        (x, Lanes::from_lanes(|lane| self.radii[usize::from(station.segments[lane])]))
     }
 }
 
 impl Line<'_> {
     /// The squares of the distances of points from a segment in m².
     #[inline(always)]
-    fn squares(&self, x: [Lane; 3], segment: usize) -> Lane {
-        let splat = |[x, y, z]: [f64; 3]| [Lane::from_f64(x), Lane::from_f64(y), Lane::from_f64(z)];
+    fn squares(&self, x: [Lanes; 3], segment: usize) -> Lanes {
+        let splat = |[x, y, z]: [f64; 3]| [Lanes::from_f64(x), Lanes::from_f64(y), Lanes::from_f64(z)];
         let (inner, outer) = (self.node(segment), self.node(segment + 1));
         let along = sub(outer, inner);
-        let share = Lane::from_f64(1.0 / dot(along, along));
+        let share = Lanes::from_f64(1.0 / dot(along, along));
         let (along, from) = (splat(along), sub(x, splat(inner)));
-        let fraction = min((dot(along, from) * share).max(Lane::from_f64(0.0)), Lane::from_f64(1.0));
+        let fraction = min((dot(along, from) * share).max(Lanes::ZERO), Lanes::from_f64(1.0));
         let offset = sub(from, scale(fraction, along));
         dot(offset, offset)
     }
 
     /// The squares of the distances of points from the nearest of some segments in m², and its number.
     #[inline(always)]
-    fn nearest(&self, x: [Lane; 3], segments: Range<usize>) -> (Lane, Lane) {
-        let at = |k: usize| Lane::from_f64(k as f64);
-        let (mut least, mut nearest) = (Lane::from_f64(f64::INFINITY), at(0));
+    fn nearest(&self, x: [Lanes; 3], segments: Range<usize>) -> (Lanes, Lanes) {
+        let at = |k: usize| Lanes::from_f64(k as f64);
+        let (mut least, mut nearest) = (Lanes::from_f64(f64::INFINITY), at(0));
         for k in segments {
             let squares = self.squares(x, k);
             // Numbers of segments are whole, so that this chooses exactly.
@@ -652,8 +652,8 @@ impl Line<'_> {
 
     /// The largest radius of some segments in m.
     #[inline(always)]
-    fn largest_radius(&self, segments: Range<usize>) -> Lane {
-        Lane::from_f64(self.radii[segments].iter().fold(0.0, |largest, radius| radius.max(largest)))
+    fn largest_radius(&self, segments: Range<usize>) -> Lanes {
+        Lanes::from_f64(self.radii[segments].iter().fold(0.0, |largest, radius| radius.max(largest)))
     }
 }
 
@@ -661,7 +661,7 @@ impl Line<'_> {
 #[derive(Clone, Copy, Debug)]
 struct Stations {
     segments: [u16; LANES],
-    fractions: Lane,
+    fractions: Lanes,
 }
 
 impl Stations {
@@ -672,7 +672,7 @@ impl Stations {
             let at = |lane: usize| (first + lane).min(count - 1);
             Self {
                 segments: std::array::from_fn(|lane| (at(lane) / points) as u16),
-                fractions: Lane::from_lanes(|lane| ((at(lane) % points) as f64 + 0.5) / points as f64),
+                fractions: Lanes::from_lanes(|lane| ((at(lane) % points) as f64 + 0.5) / points as f64),
             }
         };
         (0..count).step_by(LANES).map(block).collect()
@@ -713,7 +713,7 @@ impl Loop for Scan<'_> {
         let ends = nearest.iter().fold([count, 0], |[first, last], &k| [first.min(k), last.max(k)]);
         let window = [ends[0].saturating_sub(side), (ends[1] + side + 1).min(count)].map(|k| k as u16);
         let middle = middle(window);
-        let mut outside = [Lane::from_f64(f64::INFINITY); 2];
+        let mut outside = [Lanes::from_f64(f64::INFINITY); 2];
         for k in 0..count {
             // The path of a node holds for so many on either side, and a segment has two.
             let is_next = own_spread < 2 * SPREAD && k + SPREAD >= middle && k < middle + SPREAD;
@@ -723,7 +723,7 @@ impl Loop for Scan<'_> {
             }
         }
         let reach = radius + line.largest_radius(0..count);
-        let beyond = |squares: Lane| {
+        let beyond = |squares: Lanes| {
             let beyond = squares.sqrt() - reach;
             (0..LANES).map(|lane| beyond.lane(lane)).fold(f64::INFINITY, f64::min)
         };
@@ -745,7 +745,7 @@ fn middle(window: [u16; 2]) -> usize {
 }
 
 #[inline(always)]
-fn min(a: Lane, b: Lane) -> Lane {
+fn min(a: Lanes, b: Lanes) -> Lanes {
     -(-a).max(-b)
 }
 
@@ -760,13 +760,13 @@ struct Windows<'a> {
 /// The points of a block, and the nearest segments of their window.
 struct Nearest {
     /// The points in m.
-    x: [Lane; 3],
+    x: [Lanes; 3],
     /// The radii there in m.
-    radius: Lane,
+    radius: Lanes,
     /// How far they are out of reach of all segments in m, at least.
-    beyond: Lane,
+    beyond: Lanes,
     /// The number of the segment whose centreline is nearest.
-    segment: Lane,
+    segment: Lanes,
 }
 
 impl Loop for Windows<'_> {

@@ -2,10 +2,7 @@
 
 use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, scale};
-use crate::equations::{LANES, Lanes, Lanewise};
-
-/// A number of each filament of a group.
-pub type Lane = Lanes<LANES>;
+use crate::equations::{LANES, Lanes, Lanewise, Real};
 
 /// Does `work`, a loop over lanes, with the widest instructions of the machine.
 #[inline(always)]
@@ -70,7 +67,7 @@ impl Node {
 
     /// Its entry in `values`, which has the rows of a field.
     #[inline]
-    pub fn of(self, values: &[Lane]) -> f64 {
+    pub fn of(self, values: &[Lanes]) -> f64 {
         values[self.row()].lane(self.lane())
     }
 
@@ -89,12 +86,12 @@ pub type Matrix = [[f64; 3]; 3];
 
 /// A vector at each node.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Field(pub Vec<[Lane; 3]>);
+pub struct Field(pub Vec<[Lanes; 3]>);
 
 impl Field {
     /// Zero at the nodes of so many groups.
     pub fn new(groups: usize, segments: usize) -> Self {
-        Self(vec![[Lane::from_lanes(|_| 0.0); 3]; groups * (segments + 1)])
+        Self(vec![[Lanes::ZERO; 3]; groups * (segments + 1)])
     }
 
     /// The vector at a node.
@@ -130,7 +127,7 @@ impl Nodes {
     }
 
     /// The positions and the velocities of each group.
-    pub fn by_group(&mut self, segments: usize) -> impl Iterator<Item = [&mut [[Lane; 3]]; 2]> {
+    pub fn by_group(&mut self, segments: usize) -> impl Iterator<Item = [&mut [[Lanes; 3]]; 2]> {
         let Self { positions, velocities } = self;
         let groups = positions.0.chunks_mut(segments + 1).zip(velocities.0.chunks_mut(segments + 1));
         groups.map(|(positions, velocities)| [positions, velocities])
@@ -141,18 +138,18 @@ impl Nodes {
 pub struct GroupField<'a> {
     /// Row of the root.
     first: usize,
-    vectors: &'a mut [[Lane; 3]],
+    vectors: &'a mut [[Lanes; 3]],
 }
 
 impl<'a> GroupField<'a> {
     /// The part of a field that belongs to `group`, in `vectors`.
-    pub fn new(group: usize, segments: usize, vectors: &'a mut [[Lane; 3]]) -> Self {
+    pub fn new(group: usize, segments: usize, vectors: &'a mut [[Lanes; 3]]) -> Self {
         Self { first: group * (segments + 1), vectors }
     }
 
     /// Zero everywhere.
     pub fn clear(&mut self) {
-        self.vectors.fill([Lane::from_lanes(|_| 0.0); 3]);
+        self.vectors.fill([Lanes::ZERO; 3]);
     }
 
     /// Adds to the vector at a node, whose other components stay as they are.
@@ -162,7 +159,7 @@ impl<'a> GroupField<'a> {
     }
 
     /// All nodes.
-    pub fn vectors(&self) -> &[[Lane; 3]] {
+    pub fn vectors(&self) -> &[[Lanes; 3]] {
         self.vectors
     }
 }
@@ -178,12 +175,12 @@ pub struct Changes {
 }
 
 /// Those of one segment.
-pub type Blocks = [[[[Lane; 3]; 3]; 2]; 2];
+pub type Blocks = [[[[Lanes; 3]; 3]; 2]; 2];
 
 impl Changes {
     /// Memory for groups of so many segments; the tip counts as one.
     pub fn new(segments: usize) -> Self {
-        let blocks = vec![[[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2]; segments + 1];
+        let blocks = vec![[[[[Lanes::ZERO; 3]; 3]; 2]; 2]; segments + 1];
         Self { first: 0, present: vec![false; blocks.len()], blocks }
     }
 
@@ -199,7 +196,7 @@ impl Changes {
         let (index, lane) = (segment.row() - self.first, segment.lane());
         let blocks = &mut self.blocks[index];
         if !std::mem::replace(&mut self.present[index], true) {
-            *blocks = [[[[Lane::from_lanes(|_| 0.0); 3]; 3]; 2]; 2];
+            *blocks = [[[[Lanes::ZERO; 3]; 3]; 2]; 2];
         }
         for force in 0..2 {
             for motion in 0..2 {
@@ -223,7 +220,7 @@ impl Changes {
 }
 
 #[inline(always)]
-fn add_in_lane<const D: usize>(vector: &mut [Lane; 3], lane: usize, values: [f64; D]) {
+fn add_in_lane<const D: usize>(vector: &mut [Lanes; 3], lane: usize, values: [f64; D]) {
     for (component, value) in vector.iter_mut().zip(values) {
         component.set_lane(lane, component.lane(lane) + value);
     }

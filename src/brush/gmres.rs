@@ -5,13 +5,13 @@ use std::ops::Range;
 
 use super::field::wide;
 use super::team;
-use crate::equations::{LANES, Lanes, Lanewise};
+use crate::equations::{LANES, Lanes, Lanewise, Real};
 
 /// Blocks of coordinates of filaments, in lanes, group by group.
-pub type Vector = Vec<[Lanes<LANES>; 2]>;
+pub type Vector = Vec<[Lanes; 2]>;
 
 /// Blocks of one group.
-pub type Part = [[Lanes<LANES>; 2]];
+pub type Part = [[Lanes; 2]];
 
 /// `(M + C) x = b`, where `M` is block-diagonal, with a block for each filament.
 pub trait Coupled {
@@ -85,7 +85,7 @@ impl Division<'_> {
     fn add_scaled(self, group: usize, part: &mut Part, factor: f64, vector: &Vector) {
         for (block, other) in part.iter_mut().zip(&vector[self.part(group)]) {
             for i in self.first..2 {
-                block[i] = block[i] + splat(factor) * other[i];
+                block[i] = block[i] + Lanes::from_f64(factor) * other[i];
             }
         }
     }
@@ -100,7 +100,7 @@ impl Division<'_> {
 
     #[inline(always)]
     fn dot(self, a: &Part, b: &Part) -> f64 {
-        let mut sum = splat(0.0);
+        let mut sum = Lanes::ZERO;
         for (a, b) in a.iter().zip(b) {
             for i in self.first..2 {
                 sum = sum + a[i] * b[i];
@@ -152,7 +152,7 @@ pub fn solve(
                 || {
                     division.subtract(group, newest, projections, factors, earlier);
                     for (value, newest) in part.iter_mut().zip(newest) {
-                        *value = [newest[0] * splat(factor), newest[1] * splat(factor)];
+                        *value = [newest[0] * Lanes::from_f64(factor), newest[1] * Lanes::from_f64(factor)];
                     }
                 },
             );
@@ -235,7 +235,7 @@ fn combine(
         wide(
             #[inline(always)]
             || {
-                part.fill([splat(0.0); 2]);
+                part.fill([Lanes::ZERO; 2]);
                 for (weight, vector) in weights.iter().zip(vectors) {
                     division.add_scaled(group, part, *weight, vector);
                 }
@@ -284,11 +284,6 @@ fn norm(
         ));
     });
     division.sum(sums, 0).sqrt()
-}
-
-#[inline(always)]
-fn splat(value: f64) -> Lanes<LANES> {
-    Lanes([value; LANES])
 }
 
 #[cfg(test)]

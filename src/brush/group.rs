@@ -2,13 +2,13 @@
 
 use super::bundle::Member;
 use super::candidates::Candidates;
-use super::field::{Changes, GroupField, Lane, Node, Nodes, Place, wide};
+use super::field::{Changes, GroupField, Node, Nodes, Place, wide};
 use super::gmres;
 use super::pressing::Pressing;
 use crate::equations::linear::{add, dot, scale, sub, zero};
 use crate::equations::{
-    Chain, ChainDynamics, Clamp, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion, NodeTangent, PointTangent, Real,
-    StepWeights,
+    Chain, ChainDynamics, Clamp, LANES, LaneSet, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PointTangent,
+    Real, StepWeights,
 };
 use crate::simulation::{ContactSum, Equations, Filament, Form};
 use crate::tool::ClampMotion;
@@ -18,10 +18,10 @@ use crate::workpiece::{Part, Workpiece};
 pub struct Group {
     /// Its number.
     pub index: usize,
-    pub equations: Equations<Lane>,
+    pub equations: Equations<Lanes>,
     /// When the clamps were last evaluated, in s, and their motion then.
     time: Option<f64>,
-    clamp: Clamp<Lane>,
+    clamp: Clamp<Lanes>,
     /// The first filament.
     pub first: usize,
     /// The number of filaments.
@@ -36,7 +36,7 @@ pub struct Group {
     changes: Changes,
     pub activity: Activity,
     /// While it sleeps: since when, in s, and its coordinates then. Those of a motion are not kept up to date meanwhile.
-    pub asleep_from: Option<(f64, Vec<[Lane; 2]>)>,
+    pub asleep_from: Option<(f64, Vec<[Lanes; 2]>)>,
     /// Largest displacement of a node with the last correction, in m/rad of the accelerations' unit.
     pub largest: f64,
 }
@@ -69,30 +69,30 @@ pub enum Activity {
 /// The loads of a group.
 struct GroupLoads<'a> {
     /// By node, from the root.
-    forces: &'a [[Lane; 3]],
+    forces: &'a [[Lanes; 3]],
     /// For a factorisation.
     changes: Option<&'a Changes>,
 }
 
-impl NodeLoads<Lane> for GroupLoads<'_> {
+impl NodeLoads<Lanes> for GroupLoads<'_> {
     fn loads_points(&self) -> bool {
         self.changes.is_some()
     }
 
-    fn point_tangents(&self, _: &dyn NodeMotion, add: &mut dyn FnMut(PointTangent<Lane>)) {
+    fn point_tangents(&self, _: &dyn NodeMotion, add: &mut dyn FnMut(PointTangent<Lanes>)) {
         let none = [zero(); 3];
         for (segment, ends) in self.changes.iter().flat_map(|changes| changes.blocks()) {
             let [[a, b], [c, d]] = ends;
-            let at = |position: &[[Lane; 3]; 3]| NodeTangent { position: *position, velocity: none };
+            let at = |position: &[[Lanes; 3]; 3]| NodeTangent { position: *position, velocity: none };
             add(PointTangent { segment, ends: [[at(a), at(b)], [at(c), at(d)]] });
         }
     }
 
-    fn force(&self, node: usize, _: [Lane; 3], _: [Lane; 3]) -> Option<[Lane; 3]> {
+    fn force(&self, node: usize, _: [Lanes; 3], _: [Lanes; 3]) -> Option<[Lanes; 3]> {
         Some(self.forces[node + 1])
     }
 
-    fn tangent(&self, _: usize, _: [Lane; 3], _: [Lane; 3]) -> Option<NodeTangent<Lane>> {
+    fn tangent(&self, _: usize, _: [Lanes; 3], _: [Lanes; 3]) -> Option<NodeTangent<Lanes>> {
         None
     }
 }
@@ -277,11 +277,11 @@ impl Group {
         bristles: &[Filament<M, Part>],
         time: f64,
         [q, v]: [&gmres::Part; 2],
-        [positions, velocities]: [&mut [[Lane; 3]]; 2],
+        [positions, velocities]: [&mut [[Lanes; 3]]; 2],
     ) {
         if self.time != Some(time) {
             let filament = |lane: usize| &bristles[self.first + lane.min(self.count - 1)];
-            self.clamp = M::in_lanes(|lane| &filament(lane).motion, Lane::from_lanes(|_| time));
+            self.clamp = M::in_lanes(|lane| &filament(lane).motion, Lanes::from_f64(time));
             self.time = Some(time);
         }
         self.equations.place(self.clamp.holding(q, v));
@@ -296,7 +296,7 @@ impl Group {
     }
 
     /// `q̈` under the `forces` on the nodes.
-    pub fn accelerations(&mut self, [q, v]: [&gmres::Part; 2], forces: &[[Lane; 3]], accelerations: &mut gmres::Part) {
+    pub fn accelerations(&mut self, [q, v]: [&gmres::Part; 2], forces: &[[Lanes; 3]], accelerations: &mut gmres::Part) {
         let loads = GroupLoads { forces, changes: None };
         self.equations.accelerations(self.clamp.holding(q, v), &loads, accelerations);
     }
@@ -381,7 +381,7 @@ impl Group {
     pub fn residual(
         &mut self,
         [q, v, accelerations]: [&gmres::Part; 3],
-        forces: &[[Lane; 3]],
+        forces: &[[Lanes; 3]],
         residual: &mut gmres::Part,
     ) {
         let loads = GroupLoads { forces, changes: None };
@@ -394,10 +394,10 @@ impl Group {
             || {
                 for block in residual {
                     if is_planar {
-                        block[0] = zero_lane();
+                        block[0] = Lanes::ZERO;
                     }
                     if self.count < LANES {
-                        *block = [block[0].select(present, zero_lane()), block[1].select(present, zero_lane())];
+                        *block = [block[0].select(present, Lanes::ZERO), block[1].select(present, Lanes::ZERO)];
                     }
                 }
             },
@@ -405,7 +405,7 @@ impl Group {
     }
 
     /// What its filaments have and exchange, once the residual was computed, with forces on the `roots`, which the clamps hold.
-    pub fn budget<M>(&self, around: &Surroundings<'_, M>, [q, v]: [&gmres::Part; 2], roots: [Lane; 3]) -> Budget {
+    pub fn budget<M>(&self, around: &Surroundings<'_, M>, [q, v]: [&gmres::Part; 2], roots: [Lanes; 3]) -> Budget {
         let n = self.equations.segments();
         let energies = self.equations.energies(self.clamp.holding(q, v));
         let root_force = sub(self.equations.root_force(), roots);
@@ -416,9 +416,9 @@ impl Group {
             #[inline(always)]
             || {
                 let Chain { links, gravity, .. } = self.equations.chain();
-                let (mut momentum, mut mass) = ([zero_lane(); 3], zero_lane());
+                let (mut momentum, mut mass) = ([Lanes::ZERO; 3], Lanes::ZERO);
                 for (link, ends) in links.iter().zip(velocities.windows(2)) {
-                    momentum = add(momentum, scale(Lane::from_f64(0.5) * link.mass, add(ends[0], ends[1])));
+                    momentum = add(momentum, scale(Lanes::from_f64(0.5) * link.mass, add(ends[0], ends[1])));
                     mass = mass + link.mass;
                 }
                 (momentum, scale(mass, *gravity))
@@ -448,12 +448,12 @@ impl Group {
         around: &Surroundings<'_, M>,
         [q, v, accelerations]: [&gmres::Part; 3],
         weights: [f64; 2],
-        forces: &[[Lane; 3]],
+        forces: &[[Lanes; 3]],
     ) {
         self.changes.clear(self.index);
         self.add_workpiece_changes(around, weights);
         around.pressing.add_changes(self.index, &mut self.changes);
-        let [coordinates, rates] = weights.map(|weight| Lane::from_lanes(|_| weight));
+        let [coordinates, rates] = weights.map(Lanes::from_f64);
         let loads = GroupLoads { forces, changes: Some(&self.changes) };
         let (at, step) = (self.clamp.holding(q, v), StepWeights { coordinates, rates });
         self.equations.factorise(at, accelerations, &loads, step, LaneSet::first(LANES));
@@ -490,7 +490,7 @@ impl Group {
     }
 
     /// Displacements of all nodes with a change of the coordinates.
-    pub fn displace(&mut self, change: &gmres::Part, displacements: &mut [[Lane; 3]]) {
+    pub fn displace(&mut self, change: &gmres::Part, displacements: &mut [[Lanes; 3]]) {
         self.equations.displacements(change, &mut displacements[1..]);
     }
 
@@ -500,7 +500,7 @@ impl Group {
         &mut self,
         corrections: &gmres::Part,
         accelerations: &mut gmres::Part,
-        displacements: &mut [[Lane; 3]],
+        displacements: &mut [[Lanes; 3]],
         [by_rate, tolerance]: [f64; 2],
     ) {
         self.largest = 0.0;
@@ -514,7 +514,7 @@ impl Group {
                 for (acceleration, correction) in accelerations.iter_mut().zip(corrections) {
                     *acceleration = sub(*acceleration, *correction);
                 }
-                let mut most = Lane::from_f64(0.0);
+                let mut most = Lanes::ZERO;
                 for displacement in &displacements[1..] {
                     most = most.max(dot(*displacement, *displacement));
                 }
@@ -532,9 +532,4 @@ impl Group {
 /// The larger one, or one that is not a number.
 pub fn larger(a: f64, b: f64) -> f64 {
     if b <= a { a } else { b }
-}
-
-#[inline(always)]
-pub fn zero_lane() -> Lane {
-    Lane::from_f64(0.0)
 }

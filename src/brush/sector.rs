@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
 use super::bundle::{Bundle, Effort, Kinematics, Motion, NoConvergence};
-use super::field::Lane;
 use super::filaments::Bristle;
 use super::gmres::Vector;
 use super::group::{Budget, Exchange, WorkedEdge, WorkpieceLoad};
@@ -14,7 +13,7 @@ use super::settle::{Pose, turned};
 use super::team;
 use super::words::{Reader, Writer};
 use crate::equations::linear::{add, dot, scale};
-use crate::equations::{LANES, Lanewise};
+use crate::equations::{LANES, Lanes, Lanewise, Real};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::parameters::MAX_TURNS;
 use crate::simulation::{ContactSum, EdgeWork};
@@ -832,7 +831,7 @@ fn set_sum(
             for i in from..2 {
                 let mut value = start[i];
                 for (factor, vector) in terms {
-                    value = value + Lane::from_lanes(|_| *factor) * vector[first + k][i];
+                    value = value + Lanes::from_f64(*factor) * vector[first + k][i];
                 }
                 block[i] = value;
             }

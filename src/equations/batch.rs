@@ -13,16 +13,9 @@ use std::error::Error;
 use std::fmt;
 
 use super::{
-    Chain, ChainDynamics, Clamp, Dynamics, Lanes, NoLoads, PolarAxis, PoleError, find_pole, lanes_are_compiled,
+    Chain, ChainDynamics, Clamp, Dynamics, LANES, Lanes, NoLoads, PolarAxis, PoleError, find_pole, lanes_are_compiled,
     linear::zero,
 };
-
-/// States that are computed together.
-///
-/// Eight numbers fill one AVX-512 register, two AVX2 registers, or four NEON registers.
-pub const LANES: usize = 8;
-
-type Lane = Lanes<LANES>;
 
 /// One filament of a batch: its constants, its clamp and its state about `z`.
 #[derive(Clone, Copy, Debug)]
@@ -88,10 +81,10 @@ impl Error for BatchError {
 pub struct Batch {
     segments: usize,
     /// Made with the constants of the first group of states, then changed for each further group.
-    dynamics: Option<Dynamics<Lane>>,
-    q: Vec<[Lane; 2]>,
-    v: Vec<[Lane; 2]>,
-    accelerations: Vec<[Lane; 2]>,
+    dynamics: Option<Dynamics<Lanes>>,
+    q: Vec<[Lanes; 2]>,
+    v: Vec<[Lanes; 2]>,
+    accelerations: Vec<[Lanes; 2]>,
 }
 
 impl Batch {
@@ -157,7 +150,7 @@ impl Batch {
     }
 }
 
-fn gather(lane: usize, values: &[[f64; 2]], lanes: &mut [[Lane; 2]]) {
+fn gather(lane: usize, values: &[[f64; 2]], lanes: &mut [[Lanes; 2]]) {
     for (lanes, values) in lanes.iter_mut().zip(values) {
         lanes[0].0[lane] = values[0];
         lanes[1].0[lane] = values[1];

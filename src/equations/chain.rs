@@ -59,7 +59,7 @@ impl<T: Real> Link<T> {
     /// The same link, but its joint has only the damper.
     #[inline(always)]
     pub(super) fn without_spring(&self) -> Self {
-        Self { stiffness: T::from_f64(0.0), ..*self }
+        Self { stiffness: T::ZERO, ..*self }
     }
 }
 
@@ -206,7 +206,7 @@ impl<T: Lanewise> Chain<T> {
     /// # Panics
     /// If their numbers of segments differ.
     pub fn from_lanes<'a>(chain: impl Fn(usize) -> &'a Chain<f64>) -> Self {
-        let (none, one) = (T::from_f64(0.0), T::from_f64(1.0));
+        let (none, one) = (T::ZERO, T::from_f64(1.0));
         let relaxed_angle = RelaxedAngle::zero(none, one);
         let link = Link { mass: none, inertia: none, stiffness: none, damping: none, relaxed_angle };
         let mut result = Self { length: none, links: vec![link; chain(0).segments()], gravity: zero() };
@@ -461,7 +461,7 @@ impl<T> NodeLoads<T> for NoLoads {
 impl<T: Real> StepWeights<T> {
     /// With which a tangent is the derivative with respect to the rates.
     pub(super) fn of_rates() -> Self {
-        Self { coordinates: T::from_f64(0.0), rates: T::from_f64(1.0) }
+        Self { coordinates: T::ZERO, rates: T::from_f64(1.0) }
     }
 }
 

@@ -250,7 +250,7 @@ impl<T: Real> BodyRotation<T> {
     #[inline(always)]
     pub fn rigid_rates(&self, angles: &[T; 4], axis: PolarAxis) -> [T; 2] {
         if self.is_about(axis) {
-            return [T::from_f64(0.0), self.angular_velocity[2]];
+            return [T::ZERO, self.angular_velocity[2]];
         }
         self.kernel(angles, axis).rates
     }
@@ -377,7 +377,7 @@ pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Li
 fn joint_energy_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> JointEnergy<T> {
     // To the spring the inner segment takes the role of the clamp.
     let relaxed = turned(previous.axis.to_frame(direction(*previous.angles)), &link.relaxed_angle);
-    let (none, relaxed) = (T::from_f64(0.0), next.axis.from_frame(relaxed));
+    let (none, relaxed) = (T::ZERO, next.axis.from_frame(relaxed));
     let ClampEnergy { spring, .. } = kernels::clamp_energy(relaxed, next.whole(), link.joint(), [none; 3]);
     // `D` is half of what the dampers take.
     let torques = damper_torques(previous, next, link);

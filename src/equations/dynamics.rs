@@ -11,8 +11,8 @@ use super::planar::{PlanarFactorisation, PlanarRecursion, PlanarTask};
 use super::recursion::{self, Energetic, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root};
 use super::tasks::{ChainDynamics, Factorise, Task};
 use super::{
-    Chain, ChainState, Clamp, Energies, LANES, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PlanarDynamics,
-    PointLoad, PointTangent, Real, StepWeights,
+    Chain, ChainState, Clamp, Energies, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PlanarDynamics, PointLoad,
+    PointTangent, Real, StepWeights,
 };
 
 /// Equations of motion of one chain, or of one chain per lane, with the memory for their recursions.
@@ -36,7 +36,7 @@ impl<T: Real> Dynamics<T> {
     pub fn new(chain: Chain<T>) -> Self {
         let n = chain.segments();
         assert!(n > 0, "a chain has at least one segment");
-        let angles = vec![[T::from_f64(0.0); 4]; n];
+        let angles = vec![[T::ZERO; 4]; n];
         Self { chain, charts: vec![PolarAxis::default(); n], angles, memory: Memory::new(n) }
     }
 
@@ -403,7 +403,7 @@ impl Compiled for f64 {
     }
 }
 
-impl Compiled for Lanes<LANES> {
+impl Compiled for Lanes {
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
         run(dynamics, task);
     }

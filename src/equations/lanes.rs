@@ -1,6 +1,6 @@
 //! Several real numbers side by side, for the vector units of a machine.
 //!
-//! [`Lanes`] is a [`Real`] like `f64`: kernels and loops written once serve one chain and `N` chains. Each operation is a
+//! [`Lanes`] is a [`Real`] like `f64`: kernels and loops written once serve one chain and [`LANES`] chains. Each operation is a
 //! loop over the lanes, which the compiler turns into the vector instructions of the function into which it is inlined.
 //! All operations are therefore always inlined, into the functions of [`super::dispatch`].
 //!
@@ -15,92 +15,93 @@ use super::elementary::{self, TRIGONOMETRIC_LIMIT};
 use super::real::larger;
 use super::{LaneSet, Lanewise, Real};
 
-/// `N` real numbers. In each lane, each operation gives the result of `f64` to the bit.
+/// Chains that are computed together.
+///
+/// Eight numbers fill one AVX-512 register, two AVX2 registers, or four NEON registers.
+pub const LANES: usize = 8;
+
+/// [`LANES`] real numbers. In each lane, each operation gives the result of `f64` to the bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
-pub struct Lanes<const N: usize>(pub [f64; N]);
+pub struct Lanes(pub [f64; LANES]);
 
-/// Does `$body` for each lane. The condition is at the end of the loop, where LLVM would have to move it: loops over lanes are what most of
-/// the time goes into that the solver takes to compile.
-macro_rules! for_each_lane {
+/// Does `$body` for each `$lane`. The condition is at the end of the loop, where LLVM would have to move it: loops over lanes are what
+/// most of the time goes into that the solver takes to compile.
+macro_rules! for_each {
     ($lane:ident, $body:expr) => {
         let mut $lane = 0;
         loop {
             $body;
             $lane += 1;
-            if $lane >= N {
+            if $lane >= LANES {
                 break;
             }
         }
     };
 }
 
-impl<const N: usize> Lanes<N> {
-    #[inline(always)]
-    fn map(self, operation: impl Fn(f64) -> f64) -> Self {
-        let mut result = [0.0; N];
-        for_each_lane!(lane, result[lane] = operation(self.0[lane]));
-        Self(result)
-    }
+/// [`Lanes`] with `$value` in each `$lane`.
+macro_rules! each {
+    ($lane:ident, $value:expr) => {{
+        // A constant, as `[0.0; LANES]` is a loop of its own.
+        let mut result = Lanes::ZERO;
+        for_each!($lane, result.0[$lane] = $value);
+        result
+    }};
+}
 
-    #[inline(always)]
-    fn zip(self, other: Self, operation: impl Fn(f64, f64) -> f64) -> Self {
-        let mut result = [0.0; N];
-        for_each_lane!(lane, result[lane] = operation(self.0[lane], other.0[lane]));
-        Self(result)
-    }
-
+impl Lanes {
     /// True if all lanes are within `±limit`.
     #[inline(always)]
     fn all_within(self, limit: f64) -> bool {
         let mut within = true;
-        for_each_lane!(lane, within &= self.0[lane].abs() <= limit);
+        for_each!(lane, within &= self.0[lane].abs() <= limit);
         within
     }
 }
 
-impl<const N: usize> Add for Lanes<N> {
+impl Add for Lanes {
     type Output = Self;
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
+        each!(lane, self.0[lane] + other.0[lane])
     }
 }
 
-impl<const N: usize> Sub for Lanes<N> {
+impl Sub for Lanes {
     type Output = Self;
 
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
+        each!(lane, self.0[lane] - other.0[lane])
     }
 }
 
-impl<const N: usize> Mul for Lanes<N> {
+impl Mul for Lanes {
     type Output = Self;
 
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
+        each!(lane, self.0[lane] * other.0[lane])
     }
 }
 
-impl<const N: usize> Div for Lanes<N> {
+impl Div for Lanes {
     type Output = Self;
 
     #[inline(always)]
     fn div(self, other: Self) -> Self {
-        self.zip(other, |a, b| a / b)
+        each!(lane, self.0[lane] / other.0[lane])
     }
 }
 
-impl<const N: usize> Neg for Lanes<N> {
+impl Neg for Lanes {
     type Output = Self;
 
     #[inline(always)]
     fn neg(self) -> Self {
-        self.map(|a| -a)
+        each!(lane, -self.0[lane])
     }
 }
 
@@ -108,23 +109,23 @@ impl<const N: usize> Neg for Lanes<N> {
 /// by lane stay in memory: inlined, this would slow down the others too.
 #[cold]
 #[inline(never)]
-fn far_sin_cos<const N: usize>(angles: Lanes<N>) -> (Lanes<N>, Lanes<N>) {
-    let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
-    for lane in 0..N {
-        (sin[lane], cos[lane]) = elementary::sin_cos(angles.0[lane]);
-    }
-    (Lanes(sin), Lanes(cos))
+fn far_sin_cos(angles: Lanes) -> (Lanes, Lanes) {
+    let (mut sin, mut cos) = (Lanes::ZERO, Lanes::ZERO);
+    for_each!(lane, (sin.0[lane], cos.0[lane]) = elementary::sin_cos(angles.0[lane]));
+    (sin, cos)
 }
 
-impl<const N: usize> Real for Lanes<N> {
+impl Real for Lanes {
+    const ZERO: Self = Self([0.0; LANES]);
+
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
-        Self([value; N])
+        each!(_lane, value)
     }
 
     #[inline(always)]
     fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
+        each!(lane, self.0[lane].sqrt())
     }
 
     #[inline(always)]
@@ -142,28 +143,29 @@ impl<const N: usize> Real for Lanes<N> {
         if !self.all_within(TRIGONOMETRIC_LIMIT) {
             return far_sin_cos(self);
         }
-        let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
-        for_each_lane!(lane, (sin[lane], cos[lane]) = elementary::near_sin_cos(self.0[lane]));
-        (Self(sin), Self(cos))
+        let (mut sin, mut cos) = (Self::ZERO, Self::ZERO);
+        for_each!(lane, (sin.0[lane], cos.0[lane]) = elementary::near_sin_cos(self.0[lane]));
+        (sin, cos)
     }
 
     #[inline(always)]
     fn asin(self) -> Self {
-        self.map(f64::asin)
+        each!(lane, self.0[lane].asin())
     }
 
     #[inline(always)]
     fn less_than(self, other: Self) -> Self {
-        self.zip(other, |a, b| f64::from(u8::from(a < b)))
+        each!(lane, f64::from(u8::from(self.0[lane] < other.0[lane])))
     }
 
     #[inline(always)]
     fn half_angle_squared<const ORDER: u8>(u: Self) -> Self {
         // Joints of a filament of many segments bend little: mostly no lane needs the closed form.
         if u.all_within(SERIES_LIMIT) {
-            return u.map(elementary::half_angle_series::<ORDER>);
+            return each!(lane, elementary::half_angle_series::<ORDER>(u.0[lane]));
         }
-        u.map(|u| {
+        each!(lane, {
+            let u = u.0[lane];
             let (series, closed) =
                 (elementary::half_angle_series::<ORDER>(u), elementary::half_angle_closed::<ORDER>(u));
             if u.abs() <= SERIES_LIMIT { series } else { closed }
@@ -171,8 +173,8 @@ impl<const N: usize> Real for Lanes<N> {
     }
 }
 
-impl<const N: usize> Lanewise for Lanes<N> {
-    const LANES: usize = N;
+impl Lanewise for Lanes {
+    const LANES: usize = LANES;
 
     #[inline(always)]
     fn lane(self, lane: usize) -> f64 {
@@ -186,21 +188,17 @@ impl<const N: usize> Lanewise for Lanes<N> {
 
     #[inline(always)]
     fn abs(self) -> Self {
-        self.map(f64::abs)
+        each!(lane, self.0[lane].abs())
     }
 
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        self.zip(other, larger)
+        each!(lane, larger(self.0[lane], other.0[lane]))
     }
 
     #[inline(always)]
     fn select(self, lanes: LaneSet, other: Self) -> Self {
-        let mut result = other.0;
-        for lane in 0..N {
-            result[lane] = if lanes.contains(lane) { self.0[lane] } else { other.0[lane] };
-        }
-        Self(result)
+        each!(lane, if lanes.contains(lane) { self.0[lane] } else { other.0[lane] })
     }
 }
 
@@ -230,7 +228,7 @@ mod tests {
         for _ in 0..20_000 {
             let (a, b) = (arguments(&mut rng), arguments(&mut rng));
             let (x, y) = (Lanes(a), Lanes(b));
-            let results: [(Lanes<8>, Scalar); 14] = [
+            let results: [(Lanes, Scalar); 14] = [
                 (x + y, |a, b| a + b),
                 (x - y, |a, b| a - b),
                 (x * y, |a, b| a * b),

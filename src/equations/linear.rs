@@ -213,11 +213,11 @@ pub fn invert<T: Real, const N: usize>(matrix: &[[T; N]; N]) -> [[T; N]; N] {
 /// The zero vector.
 #[inline(always)]
 pub fn zero<T: Real, const N: usize>() -> [T; N] {
-    [T::from_f64(0.0); N]
+    const { [T::ZERO; N] }
 }
 
 /// The zero matrix.
 #[inline(always)]
 pub fn zero_matrix<T: Real, const R: usize, const C: usize>() -> [[T; C]; R] {
-    [zero(); R]
+    const { [[T::ZERO; C]; R] }
 }

@@ -20,7 +20,7 @@ mod real;
 mod recursion;
 mod tasks;
 
-pub use batch::{Batch, BatchError, LANES, Member};
+pub use batch::{Batch, BatchError, Member};
 pub use chain::{
     Chain, ChainState, Clamp, Energies, Link, NoLoads, NodeLoads, NodeMotion, NodeTangent, PointDamping, PointLoad,
     PointTangent, RelaxedAngle, UniformChain,
@@ -30,7 +30,7 @@ pub use dispatch::lanes_are_compiled;
 pub use dynamics::{Compiled, Dynamics};
 pub use elementary::{TRIGONOMETRIC_LIMIT, sin_cos};
 pub use kernels::StepWeights;
-pub use lanes::Lanes;
+pub use lanes::{LANES, Lanes};
 pub use planar::PlanarDynamics;
 pub use real::{LaneSet, Lanewise, Real};
 pub use tasks::ChainDynamics;

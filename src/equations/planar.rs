@@ -145,7 +145,7 @@ fn in_plane<T: Real>([x, y, _]: [T; 3]) -> [T; 2] {
 
 #[inline(always)]
 fn to_frame<T: Real>([x, y]: [T; 2]) -> [T; 3] {
-    [x, y, T::from_f64(0.0)]
+    [x, y, T::ZERO]
 }
 
 /// A chain in the plane of rotation at one state.
@@ -414,7 +414,7 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
 
     #[inline(always)]
     fn in_frame([z]: [T; 1]) -> [T; 3] {
-        [T::from_f64(0.0), T::from_f64(0.0), z]
+        [T::ZERO, T::ZERO, z]
     }
 
     #[inline(always)]

@@ -12,6 +12,9 @@ use super::{Lanes, elementary};
 pub trait Real:
     Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
+    /// Zero.
+    const ZERO: Self;
+
     /// The constant `value`.
     fn from_f64(value: f64) -> Self;
 
@@ -57,6 +60,8 @@ pub trait Real:
 }
 
 impl Real for f64 {
+    const ZERO: Self = 0.0;
+
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         value
@@ -149,7 +154,7 @@ pub trait Lanewise: Real {
     /// The results of `value` for each lane.
     #[inline(always)]
     fn from_lanes(value: impl Fn(usize) -> f64) -> Self {
-        let mut result = Self::from_f64(0.0);
+        let mut result = Self::ZERO;
         for lane in 0..Self::LANES {
             result.set_lane(lane, value(lane));
         }

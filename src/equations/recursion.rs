@@ -278,7 +278,7 @@ pub(super) fn energies<T: Real, P: Energetic<T, D, S>, const D: usize, const S: 
     posture: &P,
     clamp_torque_power: T,
 ) -> Energies<T> {
-    let none = T::from_f64(0.0);
+    let none = T::ZERO;
     let mut energies = Energies { kinetic: none, spring: none, gravity: none, dissipation: none, clamp_torque_power };
     let Root { mut position, mut velocity, .. } = posture.root();
     for k in 0..posture.segments() {

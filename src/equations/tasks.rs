@@ -31,7 +31,7 @@ pub trait ChainDynamics<T: Compiled> {
     /// # Panics
     /// If a slice is shorter than the chain.
     fn dissipation(&mut self, at: ChainState<'_, T>) -> T {
-        let mut result = T::from_f64(0.0);
+        let mut result = T::ZERO;
         self.run(Task::Dissipation(at, &mut result));
         result
     }

@@ -176,7 +176,7 @@ struct LaneTolerances<T> {
 impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
     /// Memory for systems of `blocks` blocks of coordinates.
     pub fn new(tableau: &'static Tableau, solution: StageSolution, blocks: usize) -> Self {
-        let none = T::from_f64(0.0);
+        let none = T::ZERO;
         let one = T::from_f64(1.0);
         let zeros = || vec![[none; D]; blocks];
         let stages = tableau.stages();
@@ -271,7 +271,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         let LaneTolerances { relative, integral_scales, .. } = self.tolerances;
         for &[i, scale] in system.controlled_integrals() {
             let rates = self.stage_rates.iter().zip(&self.error_weights);
-            let error = rates.fold(T::from_f64(0.0), |sum, (rates, weight)| sum + T::from_f64(*weight) * rates[i]);
+            let error = rates.fold(T::ZERO, |sum, (rates, weight)| sum + T::from_f64(*weight) * rates[i]);
             self.error = self.error.max((error * step).abs() / (integral_scales[scale] * relative));
         }
     }
@@ -377,7 +377,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         let split = stage * self.start_q.len();
         let (earlier_v, v) = self.stage_v.split_at_mut(split);
         let (earlier_a, a) = self.stage_a.split_at_mut(split);
-        let (mut weights, mut predictor) = ([T::from_f64(0.0); MAX_STAGES], [T::from_f64(0.0); MAX_STAGES]);
+        let (mut weights, mut predictor) = ([T::ZERO; MAX_STAGES], [T::ZERO; MAX_STAGES]);
         for j in 0..stage {
             weights[j] = T::from_f64(self.tableau.coefficient(stage, j)) * step;
             predictor[j] = T::from_f64(self.predictors[stage][j]);
@@ -402,7 +402,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
 
     /// The largest component of the difference to the embedded solution, in tolerances.
     fn estimate(&self, step: T, variation: bool) -> T {
-        let mut weights = [T::from_f64(0.0); MAX_STAGES];
+        let mut weights = [T::ZERO; MAX_STAGES];
         for (weight, &difference) in weights.iter_mut().zip(&self.error_weights) {
             *weight = T::from_f64(difference) * step;
         }
@@ -463,7 +463,7 @@ fn gather<T: Lanewise, const D: usize>(lane: usize, lanes: &[[T; D]], values: &m
 
 /// Sets the values in all lanes except `lanes` to zero.
 fn keep<T: Lanewise, const D: usize>(values: &mut [[T; D]], lanes: LaneSet) {
-    let none = T::from_f64(0.0);
+    let none = T::ZERO;
     for value in values {
         unrolled!(i < D, {
             value[i] = value[i].select(lanes, none);
@@ -508,7 +508,7 @@ impl<T: Lanewise, const D: usize> Loop for Predict<'_, T, D> {
         let Self { place, earlier, weights, predictor, diagonal } = self;
         let n = earlier.start_q.len();
         for k in 0..n {
-            let (mut q, mut v, mut a) = (earlier.start_q[k], earlier.v[k], [T::from_f64(0.0); D]);
+            let (mut q, mut v, mut a) = (earlier.start_q[k], earlier.v[k], [T::ZERO; D]);
             for (j, (&weight, &prediction)) in weights.iter().zip(predictor).enumerate() {
                 let (stage_v, stage_a) = (earlier.v[j * n + k], earlier.a[j * n + k]);
                 q = add(q, scale(weight, stage_v));
@@ -542,7 +542,7 @@ impl<T: Lanewise, const D: usize> Loop for Correct<'_, T, D> {
         let LaneTolerances { relative, coordinate_scale, rate_scale, .. } = tolerances;
         let (by_coordinate, by_rate) = (weights.coordinates / (coordinate_scale * relative), weights.rates / relative);
         // The maximum drops a NaN; the sum does not.
-        let (mut largest, mut sum) = (T::from_f64(0.0), T::from_f64(0.0));
+        let (mut largest, mut sum) = (T::ZERO, T::ZERO);
         let mut of_variation = Largest::none();
         for k in 0..correction.len() {
             let a = sub(place.a[k], correction[k]);
@@ -589,7 +589,7 @@ impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
         let Self { stage_v, stage_a, n, weights, q, tolerances, variation } = self;
         let LaneTolerances { relative, coordinate_scale, rate_scale, .. } = tolerances;
         let last = (weights.len() - 1) * n;
-        let none = T::from_f64(0.0);
+        let none = T::ZERO;
         // The maximum drops a NaN; the sum does not.
         let (mut largest, mut sum) = (none, none);
         let mut of_variation = Largest::none();
@@ -629,7 +629,7 @@ struct Largest<T> {
 impl<T: Lanewise> Largest<T> {
     #[inline(always)]
     fn none() -> Self {
-        Self { errors: [T::from_f64(0.0); 2], values: [T::from_f64(0.0); 2] }
+        Self { errors: [T::ZERO; 2], values: [T::ZERO; 2] }
     }
 
     #[inline(always)]
@@ -655,7 +655,7 @@ impl<T: Lanewise> Largest<T> {
 /// Zero, or NaN where `sum` is not finite.
 #[inline(always)]
 fn unless_finite<T: Lanewise>(sum: T) -> T {
-    sum * T::from_f64(0.0)
+    sum * T::ZERO
 }
 
 #[cfg(test)]

@@ -12,8 +12,6 @@ use crate::model::settings::Settings;
 use crate::tool::{ClampMotion, RotaryTool, Tool, Turning};
 use crate::workpiece::{Part, Workpiece};
 
-type Lane = Lanes<LANES>;
-
 /// A pass to simulate, with the number under which it is reported.
 #[derive(Clone, Debug)]
 pub struct Job<T = RotaryTool, W = Part> {
@@ -126,10 +124,10 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
 
 /// Lanes for passes with the same number of segments.
 struct Batch<T, W> {
-    system: FilamentSystem<Turning<T>, W, Lane>,
-    stepper: Stepper<Lane, COORDINATES, { super::integral::COUNT }>,
+    system: FilamentSystem<Turning<T>, W, Lanes>,
+    stepper: Stepper<Lanes, COORDINATES, { super::integral::COUNT }>,
     runs: [Option<Run<T, W>>; LANES],
-    steps: Lane,
+    steps: Lanes,
     sampling: Sampling,
     /// The polar axis of all coordinates.
     axis: PolarAxis,
@@ -143,7 +141,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         let axis = example.kind().axis();
         system.set_charts(&vec![axis; if example.form() == Form::Spatial { filament.chain.segments() } else { 0 }]);
         let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments());
-        Self { system, stepper, runs: [const { None }; LANES], steps: Lane::from_f64(0.0), sampling, axis }
+        Self { system, stepper, runs: [const { None }; LANES], steps: Lanes::ZERO, sampling, axis }
     }
 
     fn run(

@@ -771,7 +771,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
 
     fn point_loads(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointLoad<T>)) {
         self.for_each_segment(nodes, |segment, group| {
-            let mut load = PointLoad { segment, fraction: T::from_f64(0.0), force: zero() };
+            let mut load = PointLoad { segment, fraction: T::ZERO, force: zero() };
             for (lane, filament, EdgeContact { station, approach, .. }) in group.iter() {
                 load.fraction.set_lane(lane, station.fraction);
                 set_vector(&mut load.force, lane, filament.law.force(approach).total(approach));
@@ -799,7 +799,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
 
     fn point_dampings(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointDamping<T>)) {
         self.for_each_segment(nodes, |segment, group| {
-            let none = T::from_f64(0.0);
+            let none = T::ZERO;
             let mut load = PointDamping { segment, fraction: none, damping: none };
             for (lane, filament, EdgeContact { station, approach, .. }) in group.iter() {
                 load.fraction.set_lane(lane, station.fraction);
@@ -827,7 +827,7 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
         if !self.frictional {
             return None;
         }
-        self.of_node(node, [position, velocity], T::from_f64(0.0), |damping, lane, law, approach| {
+        self.of_node(node, [position, velocity], T::ZERO, |damping, lane, law, approach| {
             damping.set_lane(lane, law.lateral_damping(approach));
         })
     }

@@ -214,7 +214,7 @@ impl Tool for RotaryTool {
             body_radius: T::from_lanes(|lane| tool(lane).root_radius),
             angle: angles,
             rate: rates,
-            acceleration: T::from_f64(0.0),
+            acceleration: T::ZERO,
         });
         let [x, y, _] = clamp.position;
         Clamp { position: [x, y, T::from_lanes(|lane| tool(lane).height)], ..clamp }
@@ -255,7 +255,7 @@ impl<T: Lanewise> Loop for RadialClamp<T> {
     #[inline(always)]
     fn run(self) -> Clamp<T> {
         let Self { body_radius, angle, rate, acceleration } = self;
-        let ((sin, cos), none) = (angle.sin_cos(), T::from_f64(0.0));
+        let ((sin, cos), none) = (angle.sin_cos(), T::ZERO);
         let (radial, tangential) = ([cos, sin, none], [-sin, cos, none]);
         let direction_rate = scale(rate, tangential);
         let direction_acceleration = add(scale(acceleration, tangential), scale(-rate * rate, radial));
