@@ -13,7 +13,7 @@ use super::field::{Field, Node, Place, wide};
 use super::presses::Near;
 use super::team;
 use crate::equations::dispatch::{Loop, dispatch};
-use crate::equations::linear::{add, dot, scale, sub};
+use crate::equations::linear::{add, dot, scale, sub, zero};
 use crate::equations::{LANES, Lanes, Lanewise, Real, sin_cos};
 
 /// Filaments of equal numbers of segments.
@@ -601,7 +601,7 @@ impl<'a> Line<'a> {
     /// In each lane the node that is so many `steps` from the inner end of one of `segments`.
     #[inline(always)]
     fn nodes(&self, segments: &[u16; LANES], steps: usize) -> [Lanes; 3] {
-        let mut nodes = [Lanes::ZERO; 3];
+        let mut nodes: [Lanes; 3] = zero();
         for lane in 0..LANES {
             let [x, y, z] = self.node(usize::from(segments[lane]) + steps);
             nodes[0].0[lane] = x;

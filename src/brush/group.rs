@@ -416,7 +416,7 @@ impl Group {
             #[inline(always)]
             || {
                 let Chain { links, gravity, .. } = self.equations.chain();
-                let (mut momentum, mut mass) = ([Lanes::ZERO; 3], Lanes::ZERO);
+                let (mut momentum, mut mass) = (zero(), Lanes::ZERO);
                 for (link, ends) in links.iter().zip(velocities.windows(2)) {
                     momentum = add(momentum, scale(Lanes::from_f64(0.5) * link.mass, add(ends[0], ends[1])));
                     mass = mass + link.mass;

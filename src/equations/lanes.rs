@@ -25,8 +25,8 @@ pub const LANES: usize = 8;
 #[repr(align(64))]
 pub struct Lanes(pub [f64; LANES]);
 
-/// Does `$body` for each `$lane`. The condition is at the end of the loop, where LLVM would have to move it: loops over lanes are what
-/// most of the time goes into that the solver takes to compile.
+/// Does `$body` for each `$lane`. The condition is at the end of the loop, where LLVM would have to move it, which takes its time in
+/// functions of thousands of operations.
 macro_rules! for_each {
     ($lane:ident, $body:expr) => {
         let mut $lane = 0;

@@ -3,7 +3,7 @@
 use super::tableau::Tableau;
 use super::{LARGEST_CONTROLLED_VARIATION, Point, SecondOrderSystem, State, Tolerances, VARIATION_TOLERANCE};
 use crate::equations::dispatch::{Loop, dispatch};
-use crate::equations::linear::{add, in_lane, scale, sub, unrolled};
+use crate::equations::linear::{add, in_lane, scale, sub, unrolled, zero};
 use crate::equations::{LaneSet, Lanewise, StepWeights};
 
 /// Stages of the longest method.
@@ -377,7 +377,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         let split = stage * self.start_q.len();
         let (earlier_v, v) = self.stage_v.split_at_mut(split);
         let (earlier_a, a) = self.stage_a.split_at_mut(split);
-        let (mut weights, mut predictor) = ([T::ZERO; MAX_STAGES], [T::ZERO; MAX_STAGES]);
+        let (mut weights, mut predictor) = (zero::<T, MAX_STAGES>(), zero::<T, MAX_STAGES>());
         for j in 0..stage {
             weights[j] = T::from_f64(self.tableau.coefficient(stage, j)) * step;
             predictor[j] = T::from_f64(self.predictors[stage][j]);
@@ -402,7 +402,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
 
     /// The largest component of the difference to the embedded solution, in tolerances.
     fn estimate(&self, step: T, variation: bool) -> T {
-        let mut weights = [T::ZERO; MAX_STAGES];
+        let mut weights = zero::<T, MAX_STAGES>();
         for (weight, &difference) in weights.iter_mut().zip(&self.error_weights) {
             *weight = T::from_f64(difference) * step;
         }
@@ -508,7 +508,7 @@ impl<T: Lanewise, const D: usize> Loop for Predict<'_, T, D> {
         let Self { place, earlier, weights, predictor, diagonal } = self;
         let n = earlier.start_q.len();
         for k in 0..n {
-            let (mut q, mut v, mut a) = (earlier.start_q[k], earlier.v[k], [T::ZERO; D]);
+            let (mut q, mut v, mut a) = (earlier.start_q[k], earlier.v[k], zero());
             for (j, (&weight, &prediction)) in weights.iter().zip(predictor).enumerate() {
                 let (stage_v, stage_a) = (earlier.v[j * n + k], earlier.a[j * n + k]);
                 q = add(q, scale(weight, stage_v));
@@ -629,7 +629,7 @@ struct Largest<T> {
 impl<T: Lanewise> Largest<T> {
     #[inline(always)]
     fn none() -> Self {
-        Self { errors: [T::ZERO; 2], values: [T::ZERO; 2] }
+        Self { errors: zero(), values: zero() }
     }
 
     #[inline(always)]
