@@ -135,9 +135,10 @@ fn run(subject: usize, repetitions: usize) {
             }
         }
         _ => {
+            let settings = settings();
             for _ in 0..repetitions {
                 let mut jobs = (0..LANES).map(|number| {
-                    let mut settings = settings();
+                    let mut settings = settings.clone();
                     settings.process.brushing_velocity_m_s = 5.0 + 3.0 * number as f64;
                     Job::new(number, &settings)
                 });
