@@ -40,7 +40,7 @@ pub use form::Form;
 pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
 pub(crate) use profile::EdgeWork;
 pub use profile::ProfileCell;
-pub use side_by_side::{Job, Kind, sample_side_by_side, simulate_side_by_side};
+pub use side_by_side::{Job, Kind, sample_any_side_by_side, sample_side_by_side, simulate_side_by_side};
 pub use stop::Stop;
 pub(crate) use system::ContactSum;
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};

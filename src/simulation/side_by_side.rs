@@ -33,15 +33,33 @@ impl Job {
 /// Whenever a lane is free, `take` is called for a job of the given kind, or of any kind. Each lane goes at its own pace. A job of
 /// another kind than the given one is simulated alone.
 /// A result equals that of [`Pass::simulate`] to the bit, whatever the other lanes hold.
-pub fn simulate_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
-    take: impl FnMut(Option<Kind>) -> Option<Job<T, W>>,
+pub fn simulate_side_by_side(
+    take: impl FnMut(Option<Kind>) -> Option<Job>,
     done: impl FnMut(usize, Result<Simulation, SimulationError>),
 ) {
     sample_side_by_side(Sampling::default(), take, done);
 }
 
 /// [`simulate_side_by_side`], with the samples that `sampling` requests.
-pub fn sample_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
+pub fn sample_side_by_side(
+    sampling: Sampling,
+    mut take: impl FnMut(Option<Kind>) -> Option<Job>,
+    mut done: impl FnMut(usize, Result<Simulation, SimulationError>),
+) {
+    sample_jobs(sampling, &mut take, &mut done);
+}
+
+/// [`sample_any_side_by_side`], compiled and optimised once here rather than again for each caller in each crate.
+fn sample_jobs(
+    sampling: Sampling,
+    take: &mut dyn FnMut(Option<Kind>) -> Option<Job>,
+    done: &mut dyn FnMut(usize, Result<Simulation, SimulationError>),
+) {
+    sample_any_side_by_side(sampling, take, done);
+}
+
+/// [`sample_side_by_side`] for passes of any tool over any workpiece.
+pub fn sample_any_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
     sampling: Sampling,
     mut take: impl FnMut(Option<Kind>) -> Option<Job<T, W>>,
     mut done: impl FnMut(usize, Result<Simulation, SimulationError>),

@@ -5,7 +5,7 @@ use bristle::equations::{Clamp, PolarAxis};
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Job, NoContactArc, Pass, Sampling, Simulation, sample_side_by_side, simulate_with};
+use bristle::simulation::{Job, NoContactArc, Pass, Sampling, Simulation, sample_any_side_by_side, simulate_with};
 use bristle::tool::{RotaryTool, Tool, radial_clamp};
 use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
 
@@ -91,7 +91,7 @@ fn outside_tools_and_workpieces_have_the_bits_of_the_built_in_ones() {
     let mut jobs: Vec<Job<AnyTool, AnyWorkpiece>> =
         cases.iter().enumerate().map(|(number, settings)| Job { number, pass: outside(settings) }).collect();
     let mut done = 0;
-    sample_side_by_side(
+    sample_any_side_by_side(
         SAMPLING,
         |_| jobs.pop(),
         |number, result| {

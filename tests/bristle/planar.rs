@@ -6,7 +6,9 @@ use bristle::equations::Clamp;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Form, Job, Kind, Pass, Simulation, simulate_side_by_side, simulate_with_history};
+use bristle::simulation::{
+    Form, Job, Kind, Pass, Sampling, Simulation, sample_any_side_by_side, simulate_with_history,
+};
 use bristle::tool::{RotaryTool, Tool};
 use bristle::workpiece::{Plane, Workpiece};
 use fastrand::Rng;
@@ -65,7 +67,10 @@ fn metrics<T: Tool + Clone, W: Workpiece + Clone>(passes: Vec<Pass<T, W>>) -> Ve
         let position = jobs.iter().rposition(fits)?;
         Some(jobs.swap_remove(position))
     };
-    simulate_side_by_side(take, |number, result| results[number] = Some(result.expect("the pass ends").metrics));
+    let done = |number: usize, result: Result<Simulation, _>| {
+        results[number] = Some(result.expect("the pass ends").metrics);
+    };
+    sample_any_side_by_side(Sampling::default(), take, done);
     results.into_iter().map(|metrics| metrics.expect("each pass is reported")).collect()
 }
 

@@ -137,7 +137,7 @@ pub fn simulate_cases(
             let Job { number, pass } = if stop.is_requested() { None } else { take(kind) }?;
             Some(Job { number, pass: pass.until(stop) })
         };
-        sample_taken(sampling, &take, &|number, result| {
+        sample_side_by_side(sampling, take, |number, result| {
             if !matches!(result, Err(SimulationError::Integration(IntegrationError::Stopped))) {
                 done(number, result);
             }
@@ -347,15 +347,6 @@ fn each_in_order_of_work(study: &Study, cases: &[usize]) -> Vec<usize> {
     let mut waiting: Vec<(f64, usize)> = cases.iter().map(|&case| (work(study, case), case)).collect();
     waiting.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
     waiting.into_iter().map(|(_, case)| case).collect()
-}
-
-/// [`sample_side_by_side`], compiled once here rather than again for each caller of this module.
-fn sample_taken(
-    sampling: Sampling,
-    take: &dyn Fn(Option<Kind>) -> Option<Job>,
-    done: &dyn Fn(usize, Result<Simulation, SimulationError>),
-) {
-    sample_side_by_side(sampling, take, done);
 }
 
 /// The number of threads: what was asked for, or one per core.

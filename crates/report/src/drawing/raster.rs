@@ -34,11 +34,14 @@ impl Canvas {
             on_paper.map(|(_, per_metre)| PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter });
         // Pixels are opaque.
         let (pixels, _) = pixels.data().as_chunks();
-        let colors: Vec<u8> = pixels.iter().flat_map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
+        let mut colors = vec![[0; 3]; pixels.len()];
+        for (color, [red, green, blue, _]) in colors.iter_mut().zip(pixels) {
+            *color = [*red, *green, *blue];
+        }
         let mut file = Vec::new();
         let written = Encoder::with_info(&mut file, info).and_then(|mut encoder| {
             encoder.set_compression(Compression::Fast);
-            encoder.write_header()?.write_image_data(&colors)
+            encoder.write_header()?.write_image_data(colors.as_flattened())
         });
         written.expect("the pixels are those of the size, and memory takes them");
         file
