@@ -32,7 +32,7 @@ impl Canvas {
         info.bit_depth = BitDepth::Eight;
         info.pixel_dims =
             on_paper.map(|(_, per_metre)| PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter });
-        // Pixels are opaque.
+        // Pixels are opaque. A plain loop: tests run it unoptimised, and `flat_map` is slow then.
         let (pixels, _) = pixels.data().as_chunks();
         let mut colors = vec![[0; 3]; pixels.len()];
         for (color, [red, green, blue, _]) in colors.iter_mut().zip(pixels) {
