@@ -16,13 +16,25 @@ pub(super) struct Packed {
 impl Packed {
     /// The values must be finite.
     pub(super) fn new(values: &[f64]) -> Self {
-        let least = values.iter().copied().reduce(f64::min).unwrap_or(0.0);
-        let largest = values.iter().copied().reduce(f64::max).unwrap_or(0.0);
+        let [mut least, mut largest] = [values.first().copied().unwrap_or(0.0); 2];
+        for &value in values {
+            if value < least {
+                least = value;
+            }
+            if value > largest {
+                largest = value;
+            }
+        }
         // Divided first, so that no range overflows.
         let step = largest / f64::from(u16::MAX) - least / f64::from(u16::MAX);
-        // Conversion to an integer is to the nearest bound, and to zero where the step is zero.
-        let word = |value: &f64| (value / step - least / step).round() as u16;
-        let bytes: Vec<u8> = values.iter().map(word).flat_map(u16::to_le_bytes).collect();
+        let origin = least / step - 0.5;
+        // A page has a million values: plain loops, as this crate is hardly optimised.
+        let mut bytes = vec![0; 2 * values.len()];
+        for (pair, &value) in bytes.chunks_exact_mut(2).zip(values) {
+            // Rounded. Conversion to an integer is to the nearest bound, and to zero where the step is zero.
+            let word = (value / step - origin) as u16;
+            pair.copy_from_slice(&word.to_le_bytes());
+        }
         Self { least, step, words: STANDARD.encode(bytes) }
     }
 
