@@ -18,7 +18,6 @@ mod pairs;
 mod simulate;
 
 use std::process::ExitCode;
-use std::time::Instant;
 
 use bristle::model::settings::Settings;
 use fastrand::Rng;
@@ -28,7 +27,7 @@ use judge::{Verdict, judge};
 use pairs::{KINDS, Kind, Pair, Run};
 use simulate::outcomes;
 
-/// Pairs whose passes share vector units. Brushes are simulated one by one.
+/// Maximum number of pairs whose passes share vector units. Brushes are simulated one by one.
 const CHUNK: usize = 64;
 /// Pairs of a kind that are shown whole, and simplified if they differ.
 const MOST_SHOWN: usize = 3;
@@ -119,21 +118,20 @@ fn possible(kind: &Kind, settings: &Settings, random: &Rng) -> Option<Pair> {
 fn main() -> ExitCode {
     let plan = Plan::of_arguments();
     let wanted = |kind: &&Kind| plan.kinds.is_empty() || plan.kinds.iter().any(|name| name == kind.name);
-    let mut failures = 0;
-    for kind in KINDS.iter().filter(wanted) {
-        failures += attack(kind, &plan);
-    }
+    // A kind with few long pairs would keep one core busy only.
+    let failures: usize = KINDS.par_iter().filter(wanted).map(|kind| attack(kind, &plan)).sum();
     if failures == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Tries the pairs of a kind, prints what was found, and returns the number of failures.
+/// Tries the pairs of a kind, prints what was found, in one piece, and returns the number of failures.
 fn attack(kind: &Kind, plan: &Plan) -> usize {
-    let start = Instant::now();
     let numbers: Vec<usize> = plan.only.map_or_else(|| (0..kind.count * plan.times).collect(), |only| vec![only]);
     let first = Trial::new(kind, plan.seed, numbers[0]).pair;
-    let chunk = if first.is_of_brush() { 1 } else { CHUNK };
+    let share = numbers.len().div_ceil(rayon::current_num_threads());
+    let chunk = if first.is_of_brush() { 1 } else { share.min(CHUNK) };
+    let mut text = String::new();
     if plan.only.is_some() {
-        print(&first);
+        text += &first.to_string();
     }
     let verdicts: Vec<(usize, Verdict)> =
         numbers.par_chunks(chunk).flat_map(|chunk| judged(kind, plan, chunk)).collect();
@@ -143,23 +141,20 @@ fn attack(kind: &Kind, plan: &Plan) -> usize {
         count(|verdict| matches!(verdict, Verdict::Sensitive(_))),
         count(|verdict| matches!(verdict, Verdict::Differs(_))),
     ];
-    println!(
-        "{:24} {:6} pairs, {failed} differ, {sensitive} too sensitive, {refused} refused, {:.1} s",
-        kind.name,
-        verdicts.len(),
-        start.elapsed().as_secs_f64()
-    );
+    let (name, all) = (kind.name, verdicts.len());
+    text += &format!("{name:24} {all:6} pairs, {failed} differ, {sensitive} too sensitive, {refused} refused\n");
     let wrong = verdicts.iter().filter(|(_, verdict)| !matches!(verdict, Verdict::Same));
     for (position, (number, verdict)) in wrong.enumerate() {
-        println!("  {number}: {verdict}");
+        text += &format!("  {number}: {verdict}\n");
         if position < MOST_SHOWN {
-            show(kind, plan, *number);
+            text += &shown(kind, plan, *number, verdict);
         }
     }
     let too_many = plan.only.is_none() && (refused + sensitive) as f64 > 1.0 + MOST_SENSITIVE * verdicts.len() as f64;
     if too_many {
-        println!("  {}: too many pairs say nothing", kind.name);
+        text += &format!("  {name}: too many pairs say nothing\n");
     }
+    print!("{text}");
     failed + usize::from(too_many)
 }
 
@@ -172,22 +167,15 @@ fn judged(kind: &Kind, plan: &Plan, numbers: &[usize]) -> Vec<(usize, Verdict)> 
     both.map(|(trial, results)| (trial.number, judge(&trial.pair, results))).collect()
 }
 
-/// Prints how to repeat a failure, and its settings.
-fn show(kind: &Kind, plan: &Plan, number: usize) {
-    let trial = Trial::new(kind, plan.seed, number).simplified(kind);
-    let results = outcomes(&trial.pair.runs.each_ref());
-    println!(
-        "  again: cargo test --release -p bristle --test agreement -- {} --seed {} --pair {number}",
-        kind.name, plan.seed
-    );
-    println!("  simplified: {}", judge(&trial.pair, &results));
-    print(&trial.pair);
-}
-
-/// Prints the input file of a pair, and what differs in the other.
-fn print(pair: &Pair) {
-    let [one, other] = pair.runs.each_ref().map(Run::to_string);
-    print!("{one}");
-    let is_other = |line: &&str| !one.lines().any(|other| other == *line);
-    other.lines().filter(is_other).for_each(|line| println!("# and: {line}"));
+/// How to repeat a pair with this verdict, and its settings.
+fn shown(kind: &Kind, plan: &Plan, number: usize, verdict: &Verdict) -> String {
+    let mut trial = Trial::new(kind, plan.seed, number);
+    let command = "cargo test --release -p bristle --test agreement";
+    let mut text = format!("  again: {command} -- {} --seed {} --pair {number}\n", kind.name, plan.seed);
+    if let Verdict::Differs(_) = verdict {
+        trial = trial.simplified(kind);
+        let results = outcomes(&trial.pair.runs.each_ref());
+        text += &format!("  simplified: {}\n", judge(&trial.pair, &results));
+    }
+    text + &trial.pair.to_string()
 }

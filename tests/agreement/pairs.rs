@@ -106,6 +106,16 @@ impl Display for Run {
     }
 }
 
+/// The input file of the first one, and what differs in that of the other.
+impl Display for Pair {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        let [one, other] = self.runs.each_ref().map(Run::to_string);
+        formatter.write_str(&one)?;
+        let is_other = |line: &&str| !one.lines().any(|other| other == *line);
+        other.lines().filter(is_other).try_for_each(|line| writeln!(formatter, "# and: {line}"))
+    }
+}
+
 impl Pair {
     /// The settings of the first one.
     pub fn settings(&self) -> &Settings {
