@@ -4,11 +4,12 @@
 use std::f64::consts::{PI, TAU};
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use bristle::model::filament::first_natural_frequency;
 use bristle::model::settings::Settings;
 use tempfile::TempDir;
+
+use crate::program::bristle;
 
 /// A page, and what it says besides its commands, files and outputs.
 struct Page {
@@ -68,9 +69,7 @@ fn run(command: &str, directory: &Path) -> String {
     // No quoted word has a space.
     let mut words = command.split_whitespace().map(|word| word.trim_matches('\''));
     assert_eq!(words.next(), Some("bristle"), "{command}");
-    let mut call = Command::new(env!("CARGO_BIN_EXE_bristle"));
-    let output = call.env_remove("COLUMNS").current_dir(directory).args(words).output();
-    let output = output.expect("the program starts");
+    let output = bristle(directory, "").args(words).output().expect("the program starts");
     let [data, text] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8"));
     assert!(output.status.success(), "{command}: {text}");
     text + &data

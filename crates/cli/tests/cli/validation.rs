@@ -3,17 +3,14 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
 use tempfile::TempDir;
 
+use crate::program::bristle;
+
 const COLUMNS: &str =
     "group,case,subject,quantity,reference,lower,upper,source,computed,error,error_kind,tolerance,pass";
-
-fn bristle() -> Command {
-    Command::cargo_bin("bristle").expect("the program is built")
-}
 
 /// The number of comparisons in each row of the table below a heading, by the first cell of the row.
 fn comparisons<'a>(page: &'a str, heading: &str) -> Vec<(&'a str, usize)> {
@@ -34,7 +31,7 @@ fn comparisons<'a>(page: &'a str, heading: &str) -> Vec<(&'a str, usize)> {
 fn the_suite_agrees() {
     let directory = TempDir::new().expect("a temporary directory");
     let out = directory.path().join("results");
-    let assert = bristle().arg("validate").arg("--out").arg(&out).assert().success();
+    let assert = bristle(directory.path(), "validate --out results").assert().success();
     let table = String::from_utf8_lossy(&assert.get_output().stdout);
     let page = fs::read_to_string(out.join("validation.md")).expect("validation.md");
 
@@ -96,8 +93,7 @@ fn an_unwritable_directory_is_refused_before_anything_is_computed() {
     let directory = TempDir::new().expect("a temporary directory");
     fs::write(directory.path().join("file"), "kept").expect("the file can be written");
     for out in ["file", "file/results"] {
-        let mut command = bristle();
-        command.current_dir(directory.path()).args(["validate", "--out", out]);
+        let mut command = bristle(directory.path(), &format!("validate --out {out}"));
         command.assert().code(2).stdout("").stderr(contains("error: cannot").and(contains(out)));
     }
     assert_eq!(fs::read_to_string(directory.path().join("file")).expect("the file"), "kept");
