@@ -187,6 +187,7 @@ fn faults_of_meaning() -> Vec<(Vec<(&'static str, Value)>, &'static str)> {
         (vec![("/kernels/0/outputs/1/operations/0", json!(20))], "output `energies` refers to operation 20"),
         (vec![("/kernels/0/outputs/1/name", json!("acceleration"))], "output `acceleration` is taken"),
         (vec![("/kernels/0/inputs/1/name", json!("state"))], "input `state` is taken by another input"),
+        (vec![("/kernels/0/inputs/1/name", json!("phi"))], "input `phi` is taken by another input or element"),
         (vec![("/kernels/0/inputs/1/elements/0/0", json!("state"))], "element `state` is taken"),
         (vec![("/kernels/0/inputs/1/elements/0/0", json!("phi"))], "element `phi` is taken"),
         (vec![("/kernels/0/inputs/1/elements/0/1", json!(0))], "input `gravity` gives operation 0, which another"),

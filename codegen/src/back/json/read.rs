@@ -299,18 +299,15 @@ impl KernelEntry {
         };
 
         let mut variables = Variables::default();
-        let mut input_names = HashSet::new();
         let mut given = HashSet::new();
         let mut checked_inputs = Vec::with_capacity(inputs.len());
         for Object(InputEntry { name, doc, elements }) in inputs {
             check_name("input", &name)?;
-            if !input_names.insert(name.clone()) {
-                return Err(name_error("input", &name, "is taken by another input"));
-            }
             text("text", &format!("input `{name}`"), &doc, false)?;
             match elements.len() {
                 0 => return Err(KernelError::Nothing(format!("input `{name}`"))),
-                1 => {}
+                // A single element is the argument itself, and may be named like it.
+                1 if elements[0].0 == name => {}
                 _ => variables.add("input", &name)?,
             }
             let mut checked = Vec::with_capacity(elements.len());
