@@ -118,7 +118,7 @@ fn possible(kind: &Kind, settings: &Settings, random: &Rng) -> Option<Pair> {
 fn main() -> ExitCode {
     let plan = Plan::of_arguments();
     let wanted = |kind: &&Kind| plan.kinds.is_empty() || plan.kinds.iter().any(|name| name == kind.name);
-    // A kind with few long pairs would keep one core busy only.
+    // Alone, a kind with few long pairs would keep only one core busy.
     let failures: usize = KINDS.par_iter().filter(wanted).map(|kind| attack(kind, &plan)).sum();
     if failures == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -12,7 +12,8 @@ use tempfile::TempDir;
 
 /// A call of the program in a directory, with arguments separated by spaces. Its lines are made for 80 columns.
 ///
-/// The environment variable `BRISTLE_TEST_PROGRAM` may name another build of it: what simulates for minutes, a release build does sooner.
+/// The environment variable `BRISTLE_TEST_PROGRAM` may give the absolute path of another build. In tests that take minutes, a release build
+/// is faster.
 pub fn bristle(directory: &Path, arguments: &str) -> Command {
     let other = std::env::var_os("BRISTLE_TEST_PROGRAM").map(Command::new);
     let mut command = other.unwrap_or_else(|| Command::cargo_bin("bristle").expect("the program is built"));

@@ -16,6 +16,7 @@ pub(super) struct Packed {
 impl Packed {
     /// The values must be finite.
     pub(super) fn new(values: &[f64]) -> Self {
+        // A page has a million values, and this crate is hardly optimised: iterators took twice as long as loops.
         let [mut least, mut largest] = [values.first().copied().unwrap_or(0.0); 2];
         for &value in values {
             if value < least {
@@ -28,7 +29,6 @@ impl Packed {
         // Divided first, so that no range overflows.
         let step = largest / f64::from(u16::MAX) - least / f64::from(u16::MAX);
         let origin = least / step - 0.5;
-        // A page has a million values: plain loops, as this crate is hardly optimised.
         let mut bytes = vec![0; 2 * values.len()];
         for (pair, &value) in bytes.chunks_exact_mut(2).zip(values) {
             // Rounded. Conversion to an integer is to the nearest bound, and to zero where the step is zero.
