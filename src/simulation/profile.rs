@@ -205,30 +205,28 @@ impl Ledger {
                 parts.push(Part { places, amounts });
             });
         }
-        if let Some(part) = self.parts.last() {
-            self.last = part.places;
-        }
-        let count = self.parts.len() as f64;
-        for k in 0..KINDS {
-            // Less than nothing is a rounding error, which the next step makes up for.
-            if self.parts.is_empty() || self.owed[k] <= 0.0 {
-                continue;
-            }
-            let sum: f64 = self.parts.iter().map(|part| part.amounts[k]).sum();
-            for index in 0..self.parts.len() {
-                let Part { places, amounts } = self.parts[index];
-                let share = if sum > 0.0 { amounts[k] / sum } else { 1.0 / count };
-                self.enter(k, places, share * self.owed[k]);
-            }
-            self.owed[k] = 0.0;
+        let Some(part) = self.parts.last() else { return };
+        self.last = part.places;
+        // Less than nothing is a rounding error, which the next step makes up for.
+        let due = self.owed.map(|owed| if owed <= 0.0 { 0.0 } else { owed });
+        self.owed = self.owed.map(|owed| if owed <= 0.0 { owed } else { 0.0 });
+        let sums = self.parts.iter().fold([0.0; KINDS], |sums, part| add(sums, part.amounts));
+        for index in 0..self.parts.len() {
+            let Part { places, amounts } = self.parts[index];
+            let share = |k: usize| if sums[k] > 0.0 { amounts[k] / sums[k] } else { 1.0 / self.parts.len() as f64 };
+            self.enter(places, std::array::from_fn(|k| share(k) * due[k]));
         }
     }
 
-    /// Enters an amount of the kind `k` that acts evenly between two places.
-    fn enter(&mut self, k: usize, [from, to]: [f64; 2], amount: f64) {
-        let amounts = &mut self.amounts;
-        let mut enter = |places, amount: f64| {
-            spread(&self.boundaries, places, |cell, share| amounts[cell][k] += share * amount);
+    /// Enters amounts that act evenly between two places.
+    fn enter(&mut self, [from, to]: [f64; 2], amounts: [f64; KINDS]) {
+        let cells = &mut self.amounts;
+        let mut enter = |places, part: f64| {
+            spread(&self.boundaries, places, |cell, share| {
+                for (sum, amount) in cells[cell].iter_mut().zip(amounts) {
+                    *sum += share * (part * amount);
+                }
+            });
         };
         let (first, last) = (self.boundaries[0], self.boundaries[self.boundaries.len() - 1]);
         match self.profile.period {
@@ -237,10 +235,10 @@ impl Ledger {
                 let (low, high) = (from.min(to), from.max(to));
                 let way = period - (high - low);
                 let share = if way > 0.0 { (low - first) / way } else { 0.5 };
-                enter([first, low], share * amount);
-                enter([high, last], (1.0 - share) * amount);
+                enter([first, low], share);
+                enter([high, last], 1.0 - share);
             }
-            _ => enter([from, to], amount),
+            _ => enter([from, to], 1.0),
         }
     }
 
@@ -252,9 +250,7 @@ impl Ledger {
 
     /// The cells with their work.
     pub fn into_cells(mut self) -> Vec<ProfileCell> {
-        for k in 0..KINDS {
-            self.enter(k, self.last, self.owed[k]);
-        }
+        self.enter(self.last, self.owed);
         let cells = self.profile.cells.iter().zip(&self.amounts);
         cells
             .map(|(&Cell { arc_length: [start, end], ends, on_edge }, amounts)| {

@@ -185,14 +185,18 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
 
     /// A possible contact, by index: nodes first, then edges. `nodes` are the filament's nodes at `time`. The search for its place
     /// on an edge begins at the segment `start`, or goes over all segments.
+    #[inline]
     pub fn touch(&self, contact: usize, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> Touch {
-        let segments = self.chain.segments();
-        let Some(edge) = contact.checked_sub(segments) else {
-            let [position, velocity] = nodes(contact + 1);
-            let station = Station { segment: contact, fraction: 1.0 };
-            return Touch { station, position, approach: self.approach(position, velocity, time), on_edge: None };
-        };
-        let edge = &self.workpiece.edges()[edge];
+        if let Some(edge) = contact.checked_sub(self.chain.segments()) {
+            return self.edge_touch(&self.workpiece.edges()[edge], nodes, start, time);
+        }
+        let [position, velocity] = nodes(contact + 1);
+        let station = Station { segment: contact, fraction: 1.0 };
+        Touch { station, position, approach: self.approach(position, velocity, time), on_edge: None }
+    }
+
+    #[inline(never)]
+    fn edge_touch(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> Touch {
         let EdgeContact { station, position, approach } = self.edge_contact(edge, nodes, start, time);
         Touch { station, position, approach, on_edge: Some(edge.angle(position, time)) }
     }

@@ -325,10 +325,21 @@ macro_rules! each {
     };
 }
 
+impl Part {
+    /// The surface, in a function of its own, so that that of a plane is inlined where it is asked for.
+    #[inline(never)]
+    fn curved_surface(&self, position: [f64; 3], time: f64) -> Surface {
+        each!(self, workpiece => workpiece.surface(position, time))
+    }
+}
+
 impl Workpiece for Part {
     #[inline]
     fn surface(&self, position: [f64; 3], time: f64) -> Surface {
-        each!(self, workpiece => workpiece.surface(position, time))
+        match self {
+            Self::Plane(plane) => plane.surface(position, time),
+            other => other.curved_surface(position, time),
+        }
     }
 
     #[inline]
