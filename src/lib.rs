@@ -12,6 +12,7 @@
 //! 6. [`brush`]: filaments that touch each other.
 
 pub mod brush;
+mod check;
 pub mod contact;
 pub mod equations;
 pub mod integrate;

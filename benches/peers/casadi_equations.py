@@ -21,7 +21,7 @@ import reference_contacts as reference  # noqa: E402
 import segment_chain  # noqa: E402
 
 SEGMENTS = reference.SEGMENTS
-RATE_UNIT, IMPULSE_UNIT = reference.RATE_UNIT_RAD_S, reference.IMPULSE_UNIT_N_S
+RATE_UNIT, IMPULSE_UNIT = reference.RATE_UNIT_RAD_S, reference.INTEGRAL_UNIT
 
 
 class Planar(reference.PlanarFilament):

@@ -2,7 +2,7 @@
 
 use super::arrangement::{Arrangement, Root};
 use super::error::BrushError;
-use super::run::{Plan, STRIDE, begin};
+use super::plan::{Plan, STRIDE, begin};
 use super::sector::Account;
 use super::team::Team;
 use crate::model::metrics::{ContactRecord, Metrics};

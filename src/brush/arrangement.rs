@@ -2,10 +2,20 @@
 
 use std::f64::consts::TAU;
 
+use spec_math::cephes64::ndtri;
+
 use crate::model::settings::{BrushSettings, Ends, Pattern, Settings};
 
 use super::error::BrushError;
-use super::filaments::random_of;
+
+/// A standard normal number of filament `[column, row]`, which does not depend on how many others there are.
+pub fn random_of(seed: u32, [column, row]: [usize; 2]) -> impl FnMut() -> f64 {
+    // Seeds of neighbours differ in a few bits: each drawn number spreads them further.
+    let mut random = [column, row].into_iter().fold(fastrand::Rng::with_seed(u64::from(seed)), |mut random, place| {
+        fastrand::Rng::with_seed(random.u64(..).wrapping_add(place as u64))
+    });
+    move || ndtri(random.f64().max(f64::MIN_POSITIVE))
+}
 
 /// The root of a filament on the cylinder of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,8 @@
 //! Filaments with clamps of any motion, which touch each other.
 
-use super::bundle::{Bundle, Member, Motion};
+use super::bundle::{Bundle, Motion};
 use super::candidates::Layout;
+use super::group::Member;
 use super::presses::PressLaw;
 use super::sector::Stepper;
 use crate::simulation::{Filament, Form};

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::candidates::{Candidates, Layout};
 use super::field::{Field, GroupField, Node, Nodes, Place, wide};
 use super::gmres::{self, Coupled, Division, Krylov, Vector};
-use super::group::{Activity, Budget, Group, Surroundings, WorkpieceLoad, larger};
+use super::group::{Activity, Budget, Group, Member, Surroundings, WorkpieceLoad, larger};
 use super::presses::PressLaw;
 use super::pressing::{Pair, Pressing};
 use super::team;
@@ -61,17 +61,6 @@ impl AddAssign for Effort {
         self.krylov_vectors += other.krylov_vectors;
         self.factorisations += other.factorisations;
     }
-}
-
-/// A filament that becomes part of a bundle.
-pub struct Member<M> {
-    /// The filament.
-    pub bristle: Filament<M, Part>,
-    /// Before the first of these times, in s, it does not meet the workpiece; from the second on its contact no longer counts, so that it
-    /// may be left out.
-    pub contacts: [f64; 2],
-    /// Its coordinates about `z` and its rates at the beginning.
-    pub start: [Vec<[f64; 2]>; 2],
 }
 
 /// Filaments that touch each other.

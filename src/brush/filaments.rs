@@ -1,7 +1,5 @@
 //! The filaments of a brush, each with its own constants.
 
-use spec_math::cephes64::ndtri;
-
 use crate::contact::ContactLaw;
 use crate::model::filament;
 use crate::model::settings::{FilamentSettings, Settings};
@@ -9,19 +7,10 @@ use crate::simulation::{Filament, Pass};
 use crate::tool::{RotaryTool, Turning};
 use crate::workpiece::Part;
 
-use super::arrangement::Root;
+use super::arrangement::{Root, random_of};
 
 /// A filament of a brush.
 pub type Bristle = Filament<Turning<RotaryTool>, Part>;
-
-/// A standard normal number of filament `[column, row]`, which does not depend on how many others there are.
-pub fn random_of(seed: u32, [column, row]: [usize; 2]) -> impl FnMut() -> f64 {
-    // Seeds of neighbours differ in a few bits: each drawn number spreads them further.
-    let mut random = [column, row].into_iter().fold(fastrand::Rng::with_seed(u64::from(seed)), |mut random, place| {
-        fastrand::Rng::with_seed(random.u64(..).wrapping_add(place as u64))
-    });
-    move || ndtri(random.f64().max(f64::MIN_POSITIVE))
-}
 
 /// Whether the filaments of a brush differ from each other.
 pub fn differ(settings: &Settings) -> bool {

@@ -1,6 +1,5 @@
 //! Filaments side by side in the lanes of one set of equations, and what they meet.
 
-use super::bundle::Member;
 use super::candidates::Candidates;
 use super::field::{Changes, GroupField, Node, Nodes, Place, wide};
 use super::gmres;
@@ -13,6 +12,17 @@ use crate::equations::{
 use crate::simulation::{ContactSum, Equations, Filament, Form};
 use crate::tool::ClampMotion;
 use crate::workpiece::{Part, Workpiece};
+
+/// A filament that becomes part of a bundle.
+pub struct Member<M> {
+    /// The filament.
+    pub bristle: Filament<M, Part>,
+    /// Before the first of these times, in s, it does not meet the workpiece; from the second on its contact no longer counts, so that it
+    /// may be left out.
+    pub contacts: [f64; 2],
+    /// Its coordinates about `z` and its rates at the beginning.
+    pub start: [Vec<[f64; 2]>; 2],
+}
 
 /// Filaments side by side in lanes. Lanes that are left over repeat the last filament, without loads.
 pub struct Group {

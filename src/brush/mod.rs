@@ -30,6 +30,7 @@ mod field;
 mod filaments;
 mod gmres;
 mod group;
+mod plan;
 mod presses;
 mod pressing;
 mod result;

@@ -1,31 +1,26 @@
 //! A brush from its settings to its results.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 use super::alone::{self, Trial};
 use super::arrangement::{self, Arrangement, Root};
-use super::bundle::{BEHIND, Bundle, Member};
-use super::candidates::Layout;
 use super::error::BrushError;
-use super::filaments::{self, Bristle};
-use super::presses::PressLaw;
+use super::filaments;
+use super::plan::{Plan, STRIDE, begin};
 use super::result::{
     BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, ToolSample,
 };
-use super::sector::{Account, Balance, Sector, Timetable};
-use super::settle::{self, Pose, Settling};
+use super::sector::{Account, Balance, Sector};
+use super::settle::{self, Settling};
 use super::stretch;
 use super::team::Team;
 use super::words::{Reader, Writer};
-use crate::equations::linear::{add, scale};
 use crate::equations::{LANES, lanes_are_compiled};
 use crate::model::metrics::{ContactRecord, Metrics};
-use crate::model::parameters::MAX_TURNS;
-use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
+use crate::model::settings::{BrushSettings, Hold, MAX_TURNS, Settings, Turns};
+use crate::model::trim::differ;
 use crate::simulation::{Form, Pass, Stop, is_steady};
-use crate::tool::trim::differ;
-use crate::tool::{ClampMotion, Tool, Turning};
 
 /// How a brush is simulated. Results do not depend on it, except for the frames that it requests, and for halved steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -274,9 +269,6 @@ fn allowed_residual(brush: &BrushSettings) -> f64 {
 
 /// Nodes in all frames together, at most.
 const MOST_NODES: usize = 1_000_000;
-/// Steps between two states that can be restored.
-pub(super) const STRIDE: usize = 32;
-
 /// A brush on its way over the workpiece.
 pub struct BrushRun {
     settings: Settings,
@@ -1132,105 +1124,6 @@ fn coupled(arrangement: &Arrangement, is_planar: bool, differ: bool) -> (Vec<Gro
         numbers.push(number);
     }
     (groups, (0..count).map(|index| [numbers[index % rows], index / rows]).collect())
-}
-
-/// When the motion begins, in s: before any filament touches the workpiece. Filaments are undeformed, unless `settled` has their
-/// coordinates when the tool is at the angle zero.
-pub(super) fn begin(
-    pass: &Pass,
-    arrangement: &Arrangement,
-    own: &[Settings],
-    settled: &dyn Fn(usize) -> Option<Vec<[f64; 2]>>,
-) -> f64 {
-    /// Angle by which to begin earlier, in rad, and how many times at most.
-    const EARLIER: f64 = 5e-3;
-    const MOST: i32 = 200;
-    /// Roots farther behind cannot touch so early, in rad.
-    const FIRST: f64 = FRAC_PI_2;
-    let rate = pass.tool().rate;
-    let is_first = |(_, root): &(usize, &Root)| root.angle < FIRST;
-    let first = arrangement.roots.iter().enumerate().filter(is_first).map(|(filament, root)| {
-        let bristle = filaments::bristle(&own[filament], pass, root);
-        let Turning { tool, initial_angle, .. } = bristle.motion;
-        let coordinates = settled(filament).unwrap_or_else(|| {
-            let [direction, _] = tool.undeformed(initial_angle, rate);
-            bristle.chain.relaxed(direction).collect()
-        });
-        (bristle, coordinates)
-    });
-    let first: Vec<_> = first.collect();
-    let touches = |(bristle, coordinates): &(Bristle, Vec<[f64; 2]>), time: f64| {
-        let angle = bristle.motion.angle(time) - bristle.motion.initial_angle;
-        let clamp = bristle.motion.at(time);
-        let mut position = clamp.position;
-        coordinates.iter().any(|[polar, azimuth]| {
-            let (sin, cos) = (azimuth + angle).sin_cos();
-            let direction = [polar.sin() * cos, polar.sin() * sin, polar.cos()];
-            position = add(position, scale(bristle.chain.length, direction));
-            bristle.law.node_pressing(&bristle.workpiece, position, clamp.velocity, time) > 0.0
-        })
-    };
-    let times = (0..MOST).map(|step| -f64::from(step) * EARLIER / rate);
-    let is_free = |time: &f64| !first.iter().any(|filament| touches(filament, *time));
-    times.clone().find(is_free).unwrap_or(0.0)
-}
-
-/// What sectors are made from.
-pub(super) struct Plan<'a> {
-    pub settings: &'a Settings,
-    pub pass: &'a Pass,
-    pub arrangement: &'a Arrangement,
-    /// The settings of each filament.
-    pub own: &'a [Settings],
-    pub form: Form,
-    /// Number of contact points of a segment.
-    pub points: usize,
-    /// When the motion begins, in s.
-    pub begin: f64,
-    /// Largest last correction of a node's velocity in m/s.
-    pub tolerance: f64,
-    /// The share of the energy that goes in or out which its balance may lack.
-    pub lacking: f64,
-}
-
-impl Plan<'_> {
-    /// A sector of some filaments, by their numbers in the arrangement: undeformed, unless they have poses.
-    pub fn sector(&self, members: &[usize], poses: Option<&[Pose]>) -> Sector {
-        let Self { settings, pass, arrangement, own, form, points, begin, .. } = *self;
-        let rate = pass.tool().rate;
-        let timetable = |root: &Root| {
-            let delay = root.angle / rate;
-            let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
-            Timetable { begin: delay, turn: pass.turn_time(), touches }
-        };
-        let roots = || members.iter().map(|&member| (&arrangement.roots[member], &own[member]));
-        let timetables: Vec<Timetable> = roots().map(|(root, _)| timetable(root)).collect();
-        // Around the tool the first columns follow the last ones, which meet those that come to the workpiece before the end.
-        let nearest = arrangement.latest() + rate * pass.end_time() + BEHIND;
-        let stays = |root: &Root| pass.turns() != Turns::Count(1) || TAU + root.angle < nearest;
-        let member = |(index, (root, own)): (usize, (&Root, &Settings))| {
-            let bristle = filaments::bristle(own, pass, root);
-            let delay = root.angle / rate;
-            let last = if stays(root) { f64::INFINITY } else { pass.end_time() + delay };
-            let start = match poses {
-                Some(poses) => settle::coordinates(&poses[index], rate * begin),
-                None => {
-                    let [q, v] = bristle.motion.tool.undeformed(bristle.motion.angle(begin), rate);
-                    [bristle.chain.relaxed(q).collect(), vec![v; bristle.chain.segments()]]
-                }
-            };
-            Member { bristle, contacts: [begin + delay, last], start }
-        };
-        let bristles: Vec<Member<_>> = roots().enumerate().map(member).collect();
-        let radii = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
-        let lengths = bristles.iter().map(|member| member.bristle.chain.length).collect();
-        // In its plane a row does not meet its images.
-        let period = if form == Form::Planar { None } else { arrangement.period };
-        let layout = Layout::new(lengths, radii, points, period);
-        let rests = roots().all(|(_, own)| filaments::rest(own));
-        let (bundle, motion) = Bundle::new(form, bristles, PressLaw::of(settings), layout, [begin, rate], rests);
-        Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
-    }
 }
 
 /// The memory in bytes that a simulation needs at most, without frames: a linear function of what was measured.

@@ -15,7 +15,7 @@ use super::words::{Reader, Writer};
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{LANES, Lanes, Lanewise, Real};
 use crate::model::metrics::{ContactRecord, tip_deflection};
-use crate::model::parameters::MAX_TURNS;
+use crate::model::settings::MAX_TURNS;
 use crate::simulation::{ContactSum, EdgeWork};
 use crate::tool::{ClampMotion, RotaryTool, Turning};
 use crate::workpiece::Workpiece;

@@ -1,9 +1,7 @@
 //! What the dynamics of a chain take and give: constants, motion of the clamp, loads on nodes, energies.
 
-use super::chart::PolarAxis;
 use super::kernels::{AzimuthSteps, JointConstants, SegmentConstants};
-use super::linear::{cross, sub, zero};
-use super::recursion::Root;
+use super::linear::{cross, zero};
 use super::{LaneSet, Lanewise, Real, StepWeights};
 
 /// The constants of a chain (MODEL's symbols in the descriptions).
@@ -288,18 +286,6 @@ impl<T: Real> Clamp<T> {
     /// ```
     pub fn without_spin(self) -> Self {
         Self { angular_velocity: cross(self.direction, self.direction_rate), ..self }
-    }
-
-    /// `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint, in the order of a chart.
-    #[inline(always)]
-    pub(super) fn relaxed(&self, axis: PolarAxis, relaxed_angle: &RelaxedAngle<T>) -> [T; 3] {
-        axis.from_frame(turned(self.direction, relaxed_angle))
-    }
-
-    /// The root under `gravity`.
-    #[inline(always)]
-    pub(super) fn root(&self, gravity: [T; 3]) -> Root<T, 3> {
-        Root { position: self.position, velocity: self.velocity, acceleration: sub(self.acceleration, gravity) }
     }
 }
 

@@ -8,7 +8,7 @@ use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
-use super::chain::{Link, turned};
+use super::chain::{Clamp, Link, RelaxedAngle, turned};
 use super::kernels::{
     self, AzimuthSteps, ClampEnergy, CrossedJoint, CrossedJointTangent, Joint, JointEnergy, JointTangent, Segment,
 };
@@ -439,6 +439,14 @@ fn joint_tangent_with_x<T: Real>(
 #[inline(always)]
 fn azimuth_steps<T: Real>(previous: &Side<'_, T>, next: &Side<'_, T>, link: &Link<T>) -> AzimuthSteps<T> {
     link.relaxed_angle.azimuth_steps(previous.azimuth(), next.azimuth())
+}
+
+impl<T: Real> Clamp<T> {
+    /// `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint, in the order of a chart.
+    #[inline(always)]
+    pub(super) fn relaxed(&self, axis: PolarAxis, relaxed_angle: &RelaxedAngle<T>) -> [T; 3] {
+        axis.from_frame(turned(self.direction, relaxed_angle))
+    }
 }
 
 #[cfg(test)]

@@ -7,12 +7,11 @@ use super::chart::{self, BodyRotation, PolarAxis, PoleError, Side, find_pole};
 use super::dispatch::{Loop, dispatch};
 use super::kernels::{self, ClampEnergy, Joint, JointEnergy, JointTangent, Segment, SegmentEnergy, SegmentTangent};
 use super::linear::{add, in_lane, product, sub_matrices, zero};
-use super::planar::{PlanarFactorisation, PlanarRecursion, PlanarTask};
-use super::recursion::{self, Energetic, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root};
+use super::recursion::{self, Energetic, LoadTangent, Memory, Nodes, Placed, Point, PointChange, Posture, Root};
 use super::tasks::{ChainDynamics, Factorise, Task};
 use super::{
-    Chain, ChainState, Clamp, Energies, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PlanarDynamics, PointLoad,
-    PointTangent, Real, StepWeights,
+    Chain, ChainState, Clamp, Energies, Lanes, Lanewise, NodeLoads, NodeTangent, PointLoad, PointTangent, Real,
+    StepWeights,
 };
 
 /// Equations of motion of one chain, or of one chain per lane, with the memory for their recursions.
@@ -321,26 +320,7 @@ impl<T> From<NodeTangent<T>> for LoadTangent<T, 3> {
     }
 }
 
-/// The nodes of a chain in the memory of the recursions, in space or in the plane of rotation.
-pub(super) struct Placed<'a, T, const S: usize> {
-    pub clamp: &'a Clamp<T>,
-    pub nodes: Nodes<'a, T, S>,
-}
-
-impl<T: Lanewise, const S: usize> NodeMotion for Placed<'_, T, S> {
-    fn node(&self, index: usize, lane: usize) -> [[f64; 3]; 2] {
-        match index.checked_sub(1) {
-            None => [in_lane(&self.clamp.position, lane), in_lane(&self.clamp.velocity, lane)],
-            Some(k) => self.nodes.map(|vectors| {
-                let mut node = [0.0; 3];
-                node[..S].copy_from_slice(&in_lane(&vectors[k], lane));
-                node
-            }),
-        }
-    }
-}
-
-impl<T: Compiled> ChainDynamics<T> for Dynamics<T> {
+impl<T: SpatialLoops> ChainDynamics<T> for Dynamics<T> {
     fn run(&mut self, task: Task<'_, T>) {
         T::run(self, task);
     }
@@ -384,32 +364,21 @@ impl Dynamics<f64> {
     }
 }
 
-/// A scalar for which the recursions of [`Dynamics`] are compiled, once, in this crate.
-pub trait Compiled: Lanewise {
+/// Numbers for which the loops over a chain in space are compiled.
+pub trait SpatialLoops: Lanewise {
     #[doc(hidden)]
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>);
-
-    #[doc(hidden)]
-    fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>);
 }
 
-impl Compiled for f64 {
+impl SpatialLoops for f64 {
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
         run(dynamics, task);
     }
-
-    fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>) {
-        run_planar(dynamics, task);
-    }
 }
 
-impl Compiled for Lanes {
+impl SpatialLoops for Lanes {
     fn run(dynamics: &mut Dynamics<Self>, task: Task<'_, Self>) {
         run(dynamics, task);
-    }
-
-    fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>) {
-        run_planar(dynamics, task);
     }
 }
 
@@ -421,16 +390,6 @@ fn run<T: Lanewise>(dynamics: &mut Dynamics<T>, task: Task<'_, T>) {
         }
         Task::Factorise(step) => dispatch(Factorisation::<_, false> { dynamics, step }),
         task => dispatch(Recursion { dynamics, task }),
-    }
-}
-
-fn run_planar<T: Lanewise>(dynamics: &mut PlanarDynamics<T>, task: PlanarTask<'_, T>) {
-    match task {
-        PlanarTask::Motion(Task::Factorise(step)) if step.trial.loads.loads_points() => {
-            dispatch(PlanarFactorisation::<_, true> { dynamics, step });
-        }
-        PlanarTask::Motion(Task::Factorise(step)) => dispatch(PlanarFactorisation::<_, false> { dynamics, step }),
-        task => dispatch(PlanarRecursion { dynamics, task }),
     }
 }
 

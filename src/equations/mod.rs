@@ -10,6 +10,7 @@
 mod batch;
 mod chain;
 mod chart;
+mod compiled;
 pub(crate) mod dispatch;
 mod dynamics;
 mod elementary;
@@ -18,6 +19,7 @@ pub mod linear;
 mod planar;
 mod real;
 mod recursion;
+mod single;
 mod tasks;
 
 pub use batch::{Batch, BatchError, Member};
@@ -26,8 +28,9 @@ pub use chain::{
     PointTangent, RelaxedAngle, UniformChain,
 };
 pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
+pub use compiled::Compiled;
 pub use dispatch::lanes_are_compiled;
-pub use dynamics::{Compiled, Dynamics};
+pub use dynamics::Dynamics;
 pub use elementary::{TRIGONOMETRIC_LIMIT, sin_cos};
 pub use kernels::StepWeights;
 pub use lanes::{LANES, Lanes};

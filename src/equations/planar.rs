@@ -9,18 +9,17 @@
 //! A block of coordinates is `[η, θ]`.
 
 use super::chain::Link;
-use super::dispatch::Loop;
-use super::dynamics::Placed;
+use super::dispatch::{Loop, dispatch};
 use super::kernels::{
     self, AzimuthSteps, ClampEnergy, Coordinate, Joint, JointEnergy, JointTangent, LateralSegment, Segment,
     SegmentConstants, SegmentEnergy, SegmentTangent,
 };
 use super::linear::{add, in_lane, scale, zero};
-use super::recursion::{self, Energetic, LoadTangent, Memory, Nodes, Point, PointChange, Posture, Root};
+use super::recursion::{self, Energetic, LoadTangent, Memory, Nodes, Placed, Point, PointChange, Posture, Root};
 use super::tasks::{ChainDynamics, Factorise, Task, Trial};
 use super::{
-    Chain, ChainState, Clamp, Compiled, Energies, Lanewise, NodeLoads, NodeTangent, PointDamping, PointLoad,
-    PointTangent, Real, StepWeights,
+    Chain, ChainState, Clamp, Energies, Lanes, Lanewise, NodeLoads, NodeTangent, PointDamping, PointLoad, PointTangent,
+    Real, StepWeights,
 };
 
 /// Equations of motion of one planar chain, or of one per lane, with the memory for their recursions.
@@ -71,13 +70,13 @@ impl<T: Real> PlanarDynamics<T> {
     }
 }
 
-impl<T: Compiled> ChainDynamics<T> for PlanarDynamics<T> {
+impl<T: PlanarLoops> ChainDynamics<T> for PlanarDynamics<T> {
     fn run(&mut self, task: Task<'_, T>) {
         T::run_planar(self, PlanarTask::Motion(task));
     }
 }
 
-impl<T: Compiled> PlanarDynamics<T> {
+impl<T: PlanarLoops> PlanarDynamics<T> {
     /// The `η̈` that belong to the `θ̈` in `accelerations`, at the point of the last [`ChainDynamics::residual`], which must have
     /// been called with the same arguments.
     ///
@@ -535,10 +534,38 @@ pub enum PlanarTask<'a, T> {
     Variation(Trial<'a, T>, StepWeights<T>, &'a mut [[T; 2]]),
 }
 
+/// Numbers for which the loops over a planar chain are compiled.
+pub trait PlanarLoops: Lanewise {
+    #[doc(hidden)]
+    fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>);
+}
+
+impl PlanarLoops for f64 {
+    fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>) {
+        run_planar(dynamics, task);
+    }
+}
+
+impl PlanarLoops for Lanes {
+    fn run_planar(dynamics: &mut PlanarDynamics<Self>, task: PlanarTask<'_, Self>) {
+        run_planar(dynamics, task);
+    }
+}
+
+fn run_planar<T: Lanewise>(dynamics: &mut PlanarDynamics<T>, task: PlanarTask<'_, T>) {
+    match task {
+        PlanarTask::Motion(Task::Factorise(step)) if step.trial.loads.loads_points() => {
+            dispatch(PlanarFactorisation::<_, true> { dynamics, step });
+        }
+        PlanarTask::Motion(Task::Factorise(step)) => dispatch(PlanarFactorisation::<_, false> { dynamics, step }),
+        task => dispatch(PlanarRecursion { dynamics, task }),
+    }
+}
+
 /// A factorisation of the matrices of a motion and of its variation, of a chain with or without loads at points of its segments.
-pub(super) struct PlanarFactorisation<'a, T, const POINTS: bool> {
-    pub dynamics: &'a mut PlanarDynamics<T>,
-    pub step: Factorise<'a, T>,
+struct PlanarFactorisation<'a, T, const POINTS: bool> {
+    dynamics: &'a mut PlanarDynamics<T>,
+    step: Factorise<'a, T>,
 }
 
 impl<T: Lanewise, const POINTS: bool> Loop for PlanarFactorisation<'_, T, POINTS> {
@@ -557,9 +584,9 @@ impl<T: Lanewise, const POINTS: bool> Loop for PlanarFactorisation<'_, T, POINTS
 }
 
 /// A task with its chain.
-pub(super) struct PlanarRecursion<'a, T> {
-    pub dynamics: &'a mut PlanarDynamics<T>,
-    pub task: PlanarTask<'a, T>,
+struct PlanarRecursion<'a, T> {
+    dynamics: &'a mut PlanarDynamics<T>,
+    task: PlanarTask<'a, T>,
 }
 
 impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {

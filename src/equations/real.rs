@@ -3,8 +3,6 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Lanes, elementary};
-
 /// A real number, or several side by side.
 ///
 /// The generated kernels and the loops over them are generic over this trait, so that one source serves one
@@ -59,78 +57,6 @@ pub trait Real:
     fn half_angle_squared<const ORDER: u8>(u: Self) -> Self;
 }
 
-impl Real for f64 {
-    const ZERO: Self = 0.0;
-
-    #[inline(always)]
-    fn from_f64(value: f64) -> Self {
-        value
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.sqrt()
-    }
-
-    #[inline(always)]
-    fn sin(self) -> Self {
-        elementary::sin_cos(self).0
-    }
-
-    #[inline(always)]
-    fn cos(self) -> Self {
-        elementary::sin_cos(self).1
-    }
-
-    #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        elementary::sin_cos(self)
-    }
-
-    /// Four segments at a time, which the compiler computes in vectors.
-    #[inline(always)]
-    fn sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 4]]) {
-        for (q, angles) in q.chunks(4).zip(angles.chunks_mut(4)) {
-            let mut block = [0.0; 8];
-            block[..2 * q.len()].copy_from_slice(q.as_flattened());
-            let (Lanes(sines), Lanes(cosines)) = Lanes(block).sin_cos();
-            for (k, angles) in angles.iter_mut().enumerate() {
-                *angles = [sines[2 * k], cosines[2 * k], sines[2 * k + 1], cosines[2 * k + 1]];
-            }
-        }
-    }
-
-    /// Eight segments at a time.
-    #[inline(always)]
-    fn azimuthal_sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 2]]) {
-        for (q, angles) in q.chunks(8).zip(angles.chunks_mut(8)) {
-            let mut block = [0.0; 8];
-            for (entry, [_, azimuth]) in block.iter_mut().zip(q) {
-                *entry = *azimuth;
-            }
-            let (Lanes(sines), Lanes(cosines)) = Lanes(block).sin_cos();
-            for (k, angles) in angles.iter_mut().enumerate() {
-                *angles = [sines[k], cosines[k]];
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn asin(self) -> Self {
-        self.asin()
-    }
-
-    #[inline(always)]
-    fn less_than(self, other: Self) -> Self {
-        Self::from(u8::from(self < other))
-    }
-
-    #[inline(always)]
-    fn half_angle_squared<const ORDER: u8>(u: Self) -> Self {
-        elementary::half_angle_squared::<ORDER>(u)
-    }
-}
-
 /// A [`Real`] whose lanes can be accessed individually and may take different branches.
 pub trait Lanewise: Real {
     /// The number of lanes.
@@ -159,35 +85,6 @@ pub trait Lanewise: Real {
             result.set_lane(lane, value(lane));
         }
         result
-    }
-}
-
-impl Lanewise for f64 {
-    const LANES: usize = 1;
-
-    #[inline(always)]
-    fn lane(self, _: usize) -> f64 {
-        self
-    }
-
-    #[inline(always)]
-    fn set_lane(&mut self, _: usize, value: f64) {
-        *self = value;
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        f64::abs(self)
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        larger(self, other)
-    }
-
-    #[inline(always)]
-    fn select(self, lanes: LaneSet, other: Self) -> Self {
-        if lanes.contains(0) { self } else { other }
     }
 }
 

@@ -12,11 +12,11 @@
 
 use super::kernels::{Joint, JointEnergy, JointTangent, Segment, SegmentEnergy, SegmentTangent};
 use super::linear::{
-    add, add_matrices, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
+    add, add_matrices, in_lane, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
     transposed_product, unrolled, zero, zero_matrix,
 };
 use super::tasks::{Factorise, Task, Trial};
-use super::{ChainState, Energies, LaneSet, Lanewise, NodeLoads, Real, StepWeights};
+use super::{ChainState, Clamp, Energies, LaneSet, Lanewise, NodeLoads, NodeMotion, Real, StepWeights};
 
 impl<T: Real, const D: usize> JointTangent<T, D> {
     /// That of the clamp joint, which has no segment inside.
@@ -59,6 +59,33 @@ pub(super) struct Root<T, const S: usize> {
 
 /// Positions and velocities of the nodes of a chain, or of one of them.
 pub(super) type Nodes<'a, T, const S: usize> = [&'a [[T; S]]; 2];
+
+/// The nodes of a chain in the memory of the recursions, in space or in the plane of rotation.
+pub(super) struct Placed<'a, T, const S: usize> {
+    pub clamp: &'a Clamp<T>,
+    pub nodes: Nodes<'a, T, S>,
+}
+
+impl<T: Lanewise, const S: usize> NodeMotion for Placed<'_, T, S> {
+    fn node(&self, index: usize, lane: usize) -> [[f64; 3]; 2] {
+        match index.checked_sub(1) {
+            None => [in_lane(&self.clamp.position, lane), in_lane(&self.clamp.velocity, lane)],
+            Some(k) => self.nodes.map(|vectors| {
+                let mut node = [0.0; 3];
+                node[..S].copy_from_slice(&in_lane(&vectors[k], lane));
+                node
+            }),
+        }
+    }
+}
+
+impl<T: Real> Clamp<T> {
+    /// The root under `gravity`.
+    #[inline(always)]
+    pub(super) fn root(&self, gravity: [T; 3]) -> Root<T, 3> {
+        Root { position: self.position, velocity: self.velocity, acceleration: sub(self.acceleration, gravity) }
+    }
+}
 
 /// A chain at one state. It holds the constants of the whole chain by value, so that the compiler can keep them in registers. It
 /// would read constants behind a reference again after every write.

@@ -1,12 +1,12 @@
 //! What the equations of motion of a chain can be asked for, whatever its coordinates are.
 
-use super::{ChainState, Compiled, LaneSet, NodeLoads, StepWeights};
+use super::{ChainState, LaneSet, Lanewise, NodeLoads, StepWeights};
 
 /// Equations of motion of one chain, or of one per lane: [`Dynamics`](super::Dynamics) in space,
 /// [`PlanarDynamics`](super::PlanarDynamics) in the plane of rotation.
 ///
 /// Arrays are indexed by segment; `0` is the one at the clamp. What a block of coordinates holds is for the equations to say.
-pub trait ChainDynamics<T: Compiled> {
+pub trait ChainDynamics<T: Lanewise> {
     #[doc(hidden)]
     fn run(&mut self, task: Task<'_, T>);
 

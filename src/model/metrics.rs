@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::equations::linear::{add, dot, scale, sub};
+use crate::model::passage::{ContactArc, Passage};
 use crate::model::record::{Combine, Curves, Display, Level, Needs, Prominence, Record, Scale, Scope};
 use crate::model::settings::{Settings, WorkpieceKind};
-use crate::workpiece::{ContactArc, Passage};
 
 /// Drawn in figures whose file names start with `file_name`, in the unit `unit`.
 const fn figure(file_name: &'static str, unit: &'static str, factor: f64) -> Display {

@@ -3,5 +3,8 @@
 pub mod filament;
 pub mod metrics;
 pub mod parameters;
+pub mod passage;
+pub mod pose;
 pub mod record;
 pub mod settings;
+pub mod trim;

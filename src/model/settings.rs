@@ -5,12 +5,8 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
-use crate::model::parameters::MAX_TURNS;
+use crate::equations::linear::{dot, scale};
 use crate::model::record::Scalar;
-use crate::tool::{Trim, trim};
-
-/// One revolution per minute in rad/s.
-const RPM_RAD_S: f64 = TAU / 60.0;
 
 /// Everything that one simulation depends on.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,33 +74,6 @@ impl Settings {
         Self::new(tool, FilamentSettings::new(0.040, 1.18e-3), process)
     }
 
-    /// The undeformed radius of the tool in the middle of its trim, `R(0) = r_g + l_f sin γ`, in m.
-    #[must_use]
-    pub fn tool_radius_m(&self) -> f64 {
-        let [radius, _] = Trim::of(self).tip(0.0);
-        radius
-    }
-
-    /// How deep the undeformed tips come, from the tool's centre along the inward normal of the workpiece, in m: `R` of a round tool on a plane.
-    #[must_use]
-    pub fn reach_m(&self) -> f64 {
-        let [tips, _] = trim::reaches(self);
-        tips
-    }
-
-    /// The angular velocity of the tool, `ω = v_b/R`, in rad/s.
-    #[must_use]
-    pub fn angular_velocity_rad_s(&self) -> f64 {
-        self.process.brushing_velocity_m_s / self.tool_radius_m()
-    }
-
-    /// By how much the undeformed tips are nearer to the workpiece than the roots, in m: the largest possible penetration depth.
-    #[must_use]
-    pub fn clearance_m(&self) -> f64 {
-        let [tips, roots] = trim::reaches(self);
-        tips - roots
-    }
-
     /// The force with which the tool is pressed on, in N; zero if the penetration depth is given.
     #[must_use]
     pub fn tool_force_n(&self) -> f64 {
@@ -122,12 +91,6 @@ impl Settings {
         let mut settings = self.clone();
         (settings.process.tool_force_n, settings.process.penetration_depth_m) = (None, depth_m);
         settings
-    }
-
-    /// The rotational speed of the tool in revolutions per minute: `n_w = 60 ω/(2π)`.
-    #[must_use]
-    pub fn rotational_speed_rpm(&self) -> f64 {
-        self.angular_velocity_rad_s() / RPM_RAD_S
     }
 
     /// Number of filaments per area of the body's surface in 1/m².
@@ -150,11 +113,6 @@ impl Settings {
     /// Changes the number of filaments to that which covers this share of the body's surface.
     pub fn set_fill_factor(&mut self, fill_factor: f64) {
         self.set_filaments_per_m2(fill_factor / self.filament.root_area_m2());
-    }
-
-    /// Changes the brushing velocity to that of the tips at this rotational speed in revolutions per minute.
-    pub fn set_rotational_speed_rpm(&mut self, speed_rpm: f64) {
-        self.process.brushing_velocity_m_s = speed_rpm * RPM_RAD_S * self.tool_radius_m();
     }
 
     /// The section `[brush]`, or its defaults if there is none.
@@ -357,6 +315,14 @@ impl Default for WorkpieceSettings {
     }
 }
 
+/// The outward unit normal; NaN if the settings state none.
+pub fn unit_normal(settings: &WorkpieceSettings) -> [f64; 3] {
+    // Scaled by the largest component first, so that squares neither overflow nor vanish.
+    let largest = settings.normal.iter().fold(0.0_f64, |largest, component| largest.max(component.abs()));
+    let normal = settings.normal.map(|component| component / largest);
+    scale(1.0 / dot(normal, normal).sqrt(), normal)
+}
+
 /// The kinds of workpiece.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
@@ -425,6 +391,9 @@ impl ProcessSettings {
         self.turns.unwrap_or_default()
     }
 }
+
+/// The largest number of turns of a pass.
+pub const MAX_TURNS: usize = 50;
 
 /// For how many turns of the tool a filament is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,11 +13,11 @@
 //!
 //! Where the clamp moves otherwise, its work is integrated instead, at the cost of another residual per stage.
 
-use super::Pass;
 use super::form::Equations;
 use super::observers::ContactObserver;
+use super::step::at_knots;
 use super::system::{Filament, integral};
-use super::trajectory::{Trajectory, at_knots};
+use super::trajectory::Trajectory;
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::equations::{ChainDynamics, Clamp, PolarAxis};
@@ -49,49 +49,45 @@ pub(super) fn turns_rigidly<T: Tool, W>(filament: &Filament<Turning<T>, W>) -> b
     (0..LOOKS).all(rigid)
 }
 
-impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
-    /// What is missing in the balance of the energies, relative to the sum of the sizes of its terms. With `tracks_energy` the work of the clamp has been
-    /// integrated.
-    pub(super) fn energy_residual(
-        &self,
-        observer: &ContactObserver<Turning<T>, W>,
-        trajectory: &Trajectory,
-        tracks_energy: bool,
-    ) -> f64 {
-        let end = trajectory.start();
-        let integrals = &end.integrals;
-        let filament = &self.filament;
-        let mut equations = Equations::new(self.form, filament.chain.clone());
-        let charts = vec![PolarAxis::Z; equations.charts().len()];
-        let [q, v] = self.start_coordinates();
-        let (start_energy, start_momentum) = energy(filament, &mut equations, 0.0, &charts, &q, &v);
-        let (end_energy, end_momentum) = energy(filament, &mut equations, end.time, &end.charts, &end.q, &end.v);
-        // That of the contacts which took over from others is theirs.
-        let stored = contact_energy(filament, trajectory) - trajectory.taken_over();
-        let losses = integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION];
-        let rate = filament.motion.rate;
-        let resolved = start_energy[0] * (RESOLUTION * self.tolerances.relative).min(1.0);
-        let change = |energy: [f64; 2], momentum: f64| energy[0] + energy[1] - momentum;
-        let (terms, size) = if tracks_energy {
-            let rise = change(end_energy, 0.0) - change(start_energy, 0.0);
-            let work = integrals[integral::WORK];
-            ([rise, stored, losses, -work, 0.0], rise.abs() + stored.abs() + losses.abs() + work.abs())
-        } else {
-            let rise = change(end_energy, rate * end_momentum) - change(start_energy, rate * start_momentum);
-            let tip = trajectory.nodes()[filament.chain.segments() - 1].value;
-            let velocity = filament.workpiece.surface(tip, end.time).velocity;
-            let impulse = std::array::from_fn(|i| integrals[integral::IMPULSE + i]);
-            let translates = filament.workpiece.translates();
-            let work = if translates { dot(velocity, impulse) } else { integrals[integral::WORK] };
-            let turning = rate * (integrals[integral::ANGULAR_IMPULSE] + observer.gravity_impulse());
-            (
-                [rise, stored, losses, -work, turning],
-                rise.abs() + stored.abs() + losses.abs() + work.abs() + turning.abs(),
-            )
-        };
-        let residual: f64 = terms.iter().sum();
-        if residual == 0.0 { 0.0 } else { residual.abs() / (size + resolved) }
-    }
+/// What is missing in the balance of the energies of a `filament` that has gone along `trajectory` from the coordinates and rates `start` about `z`,
+/// relative to the sum of the sizes of its terms. `relative` is its tolerance. With `tracks_energy` the work of the clamp has been integrated.
+pub(super) fn energy_residual<T: Tool, W: Workpiece>(
+    filament: &Filament<Turning<T>, W>,
+    equations: &mut Equations<f64>,
+    start: &[Vec<[f64; 2]>; 2],
+    relative: f64,
+    observer: &ContactObserver<Turning<T>, W>,
+    trajectory: &Trajectory,
+    tracks_energy: bool,
+) -> f64 {
+    let end = trajectory.start();
+    let integrals = &end.integrals;
+    let charts = vec![PolarAxis::Z; equations.charts().len()];
+    let [q, v] = start;
+    let (start_energy, start_momentum) = energy(filament, equations, 0.0, &charts, q, v);
+    let (end_energy, end_momentum) = energy(filament, equations, end.time, &end.charts, &end.q, &end.v);
+    // That of the contacts which took over from others is theirs.
+    let stored = contact_energy(filament, trajectory) - trajectory.taken_over();
+    let losses = integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION];
+    let rate = filament.motion.rate;
+    let resolved = start_energy[0] * (RESOLUTION * relative).min(1.0);
+    let change = |energy: [f64; 2], momentum: f64| energy[0] + energy[1] - momentum;
+    let (terms, size) = if tracks_energy {
+        let rise = change(end_energy, 0.0) - change(start_energy, 0.0);
+        let work = integrals[integral::WORK];
+        ([rise, stored, losses, -work, 0.0], rise.abs() + stored.abs() + losses.abs() + work.abs())
+    } else {
+        let rise = change(end_energy, rate * end_momentum) - change(start_energy, rate * start_momentum);
+        let tip = trajectory.nodes()[filament.chain.segments() - 1].value;
+        let velocity = filament.workpiece.surface(tip, end.time).velocity;
+        let impulse = std::array::from_fn(|i| integrals[integral::IMPULSE + i]);
+        let translates = filament.workpiece.translates();
+        let work = if translates { dot(velocity, impulse) } else { integrals[integral::WORK] };
+        let turning = rate * (integrals[integral::ANGULAR_IMPULSE] + observer.gravity_impulse());
+        ([rise, stored, losses, -work, turning], rise.abs() + stored.abs() + losses.abs() + work.abs() + turning.abs())
+    };
+    let residual: f64 = terms.iter().sum();
+    if residual == 0.0 { 0.0 } else { residual.abs() / (size + resolved) }
 }
 
 /// `[E_kin, E_spring + E_grav]` in J and the angular momentum about `z` in N m s of a filament at a state.

@@ -21,8 +21,8 @@
 //! is no deeper than that.
 
 use super::search::root as root_of;
+use super::step::{Step, at_knots};
 use super::system::{Filament, Touch};
-use super::trajectory::{Step, at_knots};
 use crate::contact::Approach;
 use crate::contact::edge::Station;
 use crate::equations::linear::{add, dot, scale, sub};

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 use std::fmt;
 
 use crate::model::settings::{Settings, WorkpieceKind};
-use crate::tool::trim::{reach_of, reaches};
+use crate::model::trim::{reach_of, reaches};
 use crate::tool::{Place, Pose, Trim, places};
 use crate::workpiece::unit_normal;
 

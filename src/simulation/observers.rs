@@ -3,8 +3,8 @@
 use super::form::{Equations, Form};
 use super::profile::{EdgeWork, Ledger, sliding_in};
 use super::search::maximum_in_step;
+use super::step::Step;
 use super::system::{Filament, FilamentState, Touch, integral};
-use super::trajectory::Step;
 use super::turns::start_of_turn;
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale, sub};

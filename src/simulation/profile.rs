@@ -4,8 +4,8 @@
 //! lengths between the two places, evenly. The sum over a step is that of the step's integrals, so that the sum over the profile is
 //! that of the metrics.
 
+use super::step::Step;
 use super::system::{ContactSum, Filament, Touch, integral};
-use super::trajectory::Step;
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale};
 use crate::tool::ClampMotion;

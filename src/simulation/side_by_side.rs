@@ -1,15 +1,18 @@
 //! Many passes side by side, in the lanes of the machine's vector units.
 
+use super::error::SimulationError;
 use super::form::Form;
+use super::kind::Kind;
 use super::observers::{ContactObserver, Sampler, Sampling};
-use super::system::{COORDINATES, Filament, FilamentSystem};
+use super::pass::{METHOD, Pass};
+use super::result::Simulation;
+use super::system::{COORDINATES, FilamentSystem};
 use super::trajectory::Trajectory;
 use super::turns::Itinerary;
-use super::{METHOD, Pass, Simulation, SimulationError};
 use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compiled};
-use crate::integrate::{SecondOrderSystem, StageSolution, Stepper};
+use crate::integrate::{SecondOrderSystem, Stepper};
 use crate::model::settings::Settings;
-use crate::tool::{ClampMotion, RotaryTool, Tool, Turning};
+use crate::tool::{RotaryTool, Tool, Turning};
 use crate::workpiece::{Part, Workpiece};
 
 /// A pass to simulate, with the number under which it is reported.
@@ -73,47 +76,6 @@ pub fn sample_any_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
         let mut batch = Batch::new(&first.pass, sampling);
         let mut first = Some(first);
         batch.run(|| first.take().or_else(|| take(Some(kind))), kind, &mut done);
-    }
-}
-
-/// The properties that passes must share to be simulated side by side.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Kind {
-    form: Form,
-    segments: usize,
-    contacts: usize,
-    solution: StageSolution,
-    /// Whether the work of clamp and workpiece is integrated.
-    integrates_work: bool,
-    /// Whether all segments begin with coordinates about `x`, rather than about `z`.
-    about_x: bool,
-}
-
-impl Kind {
-    /// The polar axis of all coordinates at the start.
-    pub(super) fn axis(self) -> PolarAxis {
-        if self.about_x { PolarAxis::X } else { PolarAxis::Z }
-    }
-
-    /// The kind of the pass that `settings` state.
-    pub fn of(settings: &Settings) -> Self {
-        Pass::new(settings).kind()
-    }
-
-    pub(super) fn new<M: ClampMotion, W: Workpiece>(
-        form: Form,
-        filament: &Filament<M, W>,
-        integrates_work: bool,
-        axis: PolarAxis,
-    ) -> Self {
-        Self {
-            about_x: axis == PolarAxis::X,
-            form,
-            segments: filament.chain.segments(),
-            contacts: filament.contacts(),
-            solution: filament.stage_solution(),
-            integrates_work,
-        }
     }
 }
 

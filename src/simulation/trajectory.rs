@@ -1,116 +1,25 @@
 //! One filament's trajectory through its contact: steps that end on located contact events.
 
-use super::Statistics;
 use super::crossing::{Crossing, GAP_RATE, TooLong, crossing as crossing_of, excess};
 use super::error::IntegrationError;
+use super::statistics::Statistics;
+use super::step::{Step, at_knots};
 use super::stop::Stop;
 use super::system::integral::{CONTACT_DISSIPATION, COUNT};
-use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem, Touch};
+use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem};
 use crate::contact::Approach;
-use crate::equations::linear::{add, dot, scale, sub};
-use crate::equations::{Clamp, Compiled, Lanewise, PolarAxis};
-use crate::integrate::hermite::{Knot, interpolate};
+use crate::equations::linear::{dot, sub};
+use crate::equations::{Compiled, Lanewise};
+use crate::integrate::hermite::Knot;
 use crate::integrate::tableau::Tableau;
 use crate::integrate::{Effort, Proposal, RejectionCause, SecondOrderSystem, StepControl, Stepper, Tolerances};
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
-/// An accepted step, as observers see it.
-#[derive(Debug)]
-pub struct Step<'a> {
-    /// Its start.
-    pub start: &'a FilamentState,
-    /// Its end.
-    pub end: &'a FilamentState,
-    /// The nodes at its start.
-    pub start_nodes: &'a [Knot<3>],
-    /// The nodes at its end.
-    pub end_nodes: &'a [Knot<3>],
-    /// The contacts that are closed throughout: those of nodes, then those with edges ([`Filament::touch`]).
-    pub closed: &'a [bool],
-    /// The segment at which each contact with an edge was at the start.
-    pub starts: &'a [usize],
-}
-
-impl Step<'_> {
-    /// Length in s.
-    pub fn length(&self) -> f64 {
-        self.end.time - self.start.time
-    }
-
-    /// Time at the fraction `s` of the step.
-    pub fn time(&self, s: f64) -> f64 {
-        self.start.time + s * self.length()
-    }
-
-    /// Position and velocity of `node` at the fraction `s` of the step.
-    pub fn node(&self, node: usize, s: f64) -> ([f64; 3], [f64; 3]) {
-        interpolate(&self.start_nodes[node], &self.end_nodes[node], self.length(), s)
-    }
-
-    /// The nodes of the filament at the fraction `s` of the step, by their number from the root.
-    pub fn nodes<M: ClampMotion, W>(&self, filament: &Filament<M, W>, s: f64) -> impl Fn(usize) -> [[f64; 3]; 2] {
-        move |index| match index.checked_sub(1) {
-            None => root(filament, self.time(s)),
-            Some(node) => self.node(node, s).into(),
-        }
-    }
-
-    /// By how much an integral of the motion, by its index, rises in the step.
-    pub(super) fn integrated(&self, kind: usize) -> f64 {
-        self.end.integrals[kind] - self.start.integrals[kind]
-    }
-
-    /// The closed contacts, by index.
-    pub(super) fn contacts(&self) -> impl Iterator<Item = usize> {
-        (0..self.closed.len()).filter(|&contact| self.closed[contact])
-    }
-
-    /// `contact` at the fraction `s` of the step.
-    pub fn touch<M: ClampMotion, W: Workpiece>(&self, filament: &Filament<M, W>, contact: usize, s: f64) -> Touch {
-        let start = contact.checked_sub(self.start_nodes.len()).map(|edge| self.starts[edge]);
-        filament.touch(contact, &self.nodes(filament, s), start, self.time(s))
-    }
-
-    /// The polar axes of the segments' coordinates, the same at the start and at the end.
-    pub fn charts(&self) -> &[PolarAxis] {
-        &self.start.charts
-    }
-
-    /// Coordinates and rates at the fraction `s` of the step, into `q` and `v`, about [`Step::charts`].
-    pub fn coordinates(&self, s: f64, q: &mut [[f64; 2]], v: &mut [[f64; 2]]) {
-        let knot = |state: &FilamentState, k: usize| Knot {
-            value: state.q[k],
-            rate: state.v[k],
-            acceleration: state.accelerations[k],
-        };
-        for k in 0..self.start.q.len() {
-            (q[k], v[k]) = interpolate(&knot(self.start, k), &knot(self.end, k), self.length(), s);
-        }
-    }
-
-    /// The integrals at the fraction `s` of the step (cubic Hermite interpolation).
-    pub fn integrals(&self, s: f64) -> [f64; COUNT] {
-        let (length, start, end) = (self.length(), self.start, self.end);
-        std::array::from_fn(|i| {
-            let rise = end.integrals[i] - start.integrals[i];
-            let (early, late) = (length * start.rates[i], length * end.rates[i]);
-            let bend = (1.0 - s) * (early - rise) + s * (rise - late);
-            start.integrals[i] + s * rise + s * (1.0 - s) * bend
-        })
-    }
-}
-
 /// How much work `segments` segments may take to advance by `duration` (s).
 fn effort(segments: usize, duration: f64) -> Effort {
     let iterations = EFFORT / (segments + SEGMENTS_OF_OVERHEAD) as f64;
     Effort { iterations: iterations.min(MAX_ITERATIONS) as usize, duration }
-}
-
-/// Position and velocity of the root at `time`.
-fn root<M: ClampMotion, W>(filament: &Filament<M, W>, time: f64) -> [[f64; 3]; 2] {
-    let Clamp { position, velocity, .. } = filament.motion.at(time);
-    [position, velocity]
 }
 
 /// The work that a pass may spend, and the free flight after it, in Newton iterations of one segment: some three seconds of one core. Nearly all passes end with
@@ -746,22 +655,6 @@ impl Trajectory {
             () => (low + high) / 2.0,
         };
         Some(Landing { low, high, length, attempts: attempts + 1, ..landing })
-    }
-}
-
-/// The nodes of a filament a time `back` (s) before they are at `knots` at `time`, by their number from the root.
-pub(super) fn at_knots<M: ClampMotion, W>(
-    filament: &Filament<M, W>,
-    knots: &[Knot<3>],
-    time: f64,
-    back: f64,
-) -> impl Fn(usize) -> [[f64; 3]; 2] {
-    move |index| match index.checked_sub(1) {
-        None => root(filament, time - back),
-        Some(node) => {
-            let Knot { value, rate, acceleration } = knots[node];
-            [add(value, scale(-back, rate)), add(rate, scale(-back, acceleration))]
-        }
     }
 }
 

@@ -118,7 +118,7 @@ pub(crate) fn is_steady(before: f64, last: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::parameters::MAX_TURNS;
+    use crate::model::settings::MAX_TURNS;
 
     #[test]
     fn impulses_are_steady_within_a_thousandth_of_the_later_one() {

@@ -4,20 +4,18 @@
 //! tool of the settings, and a [`SampledTool`] has any motion; implement [`Tool`] for another mounting, and pass it to
 //! [`Pass::with`](crate::simulation::Pass::with).
 
-mod pose;
 mod sampled;
-pub(crate) mod trim;
 
-pub use pose::Pose;
 pub use sampled::{SampledTool, SamplesError};
-pub use trim::{Place, Trim, places};
 
 use std::f64::consts::FRAC_PI_2;
 
 use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, scale};
 use crate::equations::{Clamp, Lanewise, PolarAxis, find_pole, sin_cos};
+pub use crate::model::pose::Pose;
 use crate::model::settings::Settings;
+pub use crate::model::trim::{Place, Trim, places};
 
 /// How a clamp moves. A filament system needs no more than this.
 pub trait ClampMotion {

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::model::parameters::Violation;
 use crate::model::settings::{Settings, Side, WorkpieceKind, WorkpieceSettings};
-use crate::tool::trim::{self, reach_of};
+use crate::model::trim::{self, reach_of};
 use crate::tool::{Pose, RotaryTool, Trim};
 
 /// A convex arc is a face if its radius is at least so many segments long. Nodes then meet it; a filament does not bend more
@@ -27,7 +27,7 @@ pub enum Part {
     /// A spline.
     Profile(Arc<Profile>),
     /// One of these in the frame of a tool that is tilted, or on which it comes up.
-    Posed(Box<Posed>),
+    Posed(Box<Posed<Self>>),
 }
 
 impl Part {

@@ -2,15 +2,7 @@
 
 use super::{ProfileCells, Surface, Workpiece};
 use crate::equations::linear::{add, dot, scale, sub};
-use crate::model::settings::WorkpieceSettings;
-
-/// The outward unit normal; NaN if the settings state none.
-pub fn unit_normal(settings: &WorkpieceSettings) -> [f64; 3] {
-    // Scaled by the largest component first, so that squares neither overflow nor vanish.
-    let largest = settings.normal.iter().fold(0.0_f64, |largest, component| largest.max(component.abs()));
-    let normal = settings.normal.map(|component| component / largest);
-    scale(1.0 / dot(normal, normal).sqrt(), normal)
-}
+use crate::model::settings::{WorkpieceSettings, unit_normal};
 
 /// A plane that moves without turning.
 #[derive(Clone, Copy, Debug, PartialEq)]

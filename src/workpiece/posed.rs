@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{ContactArc, Edge, Part, Passage, ProfileCells, Surface, Workpiece, bisect};
+use super::{ContactArc, Edge, Passage, ProfileCells, Surface, Workpiece, bisect};
 use crate::equations::Clamp;
 use crate::equations::linear::{add, scale, sub};
 use crate::tool::{Pose, RotaryTool, Tool};
@@ -81,17 +81,17 @@ impl Placement {
 
 /// A part in the frame of a tool.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Posed {
-    part: Part,
+pub struct Posed<W> {
+    part: W,
     placement: Arc<Placement>,
     edges: Vec<Edge>,
     /// The largest distance of a point of the trim from the plane `z = 0` of the tool, in m.
     axial_reach: f64,
 }
 
-impl Posed {
+impl<W: Workpiece> Posed<W> {
     /// The `part` as a tool in `pose` sees it, whose trim comes as far as `axial_reach` (m) from its plane `z = 0`.
-    pub(super) fn new(part: Part, pose: Pose, axial_reach: f64) -> Self {
+    pub(super) fn new(part: W, pose: Pose, axial_reach: f64) -> Self {
         Self { edges: Vec::new(), placement: Arc::new(Placement { pose, ramp: None }), part, axial_reach }.with_edges()
     }
 
@@ -107,8 +107,13 @@ impl Posed {
     }
 
     /// The part in its own frame.
-    pub fn part(&self) -> &Part {
+    pub fn part(&self) -> &W {
         &self.part
+    }
+
+    /// Whether it is a plane.
+    fn is_flat(&self) -> bool {
+        self.edges.is_empty() && self.part.largest_curvatures() == [0.0; 2]
     }
 
     /// How far a point in the tool's frame is outside the part at time zero, in m.
@@ -179,7 +184,7 @@ impl Posed {
         const PARTS: usize = 32;
         let gap = |share: f64| self.gap(add(root, scale(share * length, direction)));
         let ends = [gap(0.0), gap(1.0)];
-        if self.edges.is_empty() && matches!(self.part, Part::Plane(_)) {
+        if self.is_flat() {
             return ends[0].min(ends[1]);
         }
         let (mut least, mut best) = if ends[0] < ends[1] { (ends[0], 0.0) } else { (ends[1], 1.0) };
@@ -208,7 +213,7 @@ impl Posed {
     }
 }
 
-impl Workpiece for Posed {
+impl<W: Workpiece> Workpiece for Posed<W> {
     #[inline]
     fn surface(&self, position: [f64; 3], time: f64) -> Surface {
         let local = self.placement.local(position, time);
@@ -222,10 +227,7 @@ impl Workpiece for Posed {
     /// Only a plane can be, whose normal stands across the axis.
     fn is_planar(&self) -> bool {
         let surface = self.surface([0.0; 3], 0.0);
-        matches!(self.part, Part::Plane(_))
-            && !self.placement.has_ramp()
-            && surface.normal[2] == 0.0
-            && surface.velocity[2] == 0.0
+        self.is_flat() && !self.placement.has_ramp() && surface.normal[2] == 0.0 && surface.velocity[2] == 0.0
     }
 
     fn translates(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use crate::common::{case, tolerance};
 use bristle::model::metrics::Metrics;
-use bristle::model::parameters::MAX_TURNS;
+use bristle::model::settings::MAX_TURNS;
 use bristle::model::settings::{Settings, Turns, WorkpieceKind};
 use bristle::simulation::{
     Job, Pass, Sampling, Simulation, integral, sample_side_by_side, simulate, simulate_side_by_side, simulate_with,

@@ -16,12 +16,9 @@ use std::f64::consts::PI;
 use bezier::{Point, angle, bounds, cross, left, unit};
 pub use error::SplineError;
 use grid::Grid;
-use piece::Piece;
+use piece::{MAX_DEGREE, Piece};
 
 use crate::equations::linear::{add, dot, scale, sub};
-
-/// The largest degree of a spline.
-const MAX_DEGREE: usize = 10;
 
 /// The farthest that a control point may be from the origin, in m.
 const MAX_COORDINATE: f64 = 1e3;

@@ -3,10 +3,12 @@
 use std::array;
 use std::f64::consts::PI;
 
-use super::MAX_DEGREE;
 use super::bezier::{Point, binomial, bounds, cross, derivative, halves, left, product_range, unit};
 use super::grid::Extent;
 use crate::equations::linear::{add, dot, scale, sub};
+
+/// The largest degree of a spline.
+pub(super) const MAX_DEGREE: usize = 10;
 
 /// The tangent of the largest angle between a piece and its chord.
 const LARGEST_SLOPE: f64 = 0.2;

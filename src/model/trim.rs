@@ -1,11 +1,13 @@
 //! The trim of a tool: where its filaments are along it.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::Pose;
 use crate::equations::sin_cos;
-use crate::model::settings::{Settings, WorkpieceKind};
-use crate::workpiece::unit_normal;
+use crate::model::pose::Pose;
+use crate::model::settings::{Settings, WorkpieceKind, unit_normal};
+
+/// One revolution per minute in rad/s.
+const RPM_RAD_S: f64 = TAU / 60.0;
 
 /// A filament of the trim that stands for others.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +66,46 @@ impl Trim {
     }
 }
 
+impl Settings {
+    /// The undeformed radius of the tool in the middle of its trim, `R(0) = r_g + l_f sin γ`, in m.
+    #[must_use]
+    pub fn tool_radius_m(&self) -> f64 {
+        let [radius, _] = Trim::of(self).tip(0.0);
+        radius
+    }
+
+    /// How deep the undeformed tips come, from the tool's centre along the inward normal of the workpiece, in m: `R` of a round tool on a plane.
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        let [tips, _] = reaches(self);
+        tips
+    }
+
+    /// The angular velocity of the tool, `ω = v_b/R`, in rad/s.
+    #[must_use]
+    pub fn angular_velocity_rad_s(&self) -> f64 {
+        self.process.brushing_velocity_m_s / self.tool_radius_m()
+    }
+
+    /// By how much the undeformed tips are nearer to the workpiece than the roots, in m: the largest possible penetration depth.
+    #[must_use]
+    pub fn clearance_m(&self) -> f64 {
+        let [tips, roots] = reaches(self);
+        tips - roots
+    }
+
+    /// The rotational speed of the tool in revolutions per minute: `n_w = 60 ω/(2π)`.
+    #[must_use]
+    pub fn rotational_speed_rpm(&self) -> f64 {
+        self.angular_velocity_rad_s() / RPM_RAD_S
+    }
+
+    /// Changes the brushing velocity to that of the tips at this rotational speed in revolutions per minute.
+    pub fn set_rotational_speed_rpm(&mut self, speed_rpm: f64) {
+        self.process.brushing_velocity_m_s = speed_rpm * RPM_RAD_S * self.tool_radius_m();
+    }
+}
+
 /// How far, in m, a point at the distance `radius` from the axis and at `height` comes along the inward normal of a surface as it turns, if
 /// the outward one is `normal` in the tool's frame.
 pub(crate) fn reach_of([radius, height]: [f64; 2], [x, y, z]: [f64; 3]) -> f64 {
@@ -110,7 +152,7 @@ fn lifts_off(settings: &Settings, trim: &Trim) -> bool {
 }
 
 /// Whether the filaments along the trim differ: because the tool is tilted or conical, or skewed over a workpiece that is no plane.
-pub fn differ(settings: &Settings) -> bool {
+pub(crate) fn differ(settings: &Settings) -> bool {
     let tool = &settings.tool;
     let skewed = tool.skew_rad != 0.0 && settings.workpiece.kind != WorkpieceKind::Plane;
     tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial() || skewed

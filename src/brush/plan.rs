@@ -1,0 +1,118 @@
+//! What sectors of a brush are made from, and when their motion begins.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use super::arrangement::{Arrangement, Root};
+use super::bundle::{BEHIND, Bundle};
+use super::candidates::Layout;
+use super::filaments::{self, Bristle};
+use super::group::Member;
+use super::presses::PressLaw;
+use super::sector::{Sector, Timetable};
+use super::settle::{self, Pose};
+use crate::equations::linear::{add, scale};
+use crate::model::settings::{Settings, Turns};
+use crate::simulation::{Form, Pass};
+use crate::tool::{ClampMotion, Tool, Turning};
+
+/// Steps between two states that can be restored.
+pub(super) const STRIDE: usize = 32;
+
+/// When the motion begins, in s: before any filament touches the workpiece. Filaments are undeformed, unless `settled` has their
+/// coordinates when the tool is at the angle zero.
+pub(super) fn begin(
+    pass: &Pass,
+    arrangement: &Arrangement,
+    own: &[Settings],
+    settled: &dyn Fn(usize) -> Option<Vec<[f64; 2]>>,
+) -> f64 {
+    /// Angle by which to begin earlier, in rad, and how many times at most.
+    const EARLIER: f64 = 5e-3;
+    const MOST: i32 = 200;
+    /// Roots farther behind cannot touch so early, in rad.
+    const FIRST: f64 = FRAC_PI_2;
+    let rate = pass.tool().rate;
+    let is_first = |(_, root): &(usize, &Root)| root.angle < FIRST;
+    let first = arrangement.roots.iter().enumerate().filter(is_first).map(|(filament, root)| {
+        let bristle = filaments::bristle(&own[filament], pass, root);
+        let Turning { tool, initial_angle, .. } = bristle.motion;
+        let coordinates = settled(filament).unwrap_or_else(|| {
+            let [direction, _] = tool.undeformed(initial_angle, rate);
+            bristle.chain.relaxed(direction).collect()
+        });
+        (bristle, coordinates)
+    });
+    let first: Vec<_> = first.collect();
+    let touches = |(bristle, coordinates): &(Bristle, Vec<[f64; 2]>), time: f64| {
+        let angle = bristle.motion.angle(time) - bristle.motion.initial_angle;
+        let clamp = bristle.motion.at(time);
+        let mut position = clamp.position;
+        coordinates.iter().any(|[polar, azimuth]| {
+            let (sin, cos) = (azimuth + angle).sin_cos();
+            let direction = [polar.sin() * cos, polar.sin() * sin, polar.cos()];
+            position = add(position, scale(bristle.chain.length, direction));
+            bristle.law.node_pressing(&bristle.workpiece, position, clamp.velocity, time) > 0.0
+        })
+    };
+    let times = (0..MOST).map(|step| -f64::from(step) * EARLIER / rate);
+    let is_free = |time: &f64| !first.iter().any(|filament| touches(filament, *time));
+    times.clone().find(is_free).unwrap_or(0.0)
+}
+
+/// What sectors are made from.
+pub(super) struct Plan<'a> {
+    pub settings: &'a Settings,
+    pub pass: &'a Pass,
+    pub arrangement: &'a Arrangement,
+    /// The settings of each filament.
+    pub own: &'a [Settings],
+    pub form: Form,
+    /// Number of contact points of a segment.
+    pub points: usize,
+    /// When the motion begins, in s.
+    pub begin: f64,
+    /// Largest last correction of a node's velocity in m/s.
+    pub tolerance: f64,
+    /// The share of the energy that goes in or out which its balance may lack.
+    pub lacking: f64,
+}
+
+impl Plan<'_> {
+    /// A sector of some filaments, by their numbers in the arrangement: undeformed, unless they have poses.
+    pub fn sector(&self, members: &[usize], poses: Option<&[Pose]>) -> Sector {
+        let Self { settings, pass, arrangement, own, form, points, begin, .. } = *self;
+        let rate = pass.tool().rate;
+        let timetable = |root: &Root| {
+            let delay = root.angle / rate;
+            let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
+            Timetable { begin: delay, turn: pass.turn_time(), touches }
+        };
+        let roots = || members.iter().map(|&member| (&arrangement.roots[member], &own[member]));
+        let timetables: Vec<Timetable> = roots().map(|(root, _)| timetable(root)).collect();
+        // Around the tool the first columns follow the last ones, which meet those that come to the workpiece before the end.
+        let nearest = arrangement.latest() + rate * pass.end_time() + BEHIND;
+        let stays = |root: &Root| pass.turns() != Turns::Count(1) || TAU + root.angle < nearest;
+        let member = |(index, (root, own)): (usize, (&Root, &Settings))| {
+            let bristle = filaments::bristle(own, pass, root);
+            let delay = root.angle / rate;
+            let last = if stays(root) { f64::INFINITY } else { pass.end_time() + delay };
+            let start = match poses {
+                Some(poses) => settle::coordinates(&poses[index], rate * begin),
+                None => {
+                    let [q, v] = bristle.motion.tool.undeformed(bristle.motion.angle(begin), rate);
+                    [bristle.chain.relaxed(q).collect(), vec![v; bristle.chain.segments()]]
+                }
+            };
+            Member { bristle, contacts: [begin + delay, last], start }
+        };
+        let bristles: Vec<Member<_>> = roots().enumerate().map(member).collect();
+        let radii = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
+        let lengths = bristles.iter().map(|member| member.bristle.chain.length).collect();
+        // In its plane a row does not meet its images.
+        let period = if form == Form::Planar { None } else { arrangement.period };
+        let layout = Layout::new(lengths, radii, points, period);
+        let rests = roots().all(|(_, own)| filaments::rest(own));
+        let (bundle, motion) = Bundle::new(form, bristles, PressLaw::of(settings), layout, [begin, rate], rests);
+        Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
+    }
+}

@@ -1,0 +1,280 @@
+//! Whether settings can be simulated: each in its range, and all together.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::model::filament;
+use crate::model::parameters::{PARAMETERS, Violation};
+use crate::model::pose::Pose;
+use crate::model::settings::{Ends, Hold, RemovalGoal, Settings, ToolKind, unit_normal};
+use crate::model::trim::{self, Trim};
+use crate::workpiece::Part;
+
+/// Smallest component of the workpiece's unit normal perpendicular to the tool axis.
+const MIN_NORMAL_ACROSS: f64 = 1e-6;
+
+/// The path of the penetration depth.
+const DEPTH: &str = "process.penetration_depth_m";
+/// The depth at which settings with a force in place of the depth are checked, as a part of the free length.
+const FIRST_DEPTH: f64 = 1e-3;
+
+/// Relative rounding error of the difference of two reaches.
+const ROUNDING: f64 = 1e-12;
+
+/// The largest angle of filaments out of the plane of rotation in rad at which they may be wavy in that plane.
+const LARGEST_ELEVATION_OF_WAVES: f64 = 1.0;
+
+/// Largest ratio of the diameters at the ends of a filament.
+const MAX_TAPER: f64 = 1e3;
+
+impl Settings {
+    /// Checks every setting on its own, and then the conditions between them.
+    ///
+    /// # Errors
+    /// The first setting that is outside its range.
+    pub fn check(&self) -> Result<(), Violation> {
+        self.check_ranges()?;
+        self.check_vectors()?;
+        self.check_relations()
+    }
+
+    /// Checks every scalar setting on its own.
+    ///
+    /// # Errors
+    /// The first one that is outside its range.
+    pub fn check_ranges(&self) -> Result<(), Violation> {
+        PARAMETERS
+            .iter()
+            .filter(|parameter| parameter.instead_of.is_empty())
+            .filter(|parameter| self.process.tool_force_n.is_none() || parameter.path != DEPTH)
+            .try_for_each(|parameter| parameter.check(parameter.get(self)))
+    }
+
+    fn check_vectors(&self) -> Result<(), Violation> {
+        let gravity = self.process.gravity_m_s2;
+        if !gravity.iter().all(|component| component.is_finite()) {
+            return Err(Violation {
+                path: "process.gravity_m_s2",
+                value: format!("{gravity:?}"),
+                allowed: "three finite numbers, in m/s²".to_owned(),
+            });
+        }
+        // If the normal is zero or infinite these are NaN.
+        let normal = unit_normal(&self.workpiece);
+        let [x, y, _] = Pose::of(&self.tool).to_tool(normal);
+        let is_across = Trim::of(self).is_radial() && x.hypot(y) < MIN_NORMAL_ACROSS;
+        if is_across || !normal.iter().all(|component| component.is_finite()) {
+            return Err(Violation {
+                path: "workpiece.normal",
+                value: format!("{:?}", self.workpiece.normal),
+                allowed: "three finite numbers that do not point along the axis of a tool with radial filaments"
+                    .to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Checks the trim of the tool.
+    fn check_trim(&self) -> Result<(), Violation> {
+        let (tool, trim) = (&self.tool, Trim::of(self));
+        if tool.kind == ToolKind::Cone && tool.filament_angle_rad.is_none() {
+            return Err(Violation {
+                path: "tool.filament_angle_rad",
+                value: "left out".to_owned(),
+                allowed: "given for a tool of kind `cone`: the angle of its filaments to the axis, in rad".to_owned(),
+            });
+        }
+        let crossing = trim.ends().iter().any(|&s| trim.root(s)[0] <= 0.0);
+        if !trim.is_radial() && crossing {
+            let [_, half] = trim.ends();
+            let least = half * trim.elevation.sin().abs();
+            return Err(Violation {
+                path: "tool.body_radius_m",
+                value: format!("{:?}", tool.body_radius_m),
+                allowed: format!(
+                    "greater than {least:.4e}, in m: nearer to the axis, filaments of a trim this wide would be rooted across it"
+                ),
+            });
+        }
+        if trim.elevation.abs() > LARGEST_ELEVATION_OF_WAVES && self.filament.waviness_amplitude_m != 0.0 {
+            return Err(Violation {
+                path: "filament.waviness_amplitude_m",
+                value: format!("{:?}", self.filament.waviness_amplitude_m),
+                allowed: format!(
+                    "0: waves lie in the plane of rotation, across which filaments at less than {:.1} rad to the axis stand",
+                    FRAC_PI_2 - LARGEST_ELEVATION_OF_WAVES
+                ),
+            });
+        }
+        if self.brush.is_some() && !trim.is_radial() {
+            return Err(Violation {
+                path: "tool.filament_angle_rad",
+                value: format!("{:?}", tool.filament_angle_rad()),
+                allowed: "π/2 with [brush]: filaments that touch each other are simulated on radial trims only; leave [brush] out, \
+                          or run with --without-interaction, for filaments alone"
+                    .to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Checks the goal of the removal, and what a trial showed.
+    fn check_removal(&self) -> Result<(), Violation> {
+        let Some(removal) = &self.removal else { return Ok(()) };
+        let is_sane = |value: f64| value.is_finite() && value > 0.0;
+        let wrong = |path, value: String, allowed: &str| Err(Violation { path, value, allowed: allowed.to_owned() });
+        if let Some(observed) = removal.observed {
+            let value = format!("{{ edge_radius_m = {:?}, time_s = {:?} }}", observed.edge_radius_m, observed.time_s);
+            if !is_sane(observed.edge_radius_m) || !is_sane(observed.time_s) {
+                return wrong("removal.observed", value, "two finite numbers greater than 0, in m and s");
+            }
+            if removal.preston_m2_n.is_some() {
+                let allowed =
+                    "left out beside removal.preston_m2_n: the observed edge is there to find that coefficient";
+                return wrong("removal.observed", value, allowed);
+            }
+        }
+        match removal.until {
+            Some(RemovalGoal::EdgeRadiusM(goal) | RemovalGoal::Turns(goal) | RemovalGoal::TimeS(goal))
+                if !is_sane(goal) =>
+            {
+                wrong("removal.until", format!("{goal:?}"), "a finite number greater than 0")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Checks the taper and the waviness of the filament.
+    fn check_shape(&self) -> Result<(), Violation> {
+        let Settings { filament, .. } = self;
+        let (root_m, tip_m, length_m) = (filament.diameter_m, filament.tip_diameter_m(), filament.length_m);
+        if !(root_m / MAX_TAPER..=root_m * MAX_TAPER).contains(&tip_m) || tip_m >= length_m {
+            return Err(Violation {
+                path: "filament.tip_diameter_m",
+                value: format!("{tip_m:?}"),
+                allowed: format!(
+                    "less than filament.length_m = {length_m:?}, and from a thousandth to a thousand times \
+                     filament.diameter_m = {root_m:?}"
+                ),
+            });
+        }
+        let steepest =
+            filament::sines_of_inclinations(filament).fold(0.0, |steepest: f64, sine| steepest.max(sine.abs()));
+        if steepest >= 1.0 {
+            let amplitude_m = filament.waviness_amplitude_m;
+            return Err(Violation {
+                path: "filament.waviness_amplitude_m",
+                value: format!("{amplitude_m:?}"),
+                allowed: format!(
+                    "between ±{:.4e}: with filament.waviness_length_m = {:?} no segment may lie across the clamp direction",
+                    amplitude_m.abs() / steepest,
+                    filament.waviness_length_m(),
+                ),
+            });
+        }
+        Ok(())
+    }
+
+    /// Checks the conditions between several settings. Each setting must already be valid on its own.
+    pub fn check_relations(&self) -> Result<(), Violation> {
+        if self.process.tool_force_n.is_some() {
+            // A depth at which nothing but the depth itself can be wrong.
+            let shallow = FIRST_DEPTH * self.filament.length_m.min(self.clearance_m());
+            return self.at_depth(shallow.max(f64::MIN_POSITIVE)).check_relations();
+        }
+        let length_m = self.filament.length_m;
+        if self.filament.diameter_m >= length_m {
+            return Err(Violation {
+                path: "filament.diameter_m",
+                value: format!("{:?}", self.filament.diameter_m),
+                allowed: format!("less than filament.length_m = {length_m:?}"),
+            });
+        }
+        self.check_shape()?;
+        self.check_removal()?;
+        if self.contact.radius_m >= length_m {
+            return Err(Violation {
+                path: "contact.radius_m",
+                value: format!("{:?}", self.contact.radius_m),
+                allowed: format!("less than filament.length_m = {length_m:?}"),
+            });
+        }
+        self.check_trim()?;
+        let penetration_depth_m = self.process.penetration_depth_m;
+        let [tips, roots] = trim::reaches(self);
+        if tips <= roots {
+            // The angle that is stated is to blame.
+            let (path, value) = match (self.tool.tilt_rad, self.tool.filament_angle_rad) {
+                (None, Some(angle)) => ("tool.filament_angle_rad", angle),
+                _ => ("tool.tilt_rad", self.tool.tilt_rad()),
+            };
+            return Err(Violation {
+                path,
+                value: format!("{value:?}"),
+                allowed: "such that filaments reach the workpiece: at this angle the body of the tool comes first"
+                    .to_owned(),
+            });
+        }
+        if penetration_depth_m >= (tips - roots) * (1.0 - ROUNDING) {
+            let allowed = match self.tool.tilt_rad() == 0.0 && Trim::of(self).is_radial() {
+                true if penetration_depth_m >= length_m => format!("less than filament.length_m = {length_m:?}"),
+                true => format!("less than {tips:.4e}, the reach of the tips along workpiece.normal"),
+                false => format!(
+                    "less than {:.4e}, by which the tips are nearer to the workpiece than the body",
+                    tips - roots
+                ),
+            };
+            return Err(Violation {
+                path: "process.penetration_depth_m",
+                value: format!("{penetration_depth_m:?}"),
+                allowed,
+            });
+        }
+        let (_, passage) = Part::of(self)?;
+        if passage.all_round {
+            return self.check_brush();
+        }
+        let nominal_angle_rad = passage.window.angle;
+        let angles = [
+            ("process.lead_angle_rad", "lead", self.process.lead_angle_rad),
+            ("process.tail_angle_rad", "tail", self.process.tail_angle_rad),
+        ];
+        let free_rad = std::f64::consts::TAU - nominal_angle_rad;
+        // The larger of the two is to blame.
+        let [(path, _, larger), (_, other, smaller)] =
+            if angles[0].2 > angles[1].2 { angles } else { [angles[1], angles[0]] };
+        if larger >= free_rad - smaller {
+            return Err(Violation {
+                path,
+                value: format!("{larger:?}"),
+                allowed: format!(
+                    "less than {:.4}, one turn less the {other} angle {smaller:?} and the nominal contact angle \
+                     {nominal_angle_rad:.4}",
+                    free_rad - smaller
+                ),
+            });
+        }
+        self.check_brush()
+    }
+
+    /// Checks that the filaments of a brush can differ from each other as `[uncertainty]` states.
+    fn check_brush(&self) -> Result<(), Violation> {
+        let brush = self.brush_or_default();
+        if self.brush.is_some() && trim::differ(self) && brush.ends == Ends::Periodic && self.brush_rows() > 1 {
+            return Err(Violation {
+                path: "brush.ends",
+                value: "\"periodic\"".to_owned(),
+                allowed: "\"free\" on a tilted tool, whose rows differ: they do not repeat along the axis".to_owned(),
+            });
+        }
+        if self.brush.is_some() && self.uncertainty.hold != Hold::Machine && self.uncertainty.scatters() {
+            return Err(Violation {
+                path: "uncertainty.hold",
+                value: "\"process\"".to_owned(),
+                allowed: "\"machine\" with [brush]: each of its filaments has properties of its own, but all share one axis, \
+                          whose speed and distance from the workpiece the machine holds"
+                    .to_owned(),
+            });
+        }
+        Ok(())
+    }
+}

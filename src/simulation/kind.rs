@@ -1,0 +1,44 @@
+//! Which passes can be simulated side by side.
+
+use super::form::Form;
+use super::system::Filament;
+use crate::equations::PolarAxis;
+use crate::integrate::StageSolution;
+use crate::tool::ClampMotion;
+use crate::workpiece::Workpiece;
+
+/// The properties that passes must share to be simulated side by side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Kind {
+    form: Form,
+    segments: usize,
+    contacts: usize,
+    solution: StageSolution,
+    /// Whether the work of clamp and workpiece is integrated.
+    integrates_work: bool,
+    /// Whether all segments begin with coordinates about `x`, rather than about `z`.
+    about_x: bool,
+}
+
+impl Kind {
+    /// The polar axis of all coordinates at the start.
+    pub(super) fn axis(self) -> PolarAxis {
+        if self.about_x { PolarAxis::X } else { PolarAxis::Z }
+    }
+
+    pub(super) fn new<M: ClampMotion, W: Workpiece>(
+        form: Form,
+        filament: &Filament<M, W>,
+        integrates_work: bool,
+        axis: PolarAxis,
+    ) -> Self {
+        Self {
+            about_x: axis == PolarAxis::X,
+            form,
+            segments: filament.chain.segments(),
+            contacts: filament.contacts(),
+            solution: filament.stage_solution(),
+            integrates_work,
+        }
+    }
+}
