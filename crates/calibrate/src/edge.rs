@@ -3,15 +3,12 @@
 use std::f64::consts::TAU;
 
 use bristle::model::settings::{ObservedEdge, Settings};
+use bristle::simulation::Stop;
+use bristle_grid::Resources;
 use bristle_grid::removal::{Course, RemovalError};
 use bristle_input::measured::{Brushed, MeasuredRadius};
 
-use crate::parameters::Fitted;
-use crate::simulator::{Interrupted, Means};
-
-/// Paths of the settings that radii tell: the Preston coefficient, and the radius at the start.
-pub const PRESTON: &str = "removal.preston_m2_n";
-pub const START: &str = "workpiece.edge_radius_m";
+use crate::parameters::{Fitted, PRESTON, START};
 
 /// The radii of an edge over time.
 #[derive(Clone, Debug)]
@@ -73,23 +70,20 @@ impl Radii {
         ObservedEdge { edge_radius_m: self.points[point].radius.value, time_s: self.time_s(point) }
     }
 
-    /// Simulates how the edge grows from the least radius that it may have had at the start.
+    /// Simulates how the edge grows from the least radius that it may have had at the start. `tell` hears how many passes of a batch are simulated.
     pub(crate) fn follow(
         &mut self,
         settings: &Settings,
         fitted: &[Fitted],
-        means: Means<'_>,
-    ) -> Result<(), Interrupted> {
+        resources: Resources,
+        stop: &Stop,
+        tell: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<(), RemovalError> {
         let mut settings = settings.clone();
         if let Some(start) = fitted.iter().find(|fitted| fitted.parameter.path == START) {
             settings.workpiece.edge_radius_m = start.bounds[0];
         }
-        let tell = |done: usize, of: usize| means.observer.done(0.9 * done as f64 / of as f64);
-        let course = Course::up_to(self.largest(), &settings, means.resources, means.stop, &tell);
-        let course = course.map_err(|error| match error {
-            RemovalError::Stopped => Interrupted::Stopped,
-            error => Interrupted::Removal(error),
-        })?;
+        let course = Course::up_to(self.largest(), &settings, resources, stop, tell)?;
         self.guess = Some(course.preston_m2_n());
         self.law = Law::Simulated(Box::new(course));
         Ok(())

@@ -179,7 +179,8 @@ pub fn calibrate(mut problem: Problem, reach: Reach, means: Means<'_>) -> Result
     let starts = if problem.radii.is_some() { 0 } else { means.starts };
     let means = Means { starts, ..means };
     if let Some(radii) = &mut problem.radii {
-        radii.follow(&problem.brushes[0].settings, &problem.fitted, means)?;
+        let tell = |done: usize, of: usize| means.observer.done(0.9 * done as f64 / of as f64);
+        radii.follow(&problem.brushes[0].settings, &problem.fitted, means.resources, means.stop, &tell)?;
     }
     let mut model = Model::new(Simulator::new(&problem, means));
     let Search { minima, stopped, failed } = search::minima(&model, COARSE)?;

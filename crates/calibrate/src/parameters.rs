@@ -6,10 +6,11 @@ use bristle_text::shown;
 use bristle_text::units::own_keys;
 use thiserror::Error;
 
-use crate::edge::{PRESTON, START};
-
 /// Sections whose scalar settings can be fitted.
 const SECTIONS: [&str; 4] = ["tool", "filament", "contact", "brush"];
+/// Paths of the settings that radii tell: the Preston coefficient, and the radius at the start.
+pub const PRESTON: &str = "removal.preston_m2_n";
+pub const START: &str = "workpiece.edge_radius_m";
 /// Settings that the radii of an edge over time tell.
 const OF_EDGES: [&str; 2] = [PRESTON, START];
 /// Longest key in a message, in characters.

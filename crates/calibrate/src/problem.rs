@@ -11,8 +11,8 @@ use bristle_input::document::StatedBrush;
 use bristle_input::measured::{MeasuredPoint, MeasuredRadius, Quantity, Reading, Speed};
 use thiserror::Error;
 
-use crate::edge::{PRESTON, Radii, START};
-use crate::parameters::Fitted;
+use crate::edge::Radii;
+use crate::parameters::{Fitted, PRESTON, START};
 
 /// What a tool exerts, in the order of [`Quantity::FORCES`].
 pub type Forces = [f64; 4];

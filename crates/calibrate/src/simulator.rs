@@ -33,6 +33,15 @@ pub enum Interrupted {
     NotKept,
 }
 
+impl From<RemovalError> for Interrupted {
+    fn from(error: RemovalError) -> Self {
+        match error {
+            RemovalError::Stopped => Self::Stopped,
+            error => Self::Removal(error),
+        }
+    }
+}
+
 /// Watches a calibration, and keeps what it has simulated, from any thread.
 pub trait Observer: Sync {
     /// This share of the work is done.

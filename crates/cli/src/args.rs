@@ -1,24 +1,29 @@
-//! The command line: commands, shared argument parsing, and the help text.
+//! The command line: commands, what runs them, and the help text.
 
-use clap::{Parser, Subcommand};
+use std::process::ExitCode;
 
-use crate::commands::advise::AdviseArgs;
-use crate::commands::brush::BrushArgs;
-use crate::commands::calibrate::CalibrateArgs;
-use crate::commands::compare::CompareArgs;
-use crate::commands::compare_studies::CompareStudiesArgs;
-use crate::commands::completions::{CompletionsArgs, ManArgs};
-use crate::commands::converge::ConvergeArgs;
-use crate::commands::derive::DeriveArgs;
-use crate::commands::evaluate::EvaluateArgs;
-use crate::commands::explain::ExplainArgs;
-use crate::commands::merge::MergeArgs;
-use crate::commands::new::NewArgs;
-use crate::commands::plot::PlotArgs;
-use crate::commands::remove::RemoveArgs;
-use crate::commands::simulate::SimulateArgs;
-use crate::commands::study::StudyCommandArgs;
-use crate::commands::validate::ValidateArgs;
+use bristle_input::schema::input_schema;
+use clap::{CommandFactory, Parser, Subcommand};
+
+use crate::commands::advise::{self, AdviseArgs};
+use crate::commands::brush::{self, BrushArgs};
+use crate::commands::calibrate::{self, CalibrateArgs};
+use crate::commands::compare::{self, CompareArgs};
+use crate::commands::compare_studies::{self, CompareStudiesArgs};
+use crate::commands::completions::{self, CompletionsArgs, ManArgs};
+use crate::commands::converge::{self, ConvergeArgs};
+use crate::commands::derive::{self, DeriveArgs};
+use crate::commands::evaluate::{self, EvaluateArgs};
+use crate::commands::explain::{self, ExplainArgs};
+use crate::commands::merge::{self, MergeArgs};
+use crate::commands::new::{self, NewArgs};
+use crate::commands::plot::{self, PlotArgs};
+use crate::commands::remove::{self, RemoveArgs};
+use crate::commands::simulate::{self, SimulateArgs};
+use crate::commands::study::{self, StudyCommandArgs};
+use crate::commands::validate::{self, ValidateArgs};
+use crate::error::CliError;
+use crate::terminal::print;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -116,10 +121,38 @@ pub enum Command {
     Man(ManArgs),
 }
 
+impl Command {
+    /// Runs it.
+    pub fn run(self) -> Result<ExitCode, CliError> {
+        match self {
+            Self::New(arguments) => new::run(&arguments),
+            Self::Explain(arguments) => explain::run(&arguments),
+            Self::Study(arguments) => study::run(&arguments),
+            Self::Merge(arguments) => merge::run(&arguments),
+            Self::Simulate(arguments) => simulate::run(&arguments),
+            Self::Brush(arguments) => brush::run(&arguments),
+            Self::Converge(arguments) => converge::run(&arguments),
+            Self::Calibrate(arguments) => calibrate::run(&arguments),
+            Self::Remove(arguments) => remove::run(&arguments),
+            Self::Evaluate(arguments) => evaluate::run(&arguments),
+            Self::Derive(arguments) => derive::run(&arguments),
+            Self::Compare(arguments) => compare::run(&arguments),
+            Self::CompareStudies(arguments) => compare_studies::run(&arguments),
+            Self::Validate(arguments) => validate::run(&arguments),
+            Self::Plot(arguments) => plot::run(&arguments),
+            Self::Advise(arguments) => advise::run(&arguments),
+            Self::Completions(arguments) => completions::print_completions(&arguments, Cli::command()),
+            Self::Man(arguments) => completions::write_manual(&arguments, Cli::command()),
+            Self::Schema => {
+                print(&input_schema())?;
+                Ok(ExitCode::SUCCESS)
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
 
     #[test]

@@ -41,7 +41,7 @@ fn run() -> Result<ExitCode, CliError> {
         return Ok(ExitCode::SUCCESS);
     }
     match parse(env::args_os()) {
-        Ok(cli) => commands::run(cli.command),
+        Ok(cli) => cli.command.run(),
         Err(error) if error.use_stderr() => Err(CliError::Call(visible(error))),
         // Help, or the version.
         Err(text) => {

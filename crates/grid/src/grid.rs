@@ -13,10 +13,10 @@ use bristle::tool::Trim;
 use bristle_text::shown;
 use thiserror::Error;
 
-use super::setting::{Setting, TOOL};
-use super::sweep::{FORCE, MAX_CASES, MAX_TOOLS, SPEED, Sweep, SweepText, TURNS, VELOCITY};
+use super::setting::{FORCE, SPEED, Setting, TOOL, TURNS, VELOCITY};
+use super::sweep::{MAX_CASES, MAX_TOOLS, Sweep, SweepText};
 use super::tool::{LONGEST_NAME, Tool, ToolText, are_alike, is_name};
-use crate::scheduler::{CaseResult, tentative};
+use crate::case::{CaseResult, tentative};
 use crate::uncertainty::{INPUTS, MOVING, check};
 
 /// The section of an input file whose sweeps make every case a brush.

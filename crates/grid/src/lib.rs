@@ -8,8 +8,10 @@
 //! in others.
 
 pub mod brush;
+mod case;
 pub mod check;
 mod grid;
+mod interaction;
 pub mod removal;
 mod scheduler;
 mod setting;
@@ -18,17 +20,15 @@ mod sweep;
 mod tool;
 pub mod uncertainty;
 
+pub use case::{CaseResult, CaseSummary, tentative};
 pub use grid::{BRUSH, Study, StudyError};
 pub use scheduler::{
-    CaseResult, CaseSummary, Resources, Waiting, press_brush, run_study, simulate_cases, simulate_cases_with,
-    tentative, thread_count, waiting_cases, without_result, work,
+    Resources, Waiting, press_brush, run_study, simulate_cases, simulate_cases_with, thread_count, waiting_cases,
+    without_result, work,
 };
-pub use setting::{OFFSET, Setting, TOOL, equation};
+pub use setting::{DEPTH, FORCE, FRICTION, OFFSET, SPEED, Setting, TOOL, TURNS, VELOCITY, equation};
 pub use shard::Shard;
-pub use sweep::{
-    DEPTH, FORCE, FRICTION, MAX_CASES, MAX_TOOLS, SHORT_NAMES, SPEED, Sweep, SweepError, SweepText, TURNS, VELOCITY,
-    without_rounding_noise,
-};
+pub use sweep::{MAX_CASES, MAX_TOOLS, SHORT_NAMES, Sweep, SweepError, SweepText, without_rounding_noise};
 pub use tool::{Tool, ToolText};
 
 /// SHA-256 of the sources of this crate.

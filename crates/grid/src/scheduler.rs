@@ -12,8 +12,7 @@ use std::{io, thread};
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
-use bristle::model::settings::Settings;
-use bristle::simulation::Statistics;
+use bristle::model::settings::{Settings, UncertaintySettings};
 use bristle::simulation::{
     DepthSearch, Found, IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError, Stop, of_trim,
     press_on, sample_side_by_side, simulate_places,
@@ -23,9 +22,10 @@ use bristle::workpiece::Workpiece;
 use tracing::{debug, info, warn};
 
 use super::grid::Study;
-use crate::brush::{Interaction, calibration_band, statistics, turn_impulses};
+use crate::case::{CaseResult, CaseSummary, tentative};
 use crate::check::{finer, finer_steps, largest_change};
-use crate::uncertainty::{ForceScatter, Scatter};
+use crate::interaction::{Interaction, statistics, turn_impulses};
+use crate::uncertainty::{ForceScatter, Scatter, check};
 
 /// What a study may use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,26 +41,6 @@ impl From<Option<NonZeroUsize>> for Resources {
         Self { threads, memory: None }
     }
 }
-
-/// The part of a simulated case that is kept.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CaseSummary {
-    /// The contact metrics, those of the last turn.
-    pub metrics: Metrics,
-    /// The contact normal impulse of each turn in N s.
-    pub turn_contact_normal_impulses_n_s: Vec<f64>,
-    /// The solver's work.
-    pub statistics: Statistics,
-    /// The distribution of the tool force where filaments scatter. `None` if most of the sampled tools failed.
-    pub scatter: Option<ForceScatter>,
-    /// What a brush has beyond its metrics. `None` if the case is one filament alone.
-    pub brush: Option<Interaction>,
-    /// The largest relative change of the headline metrics when the case was repeated more precisely. `None` if it was not.
-    pub change_when_checked: Option<f64>,
-}
-
-/// A case's summary, or the text of the error that ended it.
-pub type CaseResult = Result<CaseSummary, String>;
 
 /// Simulates all cases and returns their results in the order of the grid, whatever the number of threads.
 ///
@@ -224,13 +204,6 @@ pub fn work(study: &Study, case: usize) -> f64 {
     size * Pass::new(&settings).end_time() * settings.process.brushing_velocity_m_s
 }
 
-/// Settings with a depth: the first one of a search, where they state a force.
-#[must_use]
-pub fn tentative(settings: Settings) -> Settings {
-    let first = DepthSearch::<()>::of(&settings, None).map(|search| settings.at_depth(search.depth()));
-    first.unwrap_or(settings)
-}
-
 /// The bytes by which a brush may need more than at its beginning, when it takes more columns: an equal share for each of those that are
 /// simulated at once.
 fn spare_memory(study: &Study, cases: &[usize], threads: Option<NonZeroUsize>, memory: u64) -> u64 {
@@ -276,6 +249,21 @@ fn simulate_brush(
         change_when_checked: checked.map(|checked| largest_change(&result.tool, &checked.tool)),
         metrics: result.tool,
     }))
+}
+
+/// The distribution that a calibration leaves of the force of a brush with the metrics `tool`: that of a filament alone, times the effect
+/// of interaction. `None` if nothing is calibrated, or it cannot be sampled.
+#[must_use]
+pub fn calibration_band(settings: &Settings, tool: &Metrics) -> Option<ForceScatter> {
+    let calibration = Some(settings.uncertainty.calibration.clone()?);
+    let UncertaintySettings { samples, seed, .. } = settings.uncertainty;
+    let uncertainty = UncertaintySettings { samples, seed, calibration, ..UncertaintySettings::default() };
+    let alone = Settings { brush: None, uncertainty, ..settings.clone() };
+    check(&alone).ok()?;
+    let study = Study::of_cases(vec![alone]);
+    let result = run_study(&study, NonZeroUsize::new(1), || ()).ok()?.pop()?.ok()?;
+    let factor = tool.tool_contact_normal_force_n / result.metrics.tool_contact_normal_force_n;
+    Some(result.scatter?.times(factor)).filter(|_| factor.is_finite())
 }
 
 /// The brush that `settings` state, by `simulate`, with its settings. If they state a force, these have the depth at which the brush presses with it; the

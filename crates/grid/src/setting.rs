@@ -4,14 +4,25 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use bristle::model::parameters::Parameter;
-use serde_json::{Value, json};
-
-use super::sweep::{DEPTH, SPEED, VELOCITY};
 use bristle_text::number::{labels, short};
 use bristle_text::units::without_unit;
+use serde_json::{Value, json};
 
 /// The path of named tools: that of their axis, and the name of their column.
 pub const TOOL: &str = "tool";
+
+/// Path of the setting that changes fastest in a study.
+pub const VELOCITY: &str = "process.brushing_velocity_m_s";
+/// Path of the setting that states the velocity by the speed of the machine.
+pub const SPEED: &str = "process.rotational_speed_rpm";
+/// Path of the setting that changes next.
+pub const DEPTH: &str = "process.penetration_depth_m";
+/// Path of the setting that moves forces more than any other unknown.
+pub const FRICTION: &str = "contact.friction_coefficient";
+/// Path of the number of turns.
+pub const TURNS: &str = "process.turns";
+/// The path of the force with which a tool is pressed on.
+pub const FORCE: &str = "process.tool_force_n";
 
 /// The path of the setting that says where the workpiece is.
 pub const OFFSET: &str = "workpiece.offset_m";

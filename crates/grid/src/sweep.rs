@@ -4,21 +4,7 @@ use bristle::model::parameters::{Parameter, Violation};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::setting::{Setting, TOOL};
-
-/// Path of the setting that changes fastest in a study.
-pub const VELOCITY: &str = "process.brushing_velocity_m_s";
-/// Path of the setting that states the velocity by the speed of the machine.
-pub const SPEED: &str = "process.rotational_speed_rpm";
-/// Path of the setting that changes next.
-pub const DEPTH: &str = "process.penetration_depth_m";
-/// Path of the setting that moves forces more than any other unknown.
-pub const FRICTION: &str = "contact.friction_coefficient";
-
-/// Path of the number of turns.
-pub const TURNS: &str = "process.turns";
-/// The path of the force with which a tool is pressed on.
-pub const FORCE: &str = "process.tool_force_n";
+use super::setting::{DEPTH, SPEED, Setting, TOOL, VELOCITY};
 
 /// Short names in `[study]`, and the paths that they abbreviate.
 pub const SHORT_NAMES: [(&str, &str); 3] =

@@ -4,11 +4,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bristle_store::staged::{StagedFile, occupy, prepare_directory};
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 use clap_mangen::Man;
 
-use crate::args::Cli;
 use crate::error::CliError;
 use crate::terminal::{print_by, say_written};
 
@@ -39,19 +38,18 @@ pub struct ManArgs {
     out: PathBuf,
 }
 
-/// Prints the script of a shell.
-pub fn print_completions(arguments: &CompletionsArgs) -> Result<ExitCode, CliError> {
+/// Prints the script of a shell for the `program`.
+pub fn print_completions(arguments: &CompletionsArgs, mut program: Command) -> Result<ExitCode, CliError> {
     let mut script = Vec::new();
-    generate(arguments.shell, &mut Cli::command(), PROGRAM, &mut script);
+    generate(arguments.shell, &mut program, PROGRAM, &mut script);
     print_by(|| std::io::Write::write_all(&mut std::io::stdout(), &script))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes the manual pages.
-pub fn write_manual(arguments: &ManArgs) -> Result<ExitCode, CliError> {
-    let mut program = Cli::command();
+/// Writes the manual pages of the `program`.
+pub fn write_manual(arguments: &ManArgs, mut program: Command) -> Result<ExitCode, CliError> {
     program.build();
-    let commands: Vec<clap::Command> =
+    let commands: Vec<Command> =
         program.get_subcommands().filter(|command| command.get_name() != "help").cloned().collect();
     let pages: Vec<Man> = [program].into_iter().chain(commands).map(Man::new).collect();
     prepare_directory(&arguments.out)?;

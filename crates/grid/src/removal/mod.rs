@@ -8,16 +8,18 @@ use std::f64::consts::{PI, TAU};
 
 use bristle::model::settings::{ObservedEdge, RemovalGoal, RemovalSettings, Settings, Side, WorkpieceKind};
 use bristle::simulation::Stop;
-use thiserror::Error;
 
 use crate::Resources;
 use crate::uncertainty::{BAND, quantile};
 
 mod curve;
+mod error;
 mod growth;
 mod table;
 
+pub use error::RemovalError;
 pub use growth::area_factor;
+pub use table::SimulatedEdge;
 
 use growth::{End, Ended, Rates, Stage, grow, stage_at};
 use table::{Passes, Table};
@@ -39,70 +41,6 @@ const ROWS: usize = 200;
 /// How many losses of length a life is computed from.
 const LOSSES_OF_LIFE: usize = 17;
 
-/// Why there is no result.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum RemovalError {
-    /// There is no edge.
-    #[error("`workpiece.kind` has no edge that grows round: choose \"edge\" or \"chamfer\"")]
-    NoEdge,
-    /// Chamfers need the work along the profile.
-    #[error(
-        "the work of filaments that touch is not divided between the two edges of a chamfer: leave [brush] out, or choose `workpiece.kind = \"edge\"`"
-    )]
-    ChamferOfBrush,
-    /// The coefficient is unknown.
-    #[error(
-        "state `removal.preston_m2_n`, or what one trial showed: `removal.observed = {{ edge_radius_m = …, time_s = … }}`"
-    )]
-    NoCoefficient,
-    /// There is no goal.
-    #[error(
-        "state when to end: `removal.until = {{ edge_radius_m = … }}`, or `turns`, or `time_s`; or `removal.edge_feed_velocity_m_s`, for one pass along the edge"
-    )]
-    NoGoal,
-    /// The edge is rounder than it is to become.
-    #[error(
-        "`{path}` is {goal:e} m, but the edge has a radius of {radius:e} m at the start, by `workpiece.edge_radius_m`: choose a larger one"
-    )]
-    Backwards {
-        /// The setting.
-        path: &'static str,
-        /// Its value in m.
-        goal: f64,
-        /// The radius at the start in m.
-        radius: f64,
-    },
-    /// A radius is not reached.
-    #[error("an edge radius of {goal:e} m is never reached; the largest is {largest:.3e} m: {why}")]
-    Unreached {
-        /// The radius that is asked for in m.
-        goal: f64,
-        /// The largest radius that is reached in m.
-        largest: f64,
-        /// Why the work on the edge ends.
-        why: String,
-    },
-    /// A pass cannot be simulated.
-    #[error("over an edge with a radius of {radius:.3e} m, with filaments that have lost {loss:.3e} m: {error}")]
-    Case {
-        /// The radius in m.
-        radius: f64,
-        /// The loss of length in m.
-        loss: f64,
-        /// What is wrong.
-        error: String,
-    },
-    /// A setting is wrong.
-    #[error("{0}")]
-    Settings(String),
-    /// Threads cannot be started.
-    #[error("cannot start threads: {0}")]
-    Threads(String),
-    /// It was asked to stop.
-    #[error("stopped")]
-    Stopped,
-}
-
 bristle::record! {
     /// An edge and its brush at one time.
     #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
@@ -118,20 +56,6 @@ bristle::record! {
         filament_length_m: f64 = ["l_f", "m", "length of the filaments", ""],
         edge_sliding_work_j: f64 = ["W_e", "J", "sliding work on edges", "of one filament, one pass"],
         sliding_work_j: f64 = ["W_s", "J", "sliding work", "of one filament, one pass"],
-    }
-}
-
-bristle::record! {
-    /// A simulated pass: the mean over sampled tools, and over both directions if they alternate.
-    #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
-    pub struct SimulatedEdge {
-        edge_radius_m: f64 = ["R", "m", "radius of the edge", ""],
-        filament_length_loss_m: f64 = ["", "m", "loss of length of the filaments", ""],
-        edge_sliding_work_j: f64 = ["W_e", "J", "sliding work on the edge", "of a chamfer, on the edge that filaments meet first"],
-        second_edge_sliding_work_j: f64 = ["", "J", "sliding work on the second edge", "of a chamfer"],
-        sliding_work_j: f64 = ["W_s", "J", "sliding work", ""],
-        tool_contact_normal_force_n: f64 = ["F_n,w", "N", "contact normal force of the tool", ""],
-        max_edge_penetration_m: f64 = ["", "m", "largest penetration of an edge", ""],
     }
 }
 

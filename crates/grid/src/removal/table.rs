@@ -1,7 +1,6 @@
 //! The work of passes over edges of some radii, by filaments that have lost some of their length.
 
 use std::collections::BTreeMap;
-use std::io;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
@@ -9,7 +8,7 @@ use bristle::model::settings::{Settings, Side, UncertaintySettings, WorkpieceKin
 use bristle::simulation::{ProfileCell, Sampling, Simulation, Stop};
 
 use super::curve::Curve;
-use super::{RemovalError, SimulatedEdge};
+use super::error::RemovalError;
 use crate::scheduler::UNBROKEN;
 use crate::uncertainty::Scatter;
 use crate::{CaseResult, CaseSummary, Resources, Study, simulate_cases};
@@ -107,6 +106,20 @@ struct Member {
 
 /// A pass: the tool by number, its direction, and the bits of the radius of the edge and of the loss of length, in m.
 type Key = (usize, u64, u64);
+
+bristle::record! {
+    /// A simulated pass: the mean over sampled tools, and over both directions if they alternate.
+    #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+    pub struct SimulatedEdge {
+        edge_radius_m: f64 = ["R", "m", "radius of the edge", ""],
+        filament_length_loss_m: f64 = ["", "m", "loss of length of the filaments", ""],
+        edge_sliding_work_j: f64 = ["W_e", "J", "sliding work on the edge", "of a chamfer, on the edge that filaments meet first"],
+        second_edge_sliding_work_j: f64 = ["", "J", "sliding work on the second edge", "of a chamfer"],
+        sliding_work_j: f64 = ["W_s", "J", "sliding work", ""],
+        tool_contact_normal_force_n: f64 = ["F_n,w", "N", "contact normal force of the tool", ""],
+        max_edge_penetration_m: f64 = ["", "m", "largest penetration of an edge", ""],
+    }
+}
 
 /// The passes that have been simulated, of one tool, or of those that are sampled where filaments scatter.
 pub struct Passes<'a> {
@@ -352,11 +365,5 @@ impl Table {
     fn number(&self, i: usize, x: f64, loss: f64) -> f64 {
         let along = self.rows.iter().map(|row| row[i].at(x)).collect();
         Curve::through(self.losses.clone(), along).at(loss)
-    }
-}
-
-impl From<io::Error> for RemovalError {
-    fn from(error: io::Error) -> Self {
-        Self::Threads(error.to_string())
     }
 }

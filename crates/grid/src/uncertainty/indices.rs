@@ -13,8 +13,6 @@
 use nalgebra::{DMatrix, DVector};
 use spec_math::cephes64::ndtri;
 
-use super::mean_and_variance;
-
 /// The forms of a main effect, from stiff to flexible.
 const FORMS: [Form; 6] =
     [Form::Polynomial(1), Form::Polynomial(2), Form::Polynomial(3), Form::Pieces(5), Form::Pieces(9), Form::Pieces(17)];
@@ -47,6 +45,14 @@ pub(super) fn first_order(points: &[Vec<f64>], outputs: &[f64]) -> Vec<f64> {
     }
     // Samples of a space-filling sequence always determine straight lines.
     best.map_or_else(|| vec![0.0; inputs], |fit| fit.indices())
+}
+
+/// Mean and variance (with n − 1) of at least two numbers.
+pub(super) fn mean_and_variance(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    (mean, variance)
 }
 
 /// The functions of an input that, with a constant, make up a main effect.

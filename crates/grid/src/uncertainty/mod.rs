@@ -20,6 +20,8 @@ use bristle::model::settings::{Hold, Settings};
 mod calibration;
 mod indices;
 
+use indices::{first_order, mean_and_variance};
+
 /// Number of inputs.
 pub const INPUT_COUNT: usize = 8;
 /// Number of the first inputs that affect a filament's motion. The remaining input is the number of filaments.
@@ -369,7 +371,7 @@ impl Scatter {
         let points: Vec<Vec<f64>> = known.iter().map(point).collect();
         let (mut shares, mut sobol_calibration) = ([0.0; INPUT_COUNT], 0.0);
         if variance_of_force > 0.0 {
-            for (position, index) in indices::first_order(&points, &per_filament).into_iter().enumerate() {
+            for (position, index) in first_order(&points, &per_filament).into_iter().enumerate() {
                 let share = index * variance * count.powi(2) / variance_of_force;
                 match scattering.get(position) {
                     Some(&input) => shares[input] = share,
@@ -450,14 +452,6 @@ fn standard_normal(index: u32, dimension: u32, seed: u32) -> f64 {
     /// The numbers are multiples of 2⁻²⁴, starting at 0. The midpoints between them are neither 0 nor 1.
     const HALF: f64 = 1.0 / (1 << 25) as f64;
     ndtri(f64::from(sobol_burley::sample(index, dimension, seed)) + HALF)
-}
-
-/// Mean and variance (with n − 1) of at least two numbers.
-fn mean_and_variance(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    (mean, variance)
 }
 
 /// The quantile of sorted values: the value below which `share` of them lies. Value `k` is the quantile at `(k − ½)/n`, with
