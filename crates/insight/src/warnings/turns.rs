@@ -5,7 +5,7 @@
 
 use bristle::model::filament::first_natural_frequency;
 use bristle::model::metrics::Metrics;
-use bristle::model::parameters::MAX_TURNS;
+use bristle::model::settings::MAX_TURNS;
 use bristle::model::settings::{Settings, Turns};
 use bristle::simulation::Pass;
 
