@@ -15,7 +15,7 @@ use bristle_input::document::Document;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::Failure;
+use super::group::Failure;
 use super::trial::{Axis, Check, Curve, Figure, Look};
 use super::{sources, tolerances};
 

@@ -17,8 +17,9 @@ use serde::Deserialize;
 use super::chains::{
     axial, mechanical_energy, momentum, paper_case, paper_study, tolerance_study, trajectory_rows, worse,
 };
+use super::group::{Extent, Failure, Group};
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

@@ -18,9 +18,10 @@ use super::chains::{
 };
 use super::contact::imbalance;
 use super::exact::held::{Circle, Held};
+use super::group::{Extent, Failure, Group};
 use super::peers::{Row, distances};
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

@@ -5,8 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use bristle::equations::{Chain, ChainDynamics, Dynamics, LaneSet, NodeLoads, NodeTangent, StepWeights};
 use bristle::tool::ClampMotion;
 
-use super::Failure;
 use super::chains::{WALL, worse};
+use super::group::Failure;
 
 /// The load on the chain, in addition to its weight.
 #[derive(Clone, Copy, Debug, Default)]

@@ -11,8 +11,9 @@ use bristle::workpiece::Plane;
 
 use super::chains::{WALL, crossing, rods, tolerance_study};
 use super::exact::impact::{Elastic, restitution, sliding_distance};
+use super::group::{Extent, Failure, Group};
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

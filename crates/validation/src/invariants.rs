@@ -18,8 +18,9 @@ use super::chains::{
     untouched, worse,
 };
 use super::exact::pendulum::SphericalPendulum;
+use super::group::{Extent, Failure, Group};
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

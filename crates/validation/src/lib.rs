@@ -9,6 +9,7 @@ mod contact;
 mod edges;
 mod equilibrium;
 mod exact;
+mod group;
 mod impact;
 mod invariants;
 mod paper;
@@ -29,59 +30,9 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::thread;
 
-use bristle::brush::{BrushError, StepError};
-use bristle::simulation::{IntegrationError, SimulationError};
-use thiserror::Error;
-
+pub use group::{Compute, Extent, Failure, Group, Outcome};
 pub use report::{agrees, page, table, write_rows};
 pub use trial::{Check, Figure, Trial};
-
-/// The extent of a validation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Extent {
-    /// Checks that take seconds.
-    Quick,
-    /// The quick checks and convergence studies.
-    Full,
-}
-
-/// Why a trial could not be computed. It then counts as failed.
-#[derive(Clone, Debug, Error)]
-pub enum Failure {
-    /// A trajectory ended early.
-    #[error(transparent)]
-    Integration(#[from] IntegrationError),
-    /// A pass ended early.
-    #[error(transparent)]
-    Simulation(#[from] SimulationError),
-    /// A brush cannot be simulated.
-    #[error(transparent)]
-    Brush(#[from] BrushError),
-    /// Filaments of an assembly could not go on.
-    #[error(transparent)]
-    Step(#[from] StepError),
-    /// Newton's method found no equilibrium.
-    #[error("no equilibrium was found")]
-    NoEquilibrium,
-    /// The trial panicked.
-    #[error("the case ended with: {0}")]
-    Panic(String),
-    /// A reference cannot be read.
-    #[error("{0}")]
-    Reference(String),
-}
-
-/// A function that computes a trial.
-pub type Compute = fn(Extent) -> Result<Trial, Failure>;
-
-/// Trials of one kind.
-pub struct Group {
-    /// Heading.
-    pub title: &'static str,
-    /// The purpose of the trials; Markdown.
-    pub purpose: &'static str,
-    trials: &'static [Compute],
-}
 
 /// The suite, in the order of the page.
 pub static GROUPS: [Group; 12] = [
@@ -98,26 +49,6 @@ pub static GROUPS: [Group; 12] = [
     peers::GROUP,
     paper::GROUP,
 ];
-
-/// The results of a group.
-pub struct Outcome {
-    /// The group.
-    pub group: &'static Group,
-    /// Its trials, or why they could not be computed.
-    pub trials: Vec<Result<Trial, Failure>>,
-}
-
-impl Outcome {
-    /// All comparisons of the group.
-    pub fn checks(&self) -> impl Iterator<Item = &Check> {
-        self.trials.iter().flatten().flat_map(|trial| &trial.checks)
-    }
-
-    /// All diagrams of the group.
-    pub fn figures(&self) -> impl Iterator<Item = &Figure> {
-        self.trials.iter().flatten().flat_map(|trial| &trial.figures)
-    }
-}
 
 /// Number of trials.
 pub fn trial_count() -> usize {

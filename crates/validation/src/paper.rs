@@ -8,9 +8,10 @@ use bristle::simulation::{Pass, simulate_with_history};
 use bristle_grid::{DEPTH, Study, Sweep, VELOCITY, run_study};
 
 use super::chains::{lesser, paper_case, paper_study, worse};
+use super::group::{Extent, Failure, Group};
 use super::tolerances::Tolerance;
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

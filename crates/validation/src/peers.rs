@@ -4,10 +4,11 @@ use bristle::simulation::{Sample, Simulation, simulate_with_history};
 use serde::Deserialize;
 
 use super::chains::{extrapolated, paper_case, trajectory_rows, worse};
+use super::group::{Extent, Failure, Group};
 use super::sources::Source;
 use super::tolerances::Tolerance;
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

@@ -11,8 +11,9 @@ use super::chains::{extrapolated, extrapolated_twice, order, paper_case};
 use super::exact::beam::cantilever_root;
 use super::exact::elastica::buckled_force;
 use super::exact::rotating_beam::splay;
+use super::group::{Extent, Failure, Group};
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

@@ -7,10 +7,10 @@ use bristle_report::drawing::power_of_ten;
 use bristle_text::columns;
 use bristle_text::layout::{left, wrap};
 
+use super::group::{Extent, Failure, Outcome};
 use super::sources;
 use super::tolerances::{self, Measure};
 use super::trial::{Check, Expected, Trial};
-use super::{Extent, Failure, Outcome};
 
 /// Significant digits of numbers and of errors.
 const DIGITS: usize = 8;
@@ -453,7 +453,7 @@ fn anchor(heading: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Group;
+    use super::super::group::Group;
     use super::super::trial::{Axis, Curve, Figure, Look};
     use super::*;
     use bristle_text::layout::WIDTH;

@@ -16,9 +16,10 @@ use super::chains::{
 };
 use super::exact::beam::cantilever_root;
 use super::exact::rotating_beam::{RotatingBeam, southwell};
+use super::group::{Extent, Failure, Group};
 use super::small_motion::{Direction, modes};
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

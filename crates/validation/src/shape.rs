@@ -8,9 +8,10 @@ use bristle::tool::ClampMotion;
 use super::chains::{WALL, error_figure, extrapolated, extrapolated_twice, order, unit_beam};
 use super::equilibrium::{Load, Shape, equilibrium};
 use super::exact::taper::{first_frequency, turn_by_moment};
+use super::group::{Extent, Failure, Group};
 use super::small_motion::{Direction, modes};
 use super::trial::{Check, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

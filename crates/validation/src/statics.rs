@@ -8,8 +8,9 @@ use bristle::model::filament::bending_stiffness;
 use super::chains::{error_figure, extrapolated, force_at, order, paper_case, unit_chain};
 use super::equilibrium::{Load, Shape, equilibrium};
 use super::exact::elastica::{TipLoad, arc, buckled_force, hanging_tip};
+use super::group::{Extent, Failure, Group};
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

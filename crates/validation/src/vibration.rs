@@ -15,9 +15,10 @@ use super::chains::{
     unit_chain, untouched, without_stiffness, worse,
 };
 use super::exact::beam::{cantilever_root, hanging_rope};
+use super::group::{Extent, Failure, Group};
 use super::small_motion::{Direction, modes};
 use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use super::{Extent, Failure, Group, sources, tolerances};
+use super::{sources, tolerances};
 
 /// The group.
 pub const GROUP: Group = Group {

@@ -5,8 +5,9 @@ use bristle::model::metrics::tool_force;
 use bristle::model::settings::{BrushSettings, Settings};
 
 use super::rows::{AROUND, row, with};
+use crate::group::{Extent, Failure};
 use crate::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use crate::{Extent, Failure, sources, tolerances};
+use crate::{sources, tolerances};
 
 /// Filaments of the paper's brush.
 const PAPER_COUNT: f64 = 10_500.0;

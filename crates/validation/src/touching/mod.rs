@@ -4,7 +4,7 @@ mod convergence;
 mod pairs;
 mod rows;
 
-use super::Group;
+use super::group::Group;
 
 /// The group.
 pub const GROUP: Group = Group {

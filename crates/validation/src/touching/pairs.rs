@@ -15,8 +15,9 @@ use bristle::workpiece::{Part, Plane};
 use crate::chains::{extrapolated, paper_case, worse};
 use crate::exact::held::{Circle, Held};
 use crate::exact::pressed::Pressing;
+use crate::group::{Extent, Failure};
 use crate::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use crate::{Extent, Failure, sources, tolerances};
+use crate::{sources, tolerances};
 
 /// A clamp at rest, which has come by `way` (m) since time zero, smoothly within `time` (s).
 #[derive(Clone, Copy, Debug)]

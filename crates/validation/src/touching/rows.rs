@@ -7,8 +7,9 @@ use bristle::simulation::simulate;
 use serde::Deserialize;
 
 use crate::chains::{cases_of, logarithmic_slope, paper_case, trajectory_rows, worse};
+use crate::group::{Extent, Failure};
 use crate::trial::{Axis, Check, Curve, Figure, Look, Trial};
-use crate::{Extent, Failure, sources, tolerances};
+use crate::{sources, tolerances};
 
 /// Filaments around of the dense rows.
 pub const AROUND: f64 = 682.0;
