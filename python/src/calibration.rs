@@ -12,9 +12,9 @@ use bristle_grid::Resources;
 use bristle_input::measured::{Format, read_points, read_radii};
 use bristle_run::calibration::{OF_CALIBRATION, calibrated_text, write_calibration};
 use bristle_store::staged::{occupy, prepare_directory};
+use bristle_text::layout::WIDTH;
 use pyo3::prelude::*;
 
-use crate::WIDTH;
 use crate::error::{of_file, of_input, of_settings};
 use crate::input::Input;
 use crate::interrupt::{on_a_thread_telling, tell_share};

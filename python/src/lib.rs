@@ -19,9 +19,6 @@ mod validation;
 
 use pyo3::prelude::*;
 
-/// Width of tables as text, in characters.
-const WIDTH: usize = 80;
-
 #[pymodule(gil_used = false)]
 fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;

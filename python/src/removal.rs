@@ -13,11 +13,10 @@ use bristle_report::removal::{removal_text, warnings};
 use bristle_run::removal::{OF_REMOVAL, write_removal};
 use bristle_store::results::absent_from;
 use bristle_store::staged::{occupy, prepare_directory};
-use bristle_text::layout::Warning;
+use bristle_text::layout::{WIDTH, Warning};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::WIDTH;
 use crate::arrays::{columns, units};
 use crate::error::{of_file, of_settings};
 use crate::input::Input;

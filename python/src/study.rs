@@ -28,13 +28,12 @@ use bristle_store::results::{
 };
 use bristle_store::staged::StagedFile;
 use bristle_store::study_files::{RUNS, STUDY};
-use bristle_text::layout::Warning;
+use bristle_text::layout::{WIDTH, Warning};
 use numpy::PyArray1;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::WIDTH;
 use crate::arrays::frozen;
 use crate::error::{of_file, of_input, of_journal, of_settings, of_value};
 use crate::input::Input;

@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use bristle_text::layout::WIDTH;
 use bristle_validation::{self as validation, Extent};
 use pyo3::prelude::*;
 
-use crate::WIDTH;
 use crate::interrupt::unseen;
 
 /// Ends a validation that nobody waits for.
