@@ -1,6 +1,6 @@
 //! Figures of a brush: impulses of its filaments, forces of its tool over time, and where filaments press on each other.
 
-use super::{Picture, contact_title};
+use super::picture::{Picture, contact_title};
 use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::format::Format;
 use crate::drawing::scale::Axis;

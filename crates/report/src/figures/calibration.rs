@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use bristle_calibrate::{Calibration, GrownEdge, Radii, estimate};
 use bristle_grid::Setting;
 
-use super::{Picture, unit_of_time};
+use super::picture::Picture;
+use super::removal::unit_of_time;
 use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::format::Format;
 use crate::drawing::scale::Axis;

@@ -2,7 +2,7 @@
 
 use bristle_insight::convergence::{Convergence, GOAL, Series};
 
-use super::Picture;
+use super::picture::Picture;
 use crate::drawing::diagram::{Frame, draw_axes, left_of};
 use crate::drawing::format::Format;
 use crate::drawing::heading::Heading;

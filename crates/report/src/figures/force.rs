@@ -1,6 +1,7 @@
 //! Figures of the tool force and its uncertainty: bands, measured points, and the sources of scatter.
 
-use super::{Family, Picture, Sides, View, axis_along, joined, selection, values_of};
+use super::picture::Picture;
+use super::{Family, Sides, View, axis_along, joined, selection, values_of};
 use crate::drawing::diagram::{Curve, Diagram, Look};
 use crate::drawing::pens::COLORS;
 use crate::drawing::scale::Axis;

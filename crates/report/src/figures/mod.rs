@@ -11,13 +11,12 @@ use crate::drawing::scale::{Axis, Scale};
 use crate::drawing::{BLUE, Canvas, Color, GREY, INK, Pen, Point, VERMILION, fine, stroke, text};
 use crate::view::{height, is_all_round, is_upright, root, sampled_pass};
 use bristle::model::metrics::Metrics;
-use bristle::model::parameters::Parameter;
 use bristle::model::record::{self, Column, Curves, Level, Prominence, Record, Scope};
 use bristle::model::settings::{MAX_TURNS, Settings};
 use bristle::simulation::{Pass, ProfileCell, Sample, Shape};
 use bristle::tool::places;
 use bristle_grid::brush::Interaction;
-use bristle_grid::{CaseResult, CaseSummary, DEPTH, FORCE, SPEED, Study, VELOCITY, equation};
+use bristle_grid::{CaseResult, CaseSummary, DEPTH, FORCE, SPEED, Study, VELOCITY};
 use bristle_input::measured::Measurement;
 use bristle_insight::measured::{points_of, relative_uncertainty};
 use bristle_insight::quantity::shown_metrics;
@@ -29,14 +28,19 @@ mod brush;
 mod calibration;
 mod convergence;
 mod force;
+mod picture;
 mod profile;
 mod removal;
 
 pub use brush::{Brush, brush_figures, is_of_brush};
 pub use calibration::{calibration_figures, is_of_calibration};
 pub use convergence::{convergence_figures, is_of_convergence};
+pub use picture::Picture;
 pub use profile::drawn_shapes;
 pub use removal::{corner_outline, is_of_removal, removal_figures, unit_of_time};
+
+use picture::{contact_title, of_process};
+use profile::{PROFILE_DRAWN, PROFILE_UNROLLED};
 
 /// Maximum number of values of the further sweeps for which figures are drawn.
 const MAX_SLICES: usize = 4;
@@ -44,15 +48,6 @@ const MAX_SLICES: usize = 4;
 const MAX_CURVES: usize = 7;
 /// Maximum number of cells along a side of a map; more could not be told apart.
 const MAX_CELLS: usize = 200;
-
-/// A figure with the name of its file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// File name without extension.
-    pub name: String,
-    /// The drawing.
-    pub canvas: Canvas,
-}
 
 /// The most figures that are drawn unless all are asked for.
 const MAIN: usize = 5;
@@ -503,10 +498,8 @@ fn selection(shown: usize, total: usize, what: &str) -> String {
     if shown < total { format!("{shown} of {total} {what}") } else { String::new() }
 }
 
-/// Names of the figures of one contact: over time, along the profile of the workpiece, and on it.
+/// Name of the figure of one contact over time.
 const HISTORY_FIGURE: &str = "history";
-const PROFILE_UNROLLED: &str = "profile_unrolled";
-const PROFILE_DRAWN: &str = "profile_drawn";
 
 /// The figures of one contact: `history` has force and tip deflection over time, and `turns` the `impulses` of its turns in N s, if
 /// there are several. `profile_unrolled` has impulse and friction work
@@ -533,25 +526,6 @@ pub fn contact_figures(
 #[must_use]
 pub fn is_of_contact(name: &str) -> bool {
     [HISTORY_FIGURE, TURNS_FIGURE, PROFILE_UNROLLED, PROFILE_DRAWN].contains(&name)
-}
-
-/// A title with speed and depth of the contact.
-fn contact_title(title: &str, settings: &Settings) -> String {
-    format!("{title}: {}", of_process(settings))
-}
-
-/// Rotational speed, velocity and depth.
-fn of_process(settings: &Settings) -> String {
-    let process = &settings.process;
-    let text =
-        |path: &str, value| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value));
-    let [speed, velocity, depth] = [
-        (SPEED, settings.rotational_speed_rpm()),
-        (VELOCITY, process.brushing_velocity_m_s),
-        (DEPTH, process.penetration_depth_m),
-    ]
-    .map(|(path, value)| text(path, value));
-    format!("{speed} ({velocity}), {depth}")
 }
 
 /// Width of the figure of a history, and height of its panels on a screen, of more than two, and at least, in pixels.

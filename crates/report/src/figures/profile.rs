@@ -1,6 +1,6 @@
 //! Figures of where on the workpiece the work of a contact is done.
 
-use super::{PROFILE_DRAWN, PROFILE_UNROLLED, Picture, contact_title};
+use super::picture::{Picture, contact_title};
 use crate::drawing::clip::{clip_line, clip_polygon};
 use crate::drawing::diagram::{Frame, draw_axes, left_of};
 use crate::drawing::format::Format;
@@ -15,6 +15,9 @@ use bristle::tool::places;
 use bristle::workpiece::Workpiece;
 use bristle_text::number::{short, significant};
 
+/// Names of the figures: the profile unrolled, and the filament on the workpiece.
+pub(super) const PROFILE_UNROLLED: &str = "profile_unrolled";
+pub(super) const PROFILE_DRAWN: &str = "profile_drawn";
 /// Number of shapes of the filament that are drawn.
 const DRAWN_SHAPES: usize = 13;
 /// Width of the figures on a screen, and the space above and below panels, in pixels.

@@ -6,7 +6,7 @@ use bristle::model::settings::Settings;
 use bristle_grid::removal::{Removal, RemovalRow};
 use bristle_text::number::{short, significant};
 
-use super::{Picture, of_process};
+use super::picture::{Picture, of_process};
 use crate::drawing::clip::clip_line;
 use crate::drawing::diagram::{Curve, Diagram, Frame, Look, draw_axes, left_of};
 use crate::drawing::format::Format;

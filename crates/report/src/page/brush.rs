@@ -15,8 +15,8 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::course::{Outline, SideView};
-use super::packed::Packed;
-use super::{LONGEST_NAME, Notes, Page, fill, place_on_page, rounded, settings, spread};
+use super::packed::{Packed, rounded};
+use super::{LONGEST_NAME, Notes, Page, fill, place_on_page, settings, spread};
 use crate::drawing::format::Format;
 use crate::figures::{Brush, Picture, brush_figures};
 

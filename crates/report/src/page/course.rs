@@ -11,7 +11,7 @@ use std::{io, thread};
 use serde::Serialize;
 
 use super::Selection;
-use super::packed::Packed;
+use super::packed::{Packed, rounded};
 use crate::view::{View, height, is_upright, moved, root, sampled_pass};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
@@ -279,7 +279,7 @@ impl Course {
             entry,
             exit,
             turn: pass.turn_time(),
-            turn_impulses: simulation.turn_contact_normal_impulses_n_s.iter().copied().map(super::rounded).collect(),
+            turn_impulses: simulation.turn_contact_normal_impulses_n_s.iter().copied().map(rounded).collect(),
             body_radius: settings.tool.body_radius_m,
             tool_radius: settings.tool_radius_m(),
             axis_height: view.axis_height,

@@ -6,7 +6,7 @@ use bristle_input::measured::{Measurement, Speed};
 use bristle_insight::measured::{Comparison, Deviation, Missing, Point, Simulated};
 use serde_json::{Value, json};
 
-use super::rounded;
+use super::packed::rounded;
 
 /// The largest numbers of comparisons, and of points in each, on a page.
 const MAX_SHOWN: (usize, usize) = (4, 100);

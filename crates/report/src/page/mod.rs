@@ -34,6 +34,8 @@ pub use calibration::calibration_page;
 pub use course::{Course, MAX_COURSES, Recorder};
 pub use removal::removal_page;
 
+use packed::rounded;
+
 /// A page with places to be filled in, of which one is for the sections of its own.
 const FRAME: &str = include_str!("frame.html");
 const SECTIONS: &str = include_str!("study.html");
@@ -440,11 +442,6 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
 /// A setting that has no default.
 fn stated_or(value: Option<f64>) -> Value {
     value.map_or_else(|| json!("not stated"), |value| json!(value))
-}
-
-/// Six significant digits: one more than the page shows.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// A selection of the cases of a study, which form a grid.

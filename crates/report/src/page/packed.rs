@@ -1,4 +1,4 @@
-//! Numbers of a page with two bytes each.
+//! Numbers of a page in few bytes: packed into two each, or rounded.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -43,6 +43,11 @@ impl Packed {
     pub(super) fn least(&self) -> f64 {
         self.least
     }
+}
+
+/// Six significant digits: one more than the page shows.
+pub(super) fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 #[cfg(test)]

@@ -1,0 +1,34 @@
+//! A figure, and what titles of figures say of a contact.
+
+use crate::drawing::Canvas;
+use bristle::model::parameters::Parameter;
+use bristle::model::settings::Settings;
+use bristle_grid::{DEPTH, SPEED, VELOCITY, equation};
+
+/// A figure with the name of its file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// File name without extension.
+    pub name: String,
+    /// The drawing.
+    pub canvas: Canvas,
+}
+
+/// A title with speed and depth of the contact.
+pub(super) fn contact_title(title: &str, settings: &Settings) -> String {
+    format!("{title}: {}", of_process(settings))
+}
+
+/// Rotational speed, velocity and depth.
+pub(super) fn of_process(settings: &Settings) -> String {
+    let process = &settings.process;
+    let text =
+        |path: &str, value| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value));
+    let [speed, velocity, depth] = [
+        (SPEED, settings.rotational_speed_rpm()),
+        (VELOCITY, process.brushing_velocity_m_s),
+        (DEPTH, process.penetration_depth_m),
+    ]
+    .map(|(path, value)| text(path, value));
+    format!("{speed} ({velocity}), {depth}")
+}
