@@ -8,7 +8,6 @@ pub mod advice;
 pub mod assumptions;
 pub mod convergence;
 pub mod differences;
-pub mod edges;
 pub mod joined;
 pub mod measured;
 pub mod quantity;
@@ -17,3 +16,5 @@ pub mod slices;
 #[path = "../../input/src/testing.rs"]
 mod testing;
 pub mod warnings;
+
+pub use advice::edges;

@@ -9,8 +9,9 @@ use bristle_text::layout::wrap;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::limits::Limits;
 use super::recommendation::write_lines;
-use super::{Advice, Limits, advise};
+use super::{Advice, advise};
 
 /// A question, and what a study answers.
 #[derive(Clone, Debug, PartialEq, Serialize)]

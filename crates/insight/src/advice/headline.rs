@@ -2,7 +2,8 @@
 
 use bristle::model::metrics::SWEEPING_RATIO;
 
-use super::{Cited, Limits, cells, force, highest};
+use super::cited::{Cited, cells, force, highest};
+use super::limits::Limits;
 use crate::quantity::Readable;
 use crate::slices::{Side, Slice, process_slices};
 use bristle_grid::{CaseResult, DEPTH, Study};

@@ -2,28 +2,15 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use bristle::model::settings::Settings;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use thiserror::Error;
 
-use super::{AdviceError, Outcome};
+use super::outcome::{Most, OperatingPoint, Outcome};
 use bristle_text::number::short;
 
 /// Relative rounding noise of a setting that is at its limit.
 const NOISE: f64 = 1e-9;
-
-/// What there is to be most of, within the limits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Most {
-    /// The force of the tool.
-    #[default]
-    Force,
-    /// What is removed from edges per time.
-    Edge,
-    /// What is removed in all per time.
-    Removal,
-}
 
 /// Limits on the cases that advice considers, and the force that is wanted of them. Those that are not given are not in JSON.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -58,27 +45,31 @@ pub struct Limits {
     pub most: Option<Most>,
 }
 
-/// Velocity and depth of a case.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct OperatingPoint {
-    /// `v_b` in m/s.
-    pub brushing_velocity_m_s: f64,
-    /// `n_w` in revolutions per minute.
-    pub rotational_speed_rpm: f64,
-    /// `a_e` in m.
-    pub penetration_depth_m: f64,
-}
-
-impl OperatingPoint {
-    /// Where these settings are.
-    #[must_use]
-    pub fn of(settings: &Settings) -> Self {
-        Self {
-            brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
-            rotational_speed_rpm: settings.rotational_speed_rpm(),
-            penetration_depth_m: settings.process.penetration_depth_m,
-        }
-    }
+/// Why there is no advice.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum AdviceError {
+    /// There is nothing to compare.
+    #[error(
+        "the study has only one brushing velocity and one penetration depth, so there are no forces to compare\n   = help: \
+         sweep one of them under [study]"
+    )]
+    NothingVaries,
+    /// No contact time ratio satisfies both limits.
+    #[error("no contact time ratio is at least {min_ratio} and at most {max_ratio}")]
+    Ratios {
+        /// The lower limit.
+        min_ratio: f64,
+        /// The upper limit.
+        max_ratio: f64,
+    },
+    /// The wanted force is above its limit.
+    #[error("the target of {target_force_n} N is above the highest force of {max_force_n} N")]
+    Forces {
+        /// The limit in N.
+        max_force_n: f64,
+        /// The wanted force in N.
+        target_force_n: f64,
+    },
 }
 
 impl Limits {

@@ -5,9 +5,14 @@
 //! interpolated [`Suggestion`]s, marked as such. With limits or a target, one [`Recommendation`] comes first, which is simulated.
 
 mod answer;
+mod cited;
+pub mod edges;
 mod headline;
 mod limits;
+mod outcome;
+mod rank;
 mod recommendation;
+mod section;
 mod suggestion;
 
 use std::cmp::Ordering;
@@ -16,29 +21,31 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 
-use bristle::model::metrics::{Metrics, SWEEPING_RATIO, tool_force};
-use bristle::model::settings::Settings;
+use bristle::model::metrics::SWEEPING_RATIO;
 use bristle::simulation::Stop;
 use serde::Serialize;
 use serde_json::Value;
-use thiserror::Error;
 
-use crate::edges::{EdgeAdvice, advise_on_edges};
-use crate::measured::relative_uncertainty;
 use crate::quantity::{Quantity, Readable};
 use crate::slices::{Side, Slice, process_slices};
 use crate::warnings::turns::vibrating_note;
-use bristle_grid::{CaseResult, CaseSummary, FORCE, FRICTION, Study, TOOL, Tool};
+use bristle_grid::{CaseResult, FORCE, FRICTION, Study, TOOL, Tool};
 use bristle_text::layout::{aligned, wrap, wrap_beside};
 use bristle_text::number::{counted, short, significant, spanning};
 
 pub use answer::Answer;
+pub use cited::Cited;
 pub use headline::headline;
-pub use limits::{Limits, Most, OperatingPoint};
+pub use limits::{AdviceError, Limits};
+pub use outcome::{Most, OperatingPoint, Outcome};
 pub use recommendation::{InSpace, Recommendation, Verified};
+pub use section::{Section, Sentence, Topic};
 pub use suggestion::Suggestion;
 
-use recommendation::{rank, recommend};
+use cited::{cells, force, highest};
+use edges::{EdgeAdvice, advise_on_edges};
+use rank::rank;
+use recommendation::recommend;
 use suggestion::suggestions;
 
 /// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43 to 0.53. Lower maxima lie at
@@ -56,33 +63,6 @@ const NOTHING_BETWEEN: &str = "Nothing is interpolated: nowhere between neighbou
 
 /// The note where forces are given in place of depths.
 const FORCES_ARE_GIVEN: &str = "Nothing is interpolated, as the depths follow from the forces of this study: for others, state or sweep process.tool_force_n.";
-
-/// Why there is no advice.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-pub enum AdviceError {
-    /// There is nothing to compare.
-    #[error(
-        "the study has only one brushing velocity and one penetration depth, so there are no forces to compare\n   = help: \
-         sweep one of them under [study]"
-    )]
-    NothingVaries,
-    /// No contact time ratio satisfies both limits.
-    #[error("no contact time ratio is at least {min_ratio} and at most {max_ratio}")]
-    Ratios {
-        /// The lower limit.
-        min_ratio: f64,
-        /// The upper limit.
-        max_ratio: f64,
-    },
-    /// The wanted force is above its limit.
-    #[error("the target of {target_force_n} N is above the highest force of {max_force_n} N")]
-    Forces {
-        /// The limit in N.
-        max_force_n: f64,
-        /// The wanted force in N.
-        target_force_n: f64,
-    },
-}
 
 /// Advice from a study.
 #[derive(Clone, Debug, Serialize)]
@@ -154,25 +134,6 @@ impl Checked {
     }
 }
 
-/// Advice from cases that differ only in velocity and depth.
-#[derive(Clone, Debug, Serialize)]
-pub struct Section {
-    /// Path and value of each further swept setting, and the name of the tool under `tool`.
-    pub settings: BTreeMap<&'static str, Value>,
-    /// The advice, topic by topic.
-    pub advice: Vec<Sentence>,
-    /// Settings between simulated cases, if a force is asked for.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub interpolated: Vec<Suggestion>,
-    /// What the advice leaves out, and why.
-    pub notes: Vec<String>,
-    #[serde(skip)]
-    slice: Slice,
-    /// The cases, by depth and then by velocity.
-    #[serde(skip)]
-    cells: Vec<Vec<Option<Cited>>>,
-}
-
 /// The best case of a named tool.
 #[derive(Clone, Debug, Serialize)]
 pub struct ToolAdvice {
@@ -183,189 +144,6 @@ pub struct ToolAdvice {
     pub advice: Sentence,
     #[serde(skip)]
     slice: Slice,
-}
-
-/// One piece of advice.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Sentence {
-    /// Its topic.
-    pub topic: Topic,
-    /// The case that it describes.
-    #[serde(flatten)]
-    pub cell: Cited,
-    /// The sentence itself.
-    pub sentence: String,
-    /// Rows of the other cases that it mentions.
-    pub other_rows: Vec<usize>,
-}
-
-/// The topic of a piece of advice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Topic {
-    /// The highest force of all.
-    Highest,
-    /// The best cases within [`Limits`], ranked. Those whose whole uncertainty is within the limit of the force come first, of these stable
-    /// ones, then those that sweep, then the highest force.
-    WithinLimits,
-    /// The cases within the limits whose force is the target or nearest to it, ranked.
-    NearTarget,
-    /// The highest force of a laterally stable case. Only where the highest of all is unstable.
-    Stable,
-    /// The highest force at each brushing velocity.
-    AtVelocity,
-    /// The highest force at each penetration depth.
-    AtDepth,
-    /// The most force per brushing velocity.
-    PerVelocity,
-    /// The most force per penetration depth.
-    PerDepth,
-    /// A local maximum over the velocity along the tier.
-    Tier,
-    /// The least power for each force that is given in place of a depth.
-    LeastPower,
-    /// The most removal per time, in a study with `[removal]`.
-    MostRemoval,
-    /// The most removal from edges per time.
-    MostOfEdge,
-    /// The most removal per power of the drive.
-    RemovalPerPower,
-    /// The best case of a named tool.
-    OfTool,
-}
-
-/// A case that advice cites.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Cited {
-    /// Row of `runs.csv`, counted from 1 below the heading.
-    pub row: usize,
-    /// Where it is.
-    #[serde(flatten)]
-    pub place: OperatingPoint,
-    /// What came out.
-    #[serde(flatten)]
-    pub outcome: Outcome,
-    /// Velocity or rotational speed, as the study states it.
-    #[serde(skip)]
-    speed: String,
-    /// Positions of velocity and depth along the sides of the slice.
-    #[serde(skip)]
-    position: [usize; 2],
-}
-
-/// What advice considers of a result.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Outcome {
-    /// `F_n,w` in N.
-    pub tool_contact_normal_force_n: f64,
-    /// `F_t,w` in N.
-    pub tool_tangential_force_n: f64,
-    /// `M_w` in N m.
-    pub tool_torque_n_m: f64,
-    /// `P_w` in W.
-    pub tool_power_w: f64,
-    /// Uncertainty of `F_n,w` in N, from that of the number of filaments.
-    pub uncertainty_n: f64,
-    /// Lower end of the band of `F_n,w` in N that contains 95 % of the sampled tools, where filaments scatter.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tool_force_lower_95_n: Option<f64>,
-    /// Upper end of the band.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tool_force_upper_95_n: Option<f64>,
-    /// `ε_tc`.
-    pub contact_time_ratio: f64,
-    /// Growth of a lateral imperfection; see [`Metrics`].
-    pub lateral_amplification: f64,
-    /// Whether the pass is laterally unstable, so that an imperfection of the filament can change the force.
-    pub laterally_unstable: bool,
-    /// What it does to the workpiece, in a study with `[removal]`.
-    #[serde(skip)]
-    removal: Option<Removal>,
-}
-
-/// Removal as far as it is known.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Removal {
-    /// Sliding work of the tool per time in W: on the whole workpiece, and on edges.
-    powers_w: [f64; 2],
-    /// Preston coefficient in m²/N.
-    preston: Option<f64>,
-}
-
-impl Removal {
-    fn of(settings: &Settings, metrics: &Metrics) -> Option<Self> {
-        let removal = settings.removal.as_ref()?;
-        let (count, rate) = (settings.tool.filament_count, settings.angular_velocity_rad_s());
-        let powers_w = [metrics.sliding_work_j, metrics.edge_sliding_work_j].map(|work| tool_force(work, count, rate));
-        Some(Self { powers_w, preston: removal.preston_m2_n })
-    }
-}
-
-impl Outcome {
-    /// From the summary of a case with these settings.
-    pub(crate) fn new(settings: &Settings, summary: &CaseSummary) -> Self {
-        let CaseSummary { metrics, scatter, .. } = summary;
-        Self {
-            tool_contact_normal_force_n: metrics.tool_contact_normal_force_n,
-            tool_tangential_force_n: metrics.tool_tangential_force_n,
-            tool_torque_n_m: metrics.tool_torque_n_m,
-            tool_power_w: metrics.tool_power_w,
-            uncertainty_n: relative_uncertainty(settings) * metrics.tool_contact_normal_force_n,
-            tool_force_lower_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_lower_95_n),
-            tool_force_upper_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_upper_95_n),
-            contact_time_ratio: metrics.contact_time_ratio,
-            lateral_amplification: metrics.lateral_amplification,
-            laterally_unstable: metrics.laterally_unstable,
-            removal: Removal::of(settings, metrics),
-        }
-    }
-
-    /// What a simulation of the same point, or of one near it, has given. Where only this one has a band, it is as wide a share of the force.
-    fn simulated_as(&self, settings: &Settings, summary: &CaseSummary) -> Self {
-        let new = Self::new(settings, summary);
-        let growth = new.tool_contact_normal_force_n / self.tool_contact_normal_force_n;
-        let [lower, upper] = [self.tool_force_lower_95_n, self.tool_force_upper_95_n].map(|end| Some(growth * end?));
-        Self {
-            tool_force_lower_95_n: new.tool_force_lower_95_n.or(lower),
-            tool_force_upper_95_n: new.tool_force_upper_95_n.or(upper),
-            ..new
-        }
-    }
-
-    /// The band of the force, where filaments scatter.
-    fn band(&self) -> Option<[f64; 2]> {
-        self.tool_force_lower_95_n.zip(self.tool_force_upper_95_n).map(<[f64; 2]>::from)
-    }
-
-    /// The ends of the band, or else of the uncertainty from the number of filaments, in N.
-    fn ends(&self) -> [f64; 2] {
-        let [force, uncertainty] = [self.tool_contact_normal_force_n, self.uncertainty_n];
-        self.band().unwrap_or([force - uncertainty, force + uncertainty])
-    }
-
-    /// The sliding power of which there is to be most, in W; `None` if that is the force, or it is not known.
-    fn removal_power_w(&self, most: Most) -> Option<f64> {
-        let position = match most {
-            Most::Force => return None,
-            Most::Removal => 0,
-            Most::Edge => 1,
-        };
-        self.removal.map(|removal| removal.powers_w[position])
-    }
-
-    /// The same, or what it removes if the coefficient is known, as text.
-    fn removed(&self, most: Most) -> Option<String> {
-        let power_w = self.removal_power_w(most)?;
-        let text = match self.removal?.preston {
-            Some(preston) => format!("Removes {} mm³/min", significant(60e9 * preston * power_w)),
-            None => format!("Slides with {} W, in proportion to which it removes material", significant(power_w)),
-        };
-        Some(text + if most == Most::Edge { " on the edge" } else { "" })
-    }
-
-    fn motion(&self) -> &'static str {
-        if self.contact_time_ratio > SWEEPING_RATIO { "sweeps" } else { "strikes" }
-    }
 }
 
 /// Advice from the results of a study. Of equal forces, the one at the lowest depth counts, then at the lowest velocity.
@@ -465,23 +243,6 @@ fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<Str
         forces.unit(),
         other + 1
     ))
-}
-
-/// The cases of a slice, by depth and then by velocity. A case that failed is `None`.
-fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option<Cited>>> {
-    let cell = |x: usize, y: usize| {
-        let case = slice.case(x, y);
-        let summary = results[case].as_ref().ok()?;
-        let settings = study.settings_found(case, &results[case]);
-        Some(Cited {
-            row: case + 1,
-            place: OperatingPoint::of(&settings),
-            outcome: Outcome::new(&settings, summary),
-            speed: slice.x.setting.text(slice.x.values[x]),
-            position: [x, y],
-        })
-    };
-    (0..slice.y.values.len()).map(|y| (0..slice.x.values.len()).map(|x| cell(x, y)).collect()).collect()
 }
 
 /// The data from which the sentences of a section are made.
@@ -728,43 +489,8 @@ fn off_target(force_n: f64, target_n: f64) -> String {
     }
 }
 
-fn force(cell: &Cited) -> f64 {
-    cell.outcome.tool_contact_normal_force_n
-}
-
 fn depth(cell: &Cited) -> String {
     format!("{} mm", short(1e3 * cell.place.penetration_depth_m))
-}
-
-/// The first of the cells with the highest value.
-fn highest<'a>(cells: &[&'a Cited], value: impl Fn(&Cited) -> f64) -> Option<&'a Cited> {
-    cells.iter().copied().rev().max_by(|a, b| value(a).total_cmp(&value(b)))
-}
-
-impl Topic {
-    /// Whether its cases are the best of all, or within the limits.
-    fn is_ranking(self) -> bool {
-        matches!(self, Self::Highest | Self::WithinLimits | Self::NearTarget | Self::Stable)
-    }
-
-    fn heading(self) -> &'static str {
-        match self {
-            Self::Highest => "Highest force F_n,w of the tool",
-            Self::WithinLimits => "Best within the limits",
-            Self::NearTarget => "Nearest to the target force",
-            Self::Stable => "Highest force of a laterally stable case",
-            Self::AtVelocity => "Highest force at each brushing velocity",
-            Self::AtDepth => "Highest force at each penetration depth",
-            Self::PerVelocity => "Most force per brushing velocity, and so the highest impulse p_n of a filament",
-            Self::PerDepth => "Most force per penetration depth",
-            Self::OfTool => "Best case of each tool",
-            Self::Tier => "Local maxima over the velocity along the line ε_tc = ½ between sweeping and striking",
-            Self::LeastPower => "Least power for each force",
-            Self::MostRemoval => "Most removal",
-            Self::MostOfEdge => "Most removal from the edge",
-            Self::RemovalPerPower => "Most removal per power of the drive",
-        }
-    }
 }
 
 impl Advice {
@@ -947,6 +673,7 @@ mod tests {
     use super::*;
     use bristle::model::metrics::{ContactRecord, Metrics};
     use bristle::simulation::Pass;
+    use bristle_grid::CaseSummary;
     use bristle_grid::uncertainty::ForceScatter;
     use bristle_input::document::Document;
     use bristle_text::layout::WIDTH;

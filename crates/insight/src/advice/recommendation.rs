@@ -1,6 +1,5 @@
 //! The recommendation: one velocity and depth for the force that is asked for, why it is robust, and how it was verified.
 
-use std::cmp::Ordering;
 use std::io;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
@@ -16,12 +15,16 @@ use bristle_text::layout::wrap;
 use bristle_text::number::{short, uncertain};
 use serde::Serialize;
 
-use super::{Limits, Most, OperatingPoint, Outcome, Section};
+use super::cited::force;
+use super::limits::Limits;
+use super::outcome::{OperatingPoint, Outcome};
+use super::rank::{NEAR, coarse_rank, rank};
+use super::section::Section;
+use super::suggestion::rounded;
 use crate::assumptions::Assumptions;
+use crate::slices::Side;
 use crate::warnings::is_packed;
 
-/// A force this near to the target, as a share of it, is the target.
-const NEAR: f64 = 0.05;
 /// So near is the force at which the search for it ends.
 const FOUND: f64 = 0.01;
 /// Simulations of the search.
@@ -116,9 +119,9 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
             }
         };
         let cells = section.cells.iter().flatten().flatten();
-        let within = cells.filter(|cell| limits.allow(&cell.place, &cell.outcome) && super::force(cell) > 0.0);
+        let within = cells.filter(|cell| limits.allow(&cell.place, &cell.outcome) && force(cell) > 0.0);
         let simulated = within.map(|cell| {
-            let is_end = |(side, at): (&&super::Side, usize)| side.varies() && (at == 0 || at + 1 == side.values.len());
+            let is_end = |(side, at): (&&Side, usize)| side.varies() && (at == 0 || at + 1 == side.values.len());
             let is_end = sides.iter().zip(cell.position).any(is_end);
             let settings = study.settings(cell.row - 1).at_depth(cell.place.penetration_depth_m);
             new(vec![cell.row], cell.place, &cell.outcome, settings, is_end)
@@ -136,43 +139,6 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
     let mut best = candidates.min_by(better)?;
     best.weigh(limits);
     Some(best)
-}
-
-/// Which of two outcomes is better. Near a target, or entirely within the limit of the force, those come first that are laterally stable, then
-/// those that sweep; of these those whose whole uncertainty is nearest to the target, or whose force is highest, each to 5 %; then those that are
-/// farthest from the line between sweeping and striking.
-pub(super) fn rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
-    coarse_rank(limits, a, b).then(distance(b).total_cmp(&distance(a)))
-}
-
-/// How far an outcome is from the line between sweeping and striking.
-fn distance(outcome: &Outcome) -> f64 {
-    (outcome.contact_time_ratio - SWEEPING_RATIO).abs()
-}
-
-/// The same, to 5 %.
-fn coarse_rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
-    let key = |outcome: &Outcome| {
-        let force = outcome.tool_contact_normal_force_n;
-        let (off, last) = match limits.target_force_n {
-            Some(target) => {
-                let off = (force - target).abs();
-                let worst = outcome.ends().map(|end| (end - target).abs()).into_iter().fold(0.0, f64::max);
-                // Those that are far are ranked by how far.
-                (if off > NEAR * target { off } else { 0.0 }, (worst / (NEAR * target)).round())
-            }
-            None => {
-                let most = outcome.removal_power_w(limits.most()).unwrap_or(force);
-                (f64::from(u8::from(!limits.hold_with_band(outcome))), -(most.ln() / NEAR).round())
-            }
-        };
-        // Strikes may remove more.
-        let strikes = outcome.contact_time_ratio <= SWEEPING_RATIO && limits.most() == Most::Force;
-        let flaws = [outcome.laterally_unstable, strikes].map(|flaw| f64::from(u8::from(flaw)));
-        [off, flaws[0], flaws[1], last]
-    };
-    let pairs = key(a).into_iter().zip(key(b));
-    pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
 }
 
 /// Simulates one case; `None` if it was asked to stop.
@@ -263,7 +229,7 @@ impl Recommendation {
             };
             before = Some([value, reached]);
             // As finely as machines are set.
-            let next = super::suggestion::rounded(next.clamp(0.5 * value, 2.0 * value), f64::round);
+            let next = rounded(next.clamp(0.5 * value, 2.0 * value), f64::round);
             changed.set(&mut settings, next);
             if next == value || settings.check().is_err() || !limits.allow_point(&OperatingPoint::of(&settings)) {
                 break;

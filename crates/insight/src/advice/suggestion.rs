@@ -7,8 +7,10 @@ use bristle::model::record::Record;
 use bristle::model::settings::Settings;
 use serde::Serialize;
 
-use super::recommendation::rank;
-use super::{Cited, Limits, OperatingPoint, Outcome, force};
+use super::cited::{Cited, force};
+use super::limits::Limits;
+use super::outcome::{OperatingPoint, Outcome};
+use super::rank::rank;
 use crate::slices::{Side, Slice};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{CaseResult, CaseSummary, Study};

@@ -5,7 +5,8 @@
 use bristle::model::metrics::Metrics;
 use serde::Serialize;
 
-use crate::advice::{Limits, OperatingPoint, Outcome};
+use super::limits::Limits;
+use super::outcome::{OperatingPoint, Outcome};
 use bristle_grid::{CaseResult, CaseSummary, Study, Sweep};
 use bristle_text::layout::{aligned, wrap, wrap_beside};
 use bristle_text::number::spanning;
