@@ -5,9 +5,10 @@ use bristle_text::shown;
 use serde_json::Value;
 use thiserror::Error;
 
-use crate::document::{SECTIONS, setting_meant};
+use crate::document::setting_meant;
 use crate::friction::{FRICTION, REMEDY, pairing_list};
 use crate::input_error::LONGEST_KEY;
+use crate::keys::SECTIONS;
 use crate::materials::material_list;
 use crate::schema::{file_schema, is_stated_elsewhere};
 use crate::units::other_paths;

@@ -8,7 +8,7 @@ use bristle_text::is_invisible;
 use bristle_text::units::Unit;
 
 use crate::cells::number;
-use crate::measured::{Format, Quantity, unit_in};
+use crate::columns::{Format, Quantity, unit_in};
 use crate::table::Table;
 
 /// Longest heading that is guessed from, in bytes. Longer ones are not names.

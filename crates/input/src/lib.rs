@@ -10,6 +10,7 @@
 //! Nothing here touches a file or a terminal: the interface is text.
 
 pub mod cells;
+mod columns;
 pub mod control_points;
 pub mod document;
 pub mod explain;
@@ -18,6 +19,7 @@ pub mod friction;
 mod goal;
 mod headings;
 pub mod input_error;
+mod keys;
 pub mod materials;
 pub mod measured;
 mod mistakes;

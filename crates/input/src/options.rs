@@ -9,7 +9,7 @@ use toml::de::{DeArray, DeTable, DeValue, Error};
 use bristle::model::parameters::Parameter;
 use bristle_text::units::Unit;
 
-use crate::document::{STUDY, TOOLS};
+use crate::keys::{STUDY, TOOLS};
 use crate::units::{own_key, own_path};
 
 /// The parts of an option, with their places in it.

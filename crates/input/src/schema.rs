@@ -6,8 +6,8 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
 use crate::cells::{DECIMALS, SEPARATORS};
-use crate::document::{SECTIONS, STUDY, TOOLS};
 use crate::goal::goal_schema;
+use crate::keys::{SECTIONS, STUDY, TOOLS};
 use crate::materials::MATERIALS;
 use crate::measured::Quantity;
 use crate::units::other_paths;

@@ -7,7 +7,7 @@ use bristle::model::parameters::Parameter;
 use bristle_grid::SHORT_NAMES;
 use bristle_text::units::{Unit, own_keys, units_of};
 
-use crate::document::{CONTROL_POINTS, STUDY};
+use crate::keys::{CONTROL_POINTS, STUDY};
 
 /// The setting that a dotted path states, and the unit in which it does; without one if it is a ratio or a count.
 #[must_use]

@@ -2,9 +2,12 @@
 //!
 //! The TOML tree keeps the place of every key and value, so that each error can point at its cause.
 
+mod located;
+mod meant;
 #[cfg(test)]
 mod tests;
 mod tools;
+mod tree;
 mod units;
 
 use std::borrow::Cow;
@@ -14,31 +17,32 @@ use std::ops::Range;
 use bristle_text::{shortened, shown};
 use serde::Deserialize;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, Deserializer, ValueDeserializer};
+use toml::de::{DeTable, DeValue, Deserializer};
 
 use crate::cells::{DECIMALS, SEPARATORS};
 use crate::control_points::MOST_CONTROL_POINTS;
 use crate::goal::{GOAL, MOST, MOST_OF, NUMBERS, allowed, largest};
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
-use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
+use crate::keys::{CONTROL_POINTS, FILAMENT, MATERIAL_KEY, STUDY, TOOLS};
+use crate::materials::Material;
 use crate::measured::{ColumnName, Format, Quantity};
 use crate::mistakes::{Mistake, value_mistake};
 use crate::options::{self, Assignment};
-use crate::units::setting;
 use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
 use bristle::model::settings::Settings;
 use bristle_grid::uncertainty::check;
 use bristle_grid::{BRUSH, DEPTH, SHORT_NAMES, SPEED, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
-use bristle_text::units::{UNITS, Unit, own_keys, without_unit};
+use bristle_text::units::own_keys;
 use serde_json::{Map, Value};
 
-pub(crate) use tools::{SECTIONS, TOOLS};
+pub use meant::setting_meant;
+pub use tree::Document;
 
-use tools::LocatedTool;
-use units::{ONE_UNIT, OtherUnit};
+use located::{LocatedMaterial, LocatedSweep, LocatedTool};
+use meant::{did_you_mean, is_section};
+use tree::{OtherUnit, read};
+use units::ONE_UNIT;
 
-/// The section that states the sweeps and the named tools. Its other keys are short names and paths of settings.
-pub(crate) const STUDY: &str = "study";
 /// The section that names measured forces. All other sections belong to [`Settings`].
 const MEASURED: &str = "measured";
 /// The section of removal.
@@ -65,61 +69,9 @@ const FILAMENT_COUNT: &str = "tool.filament_count";
 /// The section of the workpiece, with its key for a file of control points.
 const WORKPIECE: &str = "workpiece";
 const CONTROL_POINTS_FILE: &str = "control_points_csv";
-pub(crate) const CONTROL_POINTS: &str = "workpiece.control_points_m";
-
-/// The section of the filament, with its key for a material.
-const FILAMENT: &str = "filament";
-const MATERIAL_KEY: &str = "material";
-const MATERIAL: &str = "filament.material";
 
 /// The values allowed for an entry of `[study]`.
 const SWEEP: &str = "a list of numbers, or { start = …, stop = …, step = … }";
-
-/// An input file whose TOML and sweeps have been read.
-#[derive(Debug)]
-pub struct Document<'t> {
-    source: Source<'t>,
-    /// The sections of [`Settings`].
-    table: DeTable<'t>,
-    /// Place of the heading of `[study]`.
-    study_span: Range<usize>,
-    sweeps: Vec<LocatedSweep>,
-    /// The named tools of the study.
-    tools: Vec<LocatedTool<'t>>,
-    /// The file of measured forces, and how it is written.
-    measured: Option<(String, Format)>,
-    /// The file of a profile's control points, with the place of its path.
-    control_points_file: Option<(String, Range<usize>)>,
-    /// What the study is asked for, by the keys of `[goal]`.
-    goal: Option<Map<String, Value>>,
-    /// The control points in it, once they have been read.
-    control_points: Vec<[f64; 2]>,
-    /// The material of the filaments.
-    material: Option<LocatedMaterial>,
-    /// The keys of the tree that were written in other units than those of their settings, by their places.
-    other_units: BTreeMap<usize, OtherUnit>,
-    /// Whether the section of filaments that touch each other is left out.
-    is_alone: bool,
-}
-
-/// A material that the file names.
-#[derive(Debug)]
-struct LocatedMaterial {
-    material: &'static Material,
-    /// What it states, as TOML.
-    values: [(&'static Parameter, String); 2],
-    /// Place of its name.
-    span: Range<usize>,
-}
-
-/// One entry of `[study]`.
-#[derive(Debug)]
-struct LocatedSweep {
-    parameter: &'static Parameter,
-    sweep: Sweep,
-    /// Place of the entry's value.
-    span: Range<usize>,
-}
 
 /// A value that replaces the one in the file.
 struct Override<'a> {
@@ -340,26 +292,6 @@ impl<'t> Document<'t> {
         self.read_material(&value).map(Some)
     }
 
-    /// Reads the name of a material.
-    fn read_material(&self, value: &Spanned<DeValue<'_>>) -> Result<LocatedMaterial, InputError> {
-        let name = value.get_ref().as_str();
-        if let Some(material) = name.and_then(Material::find) {
-            let values =
-                [(DENSITY, material.density_kg_m3), (MODULUS, material.youngs_modulus_pa)].map(|(path, value)| {
-                    let parameter = Parameter::find(path).expect("the table has what a material states");
-                    (parameter, parameter.format(value))
-                });
-            return Ok(LocatedMaterial { material, values, span: value.span() });
-        }
-        let names = || MATERIALS.iter().map(|material| material.name);
-        let allowed = format!("one of {}", names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "));
-        let meant = name.map_or_else(String::new, |name| did_you_mean(name, names()));
-        let advice =
-            if meant.is_empty() { format!("state `{DENSITY}` and `{MODULUS}` of another material") } else { meant };
-        let problem = Problem::NotAllowed { key: MATERIAL.to_owned(), value: self.source.quote(value.span()), allowed };
-        Err(self.error(problem, value.span(), &advice))
-    }
-
     /// The material of the filaments, which states what the file does not.
     #[must_use]
     pub fn material(&self) -> Option<&'static Material> {
@@ -551,11 +483,6 @@ impl<'t> Document<'t> {
             };
             self.error(Problem::Study(error), span.unwrap_or(self.study_span.clone()), "")
         })
-    }
-
-    /// Whether the study sweeps a setting.
-    fn sweeps(&self, parameter: &Parameter) -> bool {
-        self.sweeps.iter().any(|located| std::ptr::eq(located.parameter, parameter))
     }
 
     /// Reads and checks the settings, those of a named tool if there is one, with some values replaced.
@@ -866,12 +793,6 @@ impl<'t> Document<'t> {
         self.error(problem, key.span(), &did_you_mean(name, keys.iter().copied()))
     }
 
-    /// The error about a value that is not allowed.
-    fn not_allowed(&self, key: String, value: &Spanned<DeValue<'_>>, allowed: String) -> InputError {
-        let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
-        self.error(problem, value.span(), "")
-    }
-
     fn read_sweep(
         &self,
         key: &Spanned<Cow<'_, str>>,
@@ -1022,25 +943,6 @@ impl<'t> Document<'t> {
         }
         Some(self.error(problem, span, &advice))
     }
-
-    fn error(&self, problem: Problem, span: Range<usize>, advice: &str) -> InputError {
-        InputError {
-            problem: Box::new(self.as_written(problem, &span)),
-            location: Box::new(self.source.location(span)),
-            advice: advice.to_owned(),
-        }
-    }
-
-    /// The place of something missing: the end of the text.
-    fn end(&self) -> Range<usize> {
-        let end = self.source.text.trim_end().len();
-        end..end
-    }
-}
-
-/// Reads a part of the tree.
-fn read<T: serde::de::DeserializeOwned>(value: &Spanned<DeValue<'_>>) -> Result<T, toml::de::Error> {
-    T::deserialize(ValueDeserializer::from(value.clone()))
 }
 
 /// What is wrong with a `line` that is not TOML, and what to do: `message` and `usual` unless it is one of the usual mistakes.
@@ -1071,10 +973,6 @@ fn allowed_by(message: &str) -> String {
         .map_or_else(|| format!("of another type ({})", shown(message, LONGEST_MESSAGE)), |(_, kinds)| kinds.to_owned())
 }
 
-fn is_section(name: &str) -> bool {
-    PARAMETERS.iter().any(|parameter| parameter.section() == name)
-}
-
 /// The value at a dotted path.
 fn find<'a, 't>(table: &'a DeTable<'t>, path: &str) -> Option<&'a Spanned<DeValue<'t>>> {
     let (section, key) = path.split_once('.')?;
@@ -1097,53 +995,4 @@ fn followed_violation(parameter: &Parameter, value: f64, violation: &Violation) 
 fn place(table: &DeTable<'_>, path: &str) -> Option<Range<usize>> {
     let heading = || table.get(path.split_once('.')?.0);
     find(table, path).or_else(heading).map(Spanned::span)
-}
-
-/// Least similarity (Jaro and Winkler, 0 to 1) at which a name may be a misspelling of another.
-const CLOSE: f64 = 0.85;
-
-/// A hint at the name that is most similar to `written`. Empty if none is close.
-fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
-    names
-        .map(|name| (strsim::jaro_winkler(written, name), name))
-        .max_by(|(left, _), (right, _)| left.total_cmp(right))
-        .filter(|(similarity, name)| *similarity >= CLOSE && *name != written)
-        .map_or_else(String::new, |(_, name)| format!("did you mean `{name}`?"))
-}
-
-/// A hint at the setting whose key is most similar to the last part of `written`, or that people call by this name. Empty if none is
-/// close. Keys in the wrong section are found, too.
-pub fn setting_meant(written: &str) -> String {
-    /// By how much more similar a key of another section must be.
-    const OWN_SECTION: f64 = 0.1;
-    let whole = written;
-    let (section, written) = written.rsplit_once('.').unwrap_or(("", written));
-    // Some settings have no symbol.
-    if written.trim().is_empty() {
-        return String::new();
-    }
-    // The name of a section is not a misspelling: the quotes around a dotted path are missing.
-    if is_section(written) {
-        return format!("a dotted path needs quotes, as in \"{written}.…\"");
-    }
-    let lower = written.to_lowercase();
-    let called = |parameter: &Parameter| {
-        let names = [Some(lower.as_str()), without_unit(&lower)];
-        parameter.symbol == written
-            || parameter.key() == lower
-            || names.into_iter().flatten().any(|name| parameter.also.contains(&name))
-    };
-    let similarity = |parameter: &Parameter| {
-        let similarity = if called(parameter) { 1.0 } else { strsim::jaro_winkler(&lower, parameter.key()) };
-        (similarity >= CLOSE).then(|| similarity + if parameter.section() == section { OWN_SECTION } else { 0.0 })
-    };
-    let close = PARAMETERS.iter().filter_map(|parameter| Some((similarity(parameter)?, parameter)));
-    // Of equally similar ones the first.
-    let meant = close.rev().max_by(|(left, _), (right, _)| left.total_cmp(right));
-    let Some((_, meant)) = meant.filter(|(_, meant)| meant.path != whole) else { return String::new() };
-    // In the unit that was written, if the setting can be stated in it.
-    let in_unit = |unit: &Unit| lower.ends_with(unit.suffix).then(|| unit.key_of(meant.path)).flatten();
-    let is_meant = |path: &String| setting(path).is_some_and(|(found, _)| std::ptr::eq(found, meant));
-    let path = UNITS.iter().filter_map(in_unit).find(is_meant).unwrap_or_else(|| meant.path.to_owned());
-    format!("did you mean `{path}`?")
 }

@@ -1,4 +1,4 @@
-//! Reads the named tools of a study, `[study.tools.NAME]`: what each states in place of the file.
+//! Reads the named tools of a study, `[study.tools.NAME]`: what each states in place of the file, and materials by their names.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -7,87 +7,19 @@ use bristle::model::parameters::Parameter;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::{Document, FILAMENT, LocatedMaterial, MATERIAL_KEY, STUDY, is_section, setting_meant};
+use super::located::{Entry, LocatedMaterial, LocatedTool, section_of};
+use super::meant::{did_you_mean, is_section, setting_meant};
+use super::tree::Document;
 use crate::input_error::{InputError, Problem};
-use crate::materials::{DENSITY, MODULUS};
-use crate::options;
+use crate::keys::{FILAMENT, MATERIAL_KEY, SECTIONS, STUDY, TOOLS};
+use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
 
-/// The key of the named tools in `[study]`.
-pub(crate) const TOOLS: &str = "tools";
-/// The sections whose keys a tool may state.
-pub(crate) const SECTIONS: [&str; 5] = ["tool", "filament", "contact", "uncertainty", "brush"];
+/// The path of the name of a material.
+const MATERIAL: &str = "filament.material";
 
 /// The values allowed for the named tools.
 const TABLES: &str = "tables of settings by the names of the tools, as in [study.tools.fine]";
 const TABLE: &str = "a table of settings, as in { filament.diameter_m = 0.6e-3, tool.filament_count = 20000 }";
-
-/// A named tool.
-#[derive(Debug)]
-pub(super) struct LocatedTool<'t> {
-    pub name: String,
-    /// Place of the name.
-    pub span: Range<usize>,
-    /// The sections in which it states something, or that it adds, and their places.
-    sections: Vec<(String, Range<usize>)>,
-    /// What it states.
-    entries: Vec<Entry<'t>>,
-    /// The material that it names.
-    pub material: Option<LocatedMaterial>,
-}
-
-/// A setting that a tool states.
-#[derive(Debug)]
-struct Entry<'t> {
-    section: String,
-    key: String,
-    key_span: Range<usize>,
-    value: Spanned<DeValue<'t>>,
-}
-
-impl Entry<'_> {
-    fn parameter(&self) -> Option<&'static Parameter> {
-        Parameter::find(&self.path())
-    }
-
-    fn path(&self) -> String {
-        format!("{}.{}", self.section, self.key)
-    }
-}
-
-impl LocatedTool<'_> {
-    /// Whether it states the setting at a dotted path.
-    pub fn states(&self, path: &str) -> bool {
-        self.entries.iter().any(|entry| entry.path() == path)
-    }
-
-    /// Whether it leaves aside what the file states of the setting at a dotted path: its own material precedes numbers of the file.
-    pub fn leaves_aside(&self, path: &str) -> bool {
-        self.material.is_some() && [DENSITY, MODULUS].contains(&path)
-    }
-
-    /// Puts what it states in the place of what the tree does.
-    pub fn state<'a>(&'a self, table: &mut DeTable<'a>) {
-        if let Some(DeValue::Table(filament)) = table.get_mut(FILAMENT).map(Spanned::get_mut)
-            && self.material.is_some()
-        {
-            let parameters = [DENSITY, MODULUS].into_iter().filter_map(Parameter::find);
-            parameters.for_each(|parameter| drop(filament.remove(parameter.key())));
-        }
-        for (section, span) in &self.sections {
-            let new = || Spanned::new(span.clone(), DeValue::Table(DeTable::new()));
-            table.entry(Spanned::new(span.clone(), Cow::Borrowed(section.as_str()))).or_insert_with(new);
-        }
-        for Entry { section, key, key_span, value } in &self.entries {
-            let spans = [key_span.clone(), value.span()];
-            options::state(table, [section, key], value.get_ref().clone(), spans);
-        }
-    }
-}
-
-/// The section of a key in the table of a tool: the key itself, or the beginning of a dotted path in quotes.
-fn section_of(key: &str) -> &str {
-    key.split_once('.').map_or(key, |(section, _)| section)
-}
 
 impl<'t> Document<'t> {
     /// Reads the named tools in the order of the file.
@@ -118,6 +50,26 @@ impl<'t> Document<'t> {
         }
         read.sort_by_key(|tool| tool.span.start);
         Ok(read)
+    }
+
+    /// Reads the name of a material.
+    pub(super) fn read_material(&self, value: &Spanned<DeValue<'_>>) -> Result<LocatedMaterial, InputError> {
+        let name = value.get_ref().as_str();
+        if let Some(material) = name.and_then(Material::find) {
+            let values =
+                [(DENSITY, material.density_kg_m3), (MODULUS, material.youngs_modulus_pa)].map(|(path, value)| {
+                    let parameter = Parameter::find(path).expect("the table has what a material states");
+                    (parameter, parameter.format(value))
+                });
+            return Ok(LocatedMaterial { material, values, span: value.span() });
+        }
+        let names = || MATERIALS.iter().map(|material| material.name);
+        let allowed = format!("one of {}", names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "));
+        let meant = name.map_or_else(String::new, |name| did_you_mean(name, names()));
+        let advice =
+            if meant.is_empty() { format!("state `{DENSITY}` and `{MODULUS}` of another material") } else { meant };
+        let problem = Problem::NotAllowed { key: MATERIAL.to_owned(), value: self.source.quote(value.span()), allowed };
+        Err(self.error(problem, value.span(), &advice))
     }
 
     /// The settings in the table of a tool, which `path` names: those of sections, and those with dotted paths in quotes.

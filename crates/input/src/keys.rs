@@ -1,0 +1,15 @@
+//! Names of sections and keys that several files know.
+
+/// The section that states the sweeps and the named tools. Its other keys are short names and paths of settings.
+pub(crate) const STUDY: &str = "study";
+/// The key of the named tools in `[study]`.
+pub(crate) const TOOLS: &str = "tools";
+/// The sections whose keys a tool may state.
+pub(crate) const SECTIONS: [&str; 5] = ["tool", "filament", "contact", "uncertainty", "brush"];
+
+/// The section of the filament, with its key for a material.
+pub(crate) const FILAMENT: &str = "filament";
+pub(crate) const MATERIAL_KEY: &str = "material";
+
+/// The path of the control points of a profile.
+pub(crate) const CONTROL_POINTS: &str = "workpiece.control_points_m";
