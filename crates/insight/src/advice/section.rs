@@ -48,7 +48,7 @@ pub struct Sentence {
 pub enum Topic {
     /// The highest force of all.
     Highest,
-    /// The best cases within [`Limits`], ranked. Those whose whole uncertainty is within the limit of the force come first, of these stable
+    /// The best cases within [`Limits`](super::Limits), ranked. Those whose whole uncertainty is within the limit of the force come first, of these stable
     /// ones, then those that sweep, then the highest force.
     WithinLimits,
     /// The cases within the limits whose force is the target or nearest to it, ranked.

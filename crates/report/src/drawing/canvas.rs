@@ -4,7 +4,7 @@
 
 use super::color::{Color, WHITE};
 use super::format::Format;
-use super::typeset;
+use super::typeset::typeset;
 
 /// Coordinates per pixel. More than one, so that curves are smooth although coordinates are whole numbers.
 pub(super) const FINE: i32 = 10;

@@ -16,7 +16,8 @@ use serde_json::{Value, json};
 
 use super::course::{Outline, SideView};
 use super::packed::{Packed, rounded};
-use super::{LONGEST_NAME, Notes, Page, fill, place_on_page, settings, spread};
+use super::selection::spread;
+use super::{LONGEST_NAME, Notes, Page, fill, place_on_page, settings};
 use crate::drawing::format::Format;
 use crate::figures::{Brush, Picture, brush_figures};
 

@@ -10,8 +10,8 @@ use std::{io, thread};
 
 use serde::Serialize;
 
-use super::Selection;
 use super::packed::{Packed, rounded};
+use super::selection::{MAX_COURSES, Selection, spread};
 use crate::view::{View, height, is_upright, moved, root, sampled_pass};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
@@ -21,9 +21,6 @@ use bristle::simulation::{
 use bristle::tool::places;
 use bristle::workpiece::{ProfileCells, Workpiece, unit_normal};
 use bristle_grid::{CaseResult, Study, thread_count};
-
-/// Maximum number of cases whose courses are shown.
-pub const MAX_COURSES: usize = 120;
 
 const UNBROKEN: &str = "nothing panics with the queue in hand";
 
@@ -261,7 +258,7 @@ impl Course {
         let along = |point| view.along(point);
         let above = |point| view.above(point);
         let points = simulation.shapes.first().map_or(0, |shape| shape.nodes_m.len());
-        let drawn: Vec<usize> = super::spread(points, points.min(MAX_POINTS)).collect();
+        let drawn: Vec<usize> = spread(points, points.min(MAX_POINTS)).collect();
         // Other tools have views of their own.
         let shapes = if is_upright(settings) { &simulation.shapes[..] } else { &[] };
         let coordinates = |coordinate: &dyn Fn([f64; 3]) -> f64| {

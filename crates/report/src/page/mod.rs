@@ -28,13 +28,16 @@ mod course;
 mod measured;
 mod packed;
 mod removal;
+mod selection;
 
 pub use brush::brush_page;
 pub use calibration::calibration_page;
-pub use course::{Course, MAX_COURSES, Recorder};
+pub use course::{Course, Recorder};
 pub use removal::removal_page;
+pub use selection::{MAX_CASES_SHOWN, MAX_COURSES};
 
 use packed::rounded;
+use selection::Selection;
 
 /// A page with places to be filled in, of which one is for the sections of its own.
 const FRAME: &str = include_str!("frame.html");
@@ -49,9 +52,6 @@ const SCRIPT: &str = concat!(
     include_str!("course.js"),
     include_str!("script.js"),
 );
-
-/// Maximum number of cases in a page. A page of a larger study has a selection, and stays below 10 MB.
-pub const MAX_CASES_SHOWN: usize = 20_000;
 
 /// Longest name of a study in its page, in characters.
 const LONGEST_NAME: usize = 100;
@@ -442,53 +442,6 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
 /// A setting that has no default.
 fn stated_or(value: Option<f64>) -> Value {
     value.map_or_else(|| json!("not stated"), |value| json!(value))
-}
-
-/// A selection of the cases of a study, which form a grid.
-#[derive(Debug)]
-struct Selection {
-    /// The positions of the selected values on each axis.
-    positions: Vec<Vec<usize>>,
-    /// The cases in order.
-    cases: Vec<usize>,
-}
-
-impl Selection {
-    /// The cases that the page shows.
-    fn shown(study: &Study) -> Self {
-        let all = study.sweeps().iter().map(|axis| (0..axis.values().len()).collect()).collect();
-        Self::on(study, thinned(all, MAX_CASES_SHOWN))
-    }
-
-    /// The cases whose courses it shows, from these.
-    fn with_course(study: &Study) -> Self {
-        Self::on(study, thinned(Self::shown(study).positions, MAX_COURSES))
-    }
-
-    fn on(study: &Study, positions: Vec<Vec<usize>>) -> Self {
-        let mut cases = vec![0];
-        for (positions, axis) in positions.iter().zip(study.sweeps()) {
-            let count = axis.values().len();
-            cases =
-                cases.iter().flat_map(|case| positions.iter().map(move |position| case * count + position)).collect();
-        }
-        Self { positions, cases }
-    }
-}
-
-/// Thins lists out evenly, the longest first, until they have at most `limit` combinations.
-fn thinned(lists: Vec<Vec<usize>>, limit: usize) -> Vec<Vec<usize>> {
-    let mut lengths: Vec<usize> = lists.iter().map(Vec::len).collect();
-    while lengths.iter().product::<usize>() > limit.max(1) {
-        *lengths.iter_mut().max().expect("a product above one has a factor") -= 1;
-    }
-    let thin = |(list, length): (Vec<usize>, usize)| spread(list.len(), length).map(|index| list[index]).collect();
-    lists.into_iter().zip(lengths).map(thin).collect()
-}
-
-/// `taken` of `count` indices, evenly spread from the first to the last; the middle one if `taken` is one.
-fn spread(count: usize, taken: usize) -> impl Iterator<Item = usize> {
-    (0..taken).map(move |i| if taken == 1 { (count - 1) / 2 } else { i * (count - 1) / (taken - 1) })
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@ use std::ops::Range;
 
 use serde_json::Value;
 
+use super::selection::spread;
 use super::*;
 use crate::testing::brush;
 use bristle::model::metrics::Metrics;
