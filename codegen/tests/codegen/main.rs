@@ -6,6 +6,5 @@ mod damping;
 mod exchange;
 mod expressions;
 mod golden;
-mod layers;
 mod planar;
 mod rules;

@@ -12,6 +12,7 @@ mod formats;
 mod friction;
 mod hostile;
 mod kinds;
+mod layers;
 mod metrics;
 mod mistakes;
 mod packing;
