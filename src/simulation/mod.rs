@@ -1,8 +1,9 @@
 //! One filament's pass over the workpiece: integration through located contact events.
 //!
 //! [`simulate`] computes metrics from settings. It integrates a [`Pass`]: [`Pass::new`] takes the tool and the workpiece from
-//! the settings, [`Pass::with`] takes any [`Tool`] and any [`Workpiece`]. [`simulate_side_by_side`] simulates many passes of
-//! settings in the lanes of the machine's vector units, [`sample_any_side_by_side`] those of any tool and workpiece.
+//! the settings, [`Pass::with`] takes any [`Tool`](crate::tool::Tool) and any [`Workpiece`](crate::workpiece::Workpiece).
+//! [`simulate_side_by_side`] simulates many passes of settings in the lanes of the machine's vector units,
+//! [`sample_any_side_by_side`] those of any tool and workpiece.
 
 use crate::model::metrics::Metrics;
 use crate::model::settings::Settings;

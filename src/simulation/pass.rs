@@ -132,7 +132,7 @@ impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
     }
 }
 
-/// One pass of a filament over a workpiece, as integrated by [`simulate`].
+/// One pass of a filament over a workpiece, as integrated by [`simulate`](super::simulate).
 ///
 /// It starts with a relaxed filament that turns rigidly with the tool, at the lead angle before nominal entry, or before the first touch of
 /// that filament where this is earlier: a wavy one reaches ahead of a straight one, and its contact radius makes one thicker. It ends at the
@@ -491,7 +491,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         self.touches.iter().map(|touch| touch.map(|time| before + time)).collect()
     }
 
-    /// Integrates all turns of the pass in `system` from `start`; see [`integrate`].
+    /// Integrates all turns of the pass in `system` from `start`; see [`integrate`](super::integrate).
     ///
     /// Steps end where turns do.
     ///
