@@ -12,10 +12,11 @@ use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Statistics, Stop};
-use bristle_grid::brush::{Interaction, check_brushes};
+use bristle_grid::brush::check_brushes;
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{
-    CaseResult, SPEED, Setting, Study, VELOCITY, Waiting, simulate_cases_with, waiting_cases, without_result,
+    CaseResult, Interaction, SPEED, Setting, Study, VELOCITY, Waiting, simulate_cases_with, waiting_cases,
+    without_result,
 };
 use bristle_insight::advice::{Limits, advise};
 use bristle_insight::assumptions::Assumptions;

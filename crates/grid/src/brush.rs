@@ -1,5 +1,5 @@
 //! What is checked before a study of brushes begins, and which metrics results have. What a brush has beyond those of its tool is an
-//! [`Interaction`].
+//! [`Interaction`](crate::Interaction).
 
 use std::num::NonZeroUsize;
 
@@ -11,8 +11,6 @@ use thiserror::Error;
 
 use crate::case::tentative;
 use crate::grid::Study;
-pub use crate::interaction::{Interaction, statistics, turn_impulses};
-pub use crate::scheduler::calibration_band;
 use crate::scheduler::thread_count;
 
 /// Why a study of brushes is not begun.

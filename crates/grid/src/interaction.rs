@@ -104,7 +104,7 @@ pub fn turn_impulses(result: &BrushResult) -> Vec<f64> {
 
 /// The work of a brush as that of one simulation. Its steps are repeated where Newton's method fails.
 #[must_use]
-pub fn statistics(brush: &BrushStatistics) -> Statistics {
+pub(crate) fn statistics(brush: &BrushStatistics) -> Statistics {
     Statistics {
         steps: brush.steps,
         newton_failures: brush.halved_steps,

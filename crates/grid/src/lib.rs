@@ -22,9 +22,10 @@ pub mod uncertainty;
 
 pub use case::{CaseResult, CaseSummary, tentative};
 pub use grid::{BRUSH, Study, StudyError};
+pub use interaction::{Interaction, turn_impulses};
 pub use scheduler::{
-    Resources, Waiting, press_brush, run_study, simulate_cases, simulate_cases_with, thread_count, waiting_cases,
-    without_result, work,
+    Resources, Waiting, calibration_band, press_brush, run_study, simulate_cases, simulate_cases_with, thread_count,
+    waiting_cases, without_result, work,
 };
 pub use setting::{DEPTH, FORCE, FRICTION, OFFSET, SPEED, Setting, TOOL, TURNS, VELOCITY, equation};
 pub use shard::Shard;

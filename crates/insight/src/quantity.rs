@@ -3,9 +3,9 @@
 use bristle::model::metrics::{Metrics, RemovalLaw};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 
-use bristle_grid::brush::{Having, Interaction, metric_columns};
+use bristle_grid::brush::{Having, metric_columns};
 use bristle_grid::uncertainty::ForceScatter;
-use bristle_grid::{CaseResult, CaseSummary};
+use bristle_grid::{CaseResult, CaseSummary, Interaction};
 use bristle_text::number::spanning;
 
 /// The metric that advice and comparisons use.

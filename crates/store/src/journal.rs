@@ -33,9 +33,8 @@ use bristle::equations::FINGERPRINT;
 use bristle::model::metrics::Metrics;
 use bristle::simulation::SOLVER_FINGERPRINT;
 use bristle::simulation::Statistics;
-use bristle_grid::brush::Interaction;
 use bristle_grid::uncertainty::ForceScatter;
-use bristle_grid::{CaseResult, CaseSummary, Study, SweepText, Tool, ToolText};
+use bristle_grid::{CaseResult, CaseSummary, Interaction, Study, SweepText, Tool, ToolText};
 
 /// The version of the format.
 pub const FORMAT: u32 = 1;

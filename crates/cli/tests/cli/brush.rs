@@ -9,7 +9,8 @@ use std::time::Duration;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Record};
 use bristle::model::settings::BrushSettings;
-use bristle_grid::brush::{Having, Interaction, metric_columns};
+use bristle_grid::Interaction;
+use bristle_grid::brush::{Having, metric_columns};
 use bristle_store::results::keys;
 use serde_json::{Map, Value};
 

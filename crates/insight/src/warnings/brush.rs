@@ -1,8 +1,7 @@
 //! Brushes whose steps are too long.
 
 use bristle::model::settings::Settings;
-use bristle_grid::brush::Interaction;
-use bristle_grid::{CaseResult, Study};
+use bristle_grid::{CaseResult, Interaction, Study};
 use bristle_text::layout::Warning;
 
 /// The warning about one brush.

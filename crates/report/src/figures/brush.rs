@@ -6,7 +6,7 @@ use crate::drawing::format::Format;
 use crate::drawing::scale::Axis;
 use bristle::brush::{FilamentResult, PairResult, ToolSample};
 use bristle::model::settings::Settings;
-use bristle_grid::brush::Interaction;
+use bristle_grid::Interaction;
 
 /// Names of the figures.
 const IMPULSES: &str = "brush_impulses";

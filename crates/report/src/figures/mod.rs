@@ -15,8 +15,7 @@ use bristle::model::record::{self, Column, Curves, Level, Prominence, Record, Sc
 use bristle::model::settings::{MAX_TURNS, Settings};
 use bristle::simulation::{Pass, ProfileCell, Sample, Shape};
 use bristle::tool::places;
-use bristle_grid::brush::Interaction;
-use bristle_grid::{CaseResult, CaseSummary, DEPTH, FORCE, SPEED, Study, VELOCITY};
+use bristle_grid::{CaseResult, CaseSummary, DEPTH, FORCE, Interaction, SPEED, Study, VELOCITY};
 use bristle_input::measured::Measurement;
 use bristle_insight::measured::{points_of, relative_uncertainty};
 use bristle_insight::quantity::shown_metrics;

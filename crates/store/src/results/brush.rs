@@ -7,8 +7,9 @@ use bristle::model::settings::Settings;
 use serde::Serialize;
 
 use super::tables::{Cell, Known, cells, cells_of, keys, keys_of, read_records, write_records};
-use bristle_grid::brush::{Having, Interaction, filament_columns, turn_impulses};
+use bristle_grid::brush::{Having, filament_columns};
 use bristle_grid::uncertainty::ForceScatter;
+use bristle_grid::{Interaction, turn_impulses};
 use bristle_input::table::{AGAIN, DataError, Source};
 
 bristle::record! {

@@ -17,10 +17,10 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use super::saved::SavedStudy;
 use crate::digest::digest;
-use bristle_grid::brush::{Having, Interaction, metric_columns};
+use bristle_grid::brush::{Having, metric_columns};
 use bristle_grid::removal::{Removal, RemovalRow, SimulatedEdge};
 use bristle_grid::uncertainty::ForceScatter;
-use bristle_grid::{CaseResult, CaseSummary, DEPTH, SPEED, Setting, Study, Sweep, VELOCITY};
+use bristle_grid::{CaseResult, CaseSummary, DEPTH, Interaction, SPEED, Setting, Study, Sweep, VELOCITY};
 use bristle_input::table::{AGAIN, DataError, Source, Table};
 
 /// Settings that are in `runs.csv` whether swept or not, and the names of their columns.
