@@ -52,23 +52,18 @@ impl Settings {
     fn check_vectors(&self) -> Result<(), Violation> {
         let gravity = self.process.gravity_m_s2;
         if !gravity.iter().all(|component| component.is_finite()) {
-            return Err(Violation {
-                path: "process.gravity_m_s2",
-                value: format!("{gravity:?}"),
-                allowed: "three finite numbers, in m/s²".to_owned(),
-            });
+            return Err(Violation::of("process.gravity_m_s2", gravity, "three finite numbers, in m/s²"));
         }
         // If the normal is zero or infinite these are NaN.
         let normal = unit_normal(&self.workpiece);
         let [x, y, _] = Pose::of(&self.tool).to_tool(normal);
         let is_across = Trim::of(self).is_radial() && x.hypot(y) < MIN_NORMAL_ACROSS;
         if is_across || !normal.iter().all(|component| component.is_finite()) {
-            return Err(Violation {
-                path: "workpiece.normal",
-                value: format!("{:?}", self.workpiece.normal),
-                allowed: "three finite numbers that do not point along the axis of a tool with radial filaments"
-                    .to_owned(),
-            });
+            return Err(Violation::of(
+                "workpiece.normal",
+                self.workpiece.normal,
+                "three finite numbers that do not point along the axis of a tool with radial filaments",
+            ));
         }
         Ok(())
     }
@@ -87,32 +82,31 @@ impl Settings {
         if !trim.is_radial() && crossing {
             let [_, half] = trim.ends();
             let least = half * trim.elevation.sin().abs();
-            return Err(Violation {
-                path: "tool.body_radius_m",
-                value: format!("{:?}", tool.body_radius_m),
-                allowed: format!(
+            return Err(Violation::of(
+                "tool.body_radius_m",
+                tool.body_radius_m,
+                format!(
                     "greater than {least:.4e}, in m: nearer to the axis, filaments of a trim this wide would be rooted across it"
                 ),
-            });
+            ));
         }
         if trim.elevation.abs() > LARGEST_ELEVATION_OF_WAVES && self.filament.waviness_amplitude_m != 0.0 {
-            return Err(Violation {
-                path: "filament.waviness_amplitude_m",
-                value: format!("{:?}", self.filament.waviness_amplitude_m),
-                allowed: format!(
+            return Err(Violation::of(
+                "filament.waviness_amplitude_m",
+                self.filament.waviness_amplitude_m,
+                format!(
                     "0: waves lie in the plane of rotation, across which filaments at less than {:.1} rad to the axis stand",
                     FRAC_PI_2 - LARGEST_ELEVATION_OF_WAVES
                 ),
-            });
+            ));
         }
         if self.brush.is_some() && !trim.is_radial() {
-            return Err(Violation {
-                path: "tool.filament_angle_rad",
-                value: format!("{:?}", tool.filament_angle_rad()),
-                allowed: "π/2 with [brush]: filaments that touch each other are simulated on radial trims only; leave [brush] out, \
-                          or run with --without-interaction, for filaments alone"
-                    .to_owned(),
-            });
+            return Err(Violation::of(
+                "tool.filament_angle_rad",
+                tool.filament_angle_rad(),
+                "π/2 with [brush]: filaments that touch each other are simulated on radial trims only; leave [brush] out, \
+                          or run with --without-interaction, for filaments alone",
+            ));
         }
         Ok(())
     }
@@ -148,28 +142,28 @@ impl Settings {
         let Settings { filament, .. } = self;
         let (root_m, tip_m, length_m) = (filament.diameter_m, filament.tip_diameter_m(), filament.length_m);
         if !(root_m / MAX_TAPER..=root_m * MAX_TAPER).contains(&tip_m) || tip_m >= length_m {
-            return Err(Violation {
-                path: "filament.tip_diameter_m",
-                value: format!("{tip_m:?}"),
-                allowed: format!(
+            return Err(Violation::of(
+                "filament.tip_diameter_m",
+                tip_m,
+                format!(
                     "less than filament.length_m = {length_m:?}, and from a thousandth to a thousand times \
                      filament.diameter_m = {root_m:?}"
                 ),
-            });
+            ));
         }
         let steepest =
             filament::sines_of_inclinations(filament).fold(0.0, |steepest: f64, sine| steepest.max(sine.abs()));
         if steepest >= 1.0 {
             let amplitude_m = filament.waviness_amplitude_m;
-            return Err(Violation {
-                path: "filament.waviness_amplitude_m",
-                value: format!("{amplitude_m:?}"),
-                allowed: format!(
+            return Err(Violation::of(
+                "filament.waviness_amplitude_m",
+                amplitude_m,
+                format!(
                     "between ±{:.4e}: with filament.waviness_length_m = {:?} no segment may lie across the clamp direction",
                     amplitude_m.abs() / steepest,
                     filament.waviness_length_m(),
                 ),
-            });
+            ));
         }
         Ok(())
     }
@@ -183,20 +177,20 @@ impl Settings {
         }
         let length_m = self.filament.length_m;
         if self.filament.diameter_m >= length_m {
-            return Err(Violation {
-                path: "filament.diameter_m",
-                value: format!("{:?}", self.filament.diameter_m),
-                allowed: format!("less than filament.length_m = {length_m:?}"),
-            });
+            return Err(Violation::of(
+                "filament.diameter_m",
+                self.filament.diameter_m,
+                format!("less than filament.length_m = {length_m:?}"),
+            ));
         }
         self.check_shape()?;
         self.check_removal()?;
         if self.contact.radius_m >= length_m {
-            return Err(Violation {
-                path: "contact.radius_m",
-                value: format!("{:?}", self.contact.radius_m),
-                allowed: format!("less than filament.length_m = {length_m:?}"),
-            });
+            return Err(Violation::of(
+                "contact.radius_m",
+                self.contact.radius_m,
+                format!("less than filament.length_m = {length_m:?}"),
+            ));
         }
         self.check_trim()?;
         let penetration_depth_m = self.process.penetration_depth_m;

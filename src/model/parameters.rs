@@ -9,7 +9,7 @@ use std::fmt::{self, Display};
 use std::ops::{Bound, RangeBounds};
 
 use crate::model::record::Scalar;
-use crate::model::settings::{BrushSettings, MAX_TURNS, RemovalSettings, Settings, Turns};
+use crate::model::settings::{MAX_TURNS, Settings, Turns};
 
 /// The largest number of segments of a filament.
 pub const MAX_SEGMENTS: usize = 400;
@@ -288,6 +288,13 @@ pub struct Violation {
     pub allowed: String,
 }
 
+impl Violation {
+    /// The setting at `path`, which has this `value`.
+    pub(crate) fn of(path: &'static str, value: impl fmt::Debug, allowed: impl Into<String>) -> Self {
+        Self { path, value: format!("{value:?}"), allowed: allowed.into() }
+    }
+}
+
 impl Display for Violation {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { path, value, allowed } = self;
@@ -298,118 +305,82 @@ impl Display for Violation {
 impl Error for Violation {}
 
 /// Makes a table entry whose path always matches the field that it names.
+macro_rules! entry {
+    ($section:ident . $key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal, $get:expr, $set:expr) => {
+        Parameter {
+            path: concat!(stringify!($section), ".", stringify!($key)),
+            unit: $unit,
+            symbol: $symbol,
+            name: $name,
+            range: $range,
+            word: "",
+            required: false,
+            instead_of: "",
+            also: &[],
+            default: "",
+            source: "",
+            decides_force: false,
+            usual: None,
+            get: $get,
+            set: $set,
+        }
+    };
+}
+
+/// Makes the entry of a setting in a section that every file has.
 macro_rules! parameter {
     ($section:ident . $key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
-        Parameter {
-            path: concat!(stringify!($section), ".", stringify!($key)),
-            unit: $unit,
-            symbol: $symbol,
-            name: $name,
-            range: $range,
-            word: "",
-            required: false,
-            instead_of: "",
-            also: &[],
-            default: "",
-            source: "",
-            decides_force: false,
-            usual: None,
-            get: |settings| Scalar::into_f64(settings.$section.$key),
-            set: |settings, value| settings.$section.$key = Scalar::from_f64(value),
-        }
-    };
-    // A setting whose default is that of a method of the same name.
-    ($section:ident . $key:ident(), $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
-        Parameter {
-            path: concat!(stringify!($section), ".", stringify!($key)),
-            unit: $unit,
-            symbol: $symbol,
-            name: $name,
-            range: $range,
-            word: "",
-            required: false,
-            instead_of: "",
-            also: &[],
-            default: "",
-            source: "",
-            decides_force: false,
-            usual: None,
-            get: |settings| Scalar::into_f64(settings.$section.$key()),
-            set: |settings, value| settings.$section.$key = Some(Scalar::from_f64(value)),
-        }
-    };
-    // Another way to state a setting, by a method of the settings of the same name and one that changes that setting.
-    ($section:ident . $key:ident => $change:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
-        Parameter {
-            path: concat!(stringify!($section), ".", stringify!($key)),
-            unit: $unit,
-            symbol: $symbol,
-            name: $name,
-            range: $range,
-            word: "",
-            required: false,
-            instead_of: "",
-            also: &[],
-            default: "",
-            source: "",
-            decides_force: false,
-            usual: None,
-            get: Settings::$key,
-            set: Settings::$change,
-        }
-    };
-}
-
-/// Makes the entry of a setting in a section that a file may leave out: settings without it have its default. Changing one adds the section.
-macro_rules! section_parameter {
-    ($section:ident, $or_default:ident, $key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal, $get:expr, $set:expr) => {
-        Parameter {
-            path: concat!(stringify!($section), ".", stringify!($key)),
-            unit: $unit,
-            symbol: $symbol,
-            name: $name,
-            range: $range,
-            word: "",
-            required: false,
-            instead_of: "",
-            also: &[],
-            default: "",
-            source: "",
-            decides_force: false,
-            usual: None,
-            get: |settings| $get(&settings.$or_default()),
-            set: |settings, value| $set(settings.$section.get_or_insert_default(), value),
-        }
-    };
-}
-
-/// An entry of `[brush]`. A count that the brush chooses itself if it is not stated (`auto`) is one, the least.
-macro_rules! brush_parameter {
-    (auto $key:ident, $range:expr, $symbol:literal, $name:literal) => {
-        section_parameter!(
-            brush,
-            brush_or_default,
-            $key,
-            "",
-            $range,
-            $symbol,
-            $name,
-            |brush: &BrushSettings| Scalar::into_f64(brush.$key.unwrap_or(1)),
-            |brush: &mut BrushSettings, value| brush.$key = Some(Scalar::from_f64(value))
-        )
-        .default_is("chosen by the program")
-    };
-    ($key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
-        section_parameter!(
-            brush,
-            brush_or_default,
-            $key,
+        entry!(
+            $section.$key,
             $unit,
             $range,
             $symbol,
             $name,
-            |brush: &BrushSettings| Scalar::into_f64(brush.$key),
-            |brush: &mut BrushSettings, value| brush.$key = Scalar::from_f64(value)
+            |settings| Scalar::into_f64(settings.$section.$key),
+            |settings, value| settings.$section.$key = Scalar::from_f64(value)
+        )
+    };
+    // A setting whose default is that of a method of the same name.
+    ($section:ident . $key:ident(), $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
+        entry!(
+            $section.$key,
+            $unit,
+            $range,
+            $symbol,
+            $name,
+            |settings| Scalar::into_f64(settings.$section.$key()),
+            |settings, value| settings.$section.$key = Some(Scalar::from_f64(value))
+        )
+    };
+    // Another way to state a setting, by a method of the settings of the same name and one that changes that setting.
+    ($section:ident . $key:ident => $change:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
+        entry!($section.$key, $unit, $range, $symbol, $name, Settings::$key, Settings::$change)
+    };
+}
+
+/// An entry of `[brush]`, a section that a file may leave out: settings without it have its default. Changing one adds the section. A count that the brush chooses itself if it is not stated (`auto`) is one, the least.
+macro_rules! brush_parameter {
+    (auto $key:ident, $range:expr, $symbol:literal, $name:literal) => {
+        entry!(
+            brush.$key,
+            "",
+            $range,
+            $symbol,
+            $name,
+            |settings| Scalar::into_f64(settings.brush_or_default().$key.unwrap_or(1)),
+            |settings, value| settings.brush.get_or_insert_default().$key = Some(Scalar::from_f64(value))
+        )
+        .default_is("chosen by the program")
+    };
+    ($key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
+        entry!(
+            brush.$key,
+            $unit,
+            $range,
+            $symbol,
+            $name,
+            |settings| Scalar::into_f64(settings.brush_or_default().$key),
+            |settings, value| settings.brush.get_or_insert_default().$key = Scalar::from_f64(value)
         )
     };
 }
@@ -417,16 +388,14 @@ macro_rules! brush_parameter {
 /// An entry of `[removal]` without a default. Where it is not stated, its value has no meaning, and is a `typical` one.
 macro_rules! removal_parameter {
     ($key:ident, $unit:literal, $typical:literal, $symbol:literal, $name:literal) => {
-        section_parameter!(
-            removal,
-            removal_or_default,
-            $key,
+        entry!(
+            removal.$key,
             $unit,
             Range::POSITIVE,
             $symbol,
             $name,
-            |removal: &RemovalSettings| removal.$key.unwrap_or($typical),
-            |removal: &mut RemovalSettings, value| removal.$key = Some(value)
+            |settings| settings.removal_or_default().$key.unwrap_or($typical),
+            |settings, value| settings.removal.get_or_insert_default().$key = Some(value)
         )
     };
 }
@@ -667,16 +636,14 @@ pub static PARAMETERS: &[Parameter] = &[
         .also(&["wear", "wear_coefficient", "archard", "kw"])
         .default_is("not known: filaments do not wear")
         .usually(1e-18, 1e-9, "mm³/(N m) typed as m²/N, which are 1e-9 of it"),
-    section_parameter!(
-        removal,
-        removal_or_default,
-        force_loss,
+    entry!(
+        removal.force_loss,
         "",
         Range::real(Bound::Excluded(0.0), Bound::Excluded(1.0)),
         "",
         "part of the force that a worn brush may lose",
-        |removal: &RemovalSettings| removal.force_loss,
-        |removal: &mut RemovalSettings, value| removal.force_loss = value
+        |settings| settings.removal_or_default().force_loss,
+        |settings, value| settings.removal.get_or_insert_default().force_loss = value
     ),
     removal_parameter!(edge_feed_velocity_m_s, "m/s", 1e-2, "", "velocity of the feed along the edge").default_is("not fed"),
 ];

@@ -144,11 +144,11 @@ fn corners(workpiece: &WorkpieceSettings, ground: f64) -> Result<(Vec<Corner>, [
     let mut corners = vec![Corner { point: [0.0, 0.0], turn }];
     if workpiece.kind == WorkpieceKind::Chamfer {
         if chamfer_angle_rad >= turn {
-            return Err(Violation {
-                path: "workpiece.chamfer_angle_rad",
-                value: format!("{chamfer_angle_rad:?}"),
-                allowed: format!("less than {turn:.4}, by which the faces turn at the edge, in rad"),
-            });
+            return Err(Violation::of(
+                "workpiece.chamfer_angle_rad",
+                chamfer_angle_rad,
+                format!("less than {turn:.4}, by which the faces turn at the edge, in rad"),
+            ));
         }
         let (sin, cos) = chamfer_angle_rad.sin_cos();
         let start = -chamfer_width_m * (turn - chamfer_angle_rad).sin() / turn.sin();
@@ -158,11 +158,11 @@ fn corners(workpiece: &WorkpieceSettings, ground: f64) -> Result<(Vec<Corner>, [
         ];
         let largest = chamfer_width_m / corners.iter().map(|corner| corner.rounding(1.0)).sum::<f64>();
         if edge_radius_m >= largest {
-            return Err(Violation {
-                path: "workpiece.edge_radius_m",
-                value: format!("{edge_radius_m:?}"),
-                allowed: format!("less than {largest:.4e}, at which the rounded edges use up the chamfer, in m"),
-            });
+            return Err(Violation::of(
+                "workpiece.edge_radius_m",
+                edge_radius_m,
+                format!("less than {largest:.4e}, at which the rounded edges use up the chamfer, in m"),
+            ));
         }
     }
     if workpiece.side == Side::Leaving {
@@ -273,11 +273,11 @@ fn check_keys(workpiece: &WorkpieceSettings) -> Result<(), Violation> {
         });
     }
     if kind != Plane && workpiece.normal != [0.0, 1.0, 0.0] {
-        return Err(Violation {
-            path: "workpiece.normal",
-            value: format!("{:?}", workpiece.normal),
-            allowed: format!("left out: a workpiece of kind `{}` faces along y", name(kind)),
-        });
+        return Err(Violation::of(
+            "workpiece.normal",
+            workpiece.normal,
+            format!("left out: a workpiece of kind `{}` faces along y", name(kind)),
+        ));
     }
     Ok(())
 }
