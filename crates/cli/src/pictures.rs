@@ -6,18 +6,12 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::{fs, thread};
 
-use bristle::model::settings::Settings;
-use bristle_calibrate::Calibration;
-use bristle_grid::removal::Removal;
 use bristle_input::measured::{Format as TableFormat, Measurement, read_measured};
 use bristle_input::table::DataError;
-use bristle_insight::convergence::Convergence;
 use bristle_insight::measured::{Comparison, compare, comparison_table, write_comparison};
 use bristle_report::drawing::format::{Format, FormatError, parse_font, parse_font_size, parse_width};
 use bristle_report::figures::{
-    Brush, Picture, brush_figures, calibration_figures, contact_figures, convergence_figures, is_of_brush,
-    is_of_calibration, is_of_contact, is_of_convergence, is_of_removal, is_of_study, main_figures, removal_figures,
-    study_figures,
+    Picture, Pictures, brush_figures, is_of_brush, is_of_contact, is_of_study, main_figures, study_figures,
 };
 use bristle_store::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use bristle_store::study_files::{COMPARISON, MEASURED};
@@ -28,7 +22,7 @@ use bristle_text::shown_path;
 use clap::{Args, ValueEnum};
 use thiserror::Error;
 
-use crate::saved::{Contact, SavedError, saved_brush, saved_case, saved_study};
+use crate::saved::{SavedError, saved_brush, saved_case, saved_study};
 use crate::terminal::{say, show, width};
 
 /// Subdirectory of the results for the pictures.
@@ -177,10 +171,10 @@ pub fn draw_study(
     threads: Option<NonZeroUsize>,
     figures: &Figures,
 ) -> Result<Drawn, PicturesError> {
-    let drawn = study_figures(study, results, measured, &figures.format);
-    let mut message = write_pictures(directory, drawn.pictures, threads, figures, is_of_study)?;
-    if !drawn.note.is_empty() && figures.are_drawn() {
-        message.push_str(&format!("\n  ({})", drawn.note));
+    let Pictures { pictures, note } = study_figures(study, results, measured, &figures.format);
+    let Drawn { mut message, .. } = draw(directory, |_| pictures, threads, figures, is_of_study)?;
+    if !note.is_empty() && figures.are_drawn() {
+        message.push_str(&format!("\n  ({note})"));
     }
     if !comparisons.is_empty() {
         StagedFile::write(directory.join(COMPARISON), |out| write_comparison(out, &comparisons))?.commit()?;
@@ -188,62 +182,24 @@ pub fn draw_study(
     Ok(Drawn { message, comparisons })
 }
 
-/// Draws one contact below `directory`. Removes pictures of an earlier contact or brush that this one does not have.
-pub fn draw_contact(directory: &Path, contact: &Contact, figures: &Figures) -> Result<Drawn, PicturesError> {
-    let Contact { settings, history, impulses, profile, shapes } = contact;
-    let pictures = contact_figures(settings, history, impulses, profile, shapes, &figures.format);
-    let message = write_pictures(directory, pictures, None, figures, is_of_simulation)?;
-    Ok(Drawn { message, comparisons: Vec::new() })
-}
-
-/// Draws a brush below `directory`. Removes pictures of an earlier contact or brush that this one does not have.
-pub fn draw_brush(
+/// Writes those of the pictures that `figures` asks for below `directory`, all of them or none, and removes others that `is_ours`
+/// names. Without a number there are as many threads as cores; the number does not change the files.
+pub fn draw(
     directory: &Path,
-    brush: &Brush,
+    make: impl FnOnce(&Format) -> Vec<Picture>,
     threads: Option<NonZeroUsize>,
     figures: &Figures,
+    is_ours: fn(&str) -> bool,
 ) -> Result<Drawn, PicturesError> {
-    let pictures = brush_figures(brush, &figures.format);
-    let message = write_pictures(directory, pictures, threads, figures, is_of_simulation)?;
-    Ok(Drawn { message, comparisons: Vec::new() })
-}
-
-/// Draws a calibration below `directory`. Removes pictures of an earlier one that this one does not have.
-pub fn draw_calibration(
-    directory: &Path,
-    calibration: &Calibration,
-    figures: &Figures,
-) -> Result<Drawn, PicturesError> {
-    let pictures = calibration_figures(calibration, &figures.format);
-    let message = write_pictures(directory, pictures, None, figures, is_of_calibration)?;
-    Ok(Drawn { message, comparisons: Vec::new() })
-}
-
-/// Draws a removal below `directory`. Removes pictures of an earlier one that this one does not have.
-pub fn draw_removal(
-    directory: &Path,
-    settings: &Settings,
-    removal: &Removal,
-    figures: &Figures,
-) -> Result<Drawn, PicturesError> {
-    let pictures = removal_figures(settings, removal, &figures.format);
-    let message = write_pictures(directory, pictures, None, figures, is_of_removal)?;
-    Ok(Drawn { message, comparisons: Vec::new() })
-}
-
-/// Draws a convergence below `directory`. Removes pictures of an earlier one that this one does not have.
-pub fn draw_convergence(
-    directory: &Path,
-    convergence: &Convergence,
-    figures: &Figures,
-) -> Result<Drawn, PicturesError> {
-    let pictures = convergence_figures(convergence, &figures.format);
-    let message = write_pictures(directory, pictures, None, figures, is_of_convergence)?;
+    let (pictures, note) = figures.chosen(make(&figures.format));
+    let message = stage_pictures(directory, &pictures, threads, figures)?;
+    remove_others(directory, &pictures, figures, is_ours);
+    let message = message + if figures.are_drawn() { &note } else { "" };
     Ok(Drawn { message, comparisons: Vec::new() })
 }
 
 /// Whether a picture of this name is one of a contact or a brush.
-fn is_of_simulation(name: &str) -> bool {
+pub fn is_of_simulation(name: &str) -> bool {
     is_of_contact(name) || is_of_brush(name)
 }
 
@@ -262,35 +218,20 @@ pub fn draw_saved(saved: &Path, directory: &Path, figures: &Figures) -> Result<V
         None => None,
     };
     prepare_directory(directory)?;
-    let is_picture = |name: &str| is_picture_of_study(name) || is_picture_of_simulation(name);
-    let _occupied = occupy(directory, &[("", &|name| name == COMPARISON), (FIGURES, &is_picture)])?;
+    let is_ours = is_picture(|name| is_of_study(name) || is_of_simulation(name));
+    let _occupied = occupy(directory, &[("", &|name| name == COMPARISON), (FIGURES, &is_ours)])?;
     let mut drawn = Vec::new();
     if let Some((study, results, measured)) = study {
         let comparisons = compare(&study, &results, &measured);
         drawn.push(draw_study(directory, &study, &results, &measured, comparisons, None, figures)?);
     }
     if let Some(contact) = case {
-        drawn.push(draw_contact(directory, &contact, figures)?);
+        drawn.push(draw(directory, |format| contact.pictures(format), None, figures, is_of_simulation)?);
     }
     if let Some(brush) = brush {
-        drawn.push(draw_brush(directory, &brush, None, figures)?);
+        drawn.push(draw(directory, |format| brush_figures(&brush, format), None, figures, is_of_simulation)?);
     }
     Ok(drawn)
-}
-
-/// Writes those of the pictures that `figures` asks for, all of them or none, and removes others that `is_ours` names. Returns a message. Without
-/// a number there are as many threads as cores; the number does not change the files.
-fn write_pictures(
-    directory: &Path,
-    pictures: Vec<Picture>,
-    threads: Option<NonZeroUsize>,
-    figures: &Figures,
-    is_ours: fn(&str) -> bool,
-) -> Result<String, PicturesError> {
-    let (pictures, note) = figures.chosen(pictures);
-    let message = stage_pictures(directory, &pictures, threads, figures)?;
-    remove_others(directory, &pictures, figures, is_ours);
-    Ok(message + if figures.are_drawn() { &note } else { "" })
 }
 
 /// Writes pictures, all of them or none.
@@ -342,29 +283,9 @@ fn stage_pictures(
     Ok(format!("wrote {} {count} as {kinds} to {}", pictures.len(), shown_path(&directory)))
 }
 
-/// Whether a file name is that of a picture of a study.
-pub fn is_picture_of_study(name: &str) -> bool {
-    picture(name).is_some_and(is_of_study)
-}
-
-/// Whether a file name is that of a picture of a contact or a brush.
-pub fn is_picture_of_simulation(name: &str) -> bool {
-    picture(name).is_some_and(is_of_simulation)
-}
-
-/// Whether a file name is that of a picture of a calibration.
-pub fn is_picture_of_calibration(name: &str) -> bool {
-    picture(name).is_some_and(is_of_calibration)
-}
-
-/// Whether a file of this name is one of a removal's pictures.
-pub fn is_picture_of_removal(name: &str) -> bool {
-    picture(name).is_some_and(is_of_removal)
-}
-
-/// Whether a file of this name is one of a convergence's pictures.
-pub fn is_picture_of_convergence(name: &str) -> bool {
-    picture(name).is_some_and(is_of_convergence)
+/// Whether a file name is that of a picture that `is_ours` names.
+pub fn is_picture(is_ours: fn(&str) -> bool) -> impl Fn(&str) -> bool {
+    move |name| picture(name).is_some_and(is_ours)
 }
 
 /// The name of the picture in a file.

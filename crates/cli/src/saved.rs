@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use bristle::model::settings::Settings;
 use bristle::simulation::{ProfileCell, Sample, Shape};
 use bristle_input::table::DataError;
-use bristle_report::figures::Brush;
+use bristle_report::drawing::format::Format;
+use bristle_report::figures::{Brush, Picture, contact_figures};
 use bristle_report::vtk::is_file_name;
 use bristle_store::staged::{FileError, read_results};
 use bristle_store::study_files::{RUNS, STUDY};
@@ -93,6 +94,13 @@ pub struct Contact {
     pub profile: Vec<ProfileCell>,
     /// The shapes that are drawn.
     pub shapes: Vec<Shape>,
+}
+
+impl Contact {
+    /// Its figures.
+    pub fn pictures(&self, format: &Format) -> Vec<Picture> {
+        contact_figures(&self.settings, &self.history, &self.impulses, &self.profile, &self.shapes, format)
+    }
 }
 
 /// The contact in a directory; `None` if there is none.

@@ -14,7 +14,7 @@ use bristle_grid::{Interaction, calibration_band, press_brush, thread_count};
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings::{of_brush, of_force};
-use bristle_report::figures::Brush;
+use bristle_report::figures::{Brush, brush_figures};
 use bristle_report::page::{Notes, brush_page};
 use bristle_report::tables::{band_line, brush_table, check_table};
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
@@ -29,7 +29,7 @@ use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};
 use crate::error::CliError;
 use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
-use crate::pictures::{FIGURES, FigureArgs, Figures, draw_brush, is_picture_of_simulation, say_drawn};
+use crate::pictures::{FIGURES, FigureArgs, Figures, draw, is_of_simulation, is_picture, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CHECK, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
@@ -127,7 +127,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     let results = [&OF_BRUSH[..], &OF_CONTACT, &[METRICS, HISTORY, CHECKPOINT, CHECK]].concat();
     let _occupied = occupy(
         &arguments.out,
-        &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_simulation), (VTK, &is_file_name)],
+        &[("", &|name| results.contains(&name)), (FIGURES, &is_picture(is_of_simulation)), (VTK, &is_file_name)],
     )?;
     if arguments.vtk {
         prepare_directory(&arguments.out.join(VTK))?;
@@ -330,7 +330,9 @@ fn write_results(
     // Of an earlier result.
     remove(&arguments.out.join(CHECK))?;
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
-    say_drawn(&draw_brush(&arguments.out, &brush, arguments.threads.number(), figures)?)?;
+    let threads = arguments.threads.number();
+    let drawn = draw(&arguments.out, |format| brush_figures(&brush, format), threads, figures, is_of_simulation)?;
+    say_drawn(&drawn)?;
     let band = band.map_or_else(String::new, |band| band_line(&band));
     Ok(brush_table(&result) + &band)
 }

@@ -11,6 +11,7 @@ use bristle_calibrate::{
 };
 use bristle_input::measured::{read_points, read_radii};
 use bristle_insight::warnings::without_interaction;
+use bristle_report::figures::{calibration_figures, is_of_calibration};
 use bristle_run::calibration::{CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration};
 use bristle_store::force_journal::{FORCE_JOURNAL, ForceJournal};
 use bristle_store::staged::{occupy, prepare_directory, read_table, relative_to};
@@ -20,7 +21,7 @@ use clap::Args;
 use crate::error::CliError;
 use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
-use crate::pictures::{FIGURES, FigureArgs, draw_calibration, is_picture_of_calibration, say_drawn};
+use crate::pictures::{FIGURES, FigureArgs, draw, is_picture, say_drawn};
 use crate::progress::PassProgress;
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
@@ -102,7 +103,7 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
     let settings: Vec<Settings> = problem.brushes.iter().map(|brush| brush.settings.clone()).collect();
     prepare_directory(&arguments.out)?;
     let is_ours = |name: &str| OF_CALIBRATION.contains(&name);
-    let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture_of_calibration)])?;
+    let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture(is_of_calibration))])?;
     let journal = problem.has_brush().then(|| ForceJournal::open(&arguments.out, arguments.restart)).transpose()?;
     if let Some(earlier) = journal.as_ref().map(ForceJournal::earlier).filter(|earlier| *earlier > 0) {
         say(format_args!("{earlier} simulated brushes are in `{}`", shown_path(&arguments.out.join(FORCE_JOURNAL))));
@@ -138,7 +139,9 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
     for file in write_calibration(&arguments.out, &name, &calibration, restated.as_deref())? {
         say_written(&file);
     }
-    say_drawn(&draw_calibration(&arguments.out, &calibration, &figures)?)?;
+    let drawn =
+        draw(&arguments.out, |format| calibration_figures(&calibration, format), None, &figures, is_of_calibration)?;
+    say_drawn(&drawn)?;
     show(summary(&calibration, width()))?;
     if !is_whole {
         say(format_args!(

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use bristle::simulation::Stop;
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::joined::{Joined, NamedStudy, join};
+use bristle_report::figures::is_of_study;
 use bristle_report::page::Recorder;
 use bristle_run::{Subject, publish};
 use bristle_store::journal_file::JOURNAL;
@@ -19,7 +20,7 @@ use clap::Args;
 
 use crate::commands::study::show_tables;
 use crate::error::CliError;
-use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture_of_study, measured_of, say_drawn};
+use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture, measured_of, say_drawn};
 use crate::saved::{SavedError, saved_study};
 use crate::terminal::{say, say_written};
 
@@ -59,7 +60,7 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     if out.join(JOURNAL).exists() {
         return Err(CliError::OfAStudy(out.clone()));
     }
-    let _occupied = occupy_results(out, &[(FIGURES, &is_picture_of_study)])?;
+    let _occupied = occupy_results(out, &[(FIGURES, &is_picture(is_of_study))])?;
     if figures.are_drawn() {
         prepare_directory(&out.join(FIGURES))?;
     }

@@ -8,6 +8,7 @@ use bristle_grid::{CaseResult, Study};
 use bristle_input::plausibility::unusual;
 use bristle_insight::convergence::{ConvergenceError, Plan, write_convergence};
 use bristle_report::convergence::convergence_text;
+use bristle_report::figures::{convergence_figures, is_of_convergence};
 use bristle_run::{Means, RunError, StudyRun};
 use bristle_store::staged::{StagedFile, occupy, prepare_directory};
 use bristle_text::layout::note;
@@ -19,7 +20,7 @@ use crate::commands::study::LONGEST_FAILURE;
 use crate::error::{CliError, SIMULATION_FAILED};
 use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
-use crate::pictures::{FIGURES, FigureArgs, draw_convergence, is_picture_of_convergence, say_drawn};
+use crate::pictures::{FIGURES, FigureArgs, draw, is_picture, say_drawn};
 use crate::progress::{Progress, Works};
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
@@ -64,7 +65,7 @@ pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
     // Before anything is simulated or written: what is wrong with the settings.
     Plan::new(&stated).map_err(|error| refused(arguments, error))?;
     prepare_directory(&arguments.out)?;
-    let _occupied = occupy(&arguments.out, &[("", &|name| name == TABLE), (FIGURES, &is_picture_of_convergence)])?;
+    let _occupied = occupy(&arguments.out, &[("", &|name| name == TABLE), (FIGURES, &is_picture(is_of_convergence))])?;
     let outcome = at_depth(arguments, stated).and_then(|settings| {
         let plan = Plan::new(&settings).map_err(|error| refused(arguments, error))?;
         let results = simulate(arguments, plan.study())?;
@@ -80,7 +81,9 @@ pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
     let convergence = plan.conclude(&results).map_err(|error| refused(arguments, error))?;
     let file = StagedFile::write(arguments.out.join(TABLE), |out| write_convergence(out, &convergence))?;
     say_written(&file.commit()?);
-    say_drawn(&draw_convergence(&arguments.out, &convergence, &figures)?)?;
+    let drawn =
+        draw(&arguments.out, |format| convergence_figures(&convergence, format), None, &figures, is_of_convergence)?;
+    say_drawn(&drawn)?;
     show(convergence_text(&convergence, width()))?;
     let mut status = ExitCode::SUCCESS;
     for series in &convergence.series {

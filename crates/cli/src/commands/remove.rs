@@ -7,6 +7,7 @@ use std::sync::Mutex;
 use bristle_grid::removal::{RemovalError, remove};
 use bristle_grid::uncertainty::check;
 use bristle_input::plausibility::unusual;
+use bristle_report::figures::{is_of_removal, removal_figures};
 use bristle_report::removal::{removal_text, warnings};
 use bristle_run::removal::{OF_REMOVAL, write_removal};
 use bristle_store::staged::{occupy, prepare_directory};
@@ -15,7 +16,7 @@ use clap::Args;
 use crate::error::CliError;
 use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
-use crate::pictures::{FIGURES, FigureArgs, draw_removal, is_picture_of_removal, say_drawn};
+use crate::pictures::{FIGURES, FigureArgs, draw, is_picture, say_drawn};
 use crate::progress::PassProgress;
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
@@ -54,7 +55,7 @@ pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
     check(&settings).map_err(|violation| refused(RemovalError::Settings(violation.to_string())))?;
     prepare_directory(&arguments.out)?;
     let is_ours = |name: &str| OF_REMOVAL.contains(&name);
-    let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture_of_removal)])?;
+    let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture(is_of_removal))])?;
     let stop = stop_on_interrupt();
     let resources = arguments.resources.resources();
     let progress = Mutex::new(PassProgress::begin("the removal", 0.0));
@@ -78,7 +79,9 @@ pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
     for file in write_removal(&arguments.out, &name, &settings, &removal)? {
         say_written(&file);
     }
-    say_drawn(&draw_removal(&arguments.out, &settings, &removal, &figures)?)?;
+    let drawn =
+        draw(&arguments.out, |format| removal_figures(&settings, &removal, format), None, &figures, is_of_removal)?;
+    say_drawn(&drawn)?;
     show(removal_text(&settings, &removal, width()))?;
     warnings(&removal).iter().for_each(say);
     Ok(ExitCode::SUCCESS)

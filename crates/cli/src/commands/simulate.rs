@@ -26,7 +26,7 @@ use clap::Args;
 
 use crate::error::CliError;
 use crate::input::InputArgs;
-use crate::pictures::{FIGURES, FigureArgs, draw_contact, is_picture_of_simulation, say_drawn};
+use crate::pictures::{FIGURES, FigureArgs, draw, is_of_simulation, is_picture, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{CASE, CHECK, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, POSITIONS, PROFILE, SHAPES};
 use crate::terminal::{say, say_written, show, width};
@@ -99,7 +99,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let results = [METRICS, HISTORY, PROFILE, POSITIONS, SHAPES, HISTORY_PARQUET, CASE, CHECK];
     let _occupied = occupy(
         &arguments.out,
-        &[("", &|name| results.contains(&name)), (FIGURES, &is_picture_of_simulation), (VTK, &is_file_name)],
+        &[("", &|name| results.contains(&name)), (FIGURES, &is_picture(is_of_simulation)), (VTK, &is_file_name)],
     )?;
     let shapes = arguments.vtk.unwrap_or(0) as usize;
     if shapes > 0 {
@@ -169,7 +169,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         remove(&arguments.out.join(HISTORY_PARQUET))?;
     }
     commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
-    let drawn = draw_contact(&arguments.out, &contact, &figures)?;
+    let drawn = draw(&arguments.out, |format| contact.pictures(format), None, &figures, is_of_simulation)?;
     let assumptions = Assumptions::of_contact(&contact.settings, &unstated).with_material(material);
     let shown = say_drawn(&drawn)
         .and_then(|()| show(contact_table(&contact.settings, &simulation.metrics, &assumptions, width())));

@@ -11,6 +11,7 @@ use bristle_input::plausibility::unusual_in_study;
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::measured::unusual_points;
 use bristle_insight::warnings::of_study;
+use bristle_report::figures::is_of_study;
 use bristle_report::tables::{study_tables, tools_table};
 use bristle_run::{Finished, Found, Means, StudyRun};
 use bristle_store::journal_file::JOURNAL;
@@ -21,7 +22,7 @@ use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
 use crate::input::{InputArgs, InputText};
-use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture_of_study, measured_forces, say_drawn};
+use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture, measured_forces, say_drawn};
 use crate::progress::{Progress, Works};
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
@@ -178,7 +179,7 @@ pub fn run(arguments: &StudyCommandArgs) -> Result<ExitCode, CliError> {
 
 /// The study in `directory`, with what its journal has. Ctrl-C ends the program from now on, between two lines of the journal.
 fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, CliError> {
-    let (run, found) = StudyRun::open(study, directory, &[(FIGURES, &is_picture_of_study)], restart)?;
+    let (run, found) = StudyRun::open(study, directory, &[(FIGURES, &is_picture(is_of_study))], restart)?;
     let (path, total) = (directory.join(JOURNAL), run.study().case_count());
     tell_of(&run, found, &path);
     if let Some(journal) = run.journal() {
