@@ -6,35 +6,14 @@ use std::time::{Duration, Instant};
 use bristle::model::settings::Settings;
 use bristle_store::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
 use bristle_store::staged::{FileError, StagedFile, read_bytes, remove};
-use bristle_text::shown_path;
-use thiserror::Error;
+
+use crate::error::CliError;
 
 /// Name of the file in the results directory.
 pub const CHECKPOINT: &str = "checkpoint.bin";
 
 /// Writing checkpoints takes at most this share of the time.
 const SHARE: f64 = 0.05;
-
-/// Why a brush cannot go on from the checkpoint in its directory.
-#[derive(Debug, Error)]
-pub enum CheckpointFileError {
-    /// The file does not belong to this simulation.
-    #[error("cannot resume from `{}`: {error}\n{}", shown_path(path), advice(error))]
-    Unusable { path: PathBuf, error: CheckpointError },
-    /// It cannot be read or written.
-    #[error(transparent)]
-    File(#[from] FileError),
-}
-
-fn advice(error: &CheckpointError) -> &'static str {
-    match error {
-        CheckpointError::Foreign => "help: move the file away, or choose another directory with --out",
-        _ => {
-            "help: choose another directory with --out to keep this state, \
-             or use --restart to discard it and simulate from the beginning"
-        }
-    }
-}
 
 /// The checkpoint of a running brush.
 pub struct CheckpointFile<'a> {
@@ -55,9 +34,9 @@ impl<'a> CheckpointFile<'a> {
         frames: usize,
         pause: Duration,
         restart: bool,
-    ) -> Result<(Self, Option<Vec<u8>>), CheckpointFileError> {
+    ) -> Result<(Self, Option<Vec<u8>>), CliError> {
         let path = directory.join(CHECKPOINT);
-        let unusable = |error| CheckpointFileError::Unusable { path: path.clone(), error };
+        let unusable = |error| CliError::Checkpoint { path: path.clone(), error };
         let bytes = if path.exists() { Some(read_bytes(&path)?) } else { None };
         let state = match bytes.as_deref().map(|bytes| read_checkpoint(settings, frames, bytes)) {
             // A file that is not a checkpoint belongs to someone else: not even a restart may discard it.

@@ -18,16 +18,15 @@ use bristle_inspect::comparison::ComparisonError;
 use bristle_inspect::derive::DeriveError;
 use bristle_inspect::evaluation::EvaluationError;
 use bristle_inspect::state::StateError;
+use bristle_report::drawing::format::FormatError;
 use bristle_run::RunError;
+use bristle_store::checkpoint::CheckpointError;
+use bristle_store::force_journal::ForceJournalError;
 use bristle_store::journal_file::JournalFileError;
 use bristle_store::staged::{DocumentError, FileError};
+use bristle_store::study_files::STUDY;
 use bristle_text::shown_path;
 use thiserror::Error;
-
-use crate::checkpoint_file::CheckpointFileError;
-use crate::pictures::PicturesError;
-use crate::saved::SavedError;
-use bristle_store::force_journal::ForceJournalError;
 
 /// Exit status of a comparison that found a deviation.
 const DISAGREEMENT: u8 = 1;
@@ -89,12 +88,24 @@ pub enum CliError {
     Convergence { path: PathBuf, error: ConvergenceError },
     #[error(transparent)]
     ForceJournal(#[from] ForceJournalError),
+    /// The checkpoint in the directory of a brush does not belong to this simulation.
+    #[error("cannot resume from `{}`: {error}\n{}", shown_path(path), advice(error))]
+    Checkpoint { path: PathBuf, error: CheckpointError },
+    /// Figures cannot have the size or the font.
     #[error(transparent)]
-    Checkpoint(#[from] CheckpointFileError),
-    #[error(transparent)]
-    Pictures(#[from] PicturesError),
-    #[error(transparent)]
-    Saved(#[from] SavedError),
+    Format(#[from] FormatError),
+    #[error(
+        "`{}` has neither {STUDY} nor case.json nor brush.json\n   = help: name a directory that `bristle study`, \
+         `bristle simulate` or `bristle brush` has written to; if an older version wrote it, run the command again",
+        shown_path(.0)
+    )]
+    NoResults(PathBuf),
+    #[error(
+        "`{}` has no {STUDY}\n   = help: name a directory that `bristle study` has written to; if an older version wrote it, run the command \
+         again",
+        shown_path(.0)
+    )]
+    NoStudy(PathBuf),
     #[error("{}: {error}", shown_path(path))]
     Advice { path: PathBuf, error: AdviceError },
     /// Studies that cannot be compared.
@@ -155,6 +166,16 @@ impl CliError {
             | Self::BrushFailed(_)
             | Self::Convergence { error: ConvergenceError::Stated(_), .. } => SIMULATION_FAILED.into(),
             _ => BAD_INPUT.into(),
+        }
+    }
+}
+
+fn advice(error: &CheckpointError) -> &'static str {
+    match error {
+        CheckpointError::Foreign => "help: move the file away, or choose another directory with --out",
+        _ => {
+            "help: choose another directory with --out to keep this state, \
+             or use --restart to discard it and simulate from the beginning"
         }
     }
 }

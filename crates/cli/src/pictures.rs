@@ -7,9 +7,8 @@ use std::sync::Mutex;
 use std::{fs, thread};
 
 use bristle_input::measured::{Format as TableFormat, Measurement, read_measured};
-use bristle_input::table::DataError;
 use bristle_insight::measured::{Comparison, compare, comparison_table, write_comparison};
-use bristle_report::drawing::format::{Format, FormatError, parse_font, parse_font_size, parse_width};
+use bristle_report::drawing::format::{Format, parse_font, parse_font_size, parse_width};
 use bristle_report::figures::{
     Picture, Pictures, brush_figures, is_of_brush, is_of_contact, is_of_study, main_figures, study_figures,
 };
@@ -20,9 +19,9 @@ use bristle_grid::{CaseResult, Study, thread_count};
 use bristle_store::results::SavedStudy;
 use bristle_text::shown_path;
 use clap::{Args, ValueEnum};
-use thiserror::Error;
 
-use crate::saved::{SavedError, saved_brush, saved_case, saved_study};
+use crate::error::CliError;
+use crate::saved::{saved_brush, saved_case, saved_study};
 use crate::terminal::{say, show, width};
 
 /// Subdirectory of the results for the pictures.
@@ -87,7 +86,7 @@ impl FigureArgs {
     ///
     /// # Errors
     /// If figures cannot be drawn so.
-    pub fn figures(&self) -> Result<Figures, PicturesError> {
+    pub fn figures(&self) -> Result<Figures, CliError> {
         let has = |choice| self.figures.contains(&choice);
         let kinds = [(FigureChoice::Svg, SVG), (FigureChoice::Png, PNG), (FigureChoice::Pdf, PDF)];
         let stated: Vec<&str> = kinds.into_iter().filter_map(|(kind, ending)| has(kind).then_some(ending)).collect();
@@ -121,23 +120,6 @@ impl Figures {
     }
 }
 
-/// Why the pictures cannot be drawn or written.
-#[derive(Debug, Error)]
-pub enum PicturesError {
-    /// A file cannot be read or written.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A file does not hold what it should.
-    #[error(transparent)]
-    Data(#[from] DataError),
-    /// There are no saved results, or they cannot be read.
-    #[error(transparent)]
-    Saved(#[from] SavedError),
-    /// Figures cannot have the size or the font.
-    #[error(transparent)]
-    Format(#[from] FormatError),
-}
-
 /// A report of what has been drawn.
 #[derive(Debug)]
 pub struct Drawn {
@@ -148,12 +130,12 @@ pub struct Drawn {
 }
 
 /// Reads measured forces from a table written in a `format`.
-pub fn measured_forces(path: &Path, format: &TableFormat) -> Result<Vec<Measurement>, PicturesError> {
+pub fn measured_forces(path: &Path, format: &TableFormat) -> Result<Vec<Measurement>, CliError> {
     Ok(read_measured(&read_table(path)?, &path.to_string_lossy(), format)?)
 }
 
 /// The measured forces of the `study` that is saved in a directory.
-pub fn measured_of(directory: &Path, study: &SavedStudy) -> Result<Vec<Measurement>, PicturesError> {
+pub fn measured_of(directory: &Path, study: &SavedStudy) -> Result<Vec<Measurement>, CliError> {
     if !study.measured {
         return Ok(Vec::new());
     }
@@ -170,7 +152,7 @@ pub fn draw_study(
     comparisons: Vec<Comparison>,
     threads: Option<NonZeroUsize>,
     figures: &Figures,
-) -> Result<Drawn, PicturesError> {
+) -> Result<Drawn, FileError> {
     let Pictures { pictures, note } = study_figures(study, results, measured, &figures.format);
     let Drawn { mut message, .. } = draw(directory, |_| pictures, threads, figures, is_of_study)?;
     if !note.is_empty() && figures.are_drawn() {
@@ -190,7 +172,7 @@ pub fn draw(
     threads: Option<NonZeroUsize>,
     figures: &Figures,
     is_ours: fn(&str) -> bool,
-) -> Result<Drawn, PicturesError> {
+) -> Result<Drawn, FileError> {
     let (pictures, note) = figures.chosen(make(&figures.format));
     let message = stage_pictures(directory, &pictures, threads, figures)?;
     remove_others(directory, &pictures, figures, is_ours);
@@ -204,11 +186,11 @@ pub fn is_of_simulation(name: &str) -> bool {
 }
 
 /// Redraws the results saved in `saved` below `directory`: those of a study, of one contact or brush, or of both.
-pub fn draw_saved(saved: &Path, directory: &Path, figures: &Figures) -> Result<Vec<Drawn>, PicturesError> {
+pub fn draw_saved(saved: &Path, directory: &Path, figures: &Figures) -> Result<Vec<Drawn>, CliError> {
     // Everything is read before anything is written.
     let (study, case, brush) = (saved_study(saved)?, saved_case(saved)?, saved_brush(saved)?);
     if study.is_none() && case.is_none() && brush.is_none() {
-        return Err(SavedError::NoResults(saved.to_owned()).into());
+        return Err(CliError::NoResults(saved.to_owned()));
     }
     let study = match study {
         Some((study, results)) => {
@@ -240,7 +222,7 @@ fn stage_pictures(
     pictures: &[Picture],
     threads: Option<NonZeroUsize>,
     figures: &Figures,
-) -> Result<String, PicturesError> {
+) -> Result<String, FileError> {
     if pictures.is_empty() || !figures.are_drawn() {
         return Ok("no figures".to_owned());
     }
@@ -258,7 +240,7 @@ fn stage_pictures(
             let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))?;
             staged.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file);
         }
-        Ok::<_, PicturesError>(())
+        Ok::<_, FileError>(())
     };
     let work = || {
         loop {
@@ -271,7 +253,7 @@ fn stage_pictures(
     let others = threads.min(pictures.len()) - 1;
     thread::scope(|scope| {
         let others: Vec<_> = (0..others).map(|_| scope.spawn(work)).collect();
-        let own: Result<(), PicturesError> = work();
+        let own: Result<(), FileError> = work();
         let others = others.into_iter().map(|other| other.join().expect("drawing does not panic"));
         others.fold(own, Result::and)
     })?;

@@ -1,6 +1,6 @@
 //! Reads saved results from the directory that a command has written them to.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use bristle::model::settings::Settings;
 use bristle::simulation::{ProfileCell, Sample, Shape};
@@ -17,8 +17,8 @@ use bristle_store::results::{
     read_interaction, read_profile, read_runs, read_shapes, read_study, read_turn_impulses,
 };
 use bristle_text::{shortened, shown_path};
-use thiserror::Error;
 
+use crate::error::CliError;
 use crate::terminal::say;
 use crate::vtk_files::vtk_name;
 
@@ -41,33 +41,8 @@ pub const BRUSH_PAGE: &str = "brush.html";
 pub const OF_CONTACT: [&str; 5] = [CASE, PROFILE, POSITIONS, SHAPES, HISTORY_PARQUET];
 pub const OF_BRUSH: [&str; 4] = [BRUSH, FILAMENTS, CONTACTS, BRUSH_PAGE];
 
-/// Why saved results cannot be used.
-#[derive(Debug, Error)]
-pub enum SavedError {
-    /// A file cannot be read.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A file does not hold what it should.
-    #[error(transparent)]
-    Data(#[from] DataError),
-    /// A directory has no results.
-    #[error(
-        "`{}` has neither {STUDY} nor {CASE} nor {BRUSH}\n   = help: name a directory that `bristle study`, \
-         `bristle simulate` or `bristle brush` has written to; if an older version wrote it, run the command again",
-        shown_path(.0)
-    )]
-    NoResults(PathBuf),
-    /// A directory has no results of a study.
-    #[error(
-        "`{}` has no {STUDY}\n   = help: name a directory that `bristle study` has written to; if an older version wrote it, run the command \
-         again",
-        shown_path(.0)
-    )]
-    NoStudy(PathBuf),
-}
-
 /// The study in a directory, with its results; `None` if there is no study.
-pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResult>)>, SavedError> {
+pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResult>)>, CliError> {
     if !directory.join(STUDY).exists() {
         return Ok(None);
     }
@@ -104,7 +79,7 @@ impl Contact {
 }
 
 /// The contact in a directory; `None` if there is none.
-pub fn saved_case(directory: &Path) -> Result<Option<Contact>, SavedError> {
+pub fn saved_case(directory: &Path) -> Result<Option<Contact>, CliError> {
     if !directory.join(CASE).exists() {
         return Ok(None);
     }
@@ -124,7 +99,7 @@ pub fn saved_case(directory: &Path) -> Result<Option<Contact>, SavedError> {
 }
 
 /// The brush in a directory; `None` if there is none.
-pub fn saved_brush(directory: &Path) -> Result<Option<Brush>, SavedError> {
+pub fn saved_brush(directory: &Path) -> Result<Option<Brush>, CliError> {
     if !directory.join(BRUSH).exists() {
         return Ok(None);
     }
@@ -145,7 +120,7 @@ fn table<T>(
     case: &SavedCase,
     file: &str,
     parse: impl Fn(&str, &str) -> Result<T, DataError>,
-) -> Result<T, SavedError> {
+) -> Result<T, CliError> {
     let (text, name) = read(directory, file)?;
     let rows = parse(&text, &name)?;
     // Checked after all else that can state where the text is wrong.

@@ -11,7 +11,7 @@ use bristle_insight::advice::{Limits, advise};
 use clap::Args;
 
 use crate::error::CliError;
-use crate::saved::{SavedError, saved_study};
+use crate::saved::saved_study;
 use crate::terminal::{print, say, show, width};
 
 /// Say where the tool force of a study is high, or as wanted, from saved results
@@ -83,7 +83,7 @@ impl AdviseArgs {
 /// Runs the command.
 pub fn run(arguments: &AdviseArgs) -> Result<ExitCode, CliError> {
     let path = &arguments.results;
-    let (saved, results) = saved_study(path)?.ok_or_else(|| SavedError::NoStudy(path.clone()))?;
+    let (saved, results) = saved_study(path)?.ok_or_else(|| CliError::NoStudy(path.clone()))?;
     let mut advice = advise(&saved.study, &results, arguments.limits())
         .map_err(|error| CliError::Advice { path: path.clone(), error })?;
     if advice.recommendation.is_some() && !arguments.no_verify {

@@ -21,7 +21,7 @@ use clap::Args;
 use crate::commands::study::show_tables;
 use crate::error::CliError;
 use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture, measured_of, say_drawn};
-use crate::saved::{SavedError, saved_study};
+use crate::saved::saved_study;
 use crate::terminal::{say, say_written};
 
 /// Compare saved studies, each as a tool of its own, in one page and one set of figures
@@ -92,7 +92,7 @@ fn named_study(text: &str, out: &Path) -> Result<NamedStudy, CliError> {
     if whole.is_some() && whole == fs::canonicalize(out).ok() {
         return Err(CliError::OfAStudy(out.to_owned()));
     }
-    let (saved, results) = saved_study(directory)?.ok_or_else(|| SavedError::NoStudy(directory.to_owned()))?;
+    let (saved, results) = saved_study(directory)?.ok_or_else(|| CliError::NoStudy(directory.to_owned()))?;
     let measured = measured_of(directory, &saved)?;
     let of_directory = || {
         let last = whole.as_deref().and_then(Path::file_name);
