@@ -7,61 +7,49 @@ use bristle_text::units::{TIMES, TORQUES, TURNS, Unit, own_keys, units_of};
 /// pen. Sums and squares of such numbers are finite.
 pub const LARGEST: f64 = 1e100;
 
-/// What a column holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Quantity {
-    /// Brushing velocity.
-    Velocity,
-    /// Rotational speed, instead of the velocity.
-    RotationalSpeed,
-    /// Penetration depth.
-    Depth,
-    /// Tool contact normal force.
-    Force,
-    /// Its standard deviation, which a table may leave out.
-    Std,
-    /// Tangential force of the tool, for a calibration.
-    Tangential,
-    /// Its standard deviation.
-    TangentialStd,
-    /// Torque of the tool, for a calibration.
-    Torque,
-    /// Its standard deviation.
-    TorqueStd,
-    /// Power of the tool, for a calibration.
-    Power,
-    /// Its standard deviation.
-    PowerStd,
-    /// Time for which an edge was brushed, for a calibration.
-    Time,
-    /// Turns of the tool, instead of the time.
-    Turns,
-    /// Radius of the edge after it.
-    EdgeRadius,
-    /// Its standard deviation.
-    EdgeRadiusStd,
+/// Declares what columns hold, their list and their keys.
+macro_rules! quantities {
+    ($($quantity:ident = $key:literal: $what:literal,)*) => {
+        /// What a column holds.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Quantity {
+            $(#[doc = $what] $quantity,)*
+        }
+
+        impl Quantity {
+            /// All of them.
+            pub const ALL: [Self; [$($key),*].len()] = [$(Self::$quantity),*];
+
+            /// The name of its column, which ends with its unit, and of its key in the input file.
+            #[must_use]
+            pub fn key(self) -> &'static str {
+                match self {
+                    $(Self::$quantity => $key,)*
+                }
+            }
+        }
+    };
+}
+
+quantities! {
+    Velocity = "brushing_velocity_m_s": "Brushing velocity.",
+    RotationalSpeed = "rotational_speed_rpm": "Rotational speed, instead of the velocity.",
+    Depth = "penetration_depth_m": "Penetration depth.",
+    Force = "force_n": "Tool contact normal force.",
+    Std = "std_n": "Its standard deviation, which a table may leave out.",
+    Tangential = "tangential_force_n": "Tangential force of the tool, for a calibration.",
+    TangentialStd = "tangential_force_std_n": "Its standard deviation.",
+    Torque = "torque_n_m": "Torque of the tool, for a calibration.",
+    TorqueStd = "torque_std_n_m": "Its standard deviation.",
+    Power = "power_w": "Power of the tool, for a calibration.",
+    PowerStd = "power_std_w": "Its standard deviation.",
+    Time = "time_s": "Time for which an edge was brushed, for a calibration.",
+    Turns = "turns": "Turns of the tool, instead of the time.",
+    EdgeRadius = "edge_radius_m": "Radius of the edge after it.",
+    EdgeRadiusStd = "edge_radius_std_m": "Its standard deviation.",
 }
 
 impl Quantity {
-    /// All of them.
-    pub const ALL: [Self; 15] = [
-        Self::Velocity,
-        Self::RotationalSpeed,
-        Self::Depth,
-        Self::Force,
-        Self::Std,
-        Self::Tangential,
-        Self::TangentialStd,
-        Self::Torque,
-        Self::TorqueStd,
-        Self::Power,
-        Self::PowerStd,
-        Self::Time,
-        Self::Turns,
-        Self::EdgeRadius,
-        Self::EdgeRadiusStd,
-    ];
-
     /// What a tool exerts. Each of these is followed by its standard deviation in [`Self::ALL`].
     pub const FORCES: [Self; 4] = [Self::Force, Self::Tangential, Self::Torque, Self::Power];
 
@@ -84,28 +72,6 @@ impl Quantity {
     #[must_use]
     pub fn is_speed(self) -> bool {
         matches!(self, Self::Velocity | Self::RotationalSpeed)
-    }
-
-    /// The name of its column, which ends with its unit, and of its key in the input file.
-    #[must_use]
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Velocity => "brushing_velocity_m_s",
-            Self::RotationalSpeed => "rotational_speed_rpm",
-            Self::Depth => "penetration_depth_m",
-            Self::Force => "force_n",
-            Self::Std => "std_n",
-            Self::Tangential => "tangential_force_n",
-            Self::TangentialStd => "tangential_force_std_n",
-            Self::Torque => "torque_n_m",
-            Self::TorqueStd => "torque_std_n_m",
-            Self::Power => "power_w",
-            Self::PowerStd => "power_std_w",
-            Self::Time => "time_s",
-            Self::Turns => "turns",
-            Self::EdgeRadius => "edge_radius_m",
-            Self::EdgeRadiusStd => "edge_radius_std_m",
-        }
     }
 
     /// The quantity that a key names, and the unit in which it does: that of its own key, or another at the end.
