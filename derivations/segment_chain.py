@@ -870,29 +870,41 @@ def unbent_azimuth(segment: Segment, relaxed_angle: SX) -> Argument:
     )
 
 
+def joint_of(
+    symbols: Symbols,
+    inner: Segment,
+    outer: Segment,
+    relaxed: Callable[[SX], tuple[list[Argument], SX, SX]],
+) -> Joint:
+    """Between two segments.
+
+    For κ, `relaxed` gives the arguments of the angles and the two directions that the spring sees.
+    """
+    stiffness, damping, constants = joint_constants(symbols)
+    angles, *directions = relaxed(relaxed_angle_symbol(symbols))
+    return Joint(
+        symbols,
+        2,
+        *both(inner, outer),
+        [*angles, *(side.rates_in_body(f"{side.label}_rates") for side in (inner, outer))],
+        constants,
+        spring_energy(stiffness, *directions),
+        dissipation(damping, inner.sides, outer.sides),
+    )
+
+
 def joint_between_segments() -> Joint:
     """As the energies are stated."""
     symbols = Symbols()
     previous = Segment.new(symbols, Motion.SPATIAL, "previous")
     following = Segment.new(symbols, Motion.SPATIAL, "next")
-    stiffness, damping, constants = joint_constants(symbols)
-    relaxed_angle = relaxed_angle_symbol(symbols)
-    inner, outer = previous.sides, following.sides
-    return Joint(
-        symbols,
-        2,
-        *both(previous, following),
-        [
-            previous.trigonometry("previous"),
-            following.trigonometry("next"),
-            unbent_azimuth(following, relaxed_angle),
-            previous.rates_in_body("previous_rates"),
-            following.rates_in_body("next_rates"),
-        ],
-        constants,
-        spring_energy(stiffness, inner[0], following.turned(-relaxed_angle)),
-        dissipation(damping, inner, outer),
-    )
+
+    def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
+        angles = [previous.trigonometry("previous"), following.trigonometry("next")]
+        angles.append(unbent_azimuth(following, angle))
+        return angles, previous.sides[0], following.turned(-angle)
+
+    return joint_of(symbols, previous, following, relaxed)
 
 
 def joint_in_turned_frame() -> Joint:
@@ -909,25 +921,14 @@ def joint_in_turned_frame() -> Joint:
 
     previous = Segment.new(symbols, Motion.SPATIAL, "previous", direction)
     following = Segment.new(symbols, Motion.SPATIAL, "next", direction)
-    stiffness, damping, constants = joint_constants(symbols)
-    relaxed_angle = relaxed_angle_symbol(symbols)
-    inner, outer = previous.sides, following.sides
-    return Joint(
-        symbols,
-        2,
-        *both(previous, following),
-        [
-            previous.polar_trigonometry("previous"),
-            following.polar_trigonometry("next"),
-            azimuth_step(previous, following),
-            unbent_step(previous, following, relaxed_angle),
-            previous.rates_in_body("previous_rates"),
-            following.rates_in_body("next_rates"),
-        ],
-        constants,
-        spring_energy(stiffness, previous.turned(relaxed_angle), outer[0]),
-        dissipation(damping, inner, outer),
-        (frame, following.theta),
+
+    def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
+        angles = [previous.polar_trigonometry("previous"), following.polar_trigonometry("next")]
+        angles += [azimuth_step(previous, following), unbent_step(previous, following, angle)]
+        return angles, previous.turned(angle), following.sides[0]
+
+    return replace(
+        joint_of(symbols, previous, following, relaxed), known=(frame, following.theta)
     )
 
 
@@ -1008,31 +1009,19 @@ def joint_about_x() -> Joint:
     symbols = Symbols()
     previous = Segment.new(symbols, Motion.SPATIAL, "previous", direction_about_x)
     following = Segment.new(symbols, Motion.SPATIAL, "next", direction_about_x)
-    stiffness, damping, constants = joint_constants(symbols)
-    relaxed_angle = relaxed_angle_symbol(symbols)
-    sine, cosine = casadi.sin(relaxed_angle), casadi.cos(relaxed_angle)
-    relaxed_turn = Argument(
-        "relaxed_turn",
-        "sin κ, cos κ, with the relaxed angle κ",
-        (("sin_relaxed", sine), ("cos_relaxed", cosine)),
-    )
-    inner, outer = previous.sides, following.sides
-    return Joint(
-        symbols,
-        2,
-        *both(previous, following),
-        [
-            previous.trigonometry("previous"),
-            following.trigonometry("next"),
-            azimuth_step(previous, following),
-            relaxed_turn,
-            previous.rates_in_body("previous_rates"),
-            following.rates_in_body("next_rates"),
-        ],
-        constants,
-        spring_energy(stiffness, turned(inner[0], sine, cosine), outer[0]),
-        dissipation(damping, inner, outer),
-    )
+
+    def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
+        sine, cosine = casadi.sin(angle), casadi.cos(angle)
+        relaxed_turn = Argument(
+            "relaxed_turn",
+            "sin κ, cos κ, with the relaxed angle κ",
+            (("sin_relaxed", sine), ("cos_relaxed", cosine)),
+        )
+        angles = [previous.trigonometry("previous"), following.trigonometry("next")]
+        angles += [azimuth_step(previous, following), relaxed_turn]
+        return angles, turned(previous.sides[0], sine, cosine), following.sides[0]
+
+    return joint_of(symbols, previous, following, relaxed)
 
 
 def crossed_joint() -> Joint:
@@ -1043,24 +1032,13 @@ def crossed_joint() -> Joint:
     symbols = Symbols()
     about_z = Segment.new(symbols, Motion.SPATIAL, "z")
     about_x = Segment.new(symbols, Motion.SPATIAL, "x", direction_about_x)
-    stiffness, damping, constants = joint_constants(symbols)
-    relaxed_angle = relaxed_angle_symbol(symbols)
-    z_side, x_side = about_z.sides, about_x.sides
-    return Joint(
-        symbols,
-        2,
-        *both(about_z, about_x),
-        [
-            about_z.trigonometry("z_angles"),
-            about_x.trigonometry("x_angles"),
-            unbent_azimuth(about_z, relaxed_angle),
-            about_z.rates_in_body("z_rates"),
-            about_x.rates_in_body("x_rates"),
-        ],
-        constants,
-        spring_energy(stiffness, x_side[0], about_z.turned(-relaxed_angle)),
-        dissipation(damping, z_side, x_side),
-    )
+
+    def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
+        angles = [about_z.trigonometry("z_angles"), about_x.trigonometry("x_angles")]
+        angles.append(unbent_azimuth(about_z, angle))
+        return angles, about_x.sides[0], about_z.turned(-angle)
+
+    return joint_of(symbols, about_z, about_x, relaxed)
 
 
 def torques_kernel(
@@ -1451,29 +1429,19 @@ def lateral_joint() -> Joint:
 
     previous = Segment.near_plane(symbols, "previous", direction)
     following = Segment.near_plane(symbols, "next", direction)
-    stiffness, damping, constants = joint_constants(symbols)
-    relaxed_angle = relaxed_angle_symbol(symbols)
-    inner, outer = previous.sides, following.sides
+
+    def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
+        angles = [azimuth_step(previous, following), unbent_step(previous, following, angle)]
+        return angles, previous.turned(angle), following.sides[0]
+
     polar = casadi.vertcat(previous.coordinates[0], following.coordinates[0])
     polar_rates = casadi.vertcat(previous.rates[0], following.rates[0])
-    return Joint(
-        symbols,
-        2,
-        polar,
-        polar_rates,
-        [
-            azimuth_step(previous, following),
-            unbent_step(previous, following, relaxed_angle),
-            previous.rates_in_body("previous_rates"),
-            following.rates_in_body("next_rates"),
-        ],
-        constants,
-        spring_energy(stiffness, previous.turned(relaxed_angle), outer[0]),
-        dissipation(damping, inner, outer),
-        (
-            casadi.vertcat(polar, polar_rates, frame),
-            casadi.vertcat(SX.zeros(4), following.theta),
-        ),
+    in_plane = casadi.vertcat(SX.zeros(4), following.theta)
+    return replace(
+        joint_of(symbols, previous, following, relaxed),
+        coordinates=polar,
+        rates=polar_rates,
+        known=(casadi.vertcat(polar, polar_rates, frame), in_plane),
     )
 
 
