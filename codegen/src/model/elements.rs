@@ -19,7 +19,7 @@ use crate::passes::normal_form::{Style, normalise};
 pub(super) const TORQUE: Unit = Unit::NEWTON.times(Unit::METRE);
 
 /// Unit of the derivative of a torque with respect to an angular acceleration.
-pub(super) const TORQUE_SLOPE: Unit = TORQUE.times(Unit::SECOND.powi(2));
+const TORQUE_SLOPE: Unit = TORQUE.times(Unit::SECOND.powi(2));
 
 /// Unit of the derivative of a force with respect to an angular acceleration.
 pub(super) const MASS_LENGTH: Unit = Unit::KILOGRAM.times(Unit::METRE);
@@ -332,11 +332,11 @@ impl Joint {
         total.collect()
     }
 
-    /// Minus the derivative of the torques along a step; rows are torques, columns coordinates.
-    pub fn tangent(&mut self) -> Vec<Vec<NodeId>> {
+    /// Minus the derivative of the torques along a step.
+    pub fn tangent(mut self) -> Tangent {
         let torques = self.torques();
         let [coordinates, rates] = self.variables();
-        resistance(&mut self.graph, &torques, &coordinates, &rates)
+        tangent(self.graph, &torques, &coordinates, &rates)
     }
 }
 
@@ -370,24 +370,22 @@ impl RigidRates {
     }
 }
 
-/// Minus the derivative of `torques` when `δq = w_q δq̈` and `δq̇ = w_v δq̈`; rows are torques, columns coordinates.
-pub(super) fn resistance(
-    graph: &mut Graph,
-    torques: &[NodeId],
-    coordinates: &[NodeId],
-    rates: &[NodeId],
-) -> Vec<Vec<NodeId>> {
+/// A graph with the tangent of a joint: rows are torques, columns coordinates.
+pub(super) type Tangent = (Graph, Vec<Vec<NodeId>>);
+
+/// Minus the derivative of `torques` when `δq = w_q δq̈` and `δq̇ = w_v δq̈`.
+pub(super) fn tangent(mut graph: Graph, torques: &[NodeId], coordinates: &[NodeId], rates: &[NodeId]) -> Tangent {
     let resistance: Vec<NodeId> = torques.iter().map(|&torque| graph.neg(torque)).collect();
-    let (coordinate_weight, rate_weight) = step_weights(graph);
+    let (coordinate_weight, rate_weight) = step_weights(&mut graph);
     let columns: Vec<Vec<NodeId>> = coordinates
         .iter()
         .zip(rates)
         .map(|(&coordinate, &rate)| {
             let direction = BTreeMap::from([(coordinate, coordinate_weight), (rate, rate_weight)]);
-            directional_derivative(graph, &resistance, &direction)
+            directional_derivative(&mut graph, &resistance, &direction)
         })
         .collect();
-    transpose(&columns)
+    (graph, transpose(&columns))
 }
 
 impl Side {
@@ -407,16 +405,29 @@ impl Side {
     }
 }
 
-/// The four blocks of the tangent of a joint, row by row, with their names and the segments that they concern.
-pub(super) fn tangent_blocks(rows: &[Vec<NodeId>], blocks: [(&str, &str); 4]) -> Vec<Output> {
-    let size = rows.len() / 2;
+/// The blocks of the tangent of a joint, row by row, with their names and the segments that they concern. The weights of the step
+/// come after `inputs`.
+pub(super) fn tangent_kernel(
+    name: &str,
+    summary: &str,
+    (graph, rows): Tangent,
+    blocks: &[(&str, &str)],
+    inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
+) -> Result<Kernel, DimensionError> {
+    let sides = blocks.len().isqrt();
+    let size = rows.len() / sides;
     let torques = if size == 1 { "torque" } else { "torques" };
-    let block = |(i, (name, where_to)): (usize, (&str, &str))| {
-        let (row, column) = (size * (i / 2), size * (i % 2));
+    let block = |(i, (name, where_to)): (usize, &(&str, &str))| {
+        let (row, column) = (size * (i / sides), size * (i % sides));
         let block = rows[row..row + size].iter().map(|row| row[column..column + size].to_vec()).collect();
         Output::matrix(name, &format!("{torques} on {where_to}"), TORQUE_SLOPE, block)
     };
-    blocks.into_iter().enumerate().map(block).collect()
+    let outputs = blocks.iter().enumerate().map(block).collect();
+    Derivation { graph, outputs }.kernel(name, summary, Some(Style::Cheap), |graph| {
+        let mut inputs = inputs(graph);
+        inputs.extend(weights(graph));
+        inputs
+    })
 }
 
 /// The blocks of the tangent of a joint between two segments.

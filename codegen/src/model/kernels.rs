@@ -26,8 +26,8 @@ use crate::ir::unit::Unit;
 use crate::model::chain::{self, ACCELERATION, ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, vector_symbol};
 use crate::model::elements::{
     BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, RelaxedClamp, RigidRates, TORQUE,
-    TORQUE_SLOPE, azimuth_steps, clamp_inputs, joint_constants, rates, rates_in_body, relaxed_turn, segment_constants,
-    step_weights, tangent_blocks, transpose, trigonometry, unbent_azimuth, vector_input, weights,
+    azimuth_steps, clamp_inputs, joint_constants, rates, rates_in_body, relaxed_turn, segment_constants, step_weights,
+    tangent_kernel, transpose, trigonometry, unbent_azimuth, vector_input, weights,
 };
 use crate::model::lateral;
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
@@ -237,26 +237,34 @@ fn joint_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
     inputs
 }
 
-/// What the torques on a segment are called.
-fn torques_on(motion: Motion, segment: &str) -> String {
-    match motion {
-        Motion::Spatial => format!("torques on `(φ, θ)` of the {segment} segment"),
-        Motion::Planar => format!("torque on `θ` of the {segment} segment"),
-    }
+/// The torques of `joint` on its `sides`, of which each has the name of the output and of the segment.
+fn torques_kernel(
+    name: &str,
+    summary: &str,
+    mut joint: Joint,
+    sides: &[(&str, &str)],
+    inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
+) -> Result<Kernel, DimensionError> {
+    let what = match joint.motion {
+        Motion::Spatial => "torques on `(φ, θ)`",
+        Motion::Planar => "torque on `θ`",
+    };
+    let torques = joint.torques();
+    let torques = torques.chunks(torques.len() / sides.len());
+    let output = |(&(side, segment), torques): (&(&str, &str), &[NodeId])| {
+        Output::vector(side, &format!("{what} of the {segment}"), TORQUE, torques.to_vec())
+    };
+    let outputs = sides.iter().zip(torques).map(output).collect();
+    Derivation { graph: joint.graph, outputs }.kernel(name, summary, Some(Style::Cheap), inputs)
 }
+
+/// The sides of a joint between two segments.
+const SIDES: [(&str, &str); 2] = [("previous", "previous segment"), ("next", "next segment")];
 
 /// The energy and dissipation function of a joint between two segments in the plane.
 const PLANAR_ENERGIES: &str = "`E_spring = ½ c (θ' − θ − κ)²` and `D = ½ d (θ̇' − θ̇)²`.";
 
 fn joint(motion: Motion) -> Result<Kernel, DimensionError> {
-    let mut joint = Joint::between_segments(motion);
-    let torques = joint.torques();
-    let (previous, next) = torques.split_at(torques.len() / 2);
-    let outputs = vec![
-        Output::vector("previous", &torques_on(motion, "previous"), TORQUE, previous.to_vec()),
-        Output::vector("next", &torques_on(motion, "next"), TORQUE, next.to_vec()),
-    ];
-    let derivation = Derivation { graph: joint.graph, outputs };
     let energies = match motion {
         Motion::Spatial => {
             "`E_spring = c S(u)`, `u = ½|ē' − e|² = 1 − cos α`, `S = ½α²`, with `e'` turned back about `z` by the relaxed angle `κ` \
@@ -267,27 +275,21 @@ fn joint(motion: Motion) -> Result<Kernel, DimensionError> {
     let summary =
         format!("Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it connects, from\n{energies}");
     let (name, summary) = (motion.name_for("joint"), summary_for(motion, &summary));
-    derivation.kernel(&name, &summary, Some(Style::Cheap), |graph| joint_inputs(graph, motion))
+    torques_kernel(&name, &summary, Joint::between_segments(motion), &SIDES, |graph| joint_inputs(graph, motion))
 }
 
 fn joint_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
-    let mut joint = Joint::between_segments(motion);
-    let rows = joint.tangent();
-    let size = rows.len() / 2;
-    let derivation = Derivation { outputs: tangent_blocks(&rows, BLOCKS), graph: joint.graph };
-    let (name, plain) = (motion.name_for("joint_tangent"), motion.name_for("joint"));
+    let (name, plain, size) =
+        (motion.name_for("joint_tangent"), motion.name_for("joint"), motion.coordinates_per_segment());
     let summary = format!(
         "Tangent of a joint: minus the derivative of the torques of [`{plain}`] along `q̈`, when\n\
          `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is {size} × {size}."
     );
-    derivation.kernel(&name, &summary_for(motion, &summary), Some(Style::Cheap), |graph| {
-        // In the plane the torques are linear, so that the state does not enter.
-        let mut inputs = match motion {
-            Motion::Spatial => joint_inputs(graph, motion),
-            Motion::Planar => joint_constants(graph),
-        };
-        inputs.extend(weights(graph));
-        inputs
+    let tangent = Joint::between_segments(motion).tangent();
+    tangent_kernel(&name, &summary_for(motion, &summary), tangent, &BLOCKS, |graph| match motion {
+        Motion::Spatial => joint_inputs(graph, motion),
+        // The torques are linear, so that the state does not enter.
+        Motion::Planar => joint_constants(graph),
     })
 }
 
@@ -357,27 +359,14 @@ fn about_x_inputs(graph: &mut Graph) -> Vec<Input> {
 }
 
 fn joint_about_x() -> Result<Kernel, DimensionError> {
-    let mut joint = Joint::about_x();
-    let torques = joint.torques();
-    let outputs = vec![
-        Output::vector("previous", &torques_on(Motion::Spatial, "previous"), TORQUE, torques[..2].to_vec()),
-        Output::vector("next", &torques_on(Motion::Spatial, "next"), TORQUE, torques[2..].to_vec()),
-    ];
     let summary = "Torques of a joint as in [`joint`], between two segments with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x).";
-    Derivation { graph: joint.graph, outputs }.kernel("joint_about_x", summary, Some(Style::Cheap), about_x_inputs)
+    torques_kernel("joint_about_x", summary, Joint::about_x(), &SIDES, about_x_inputs)
 }
 
 fn joint_about_x_tangent() -> Result<Kernel, DimensionError> {
-    let mut joint = Joint::about_x();
-    let rows = joint.tangent();
-    let derivation = Derivation { outputs: tangent_blocks(&rows, BLOCKS), graph: joint.graph };
     let summary = "Tangent of a joint about x: minus the derivative of the torques of [`joint_about_x`] along `q̈`, when\n\
                    `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
-    derivation.kernel("joint_about_x_tangent", summary, Some(Style::Cheap), |graph| {
-        let mut inputs = about_x_inputs(graph);
-        inputs.extend(weights(graph));
-        inputs
-    })
+    tangent_kernel("joint_about_x_tangent", summary, Joint::about_x().tangent(), &BLOCKS, about_x_inputs)
 }
 
 fn crossed_joint_inputs(graph: &mut Graph) -> Vec<Input> {
@@ -393,73 +382,43 @@ fn crossed_joint_inputs(graph: &mut Graph) -> Vec<Input> {
 }
 
 fn crossed_joint() -> Result<Kernel, DimensionError> {
-    let mut joint = Joint::crossed();
-    let torques = joint.torques();
-    let outputs = vec![
-        Output::vector("z", "torques on `(φ, θ)` of the segment with polar axis z", TORQUE, torques[..2].to_vec()),
-        Output::vector("x", "torques on `(φ, θ)` of the segment with polar axis x", TORQUE, torques[2..].to_vec()),
-    ];
-    let derivation = Derivation { graph: joint.graph, outputs };
+    let sides = [("z", "segment with polar axis z"), ("x", "segment with polar axis x")];
     let summary = "Torques of a joint as in [`joint`], between a segment with `e = (sin φ cos θ, sin φ sin θ, cos φ)`\n\
                    (polar axis z) and one with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x), in either order.\n\
                    `κ` is the relaxed angle where the segment about z is the outer one, and minus that angle where it is the inner one.";
-    derivation.kernel("crossed_joint", summary, Some(Style::Cheap), crossed_joint_inputs)
+    torques_kernel("crossed_joint", summary, Joint::crossed(), &sides, crossed_joint_inputs)
 }
 
 fn crossed_joint_tangent() -> Result<Kernel, DimensionError> {
-    let mut joint = Joint::crossed();
-    let rows = joint.tangent();
-    let outputs = tangent_blocks(
-        &rows,
-        [
-            ("z_z", "the segment with polar axis z along its `q̈`"),
-            ("z_x", "the segment with polar axis z along the other's `q̈`"),
-            ("x_z", "the segment with polar axis x along the other's `q̈`"),
-            ("x_x", "the segment with polar axis x along its `q̈`"),
-        ],
-    );
-    let derivation = Derivation { graph: joint.graph, outputs };
+    let blocks = [
+        ("z_z", "the segment with polar axis z along its `q̈`"),
+        ("z_x", "the segment with polar axis z along the other's `q̈`"),
+        ("x_z", "the segment with polar axis x along the other's `q̈`"),
+        ("x_x", "the segment with polar axis x along its `q̈`"),
+    ];
     let summary = "Tangent of a joint between polar axes: minus the derivative of the torques of [`crossed_joint`]\n\
                    along `q̈`, when `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
-    derivation.kernel("crossed_joint_tangent", summary, Some(Style::Cheap), |graph| {
-        let mut inputs = crossed_joint_inputs(graph);
-        inputs.extend(weights(graph));
-        inputs
-    })
+    tangent_kernel("crossed_joint_tangent", summary, Joint::crossed().tangent(), &blocks, crossed_joint_inputs)
 }
 
 fn clamp(motion: Motion) -> Result<Kernel, DimensionError> {
-    let mut joint = Joint::at_clamp(motion);
-    let torques = joint.torques();
-    let outputs = vec![Output::vector("next", &torques_on(motion, "first"), TORQUE, torques)];
-    let derivation = Derivation { graph: joint.graph, outputs };
     let (name, plain) = (motion.name_for("clamp"), motion.name_for("joint"));
     let summary = format!(
         "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in [`{plain}`], with\n\
          the clamp's `ē0` and `ω0 = 0` on the inner side."
     );
-    derivation.kernel(&name, &summary_for(motion, &summary), Some(Style::Cheap), |graph| clamp_inputs(graph, motion))
+    let (summary, sides) = (summary_for(motion, &summary), [("next", "first segment")]);
+    torques_kernel(&name, &summary, Joint::at_clamp(motion), &sides, |graph| clamp_inputs(graph, motion))
 }
 
 fn clamp_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
-    let mut joint = Joint::at_clamp(motion);
-    let torques = match motion {
-        Motion::Spatial => "torques",
-        Motion::Planar => "torque",
-    };
-    let doc = format!("{torques} on the first segment along its `q̈`");
-    let outputs = vec![Output::matrix("next_next", &doc, TORQUE_SLOPE, joint.tangent())];
-    let derivation = Derivation { graph: joint.graph, outputs };
     let (name, plain) = (motion.name_for("clamp_tangent"), motion.name_for("clamp"));
     let summary = format!(
         "Tangent of the clamp joint: minus the derivative of the torques of [`{plain}`] along `q̈`, when\n\
          `δq = w_q δq̈` and `δq̇ = w_v δq̈`."
     );
-    derivation.kernel(&name, &summary_for(motion, &summary), Some(Style::Cheap), |graph| {
-        let mut inputs = clamp_inputs(graph, motion);
-        inputs.extend(weights(graph));
-        inputs
-    })
+    let (summary, blocks) = (summary_for(motion, &summary), [("next_next", "the first segment along its `q̈`")]);
+    tangent_kernel(&name, &summary, Joint::at_clamp(motion).tangent(), &blocks, |graph| clamp_inputs(graph, motion))
 }
 
 fn clamp_energy(motion: Motion) -> Result<Kernel, DimensionError> {

@@ -21,9 +21,9 @@ use crate::ir::kernel::{Input, Kernel, Output};
 use crate::ir::unit::Unit;
 use crate::model::chain::{ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, in_plane};
 use crate::model::elements::{
-    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, TORQUE, TORQUE_SLOPE, azimuth_steps,
-    clamp_inputs, joint_constants, rates, rates_in_body, resistance, segment_constants, step_weights, tangent_blocks,
-    trigonometry, vector_input, weights,
+    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, TORQUE, Tangent, azimuth_steps, clamp_inputs,
+    joint_constants, rates, rates_in_body, segment_constants, step_weights, tangent, tangent_kernel, trigonometry,
+    vector_input, weights,
 };
 use crate::passes::calculus::directional_derivative;
 use crate::passes::dimension::DimensionError;
@@ -201,10 +201,10 @@ impl<const N: usize> LateralJoint<N> {
         Self { graph, torques, polar }
     }
 
-    fn tangent(&mut self) -> Vec<Vec<NodeId>> {
+    fn tangent(self) -> Tangent {
         let coordinates = self.polar.map(|variation| variation.polar);
         let rates = self.polar.map(|variation| variation.polar_rate);
-        resistance(&mut self.graph, &self.torques, &coordinates, &rates)
+        tangent(self.graph, &self.torques, &coordinates, &rates)
     }
 }
 
@@ -239,17 +239,13 @@ fn joint() -> Result<Kernel, DimensionError> {
 }
 
 fn joint_tangent() -> Result<Kernel, DimensionError> {
-    let mut joint = between_segments();
-    let rows = joint.tangent();
-    let derivation = Derivation { outputs: tangent_blocks(&rows, BLOCKS), graph: joint.graph };
     let summary = format!(
         "Tangent of a joint: minus the derivative of the torques of [`lateral_joint`] along `η̈`, when\n\
          `δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{WHERE}"
     );
-    derivation.kernel("lateral_joint_tangent", &summary, Some(Style::Cheap), |graph| {
+    tangent_kernel("lateral_joint_tangent", &summary, between_segments().tangent(), &BLOCKS, |graph| {
         let mut inputs = planar_joint_inputs(graph);
         inputs.extend(joint_constants(graph));
-        inputs.extend(weights(graph));
         inputs
     })
 }
@@ -268,16 +264,12 @@ fn clamp() -> Result<Kernel, DimensionError> {
 }
 
 fn clamp_tangent() -> Result<Kernel, DimensionError> {
-    let mut joint = at_clamp();
-    let rows = joint.tangent();
-    let outputs = vec![Output::matrix("next_next", "torque on the first segment along its `η̈`", TORQUE_SLOPE, rows)];
+    let blocks = [("next_next", "the first segment along its `η̈`")];
     let summary = format!(
         "Tangent of the clamp joint: minus the derivative of the torque of [`lateral_clamp`] along `η̈`, when\n\
          `δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{WHERE}"
     );
-    Derivation { graph: joint.graph, outputs }.kernel("lateral_clamp_tangent", &summary, Some(Style::Cheap), |graph| {
-        let mut inputs = clamp_inputs(graph, Motion::Planar);
-        inputs.extend(weights(graph));
-        inputs
+    tangent_kernel("lateral_clamp_tangent", &summary, at_clamp().tangent(), &blocks, |graph| {
+        clamp_inputs(graph, Motion::Planar)
     })
 }
