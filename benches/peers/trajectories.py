@@ -1,7 +1,7 @@
 """Whole motions by peers: a pass of the paper's case, a row of filaments, a beam that is spun up.
 
-What enters: nothing but the constants of paper_case.py and exudyn_cable.py, and for one row of the
-metrics the contacts in tests/data.
+What enters: the constants of paper_case.py and exudyn_cable.py, the input of
+derivations/reference_row.py, and for one row of the metrics the contacts in tests/data.
 What leaves, in benches/peers/trajectories: pass_mujoco.csv, pass_exudyn_ancf.csv, pass_metrics.csv
 and spin_up.csv; in tests/data: reference_row_mujoco.json, a row of filaments that touch each other,
 in the format of reference_row.json. Each has its own error, measured by refining.
@@ -25,11 +25,15 @@ import exudyn_cable
 import mujoco
 import mujoco_chain
 import numpy as np
-import paper_case
 from exudyn_cable import SPIN_UP_AXIAL_STIFFNESS_N, Settings
 from mujoco_row import FILAMENTS, Motion, Row, Touch, contact_points
-from paper_case import SEGMENTS, Case, Pass
+from paper_case import CONTACT_STIFFNESS_N_M, SEGMENTS, Case, Pass
 from pass_motion import COLUMNS, PassMotion
+
+# isort: split
+# From derivations, which paper_case puts on the path.
+import reference_row
+from cvodes import differences, table_text
 
 HERE = Path(__file__).resolve().parent
 CONTACTS = HERE.parents[1] / "tests" / "data"
@@ -86,31 +90,18 @@ def unstiffened(settings: Settings, axial_factor: float) -> Settings:
 
 
 def command(group: str) -> str:
-    """First line of a file."""
+    """How a file was made."""
     return (
-        f"# python benches/peers/trajectories.py --only {group} (Python "
+        f"python benches/peers/trajectories.py --only {group} (Python "
         f"{platform.python_version()}, exudyn {exudyn.__version__}, mujoco {mujoco.__version__}, "
         f"numpy {np.__version__})"
     )
-
-
-def differences(columns: tuple[str, ...], rows: np.ndarray, others: np.ndarray) -> str:
-    """Largest difference in each column but the first, in the unit of the column."""
-    largest = np.max(np.abs(rows - others), axis=0)[1:]
-    return ", ".join(f"{name} {x:.1g}" for name, x in zip(columns[1:], largest, strict=True))
 
 
 def change(metrics: Metrics, others: Metrics) -> float:
     """Relative difference of p_n."""
     name = "contact_normal_impulse_n_s"
     return abs(others[name] / metrics[name] - 1)
-
-
-def write(name: str, comments: list[str], columns: tuple[str, ...], rows: np.ndarray) -> None:
-    """A file of numbers."""
-    lines = [*comments, ",".join(columns)]
-    lines += [",".join(f"{value:.12g}" for value in row) for row in rows]
-    write_text(name, "\n".join(lines) + "\n")
 
 
 def write_text(name: str, text: str) -> None:
@@ -132,15 +123,15 @@ def mujoco_pass() -> tuple[Metrics, float]:
     error = change(fine.metrics(), coarse.metrics())
     comments = [
         command("pass"),
-        f"# A pass of the paper's case by MuJoCo: {SEGMENTS} segments on planar hinges, brushing "
+        f"A pass of the paper's case by MuJoCo: {SEGMENTS} segments on planar hinges, brushing "
         f"velocity {CASE[0]:g} m/s, penetration depth {CASE[1]:g} m, no friction, no gravity.",
-        f"# Settings: implicitfast, step {fine.step_s:.6g} s, no error control; the impulse by the "
+        f"Settings: implicitfast, step {fine.step_s:.6g} s, no error control; the impulse by the "
         "trapezoidal rule over all steps.",
-        "# Own error, largest difference to twice the step (the method is of first order, so "
+        "Own error, largest difference to twice the step (the method is of first order, so "
         f"that is what is left): {differences(COLUMNS, rows, coarse_rows)}; whole impulse, "
         f"relative, {error:.1g}.",
     ]
-    write("pass_mujoco.csv", comments, COLUMNS, rows)
+    write_text("pass_mujoco.csv", table_text(comments, COLUMNS, rows))
     return fine.metrics(), error
 
 
@@ -150,15 +141,15 @@ def cable_pass() -> tuple[Metrics, float]:
     rows, metrics = motion.rows(PASS_ROWS), motion.metrics()
     comments = [
         command("pass"),
-        "# A pass of the paper's case by Exudyn, a continuous beam of ObjectANCFCable2D (no "
+        "A pass of the paper's case by Exudyn, a continuous beam of ObjectANCFCable2D (no "
         f"segments): brushing velocity {CASE[0]:g} m/s, penetration depth {CASE[1]:g} m, no "
         "friction, no gravity.",
-        f"# Settings: {CABLE.elements} elements, generalised alpha (spectral radius "
+        f"Settings: {CABLE.elements} elements, generalised alpha (spectral radius "
         f"{exudyn_cable.SPECTRAL_RADIUS:g}), step {motion.step_s:.6g} s, Newton to "
         f"{CABLE.tolerance_n:g} N, {CABLE_AXIAL_FACTOR:g} times the axial stiffness of the "
         "filament, so that it hardly stretches; the impulse by the trapezoidal rule over all "
         "steps.",
-        "# The tip alone has contact; the node beside it stays "
+        "The tip alone has contact; the node beside it stays "
         f"{beside_tip_m:.2g} m above the workpiece or more.",
     ]
     changes = {}
@@ -166,7 +157,7 @@ def cable_pass() -> tuple[Metrics, float]:
         other, _ = exudyn_cable.contact_pass(CASE, settings, axial_factor)
         changes[name] = change(metrics, other.metrics())
         comments.append(
-            f"# Largest difference to {name}: "
+            f"Largest difference to {name}: "
             f"{differences(COLUMNS, rows, other.rows(PASS_ROWS))}; whole impulse, relative, "
             f"{changes[name]:.1g}."
         )
@@ -174,15 +165,15 @@ def cable_pass() -> tuple[Metrics, float]:
     *refined, stretching = changes.values()
     error = sum(refined) + stretching / (SOFTER - 1)
     comments += [
-        "# With the axial stiffness of the filament itself, E A, the whole impulse is "
+        "With the axial stiffness of the filament itself, E A, the whole impulse is "
         f"{own.metrics()['contact_normal_impulse_n_s']:.6g} N s, the peak force "
         f"{own.metrics()['peak_contact_normal_force_n']:.4g} N, in "
         f"{own.metrics()['contact_count']} contacts.",
-        "# Own error of the whole impulse against the inextensible beam, relative, mesh, step, "
+        "Own error of the whole impulse against the inextensible beam, relative, mesh, step, "
         "tolerance and a ninth of the difference by the axial stiffness together: "
         f"{error:.1g}.",
     ]
-    write("pass_exudyn_ancf.csv", comments, COLUMNS, rows)
+    write_text("pass_exudyn_ancf.csv", table_text(comments, COLUMNS, rows))
     return metrics, error
 
 
@@ -207,7 +198,7 @@ def passes() -> None:
     }
     text = io.StringIO()
     text.write(
-        f"{command('pass')}\n"
+        f"# {command('pass')}\n"
         "# Metrics of the pass in pass_mujoco.csv and pass_exudyn_ancf.csv, whose first lines "
         "tell the settings; and of CasADi and CVODES, copied from "
         "tests/data/reference_contacts_cvodes.csv.\n"
@@ -223,39 +214,14 @@ def passes() -> None:
     write_text("pass_metrics.csv", text.getvalue())
 
 
-def row_input(stiffness_n_m2: float) -> dict[str, dict[str, float]]:
+def row_input(stiffness_n_m2: float) -> dict[str, dict[str, object]]:
     """Settings of the row, as reference_row.json names them."""
-    return {
-        "tool": {
-            "body_radius_m": paper_case.BODY_RADIUS_M,
-            "width_m": 0.020,
-            "filament_count": float(FILAMENTS),
-        },
-        "filament": {
-            "segments": ROW_SEGMENTS,
-            "length_m": paper_case.LENGTH_M,
-            "diameter_m": paper_case.DIAMETER_M,
-            "density_kg_m3": paper_case.DENSITY_KG_M3,
-            "youngs_modulus_pa": paper_case.YOUNGS_MODULUS_PA,
-            "damping_ratio": paper_case.DAMPING_RATIO,
-        },
-        "contact": {"stiffness_n_m": paper_case.CONTACT_STIFFNESS_N_M},
-        "brush": {
-            "columns": ROW_COLUMNS,
-            "rows": 1,
-            "stiffness_n_m2": stiffness_n_m2,
-            "contact_points": contact_points(ROW_SEGMENTS),
-            "damping_s_m": 0.0,
-            "friction_coefficient": 0.0,
-            "steady": False,
-        },
-        "process": {
-            "brushing_velocity_m_s": CASE[0],
-            "penetration_depth_m": CASE[1],
-            "lead_angle_rad": paper_case.LEAD_ANGLE_RAD,
-            "tail_angle_rad": paper_case.TAIL_ANGLE_RAD,
-        },
-    }
+    brush = reference_row.Brush(
+        ROW_COLUMNS, float(FILAMENTS), stiffness_n_m2, contact_points(ROW_SEGMENTS)
+    )
+    inputs = reference_row.Case("", brush, *CASE, segments=ROW_SEGMENTS).inputs()
+    # MuJoCo's row has no friction.
+    return {**inputs, "contact": {"stiffness_n_m": CONTACT_STIFFNESS_N_M}}
 
 
 def row() -> None:
@@ -299,7 +265,7 @@ def row() -> None:
             }
         )
     document = {
-        "made_by": command("row").removeprefix("# "),
+        "made_by": command("row"),
         "method": f"MuJoCo, implicitfast, steps of {ROW_STEP_S:g} s, contacts as springs; "
         '"points" is the rule of MODEL.md, "capsules" are the shapes of MuJoCo (mujoco_row.py says '
         "more). own_errors: largest relative difference to twice the step.",
@@ -329,24 +295,24 @@ def spin_up() -> None:
     others[f"E A = {SPIN_UP_AXIAL_STIFFNESS_N:g} N, the published one"] = own
     comments = [
         command("spin_up"),
-        "# The spin-up of Simo and Vu-Quoc (1986, part II) by Exudyn, ObjectANCFCable2D: clamped "
+        "The spin-up of Simo and Vu-Quoc (1986, part II) by Exudyn, ObjectANCFCable2D: clamped "
         "at the axis, L = 10 m, E I = 1.4e4 N m^2, 1.2 kg/m, no rotary inertia, no damping, no "
         "gravity; psi = (6/15) (t^2/2 + (15/(2 pi))^2 (cos(2 pi t/15) - 1)) for t < 15 s, then "
         "6 t - 45.",
-        "# Tip displacement along the clamp direction, which turns with psi, and across it, "
+        "Tip displacement along the clamp direction, which turns with psi, and across it, "
         "positive in the direction of rotation.",
-        f"# Settings: {SPIN_UP.elements} elements, generalised alpha (spectral radius "
+        f"Settings: {SPIN_UP.elements} elements, generalised alpha (spectral radius "
         f"{exudyn_cable.SPECTRAL_RADIUS:g}), {SPIN_UP.steps} steps, Newton to "
         f"{SPIN_UP.tolerance_n:g} N, E A = "
         f"{SPIN_UP_AXIAL_FACTOR * SPIN_UP_AXIAL_STIFFNESS_N:g} N, so that it hardly stretches.",
-        "# Own error: of the differences by mesh and step a third is left at most, of that by the "
+        "Own error: of the differences by mesh and step a third is left at most, of that by the "
         "axial stiffness a ninth, as stretching goes with 1 / (E A).",
     ]
     comments += [
-        f"# Largest difference to {name}: {differences(SPIN_UP_COLUMNS, rows, other)}."
+        f"Largest difference to {name}: {differences(SPIN_UP_COLUMNS, rows, other)}."
         for name, other in others.items()
     ]
-    write("spin_up.csv", comments, SPIN_UP_COLUMNS, rows)
+    write_text("spin_up.csv", table_text(comments, SPIN_UP_COLUMNS, rows))
 
 
 GROUPS = {"pass": passes, "row": row, "spin_up": spin_up}
