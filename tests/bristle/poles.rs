@@ -2,13 +2,12 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::agreement::check_solve;
 use crate::common::{RandomState, filament, largest, random_pairs, random_state, tolerance};
 use bristle::contact::ContactLaw;
 use bristle::equations::kernels::{self, JointConstants, Side};
-use bristle::equations::linear::{add, scale, sub};
-use bristle::equations::{
-    Chain, ChainDynamics, Dynamics, LaneSet, NoLoads, POLE, PolarAxis, StepWeights, UniformChain,
-};
+use bristle::equations::linear::sub;
+use bristle::equations::{Chain, ChainDynamics, Dynamics, NoLoads, POLE, PolarAxis, StepWeights, UniformChain};
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Tolerances};
 use bristle::model::filament::{chain, first_natural_frequency};
@@ -122,36 +121,8 @@ fn factorised_step_matrix_with_two_charts_matches_differences() {
         let accelerations = random_pairs(&mut rng, segments, 1e4);
         for charts in [vec![PolarAxis::X; segments], random_charts(&mut rng, segments)] {
             let (charts, q, v, a) = converted(charts, &state, &accelerations);
-            let mut dynamics = Dynamics::new(state.chain.clone());
-            dynamics.set_charts(&charts);
-            for weights in [
-                StepWeights { coordinates: 1e-12, rates: 1e-6 },
-                StepWeights { coordinates: 1e-9, rates: 3e-5 },
-                StepWeights { coordinates: 1e-6, rates: 1e-3 },
-            ] {
-                let direction = random_pairs(&mut rng, segments, 1.0);
-                // Coordinates move by at most 1e-6 rad.
-                let size = 1e-6 / weights.coordinates;
-                let mut at = |size: f64| {
-                    let along = |values: &[[f64; 2]], weight: f64| -> Vec<[f64; 2]> {
-                        values.iter().zip(&direction).map(|(x, d)| add(*x, scale(weight * size, *d))).collect()
-                    };
-                    let mut residual = vec![[0.0; 2]; segments];
-                    let (q, v, a) = (along(&q, weights.coordinates), along(&v, weights.rates), along(&a, 1.0));
-                    dynamics.residual(state.clamp.holding(&q, &v), &a, &NoLoads, &mut residual);
-                    residual
-                };
-                let (above, below) = (at(size), at(-size));
-                at(0.0);
-                let mut solution: Vec<[f64; 2]> =
-                    above.iter().zip(&below).map(|(above, below)| scale(0.5 / size, sub(*above, *below))).collect();
-                dynamics.factorise(state.clamp.holding(&q, &v), &a, &NoLoads, weights, LaneSet::first(1));
-                dynamics.solve(&mut solution);
-                for (solution, expected) in solution.as_flattened().iter().zip(direction.as_flattened()) {
-                    let error = (solution - expected).abs();
-                    assert!(error < tolerance::DIFFERENCES, "n = {segments}, {weights:?}: {error:.1e}");
-                }
-            }
+            let state = RandomState { q, v, chain: state.chain.clone(), clamp: state.clamp };
+            check_solve(&state, &charts, &a, &NoLoads, &mut rng);
         }
     }
 }

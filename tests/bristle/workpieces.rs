@@ -3,7 +3,7 @@
 use bristle::contact::ContactLaw;
 use bristle::equations::LaneSet;
 use bristle::equations::linear::{add, dot, scale, sub};
-use bristle::equations::{ChainDynamics, Dynamics, NodeLoads, PlanarDynamics, StepWeights};
+use bristle::equations::{ChainDynamics, Dynamics, NodeLoads, PlanarDynamics, PolarAxis, StepWeights};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{Settings, Side, WorkpieceKind};
 use bristle::simulation::{Form, Job, Kind, Pass, Sampling, integral, simulate, simulate_side_by_side};
@@ -114,7 +114,7 @@ fn the_step_matrix_of_an_edge_contact_matches_differences() {
         let accelerations = vec![[0.0; 2]; segments];
         let loads = system.loads(0.0);
         assert!(loads.loads_points());
-        crate::agreement::check_solve(&state, &accelerations, &loads, &mut rng);
+        crate::agreement::check_solve(&state, &vec![PolarAxis::Z; segments], &accelerations, &loads, &mut rng);
         // In the plane.
         let mut dynamics = PlanarDynamics::new(state.chain.clone());
         let in_plane = |blocks: &[[f64; 2]]| blocks.iter().map(|block| [0.0, block[1]]).collect::<Vec<_>>();
