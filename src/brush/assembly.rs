@@ -48,7 +48,7 @@ impl<M: ClampMotion + Sync> Assembly<M> {
         let lengths = filaments.iter().map(|filament| filament.chain.length).collect();
         let layout = Layout::new(lengths, radii, points, None);
         let contacts = [f64::NEG_INFINITY, f64::INFINITY];
-        let member = |(index, bristle)| Member { bristle, contacts, start: coordinates(index) };
+        let member = |(index, filament)| Member { filament, contacts, start: coordinates(index) };
         let members = filaments.into_iter().enumerate().map(member).collect();
         let (bundle, motion) = Bundle::new(Form::Spatial, members, law, layout, [0.0, 0.0], false);
         Self { stepper: Stepper::new(&motion, tolerance), bundle, motion }

@@ -9,7 +9,7 @@ use std::ops::AddAssign;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::candidates::{Candidates, Layout};
-use super::field::{Field, GroupField, Node, Nodes, Place, wide};
+use super::field::{Field, FilamentPoint, GroupField, Node, Nodes, wide};
 use super::gmres::{self, Coupled, Division, Krylov, Vector};
 use super::group::{Activity, Budget, Group, Member, Surroundings, WorkpieceLoad, larger};
 use super::presses::PressLaw;
@@ -39,7 +39,7 @@ pub struct Motion {
 
 impl Motion {
     /// Coordinates, rates and accelerations of each group of filaments of `n` segments.
-    fn by_group(&self, n: usize) -> impl Iterator<Item = [&gmres::Part; 3]> {
+    fn by_group(&self, n: usize) -> impl Iterator<Item = [&gmres::GroupPart; 3]> {
         self.q.chunks(n).zip(self.v.chunks(n)).zip(self.accelerations.chunks(n)).map(|((q, v), a)| [q, v, a])
     }
 }
@@ -65,13 +65,13 @@ impl AddAssign for Effort {
 
 /// Filaments that touch each other.
 pub struct Bundle<M> {
-    bristles: Vec<Filament<M, Part>>,
+    filaments: Vec<Filament<M, Part>>,
     groups: Vec<Group>,
     layout: Layout,
     /// Rate at which the body turns about `z`, in rad/s.
     rate: f64,
     /// Whether there is friction.
-    rubs: bool,
+    has_friction: bool,
     candidates: Candidates,
     nodes: Nodes,
     pressing: Pressing,
@@ -138,7 +138,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         at_rest: bool,
     ) -> (Self, Motion) {
         let n = layout.segments;
-        assert!(!members.is_empty() && members.iter().all(|member| member.bristle.chain.segments() == n));
+        assert!(!members.is_empty() && members.iter().all(|member| member.filament.chain.segments() == n));
         let activity = if at_rest { Activity::Rests } else { Activity::Solved };
         let parts = members.chunks(LANES).enumerate();
         let groups: Vec<Group> =
@@ -157,9 +157,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 }
             }
         }
-        let bristles: Vec<_> = members.into_iter().map(|member| member.bristle).collect();
+        let filaments: Vec<_> = members.into_iter().map(|member| member.filament).collect();
         let mut bundle = Self {
-            rubs: law.friction > 0.0 || bristles.iter().any(|bristle| bristle.law.friction > 0.0),
+            has_friction: law.friction > 0.0 || filaments.iter().any(|filament| filament.law.friction > 0.0),
             candidates: Candidates::new(layout.clone()),
             nodes: Nodes { positions: field.clone(), velocities: field.clone() },
             pressing: Pressing::new(law, &layout, form == Form::Planar),
@@ -173,7 +173,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             rate,
             layout,
             groups,
-            bristles,
+            filaments,
         };
         bundle.leave_poles(&mut motion);
         bundle.meet(&motion);
@@ -192,8 +192,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// The filaments.
-    pub fn bristles(&self) -> &[Filament<M, Part>] {
-        &self.bristles
+    pub fn filaments(&self) -> &[Filament<M, Part>] {
+        &self.filaments
     }
 
     /// The first coordinate of a block that changes.
@@ -217,7 +217,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// The distance of a point from the root of its filament in m.
-    pub fn arc_length(&self, place: &Place) -> f64 {
+    pub fn arc_length(&self, place: &FilamentPoint) -> f64 {
         let n = self.layout.segments;
         let length = self.layout.lengths[place.segment.filament(n)];
         (place.segment.index(n) as f64 + place.fraction) * length
@@ -244,12 +244,12 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// either. Whether it is left out depends on the time alone, and so does a run that is resumed.
     fn leave_out(&mut self, motion: &mut Motion) -> bool {
         let n = self.layout.segments;
-        let Self { groups, bristles, candidates, rate, .. } = self;
+        let Self { groups, filaments, candidates, rate, .. } = self;
         let mut any = false;
         for group in groups.iter_mut() {
             let turns = group.equations.charts().iter().all(|chart| *chart == PolarAxis::Z);
             let stays = matches!(group.activity, Activity::Left | Activity::Rests) || !turns;
-            if stays || !group.is_past(bristles, motion.time, BEHIND / rate.abs()) {
+            if stays || !group.is_past(filaments, motion.time, BEHIND / rate.abs()) {
                 continue;
             }
             any = true;
@@ -441,8 +441,13 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// The groups, what they meet at `time` (s), their forces, and the linear equations.
     fn parts(&mut self, time: f64) -> (&mut [Group], Surroundings<'_, M>, &mut Field, &mut Linear) {
-        let Self { bristles, groups, rubs, candidates, nodes, pressing, forces, linear, .. } = self;
-        (groups, Surroundings { bristles, nodes, pressing, candidates, time, rubs: *rubs }, forces, linear)
+        let Self { filaments, groups, has_friction, candidates, nodes, pressing, forces, linear, .. } = self;
+        (
+            groups,
+            Surroundings { filaments, nodes, pressing, candidates, time, has_friction: *has_friction },
+            forces,
+            linear,
+        )
     }
 
     fn begin_stage(&mut self) {
@@ -455,11 +460,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     fn place(&mut self, motion: &Motion, which: impl Fn(&Group, &Candidates) -> bool) {
         let n = self.layout.segments;
-        let Self { groups, nodes, bristles, candidates, .. } = self;
+        let Self { groups, nodes, filaments, candidates, .. } = self;
         let parts = groups.iter_mut().zip(motion.by_group(n)).zip(nodes.by_group(n));
         let parts = parts.filter(|((group, _), _)| which(group, candidates));
         team::for_each(parts.map(|part| (part.0.0.index, part)), |((group, [q, v, _]), nodes)| {
-            group.place(bristles, motion.time, [q, v], nodes);
+            group.place(filaments, motion.time, [q, v], nodes);
         });
     }
 
@@ -555,7 +560,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// Places the groups that are not solved yet by their accelerations; those at rest only in the first iteration.
     fn follow(&mut self, motion: &mut Motion, stage: Kinematics<'_>, is_first: bool) {
         let n = self.layout.segments;
-        let Self { groups, nodes, bristles, candidates, .. } = self;
+        let Self { groups, nodes, filaments, candidates, .. } = self;
         let Motion { time, q, v, accelerations } = motion;
         let parts = groups
             .iter_mut()
@@ -565,7 +570,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| group.goes_on(candidates, is_first));
         team::for_each(parts, |(((group, (q, v)), accelerations), nodes)| {
             stage.follow([q, v], accelerations, group.index * n);
-            group.place(bristles, *time, [q, v], nodes);
+            group.place(filaments, *time, [q, v], nodes);
         });
     }
 
@@ -635,7 +640,7 @@ fn first_coordinate(groups: &[Group]) -> usize {
 
 impl Kinematics<'_> {
     /// Puts coordinates and rates, from the block `first` on, where accelerations bring them.
-    fn follow(&self, [q, v]: [&mut gmres::Part; 2], accelerations: &gmres::Part, first: usize) {
+    fn follow(&self, [q, v]: [&mut gmres::GroupPart; 2], accelerations: &gmres::GroupPart, first: usize) {
         let [by_position, by_rate] = self.weights;
         let [base_q, base_v] = self.base.map(|base| &base[first..][..accelerations.len()]);
         wide(
@@ -669,7 +674,7 @@ impl Coupled for Coupling<'_> {
         &mut self,
         x: &mut Vector,
         y: &mut Vector,
-        prepare: impl Fn(usize, &mut gmres::Part, &mut gmres::Part) + Sync,
+        prepare: impl Fn(usize, &mut gmres::GroupPart, &mut gmres::GroupPart) + Sync,
     ) {
         let vectors = x.chunks_mut(self.segments).zip(y.chunks_mut(self.segments));
         let parts = self.groups.iter_mut().zip(vectors).zip(self.displacements.0.chunks_mut(self.segments + 1));
@@ -685,7 +690,7 @@ impl Coupled for Coupling<'_> {
         &mut self,
         image: &mut Vector,
         sums: &mut [Vec<f64>],
-        combine: impl Fn(usize, &mut gmres::Part, &mut Vec<f64>) + Sync,
+        combine: impl Fn(usize, &mut gmres::GroupPart, &mut Vec<f64>) + Sync,
     ) {
         let Self { groups, displacements, forces, pressing, segments, factor } = self;
         let vectors = image.chunks_mut(*segments).zip(sums);

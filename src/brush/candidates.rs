@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use super::field::{Field, Node, Place, wide};
+use super::field::{Field, FilamentPoint, Node, wide};
 use super::presses::Near;
 use super::team;
 use crate::equations::dispatch::{Loop, dispatch};
@@ -78,7 +78,7 @@ pub struct Candidates {
     stations: Vec<Stations>,
     /// Pairs by the group of the filament whose points they watch.
     pairs: Vec<Vec<Pair>>,
-    motion: Motion,
+    motion: Ways,
     /// Where the nodes are, filament by filament.
     nodes: Vec<[f64; 3]>,
     /// Which groups nothing touches.
@@ -123,7 +123,7 @@ struct Start {
 
 /// How far nodes have gone relative to the body.
 #[derive(Clone, Debug)]
-struct Motion {
+struct Ways {
     /// Where they were last, and the angle of the body then, by group.
     positions: Field,
     angles: Vec<f64>,
@@ -174,7 +174,7 @@ impl Candidates {
     pub fn new(layout: Layout) -> Self {
         let groups = layout.groups();
         let none = Lanes::ZERO;
-        let motion = Motion {
+        let motion = Ways {
             positions: Field::new(groups, layout.segments),
             angles: vec![f64::NAN; groups],
             paths: vec![none; groups * (layout.segments + 1)],
@@ -361,7 +361,7 @@ impl Candidates {
     }
 }
 
-impl Motion {
+impl Ways {
     /// Puts a group where it is if it has turned with the body.
     fn turn(&self, positions: &mut Field, angle: f64, segments: usize, group: usize) {
         let nodes = group * (segments + 1)..(group + 1) * (segments + 1);
@@ -445,7 +445,7 @@ fn turned(angle: f64) -> impl Fn([Lanes; 3]) -> [Lanes; 3] {
 /// The pairs of one group.
 pub struct Watched<'a> {
     layout: &'a Layout,
-    motion: &'a Motion,
+    motion: &'a Ways,
     nodes: &'a [[f64; 3]],
     side: usize,
     stations: &'a [Stations],
@@ -468,7 +468,7 @@ impl Watched<'_> {
             let Pair { own, other, shift, blocks, .. } = &pairs[pair as usize];
             let (_, own_line, line) = match lines {
                 Some(lines @ (last, _, _)) if last == pair => lines,
-                _ => (pair, Line::new(layout, nodes, *own, 0.0), Line::new(layout, nodes, *other, *shift)),
+                _ => (pair, Centreline::new(layout, nodes, *own, 0.0), Centreline::new(layout, nodes, *other, *shift)),
             };
             lines = Some((pair, own_line, line));
             let near = Nearby { own: *own, own_line, line, window: blocks[number as usize].window };
@@ -492,8 +492,8 @@ impl Watched<'_> {
                 continue;
             }
             let mut is_near = false;
-            let line = Line::new(layout, nodes, *other, *shift);
-            let own_line = Line::new(layout, nodes, *own, 0.0);
+            let line = Centreline::new(layout, nodes, *other, *shift);
+            let own_line = Centreline::new(layout, nodes, *own, 0.0);
             let mut slack = f64::INFINITY;
             for (number, (block, station)) in blocks.iter_mut().zip(*stations).enumerate() {
                 let own_path = motion.path(Node::new(*own, station.middle(), segments)) + reserve;
@@ -531,8 +531,8 @@ impl Watched<'_> {
 /// The points of a block, and the window of segments that they are near.
 struct Nearby<'a> {
     own: usize,
-    own_line: Line<'a>,
-    line: Line<'a>,
+    own_line: Centreline<'a>,
+    line: Centreline<'a>,
     window: [u16; 2],
 }
 
@@ -545,7 +545,7 @@ impl Nearby<'_> {
         let present = LANES.min(segments * points - number * LANES);
         for lane in (0..present).filter(|lane| beyond.lane(*lane) < 0.0) {
             let own = Node::new(own, station.segments[lane].into(), segments);
-            let point = Place { segment: own, fraction: station.fractions.lane(lane) };
+            let point = FilamentPoint { segment: own, fraction: station.fractions.lane(lane) };
             let k = segment.lane(lane) as usize;
             let reach = radius.lane(lane) + line.radii[k];
             let ends = [line.node(k), line.node(k + 1)];
@@ -566,7 +566,7 @@ impl Block {
 
 /// The centreline of one filament.
 #[derive(Clone, Copy)]
-struct Line<'a> {
+struct Centreline<'a> {
     /// Its root.
     root: Node,
     /// Its nodes in m.
@@ -577,7 +577,7 @@ struct Line<'a> {
     radii: &'a [f64],
 }
 
-impl<'a> Line<'a> {
+impl<'a> Centreline<'a> {
     fn new(layout: &'a Layout, nodes: &'a [[f64; 3]], filament: usize, shift: f64) -> Self {
         let Layout { segments, .. } = *layout;
         Self {
@@ -622,7 +622,7 @@ impl<'a> Line<'a> {
     }
 }
 
-impl Line<'_> {
+impl Centreline<'_> {
     /// The squares of the distances of points from a segment in m².
     #[inline(always)]
     fn squares(&self, x: [Lanes; 3], segment: usize) -> Lanes {
@@ -691,9 +691,9 @@ impl Stations {
 /// Chooses the window of a block: the segments that are nearest to its points, and so many on either `side`. Returns the window, and how
 /// far the segments outside are out of reach in m, at least: those for which the path of the middle holds, and all others.
 struct Scan<'a> {
-    own_line: Line<'a>,
+    own_line: Centreline<'a>,
     station: &'a Stations,
-    line: Line<'a>,
+    line: Centreline<'a>,
     side: usize,
 }
 
@@ -751,9 +751,9 @@ fn min(a: Lanes, b: Lanes) -> Lanes {
 
 /// Looks for what is nearest to the points of a block in their window.
 struct Windows<'a> {
-    own_line: Line<'a>,
+    own_line: Centreline<'a>,
     station: &'a Stations,
-    line: Line<'a>,
+    line: Centreline<'a>,
     window: [u16; 2],
 }
 
@@ -929,7 +929,7 @@ mod tests {
             for filament in 0..filaments {
                 for segment in (0..segments).map(|k| Node::new(filament, k, segments)) {
                     for part in 0..points {
-                        let point = Place { segment, fraction: (part as f64 + 0.5) / points as f64 };
+                        let point = FilamentPoint { segment, fraction: (part as f64 + 0.5) / points as f64 };
                         for other in (0..filaments).filter(|other| *other != filament) {
                             for &shift in &shifts {
                                 let end = |k: usize| add(placed.at(Node::new(other, k, segments)), [0.0, 0.0, shift]);

@@ -228,14 +228,14 @@ fn add_in_lane<const D: usize>(vector: &mut [Lanes; 3], lane: usize, values: [f6
 
 /// A point of a filament: a segment, and the fraction of it from its inner end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct FilamentPoint {
     /// The segment.
     pub segment: Node,
     /// The fraction.
     pub fraction: f64,
 }
 
-impl Place {
+impl FilamentPoint {
     /// Where it comes among the points of its group.
     pub fn key(&self) -> (Node, u64) {
         (self.segment, self.fraction.to_bits())

@@ -10,7 +10,7 @@ use crate::workpiece::Part;
 use super::arrangement::{Root, random_of};
 
 /// A filament of a brush.
-pub type Bristle = Filament<Turning<RotaryTool>, Part>;
+pub type ToolFilament = Filament<Turning<RotaryTool>, Part>;
 
 /// Whether the filaments of a brush differ from each other.
 pub fn differ(settings: &Settings) -> bool {
@@ -50,7 +50,7 @@ pub fn settings_of(settings: &Settings, root: &Root) -> Settings {
 }
 
 /// A filament of a brush that its own settings state. It turns as `pass`, behind it by the angle of its root.
-pub fn bristle(own: &Settings, pass: &Pass, root: &Root) -> Bristle {
+pub fn filament(own: &Settings, pass: &Pass, root: &Root) -> ToolFilament {
     let Turning { tool, rate, initial_angle } = *pass.tool();
     let tool = RotaryTool { lateral_tilt: own.filament.lateral_tilt_rad, height: root.z, ..tool };
     Filament {

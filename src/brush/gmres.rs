@@ -11,19 +11,24 @@ use crate::equations::{LANES, Lanes, Lanewise, Real};
 pub type Vector = Vec<[Lanes; 2]>;
 
 /// Blocks of one group.
-pub type Part = [[Lanes; 2]];
+pub type GroupPart = [[Lanes; 2]];
 
 /// `(M + C) x = b`, where `M` is block-diagonal, with a block for each filament.
 pub trait Coupled {
     /// `M⁻¹ x`, in place, once `prepare` has put the part of each coupled group into `x`, with that of `y`.
-    fn precondition(&mut self, x: &mut Vector, y: &mut Vector, prepare: impl Fn(usize, &mut Part, &mut Part) + Sync);
+    fn precondition(
+        &mut self,
+        x: &mut Vector,
+        y: &mut Vector,
+        prepare: impl Fn(usize, &mut GroupPart, &mut GroupPart) + Sync,
+    );
 
     /// `C x` of the `x` that was preconditioned last. `combine` gets the part of each coupled group, and one of `sums`.
     fn couple(
         &mut self,
         image: &mut Vector,
         sums: &mut [Vec<f64>],
-        combine: impl Fn(usize, &mut Part, &mut Vec<f64>) + Sync,
+        combine: impl Fn(usize, &mut GroupPart, &mut Vec<f64>) + Sync,
     );
 }
 
@@ -62,7 +67,7 @@ impl Division<'_> {
         self,
         vector: &mut Vector,
         others: impl Iterator<Item = T>,
-        work: impl Fn(usize, &mut Part, T) + Sync,
+        work: impl Fn(usize, &mut GroupPart, T) + Sync,
     ) {
         let parts = vector.chunks_mut(self.blocks).zip(others).enumerate().filter(|(group, _)| self.coupled[*group]);
         team::for_each(parts.map(|(group, part)| (group, (group, part))), |(group, (part, other))| {
@@ -82,7 +87,7 @@ impl Division<'_> {
 
     /// Adds `factor` times the part of a group of `vector`.
     #[inline(always)]
-    fn add_scaled(self, group: usize, part: &mut Part, factor: f64, vector: &Vector) {
+    fn add_scaled(self, group: usize, part: &mut GroupPart, factor: f64, vector: &Vector) {
         for (block, other) in part.iter_mut().zip(&vector[self.part(group)]) {
             for i in self.first..2 {
                 block[i] = block[i] + Lanes::from_f64(factor) * other[i];
@@ -92,14 +97,14 @@ impl Division<'_> {
 
     /// Takes the projections on the vectors of the basis off the part of a group.
     #[inline(always)]
-    fn subtract(self, group: usize, part: &mut Part, projections: &[f64], factors: &[f64], basis: &[Vector]) {
+    fn subtract(self, group: usize, part: &mut GroupPart, projections: &[f64], factors: &[f64], basis: &[Vector]) {
         for ((vector, factor), projection) in basis.iter().zip(factors).zip(projections) {
             self.add_scaled(group, part, -projection * factor, vector);
         }
     }
 
     #[inline(always)]
-    fn dot(self, a: &Part, b: &Part) -> f64 {
+    fn dot(self, a: &GroupPart, b: &GroupPart) -> f64 {
         let mut sum = Lanes::ZERO;
         for (a, b) in a.iter().zip(b) {
             for i in self.first..2 {
@@ -273,7 +278,7 @@ fn norm(
     vector: &mut Vector,
     sums: &mut [Vec<f64>],
     division: Division<'_>,
-    change: impl Fn(usize, &mut Part) + Sync,
+    change: impl Fn(usize, &mut GroupPart) + Sync,
 ) -> f64 {
     division.for_each(vector, sums.iter_mut(), |group, part, sums| {
         change(group, part);
@@ -317,7 +322,7 @@ mod tests {
             &mut self,
             x: &mut Vector,
             y: &mut Vector,
-            prepare: impl Fn(usize, &mut Part, &mut Part) + Sync,
+            prepare: impl Fn(usize, &mut GroupPart, &mut GroupPart) + Sync,
         ) {
             let parts = x.chunks_mut(BLOCKS).zip(y.chunks_mut(BLOCKS)).enumerate();
             parts.for_each(|(group, (x, y))| prepare(group, x, y));
@@ -329,7 +334,7 @@ mod tests {
             &mut self,
             image: &mut Vector,
             sums: &mut [Vec<f64>],
-            combine: impl Fn(usize, &mut Part, &mut Vec<f64>) + Sync,
+            combine: impl Fn(usize, &mut GroupPart, &mut Vec<f64>) + Sync,
         ) {
             let product = |row: &Vec<f64>| row.iter().zip(&self.solved).map(|(a, b)| a * b).sum();
             *image = folded(&self.coupling.iter().map(product).collect::<Vec<f64>>());

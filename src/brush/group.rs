@@ -1,7 +1,7 @@
 //! Filaments side by side in the lanes of one set of equations, and what they meet.
 
 use super::candidates::Candidates;
-use super::field::{Changes, GroupField, Node, Nodes, Place, wide};
+use super::field::{Changes, FilamentPoint, GroupField, Node, Nodes, wide};
 use super::gmres;
 use super::pressing::Pressing;
 use crate::equations::linear::{add, dot, scale, sub, zero};
@@ -16,7 +16,7 @@ use crate::workpiece::{Part, Workpiece};
 /// A filament that becomes part of a bundle.
 pub struct Member<M> {
     /// The filament.
-    pub bristle: Filament<M, Part>,
+    pub filament: Filament<M, Part>,
     /// Before the first of these times, in s, it does not meet the workpiece; from the second on its contact no longer counts, so that it
     /// may be left out.
     pub contacts: [f64; 2],
@@ -109,13 +109,13 @@ impl NodeLoads<Lanes> for GroupLoads<'_> {
 
 /// What the filaments of a group meet, where they were placed.
 pub struct Surroundings<'a, M> {
-    pub bristles: &'a [Filament<M, Part>],
+    pub filaments: &'a [Filament<M, Part>],
     pub nodes: &'a Nodes,
     pub pressing: &'a Pressing,
     pub candidates: &'a Candidates,
     pub time: f64,
     /// Whether there is friction, whose tangents change from iteration to iteration.
-    pub rubs: bool,
+    pub has_friction: bool,
 }
 
 /// The force of the workpiece on one filament.
@@ -177,8 +177,8 @@ impl Clearance {
     const NOTICED: f64 = 1e-3;
 
     /// Unknown.
-    fn new<M: ClampMotion>(Member { bristle, contacts, .. }: &Member<M>, rate: f64) -> Self {
-        let Filament { chain, motion, workpiece, .. } = bristle;
+    fn new<M: ClampMotion>(Member { filament, contacts, .. }: &Member<M>, rate: f64) -> Self {
+        let Filament { chain, motion, workpiece, .. } = filament;
         let [x, y, _] = motion.at(0.0).position;
         let radius = x.hypot(y) + chain.length * chain.segments() as f64;
         let workpiece_velocity = workpiece.surface([0.0; 3], 0.0).velocity;
@@ -235,19 +235,19 @@ impl Group {
     /// The group of the number `index`, on a body that turns at `rate` (rad/s).
     pub fn new<M: ClampMotion>(index: usize, form: Form, members: &[Member<M>], rate: f64, activity: Activity) -> Self {
         let (first, count) = (index * LANES, members.len());
-        let bristle = |lane: usize| &members[lane.min(count - 1)].bristle;
+        let filament = |lane: usize| &members[lane.min(count - 1)].filament;
         Self {
             index,
-            equations: Equations::new(form, Chain::from_lanes(|lane| &bristle(lane).chain)),
+            equations: Equations::new(form, Chain::from_lanes(|lane| &filament(lane).chain)),
             time: None,
-            clamp: Clamp::from_lanes(|lane| bristle(lane).motion.at(0.0)),
+            clamp: Clamp::from_lanes(|lane| filament(lane).motion.at(0.0)),
             first,
             count,
             loads: vec![WorkpieceLoad::none(); count],
             clearances: members.iter().map(|member| Clearance::new(member, rate)).collect(),
             met: Vec::new(),
             factorised: None,
-            changes: Changes::new(bristle(0).chain.segments()),
+            changes: Changes::new(filament(0).chain.segments()),
             activity,
             asleep_from: None,
             largest: 0.0,
@@ -272,9 +272,9 @@ impl Group {
 
     /// Whether the contacts of all its filaments no longer count at `time` (s), and none reaches the workpiece then, or did so `behind` (s)
     /// before.
-    pub fn is_past<M: ClampMotion>(&self, bristles: &[Filament<M, Part>], time: f64, behind: f64) -> bool {
-        bristles[self.first..].iter().zip(&self.clearances).all(|(bristle, clearance)| {
-            let Filament { chain, motion, law, workpiece } = bristle;
+    pub fn is_past<M: ClampMotion>(&self, filaments: &[Filament<M, Part>], time: f64, behind: f64) -> bool {
+        filaments[self.first..].iter().zip(&self.clearances).all(|(filament, clearance)| {
+            let Filament { chain, motion, law, workpiece } = filament;
             let reach = chain.length * chain.segments() as f64 + law.radius;
             let is_away = |time: f64| workpiece.surface(motion.at(time).position, time).gap > reach;
             time >= clearance.contacts[1] && is_away(time) && is_away(time - behind)
@@ -284,13 +284,13 @@ impl Group {
     /// Puts its nodes where the coordinates are.
     pub fn place<M: ClampMotion>(
         &mut self,
-        bristles: &[Filament<M, Part>],
+        filaments: &[Filament<M, Part>],
         time: f64,
-        [q, v]: [&gmres::Part; 2],
+        [q, v]: [&gmres::GroupPart; 2],
         [positions, velocities]: [&mut [[Lanes; 3]]; 2],
     ) {
         if self.time != Some(time) {
-            let filament = |lane: usize| &bristles[self.first + lane.min(self.count - 1)];
+            let filament = |lane: usize| &filaments[self.first + lane.min(self.count - 1)];
             self.clamp = M::in_lanes(|lane| &filament(lane).motion, Lanes::from_f64(time));
             self.time = Some(time);
         }
@@ -306,7 +306,12 @@ impl Group {
     }
 
     /// `q̈` under the `forces` on the nodes.
-    pub fn accelerations(&mut self, [q, v]: [&gmres::Part; 2], forces: &[[Lanes; 3]], accelerations: &mut gmres::Part) {
+    pub fn accelerations(
+        &mut self,
+        [q, v]: [&gmres::GroupPart; 2],
+        forces: &[[Lanes; 3]],
+        accelerations: &mut gmres::GroupPart,
+    ) {
         let loads = GroupLoads { forces, changes: None };
         self.equations.accelerations(self.clamp.holding(q, v), &loads, accelerations);
     }
@@ -324,34 +329,35 @@ impl Group {
     /// Adds the forces of the workpiece.
     fn meet_workpiece<M: ClampMotion>(&mut self, around: &Surroundings<'_, M>, forces: &mut GroupField<'_>) {
         let Self { first, loads, clearances, met, .. } = self;
-        for ((filament, load), clearance) in (*first..).zip(loads).zip(clearances) {
-            let bristle = &around.bristles[filament];
+        for ((number, load), clearance) in (*first..).zip(loads).zip(clearances) {
+            let filament = &around.filaments[number];
             *load = WorkpieceLoad::none();
-            let (n, time, way) = (bristle.chain.segments(), around.time, around.candidates.way(filament));
+            let (n, time, way) = (filament.chain.segments(), around.time, around.candidates.way(number));
             if time < clearance.contacts[0] || clearance.is_sure(time, way) {
                 continue;
             }
-            let node = |k: usize| Node::new(filament, k, n);
-            load.pressing = bristle.for_each_pressing(
+            let node = |k: usize| Node::new(number, k, n);
+            load.pressing = filament.for_each_pressing(
                 |k| around.nodes.at(node(k)),
                 time,
                 |contact, touch| {
-                    let sum = bristle.sum(touch);
+                    let sum = filament.sum(touch);
                     load.sum += sum;
-                    load.energy += bristle.law.stored_energy(&touch.approach);
+                    load.energy += filament.law.stored_energy(&touch.approach);
                     load.moving_power += dot(sum.force, clearance.workpiece_velocity);
                     if touch.on_edge.is_some() {
                         load.edge_penetration = load.edge_penetration.max(touch.approach.penetration);
                         let power = sum.sliding_power;
                         if load.worked.is_none_or(|worked| power > worked.power) {
                             let edge = contact - n;
-                            let place = bristle.workpiece.edges()[edge].part_before(touch.position, time);
+                            let place = filament.workpiece.edges()[edge].part_before(touch.position, time);
                             load.worked = Some(WorkedEdge { edge, place, power });
                         }
                     }
-                    let place = Place { segment: node(touch.station.segment), fraction: touch.station.fraction };
+                    let place =
+                        FilamentPoint { segment: node(touch.station.segment), fraction: touch.station.fraction };
                     place.load(sum.force, forces);
-                    met.push(Meeting::Workpiece([filament, contact, touch.station.segment]));
+                    met.push(Meeting::Workpiece([number, contact, touch.station.segment]));
                 },
             );
             *clearance = Clearance { time, way, gap: -load.pressing, ..*clearance };
@@ -363,10 +369,10 @@ impl Group {
     pub fn linearise<M: ClampMotion>(
         &mut self,
         around: &Surroundings<'_, M>,
-        state: [&gmres::Part; 3],
+        state: [&gmres::GroupPart; 3],
         weights: [f64; 2],
         forces: &mut GroupField<'_>,
-        residual: &mut gmres::Part,
+        residual: &mut gmres::GroupPart,
     ) -> bool {
         self.meet(around, forces);
         if self.activity == Activity::Rests {
@@ -377,7 +383,7 @@ impl Group {
         }
         self.residual(state, forces.vectors(), residual);
         let is_known = self.factorised.as_ref().is_some_and(|(of, met)| *of == weights && *met == self.met);
-        let is_stale = !is_known || (around.rubs && !self.met.is_empty());
+        let is_stale = !is_known || (around.has_friction && !self.met.is_empty());
         if is_stale {
             self.factorise(around, state, weights, forces.vectors());
         }
@@ -390,9 +396,9 @@ impl Group {
     /// The residual with the `forces` on the nodes.
     pub fn residual(
         &mut self,
-        [q, v, accelerations]: [&gmres::Part; 3],
+        [q, v, accelerations]: [&gmres::GroupPart; 3],
         forces: &[[Lanes; 3]],
-        residual: &mut gmres::Part,
+        residual: &mut gmres::GroupPart,
     ) {
         let loads = GroupLoads { forces, changes: None };
         let at = self.clamp.holding(q, v);
@@ -415,7 +421,7 @@ impl Group {
     }
 
     /// What its filaments have and exchange, once the residual was computed, with forces on the `roots`, which the clamps hold.
-    pub fn budget<M>(&self, around: &Surroundings<'_, M>, [q, v]: [&gmres::Part; 2], roots: [Lanes; 3]) -> Budget {
+    pub fn budget<M>(&self, around: &Surroundings<'_, M>, [q, v]: [&gmres::GroupPart; 2], roots: [Lanes; 3]) -> Budget {
         let n = self.equations.segments();
         let energies = self.equations.energies(self.clamp.holding(q, v));
         let root_force = sub(self.equations.root_force(), roots);
@@ -456,7 +462,7 @@ impl Group {
     fn factorise<M: ClampMotion>(
         &mut self,
         around: &Surroundings<'_, M>,
-        [q, v, accelerations]: [&gmres::Part; 3],
+        [q, v, accelerations]: [&gmres::GroupPart; 3],
         weights: [f64; 2],
         forces: &[[Lanes; 3]],
     ) {
@@ -479,17 +485,17 @@ impl Group {
         [by_position, by_rate]: [f64; 2],
     ) {
         let Self { first, loads, changes, .. } = self;
-        for (filament, load) in (*first..).zip(loads) {
+        for (number, load) in (*first..).zip(loads) {
             if load.pressing <= 0.0 {
                 continue;
             }
-            let bristle = &around.bristles[filament];
-            let node = |k: usize| Node::new(filament, k, bristle.chain.segments());
-            bristle.for_each_pressing(
+            let filament = &around.filaments[number];
+            let node = |k: usize| Node::new(number, k, filament.chain.segments());
+            filament.for_each_pressing(
                 |k| around.nodes.at(node(k)),
                 around.time,
                 |_, touch| {
-                    let NodeTangent { position, velocity } = bristle.law.tangent(&touch.approach);
+                    let NodeTangent { position, velocity } = filament.law.tangent(&touch.approach);
                     // The recursion multiplies by the weight of the positions.
                     let change =
                         std::array::from_fn(|row| add(position[row], scale(by_rate / by_position, velocity[row])));
@@ -500,7 +506,7 @@ impl Group {
     }
 
     /// Displacements of all nodes with a change of the coordinates.
-    pub fn displace(&mut self, change: &gmres::Part, displacements: &mut [[Lanes; 3]]) {
+    pub fn displace(&mut self, change: &gmres::GroupPart, displacements: &mut [[Lanes; 3]]) {
         self.equations.displacements(change, &mut displacements[1..]);
     }
 
@@ -508,8 +514,8 @@ impl Group {
     /// (m/s) with them, it is solved.
     pub fn correct(
         &mut self,
-        corrections: &gmres::Part,
-        accelerations: &mut gmres::Part,
+        corrections: &gmres::GroupPart,
+        accelerations: &mut gmres::GroupPart,
         displacements: &mut [[Lanes; 3]],
         [by_rate, tolerance]: [f64; 2],
     ) {

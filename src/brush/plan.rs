@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use super::arrangement::{Arrangement, Root};
 use super::bundle::{BEHIND, Bundle};
 use super::candidates::Layout;
-use super::filaments::{self, Bristle};
+use super::filaments::{self, ToolFilament};
 use super::group::Member;
 use super::presses::PressLaw;
 use super::sector::{Sector, Timetable};
@@ -33,25 +33,25 @@ pub(super) fn begin(
     const FIRST: f64 = FRAC_PI_2;
     let rate = pass.tool().rate;
     let is_first = |(_, root): &(usize, &Root)| root.angle < FIRST;
-    let first = arrangement.roots.iter().enumerate().filter(is_first).map(|(filament, root)| {
-        let bristle = filaments::bristle(&own[filament], pass, root);
-        let Turning { tool, initial_angle, .. } = bristle.motion;
-        let coordinates = settled(filament).unwrap_or_else(|| {
+    let first = arrangement.roots.iter().enumerate().filter(is_first).map(|(number, root)| {
+        let filament = filaments::filament(&own[number], pass, root);
+        let Turning { tool, initial_angle, .. } = filament.motion;
+        let coordinates = settled(number).unwrap_or_else(|| {
             let [direction, _] = tool.undeformed(initial_angle, rate);
-            bristle.chain.relaxed(direction).collect()
+            filament.chain.relaxed(direction).collect()
         });
-        (bristle, coordinates)
+        (filament, coordinates)
     });
     let first: Vec<_> = first.collect();
-    let touches = |(bristle, coordinates): &(Bristle, Vec<[f64; 2]>), time: f64| {
-        let angle = bristle.motion.angle(time) - bristle.motion.initial_angle;
-        let clamp = bristle.motion.at(time);
+    let touches = |(filament, coordinates): &(ToolFilament, Vec<[f64; 2]>), time: f64| {
+        let angle = filament.motion.angle(time) - filament.motion.initial_angle;
+        let clamp = filament.motion.at(time);
         let mut position = clamp.position;
         coordinates.iter().any(|[polar, azimuth]| {
             let (sin, cos) = (azimuth + angle).sin_cos();
             let direction = [polar.sin() * cos, polar.sin() * sin, polar.cos()];
-            position = add(position, scale(bristle.chain.length, direction));
-            bristle.law.node_pressing(&bristle.workpiece, position, clamp.velocity, time) > 0.0
+            position = add(position, scale(filament.chain.length, direction));
+            filament.law.node_pressing(&filament.workpiece, position, clamp.velocity, time) > 0.0
         })
     };
     let times = (0..MOST).map(|step| -f64::from(step) * EARLIER / rate);
@@ -93,26 +93,26 @@ impl Plan<'_> {
         let nearest = arrangement.latest() + rate * pass.end_time() + BEHIND;
         let stays = |root: &Root| pass.turns() != Turns::Count(1) || TAU + root.angle < nearest;
         let member = |(index, (root, own)): (usize, (&Root, &Settings))| {
-            let bristle = filaments::bristle(own, pass, root);
+            let filament = filaments::filament(own, pass, root);
             let delay = root.angle / rate;
             let last = if stays(root) { f64::INFINITY } else { pass.end_time() + delay };
             let start = match poses {
                 Some(poses) => settle::coordinates(&poses[index], rate * begin),
                 None => {
-                    let [q, v] = bristle.motion.tool.undeformed(bristle.motion.angle(begin), rate);
-                    [bristle.chain.relaxed(q).collect(), vec![v; bristle.chain.segments()]]
+                    let [q, v] = filament.motion.tool.undeformed(filament.motion.angle(begin), rate);
+                    [filament.chain.relaxed(q).collect(), vec![v; filament.chain.segments()]]
                 }
             };
-            Member { bristle, contacts: [begin + delay, last], start }
+            Member { filament, contacts: [begin + delay, last], start }
         };
-        let bristles: Vec<Member<_>> = roots().enumerate().map(member).collect();
+        let filaments: Vec<Member<_>> = roots().enumerate().map(member).collect();
         let radii = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
-        let lengths = bristles.iter().map(|member| member.bristle.chain.length).collect();
+        let lengths = filaments.iter().map(|member| member.filament.chain.length).collect();
         // In its plane a row does not meet its images.
         let period = if form == Form::Planar { None } else { arrangement.period };
         let layout = Layout::new(lengths, radii, points, period);
         let rests = roots().all(|(_, own)| filaments::rest(own));
-        let (bundle, motion) = Bundle::new(form, bristles, PressLaw::of(settings), layout, [begin, rate], rests);
+        let (bundle, motion) = Bundle::new(form, filaments, PressLaw::of(settings), layout, [begin, rate], rests);
         Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
     }
 }

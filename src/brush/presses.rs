@@ -7,7 +7,7 @@
 //! Friction acts midway between both points, where the surfaces touch. So a brush that turns rigidly does not rub, and in the plane
 //! the moments of both filaments balance. (In space a segment takes no torque about itself.)
 
-use super::field::{Changes, Field, GroupField, Matrix, Node, Nodes, Place};
+use super::field::{Changes, Field, FilamentPoint, GroupField, Matrix, Node, Nodes};
 use crate::equations::linear::{add, dot, mul, mul_transposed, product, scale, sub, transposed_product};
 use crate::model::settings::Settings;
 
@@ -38,7 +38,7 @@ impl PressLaw {
 }
 
 /// How the velocities of both ends of a segment add up to that of a point that the segment carries at `arm` (m) from `place`.
-fn carried(place: &Place, along: [f64; 3], arm: [f64; 3]) -> [Matrix; 2] {
+fn carried(place: &FilamentPoint, along: [f64; 3], arm: [f64; 3]) -> [Matrix; 2] {
     let (projection, square) = (dot(along, arm), dot(along, along));
     let turn: Matrix =
         std::array::from_fn(|i| std::array::from_fn(|j| (identity(i, j) * projection - along[i] * arm[j]) / square));
@@ -51,9 +51,9 @@ fn carried(place: &Place, along: [f64; 3], arm: [f64; 3]) -> [Matrix; 2] {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
     /// The point `x` of the rule.
-    pub point: Place,
+    pub point: FilamentPoint,
     /// The nearest point `y`.
-    pub nearest: Place,
+    pub nearest: FilamentPoint,
     /// True if `y` lies inside its segment, and not at an end of it.
     pub is_inside: bool,
     /// The segment of `y`, from its inner end to its outer end, in m.
@@ -67,7 +67,7 @@ pub struct Near {
 impl Near {
     /// The point of `segment` that is nearest to `point`.
     #[cfg(test)]
-    pub fn on_segment(point: Place, segment: Node, positions: &Field, reach: f64) -> Self {
+    pub fn on_segment(point: FilamentPoint, segment: Node, positions: &Field, reach: f64) -> Self {
         Self::between(
             point,
             point.of(positions),
@@ -79,12 +79,18 @@ impl Near {
 
     /// The same for a point at `x` and a segment with the given ends, all in m.
     #[inline]
-    pub fn between(point: Place, x: [f64; 3], segment: Node, [inner, outer]: [[f64; 3]; 2], reach: f64) -> Self {
+    pub fn between(
+        point: FilamentPoint,
+        x: [f64; 3],
+        segment: Node,
+        [inner, outer]: [[f64; 3]; 2],
+        reach: f64,
+    ) -> Self {
         let (along, from) = (sub(outer, inner), sub(x, inner));
         let at = dot(along, from) / dot(along, along);
         let fraction = at.clamp(0.0, 1.0);
         let offset = sub(from, scale(fraction, along));
-        Self { point, nearest: Place { segment, fraction }, is_inside: fraction == at, along, offset, reach }
+        Self { point, nearest: FilamentPoint { segment, fraction }, is_inside: fraction == at, along, offset, reach }
     }
 
     /// The square of the distance in m².
@@ -428,7 +434,7 @@ mod tests {
     fn press(law: &PressLaw, positions: &[[f64; 3]; 4], velocities: &[[f64; 3]; 4]) -> Press {
         let (positions, velocities) = (field(positions), field(velocities));
         let [first, _, second, _] = nodes();
-        let near = Near::on_segment(Place { segment: first, fraction: 0.4 }, second, &positions, REACH);
+        let near = Near::on_segment(FilamentPoint { segment: first, fraction: 0.4 }, second, &positions, REACH);
         assert!(near.is_inside && near.square() < REACH * REACH);
         Press::new(law, &near, 4e-4, &Nodes { positions, velocities })
     }

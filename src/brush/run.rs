@@ -526,7 +526,7 @@ impl BrushRun {
         let regular: Vec<Sector> = groups.iter().map(|group| self.plan(&common).sector(&group.members, None)).collect();
         // How far tips are from where they would be without deviations of their own.
         let way = |(regular, sector): (&Sector, &Sector)| {
-            let tips = (0..sector.bundle().bristles().len()).map(|index| {
+            let tips = (0..sector.bundle().filaments().len()).map(|index| {
                 let [a, b] = [regular, sector].map(|sector| sector.bundle().node(index, n));
                 let [x, y, z]: [f64; 3] = std::array::from_fn(|i| a[i] - b[i]);
                 x.hypot(y).hypot(z)
@@ -549,7 +549,7 @@ impl BrushRun {
         self.sectors.iter_mut().zip(sectors).for_each(|((_, sector), calm)| *sector = calm);
         self.advance_sectors(start, settling.length, 1..=settle::STEPS)?;
         let poses = self.sectors.iter().map(|(_, sector)| sector.poses()).collect();
-        let segment = |group: usize, index: usize| self.sectors[group].1.bundle().bristles()[index].chain.length;
+        let segment = |group: usize, index: usize| self.sectors[group].1.bundle().filaments()[index].chain.length;
         let is_at_rest = settling.take(poses, segment, self.pass.tool().rate, &self.settings);
         if !is_at_rest {
             if settling.is_hopeless() {

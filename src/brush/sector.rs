@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
 use super::bundle::{Bundle, Effort, Kinematics, Motion, NoConvergence};
-use super::filaments::Bristle;
+use super::filaments::ToolFilament;
 use super::gmres::Vector;
 use super::group::{Budget, Exchange, WorkedEdge, WorkpieceLoad};
 use super::pressing::Pair;
@@ -134,13 +134,13 @@ impl Sector {
     ) -> Self {
         let accounts = timetables
             .into_iter()
-            .zip(bundle.bristles())
-            .map(|(timetable, bristle)| Account {
+            .zip(bundle.filaments())
+            .map(|(timetable, filament)| Account {
                 record: ContactRecord::of_turn(1),
                 completed: None,
                 impulses: Vec::new(),
                 load: WorkpieceLoad::none(),
-                edge_work: EdgeWork::new(bristle.workpiece.edges().len()),
+                edge_work: EdgeWork::new(filament.workpiece.edges().len()),
                 timetable,
             })
             .collect();
@@ -188,12 +188,12 @@ impl Sector {
             let [e, rate, _] = charts[at].direction([block(q), block(v), block(accelerations)]);
             [turned(e, -angle), turned(rate, -angle)]
         };
-        let bristles = self.bundle.bristles().iter().enumerate();
-        let pose = |(index, bristle): (usize, &Bristle)| {
-            let angle = bristle.motion.rate * time;
+        let filaments = self.bundle.filaments().iter().enumerate();
+        let pose = |(index, filament): (usize, &ToolFilament)| {
+            let angle = filament.motion.rate * time;
             (0..n).map(|k| segment(index / LANES * n + k, index % LANES, angle)).collect()
         };
-        bristles.map(pose).collect()
+        filaments.map(pose).collect()
     }
 
     /// Work done so far.
@@ -302,15 +302,15 @@ impl Sector {
                 account.end_turn(begin + h, h);
                 return;
             }
-            let bristle = &bundle.bristles()[index];
-            let clamp = bristle.motion.at(begin + h);
-            let n = bristle.chain.segments();
+            let filament = &bundle.filaments()[index];
+            let clamp = filament.motion.at(begin + h);
+            let n = filament.chain.segments();
             let tip = bundle.node(index, n);
-            let length = bristle.chain.length * n as f64;
+            let length = filament.chain.length * n as f64;
             let deflection = tip_deflection(tip, clamp.position, clamp.direction, length);
             account.observe([&middle.loads[index], &end.loads[index]], [begin, h], deflection);
             if end.loads[index].worked.is_some() {
-                account.record.edge_evenness = account.edge_work.evenness(bristle.workpiece.edges());
+                account.record.edge_evenness = account.edge_work.evenness(filament.workpiece.edges());
             }
             account.end_turn(begin + h, h);
         };

@@ -26,7 +26,7 @@ impl Writer {
     }
 
     /// Adds the blocks of some segments, lane by lane.
-    pub fn blocks(&mut self, blocks: &gmres::Part) {
+    pub fn blocks(&mut self, blocks: &gmres::GroupPart) {
         blocks.iter().flatten().for_each(|value| (0..LANES).for_each(|lane| self.number(value.lane(lane))));
     }
 
@@ -73,7 +73,7 @@ impl Reader<'_> {
     }
 
     /// Sets the blocks of some segments to the next numbers.
-    pub fn blocks(&mut self, blocks: &mut gmres::Part) -> Option<()> {
+    pub fn blocks(&mut self, blocks: &mut gmres::GroupPart) -> Option<()> {
         for value in blocks.iter_mut().flatten() {
             for lane in 0..LANES {
                 value.set_lane(lane, self.number()?);

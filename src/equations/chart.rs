@@ -183,7 +183,7 @@ fn direction_rate<T: Real>([sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4], [v_
 
 /// One side of a joint: sines and cosines of the segment's angles, their rates in the body, and their axis.
 #[derive(Clone, Copy, Debug)]
-pub struct Side<'a, T> {
+pub struct JointSide<'a, T> {
     /// `sin φ, cos φ, sin θ, cos θ`
     pub angles: &'a [T; 4],
     /// `φ̇, θ̇` in rad/s, less those of a segment that turns rigidly with the body.
@@ -192,7 +192,7 @@ pub struct Side<'a, T> {
     pub axis: PolarAxis,
 }
 
-impl<T: Real> Side<'_, T> {
+impl<T: Real> JointSide<'_, T> {
     /// For the kernels.
     #[inline(always)]
     pub fn whole(&self) -> kernels::Side<T, 4> {
@@ -257,7 +257,7 @@ impl<T: Real> BodyRotation<T> {
 
     /// How these rates follow the coordinates along a step with the weight `w_q`; none if they do not.
     #[inline(always)]
-    pub fn slopes(&self, side: &Side<'_, T>, coordinate_weight: T) -> Option<[[T; 2]; 2]> {
+    pub fn slopes(&self, side: &JointSide<'_, T>, coordinate_weight: T) -> Option<[[T; 2]; 2]> {
         if self.is_about(side.axis) {
             return None;
         }
@@ -288,13 +288,13 @@ pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: Segment<T, 2, 3>) -> 
 /// True if `kernels::joint` serves the joint: about `x` it does where the joint is relaxed straight, because then the axis of the
 /// azimuths does not matter.
 #[inline(always)]
-fn is_plain<T>(previous: &Side<'_, T>, next: &Side<'_, T>, link: &Link<T>) -> bool {
+fn is_plain<T>(previous: &JointSide<'_, T>, next: &JointSide<'_, T>, link: &Link<T>) -> bool {
     previous.axis == next.axis && (next.axis == PolarAxis::Z || link.relaxed_angle.is_zero)
 }
 
 /// [`kernels::joint`] between any two charts.
 #[inline(always)]
-pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> Joint<T, 2> {
+pub fn joint<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>, link: &Link<T>) -> Joint<T, 2> {
     if !is_plain(&previous, &next, link) {
         return joint_with_x(previous, next, link);
     }
@@ -302,15 +302,15 @@ pub fn joint<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) 
 }
 
 /// The torques of the damper alone.
-pub fn damper_torques<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> Joint<T, 2> {
+pub fn damper_torques<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>, link: &Link<T>) -> Joint<T, 2> {
     joint(previous, next, &link.without_spring())
 }
 
 /// [`kernels::joint_tangent`] between any two charts on a body that turns in any way.
 #[inline(always)]
 pub fn joint_tangent<T: Real>(
-    previous: Side<'_, T>,
-    next: Side<'_, T>,
+    previous: JointSide<'_, T>,
+    next: JointSide<'_, T>,
     link: &Link<T>,
     body: &BodyRotation<T>,
     weights: StepWeights<T>,
@@ -327,8 +327,8 @@ pub fn joint_tangent<T: Real>(
 #[inline(never)]
 fn joint_tangent_on_body<T: Real>(
     mut tangent: JointTangent<T, 2>,
-    previous: Side<'_, T>,
-    next: Side<'_, T>,
+    previous: JointSide<'_, T>,
+    next: JointSide<'_, T>,
     link: &Link<T>,
     body: &BodyRotation<T>,
     weights: StepWeights<T>,
@@ -350,8 +350,8 @@ fn joint_tangent_on_body<T: Real>(
 /// [`kernels::joint_tangent`] between any two charts.
 #[inline(always)]
 fn joint_tangent_at_rest<T: Real>(
-    previous: Side<'_, T>,
-    next: Side<'_, T>,
+    previous: JointSide<'_, T>,
+    next: JointSide<'_, T>,
     link: &Link<T>,
     weights: StepWeights<T>,
 ) -> JointTangent<T, 2> {
@@ -364,7 +364,7 @@ fn joint_tangent_at_rest<T: Real>(
 
 /// [`kernels::joint_energy`] between any two charts.
 #[inline(always)]
-pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> JointEnergy<T> {
+pub fn joint_energy<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>, link: &Link<T>) -> JointEnergy<T> {
     if !is_plain(&previous, &next, link) {
         return joint_energy_with_x(previous, next, link);
     }
@@ -374,7 +374,7 @@ pub fn joint_energy<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Li
 
 #[cold]
 #[inline(never)]
-fn joint_energy_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> JointEnergy<T> {
+fn joint_energy_with_x<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>, link: &Link<T>) -> JointEnergy<T> {
     // To the spring the inner segment takes the role of the clamp.
     let relaxed = turned(previous.axis.to_frame(direction(*previous.angles)), &link.relaxed_angle);
     let (none, relaxed) = (T::ZERO, next.axis.from_frame(relaxed));
@@ -388,14 +388,14 @@ fn joint_energy_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: 
 
 /// The sine and cosine of the azimuth of the segment about `z` at a crossed joint, turned to the other segment by the relaxed
 /// angle.
-fn unbent_azimuth<T: Real>(z: &Side<'_, T>, is_previous: bool, link: &Link<T>) -> [T; 2] {
+fn unbent_azimuth<T: Real>(z: &JointSide<'_, T>, is_previous: bool, link: &Link<T>) -> [T; 2] {
     if is_previous { link.relaxed_angle.added_to(z.azimuth()) } else { link.relaxed_angle.taken_from(z.azimuth()) }
 }
 
 /// [`kernels::joint`] where one or both segments have the polar axis `x`.
 #[cold]
 #[inline(never)]
-fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T>) -> Joint<T, 2> {
+fn joint_with_x<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>, link: &Link<T>) -> Joint<T, 2> {
     if previous.axis == next.axis {
         let (step, turn) =
             (azimuth_steps(&previous, &next, link).plain, [link.relaxed_angle.sine, link.relaxed_angle.cosine]);
@@ -413,8 +413,8 @@ fn joint_with_x<T: Real>(previous: Side<'_, T>, next: Side<'_, T>, link: &Link<T
 #[cold]
 #[inline(never)]
 fn joint_tangent_with_x<T: Real>(
-    previous: Side<'_, T>,
-    next: Side<'_, T>,
+    previous: JointSide<'_, T>,
+    next: JointSide<'_, T>,
     link: &Link<T>,
     weights: StepWeights<T>,
 ) -> JointTangent<T, 2> {
@@ -437,7 +437,7 @@ fn joint_tangent_with_x<T: Real>(
 
 /// How the azimuth changes from `previous` to `next`.
 #[inline(always)]
-fn azimuth_steps<T: Real>(previous: &Side<'_, T>, next: &Side<'_, T>, link: &Link<T>) -> AzimuthSteps<T> {
+fn azimuth_steps<T: Real>(previous: &JointSide<'_, T>, next: &JointSide<'_, T>, link: &Link<T>) -> AzimuthSteps<T> {
     link.relaxed_angle.azimuth_steps(previous.azimuth(), next.azimuth())
 }
 

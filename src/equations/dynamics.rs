@@ -3,7 +3,7 @@
 //! The methods of [`Dynamics`] run the recursions with the machine's widest instructions ([`super::dispatch`]).
 
 use super::chain::{Link, turned};
-use super::chart::{self, BodyRotation, PolarAxis, PoleError, Side, find_pole};
+use super::chart::{self, BodyRotation, JointSide, PolarAxis, PoleError, find_pole};
 use super::dispatch::{Loop, dispatch};
 use super::kernels::{self, ClampEnergy, Joint, JointEnergy, JointTangent, Segment, SegmentEnergy, SegmentTangent};
 use super::linear::{add, in_lane, product, sub_matrices, zero};
@@ -125,9 +125,9 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
 
     /// One side of a joint, by segment.
     #[inline(always)]
-    fn side(&self, k: usize) -> Side<'a, T> {
+    fn side(&self, k: usize) -> JointSide<'a, T> {
         let (angles, axis) = (&self.angles[k], self.charts[k]);
-        Side { angles, rates: self.body.seen_from(angles, axis, self.v[k]), axis }
+        JointSide { angles, rates: self.body.seen_from(angles, axis, self.v[k]), axis }
     }
 
     /// `ē_0` in the chart of the first segment.

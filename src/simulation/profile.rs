@@ -63,7 +63,7 @@ pub(super) fn weighted<'a>(all: impl Iterator<Item = (f64, &'a [ProfileCell])>) 
 
 /// What acts on a stretch of the profile within a part of a step.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct Share {
     /// The places at which it begins and ends.
     places: [f64; 2],
     /// By kind.
@@ -161,7 +161,7 @@ pub(super) struct Ledger {
     /// By cell.
     amounts: Vec<[f64; KINDS]>,
     /// The parts of the current step.
-    parts: Vec<Part>,
+    parts: Vec<Share>,
     /// What earlier steps have left over, because no contact was closed in them that could have it.
     owed: [f64; KINDS],
     /// The places where the last work was done.
@@ -202,7 +202,7 @@ impl Ledger {
         for contact in step.contacts() {
             let parts = &mut self.parts;
             parts_of((step, contact), filament, place, weigh, self.finest, |places, amounts| {
-                parts.push(Part { places, amounts });
+                parts.push(Share { places, amounts });
             });
         }
         let Some(part) = self.parts.last() else { return };
@@ -212,7 +212,7 @@ impl Ledger {
         self.owed = self.owed.map(|owed| if owed <= 0.0 { owed } else { 0.0 });
         let sums = self.parts.iter().fold([0.0; KINDS], |sums, part| add(sums, part.amounts));
         for index in 0..self.parts.len() {
-            let Part { places, amounts } = self.parts[index];
+            let Share { places, amounts } = self.parts[index];
             let share = |k: usize| if sums[k] > 0.0 { amounts[k] / sums[k] } else { 1.0 / self.parts.len() as f64 };
             self.enter(places, std::array::from_fn(|k| share(k) * due[k]));
         }

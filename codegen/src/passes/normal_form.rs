@@ -264,14 +264,14 @@ fn multiply_reduced(graph: &mut Graph, a: &Sum, b: &Sum) -> Sum {
 
 /// A source node as a sum of products, in two forms.
 #[derive(Clone)]
-struct Form {
+struct Sums {
     /// Products of sums kept as products of atoms.
     compact: Sum,
     /// Products of sums multiplied out, where that is another sum.
     other: Option<Sum>,
 }
 
-impl Form {
+impl Sums {
     fn single(sum: Sum) -> Self {
         Self { compact: sum, other: None }
     }
@@ -283,7 +283,7 @@ impl Form {
 
 /// The forms of the nodes of a source, each until its last use: a sum of many terms has a partial sum for each of them.
 struct Forms {
-    forms: Vec<Option<Form>>,
+    forms: Vec<Option<Sums>>,
     /// By index: how often a form will be used yet.
     uses: Vec<usize>,
 }
@@ -297,7 +297,7 @@ impl Forms {
         Self { forms: vec![None; uses.len()], uses }
     }
 
-    fn of(&self, id: NodeId) -> &Form {
+    fn of(&self, id: NodeId) -> &Sums {
         self.forms[id.index()].as_ref().expect("operands come first")
     }
 
@@ -310,7 +310,7 @@ impl Forms {
     }
 
     /// A use of the form: itself if it is the last one, otherwise a copy.
-    fn take(&mut self, id: NodeId) -> Form {
+    fn take(&mut self, id: NodeId) -> Sums {
         self.uses[id.index()] -= 1;
         let form = &mut self.forms[id.index()];
         if self.uses[id.index()] == 0 { form.take() } else { form.clone() }.expect("operands come first")
@@ -357,7 +357,7 @@ struct Normaliser {
 }
 
 impl Normaliser {
-    fn form(&mut self, source: &Graph, node: Node, forms: &mut Forms) -> Form {
+    fn form(&mut self, source: &Graph, node: Node, forms: &mut Forms) -> Sums {
         if let Node::Add(a, b) | Node::Sub(a, b) = node {
             let (a, b) = (forms.take(a), forms.take(b));
             return self.combine(a, if matches!(node, Node::Add(..)) { 1 } else { -1 }, b);
@@ -368,10 +368,10 @@ impl Normaliser {
     }
 
     /// The form of everything but a sum.
-    fn form_of_operation(&mut self, source: &Graph, node: Node, forms: &Forms) -> Form {
+    fn form_of_operation(&mut self, source: &Graph, node: Node, forms: &Forms) -> Sums {
         let of = |id: NodeId| forms.of(id);
         match node {
-            Node::Constant(value) => Form::single(constant_sum(value)),
+            Node::Constant(value) => Sums::single(constant_sum(value)),
             Node::Symbol(symbol) => {
                 let symbol = &source.symbols()[symbol.index()];
                 let atom = self.graph.symbol(&symbol.name, &symbol.notation, symbol.unit);
@@ -380,8 +380,8 @@ impl Normaliser {
             Node::Add(..) | Node::Sub(..) => unreachable!("sums take the forms of their terms"),
             Node::Neg(a) => {
                 let minus = Constant::from(-1);
-                let Form { compact, other } = of(a);
-                Form { compact: scale(compact, minus), other: other.as_ref().map(|sum| scale(sum, minus)) }
+                let Sums { compact, other } = of(a);
+                Sums { compact: scale(compact, minus), other: other.as_ref().map(|sum| scale(sum, minus)) }
             }
             Node::Mul(a, b) => self.product(of(a), of(b)),
             Node::Div(a, b) => {
@@ -390,7 +390,7 @@ impl Normaliser {
             }
             Node::Powi(a, exponent) if exponent < 0 => self.inverse_power(of(a), -exponent),
             Node::Powi(a, exponent) => {
-                let mut power = Form::single(constant_sum(Constant::from(1)));
+                let mut power = Sums::single(constant_sum(Constant::from(1)));
                 for _ in 0..exponent {
                     power = self.product(&power, of(a));
                 }
@@ -409,30 +409,30 @@ impl Normaliser {
         }
     }
 
-    fn atom(&mut self, atom: NodeId, exponent: i32) -> Form {
+    fn atom(&mut self, atom: NodeId, exponent: i32) -> Sums {
         // A constructor may have folded a function into a constant or pulled out a sign.
         let sum = match self.graph.node(atom) {
             Node::Constant(value) => constant_sum(value),
             Node::Neg(positive) => Sum::from([(vec![(positive, exponent)], Constant::from(-1))]),
             _ => Sum::from([(vec![(atom, exponent)], Constant::from(1))]),
         };
-        Form::single(sum)
+        Sums::single(sum)
     }
 
-    fn inverse_power(&mut self, base: &Form, exponent: i32) -> Form {
+    fn inverse_power(&mut self, base: &Sums, exponent: i32) -> Sums {
         if let Some((monomial, coefficient)) = single(&base.compact)
             && let Some(inverse) = coefficient.powi(-exponent)
         {
             let monomial = monomial.iter().map(|&(atom, power)| (atom, -power * exponent)).collect();
-            return Form::single(Sum::from([(monomial, inverse)]));
+            return Sums::single(Sum::from([(monomial, inverse)]));
         }
         let atom = self.build(&base.compact);
-        Form::single(Sum::from([(vec![(atom, -exponent)], Constant::from(1))]))
+        Sums::single(Sum::from([(vec![(atom, -exponent)], Constant::from(1))]))
     }
 
-    fn combine(&mut self, a: Form, factor: i64, b: Form) -> Form {
+    fn combine(&mut self, a: Sums, factor: i64, b: Sums) -> Sums {
         if a.other.is_none() && b.other.is_none() {
-            return Form::single(add_reduced(&mut self.graph, a.compact, factor, b.compact));
+            return Sums::single(add_reduced(&mut self.graph, a.compact, factor, b.compact));
         }
         let [a_expanded, b_expanded] = [&a, &b].map(|form| form.expanded().clone());
         let compact = add_reduced(&mut self.graph, a.compact, factor, b.compact);
@@ -440,10 +440,10 @@ impl Normaliser {
         self.cheaper(compact, expanded)
     }
 
-    fn product(&mut self, a: &Form, b: &Form) -> Form {
+    fn product(&mut self, a: &Sums, b: &Sums) -> Sums {
         let expanded = multiply_reduced(&mut self.graph, a.expanded(), b.expanded());
         if self.collected.is_some() {
-            return Form::single(expanded);
+            return Sums::single(expanded);
         }
         let (a, b) = (self.as_factor(&a.compact), self.as_factor(&b.compact));
         let compact = multiply_reduced(&mut self.graph, &a, &b);
@@ -462,14 +462,14 @@ impl Normaliser {
         Sum::from([(vec![(atom, 1)], coefficient)])
     }
 
-    fn cheaper(&mut self, compact: Sum, expanded: Sum) -> Form {
+    fn cheaper(&mut self, compact: Sum, expanded: Sum) -> Sums {
         if expanded == compact || self.cost(&expanded) <= self.cost(&compact) {
-            return Form::single(expanded);
+            return Sums::single(expanded);
         }
         if expanded.len() > MAX_SPECULATIVE_TERMS {
-            return Form::single(compact);
+            return Sums::single(compact);
         }
-        Form { compact, other: Some(expanded) }
+        Sums { compact, other: Some(expanded) }
     }
 
     /// Additions and multiplications; each atom that represents a sum counts once.

@@ -8,7 +8,7 @@ use std::io;
 use bristle_codegen::back::json::to_json;
 use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::languages::{SourceFile, c, matlab, numpy, sympy};
-use bristle_codegen::back::print::{self, Form, Walkthrough, equations};
+use bristle_codegen::back::print::{self, PageForm, Walkthrough, equations};
 use bristle_codegen::back::source::{Origin, count_operations};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::ir::simplify::RULES;
@@ -39,22 +39,25 @@ fn kernels() -> Vec<Kernel> {
 fn readable_equations() {
     for (motion, start) in MOTIONS {
         for segments in [1, 2, 3] {
-            insta::assert_snapshot!(format!("{start}equations_{segments}"), page(Form::Text, segments, motion));
+            insta::assert_snapshot!(format!("{start}equations_{segments}"), page(PageForm::Text, segments, motion));
         }
         for segments in [1, 2] {
-            insta::assert_snapshot!(format!("{start}equations_{segments}_latex"), page(Form::Latex, segments, motion));
+            insta::assert_snapshot!(
+                format!("{start}equations_{segments}_latex"),
+                page(PageForm::Latex, segments, motion)
+            );
         }
     }
 }
 
 /// The whole equations of `segments` and `motion` in `form`.
-fn page(form: Form, segments: usize, motion: Motion) -> String {
+fn page(form: PageForm, segments: usize, motion: Motion) -> String {
     let kernels = whole(segments, motion, Purpose::Reading);
     written(|out| equations(out, form, segments, motion, Shape::default(), &kernels, AGAIN))
 }
 
 /// Some kernels of the solver in `form`.
-fn kernels_page(form: Form, title: &str, kernels: &[Kernel]) -> String {
+fn kernels_page(form: PageForm, title: &str, kernels: &[Kernel]) -> String {
     written(|out| print::kernels(out, form, title, kernels, AGAIN))
 }
 
@@ -73,7 +76,7 @@ fn the_derivation_step_by_step() {
 
 #[test]
 fn readable_kernels() {
-    for (name, form) in [("kernels_math", Form::Text), ("kernels_latex", Form::Latex)] {
+    for (name, form) in [("kernels_math", PageForm::Text), ("kernels_latex", PageForm::Latex)] {
         insta::assert_snapshot!(name, kernels_page(form, "Kernels of the solver", &kernels()[..1]));
     }
 }
@@ -81,10 +84,10 @@ fn readable_kernels() {
 /// What a paper takes in: equations with labels, vectors and matrices, whose lines end before a sign.
 #[test]
 fn equations_for_a_paper() {
-    insta::assert_snapshot!("planar_equations_2_fragment", page(Form::Fragment, 2, Motion::Planar));
+    insta::assert_snapshot!("planar_equations_2_fragment", page(PageForm::Fragment, 2, Motion::Planar));
     for (motion, _) in MOTIONS {
         for segments in [1, 2, 3] {
-            let fragment = page(Form::Fragment, segments, motion);
+            let fragment = page(PageForm::Fragment, segments, motion);
             assert!(fragment.is_ascii() && !fragment.contains("\\documentclass"));
             let labels = fragment.lines().filter_map(|line| Some(line.split_once("\\label{")?.1.split_once('}')?.0));
             let labels: Vec<&str> = labels.collect();
@@ -103,10 +106,10 @@ fn equations_for_a_paper() {
 fn latex_is_ascii() {
     for (motion, _) in MOTIONS {
         for segments in [1, 2, 3, 5] {
-            assert!(page(Form::Latex, segments, motion).is_ascii());
+            assert!(page(PageForm::Latex, segments, motion).is_ascii());
         }
     }
-    assert!(kernels_page(Form::Latex, "Kernels – of “the” solver", &kernels()).is_ascii());
+    assert!(kernels_page(PageForm::Latex, "Kernels – of “the” solver", &kernels()).is_ascii());
 }
 
 #[test]
@@ -170,7 +173,7 @@ fn same_input_gives_the_same_bytes() {
     for (motion, _) in MOTIONS {
         let source = || emit(&whole(4, motion, Purpose::Computing), origin("Four segments."));
         assert_eq!(source().expect("the equations can be emitted"), source().expect("the equations can be emitted"));
-        assert_eq!(page(Form::Text, 4, motion), page(Form::Text, 4, motion));
+        assert_eq!(page(PageForm::Text, 4, motion), page(PageForm::Text, 4, motion));
     }
 }
 

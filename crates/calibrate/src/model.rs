@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::problem::{Forces, Observation, Place, Problem};
+use crate::problem::{Forces, Observation, Problem, ToolPlace};
 use crate::simulator::{Interrupted, Precision, Simulator};
 
 /// The residuals of a problem.
@@ -32,8 +32,8 @@ impl<'a> Model<'a> {
         if let Some(radii) = radii {
             return Ok(points.iter().map(|x| radii.after(fitted, &self.values(x), &radii.turns)).collect());
         }
-        let places: Vec<(Place, Vec<f64>)> =
-            points.iter().flat_map(|x| measured.iter().map(|point| (Place::of(point), self.values(x)))).collect();
+        let places: Vec<(ToolPlace, Vec<f64>)> =
+            points.iter().flat_map(|x| measured.iter().map(|point| (ToolPlace::of(point), self.values(x)))).collect();
         let forces = self.simulator.forces(&places, precision)?;
         let of_point = |forces: &[Option<Forces>]| {
             let force = |(observation, factor): (&Observation, &f64)| {

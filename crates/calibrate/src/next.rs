@@ -7,7 +7,7 @@ use bristle_grid::{DEPTH, SPEED, VELOCITY};
 use bristle_input::measured::Speed;
 
 use crate::model::Model;
-use crate::problem::{Observation, Place, Problem};
+use crate::problem::{Observation, Problem, ToolPlace};
 use crate::search::Minimum;
 use crate::simulator::{Interrupted, Precision};
 use crate::statistics::Errors;
@@ -30,7 +30,7 @@ pub struct Reach {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Next {
     /// Where.
-    pub place: Place,
+    pub place: ToolPlace,
     /// The same speed as brushing velocity in m/s and as rotational speed in rpm.
     pub speeds: [f64; 2],
     /// By which factor the determinant of the covariance becomes smaller.
@@ -53,7 +53,7 @@ pub fn next(
     let stds = relative_stds(problem);
     let stencil = model.stencil(&minimum.x, precision);
     let points = &stencil.points;
-    let evaluations: Vec<(Place, Vec<f64>)> = places
+    let evaluations: Vec<(ToolPlace, Vec<f64>)> = places
         .iter()
         .flat_map(|place| std::iter::once(&minimum.x).chain(points).map(|x| (*place, model.values(x))))
         .collect();
@@ -107,9 +107,10 @@ fn relative_stds(problem: &Problem) -> [Option<f64>; 4] {
 }
 
 /// The places that come into question.
-fn grid(problem: &Problem, values: &[f64], reach: Reach) -> Vec<Place> {
-    let largest =
-        |value: &dyn Fn(&Place) -> f64| problem.points.iter().map(|point| value(&Place::of(point))).fold(0.0, f64::max);
+fn grid(problem: &Problem, values: &[f64], reach: Reach) -> Vec<ToolPlace> {
+    let largest = |value: &dyn Fn(&ToolPlace) -> f64| {
+        problem.points.iter().map(|point| value(&ToolPlace::of(point))).fold(0.0, f64::max)
+    };
     let depth = reach.max_depth_m.unwrap_or_else(|| largest(&|place| place.penetration_depth_m));
     let [speeds, depths] = GRID;
     let mut places = Vec::new();
@@ -119,14 +120,15 @@ fn grid(problem: &Problem, values: &[f64], reach: Reach) -> Vec<Place> {
         let speed = |value: f64| if is_velocity { Speed::Velocity(value) } else { Speed::Rotational(value) };
         // The velocity of the largest rotational speed.
         let of_rpm = |rpm: f64| {
-            let place = Place { tool, speed: Speed::Rotational(rpm), penetration_depth_m: first.penetration_depth_m };
+            let place =
+                ToolPlace { tool, speed: Speed::Rotational(rpm), penetration_depth_m: first.penetration_depth_m };
             let settings = problem.settings(&place, values).ok()?;
             Some(if is_velocity { settings.process.brushing_velocity_m_s } else { rpm })
         };
         let fastest = reach.max_rpm.and_then(of_rpm).unwrap_or_else(|| largest(&|place| place.speed.value()));
         for row in 1..=depths {
             for column in 1..=speeds {
-                places.push(Place {
+                places.push(ToolPlace {
                     tool,
                     speed: speed(fastest * column as f64 / speeds as f64),
                     penetration_depth_m: depth * row as f64 / depths as f64,

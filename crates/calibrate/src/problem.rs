@@ -249,7 +249,7 @@ impl Problem {
         let start = problem.stated();
         for point in &problem.points {
             let wrong = |violation| ProblemError::Point { line: point.line, violation };
-            let settings = problem.settings(&Place::of(point), &start).map_err(wrong)?;
+            let settings = problem.settings(&ToolPlace::of(point), &start).map_err(wrong)?;
             if settings.brush.is_some() {
                 check_brush(&settings, None).map_err(|error| ProblemError::Brush { line: point.line, error })?;
             }
@@ -345,7 +345,7 @@ impl Problem {
     ///
     /// # Errors
     /// If they contradict each other.
-    pub fn settings(&self, place: &Place, values: &[f64]) -> Result<Settings, Violation> {
+    pub fn settings(&self, place: &ToolPlace, values: &[f64]) -> Result<Settings, Violation> {
         let brush = &self.brushes[place.tool];
         let mut settings = brush.settings.clone();
         if settings.brush.is_none() {
@@ -381,7 +381,7 @@ impl Problem {
 
 /// Where a tool is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct ToolPlace {
     /// The position of the tool.
     pub tool: usize,
     /// Its speed.
@@ -390,7 +390,7 @@ pub struct Place {
     pub penetration_depth_m: f64,
 }
 
-impl Place {
+impl ToolPlace {
     /// That of a measured point.
     #[must_use]
     pub fn of(point: &MeasuredPoint) -> Self {

@@ -11,7 +11,7 @@ use bristle_grid::removal::RemovalError;
 use bristle_grid::{CaseResult, Resources, Study, simulate_cases};
 use thiserror::Error;
 
-use crate::problem::{Forces, Place, Problem, forces_of};
+use crate::problem::{Forces, Problem, ToolPlace, forces_of};
 
 /// Why a calibration has no result.
 #[derive(Debug, Error)]
@@ -134,7 +134,7 @@ impl<'a> Simulator<'a> {
     /// The forces at `places`, each with its values of the fitted settings; `None` where there is no simulation.
     pub fn forces(
         &self,
-        places: &[(Place, Vec<f64>)],
+        places: &[(ToolPlace, Vec<f64>)],
         precision: Precision,
     ) -> Result<Vec<Option<Forces>>, Interrupted> {
         let Means { resources, stop, observer, .. } = self.means;

@@ -3,7 +3,7 @@
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_calibrate::{
-    Calibration, Fitted, Means, Place, Problem, ProblemError, Reach, STARTS, Unwatched, calibrate, summary,
+    Calibration, Fitted, Means, Problem, ProblemError, Reach, STARTS, ToolPlace, Unwatched, calibrate, summary,
 };
 use bristle_grid::{Resources, Study, run_study};
 use bristle_input::document::StatedBrush;
@@ -177,7 +177,7 @@ fn the_depth_of_a_point_takes_the_place_of_a_stated_force() {
     let points = vec![point(10.0, 1e-3, 5.0, Some(0.1)), point(20.0, 2e-3, 9.0, Some(0.1))];
     let problem = Problem::new(stated(pressed), fitted(&["filament.youngs_modulus_pa"]), points).expect("a problem");
     for own in &problem.points {
-        let process = problem.settings(&Place::of(own), &[2e9]).expect("it can be simulated").process;
+        let process = problem.settings(&ToolPlace::of(own), &[2e9]).expect("it can be simulated").process;
         assert_eq!((process.tool_force_n, process.penetration_depth_m), (None, own.penetration_depth_m));
     }
 }

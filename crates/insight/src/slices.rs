@@ -8,7 +8,7 @@ use bristle_input::measured::Speed;
 
 /// One of the two settings that vary.
 #[derive(Clone, Debug)]
-pub struct Side {
+pub struct Varied {
     /// The setting.
     pub setting: Setting,
     /// The distinct values in SI units, ascending; positions of named tools. There is at least one.
@@ -21,16 +21,16 @@ pub struct Side {
 #[derive(Clone, Debug)]
 pub struct Slice {
     /// The horizontal setting.
-    pub x: Side,
+    pub x: Varied,
     /// The vertical setting.
-    pub y: Side,
+    pub y: Varied,
     /// The swept settings that have one value in this slice and other values in other slices.
     pub fixed: Vec<(Setting, f64)>,
     /// Number of the case at the first value of both sides.
     origin: usize,
 }
 
-impl Side {
+impl Varied {
     /// An axis of the study, or a setting that has the same value in all cases.
     fn new(study: &Study, setting: &Setting) -> Self {
         let setting = setting.clone();
@@ -135,7 +135,7 @@ pub fn telling_slices(study: &Study, limit: usize) -> Slices {
     }
     // If only one setting varies, the other side shows the single value of depth or velocity.
     let [velocity, depth] = process_settings(study);
-    let single = [depth, velocity].into_iter().filter(|setting| !Side::new(study, setting).varies());
+    let single = [depth, velocity].into_iter().filter(|setting| !Varied::new(study, setting).varies());
     let settings: Vec<Setting> = varying.into_iter().chain(single).collect();
     slices(study, &settings[0], &settings[1], limit)
 }
@@ -155,13 +155,13 @@ fn varying(study: &Study) -> Vec<Setting> {
     let is_further = |setting: &Setting| process.iter().all(|other| other.path() != setting.path());
     let further = study.sweeps().iter().rev().map(|sweep| sweep.setting().clone()).filter(is_further);
     let all: Vec<Setting> = process.iter().cloned().chain(further).collect();
-    all.into_iter().filter(|setting| Side::new(study, setting).varies()).collect()
+    all.into_iter().filter(|setting| Varied::new(study, setting).varies()).collect()
 }
 
 /// At most `limit` slices of the offset of the workpiece and penetration depth; none if one of them does not vary.
 pub fn offset_slices(study: &Study, limit: usize) -> Slices {
     match [OFFSET, DEPTH].map(|path| study.sweep(path).map(Sweep::setting)) {
-        [Some(x), Some(y)] if [x, y].iter().all(|setting| Side::new(study, setting).varies()) => {
+        [Some(x), Some(y)] if [x, y].iter().all(|setting| Varied::new(study, setting).varies()) => {
             slices(study, x, y, limit)
         }
         _ => Slices::default(),
@@ -176,12 +176,12 @@ fn process_settings(study: &Study) -> [Setting; 2] {
 
 fn slices(study: &Study, x: &Setting, y: &Setting, limit: usize) -> Slices {
     let further = study.sweeps().iter().map(Sweep::setting);
-    let further: Vec<Side> = further
+    let further: Vec<Varied> = further
         .filter(|setting| ![x.path(), y.path()].contains(&setting.path()))
-        .map(|setting| Side::new(study, setting))
-        .filter(Side::varies)
+        .map(|setting| Varied::new(study, setting))
+        .filter(Varied::varies)
         .collect();
-    let [x, y] = [x, y].map(|setting| Side::new(study, setting));
+    let [x, y] = [x, y].map(|setting| Varied::new(study, setting));
     let total = further.iter().map(|side| side.values.len()).product();
     let slice = |number: usize| {
         let mut slice = Slice { x: x.clone(), y: y.clone(), fixed: Vec::new(), origin: 0 };

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
 use bristle_codegen::back::languages::{self, SourceFile};
-use bristle_codegen::back::print::{self, Form, Walkthrough};
+use bristle_codegen::back::print::{self, PageForm, Walkthrough};
 use bristle_codegen::back::source::{EmitError, Origin};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::kernels::{kernels, planar_kernels};
@@ -159,7 +159,7 @@ pub struct Document(Content);
 
 enum Content {
     Text(String),
-    Page { form: Form, equations: Equations, kernels: Vec<Kernel>, again: String },
+    Page { form: PageForm, equations: Equations, kernels: Vec<Kernel>, again: String },
     Walkthrough { walkthrough: Box<Walkthrough>, again: String },
 }
 
@@ -212,9 +212,9 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
     let origin = Origin { title: &title, maker: MAKER, again: &again };
     let computing = || equations.derived(Purpose::Computing);
     Ok(match format {
-        DeriveFormat::Math => for_people(equations, Form::Text, again.clone())?,
-        DeriveFormat::Latex => for_people(equations, Form::Latex, again.clone())?,
-        DeriveFormat::Markdown => for_people(equations, Form::Markdown, again.clone())?,
+        DeriveFormat::Math => for_people(equations, PageForm::Text, again.clone())?,
+        DeriveFormat::Latex => for_people(equations, PageForm::Latex, again.clone())?,
+        DeriveFormat::Markdown => for_people(equations, PageForm::Markdown, again.clone())?,
         DeriveFormat::Json => text(to_json(&computing()?, GENERATOR)?),
         DeriveFormat::Rust => text(languages::rust::emit_file(&computing()?, origin)?),
         DeriveFormat::Numpy => text(languages::numpy::emit(&computing()?, origin)?),
@@ -239,16 +239,16 @@ pub fn derive_fragment(equations: Equations) -> Result<Derived, DeriveError> {
         return Err(DeriveError::NoSegments);
     }
     let again = format!("{} --fragment", equations.command(DeriveFormat::Latex));
-    Ok(for_people(equations, Form::Fragment, again)?)
+    Ok(for_people(equations, PageForm::Fragment, again)?)
 }
 
 fn text(text: String) -> Derived {
     Derived::Text(Document(Content::Text(text)))
 }
 
-fn for_people(equations: Equations, form: Form, again: String) -> Result<Derived, DimensionError> {
+fn for_people(equations: Equations, form: PageForm, again: String) -> Result<Derived, DimensionError> {
     Ok(Derived::Text(Document(match equations {
-        Equations::Whole { segments, motion, .. } if form == Form::Markdown => {
+        Equations::Whole { segments, motion, .. } if form == PageForm::Markdown => {
             Content::Walkthrough { walkthrough: Box::new(Walkthrough::new(segments, motion)?), again }
         }
         Equations::Whole { shape, .. } => {

@@ -92,7 +92,7 @@ struct Ray {
 
 /// A place on the profile.
 #[derive(Clone, Copy, Debug)]
-enum Place {
+enum CurvePlace {
     /// The number of the end, and the way from it outwards in m.
     Ray(usize, f64),
     /// The number of the piece and its parameter.
@@ -139,12 +139,12 @@ impl Spline {
     /// The point of the profile nearest to `point` (m), continuations of an open curve included. If several are equally near,
     /// it is one of them, always the same.
     pub fn nearest(&self, point: [f64; 2]) -> Foot {
-        let mut best = (Place::Piece(0, -1.0), f64::INFINITY);
+        let mut best = (CurvePlace::Piece(0, -1.0), f64::INFINITY);
         for (number, ray) in self.ends.iter().flatten().enumerate() {
             let offset = sub(point, ray.end);
             let (way, distance) = (dot(offset, ray.outwards), dot(offset, ray.normal));
             if way > 0.0 && distance * distance < best.1 {
-                best = (Place::Ray(number, way), distance * distance);
+                best = (CurvePlace::Ray(number, way), distance * distance);
             }
         }
         let candidates = self.grid.candidates(point);
@@ -164,7 +164,7 @@ impl Spline {
             let piece = &self.pieces[number as usize];
             let (u, squared) = piece.nearest(piece.local(point), best.1);
             if squared < best.1 {
-                best = (Place::Piece(number as usize, u), squared);
+                best = (CurvePlace::Piece(number as usize, u), squared);
             }
             best.1
         };
@@ -234,9 +234,9 @@ impl Spline {
 
     /// What is to be known about `place`, seen from `point`.
     #[inline]
-    fn foot(&self, place: Place, point: Point) -> Foot {
+    fn foot(&self, place: CurvePlace, point: Point) -> Foot {
         match place {
-            Place::Ray(number, way) => {
+            CurvePlace::Ray(number, way) => {
                 let ray = &self.ends.as_ref().expect("a ray continues an open curve")[number];
                 Foot {
                     point: add(ray.end, scale(way, ray.outwards)),
@@ -246,7 +246,7 @@ impl Spline {
                     arc_length: ray.arc_length + ray.sense * way,
                 }
             }
-            Place::Piece(number, u) => {
+            CurvePlace::Piece(number, u) => {
                 let piece = &self.pieces[number];
                 let [value, velocity, acceleration] = piece.evaluate(u);
                 let speed = dot(velocity, velocity).sqrt();

@@ -18,7 +18,7 @@ mod printer;
 mod walkthrough;
 mod wording;
 
-pub use crate::back::print::page::Form;
+pub use crate::back::print::page::PageForm;
 pub use crate::back::print::walkthrough::Walkthrough;
 pub use crate::back::print::wording::title;
 
@@ -31,7 +31,7 @@ pub use crate::back::print::wording::title;
 /// If `out` cannot be written to.
 pub fn equations(
     out: &mut dyn Write,
-    form: Form,
+    form: PageForm,
     segments: usize,
     motion: Motion,
     shape: Shape,
@@ -72,7 +72,7 @@ pub fn equations(
 ///
 /// # Errors
 /// If `out` cannot be written to.
-pub fn kernels(out: &mut dyn Write, form: Form, title: &str, kernels: &[Kernel], again: &str) -> io::Result<()> {
+pub fn kernels(out: &mut dyn Write, form: PageForm, title: &str, kernels: &[Kernel], again: &str) -> io::Result<()> {
     let mut page = Page::new(out, form, title, again);
     page.prose(
         "Each kernel is a list of definitions: `t1`, `t2`, … are its intermediates, the others its results.\n\
@@ -174,7 +174,7 @@ mod tests {
         // The printer must handle whatever the reader accepts.
         let file = to_json(&[kernel(graph, node)], "a test").expect("the chain can be written");
         let kernels = from_json(&file).expect("the chain can be read").kernels;
-        for form in [Form::Text, Form::Latex, Form::Fragment, Form::Markdown] {
+        for form in [PageForm::Text, PageForm::Latex, PageForm::Fragment, PageForm::Markdown] {
             let page = kernels_page(form, &kernels);
             assert!(page.contains("value = ") || page.contains("\\mathrm{value} &= "));
             let longest = page.lines().map(str::len).max();
@@ -182,7 +182,7 @@ mod tests {
         }
     }
 
-    fn kernels_page(form: Form, kernels: &[Kernel]) -> String {
+    fn kernels_page(form: PageForm, kernels: &[Kernel]) -> String {
         let mut page = Vec::new();
         super::kernels(&mut page, form, "A graph", kernels, "bristle").expect("memory can be written to");
         String::from_utf8(page).expect("a page is text")
@@ -193,7 +193,7 @@ mod tests {
         let mut graph = Graph::raw();
         let a = graph.symbol("a", "a", Unit::ONE);
         let sum = (0..100_000).fold(a, |sum, _| graph.intern(Node::Add(a, sum)));
-        let page = kernels_page(Form::Text, &[kernel(graph, sum)]);
+        let page = kernels_page(PageForm::Text, &[kernel(graph, sum)]);
         assert!(page.contains("t2 = a + a") && page.lines().all(|line| line.chars().count() <= 110));
     }
 
@@ -203,12 +203,12 @@ mod tests {
         let hostile = graph.symbol("hostile", "}\\input{/etc/passwd}$_^#&%~<b>|漢\u{202e}", Unit::ONE);
         let mut kernel = kernel(graph, hostile);
         kernel.summary = "\\end{document} $ % & # _ ^ ~ <script> `\\def\\x{` [`a`] 漢 --> *b* |".into();
-        let latex = kernels_page(Form::Latex, std::slice::from_ref(&kernel));
+        let latex = kernels_page(PageForm::Latex, std::slice::from_ref(&kernel));
         assert!(latex.is_ascii());
         for command in ["\\input{", "\\def", "\\end{document} "] {
             assert!(!latex.contains(command), "{command}");
         }
-        let markdown = kernels_page(Form::Markdown, &[kernel]);
+        let markdown = kernels_page(PageForm::Markdown, &[kernel]);
         assert!(!markdown.contains("<script>") && !markdown.contains("<b>"), "{markdown}");
     }
 }

@@ -10,7 +10,7 @@ use crate::ir::notation::{Notation, Text};
 
 /// What a page is written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum PageForm {
     /// Plain text.
     Text,
     /// A LaTeX document, in ASCII; it needs amsmath, longtable and geometry.
@@ -43,7 +43,7 @@ const LEGEND_INDENT: usize = 20;
 
 /// A page that goes to `out` as it is written, so that it never is in memory as a whole.
 pub(super) struct Page<'w> {
-    form: Form,
+    form: PageForm,
     out: &'w mut dyn Write,
     /// What labels begin with.
     subject: String,
@@ -53,12 +53,12 @@ pub(super) struct Page<'w> {
 
 impl<'w> Page<'w> {
     /// An empty page; `again` is the command that makes it.
-    pub fn new(out: &'w mut dyn Write, form: Form, title: &str, again: &str) -> Self {
+    pub fn new(out: &'w mut dyn Write, form: PageForm, title: &str, again: &str) -> Self {
         let again: String = again.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
         let ascii = |text: &str| text.replace(|letter: char| !letter.is_ascii(), "?");
         let text = match form {
-            Form::Text => format!("{title}\n"),
-            Form::Latex => format!(
+            PageForm::Text => format!("{title}\n"),
+            PageForm::Latex => format!(
                 "% To make it again: {}\n\
                  \\documentclass[fleqn,a4paper]{{article}}\n\
                  \\usepackage{{amsmath}}\n\
@@ -75,8 +75,8 @@ impl<'w> Page<'w> {
                 ascii(&again),
                 latex::words(title)
             ),
-            Form::Fragment => format!("% {}\n% To make it again: {}\n", latex::words(title), ascii(&again)),
-            Form::Markdown => format!(
+            PageForm::Fragment => format!("% {}\n% To make it again: {}\n", latex::words(title), ascii(&again)),
+            PageForm::Markdown => format!(
                 "<!-- To make it again: {} -->\n\n# {}\n",
                 again.replace("-->", "--&gt;"),
                 markdown_words(title)
@@ -95,38 +95,38 @@ impl<'w> Page<'w> {
 
     pub fn notation(&self) -> &'static dyn Notation {
         match self.form {
-            Form::Text => &Text,
-            Form::Latex | Form::Fragment | Form::Markdown => &Latex,
+            PageForm::Text => &Text,
+            PageForm::Latex | PageForm::Fragment | PageForm::Markdown => &Latex,
         }
     }
 
     /// Begins the definitions of a kernel, whose name is in their labels.
     pub fn begin(&mut self, kernel: &str) {
         self.subject = label(kernel);
-        if self.form == Form::Fragment {
+        if self.form == PageForm::Fragment {
             self.write(&format!("\n% {}\n", self.subject));
         }
     }
 
     /// Whether vectors and matrices are shown as a whole, too.
     pub fn has_matrices(&self) -> bool {
-        self.form == Form::Fragment
+        self.form == PageForm::Fragment
     }
 
     pub fn heading(&mut self, title: &str) {
         let text = match self.form {
             // Its first paragraph follows without an empty line.
-            Form::Text => format!("\n{title}"),
-            Form::Latex => format!("\n\\subsection*{{{}}}\n", latex::words(title)),
-            Form::Fragment => return,
-            Form::Markdown => format!("\n## {}\n", markdown_words(title)),
+            PageForm::Text => format!("\n{title}"),
+            PageForm::Latex => format!("\n\\subsection*{{{}}}\n", latex::words(title)),
+            PageForm::Fragment => return,
+            PageForm::Markdown => format!("\n## {}\n", markdown_words(title)),
         };
         self.write(&text);
     }
 
     /// A paragraph.
     pub fn prose(&mut self, sentences: &str) {
-        if self.form == Form::Fragment {
+        if self.form == PageForm::Fragment {
             return;
         }
         let text = format!("\n{}\n", self.sentences(sentences));
@@ -137,9 +137,9 @@ impl<'w> Page<'w> {
     pub fn item(&mut self, sentence: &str) {
         let sentence = self.sentences(sentence);
         let text = match self.form {
-            Form::Text => format!("  {}\n", sentence.replace('\n', "\n  ")),
-            Form::Fragment => return,
-            Form::Latex | Form::Markdown => format!("\n{sentence}\n"),
+            PageForm::Text => format!("  {}\n", sentence.replace('\n', "\n  ")),
+            PageForm::Fragment => return,
+            PageForm::Latex | PageForm::Markdown => format!("\n{sentence}\n"),
         };
         self.write(&text);
     }
@@ -164,15 +164,15 @@ impl<'w> Page<'w> {
                 result.push_str(&self.words(part));
             } else if links(i.checked_sub(1), '[', false) && links(Some(i + 1), ']', true) {
                 result.push_str(&match self.form {
-                    Form::Text => (*part).to_owned(),
-                    Form::Latex | Form::Fragment => format!("\\texttt{{{}}}", latex::words(part)),
-                    Form::Markdown => format!("`{part}`"),
+                    PageForm::Text => (*part).to_owned(),
+                    PageForm::Latex | PageForm::Fragment => format!("\\texttt{{{}}}", latex::words(part)),
+                    PageForm::Markdown => format!("`{part}`"),
                 });
             } else {
                 result.push_str(&match self.form {
-                    Form::Text => (*part).to_owned(),
-                    Form::Latex | Form::Fragment => format!("${}$", latex::formula(part)),
-                    Form::Markdown => format!("${}$", in_markdown(&latex::formula(part))),
+                    PageForm::Text => (*part).to_owned(),
+                    PageForm::Latex | PageForm::Fragment => format!("${}$", latex::formula(part)),
+                    PageForm::Markdown => format!("${}$", in_markdown(&latex::formula(part))),
                 });
             }
         }
@@ -181,15 +181,15 @@ impl<'w> Page<'w> {
 
     fn words(&self, text: &str) -> String {
         match self.form {
-            Form::Text => text.into(),
-            Form::Latex | Form::Fragment => latex::words(text),
-            Form::Markdown => markdown_words(text),
+            PageForm::Text => text.into(),
+            PageForm::Latex | PageForm::Fragment => latex::words(text),
+            PageForm::Markdown => markdown_words(text),
         }
     }
 
     /// Formulas one below the other, aligned at their equality signs. Each is asked for once those before it are written.
     pub fn definitions(&mut self, definitions: impl IntoIterator<Item = Definition>) {
-        if self.form == Form::Text {
+        if self.form == PageForm::Text {
             for Definition { head, body } in definitions {
                 let head = format!("  {head} = ");
                 let indent = head.chars().count();
@@ -202,7 +202,7 @@ impl<'w> Page<'w> {
         let mut display: Vec<String> = Vec::new();
         for Definition { head, body } in definitions {
             let (width, breaks) = match self.form {
-                Form::Fragment => (NUMBERED_WIDTH, BETWEEN_TERMS),
+                PageForm::Fragment => (NUMBERED_WIDTH, BETWEEN_TERMS),
                 _ => (FORMULA_WIDTH, ANYWHERE),
             };
             let lines = lines(&Latex, &body, width, breaks);
@@ -210,7 +210,7 @@ impl<'w> Page<'w> {
             let first = display.len();
             display.push(format!("{head} &= {}", lines[0]));
             display.extend(continued);
-            if self.form == Form::Fragment {
+            if self.form == PageForm::Fragment {
                 let last = display.len() - 1;
                 display[first..last].iter_mut().for_each(|line| line.push_str(" \\notag"));
                 display[last].push_str(&format!(" \\label{{eq:{}:{}}}", self.subject, label(&head)));
@@ -225,17 +225,17 @@ impl<'w> Page<'w> {
     }
 
     fn display_lines(&self) -> usize {
-        if self.form == Form::Markdown { MARKDOWN_LINES } else { LATEX_LINES }
+        if self.form == PageForm::Markdown { MARKDOWN_LINES } else { LATEX_LINES }
     }
 
     fn display(&mut self, lines: &[String]) {
         let text = match self.form {
-            Form::Text => unreachable!("text has no displays"),
-            Form::Fragment => format!("\\begin{{align}}\n{}\n\\end{{align}}\n", lines.join(" \\\\{}\n")),
+            PageForm::Text => unreachable!("text has no displays"),
+            PageForm::Fragment => format!("\\begin{{align}}\n{}\n\\end{{align}}\n", lines.join(" \\\\{}\n")),
             // An empty group keeps a bracket at the start of a line from being an option of the line break.
-            Form::Latex => format!("\\begin{{align*}}\n{}\n\\end{{align*}}\n", lines.join(" \\\\{}\n")),
+            PageForm::Latex => format!("\\begin{{align*}}\n{}\n\\end{{align*}}\n", lines.join(" \\\\{}\n")),
             // Not `\\`, which Markdown may take for an escaped backslash.
-            Form::Markdown => {
+            PageForm::Markdown => {
                 format!("\n$$\n\\begin{{aligned}}\n{}\n\\end{{aligned}}\n$$\n", in_markdown(&lines.join(" \\cr\n")))
             }
         };
@@ -250,8 +250,8 @@ impl<'w> Page<'w> {
         };
         let mut text = String::new();
         match self.form {
-            Form::Fragment => return,
-            Form::Text => {
+            PageForm::Fragment => return,
+            PageForm::Text => {
                 text.push_str("\nSymbols, with SI units; a dot is a time derivative\n");
                 for row in rows {
                     let symbols = symbols(row);
@@ -262,7 +262,7 @@ impl<'w> Page<'w> {
                     text.push_str(&format!("  {symbols}{pad}{}{unit}\n", self.sentences(&row.meaning)));
                 }
             }
-            Form::Latex => {
+            PageForm::Latex => {
                 text.push_str(
                     "\nA dot is a time derivative.\n\n\
                      \\begin{longtable}{@{}p{0.28\\textwidth}p{0.52\\textwidth}p{0.12\\textwidth}@{}}\n\
@@ -276,7 +276,7 @@ impl<'w> Page<'w> {
                 }
                 text.push_str("\\end{longtable}\n");
             }
-            Form::Markdown => {
+            PageForm::Markdown => {
                 text.push_str("\nA dot is a time derivative.\n\n| symbol | meaning | unit |\n|---|---|---|\n");
                 for row in rows {
                     let unit = row.unit.as_deref().map(markdown_words).unwrap_or_default();
@@ -294,7 +294,7 @@ impl<'w> Page<'w> {
     /// # Errors
     /// The first one of writing it.
     pub fn finish(mut self) -> io::Result<()> {
-        if self.form == Form::Latex {
+        if self.form == PageForm::Latex {
             self.write("\n\\end{document}\n");
         }
         self.result

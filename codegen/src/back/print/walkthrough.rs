@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use crate::back::print::legend;
-use crate::back::print::page::{Form, Page};
+use crate::back::print::page::{Page, PageForm};
 use crate::back::print::printer::{Printer, coordinate};
 use crate::back::print::wording::{PLANE, title};
 use crate::ir::graph::{Graph, NodeId};
@@ -176,7 +176,7 @@ impl Walkthrough {
     /// If `out` cannot be written to.
     pub fn write(&self, out: &mut dyn Write, again: &str) -> io::Result<()> {
         let Self { segments, motion, .. } = *self;
-        let mut page = Page::new(out, Form::Markdown, &format!("{}, step by step", title(segments, motion)), again);
+        let mut page = Page::new(out, PageForm::Markdown, &format!("{}, step by step", title(segments, motion)), again);
         page.prose(
             "From the energies of the segments and joints to `M(q) q̈ = f(q, q̇, t) + Q`. All formulas on this page are \
          derived and written by the program; components refer to the inertial frame.",

@@ -14,8 +14,14 @@ use nalgebra::{DMatrix, DVector};
 use spec_math::cephes64::ndtri;
 
 /// The forms of a main effect, from stiff to flexible.
-const FORMS: [Form; 6] =
-    [Form::Polynomial(1), Form::Polynomial(2), Form::Polynomial(3), Form::Pieces(5), Form::Pieces(9), Form::Pieces(17)];
+const FORMS: [Basis; 6] = [
+    Basis::Polynomial(1),
+    Basis::Polynomial(2),
+    Basis::Polynomial(3),
+    Basis::Pieces(5),
+    Basis::Pieces(9),
+    Basis::Pieces(17),
+];
 /// How often each input chooses its form: first given the choices of the inputs before it, then given those of all inputs.
 const ROUNDS: usize = 2;
 
@@ -57,14 +63,14 @@ pub(super) fn mean_and_variance(values: &[f64]) -> (f64, f64) {
 
 /// The functions of an input that, with a constant, make up a main effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Form {
+enum Basis {
     /// Polynomials up to a degree.
     Polynomial(usize),
     /// A piecewise linear function whose pieces hold equal numbers of samples.
     Pieces(usize),
 }
 
-impl Form {
+impl Basis {
     /// The functions at `x`.
     fn values(self, x: f64) -> impl Iterator<Item = f64> {
         (0..self.terms()).map(move |term| match self {
@@ -94,7 +100,7 @@ struct Fit {
 
 impl Fit {
     /// `None` if there are fewer than two samples per coefficient, or if they do not determine the coefficients.
-    fn new(points: &[Vec<f64>], outputs: &DVector<f64>, forms: &[Form]) -> Option<Self> {
+    fn new(points: &[Vec<f64>], outputs: &DVector<f64>, forms: &[Basis]) -> Option<Self> {
         let terms = 1 + forms.iter().map(|form| form.terms()).sum::<usize>();
         if 2 * terms > points.len() {
             return None;
@@ -113,7 +119,7 @@ impl Fit {
         let squares: f64 = (0..points.len()).map(|row| left_out(row).powi(2)).sum();
         let left_over = residuals.norm_squared() / (points.len() - terms) as f64;
         let mut first = 1;
-        let variance = |form: &Form| {
+        let variance = |form: &Basis| {
             let effect = basis.columns(first, form.terms()) * coefficients.rows(first, form.terms());
             first += form.terms();
             let noise = left_over * form.terms() as f64 / points.len() as f64;

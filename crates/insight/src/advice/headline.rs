@@ -5,7 +5,7 @@ use bristle::model::metrics::SWEEPING_RATIO;
 use super::cited::{Cited, cells, force, highest};
 use super::limits::Limits;
 use crate::quantity::Readable;
-use crate::slices::{Side, Slice, process_slices};
+use crate::slices::{Slice, Varied, process_slices};
 use bristle_grid::{CaseResult, DEPTH, Study};
 use bristle_text::number::{counted, short, significant, uncertain};
 
@@ -95,7 +95,7 @@ impl CaseInSlice<'_> {
     fn settings(&self) -> String {
         let Slice { x, y, .. } = self.slice;
         let [across, up] = self.cell.position;
-        let is_stated = |(side, at): &(&Side, usize)| side.setting.path() != DEPTH || side.values[*at] > 0.0;
+        let is_stated = |(side, at): &(&Varied, usize)| side.setting.path() != DEPTH || side.values[*at] > 0.0;
         let sides = [(x, across), (y, up)].into_iter().filter(is_stated);
         sides
             .map(|(side, at)| side.setting.equation(side.values[at]))

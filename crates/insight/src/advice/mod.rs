@@ -27,7 +27,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::quantity::{Quantity, Readable};
-use crate::slices::{Side, Slice, process_slices};
+use crate::slices::{Slice, Varied, process_slices};
 use crate::warnings::turns::vibrating_note;
 use bristle_grid::{CaseResult, FORCE, FRICTION, Study, TOOL, Tool};
 use bristle_text::layout::{aligned, wrap, wrap_beside};
@@ -601,7 +601,7 @@ impl Advice {
             let at = cell.position[side];
             let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
             let is_end = at == 0 || at + 1 == sides[side].values.len();
-            let Side { setting, values, .. } = sides[side];
+            let Varied { setting, values, .. } = sides[side];
             let label = match setting.path() {
                 // The depth that was found for it.
                 FORCE => short(1e3 * cell.place.penetration_depth_m),

@@ -22,7 +22,7 @@ use super::rank::{NEAR, coarse_rank, rank};
 use super::section::Section;
 use super::suggestion::rounded;
 use crate::assumptions::Assumptions;
-use crate::slices::Side;
+use crate::slices::Varied;
 use crate::warnings::is_packed;
 
 /// So near is the force at which the search for it ends.
@@ -121,7 +121,7 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
         let cells = section.cells.iter().flatten().flatten();
         let within = cells.filter(|cell| limits.allow(&cell.place, &cell.outcome) && force(cell) > 0.0);
         let simulated = within.map(|cell| {
-            let is_end = |(side, at): (&&Side, usize)| side.varies() && (at == 0 || at + 1 == side.values.len());
+            let is_end = |(side, at): (&&Varied, usize)| side.varies() && (at == 0 || at + 1 == side.values.len());
             let is_end = sides.iter().zip(cell.position).any(is_end);
             let settings = study.settings(cell.row - 1).at_depth(cell.place.penetration_depth_m);
             new(vec![cell.row], cell.place, &cell.outcome, settings, is_end)

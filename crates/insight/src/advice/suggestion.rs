@@ -11,7 +11,7 @@ use super::cited::{Cited, force};
 use super::limits::Limits;
 use super::outcome::{OperatingPoint, Outcome};
 use super::rank::rank;
-use crate::slices::{Side, Slice};
+use crate::slices::{Slice, Varied};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{CaseResult, CaseSummary, Study};
 use bristle_text::number::short;
@@ -37,7 +37,7 @@ pub struct Suggestion {
 
 impl Suggestion {
     /// The value of a side in the unit of its label.
-    pub(super) fn shown(&self, side: &Side) -> String {
+    pub(super) fn shown(&self, side: &Varied) -> String {
         let value = side.setting.parameter().map_or(0.0, |parameter| parameter.get(&self.settings));
         short(side.setting.factor() * value)
     }
@@ -56,7 +56,7 @@ pub(super) fn suggestions(
     let Some(wanted) = limits.wanted_n().filter(|_| !study.is_pressed_on()) else { return Vec::new() };
     let [x, y] = [slice.x.values.len(), slice.y.values.len()];
     // Along the depth; along the velocity if there is one depth.
-    let (axis, side, steps): (usize, &Side, Vec<[[usize; 2]; 2]>) = if slice.y.varies() {
+    let (axis, side, steps): (usize, &Varied, Vec<[[usize; 2]; 2]>) = if slice.y.varies() {
         (1, &slice.y, (0..x).flat_map(|x| (1..y).map(move |y| [[x, y - 1], [x, y]])).collect())
     } else {
         (0, &slice.x, (1..x).map(|x| [[x - 1, 0], [x, 0]]).collect())

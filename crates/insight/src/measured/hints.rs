@@ -1,7 +1,7 @@
 //! Hints at measured points that a study cannot be compared with, most of them by their unit.
 
 use super::{compared_slices, points_of, weights};
-use crate::slices::{Side, Slice};
+use crate::slices::{Slice, Varied};
 use bristle_grid::Study;
 use bristle_input::measured::{Measurement, Quantity, Speed};
 use bristle_input::plausibility::Unusual;
@@ -26,7 +26,7 @@ pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
     let from_slice = speeds[0] / measured[0].speed.value();
     let far = [far_values(Quantity::Depth, &depths, &slice.y, 1.0), far_values(speed, &speeds, &slice.x, from_slice)];
     let far: Vec<Unusual> = far.into_iter().flatten().collect();
-    let inside = |side: &Side, at: f64| weights(side, at).is_some();
+    let inside = |side: &Varied, at: f64| weights(side, at).is_some();
     let has_point = |slice: &Slice| {
         points_of(study, slice, measured).any(|point| {
             inside(&slice.y, point.penetration_depth_m) && inside(&slice.x, slice.at_speed(study, point.speed))
@@ -80,7 +80,7 @@ fn contradiction(study: &Study, slices: &[Slice], measured: &[Measurement]) -> O
 
 /// What is unusual about a quantity whose `values` are far outside of the values of a side; `factor` leads from the unit of the
 /// quantity's key to that of the side.
-fn far_values(quantity: Quantity, values: &[f64], side: &Side, factor: f64) -> Option<Unusual> {
+fn far_values(quantity: Quantity, values: &[f64], side: &Varied, factor: f64) -> Option<Unusual> {
     let (least, largest) = (side.values[0], side.values[side.values.len() - 1]);
     let is_far = |value: &f64| *value > FAR * largest || *value < least / FAR;
     let far: Vec<f64> = values.iter().copied().filter(is_far).collect();
@@ -108,7 +108,7 @@ fn far_values(quantity: Quantity, values: &[f64], side: &Side, factor: f64) -> O
 }
 
 /// The values of a side in words.
-fn range(side: &Side) -> String {
+fn range(side: &Varied) -> String {
     let [least, largest] = [side.values[0], side.values[side.values.len() - 1]].map(short);
     // In the unit of the key, as in the table.
     let (symbol, unit) = (side.setting.symbol(), side.setting.parameter().map_or("", |parameter| parameter.unit));

@@ -9,7 +9,7 @@ use std::io::{self, Write};
 
 use bristle::model::settings::Settings;
 
-use crate::slices::{Side, Slice, process_slices};
+use crate::slices::{Slice, Varied, process_slices};
 use bristle_grid::{CaseResult, CaseSummary, Setting, Study};
 use bristle_input::measured::{Measurement, Quantity, Speed, same};
 use bristle_input::table::MAX_ROWS;
@@ -228,7 +228,7 @@ fn interpolate(
 }
 
 /// Positions of the two values around `at`, with their weights. `None` outside.
-fn weights(side: &Side, at: f64) -> Option<[(usize, f64); 2]> {
+fn weights(side: &Varied, at: f64) -> Option<[(usize, f64); 2]> {
     let values = &side.values;
     let above = values.partition_point(|&value| value <= at);
     let around = [above.checked_sub(1), Some(above).filter(|&above| above < values.len())];

@@ -20,7 +20,7 @@ use bristle_input::measured::Measurement;
 use bristle_insight::measured::{points_of, relative_uncertainty};
 use bristle_insight::quantity::shown_metrics;
 use bristle_insight::slices::spread;
-use bristle_insight::slices::{Side, Slice, offset_slices, process_slices, telling_slices, tool_slices};
+use bristle_insight::slices::{Slice, Varied, offset_slices, process_slices, telling_slices, tool_slices};
 use bristle_text::number::{short, significant};
 
 mod brush;
@@ -280,8 +280,8 @@ pub fn is_of_study(name: &str) -> bool {
 /// The side along which a figure runs, and the side with one curve per value.
 struct Sides<'a> {
     family: Family,
-    over: &'a Side,
-    of: &'a Side,
+    over: &'a Varied,
+    of: &'a Varied,
 }
 
 /// A slice and the results in it.
@@ -345,7 +345,7 @@ impl View<'_> {
     fn map<R: Drawn>(&self, metric: &Column<R>, kind: &str) -> Picture {
         let Slice { x, y, .. } = self.slice;
         let [columns, rows] = [x, y].map(|side| spread(side.values.len(), MAX_CELLS));
-        let side = |side: &Side, shown: &[usize]| {
+        let side = |side: &Varied, shown: &[usize]| {
             let all = side.shown();
             let values: Vec<f64> = shown.iter().map(|&position| all[position]).collect();
             let labels = side.setting.labels(shown.iter().map(|&position| side.values[position]));
@@ -453,7 +453,7 @@ fn span_decades([least, largest]: [f64; 2]) -> bool {
 }
 
 /// The axis along a side: logarithmic if its values span decades.
-fn axis_along(side: &Side) -> Axis {
+fn axis_along(side: &Varied) -> Axis {
     let label = side.setting.label();
     let (least, largest) = (side.values[0], side.values[side.values.len() - 1]);
     match side.setting.names() {
@@ -483,12 +483,12 @@ fn means_of_flat(curves: &[Vec<Option<f64>>]) -> Option<Vec<f64>> {
 }
 
 /// How points along a side are drawn: nothing lies between tools.
-fn joined(side: &Side) -> Look {
+fn joined(side: &Varied) -> Look {
     if side.setting.names().is_some() { Look::Markers } else { Look::Joined }
 }
 
 /// What the values of a side are.
-fn values_of(side: &Side) -> String {
+fn values_of(side: &Varied) -> String {
     if side.setting.names().is_some() { "tools".to_owned() } else { format!("values of {}", side.setting.symbol()) }
 }
 

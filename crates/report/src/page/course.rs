@@ -97,10 +97,10 @@ struct ViewData {
     window: [f64; 4],
     outline: Outline,
     /// Outlines of the body and of the undeformed trim.
-    body: Vec<Line>,
-    trim: Vec<Line>,
+    body: Vec<Polyline>,
+    trim: Vec<Polyline>,
     /// The ends of the cells of the work; none where they cannot be told from each other.
-    work: Option<Line>,
+    work: Option<Polyline>,
     /// The points of the shapes, and how far the workpiece has moved with each shape.
     along: Packed,
     above: Packed,
@@ -110,12 +110,12 @@ struct ViewData {
 
 /// Points along and above the surface in m.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-struct Line {
+struct Polyline {
     along: Packed,
     above: Packed,
 }
 
-impl Line {
+impl Polyline {
     fn new(points: &[[f64; 2]]) -> Self {
         let pack = |k: usize| Packed::new(&points.iter().map(|point| point[k]).collect::<Vec<_>>());
         Self { along: pack(0), above: pack(1) }
@@ -141,10 +141,10 @@ impl Posed {
             let nodes = shapes.iter().flat_map(|shape| drawn.iter().map(|&node| view.place(shape.nodes_m[node])));
             let nodes: Vec<[f64; 2]> = nodes.collect();
             let shifts: Vec<[f64; 2]> = shapes.iter().map(|shape| view.shift(moved(pass, shape.time_s))).collect();
-            let Line { along: moved_along, above: moved_above } = Line::new(&shifts);
-            let Line { along, above } = Line::new(&nodes);
-            let lines = |lines: &[Vec<[f64; 2]>]| lines.iter().map(|line| Line::new(line)).collect();
-            let surface = Line::new(&view.surface.points);
+            let Polyline { along: moved_along, above: moved_above } = Polyline::new(&shifts);
+            let Polyline { along, above } = Polyline::new(&nodes);
+            let lines = |lines: &[Vec<[f64; 2]>]| lines.iter().map(|line| Polyline::new(line)).collect();
+            let surface = Polyline::new(&view.surface.points);
             let work: Option<Vec<[f64; 2]>> = worked.points().into_iter().map(|end| view.on_profile(end)).collect();
             ViewData {
                 name: view.name,
@@ -152,7 +152,7 @@ impl Posed {
                 outline: Outline { along: surface.along, above: surface.above, solid: view.surface.is_filled },
                 body: lines(&view.body),
                 trim: lines(&view.trim),
-                work: work.as_deref().map(Line::new),
+                work: work.as_deref().map(Polyline::new),
                 along,
                 above,
                 moved_along,
