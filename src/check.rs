@@ -1,6 +1,6 @@
 //! Whether settings can be simulated: each in its range, and all together.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::model::filament;
 use crate::model::parameters::{PARAMETERS, Violation};
@@ -201,12 +201,8 @@ impl Settings {
                 (None, Some(angle)) => ("tool.filament_angle_rad", angle),
                 _ => ("tool.tilt_rad", self.tool.tilt_rad()),
             };
-            return Err(Violation {
-                path,
-                value: format!("{value:?}"),
-                allowed: "such that filaments reach the workpiece: at this angle the body of the tool comes first"
-                    .to_owned(),
-            });
+            let allowed = "such that filaments reach the workpiece: at this angle the body of the tool comes first";
+            return Err(Violation::of(path, value, allowed));
         }
         if penetration_depth_m >= (tips - roots) * (1.0 - ROUNDING) {
             let allowed = match self.tool.tilt_rad() == 0.0 && Trim::of(self).is_radial() {
@@ -217,11 +213,7 @@ impl Settings {
                     tips - roots
                 ),
             };
-            return Err(Violation {
-                path: "process.penetration_depth_m",
-                value: format!("{penetration_depth_m:?}"),
-                allowed,
-            });
+            return Err(Violation::of(DEPTH, penetration_depth_m, allowed));
         }
         let (_, passage) = Part::of(self)?;
         if passage.all_round {
@@ -232,20 +224,16 @@ impl Settings {
             ("process.lead_angle_rad", "lead", self.process.lead_angle_rad),
             ("process.tail_angle_rad", "tail", self.process.tail_angle_rad),
         ];
-        let free_rad = std::f64::consts::TAU - nominal_angle_rad;
+        let free_rad = TAU - nominal_angle_rad;
         // The larger of the two is to blame.
         let [(path, _, larger), (_, other, smaller)] =
             if angles[0].2 > angles[1].2 { angles } else { [angles[1], angles[0]] };
         if larger >= free_rad - smaller {
-            return Err(Violation {
-                path,
-                value: format!("{larger:?}"),
-                allowed: format!(
-                    "less than {:.4}, one turn less the {other} angle {smaller:?} and the nominal contact angle \
-                     {nominal_angle_rad:.4}",
-                    free_rad - smaller
-                ),
-            });
+            let allowed = format!(
+                "less than {:.4}, one turn less the {other} angle {smaller:?} and the nominal contact angle {nominal_angle_rad:.4}",
+                free_rad - smaller
+            );
+            return Err(Violation::of(path, larger, allowed));
         }
         self.check_brush()
     }
@@ -254,20 +242,13 @@ impl Settings {
     fn check_brush(&self) -> Result<(), Violation> {
         let brush = self.brush_or_default();
         if self.brush.is_some() && trim::differ(self) && brush.ends == Ends::Periodic && self.brush_rows() > 1 {
-            return Err(Violation {
-                path: "brush.ends",
-                value: "\"periodic\"".to_owned(),
-                allowed: "\"free\" on a tilted tool, whose rows differ: they do not repeat along the axis".to_owned(),
-            });
+            let allowed = "\"free\" on a tilted tool, whose rows differ: they do not repeat along the axis";
+            return Err(Violation::of("brush.ends", "periodic", allowed));
         }
         if self.brush.is_some() && self.uncertainty.hold != Hold::Machine && self.uncertainty.scatters() {
-            return Err(Violation {
-                path: "uncertainty.hold",
-                value: "\"process\"".to_owned(),
-                allowed: "\"machine\" with [brush]: each of its filaments has properties of its own, but all share one axis, \
-                          whose speed and distance from the workpiece the machine holds"
-                    .to_owned(),
-            });
+            let allowed = "\"machine\" with [brush]: each of its filaments has properties of its own, but all share one axis, \
+                           whose speed and distance from the workpiece the machine holds";
+            return Err(Violation::of("uncertainty.hold", "process", allowed));
         }
         Ok(())
     }
