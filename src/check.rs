@@ -46,7 +46,7 @@ impl Settings {
             .iter()
             .filter(|parameter| parameter.instead_of.is_empty())
             .filter(|parameter| self.process.tool_force_n.is_none() || parameter.path != DEPTH)
-            .try_for_each(|parameter| parameter.check(parameter.get(self)))
+            .try_for_each(|parameter| parameter.read(self).map_or(Ok(()), |value| parameter.check(value)))
     }
 
     fn check_vectors(&self) -> Result<(), Violation> {
@@ -61,7 +61,7 @@ impl Settings {
         if is_across || !normal.iter().all(|component| component.is_finite()) {
             return Err(Violation::of(
                 "workpiece.normal",
-                self.workpiece.normal,
+                self.workpiece.kind.normal(),
                 "three finite numbers that do not point along the axis of a tool with radial filaments",
             ));
         }

@@ -125,7 +125,7 @@ fn brief(settings: &Settings) -> String {
         p.brushing_velocity_m_s,
         p.penetration_depth_m,
         settings.solver.relative_tolerance,
-        settings.workpiece.normal,
+        settings.workpiece.kind.normal(),
         p.gravity_m_s2
     )
 }

@@ -2,7 +2,7 @@
 
 use bristle::model::settings::{
     ContactSettings, FilamentSettings, ProcessSettings, Settings, SolverSettings, ToolSettings, UncertaintySettings,
-    WorkpieceSettings,
+    WorkpieceKind, WorkpieceSettings,
 };
 use fastrand::Rng;
 
@@ -67,7 +67,7 @@ fn brush(random: &mut Rng, damping_ratio: f64) -> Settings {
             friction_regularisation_m_s: spread(random, 1e-4, 1e-1),
             ..ContactSettings::default()
         },
-        workpiece: WorkpieceSettings { normal, ..WorkpieceSettings::default() },
+        workpiece: WorkpieceSettings { kind: WorkpieceKind::plane(normal), ..WorkpieceSettings::default() },
         process: ProcessSettings::new(spread(random, 0.1, 60.0), spread(random, 1e-4, 1e-2).min(0.5 * length_m)),
         solver: SolverSettings::default(),
         uncertainty: UncertaintySettings::default(),
@@ -98,9 +98,12 @@ fn extreme(random: &mut Rng) -> Settings {
             friction_regularisation_m_s: spread(random, 1e-9, 1e3),
         },
         workpiece: WorkpieceSettings {
-            normal: [random.f64() - 0.5, random.f64() - 0.5, if random.bool() { 0.0 } else { random.f64() - 0.5 }],
+            kind: WorkpieceKind::plane([
+                random.f64() - 0.5,
+                random.f64() - 0.5,
+                if random.bool() { 0.0 } else { random.f64() - 0.5 },
+            ]),
             feed_velocity_m_s: sign(random) * spread(random, 1e-3, 1e2),
-            ..WorkpieceSettings::default()
         },
         process: ProcessSettings {
             gravity_m_s2: [0.0, -spread(random, 1e-3, 1e3), 0.0],

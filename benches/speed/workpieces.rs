@@ -1,6 +1,6 @@
 //! Other workpieces and friction against a plane without friction, measured alternately in one run, in lanes on one thread.
 
-use bristle::model::settings::{Settings, WorkpieceKind};
+use bristle::model::settings::{ProfileSettings, Settings, WorkpieceKind};
 use criterion::Criterion;
 
 use crate::planar::{compare, study};
@@ -13,28 +13,16 @@ pub fn workpieces(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("workpieces");
     group.sample_size(10);
     let plane = contacts(|_| ());
-    let of_kind = |kind: WorkpieceKind, change: fn(&mut Settings)| {
-        contacts(|settings| {
-            settings.workpiece.kind = kind;
-            change(settings);
-        })
-    };
+    let of_kind = |kind: WorkpieceKind| contacts(|settings| settings.workpiece.kind = kind.clone());
+    let middle = f64::from(POINTS - 1) / 2.0;
+    // So flat that the motion is that on the plane.
+    let spline = (0..POINTS).map(|i| [5e-3 * (f64::from(i) - middle), 1e-6 * f64::from(i % 2)]).collect();
+    let spline = ProfileSettings { control_points_m: spline, ..ProfileSettings::default() };
     let others = [
-        (
-            "an edge that filaments leave",
-            of_kind(WorkpieceKind::Edge, |settings| settings.workpiece.edge_radius_m = 0.2e-3),
-        ),
-        ("a cylinder", of_kind(WorkpieceKind::Cylinder, |settings| settings.workpiece.radius_m = 0.1)),
-        ("a bore", of_kind(WorkpieceKind::Bore, |settings| settings.workpiece.radius_m = 0.3)),
-        (
-            // So flat that the motion is that on the plane.
-            "a spline of 20 pieces",
-            of_kind(WorkpieceKind::Profile, |settings| {
-                let middle = f64::from(POINTS - 1) / 2.0;
-                settings.workpiece.control_points_m =
-                    (0..POINTS).map(|i| [5e-3 * (f64::from(i) - middle), 1e-6 * f64::from(i % 2)]).collect();
-            }),
-        ),
+        ("an edge that filaments leave", of_kind(WorkpieceKind::edge(0.2e-3))),
+        ("a cylinder", of_kind(WorkpieceKind::cylinder(0.1))),
+        ("a bore", of_kind(WorkpieceKind::bore(0.3))),
+        ("a spline of 20 pieces", of_kind(WorkpieceKind::Profile(spline))),
         ("a plane with friction", contacts(|settings| settings.contact.friction_coefficient = 0.3)),
     ];
     for tolerance in [1e-6, 1e-3] {

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use bristle::model::settings::Settings;
+use bristle::model::settings::{Settings, WorkpieceKind};
 use bristle_input::document::Document;
 use bristle_input::input_error::InputError;
 use bristle_input::plausibility::{unusual, unusual_in_study};
@@ -103,6 +103,9 @@ pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Vec<[f64; 2]>>)> {
     let name = path.to_string_lossy();
     let document = read_document(&path, &text, &name, &[]).map_err(|error| of_document(&error))?;
     let (settings, _) = settings_of(&document)?;
-    let points = document.control_points_file().map(|_| settings.workpiece.control_points_m);
+    let points = match settings.workpiece.kind {
+        WorkpieceKind::Profile(profile) if document.control_points_file().is_some() => Some(profile.control_points_m),
+        _ => None,
+    };
     Ok((text, points))
 }

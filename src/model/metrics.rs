@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::model::passage::{ContactArc, Passage};
 use crate::model::record::{Combine, Curves, Display, Level, Needs, Prominence, Record, Scale, Scope};
-use crate::model::settings::{Settings, WorkpieceKind};
+use crate::model::settings::Settings;
 
 /// Drawn in figures whose file names start with `file_name`, in the unit `unit`.
 const fn figure(file_name: &'static str, unit: &'static str, factor: f64) -> Display {
@@ -311,7 +311,7 @@ impl RemovalLaw {
     #[must_use]
     pub fn of(settings: &Settings) -> Self {
         let Settings { removal, workpiece, tool, .. } = settings;
-        let is_fed = workpiece.kind == WorkpieceKind::Plane && workpiece.feed_velocity_m_s != 0.0;
+        let is_fed = workpiece.kind.is_plane() && workpiece.feed_velocity_m_s != 0.0;
         Self {
             preston: removal.as_ref().and_then(|removal| removal.preston_m2_n),
             wear: removal.as_ref().and_then(|removal| removal.filament_wear_m2_n),

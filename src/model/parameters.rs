@@ -9,7 +9,7 @@ use std::fmt::{self, Display};
 use std::ops::{Bound, RangeBounds};
 
 use crate::model::record::Scalar;
-use crate::model::settings::{MAX_TURNS, Settings, Turns};
+use crate::model::settings::{MAX_TURNS, Settings, Turns, WorkpieceKind};
 
 /// The largest number of segments of a filament.
 pub const MAX_SEGMENTS: usize = 400;
@@ -57,7 +57,7 @@ pub struct Parameter {
     pub decides_force: bool,
     /// What brushes usually have, if values outside are likely a slip.
     pub usual: Option<Usual>,
-    get: fn(&Settings) -> f64,
+    read: fn(&Settings) -> Option<f64>,
     set: fn(&mut Settings, f64),
 }
 
@@ -86,13 +86,19 @@ impl Parameter {
         self.path.split_once('.').map_or(self.path, |(_, key)| key)
     }
 
-    /// Reads the setting.
+    /// Reads the setting; `None` if a workpiece of the kind that the settings state has none.
     #[must_use]
-    pub fn get(&self, settings: &Settings) -> f64 {
-        (self.get)(settings)
+    pub fn read(&self, settings: &Settings) -> Option<f64> {
+        (self.read)(settings)
     }
 
-    /// Changes the setting without checks. A count takes the integer part of the value.
+    /// [`Parameter::read`], NaN instead of `None`.
+    #[must_use]
+    pub fn get(&self, settings: &Settings) -> f64 {
+        self.read(settings).unwrap_or(f64::NAN)
+    }
+
+    /// Changes the setting, if the settings have it, without checks. A count takes the integer part of the value.
     pub fn set(&self, settings: &mut Settings, value: f64) {
         (self.set)(settings, value);
     }
@@ -123,6 +129,18 @@ impl Parameter {
     /// The allowed numbers, in words and with their unit.
     fn numbers(&self) -> String {
         format!("{}{}", self.range, self.in_unit())
+    }
+
+    /// Checks that the settings have it.
+    ///
+    /// # Errors
+    /// If a workpiece of the kind that they state has none.
+    pub fn check_presence(&self, settings: &Settings, value: f64) -> Result<(), Violation> {
+        let absent = || {
+            let allowed = left_out(settings.workpiece.kind.name());
+            Violation { path: self.path, value: self.format(value), allowed }
+        };
+        self.read(settings).map(|_| ()).ok_or_else(absent)
     }
 
     /// Checks one value of the setting on its own.
@@ -178,6 +196,12 @@ impl Parameter {
         self.instead_of = path;
         self
     }
+}
+
+/// What a setting must be that workpieces of a kind do not have.
+#[must_use]
+pub fn left_out(kind: &str) -> String {
+    format!("left out: a workpiece of kind `{kind}` has none")
 }
 
 /// The values that a setting usually has.
@@ -321,7 +345,7 @@ macro_rules! entry {
             source: "",
             decides_force: false,
             usual: None,
-            get: $get,
+            read: $get,
             set: $set,
         }
     };
@@ -336,7 +360,7 @@ macro_rules! parameter {
             $range,
             $symbol,
             $name,
-            |settings| Scalar::into_f64(settings.$section.$key),
+            |settings| Some(Scalar::into_f64(settings.$section.$key)),
             |settings, value| settings.$section.$key = Scalar::from_f64(value)
         )
     };
@@ -348,13 +372,13 @@ macro_rules! parameter {
             $range,
             $symbol,
             $name,
-            |settings| Scalar::into_f64(settings.$section.$key()),
+            |settings| Some(Scalar::into_f64(settings.$section.$key())),
             |settings, value| settings.$section.$key = Some(Scalar::from_f64(value))
         )
     };
     // Another way to state a setting, by a method of the settings of the same name and one that changes that setting.
     ($section:ident . $key:ident => $change:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
-        entry!($section.$key, $unit, $range, $symbol, $name, Settings::$key, Settings::$change)
+        entry!($section.$key, $unit, $range, $symbol, $name, |settings| Some(settings.$key()), Settings::$change)
     };
 }
 
@@ -367,7 +391,7 @@ macro_rules! brush_parameter {
             $range,
             $symbol,
             $name,
-            |settings| Scalar::into_f64(settings.brush_or_default().$key.unwrap_or(1)),
+            |settings| Some(Scalar::into_f64(settings.brush_or_default().$key.unwrap_or(1))),
             |settings, value| settings.brush.get_or_insert_default().$key = Some(Scalar::from_f64(value))
         )
         .default_is("chosen by the program")
@@ -379,8 +403,29 @@ macro_rules! brush_parameter {
             $range,
             $symbol,
             $name,
-            |settings| Scalar::into_f64(settings.brush_or_default().$key),
+            |settings| Some(Scalar::into_f64(settings.brush_or_default().$key)),
             |settings, value| settings.brush.get_or_insert_default().$key = Scalar::from_f64(value)
+        )
+    };
+}
+
+/// An entry of `[workpiece]` that only some kinds of workpiece have.
+macro_rules! workpiece_parameter {
+    ($key:ident of $($kind:ident)|+, $unit:literal, $range:expr, $name:literal) => {
+        entry!(
+            workpiece.$key,
+            $unit,
+            $range,
+            "",
+            $name,
+            |settings| match &settings.workpiece.kind {
+                $(WorkpieceKind::$kind(own) => Some(Scalar::into_f64(own.$key)),)+
+                _ => None,
+            },
+            |settings, value| match &mut settings.workpiece.kind {
+                $(WorkpieceKind::$kind(own) => own.$key = Scalar::from_f64(value),)+
+                _ => {}
+            }
         )
     };
 }
@@ -394,7 +439,7 @@ macro_rules! removal_parameter {
             Range::POSITIVE,
             $symbol,
             $name,
-            |settings| settings.removal_or_default().$key.unwrap_or($typical),
+            |settings| Some(settings.removal_or_default().$key.unwrap_or($typical)),
             |settings, value| settings.removal.get_or_insert_default().$key = Some(value)
         )
     };
@@ -511,25 +556,26 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter!(workpiece.feed_velocity_m_s, "m/s", Range::between(-1e4, 1e4), "v_ft", "feed velocity")
         .also(&["feed", "feed_rate", "feed_speed", "table_feed"])
         .usually(-5.0, 5.0, "mm/s or m/min typed as m/s"),
-    parameter!(workpiece.offset_m, "m", Range::between(-1e3, 1e3), "", "offset of the workpiece along x"),
-    parameter!(workpiece.included_angle_rad, "rad", Range::between(0.1, 3.1), "", "angle between the faces of an edge"),
-    parameter!(workpiece.edge_radius_m, "m", Range::between(0.0, 1e3), "", "radius of the edges").usually(
-        0.0,
-        0.1,
-        "millimetres typed as metres",
+    workpiece_parameter!(
+        offset_m of Edge | Chamfer | Cylinder | Bore | Profile,
+        "m",
+        Range::between(-1e3, 1e3),
+        "offset of the workpiece along x"
     ),
-    parameter!(workpiece.chamfer_width_m, "m", Range::between(0.0, 1e3), "", "width of the chamfer").usually(
-        0.0,
-        0.1,
-        "millimetres typed as metres",
+    workpiece_parameter!(
+        included_angle_rad of Edge | Chamfer,
+        "rad",
+        Range::between(0.1, 3.1),
+        "angle between the faces of an edge"
     ),
-    parameter!(workpiece.chamfer_angle_rad, "rad", Range::between(0.05, 3.0), "", "angle of the chamfer"),
-    parameter!(workpiece.radius_m, "m", Range::between(0.0, 1e3), "", "radius of the cylinder or bore").usually(
-        0.0,
-        10.0,
-        "millimetres typed as metres",
-    ),
-    parameter!(workpiece.degree, "", Range::whole(1.0, 10.0), "", "degree of the profile"),
+    workpiece_parameter!(edge_radius_m of Edge | Chamfer, "m", Range::between(0.0, 1e3), "radius of the edges")
+        .usually(0.0, 0.1, "millimetres typed as metres"),
+    workpiece_parameter!(chamfer_width_m of Chamfer, "m", Range::between(0.0, 1e3), "width of the chamfer")
+        .usually(0.0, 0.1, "millimetres typed as metres"),
+    workpiece_parameter!(chamfer_angle_rad of Chamfer, "rad", Range::between(0.05, 3.0), "angle of the chamfer"),
+    workpiece_parameter!(radius_m of Cylinder | Bore, "m", Range::between(0.0, 1e3), "radius of the cylinder or bore")
+        .usually(0.0, 10.0, "millimetres typed as metres"),
+    workpiece_parameter!(degree of Profile, "", Range::whole(1.0, 10.0), "degree of the profile"),
     parameter!(process.brushing_velocity_m_s, "m/s", Range::between(1e-3, 1e4), "v_b", "brushing velocity")
         .required()
         .also(&["velocity", "tip_speed", "cutting_speed", "vb"])
@@ -642,7 +688,7 @@ pub static PARAMETERS: &[Parameter] = &[
         Range::real(Bound::Excluded(0.0), Bound::Excluded(1.0)),
         "",
         "part of the force that a worn brush may lose",
-        |settings| settings.removal_or_default().force_loss,
+        |settings| Some(settings.removal_or_default().force_loss),
         |settings, value| settings.removal.get_or_insert_default().force_loss = value
     ),
     removal_parameter!(edge_feed_velocity_m_s, "m/s", 1e-2, "", "velocity of the feed along the edge").default_is("not fed"),

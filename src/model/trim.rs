@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::equations::sin_cos;
 use crate::model::pose::Pose;
-use crate::model::settings::{Settings, WorkpieceKind, unit_normal};
+use crate::model::settings::{Settings, unit_normal};
 
 /// One revolution per minute in rad/s.
 const RPM_RAD_S: f64 = TAU / 60.0;
@@ -154,7 +154,7 @@ fn lifts_off(settings: &Settings, trim: &Trim) -> bool {
 /// Whether the filaments along the trim differ: because the tool is tilted or conical, or skewed over a workpiece that is no plane.
 pub(crate) fn differ(settings: &Settings) -> bool {
     let tool = &settings.tool;
-    let skewed = tool.skew_rad != 0.0 && settings.workpiece.kind != WorkpieceKind::Plane;
+    let skewed = tool.skew_rad != 0.0 && !settings.workpiece.kind.is_plane();
     tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial() || skewed
 }
 

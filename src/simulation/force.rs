@@ -297,7 +297,7 @@ fn rigid_depth(settings: &Settings, force: f64) -> f64 {
     const LESS: f64 = 0.98;
     const POINTS: usize = 64;
     let normal @ [x, y, _] = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
-    let hollow = matches!(settings.workpiece.kind, WorkpieceKind::Bore | WorkpieceKind::Profile);
+    let hollow = matches!(settings.workpiece.kind, WorkpieceKind::Bore(_) | WorkpieceKind::Profile(_));
     let (trim, [reach, _]) = (Trim::of(settings), reaches(settings));
     // Along the trim: the weight of a filament, the radius on which its tip turns, and how far it is above the deepest one.
     let filament = |Place { s, weight }: Place| {

@@ -8,8 +8,10 @@ use super::{
     ContactArc, Edge, Outline, Passage, Plane, Posed, Profile, ProfileCells, Ramp, Spline, Surface, Workpiece,
     unit_normal,
 };
-use crate::model::parameters::Violation;
-use crate::model::settings::{Settings, Side, WorkpieceKind, WorkpieceSettings};
+use crate::model::parameters::{Parameter, Violation};
+use crate::model::settings::{
+    ChamferSettings, EdgeSettings, ProfileSettings, RoundSettings, Settings, Side, WorkpieceKind,
+};
 use crate::model::trim::{self, reach_of};
 use crate::tool::{Pose, RotaryTool, Trim};
 
@@ -45,8 +47,7 @@ impl Part {
     /// As for [`Part::of`].
     pub fn at(settings: &Settings, s: f64) -> Result<(Self, Passage), Violation> {
         let Settings { tool, workpiece, .. } = settings;
-        check_keys(workpiece)?;
-        check_unused_keys(workpiece)?;
+        check_stated(&workpiece.kind)?;
         let (pose, trim, [reach, _]) = (Pose::of(tool), Trim::of(settings), trim::reaches(settings));
         let ground = settings.process.penetration_depth_m - reach;
         let part = Self::upright(settings, ground)?;
@@ -63,9 +64,14 @@ impl Part {
                 Self::Posed(Box::new(Posed::new(part, pose, axial_reach)))
             }
         };
+        let touches = || {
+            let path = "workpiece.offset_m";
+            let offset = Parameter::find(path).map_or(0.0, |offset| offset.get(settings));
+            Violation::of(path, offset, "such that the filaments leave the workpiece at some angle of the tool")
+        };
         let passage = match (&part, plane) {
-            (_, None) if workpiece.kind == WorkpieceKind::Plane => Passage::all_round(PI),
-            (_, Some(arc)) if workpiece.kind == WorkpieceKind::Plane => match depth > 0.0 {
+            (_, None) if workpiece.kind.is_plane() => Passage::all_round(PI),
+            (_, Some(arc)) if workpiece.kind.is_plane() => match depth > 0.0 {
                 true => arc.into(),
                 false => Passage { touches: Vec::new(), ..arc.into() },
             },
@@ -73,13 +79,9 @@ impl Part {
                 let tool = RotaryTool { lateral_tilt: 0.0, ..RotaryTool::at(settings, s) };
                 posed.passage(&tool, trim.length, plane)
             }
-            (Self::Outline(outline), Some(plane)) => {
-                outline.passage(tip[0], plane).ok_or_else(|| touches(workpiece))?
-            }
-            (Self::Profile(profile), Some(plane)) => {
-                profile.passage(tip[0], plane).ok_or_else(|| touches(workpiece))?
-            }
-            _ => return Err(touches(workpiece)),
+            (Self::Outline(outline), Some(plane)) => outline.passage(tip[0], plane).ok_or_else(touches)?,
+            (Self::Profile(profile), Some(plane)) => profile.passage(tip[0], plane).ok_or_else(touches)?,
+            _ => return Err(touches()),
         };
         Ok((part, passage))
     }
@@ -89,29 +91,35 @@ impl Part {
         let Settings { tool, filament, workpiece, .. } = settings;
         let face_radius = SEGMENTS_OF_FACE * filament.length_m / filament.segments as f64;
         let velocity = [workpiece.feed_velocity_m_s, 0.0, 0.0];
-        let WorkpieceSettings { offset_m, radius_m, .. } = *workpiece;
-        let outline = match workpiece.kind {
-            WorkpieceKind::Edge | WorkpieceKind::Chamfer => {
-                let (corners, direction) = corners(workpiece, ground)?;
-                Outline::of_corners(&corners, direction, workpiece.edge_radius_m, face_radius, velocity)
+        let outline = match &workpiece.kind {
+            &WorkpieceKind::Edge(EdgeSettings { offset_m, included_angle_rad, edge_radius_m, side }) => {
+                let turn = PI - included_angle_rad;
+                let edge = [Corner { point: [0.0, 0.0], turn }];
+                let (corners, direction) = placed(&edge, turn, [offset_m, ground], side);
+                Outline::of_corners(&corners, direction, edge_radius_m, face_radius, velocity)
             }
-            WorkpieceKind::Cylinder => {
+            WorkpieceKind::Chamfer(chamfer) => {
+                let turn = PI - chamfer.included_angle_rad;
+                let corners = corners(chamfer, turn)?;
+                let (corners, direction) = placed(&corners, turn, [chamfer.offset_m, ground], chamfer.side);
+                Outline::of_corners(&corners, direction, chamfer.edge_radius_m, face_radius, velocity)
+            }
+            &WorkpieceKind::Cylinder(RoundSettings { offset_m, radius_m }) => {
                 Outline::circle([offset_m, ground - radius_m], radius_m, true, face_radius, velocity)
             }
-            WorkpieceKind::Bore => {
+            &WorkpieceKind::Bore(RoundSettings { offset_m, radius_m }) => {
                 let centre = [offset_m, ground + radius_m];
-                check_bore(settings, centre)?;
+                check_bore(settings, radius_m, centre)?;
                 Outline::circle(centre, radius_m, false, face_radius, velocity)
             }
-            WorkpieceKind::Profile => {
-                let spline = spline(workpiece)?;
-                let profile = Profile::new(spline, [offset_m, ground], face_radius, velocity);
+            WorkpieceKind::Profile(stated) => {
+                let profile = Profile::new(spline(stated)?, [stated.offset_m, ground], face_radius, velocity);
                 if Pose::of(tool) == Pose::UPRIGHT {
                     check_body(&profile, tool.body_radius_m)?;
                 }
                 return Ok(Self::Profile(Arc::new(profile)));
             }
-            WorkpieceKind::Plane => return Ok(Self::Plane(Plane::of(workpiece, -ground))),
+            WorkpieceKind::Plane(_) => return Ok(Self::Plane(Plane::of(workpiece, -ground))),
         };
         Ok(Self::Outline(Arc::new(outline)))
     }
@@ -125,63 +133,54 @@ impl Part {
     }
 }
 
-/// The workpiece never lets the filaments go.
-fn touches(workpiece: &WorkpieceSettings) -> Violation {
-    Violation {
-        path: "workpiece.offset_m",
-        value: format!("{:?}", workpiece.offset_m),
-        allowed: "such that the filaments leave the workpiece at some angle of the tool".to_owned(),
+/// The corners of a chamfer between faces that turn by `turn` (rad), with the top face along `y = 0` and the material at `x ≤ 0`, from the top
+/// face downwards.
+fn corners(chamfer: &ChamferSettings, turn: f64) -> Result<[Corner; 2], Violation> {
+    let &ChamferSettings { edge_radius_m, chamfer_width_m, chamfer_angle_rad, .. } = chamfer;
+    if chamfer_angle_rad >= turn {
+        return Err(Violation::of(
+            "workpiece.chamfer_angle_rad",
+            chamfer_angle_rad,
+            format!("less than {turn:.4}, by which the faces turn at the edge, in rad"),
+        ));
     }
+    let (sin, cos) = chamfer_angle_rad.sin_cos();
+    let start = -chamfer_width_m * (turn - chamfer_angle_rad).sin() / turn.sin();
+    let corners = [
+        Corner { point: [start, 0.0], turn: chamfer_angle_rad },
+        Corner { point: [start + chamfer_width_m * cos, -chamfer_width_m * sin], turn: turn - chamfer_angle_rad },
+    ];
+    let largest = chamfer_width_m / corners.iter().map(|corner| corner.rounding(1.0)).sum::<f64>();
+    if edge_radius_m >= largest {
+        return Err(Violation::of(
+            "workpiece.edge_radius_m",
+            edge_radius_m,
+            format!("less than {largest:.4e}, at which the rounded edges use up the chamfer, in m"),
+        ));
+    }
+    Ok(corners)
 }
 
-/// The corners of an edge or a chamfer whose top face is at `ground` (m), in their order along the outline, and the direction of
-/// its first face.
-fn corners(workpiece: &WorkpieceSettings, ground: f64) -> Result<(Vec<Corner>, [f64; 2]), Violation> {
-    let WorkpieceSettings { offset_m, included_angle_rad, edge_radius_m, chamfer_width_m, chamfer_angle_rad, .. } =
-        *workpiece;
-    let turn = PI - included_angle_rad;
-    // From the top face downwards, with the material at x ≤ 0.
-    let mut corners = vec![Corner { point: [0.0, 0.0], turn }];
-    if workpiece.kind == WorkpieceKind::Chamfer {
-        if chamfer_angle_rad >= turn {
-            return Err(Violation::of(
-                "workpiece.chamfer_angle_rad",
-                chamfer_angle_rad,
-                format!("less than {turn:.4}, by which the faces turn at the edge, in rad"),
-            ));
+/// [`corners`] at their place, in their order along the outline, and the direction of its first face.
+fn placed(corners: &[Corner], turn: f64, [x, y]: [f64; 2], side: Side) -> (Vec<Corner>, [f64; 2]) {
+    match side {
+        Side::Leaving => {
+            let along = |&Corner { point, turn }: &Corner| Corner { point: [x + point[0], y + point[1]], turn };
+            (corners.iter().map(along).collect(), [1.0, 0.0])
         }
-        let (sin, cos) = chamfer_angle_rad.sin_cos();
-        let start = -chamfer_width_m * (turn - chamfer_angle_rad).sin() / turn.sin();
-        corners = vec![
-            Corner { point: [start, 0.0], turn: chamfer_angle_rad },
-            Corner { point: [start + chamfer_width_m * cos, -chamfer_width_m * sin], turn: turn - chamfer_angle_rad },
-        ];
-        let largest = chamfer_width_m / corners.iter().map(|corner| corner.rounding(1.0)).sum::<f64>();
-        if edge_radius_m >= largest {
-            return Err(Violation::of(
-                "workpiece.edge_radius_m",
-                edge_radius_m,
-                format!("less than {largest:.4e}, at which the rounded edges use up the chamfer, in m"),
-            ));
+        // Mirrored, and gone along the other way: up the side face and onto the top.
+        Side::Entering => {
+            let mirrored = |&Corner { point, turn }: &Corner| Corner { point: [x - point[0], y + point[1]], turn };
+            (corners.iter().rev().map(mirrored).collect(), [turn.cos(), turn.sin()])
         }
     }
-    if workpiece.side == Side::Leaving {
-        let placed =
-            corners.iter().map(|&Corner { point: [x, y], turn }| Corner { point: [offset_m + x, ground + y], turn });
-        return Ok((placed.collect(), [1.0, 0.0]));
-    }
-    // Mirrored, and gone along the other way: up the side face and onto the top.
-    let placed =
-        corners.iter().rev().map(|&Corner { point: [x, y], turn }| Corner { point: [offset_m - x, ground + y], turn });
-    Ok((placed.collect(), [turn.cos(), turn.sin()]))
 }
 
 /// The body must fit into a bore, and the filaments must come free in it.
-fn check_bore(settings: &Settings, [x, y]: [f64; 2]) -> Result<(), Violation> {
+fn check_bore(settings: &Settings, radius_m: f64, [x, y]: [f64; 2]) -> Result<(), Violation> {
     let (body, length) = (settings.tool.body_radius_m, settings.filament.length_m);
-    let radius_m = settings.workpiece.radius_m;
     let distance = x.hypot(y);
-    let violation = |allowed: String| Violation { path: "workpiece.radius_m", value: format!("{radius_m:?}"), allowed };
+    let violation = |allowed: String| Violation::of("workpiece.radius_m", radius_m, allowed);
     let least = body + length - settings.process.penetration_depth_m;
     if radius_m <= least {
         return Err(violation(format!("greater than {least:.4e}, the distance of the bore from the tool axis, in m")));
@@ -197,10 +196,10 @@ fn check_bore(settings: &Settings, [x, y]: [f64; 2]) -> Result<(), Violation> {
 }
 
 /// The spline of a profile. The last one is kept, because all cases of a study mostly have the same.
-fn spline(workpiece: &WorkpieceSettings) -> Result<Arc<Spline>, Violation> {
+fn spline(profile: &ProfileSettings) -> Result<Arc<Spline>, Violation> {
     type Curve = (Vec<[f64; 2]>, usize, bool);
     static LAST: Mutex<Option<(Curve, Arc<Spline>)>> = Mutex::new(None);
-    let WorkpieceSettings { control_points_m, degree, closed, .. } = workpiece;
+    let ProfileSettings { control_points_m, degree, closed, .. } = profile;
     let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(((points, last_degree, last_closed), spline)) = &*last
         && points == control_points_m
@@ -243,73 +242,28 @@ fn check_body(profile: &Profile, body_radius_m: f64) -> Result<(), Violation> {
     })
 }
 
-/// Checks that the keys which a kind needs are given, and no others.
-fn check_keys(workpiece: &WorkpieceSettings) -> Result<(), Violation> {
-    use WorkpieceKind::{Bore, Chamfer, Cylinder, Edge, Plane};
-    let kind = workpiece.kind;
-    let needed = [
-        ("workpiece.edge_radius_m", workpiece.edge_radius_m, matches!(kind, Edge | Chamfer)),
-        ("workpiece.chamfer_width_m", workpiece.chamfer_width_m, kind == Chamfer),
-        ("workpiece.radius_m", workpiece.radius_m, matches!(kind, Cylinder | Bore)),
-    ];
-    for (path, value, is_needed) in needed {
-        if is_needed && value <= 0.0 {
-            let allowed = format!("greater than 0 for a workpiece of kind `{}`, in m", name(kind));
-            return Err(Violation { path, value: "left out or zero".to_owned(), allowed });
-        }
-        if !is_needed && value != 0.0 {
-            let allowed = format!("left out: a workpiece of kind `{}` has none", name(kind));
-            return Err(Violation { path, value: format!("{value:?}"), allowed });
-        }
-    }
-    let points = workpiece.control_points_m.len();
-    if (kind == WorkpieceKind::Profile) != (points > 0) {
-        let allowed =
-            if points > 0 { "left out: a workpiece of kind" } else { "a list of points for a workpiece of kind" };
-        return Err(Violation {
-            path: "workpiece.control_points_m",
-            value: format!("{points} points"),
-            allowed: format!("{allowed} `{}`{}", name(kind), if points > 0 { " has none" } else { "" }),
-        });
-    }
-    if kind != Plane && workpiece.normal != [0.0, 1.0, 0.0] {
-        return Err(Violation::of(
-            "workpiece.normal",
-            workpiece.normal,
-            format!("left out: a workpiece of kind `{}` faces along y", name(kind)),
-        ));
-    }
-    Ok(())
-}
-
-/// Checks that keys which have a default for another kind are left out.
-fn check_unused_keys(workpiece: &WorkpieceSettings) -> Result<(), Violation> {
-    use WorkpieceKind::{Chamfer, Edge, Plane};
-    let (kind, default) = (workpiece.kind, WorkpieceSettings::default());
-    let WorkpieceSettings { offset_m, included_angle_rad, chamfer_angle_rad, side, .. } = *workpiece;
-    let has_faces = matches!(kind, Edge | Chamfer);
-    let number = |path, value: f64, default, is_used| (path, format!("{value:?}"), is_used || value == default);
-    let keys = [
-        number("workpiece.offset_m", offset_m, default.offset_m, kind != Plane),
-        number("workpiece.included_angle_rad", included_angle_rad, default.included_angle_rad, has_faces),
-        number("workpiece.chamfer_angle_rad", chamfer_angle_rad, default.chamfer_angle_rad, kind == Chamfer),
-        ("workpiece.side", format!("{side:?}").to_lowercase(), has_faces || side == default.side),
-    ];
-    keys.into_iter().find(|(.., is_right)| !is_right).map_or(Ok(()), |(path, value, _)| {
-        let allowed = format!("left out: a workpiece of kind `{}` has none", name(kind));
-        Err(Violation { path, value, allowed })
-    })
-}
-
-/// The name of a kind in an input file.
-fn name(kind: WorkpieceKind) -> &'static str {
+/// Checks that what a workpiece of this kind must state is stated.
+fn check_stated(kind: &WorkpieceKind) -> Result<(), Violation> {
+    let missing = |path, value: &str, allowed: &str, unit: &str| {
+        let allowed = format!("{allowed} for a workpiece of kind `{}`{unit}", kind.name());
+        Err(Violation { path, value: value.to_owned(), allowed })
+    };
+    let length = |path| missing(path, "left out or zero", "greater than 0", ", in m");
     match kind {
-        WorkpieceKind::Plane => "plane",
-        WorkpieceKind::Edge => "edge",
-        WorkpieceKind::Chamfer => "chamfer",
-        WorkpieceKind::Cylinder => "cylinder",
-        WorkpieceKind::Bore => "bore",
-        WorkpieceKind::Profile => "profile",
+        WorkpieceKind::Edge(EdgeSettings { edge_radius_m, .. })
+        | WorkpieceKind::Chamfer(ChamferSettings { edge_radius_m, .. })
+            if *edge_radius_m <= 0.0 =>
+        {
+            length("workpiece.edge_radius_m")
+        }
+        WorkpieceKind::Chamfer(chamfer) if chamfer.chamfer_width_m <= 0.0 => length("workpiece.chamfer_width_m"),
+        WorkpieceKind::Cylinder(round) | WorkpieceKind::Bore(round) if round.radius_m <= 0.0 => {
+            length("workpiece.radius_m")
+        }
+        WorkpieceKind::Profile(profile) if profile.control_points_m.is_empty() => {
+            missing("workpiece.control_points_m", "0 points", "a list of points", "")
+        }
+        _ => Ok(()),
     }
 }
 

@@ -84,6 +84,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_3;
 
     use super::*;
+    use crate::model::settings::WorkpieceKind;
     use crate::workpiece::ContactArc;
 
     #[test]
@@ -97,7 +98,8 @@ mod tests {
 
     #[test]
     fn tips_reach_the_depth_below_a_tilted_plane() {
-        let settings = WorkpieceSettings { normal: [3.0, 4.0, 2.0], ..Default::default() };
+        let kind = WorkpieceKind::plane([3.0, 4.0, 2.0]);
+        let settings = WorkpieceSettings { kind, ..Default::default() };
         let plane = Plane::of(&settings, 0.18 * (25.0_f64 / 29.0).sqrt() - 0.002);
         let deepest = (0..100_000)
             .map(|i| f64::from(i) * 1e-4)
@@ -108,7 +110,7 @@ mod tests {
     #[test]
     fn arcs_are_found_as_they_are_stated() {
         for (normal, depth) in [([0.0, 1.0, 0.0], 0.001), ([1.0, 2.0, 0.0], 0.005), ([-3.0, -0.1, 1.0], 1e-4)] {
-            let settings = WorkpieceSettings { normal, ..Default::default() };
+            let settings = WorkpieceSettings { kind: WorkpieceKind::plane(normal), ..Default::default() };
             let [x, y, _] = unit_normal(&settings);
             let reach = 0.18 * x.hypot(y);
             let plane = Plane::of(&settings, reach - depth);

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use bristle::model::settings::{
-    FilamentSettings, ProcessSettings, Settings, Side, ToolSettings, Turns, WorkpieceKind, WorkpieceSettings,
+    ChamferSettings, EdgeSettings, FilamentSettings, ProcessSettings, ProfileSettings, RoundSettings, Settings, Side,
+    ToolSettings, Turns, WorkpieceKind, WorkpieceSettings,
 };
 use fastrand::Rng;
 
@@ -63,7 +64,7 @@ fn proposal(random: &mut Rng) -> Settings {
     let tool = ToolSettings::new(between(random, 0.02, 0.2), 0.02, 10_000.0);
     let mut settings = Settings::new(tool, filament, process);
     contact(&mut settings, random);
-    settings.workpiece = workpiece(&settings, random);
+    settings.workpiece.kind = workpiece(&settings, random);
     if once_in(random, 5) {
         settings.workpiece.feed_velocity_m_s = about_zero(random, 0.5);
     }
@@ -90,43 +91,52 @@ fn contact(settings: &mut Settings, random: &mut Rng) {
 }
 
 /// A workpiece of any kind, within the reach of the tool.
-fn workpiece(settings: &Settings, random: &mut Rng) -> WorkpieceSettings {
-    use WorkpieceKind::{Bore, Chamfer, Cylinder, Edge, Plane, Profile};
+fn workpiece(settings: &Settings, random: &mut Rng) -> WorkpieceKind {
     let (radius, depth) = (settings.tool_radius_m(), settings.process.penetration_depth_m);
     let half_length = (2.0 * radius * depth).sqrt();
-    let kind = *random.choice(&[Plane, Edge, Edge, Chamfer, Cylinder, Bore, Profile]).expect("kinds of workpiece");
-    let mut workpiece = WorkpieceSettings { kind, ..WorkpieceSettings::default() };
-    if kind != Plane {
-        workpiece.offset_m = about_zero(random, 0.8 * half_length);
+    let kinds = ["plane", "edge", "edge", "chamfer", "cylinder", "bore", "profile"];
+    let kind = random.choice(kinds).expect("kinds of workpiece");
+    if kind == "plane" {
+        return WorkpieceKind::default();
     }
-    if matches!(kind, Edge | Chamfer) {
-        workpiece.edge_radius_m = between(random, 1e-4, 4e-3);
-        workpiece.included_angle_rad = 1.0 + 1.2 * random.f64();
-        workpiece.side = if random.bool() { Side::Leaving } else { Side::Entering };
-    }
+    let offset_m = about_zero(random, 0.8 * half_length);
     match kind {
-        Chamfer => {
-            workpiece.chamfer_width_m = between(random, 1e-3, 1.5e-2);
-            workpiece.chamfer_angle_rad = 0.1 + 1.2 * random.f64();
+        "cylinder" => WorkpieceKind::Cylinder(RoundSettings { offset_m, radius_m: between(random, 5e-3, 0.5) }),
+        "bore" => {
+            let radius_m = radius * (1.0 + between(random, 0.05, 3.0));
+            WorkpieceKind::Bore(RoundSettings { offset_m, radius_m })
         }
-        Cylinder => workpiece.radius_m = between(random, 5e-3, 0.5),
-        Bore => workpiece.radius_m = radius * (1.0 + between(random, 0.05, 3.0)),
-        Profile => {
-            workpiece.degree = random.usize(2..=4);
+        "profile" => {
+            let degree = random.usize(2..=4);
             let pitch = between(random, 0.1, 0.6) * half_length;
             let count = ((1.3 * radius / pitch) as isize).min(60);
             let bump = 0.15 * pitch.min(depth);
             // The outermost ones are beyond the reach of the tool.
-            workpiece.control_points_m = (-count..=count)
+            let control_points_m = (-count..=count)
                 .map(|k| {
                     let beyond = if k.abs() == count { 2.0 * radius / (count as f64 * pitch) } else { 1.0 };
                     [beyond * k as f64 * pitch, about_zero(random, bump)]
                 })
                 .collect();
+            WorkpieceKind::Profile(ProfileSettings { offset_m, degree, control_points_m, closed: false })
         }
-        Plane | Edge => {}
+        _ => {
+            let edge_radius_m = between(random, 1e-4, 4e-3);
+            let included_angle_rad = 1.0 + 1.2 * random.f64();
+            let side = if random.bool() { Side::Leaving } else { Side::Entering };
+            if kind == "edge" {
+                return WorkpieceKind::Edge(EdgeSettings { offset_m, included_angle_rad, edge_radius_m, side });
+            }
+            WorkpieceKind::Chamfer(ChamferSettings {
+                offset_m,
+                included_angle_rad,
+                edge_radius_m,
+                side,
+                chamfer_width_m: between(random, 1e-3, 1.5e-2),
+                chamfer_angle_rad: 0.1 + 1.2 * random.f64(),
+            })
+        }
     }
-    workpiece
 }
 
 /// A change that leaves something out, with its name.

@@ -5,8 +5,8 @@ use std::fmt::{self, Display, Formatter};
 
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::settings::{
-    BrushSettings, ContactSettings, FilamentSettings, ProcessSettings, Settings, Side, SolverSettings, ToolKind,
-    ToolSettings, Turns, WorkpieceKind, WorkpieceSettings,
+    BrushSettings, ChamferSettings, ContactSettings, EdgeSettings, FilamentSettings, ProcessSettings, ProfileSettings,
+    Settings, Side, SolverSettings, ToolKind, ToolSettings, Turns, WorkpieceKind,
 };
 use fastrand::Rng;
 
@@ -67,34 +67,36 @@ impl Run {
 impl Display for Run {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         let Some(settings) = self.settings() else { return Ok(()) };
+        let kind = &settings.workpiece.kind;
         let mut defaults = settings.clone();
         let ToolSettings { body_radius_m, width_m, filament_count, .. } = settings.tool;
         defaults.tool = ToolSettings::new(body_radius_m, width_m, filament_count);
         defaults.brush = settings.brush.as_ref().map(|_| BrushSettings::default());
         (defaults.contact, defaults.solver) = (ContactSettings::default(), SolverSettings::default());
-        defaults.workpiece = WorkpieceSettings::default();
+        defaults.workpiece = serde_json::from_value(serde_json::json!({ "kind": kind.name() })).expect("a kind");
         defaults.filament = FilamentSettings::new(settings.filament.length_m, settings.filament.diameter_m);
         defaults.process = ProcessSettings::new(0.0, 0.0);
         if let Self::InSpace(_) = self {
             writeln!(formatter, "# integrated in space")?;
         }
         for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()) {
-            let value = parameter.get(settings);
+            let Some(value) = parameter.read(settings) else { continue };
             if parameter.required || value != parameter.get(&defaults) {
                 writeln!(formatter, "{} = {}", parameter.path, parameter.format(value))?;
             }
         }
         writeln!(formatter, "tool.kind = {:?}", format!("{:?}", settings.tool.kind).to_lowercase())?;
-        let WorkpieceSettings { kind, normal, side, control_points_m, .. } = &settings.workpiece;
         writeln!(formatter, "process.gravity_m_s2 = {:?}", settings.process.gravity_m_s2)?;
-        writeln!(formatter, "workpiece.kind = {:?}", format!("{kind:?}").to_lowercase())?;
+        writeln!(formatter, "workpiece.kind = {:?}", kind.name())?;
         match kind {
-            WorkpieceKind::Plane => writeln!(formatter, "workpiece.normal = {normal:?}")?,
-            WorkpieceKind::Edge | WorkpieceKind::Chamfer => {
+            WorkpieceKind::Plane(plane) => writeln!(formatter, "workpiece.normal = {:?}", plane.normal)?,
+            WorkpieceKind::Edge(EdgeSettings { side, .. }) | WorkpieceKind::Chamfer(ChamferSettings { side, .. }) => {
                 writeln!(formatter, "workpiece.side = {:?}", format!("{side:?}").to_lowercase())?;
             }
-            WorkpieceKind::Profile => writeln!(formatter, "workpiece.control_points_m = {control_points_m:?}")?,
-            WorkpieceKind::Cylinder | WorkpieceKind::Bore => {}
+            WorkpieceKind::Profile(profile) => {
+                writeln!(formatter, "workpiece.control_points_m = {:?}", profile.control_points_m)?;
+            }
+            WorkpieceKind::Cylinder(_) | WorkpieceKind::Bore(_) => {}
         }
         if settings.process.turns() == Turns::Steady {
             writeln!(formatter, "# and process.turns = {:?} instead", Turns::STEADY)?;
@@ -186,14 +188,13 @@ fn rests(settings: &mut Settings, _: &mut Rng) {
     let filament = &mut settings.filament;
     (filament.waviness_amplitude_m, filament.waviness_phase_rad, filament.waviness_length_m) = (0.0, 0.0, None);
     filament.lateral_tilt_rad = 0.0;
-    if settings.workpiece.kind != WorkpieceKind::Plane {
+    if !settings.workpiece.kind.is_plane() {
         settings.workpiece.feed_velocity_m_s = 0.0;
     }
 }
 
 fn on_a_plane(settings: &mut Settings, _: &mut Rng) {
-    let feed_velocity_m_s = settings.workpiece.feed_velocity_m_s;
-    settings.workpiece = WorkpieceSettings { feed_velocity_m_s, ..WorkpieceSettings::default() };
+    settings.workpiece.kind = WorkpieceKind::default();
 }
 
 /// Fast, so that a turn is not much longer than a contact.
@@ -254,18 +255,21 @@ fn planar_and_fast(settings: &mut Settings, random: &mut Rng) {
 
 /// Long filaments that enter over round edges, whose contacts begin on a face and go on around the edge.
 fn over_an_edge(settings: &mut Settings, random: &mut Rng) {
-    while !matches!(settings.workpiece.kind, WorkpieceKind::Edge | WorkpieceKind::Chamfer) {
-        *settings = crate::draw::settings(random);
-    }
-    settings.workpiece.side = Side::Entering;
-    settings.workpiece.edge_radius_m = between(random, 1e-3, 6e-3);
+    let (side, edge_radius_m) = loop {
+        match &mut settings.workpiece.kind {
+            WorkpieceKind::Edge(edge) => break (&mut edge.side, &mut edge.edge_radius_m),
+            WorkpieceKind::Chamfer(chamfer) => break (&mut chamfer.side, &mut chamfer.edge_radius_m),
+            _ => *settings = crate::draw::settings(random),
+        }
+    };
+    (*side, *edge_radius_m) = (Side::Entering, between(random, 1e-3, 6e-3));
     settings.filament.damping_ratio = between(random, 0.005, 0.05);
     let velocity = &mut settings.process.brushing_velocity_m_s;
     *velocity = velocity.max(between(random, 5.0, 40.0));
 }
 
 fn with_profile(settings: &mut Settings, random: &mut Rng) {
-    while settings.workpiece.kind != WorkpieceKind::Profile {
+    while !matches!(settings.workpiece.kind, WorkpieceKind::Profile(_)) {
         *settings = crate::draw::settings(random);
     }
 }
@@ -325,10 +329,12 @@ fn starts(settings: &Settings, random: &mut Rng) -> Pair {
 fn turned(settings: &Settings, random: &mut Rng) -> Pair {
     let turned_by = TAU * random.f64();
     let mut turned = settings.clone();
-    for vector in [&mut turned.workpiece.normal, &mut turned.process.gravity_m_s2] {
-        let ([x, y, z], (sin, cos)) = (*vector, turned_by.sin_cos());
-        *vector = [cos * x - sin * y, sin * x + cos * y, z];
-    }
+    let turn = |[x, y, z]: [f64; 3]| {
+        let (sin, cos) = turned_by.sin_cos();
+        [cos * x - sin * y, sin * x + cos * y, z]
+    };
+    turned.workpiece.kind = WorkpieceKind::plane(turn(settings.workpiece.kind.normal()));
+    turned.process.gravity_m_s2 = turn(settings.process.gravity_m_s2);
     Pair { turned_by, ..Pair::alone(settings, &turned, 1e-6) }
 }
 
@@ -348,34 +354,31 @@ fn planar_and_in_space(settings: &Settings, _: &mut Rng) -> Pair {
 fn same_shapes(settings: &Settings, random: &mut Rng) -> Pair {
     let far = 3.0 * settings.tool_radius_m();
     let [mut one, mut other] = [settings.clone(), settings.clone()];
-    let feed_velocity_m_s = settings.workpiece.feed_velocity_m_s;
-    let of_kind = |kind| WorkpieceSettings { kind, feed_velocity_m_s, ..WorkpieceSettings::default() };
     let (side, sense) = if random.bool() { (Side::Leaving, 1.0) } else { (Side::Entering, -1.0) };
-    let edge_radius_m = between(random, 1e-4, 4e-3);
-    other.workpiece = match random.usize(..3) {
-        0 => WorkpieceSettings { side, edge_radius_m, offset_m: sense * far, ..of_kind(WorkpieceKind::Edge) },
-        1 => WorkpieceSettings {
+    let edge = EdgeSettings { side, edge_radius_m: between(random, 1e-4, 4e-3), ..EdgeSettings::default() };
+    other.workpiece.kind = match random.usize(..3) {
+        0 => WorkpieceKind::Edge(EdgeSettings { offset_m: sense * far, ..edge }),
+        1 => WorkpieceKind::Profile(ProfileSettings {
             control_points_m: (-3..=3).map(|k| [f64::from(k) * far, 0.0]).collect(),
             degree: random.usize(1..=4),
-            ..of_kind(WorkpieceKind::Profile)
-        },
+            ..ProfileSettings::default()
+        }),
         _ => {
             let bend = 0.3 + 0.9 * random.f64();
             let half_length = (2.0 * settings.tool_radius_m() * settings.process.penetration_depth_m).sqrt();
             let offset_m = about_zero(random, 0.8 * half_length);
             let included_angle_rad = std::f64::consts::PI - bend;
-            let edge = WorkpieceSettings { side, edge_radius_m, offset_m, ..of_kind(WorkpieceKind::Edge) };
-            one.workpiece = WorkpieceSettings { included_angle_rad, ..edge.clone() };
+            one.workpiece.kind = WorkpieceKind::Edge(EdgeSettings { offset_m, included_angle_rad, ..edge });
             // The first corner of the chamfer is before the one where its unchamfered faces would meet.
             let turn = bend + 0.2;
-            WorkpieceSettings {
-                kind: WorkpieceKind::Chamfer,
-                included_angle_rad: std::f64::consts::PI - turn,
-                chamfer_angle_rad: bend,
-                chamfer_width_m: far,
+            WorkpieceKind::Chamfer(ChamferSettings {
                 offset_m: offset_m + sense * far * (turn - bend).sin() / turn.sin(),
-                ..edge
-            }
+                included_angle_rad: std::f64::consts::PI - turn,
+                edge_radius_m: edge.edge_radius_m,
+                side,
+                chamfer_width_m: far,
+                chamfer_angle_rad: bend,
+            })
         }
     };
     Pair::alone(&one, &other, 1e-6)
@@ -384,8 +387,10 @@ fn same_shapes(settings: &Settings, random: &mut Rng) -> Pair {
 fn shifted(settings: &Settings, random: &mut Rng) -> Pair {
     let mut shifted = settings.clone();
     let shift = about_zero(random, 0.05);
-    shifted.workpiece.offset_m += shift;
-    shifted.workpiece.control_points_m.iter_mut().for_each(|[x, _]| *x -= shift);
+    if let WorkpieceKind::Profile(profile) = &mut shifted.workpiece.kind {
+        profile.offset_m += shift;
+        profile.control_points_m.iter_mut().for_each(|[x, _]| *x -= shift);
+    }
     Pair::alone(settings, &shifted, 1e-6)
 }
 

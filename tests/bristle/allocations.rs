@@ -7,7 +7,7 @@ use bristle::brush::{Assembly, PressLaw};
 use bristle::contact::ContactLaw;
 use bristle::equations::Clamp;
 use bristle::model::filament::chain;
-use bristle::model::settings::{Settings, Side, WorkpieceKind};
+use bristle::model::settings::{EdgeSettings, Settings, Side, WorkpieceKind};
 use bristle::simulation::{Filament, Job, simulate, simulate_side_by_side};
 use bristle::tool::ClampMotion;
 use bristle::workpiece::{Part, Plane};
@@ -25,10 +25,12 @@ fn at(relative_tolerance: f64) -> Settings {
 /// The same on an edge, which the filament meets inside segments, with friction.
 fn on_edge(relative_tolerance: f64) -> Settings {
     let mut settings = at(relative_tolerance);
-    settings.workpiece.kind = WorkpieceKind::Edge;
-    settings.workpiece.side = Side::Entering;
-    settings.workpiece.edge_radius_m = 0.2e-3;
-    settings.workpiece.offset_m = -3e-3;
+    settings.workpiece.kind = WorkpieceKind::Edge(EdgeSettings {
+        offset_m: -3e-3,
+        edge_radius_m: 0.2e-3,
+        side: Side::Entering,
+        ..EdgeSettings::default()
+    });
     settings.contact.friction_coefficient = 0.3;
     settings
 }

@@ -7,8 +7,8 @@ use bristle::brush::{BrushError, BrushResult, BrushRun, BrushStatistics, RunOpti
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::{
-    BrushSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, Settings, Side, ToolSettings, Turns,
-    UncertaintySettings, WorkpieceKind,
+    BrushSettings, EdgeSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, RoundSettings, Settings, Side,
+    ToolSettings, Turns, UncertaintySettings, WorkpieceKind,
 };
 use bristle::simulation::simulate;
 use serde::Deserialize;
@@ -112,9 +112,8 @@ fn steps_of_few_filaments_resolve_what_these_do_to_each_other() {
         ..FilamentSettings::new(0.016460459972740076, 0.00015317321984750426)
     };
     settings.contact.stiffness_n_m = 915007.206541307;
-    settings.workpiece.kind = WorkpieceKind::Cylinder;
-    settings.workpiece.radius_m = 0.45803357735325706;
-    settings.workpiece.offset_m = 0.0004582255661588346;
+    settings.workpiece.kind =
+        WorkpieceKind::Cylinder(RoundSettings { offset_m: 0.0004582255661588346, radius_m: 0.45803357735325706 });
     settings.process = ProcessSettings::new(3.7884999984458325, 0.00013220346840266692);
     let result = simulate_brush(&with(&settings, |brush| brush.tolerance = 1e-3), 1).expect("a row");
     assert!(result.step_error <= 1e-3, "{}", result.step_error);
@@ -198,9 +197,8 @@ fn filaments_too_far_apart_to_touch_are_those_of_single_passes() {
 fn one_filament_on_an_edge_has_the_metrics_of_a_pass() {
     let mut settings = with(&row(6, 682.0, 1), |brush| brush.tolerance = 1e-4);
     settings.contact.friction_coefficient = 0.3;
-    settings.workpiece.kind = WorkpieceKind::Edge;
-    settings.workpiece.edge_radius_m = 1e-3;
-    settings.workpiece.side = Side::Entering;
+    settings.workpiece.kind =
+        WorkpieceKind::Edge(EdgeSettings { edge_radius_m: 1e-3, side: Side::Entering, ..EdgeSettings::default() });
     let alone = simulate(&settings).expect("a pass").metrics;
     let result = simulate_brush(&settings, 1).expect("a filament");
     assert!(alone.edge_share > 0.2 && alone.edge_evenness > 0.1);
@@ -233,8 +231,7 @@ fn a_feed_across_an_edge_takes_no_shorter_steps() {
     let found = [0.0, -0.05].map(|feed| {
         let mut settings = row(5, 682.0, 9);
         settings.process.brushing_velocity_m_s = 3.0;
-        settings.workpiece.kind = WorkpieceKind::Edge;
-        settings.workpiece.edge_radius_m = 0.7e-3;
+        settings.workpiece.kind = WorkpieceKind::edge(0.7e-3);
         settings.workpiece.feed_velocity_m_s = feed;
         simulate_brush(&settings, 1).expect("a row")
     });

@@ -2,7 +2,7 @@
 
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::record::Record;
-use bristle::model::settings::Settings;
+use bristle::model::settings::{Settings, WorkpieceKind};
 use bristle::simulation::{Sampling, Simulation, simulate_with};
 
 use crate::common::case;
@@ -46,7 +46,7 @@ fn cases() -> [(&'static str, Settings); 14] {
         (
             "another normal and contact damping",
             with(4.0, 2e-3, |settings| {
-                settings.workpiece.normal = [1.0, 2.0, 0.0];
+                settings.workpiece.kind = WorkpieceKind::plane([1.0, 2.0, 0.0]);
                 settings.contact.damping_s_m = 0.5;
             }),
         ),

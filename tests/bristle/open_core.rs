@@ -4,7 +4,7 @@ use crate::common::{AnyTool, AnyWorkpiece, case, pass_with};
 use bristle::equations::{Clamp, PolarAxis};
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
-use bristle::model::settings::Settings;
+use bristle::model::settings::{Settings, WorkpieceKind};
 use bristle::simulation::{Job, NoContactArc, Pass, Sampling, Simulation, sample_any_side_by_side, simulate_with};
 use bristle::tool::{RotaryTool, Tool, radial_clamp};
 use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
@@ -106,7 +106,7 @@ fn outside_tools_and_workpieces_have_the_bits_of_the_built_in_ones() {
 #[test]
 fn a_pass_of_its_own_plane_is_that_of_the_settings() {
     let mut settings = case(5, 20.0, 2e-3);
-    settings.workpiece.normal = [1.0, 3.0, -0.5];
+    settings.workpiece.kind = WorkpieceKind::plane([1.0, 3.0, -0.5]);
     let tool = RotaryTool::of(&settings);
     let plane = Plane::of(&settings.workpiece, settings.reach_m() - 2e-3);
     let pass = pass_with(&settings, tool, plane).expect("the tips touch the plane");

@@ -5,7 +5,7 @@ use crate::common::{AnyTool, AnyWorkpiece, pass_with};
 use bristle::equations::Clamp;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
-use bristle::model::settings::Settings;
+use bristle::model::settings::{Settings, WorkpieceKind};
 use bristle::simulation::{
     Form, Job, Kind, Pass, Sampling, Simulation, sample_any_side_by_side, simulate_with_history,
 };
@@ -156,7 +156,7 @@ fn turning_the_set_up_about_z_changes_nothing() {
 fn turn(settings: &Settings, angle: f64) -> Settings {
     let turn = |vector| turned_by(vector, angle);
     let mut turned = settings.clone();
-    turned.workpiece.normal = turn(settings.workpiece.normal);
+    turned.workpiece.kind = WorkpieceKind::plane(turn(settings.workpiece.kind.normal()));
     turned.process.gravity_m_s2 = turn(settings.process.gravity_m_s2);
     turned
 }
@@ -241,10 +241,10 @@ fn a_pass_is_planar_where_tool_workpiece_and_gravity_are() {
         Pass::new(&settings).form()
     };
     assert_eq!(form(|_| ()), Form::Planar);
-    assert_eq!(form(|settings| settings.workpiece.normal = [-3.0, 0.4, 0.0]), Form::Planar);
+    assert_eq!(form(|settings| settings.workpiece.kind = WorkpieceKind::plane([-3.0, 0.4, 0.0])), Form::Planar);
     assert_eq!(form(|settings| settings.process.gravity_m_s2 = [1.0, -9.81, 0.0]), Form::Planar);
     assert_eq!(form(|settings| settings.contact.friction_coefficient = 0.3), Form::Planar);
-    assert_eq!(form(|settings| settings.workpiece.normal = [0.0, 1.0, 1e-12]), Form::Spatial);
+    assert_eq!(form(|settings| settings.workpiece.kind = WorkpieceKind::plane([0.0, 1.0, 1e-12])), Form::Spatial);
     assert_eq!(form(|settings| settings.process.gravity_m_s2[2] = 1e-9), Form::Spatial);
     assert_eq!(form(|settings| settings.filament.lateral_tilt_rad = 1e-9), Form::Spatial);
     let pass = Pass::new(&Settings::paper(10.0, 1e-3));

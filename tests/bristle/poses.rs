@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::common::case;
 use bristle::model::filament::{bending_stiffness, cross_section};
 use bristle::model::metrics::Metrics;
-use bristle::model::settings::{Settings, Side, ToolKind, Turns, WorkpieceKind};
+use bristle::model::settings::{EdgeSettings, ProfileSettings, Settings, Side, ToolKind, Turns, WorkpieceKind};
 use bristle::simulation::{Job, Pass, Sampling, simulate, simulate_side_by_side};
 use bristle::tool::Pose;
 
@@ -43,7 +43,7 @@ fn a_pose_and_its_workpiece_may_be_turned_together() {
             let mut turned = settings.clone();
             (turned.tool.tilt_rad, turned.tool.skew_rad) = (Some(tilt), skew);
             let other = Pose::of(&turned.tool);
-            turned.workpiece.normal = other.from_tool(pose.to_tool([0.0, 1.0, 0.0]));
+            turned.workpiece.kind = WorkpieceKind::plane(other.from_tool(pose.to_tool([0.0, 1.0, 0.0])));
             let there = metrics(&turned);
             near(there.contact_normal_impulse_n_s, here.contact_normal_impulse_n_s, 1e-6);
             near(there.contact_angular_impulse_n_m_s, here.contact_angular_impulse_n_m_s, 1e-6);
@@ -65,17 +65,16 @@ fn a_pose_and_its_workpiece_may_be_turned_together() {
 /// The way through the frame of a tilted tool does not change what an upright one does, on any workpiece.
 #[test]
 fn a_tilt_that_is_too_small_to_matter_changes_nothing() {
-    let mut edge = case(8, 10.0, 2e-3);
-    (edge.workpiece.kind, edge.workpiece.side) = (WorkpieceKind::Edge, Side::Entering);
-    (edge.workpiece.edge_radius_m, edge.workpiece.offset_m) = (0.5e-3, -5e-3);
-    let mut cylinder = case(8, 10.0, 2e-3);
-    (cylinder.workpiece.kind, cylinder.workpiece.radius_m, cylinder.workpiece.feed_velocity_m_s) =
-        (WorkpieceKind::Cylinder, 0.05, 0.5);
-    let mut bump = case(8, 10.0, 2e-3);
-    bump.workpiece.kind = WorkpieceKind::Profile;
-    bump.workpiece.control_points_m =
+    let side = Side::Entering;
+    let edge = EdgeSettings { offset_m: -5e-3, edge_radius_m: 0.5e-3, side, ..EdgeSettings::default() };
+    let control_points_m =
         [-0.2, -0.05, -0.02, 0.0, 0.02, 0.05, 0.2].map(|x: f64| [x, if x.abs() < 0.01 { 1e-3 } else { 0.0 }]).to_vec();
-    for mut settings in [edge, cylinder, bump] {
+    let bump = ProfileSettings { control_points_m, ..ProfileSettings::default() };
+    for (kind, feed) in
+        [(WorkpieceKind::Edge(edge), 0.0), (WorkpieceKind::cylinder(0.05), 0.5), (WorkpieceKind::Profile(bump), 0.0)]
+    {
+        let mut settings = case(8, 10.0, 2e-3);
+        (settings.workpiece.kind, settings.workpiece.feed_velocity_m_s) = (kind, feed);
         settings.contact.friction_coefficient = 0.2;
         settings.tool.positions = Some(1);
         let upright = metrics(&settings);

@@ -1,6 +1,6 @@
 //! Where along the profile of the workpiece the work of a pass is done.
 
-use bristle::model::settings::{Settings, Side, Turns, WorkpieceKind};
+use bristle::model::settings::{ChamferSettings, EdgeSettings, ProfileSettings, Settings, Side, Turns, WorkpieceKind};
 use bristle::simulation::{Job, Pass, ProfileCell, Sampling, Simulation, sample_side_by_side};
 use bristle::workpiece::Workpiece;
 
@@ -12,38 +12,34 @@ fn settings(kind: WorkpieceKind, friction: f64) -> Settings {
     settings.solver.relative_tolerance = 1e-5;
     settings.contact.friction_coefficient = friction;
     settings.workpiece.kind = kind;
-    match kind {
-        WorkpieceKind::Edge => settings.workpiece.edge_radius_m = 0.5e-3,
-        WorkpieceKind::Chamfer => {
-            (settings.workpiece.edge_radius_m, settings.workpiece.chamfer_width_m) = (0.2e-3, 1e-3);
-        }
-        WorkpieceKind::Cylinder => settings.workpiece.radius_m = 0.1,
-        WorkpieceKind::Bore => settings.workpiece.radius_m = 0.4,
-        // A corner, rounded by a spline.
-        WorkpieceKind::Profile => {
-            settings.workpiece.degree = 2;
-            settings.workpiece.control_points_m =
-                vec![[-0.06, 0.0], [-0.003, 0.0], [0.0, 0.0], [0.0, -0.003], [0.0, -0.06]];
-        }
-        WorkpieceKind::Plane => (),
-    }
     settings
 }
 
+fn edge(side: Side, offset_m: f64) -> WorkpieceKind {
+    WorkpieceKind::Edge(EdgeSettings { offset_m, edge_radius_m: 0.5e-3, side, ..EdgeSettings::default() })
+}
+
 fn all() -> impl Iterator<Item = Settings> {
-    use WorkpieceKind::{Bore, Chamfer, Cylinder, Edge, Plane, Profile};
-    let kinds = [Plane, Edge, Chamfer, Cylinder, Bore, Profile];
+    let chamfer = ChamferSettings { edge_radius_m: 0.2e-3, chamfer_width_m: 1e-3, ..ChamferSettings::default() };
+    // A corner, rounded by a spline.
+    let control_points_m = vec![[-0.06, 0.0], [-0.003, 0.0], [0.0, 0.0], [0.0, -0.003], [0.0, -0.06]];
+    let kinds = [
+        WorkpieceKind::default(),
+        edge(Side::Leaving, 0.0),
+        WorkpieceKind::Chamfer(chamfer),
+        WorkpieceKind::cylinder(0.1),
+        WorkpieceKind::bore(0.4),
+        WorkpieceKind::Profile(ProfileSettings { degree: 2, control_points_m, ..ProfileSettings::default() }),
+    ];
     let mut all: Vec<Settings> =
-        kinds.into_iter().flat_map(|kind| [0.0, 0.3].map(|friction| settings(kind, friction))).collect();
-    let mut entering = settings(Edge, 0.3);
-    (entering.workpiece.side, entering.workpiece.offset_m) = (Side::Entering, -0.01);
-    let mut moving = settings(Edge, 0.3);
-    (moving.workpiece.feed_velocity_m_s, moving.workpiece.offset_m) = (0.3, 0.005);
+        kinds.iter().flat_map(|kind| [0.0, 0.3].map(|friction| settings(kind.clone(), friction))).collect();
+    let entering = settings(edge(Side::Entering, -0.01), 0.3);
+    let mut moving = settings(edge(Side::Leaving, 0.005), 0.3);
+    moving.workpiece.feed_velocity_m_s = 0.3;
     // An edge so thin that it is a whole circle, which the filament sweeps over.
-    let mut wire = settings(Cylinder, 0.3);
-    wire.workpiece.radius_m = 0.002;
+    let wire = settings(WorkpieceKind::cylinder(0.002), 0.3);
     // The work is that of the last turn.
-    let mut turning = settings(Edge, 0.3);
+    let mut turning = settings(edge(Side::Leaving, 0.0), 0.3);
     (turning.process.turns, turning.process.brushing_velocity_m_s) = (Some(Turns::Count(2)), 20.0);
     all.extend([entering, moving, wire, turning]);
     all.into_iter()
@@ -101,7 +97,7 @@ fn the_work_is_where_its_moment_says() {
 /// The filament leaves its marks on the workpiece, which moves away below it.
 #[test]
 fn a_moving_workpiece_has_the_work_in_its_own_coordinates() {
-    let mut settings = settings(WorkpieceKind::Plane, 0.0);
+    let mut settings = settings(WorkpieceKind::default(), 0.0);
     settings.workpiece.feed_velocity_m_s = 0.4;
     let Simulation { metrics, profile, history, .. } = simulate(&settings, Sampling { samples: 4001, ..PROFILE });
     let mean: f64 = sum(&profile, |cell| cell.arc_length_m * cell.normal_impulse_n_s_m);
@@ -185,8 +181,7 @@ fn an_edge_has_a_share_of_the_impulse_and_an_evenness() {
         assert!(metrics.edge_evenness <= 1.0);
     }
     // It passes where there is nothing.
-    let mut never = settings(WorkpieceKind::Edge, 0.3);
-    never.workpiece.offset_m = -0.1;
+    let never = settings(edge(Side::Leaving, -0.1), 0.3);
     let Simulation { metrics, profile, .. } = simulate(&never, PROFILE);
     assert_eq!((metrics.edge_share, metrics.edge_evenness, metrics.contact_normal_impulse_n_s), (0.0, 0.0, 0.0));
     assert!(profile.iter().all(|cell| cell.normal_impulse_n_s_m == 0.0));

@@ -2,7 +2,7 @@
 
 use crate::common::{case, pass_with};
 use bristle::equations::linear::{add, dot, scale};
-use bristle::model::settings::{Settings, Side, WorkpieceKind};
+use bristle::model::settings::{ChamferSettings, ProfileSettings, Settings, Side, WorkpieceKind};
 use bristle::simulation::{IntegrationError, Pass, Sampling, SimulationError, simulate, simulate_with};
 use bristle::tool::{RotaryTool, Tool};
 use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
@@ -18,13 +18,14 @@ fn short_face(tolerance: f64) -> Settings {
     settings.filament.damping_ratio = 0.01;
     settings.process.gravity_m_s2 = [0.0, -9.81, 0.0];
     settings.contact.stiffness_n_m = 5336.0;
-    settings.workpiece.kind = WorkpieceKind::Chamfer;
-    settings.workpiece.side = Side::Entering;
-    settings.workpiece.edge_radius_m = 3.791e-3;
-    settings.workpiece.chamfer_width_m = 13.099e-3;
-    settings.workpiece.chamfer_angle_rad = 0.7376;
-    settings.workpiece.included_angle_rad = 1.7127;
-    settings.workpiece.offset_m = 8.775e-3;
+    settings.workpiece.kind = WorkpieceKind::Chamfer(ChamferSettings {
+        offset_m: 8.775e-3,
+        included_angle_rad: 1.7127,
+        edge_radius_m: 3.791e-3,
+        side: Side::Entering,
+        chamfer_width_m: 13.099e-3,
+        chamfer_angle_rad: 0.7376,
+    });
     settings.solver.relative_tolerance = tolerance;
     settings
 }
@@ -57,11 +58,11 @@ fn over_bumps(seed: u64, tolerance: f64) -> Settings {
     settings.contact.damping_s_m = 0.08;
     settings.contact.friction_coefficient = 0.1;
     settings.process.gravity_m_s2 = [0.0; 3];
-    settings.workpiece.kind = WorkpieceKind::Profile;
-    settings.workpiece.degree = 2;
     let mut random = fastrand::Rng::with_seed(seed);
     let mut point = |k: i32| [1.5e-3 * f64::from(k), 1.3e-4 * (2.0 * random.f64() - 1.0)];
-    settings.workpiece.control_points_m = (-20..=20).map(&mut point).collect();
+    let control_points_m = (-20..=20).map(&mut point).collect();
+    settings.workpiece.kind =
+        WorkpieceKind::Profile(ProfileSettings { degree: 2, control_points_m, ..ProfileSettings::default() });
     settings.solver.relative_tolerance = tolerance;
     settings
 }
@@ -98,9 +99,10 @@ fn a_thick_filament_starts_before_it_touches() {
 fn the_profile_reaches_as_far_as_the_contact_radius() {
     let mut settings = case(6, 10.0, 1e-3);
     settings.contact.radius_m = 2e-3;
-    settings.workpiece.kind = WorkpieceKind::Profile;
     // 1 mm below the tips of the undeformed filament.
-    settings.workpiece.control_points_m = [-0.04, -0.02, 0.0, 0.02, 0.04].map(|x| [x, -2e-3]).to_vec();
+    let control_points_m = [-0.04, -0.02, 0.0, 0.02, 0.04].map(|x| [x, -2e-3]).to_vec();
+    settings.workpiece.kind =
+        WorkpieceKind::Profile(ProfileSettings { control_points_m, ..ProfileSettings::default() });
     let simulation =
         simulate_with(&settings, Sampling { profile: true, ..Sampling::default() }).expect("the pass ends");
     let impulse = simulation.metrics.contact_normal_impulse_n_s;

@@ -1,6 +1,6 @@
 //! Passes that once took minutes or failed end with a bounded amount of work.
 
-use bristle::model::settings::{Side, WorkpieceKind};
+use bristle::model::settings::{EdgeSettings, Side, WorkpieceKind};
 use bristle::simulation::{Statistics, simulate};
 
 use crate::common::case;
@@ -34,12 +34,12 @@ fn slow_damped_passes_keep_their_tolerance() {
 /// The tip meets the side of the part where its arc begins, and presses there while it hardly goes to either.
 #[test]
 fn tips_that_touch_where_an_arc_begins_take_no_shorter_steps() {
-    for radius in [1e-4, 5e-4, 1e-3] {
+    for edge_radius_m in [1e-4, 5e-4, 1e-3] {
         let mut settings = case(6, 10.0, 1e-3);
-        settings.workpiece.kind = WorkpieceKind::Edge;
-        (settings.workpiece.edge_radius_m, settings.workpiece.side) = (radius, Side::Entering);
+        settings.workpiece.kind =
+            WorkpieceKind::Edge(EdgeSettings { edge_radius_m, side: Side::Entering, ..EdgeSettings::default() });
         let Statistics { steps, rejected_steps, .. } = simulate(&settings).expect("the pass ends").statistics;
-        assert!(steps + rejected_steps < 450, "{radius} m: {steps} steps, {rejected_steps} rejected");
+        assert!(steps + rejected_steps < 450, "{edge_radius_m} m: {steps} steps, {rejected_steps} rejected");
     }
 }
 
@@ -53,7 +53,7 @@ fn contacts_that_damp_take_no_shorter_steps() {
 
     let mut curved = case(3, 20.0, 2e-3);
     (curved.tool.body_radius_m, curved.filament.diameter_m) = (0.05, 5e-4);
-    (curved.workpiece.kind, curved.workpiece.radius_m) = (WorkpieceKind::Cylinder, 0.02);
+    curved.workpiece.kind = WorkpieceKind::cylinder(0.02);
     (curved.contact.stiffness_n_m, curved.contact.damping_s_m, curved.contact.friction_coefficient) = (1e4, 1.0, 0.5);
 
     for (settings, most) in [(flat, 1500), (curved, 400)] {

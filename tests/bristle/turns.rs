@@ -3,7 +3,7 @@
 use crate::common::{case, tolerance};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::MAX_TURNS;
-use bristle::model::settings::{Settings, Turns, WorkpieceKind};
+use bristle::model::settings::{RoundSettings, Settings, Turns, WorkpieceKind};
 use bristle::simulation::{
     Job, Pass, Sampling, Simulation, integral, sample_side_by_side, simulate, simulate_side_by_side, simulate_with,
 };
@@ -79,9 +79,7 @@ fn turns_end_when_they_are_steady() {
 fn turns_without_contact_are_steady() {
     // The contact begins farther from the tip than it moves: nothing touches.
     let mut settings = turning(5, 10.0, 1e-6, Turns::Steady);
-    settings.workpiece.kind = WorkpieceKind::Cylinder;
-    settings.workpiece.radius_m = 0.05;
-    settings.workpiece.offset_m = 0.1;
+    settings.workpiece.kind = WorkpieceKind::Cylinder(RoundSettings { offset_m: 0.1, radius_m: 0.05 });
     let Simulation { metrics, turn_contact_normal_impulses_n_s: impulses, .. } = simulated(&settings);
     assert_eq!((impulses, metrics.turns, metrics.unsteady_turns), (vec![0.0, 0.0], 2, false));
 }
@@ -122,8 +120,7 @@ fn a_pass_does_not_end_while_the_filament_touches() {
 fn a_contact_lasts_one_turn_at_most() {
     // A brush in a bore that is hardly wider: the filament touches everywhere but opposite the bottom.
     let mut settings = turning(5, 5.0, 1e-3, Turns::Count(2));
-    settings.workpiece.kind = WorkpieceKind::Bore;
-    settings.workpiece.radius_m = 0.1801;
+    settings.workpiece.kind = WorkpieceKind::bore(0.1801);
     settings.process.tail_angle_rad = 0.0;
     let Simulation { end_time_s, turn_contact_normal_impulses_n_s: impulses, .. } = simulated(&settings);
     assert!(end_time_s <= 2.0 * Pass::new(&settings).turn_time(), "{end_time_s}");

@@ -5,45 +5,52 @@ use bristle::equations::LaneSet;
 use bristle::equations::linear::{add, dot, scale, sub};
 use bristle::equations::{ChainDynamics, Dynamics, NodeLoads, PlanarDynamics, PolarAxis, StepWeights};
 use bristle::model::metrics::Metrics;
-use bristle::model::settings::{Settings, Side, WorkpieceKind};
+use bristle::model::parameters::{Parameter, Violation};
+use bristle::model::settings::{
+    ChamferSettings, EdgeSettings, ProfileSettings, RoundSettings, Settings, Side, WorkpieceKind, WorkpieceSettings,
+};
 use bristle::simulation::{Form, Job, Kind, Pass, Sampling, integral, simulate, simulate_side_by_side};
 use bristle::workpiece::{Edge, Part, Workpiece};
 use fastrand::Rng;
 
 use crate::common::{balance, case, tolerance};
 
-/// A case of the paper on an edge with the radius 0.2 mm.
-fn edge(velocity: f64, depth: f64, side: Side, offset: f64) -> Settings {
+/// A case of the paper on a workpiece.
+fn on(kind: WorkpieceKind, velocity: f64, depth: f64) -> Settings {
     let mut settings = case(10, velocity, depth);
-    settings.workpiece.kind = WorkpieceKind::Edge;
-    settings.workpiece.edge_radius_m = 0.2e-3;
-    settings.workpiece.side = side;
-    settings.workpiece.offset_m = offset;
+    settings.workpiece.kind = kind;
     settings
+}
+
+/// A case of the paper on an edge with the radius 0.2 mm.
+fn edge(velocity: f64, depth: f64, side: Side, offset_m: f64) -> Settings {
+    let edge = EdgeSettings { offset_m, edge_radius_m: 0.2e-3, side, ..EdgeSettings::default() };
+    on(WorkpieceKind::Edge(edge), velocity, depth)
+}
+
+/// A chamfer with the width 1 mm, whose edges have the radius 0.2 mm.
+fn chamfer() -> ChamferSettings {
+    ChamferSettings { edge_radius_m: 0.2e-3, chamfer_width_m: 1e-3, ..ChamferSettings::default() }
+}
+
+fn profile(degree: usize, control_points_m: Vec<[f64; 2]>) -> WorkpieceKind {
+    WorkpieceKind::Profile(ProfileSettings { degree, control_points_m, ..ProfileSettings::default() })
 }
 
 /// Passes that meet edges inside segments and at the tip, and curved faces.
 fn passes() -> Vec<Settings> {
-    let mut cases = vec![
+    let waves = (-6..=6).map(|i| [f64::from(i) * 0.01, 3e-4 * f64::from(i % 2)]).collect();
+    let cases = [
         edge(10.0, 1e-3, Side::Leaving, 0.0),
         edge(5.0, 2e-3, Side::Leaving, 4e-3),
         edge(10.0, 1e-3, Side::Entering, -3e-3),
         edge(20.0, 2e-3, Side::Entering, -1e-3),
+        on(WorkpieceKind::cylinder(0.05), 10.0, 1e-3),
+        on(WorkpieceKind::bore(0.3), 10.0, 1e-3),
+        on(WorkpieceKind::cylinder(2e-3), 10.0, 1e-3),
+        on(WorkpieceKind::Chamfer(ChamferSettings { offset_m: 2e-3, ..chamfer() }), 8.0, 1.5e-3),
+        on(profile(3, waves), 10.0, 1e-3),
     ];
-    let mut chamfer = edge(8.0, 1.5e-3, Side::Leaving, 2e-3);
-    chamfer.workpiece.kind = WorkpieceKind::Chamfer;
-    chamfer.workpiece.chamfer_width_m = 1e-3;
-    for (kind, radius) in [(WorkpieceKind::Cylinder, 0.05), (WorkpieceKind::Bore, 0.3), (WorkpieceKind::Cylinder, 2e-3)]
-    {
-        let mut settings = case(10, 10.0, 1e-3);
-        settings.workpiece.kind = kind;
-        settings.workpiece.radius_m = radius;
-        cases.push(settings);
-    }
-    let mut profile = case(10, 10.0, 1e-3);
-    profile.workpiece.kind = WorkpieceKind::Profile;
-    profile.workpiece.control_points_m = (-6..=6).map(|i| [f64::from(i) * 0.01, 3e-4 * f64::from(i % 2)]).collect();
-    cases.extend([chamfer, profile]);
     let frictional = cases.clone().into_iter().map(|mut settings| {
         settings.contact.friction_coefficient = 0.3;
         settings
@@ -192,9 +199,7 @@ fn a_straight_profile_is_a_plane() {
         let mut settings = case(10, 15.0, 1e-3);
         settings.contact.friction_coefficient = 0.2;
         let plane = simulate(&settings).expect("the pass ends").metrics;
-        settings.workpiece.kind = WorkpieceKind::Profile;
-        settings.workpiece.degree = degree;
-        settings.workpiece.control_points_m = (-6..=6).map(|i| [f64::from(i) * 0.01, 0.0]).collect();
+        settings.workpiece.kind = profile(degree, (-6..=6).map(|i| [f64::from(i) * 0.01, 0.0]).collect());
         let profile = simulate(&settings).expect("the pass ends").metrics;
         assert!(deviation(&plane, &profile) < 1e-6, "{plane:?} {profile:?}");
         assert!((plane.nominal_contact_time_s / profile.nominal_contact_time_s - 1.0).abs() < 1e-12);
@@ -218,16 +223,14 @@ fn a_round_profile_is_a_cylinder() {
     // As a face, and as an edge that goes all the way round.
     for radius in [0.05, 2e-3] {
         for friction in [0.0, 0.3] {
-            let mut settings = case(10, 10.0, 1e-3);
-            settings.contact.friction_coefficient = friction;
-            settings.workpiece.kind = WorkpieceKind::Cylinder;
-            settings.workpiece.radius_m = radius;
-            let cylinder = simulate(&settings).expect("the pass ends").metrics;
-            settings.workpiece.kind = WorkpieceKind::Profile;
-            settings.workpiece.radius_m = 0.0;
-            settings.workpiece.control_points_m = circle(120, radius);
-            settings.workpiece.closed = true;
-            let profile = simulate(&settings).expect("the pass ends").metrics;
+            let control_points_m = circle(120, radius);
+            let closed = ProfileSettings { control_points_m, closed: true, ..ProfileSettings::default() };
+            let kinds = [WorkpieceKind::cylinder(radius), WorkpieceKind::Profile(closed)];
+            let [cylinder, profile] = kinds.map(|kind| {
+                let mut settings = on(kind, 10.0, 1e-3);
+                settings.contact.friction_coefficient = friction;
+                simulate(&settings).expect("the pass ends").metrics
+            });
             assert!(deviation(&cylinder, &profile) < 2e-5, "{radius} {friction}:\n{cylinder:?}\n{profile:?}");
         }
     }
@@ -262,70 +265,36 @@ fn nominal_contact_is_that_of_the_undeformed_filament() {
     let plane = Pass::new(&case(10, 10.0, 1e-3)).nominal().contact_angle;
     for side in [Side::Leaving, Side::Entering] {
         let mut settings = edge(10.0, 1e-3, side, 0.0);
-        settings.workpiece.edge_radius_m = 1e-6;
+        settings.workpiece.kind.set_edge_radius_m(1e-6);
         let pass = Pass::new(&settings);
         assert!((pass.nominal().contact_angle / plane - 0.5).abs() < 1e-4, "{side:?}");
         assert!((pass.nominal().window.angle - plane).abs() < 1e-12);
     }
     // Two circles: that of the tips and the cylinder.
-    let mut settings = case(10, 10.0, 1e-3);
-    settings.workpiece.kind = WorkpieceKind::Cylinder;
-    settings.workpiece.radius_m = 0.05;
+    let cylinder = |offset_m| on(WorkpieceKind::Cylinder(RoundSettings { offset_m, radius_m: 0.05 }), 10.0, 1e-3);
     let (tips, radius, distance) = (0.18_f64, 0.05_f64, 0.18 - 1e-3 + 0.05_f64);
     let half = ((tips * tips + distance * distance - radius * radius) / (2.0 * tips * distance)).acos();
-    let found = Pass::new(&settings).nominal().contact_angle;
+    let found = Pass::new(&cylinder(0.0)).nominal().contact_angle;
     assert!((found / (2.0 * half) - 1.0).abs() < 1e-9, "{found} {half}");
     // Out of reach.
-    settings.workpiece.offset_m = 0.2;
-    let metrics = simulate(&settings).expect("the pass ends").metrics;
+    let metrics = simulate(&cylinder(0.2)).expect("the pass ends").metrics;
     assert_eq!((metrics.nominal_contact_time_s, metrics.contact_time_ratio, metrics.contact_count), (0.0, 0.0, 0));
 }
 
 #[test]
 fn numbers_that_do_not_fit_together_are_refused() {
-    let refused = |change: &dyn Fn(&mut Settings)| {
-        let mut settings = case(10, 10.0, 1e-3);
-        change(&mut settings);
-        settings.check().expect_err("it does not fit").path
-    };
-    let kind = |kind: WorkpieceKind| move |settings: &mut Settings| settings.workpiece.kind = kind;
-    assert_eq!(refused(&kind(WorkpieceKind::Edge)), "workpiece.edge_radius_m");
-    assert_eq!(refused(&kind(WorkpieceKind::Cylinder)), "workpiece.radius_m");
-    assert_eq!(refused(&kind(WorkpieceKind::Profile)), "workpiece.control_points_m");
-    let bore = |radius: f64| {
-        move |settings: &mut Settings| {
-            settings.workpiece.kind = WorkpieceKind::Bore;
-            settings.workpiece.radius_m = radius;
-        }
-    };
+    let refused = |kind| on(kind, 10.0, 1e-3).check().expect_err("it does not fit").path;
+    assert_eq!(refused(WorkpieceKind::edge(0.0)), "workpiece.edge_radius_m");
+    assert_eq!(refused(WorkpieceKind::cylinder(0.0)), "workpiece.radius_m");
+    assert_eq!(refused(profile(3, Vec::new())), "workpiece.control_points_m");
     for radius in [0.1, 0.179, 0.1792] {
-        assert_eq!(refused(&bore(radius)), "workpiece.radius_m", "{radius}");
+        assert_eq!(refused(WorkpieceKind::bore(radius)), "workpiece.radius_m", "{radius}");
     }
-    assert_eq!(refused(&|settings| settings.workpiece.radius_m = 0.1), "workpiece.radius_m");
-    assert_eq!(
-        refused(&|settings| {
-            *settings = edge(10.0, 1e-3, Side::Leaving, 0.0);
-            settings.workpiece.normal = [0.1, 1.0, 0.0];
-        }),
-        "workpiece.normal"
-    );
-    let chamfer = |width: f64, angle: f64| {
-        move |settings: &mut Settings| {
-            *settings = edge(10.0, 1e-3, Side::Leaving, 0.0);
-            settings.workpiece.kind = WorkpieceKind::Chamfer;
-            settings.workpiece.chamfer_width_m = width;
-            settings.workpiece.chamfer_angle_rad = angle;
-        }
+    let chamfered = |chamfer_width_m, chamfer_angle_rad| {
+        WorkpieceKind::Chamfer(ChamferSettings { chamfer_width_m, chamfer_angle_rad, ..chamfer() })
     };
-    assert_eq!(refused(&chamfer(1e-4, 0.7)), "workpiece.edge_radius_m");
-    assert_eq!(refused(&chamfer(1e-3, 1.6)), "workpiece.chamfer_angle_rad");
-    let profile = |points: Vec<[f64; 2]>| {
-        move |settings: &mut Settings| {
-            settings.workpiece.kind = WorkpieceKind::Profile;
-            settings.workpiece.degree = 1;
-            settings.workpiece.control_points_m.clone_from(&points);
-        }
-    };
+    assert_eq!(refused(chamfered(1e-4, 0.7)), "workpiece.edge_radius_m");
+    assert_eq!(refused(chamfered(1e-3, 1.6)), "workpiece.chamfer_angle_rad");
     for points in [
         vec![[0.0, 0.0]],
         vec![[0.1, 0.0], [-0.1, 0.0]],
@@ -333,8 +302,21 @@ fn numbers_that_do_not_fit_together_are_refused() {
         vec![[-0.1, 0.0], [0.1, 0.0], [0.0, 0.1], [0.0, -0.1]],
         vec![[f64::NAN, 0.0], [0.1, 0.0]],
     ] {
-        assert_eq!(refused(&profile(points)), "workpiece.control_points_m");
+        assert_eq!(refused(profile(1, points)), "workpiece.control_points_m");
     }
+}
+
+#[test]
+fn what_a_kind_does_not_have_is_refused() {
+    let (plane, path) = (case(10, 10.0, 1e-3), "workpiece.radius_m");
+    let parameter = Parameter::find(path).expect("a parameter");
+    assert_eq!(parameter.read(&plane), None);
+    let allowed = "left out: a workpiece of kind `plane` has none".to_owned();
+    assert_eq!(parameter.check_presence(&plane, 0.1), Err(Violation { path, value: "0.1".to_owned(), allowed }));
+    // A vector is no parameter.
+    let edge = serde_json::json!({ "kind": "edge", "edge_radius_m": 0.2e-3, "normal": [0.1, 1.0, 0.0] });
+    let error = serde_json::from_value::<WorkpieceSettings>(edge).expect_err("an edge has no normal");
+    assert!(error.to_string().starts_with("unknown field `normal`"), "{error}");
 }
 
 #[test]
@@ -344,10 +326,7 @@ fn parts_have_the_edges_of_their_kind() {
     let mut settings = edge(10.0, 1e-3, Side::Leaving, 0.0);
     assert_eq!(count(&settings), 1);
     // Five segments of 4 mm.
-    settings.workpiece.edge_radius_m = 21e-3;
+    settings.workpiece.kind.set_edge_radius_m(21e-3);
     assert_eq!(count(&settings), 0);
-    settings.workpiece.edge_radius_m = 0.2e-3;
-    settings.workpiece.kind = WorkpieceKind::Chamfer;
-    settings.workpiece.chamfer_width_m = 1e-3;
-    assert_eq!(count(&settings), 2);
+    assert_eq!(count(&on(WorkpieceKind::Chamfer(chamfer()), 10.0, 1e-3)), 2);
 }

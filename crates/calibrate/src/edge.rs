@@ -45,7 +45,7 @@ impl Radii {
             Brushed::Turns(turns) => turns,
         };
         let preston = settings.removal_or_default().preston_m2_n.unwrap_or_default();
-        let stated = [preston, settings.workpiece.edge_radius_m];
+        let stated = [preston, settings.workpiece.kind.edge_radius_m()];
         Self {
             turns: points.iter().map(turns).collect(),
             points,
@@ -81,7 +81,7 @@ impl Radii {
     ) -> Result<(), RemovalError> {
         let mut settings = settings.clone();
         if let Some(start) = fitted.iter().find(|fitted| fitted.parameter.path == START) {
-            settings.workpiece.edge_radius_m = start.bounds[0];
+            settings.workpiece.kind.set_edge_radius_m(start.bounds[0]);
         }
         let course = Course::up_to(self.largest(), &settings, resources, stop, tell)?;
         self.guess = Some(course.preston_m2_n());

@@ -281,7 +281,8 @@ impl Problem {
         if !fits(PRESTON) && removal.preston_m2_n.is_none() {
             return Err(ProblemError::NoCoefficient);
         }
-        let (has_std, start) = (radii.iter().any(|own| own.radius.std.is_some()), settings.workpiece.edge_radius_m);
+        let (has_std, start) =
+            (radii.iter().any(|own| own.radius.std.is_some()), settings.workpiece.kind.edge_radius_m());
         let observation = |(point, own): (usize, &MeasuredRadius)| {
             let (line, value) = (own.line, own.radius.value);
             let std = std_of(own.radius, has_std, Quantity::EdgeRadius.key(), line)?;

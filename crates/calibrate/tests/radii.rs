@@ -1,6 +1,8 @@
 //! Calibrations of edge radii over time that were simulated with a known coefficient.
 
-use bristle::model::settings::{ObservedEdge, RemovalGoal, RemovalSettings, Settings, Side, WorkpieceKind};
+use bristle::model::settings::{
+    EdgeSettings, ObservedEdge, RemovalGoal, RemovalSettings, Settings, Side, WorkpieceKind,
+};
 use bristle::simulation::Stop;
 use bristle_calibrate::{
     Calibration, Fitted, Interrupted, Means, Problem, ProblemError, Reach, STARTS, Unwatched, calibrate, summary,
@@ -18,13 +20,16 @@ const TIMES: [f64; 8] = [20.0, 40.0, 60.0, 120.0, 180.0, 240.0, 300.0, 400.0];
 const NOISE: [f64; 8] = [0.46, -1.36, 0.65, 0.12, -0.73, 1.48, -0.31, 0.05];
 
 fn brush() -> Settings {
+    brush_at(-5e-3)
+}
+
+/// A brush whose filaments enter at an edge with this offset (m).
+fn brush_at(offset_m: f64) -> Settings {
     let mut settings = Settings::paper(10.0, 2e-3);
     settings.filament.segments = 6;
     settings.contact.friction_coefficient = 0.3;
-    settings.workpiece.kind = WorkpieceKind::Edge;
-    settings.workpiece.side = Side::Entering;
-    settings.workpiece.offset_m = -5e-3;
-    settings.workpiece.edge_radius_m = START_M;
+    let edge = EdgeSettings { side: Side::Entering, offset_m, edge_radius_m: START_M, ..EdgeSettings::default() };
+    settings.workpiece.kind = WorkpieceKind::Edge(edge);
     settings
 }
 
@@ -87,7 +92,7 @@ fn radii_give_their_coefficient_and_the_radius_at_the_start() {
     assert!((noisy.probability().expect("standard deviations") - 0.5).abs() < 0.49);
     // The radius at the start is sought from sharp on, wherever the file sees it.
     let mut wrong = brush();
-    wrong.workpiece.edge_radius_m = 0.0;
+    wrong.workpiece.kind.set_edge_radius_m(0.0);
     let keys = [PRESTON, START];
     let both = calibrated(wrong, &keys, radii(&brush(), 2e-6, 1.0));
     for (setting, truth) in [TRUTH, START_M].into_iter().enumerate() {
@@ -191,8 +196,7 @@ fn what_radii_cannot_tell_is_refused() {
     assert!(zero.contains("the standard deviation of `edge_radius_m` is 0"), "{zero}");
     assert!(refused(brush(), &[PRESTON], vec![two()[0], point(120.0, 0.1e-3, None)]).contains("others have"));
     // Filaments that miss the edge.
-    let mut missed = brush();
-    missed.workpiece.offset_m = -60e-3;
+    let missed = brush_at(-60e-3);
     let error = fit(Problem::of_radii(missed, fitted(&[PRESTON]), two()).expect("a problem")).expect_err("no work");
     assert!(matches!(error, Interrupted::Removal(_)) && error.to_string().contains("is never reached"), "{error}");
 }

@@ -88,7 +88,7 @@ impl Having {
         Self {
             brush: settings.brush.is_some(),
             force: settings.process.tool_force_n.is_some(),
-            edge: matches!(settings.workpiece.kind, WorkpieceKind::Edge | WorkpieceKind::Chamfer),
+            edge: matches!(settings.workpiece.kind, WorkpieceKind::Edge(_) | WorkpieceKind::Chamfer(_)),
             removal: RemovalLaw::of(settings),
         }
     }

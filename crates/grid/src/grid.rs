@@ -187,9 +187,20 @@ impl Study {
         }
         for case in 0..case_count {
             let tool = || study.tool(case).map(|tool| tool.name.clone());
-            check(&study.settings(case)).map_err(|violation| StudyError::Case { case, tool: tool(), violation })?;
+            let settings = study.settings(case);
+            study
+                .check_presence(case, &settings)
+                .and_then(|()| check(&settings))
+                .map_err(|violation| StudyError::Case { case, tool: tool(), violation })?;
         }
         Ok(study)
+    }
+
+    /// Checks that the `settings` of a case have what is swept.
+    fn check_presence(&self, case: usize, settings: &Settings) -> Result<(), Violation> {
+        let numbers = self.sweeps.iter().zip(self.values(case));
+        let mut numbers = numbers.filter_map(|(sweep, value)| Some((sweep.setting().parameter()?, value)));
+        numbers.try_for_each(|(parameter, value)| parameter.check_presence(settings, value))
     }
 
     /// The settings that all cases of the first or only tool share. Swept settings have some value here, usually their first.

@@ -127,6 +127,9 @@ mod tests {
         let many = vec![thousand(VELOCITY), thousand("filament.density_kg_m3")];
         let error = Study::new(base(), many).expect_err("too many cases");
         assert_eq!(error, StudyError::TooManyCases);
+        let radius = list("workpiece.radius_m", &[0.05, 0.1]);
+        let error = Study::new(base(), vec![radius]).expect_err("a plane has no radius");
+        assert!(error.to_string().contains("`workpiece.radius_m` is 0.05, but must be left out"), "{error}");
     }
 
     #[test]

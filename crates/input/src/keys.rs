@@ -11,5 +11,6 @@ pub(crate) const SECTIONS: [&str; 5] = ["tool", "filament", "contact", "uncertai
 pub(crate) const FILAMENT: &str = "filament";
 pub(crate) const MATERIAL_KEY: &str = "material";
 
-/// The path of the control points of a profile.
+/// The section of the workpiece, and the path of the control points of a profile.
+pub(crate) const WORKPIECE: &str = "workpiece";
 pub(crate) const CONTROL_POINTS: &str = "workpiece.control_points_m";

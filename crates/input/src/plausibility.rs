@@ -3,7 +3,7 @@
 //! The table of settings has the usual range of each; relations between several follow here.
 
 use bristle::model::parameters::{PARAMETERS, Parameter, Usual};
-use bristle::model::settings::{Settings, WorkpieceKind};
+use bristle::model::settings::Settings;
 use bristle::tool::{Place, Pose, Trim, places};
 use bristle::workpiece::{Part, unit_normal};
 
@@ -21,7 +21,7 @@ const LEAST_REACHING_SHARE: f64 = 0.1;
 
 /// The share of the trim's width along which undeformed tips reach a plane as the tool turns; one on other workpieces.
 fn reaching_share(settings: &Settings) -> f64 {
-    if settings.workpiece.kind != WorkpieceKind::Plane || settings.tool.positions == Some(1) {
+    if !settings.workpiece.kind.is_plane() || settings.tool.positions == Some(1) {
         return 1.0;
     }
     let [x, y, z] = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
@@ -156,7 +156,7 @@ pub fn unusual(settings: &Settings) -> Vec<Unusual> {
     let settings = at_depth.as_ref().unwrap_or(settings);
     let is_known = |path: &str| !is_found || path != DEPTH;
     let parameters = PARAMETERS.iter().filter(|parameter| is_known(parameter.path));
-    let of_values = parameters.filter_map(|parameter| unusual_value(parameter, parameter.get(settings)));
+    let of_values = parameters.filter_map(|parameter| unusual_value(parameter, parameter.read(settings)?));
     let relations = RELATIONS.iter().filter(|relation| is_known(relation.path) && !(relation.holds)(settings));
     let of_relations = relations.filter_map(|relation| {
         let parameter = Parameter::find(relation.path)?;
@@ -219,7 +219,7 @@ pub fn warnings(found: &[Unusual]) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use bristle::model::settings::ToolKind;
+    use bristle::model::settings::{RoundSettings, ToolKind, WorkpieceKind};
 
     use super::*;
 
@@ -263,6 +263,11 @@ mod tests {
         }
     }
 
+    /// A shaft beyond the reach of a brush.
+    fn far() -> WorkpieceKind {
+        WorkpieceKind::Cylinder(RoundSettings { radius_m: 0.02, offset_m: 0.5 })
+    }
+
     #[test]
     fn trims_that_miss_the_workpiece_are_told() {
         let paths = |settings: &Settings| unusual(settings).iter().map(|unusual| unusual.path).collect::<Vec<_>>();
@@ -285,7 +290,7 @@ mod tests {
         cone.tool.tilt_rad = Some(0.0);
         assert_eq!(paths(&cone), ["tool.tilt_rad"]);
         cone.tool.tilt_rad = None;
-        (cone.workpiece.kind, cone.workpiece.radius_m, cone.workpiece.offset_m) = (WorkpieceKind::Cylinder, 0.02, 0.5);
+        cone.workpiece.kind = far();
         assert_eq!(paths(&cone), ["workpiece.offset_m"]);
         // Only an end of the trim of a tilted cup touches, not its middle.
         let mut cup = Settings::paper(10.0, 1e-3);
@@ -298,8 +303,7 @@ mod tests {
         let mut settings = Settings::paper(10.0, 1e-3);
         settings.set_tool_force_n(50.0);
         assert_eq!(unusual(&settings), []);
-        (settings.workpiece.kind, settings.workpiece.radius_m, settings.workpiece.offset_m) =
-            (WorkpieceKind::Cylinder, 0.02, 0.5);
+        settings.workpiece.kind = far();
         assert_eq!(unusual(&settings).iter().map(|unusual| unusual.path).collect::<Vec<_>>(), ["workpiece.offset_m"]);
     }
 

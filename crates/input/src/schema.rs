@@ -1,18 +1,21 @@
 //! The JSON schema of an input file, for editors and for programs that write one.
 
+use std::collections::BTreeMap;
 use std::ops::Bound;
+use std::sync::LazyLock;
 
+use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
 use crate::cells::{DECIMALS, SEPARATORS};
 use crate::goal::goal_schema;
-use crate::keys::{SECTIONS, STUDY, TOOLS};
+use crate::keys::{SECTIONS, STUDY, TOOLS, WORKPIECE};
 use crate::materials::MATERIALS;
 use crate::measured::Quantity;
 use crate::units::other_paths;
 use bristle::model::parameters::{PARAMETERS, Parameter};
-use bristle::model::settings::Settings;
+use bristle::model::settings::{Settings, WorkpieceKind};
 use bristle_grid::{SHORT_NAMES, TOOL};
 
 /// The path of a setting that files of results leave out where it is zero.
@@ -73,7 +76,7 @@ pub(crate) fn file_schema() -> Value {
         "examples": MATERIALS.iter().map(|material| material.name).collect::<Vec<_>>(),
     });
     schema["properties"][STUDY] = study_schema(tool_schema(&schema));
-    schema["properties"]["workpiece"]["properties"]["control_points_csv"] = json!({
+    schema["properties"][WORKPIECE]["properties"]["control_points_csv"] = json!({
         "type": "string",
         "minLength": 1,
         "description": "Path of a CSV file with control points instead of `control_points_m`, relative to the directory of the input \
@@ -82,13 +85,42 @@ pub(crate) fn file_schema() -> Value {
     schema
 }
 
-/// The schema that follows from the structures alone.
+/// The schema that follows from the structures alone. The keys of workpieces of all kinds are those of one section.
 fn settings_schema() -> Value {
-    SchemaSettings::draft2020_12()
-        .with(|settings| settings.inline_subschemas = true)
-        .into_generator()
-        .into_root_schema_for::<Settings>()
-        .to_value()
+    let mut schema = schema_of::<Settings>();
+    let workpiece = &mut schema["properties"][WORKPIECE];
+    let kinds = workpiece.as_object_mut().and_then(|workpiece| workpiece.remove("oneOf")).unwrap_or_default();
+    let named = |kind: &Value| json!({ "const": kind["properties"]["kind"]["const"], "description": kind["description"], "type": "string" });
+    let named: Vec<Value> = kinds.as_array().into_iter().flatten().map(named).collect();
+    for kind in kinds.as_array().into_iter().flatten() {
+        for (key, property) in kind["properties"].as_object().into_iter().flatten() {
+            workpiece["properties"][key] = property.clone();
+        }
+    }
+    workpiece["properties"]["kind"] =
+        json!({ "default": "plane", "description": "The kind of workpiece.", "oneOf": named });
+    workpiece["additionalProperties"] = json!(false);
+    schema
+}
+
+fn schema_of<T: JsonSchema>() -> Value {
+    let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
+    settings.into_generator().into_root_schema_for::<T>().to_value()
+}
+
+/// What a workpiece of each kind has besides its feed, by the names of the kinds: keys with their defaults.
+pub(crate) fn workpiece_kinds() -> &'static [(String, BTreeMap<String, Value>)] {
+    static KINDS: LazyLock<Vec<(String, BTreeMap<String, Value>)>> = LazyLock::new(|| {
+        let schema = schema_of::<WorkpieceKind>();
+        let keys = |kind: &Value| {
+            let properties = kind["properties"].as_object().into_iter().flatten();
+            let keys = properties.map(|(key, property)| (key.clone(), property["default"].clone()));
+            let keys = keys.filter(|(key, _)| key != "kind").collect();
+            (kind["properties"]["kind"]["const"].as_str().unwrap_or_default().to_owned(), keys)
+        };
+        schema["oneOf"].as_array().into_iter().flatten().map(keys).collect()
+    });
+    &KINDS
 }
 
 /// The words with a capital letter at the beginning.

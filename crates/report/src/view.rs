@@ -5,7 +5,7 @@
 use std::f64::consts::TAU;
 
 use bristle::equations::linear::{add, dot, scale, sub};
-use bristle::model::settings::{Settings, WorkpieceKind};
+use bristle::model::settings::Settings;
 use bristle::simulation::Pass;
 use bristle::tool::{Pose, Tool, Trim, places};
 use bristle::workpiece::{Workpiece, unit_normal};
@@ -204,7 +204,7 @@ impl<'a> Frame<'a> {
             axis: pose.from_tool([0.0, 0.0, 1.0]),
             normal,
             forward: direction([y, -x, 0.0]).map_or([1.0, 0.0, 0.0], |(forward, _)| forward),
-            is_plane: settings.workpiece.kind == WorkpieceKind::Plane,
+            is_plane: settings.workpiece.kind.is_plane(),
             outline: profile.simplified(ERROR),
             is_solid: profile.is_solid(),
             reach,
@@ -328,7 +328,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use bristle::model::settings::ToolKind;
+    use bristle::model::settings::{EdgeSettings, ToolKind, WorkpieceKind};
     use bristle::simulation::{Sampling, simulate_with};
 
     fn settings(kind: ToolKind, tilt: f64, skew: f64) -> Settings {
@@ -416,8 +416,8 @@ mod tests {
     #[test]
     fn an_edge_is_where_it_is() {
         let mut settings = settings(ToolKind::Cup, FRAC_PI_2, 0.0);
-        settings.workpiece.kind = WorkpieceKind::Edge;
-        (settings.workpiece.edge_radius_m, settings.workpiece.offset_m) = (1e-3, 0.02);
+        let edge = EdgeSettings { edge_radius_m: 1e-3, offset_m: 0.02, ..EdgeSettings::default() };
+        settings.workpiece.kind = WorkpieceKind::Edge(edge);
         let pass = sampled_pass(&settings);
         let [axis, side] = View::both(&settings, &pass);
         assert!(axis.surface.is_filled);

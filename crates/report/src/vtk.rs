@@ -256,7 +256,7 @@ mod tests {
     use super::*;
     use std::f64::consts::FRAC_PI_2;
 
-    use bristle::model::settings::{ToolKind, Turns, WorkpieceKind, WorkpieceSettings};
+    use bristle::model::settings::{EdgeSettings, ToolKind, Turns, WorkpieceKind};
     use bristle::simulation::{Sampling, Simulation, simulate_with};
     use bristle_input::document::Document;
 
@@ -266,7 +266,7 @@ mod tests {
         let text = include_str!("../../../examples/zirconia.toml");
         let settings = Document::parse(text, "zirconia.toml").and_then(|document| document.settings());
         let mut settings = settings.expect("the example is right");
-        settings.workpiece.normal = [1.0, 2.0, 0.5];
+        settings.workpiece.kind = WorkpieceKind::plane([1.0, 2.0, 0.5]);
         settings.contact.friction_coefficient = 0.2;
         settings.contact.radius_m = 0.05e-3;
         let simulation = simulate_with(
@@ -372,7 +372,7 @@ mod tests {
     fn tilted_tools_are_where_they_are() {
         for (kind, tilt) in [(ToolKind::Round, 0.05), (ToolKind::Cup, 1.5), (ToolKind::Cup, FRAC_PI_2)] {
             let (mut settings, _) = contact();
-            settings.workpiece = WorkpieceSettings::default();
+            settings.workpiece.kind = WorkpieceKind::default();
             (settings.tool.kind, settings.tool.tilt_rad, settings.tool.positions) = (kind, Some(tilt), Some(1));
             (settings.filament.segments, settings.process.turns) = (6, Some(Turns::Count(1)));
             let sampling = Sampling { shapes: SHAPES, samples: SHAPES, loads: true, ..Sampling::default() };
@@ -414,12 +414,8 @@ mod tests {
     #[test]
     fn an_edge_is_extruded_over_the_width() {
         let (mut settings, _) = contact();
-        settings.workpiece = WorkpieceSettings {
-            kind: WorkpieceKind::Edge,
-            edge_radius_m: 1e-3,
-            offset_m: 0.005,
-            ..WorkpieceSettings::default()
-        };
+        settings.workpiece.kind =
+            WorkpieceKind::Edge(EdgeSettings { edge_radius_m: 1e-3, offset_m: 0.005, ..EdgeSettings::default() });
         let sampling = Sampling { shapes: SHAPES, samples: SHAPES, loads: true, ..Sampling::default() };
         let simulation = simulate_with(&settings, sampling).expect("the pass ends");
         let pass = Pass::new(&settings);

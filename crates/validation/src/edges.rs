@@ -7,7 +7,7 @@ use bristle::equations::Clamp;
 use bristle::integrate::Tolerances;
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::model::filament::bending_stiffness;
-use bristle::model::settings::{Settings, Side, WorkpieceKind, WorkpieceSettings};
+use bristle::model::settings::{EdgeSettings, Settings, Side, WorkpieceKind, WorkpieceSettings};
 use bristle::simulation::{FilamentSystem, integral, integrate, simulate, simulate_with_history};
 use bristle::tool::ClampMotion;
 use bristle::workpiece::{Edge, Surface, Workpiece};
@@ -291,8 +291,8 @@ fn release(extent: Extent) -> Result<Trial, Failure> {
 /// The paper's filament of `segments` segments that passes a cylinder or, with a negative radius, a bore of `radius` (m).
 fn curved(segments: usize, velocity: f64, depth: f64, radius: f64) -> Result<Settings, Failure> {
     let mut settings = paper_case(segments, velocity, depth)?;
-    let kind = if radius > 0.0 { WorkpieceKind::Cylinder } else { WorkpieceKind::Bore };
-    settings.workpiece = WorkpieceSettings { kind, radius_m: radius.abs(), ..WorkpieceSettings::default() };
+    settings.workpiece.kind =
+        if radius > 0.0 { WorkpieceKind::cylinder(radius) } else { WorkpieceKind::bore(radius.abs()) };
     Ok(settings)
 }
 
@@ -360,13 +360,8 @@ fn curves(extent: Extent) -> Result<Trial, Failure> {
 fn edge_pass(segments: usize, depth: f64, side: Side, offset: f64, friction: f64) -> Result<Settings, Failure> {
     let mut settings = paper_case(segments, 10.0, depth)?;
     settings.contact.friction_coefficient = friction;
-    settings.workpiece = WorkpieceSettings {
-        kind: WorkpieceKind::Edge,
-        offset_m: offset,
-        edge_radius_m: 0.2e-3,
-        side,
-        ..WorkpieceSettings::default()
-    };
+    let edge = EdgeSettings { offset_m: offset, edge_radius_m: 0.2e-3, side, ..EdgeSettings::default() };
+    settings.workpiece.kind = WorkpieceKind::Edge(edge);
     Ok(settings)
 }
 
@@ -374,9 +369,9 @@ fn passes(_: Extent) -> Result<Trial, Failure> {
     const LEAVING: &str = include_str!("../../../derivations/trajectories/edge_leaving_cvodes.csv");
     const ENTERING: &str = include_str!("../../../derivations/trajectories/edge_entering_cvodes.csv");
     let (mut checks, mut figures) = (Vec::new(), Vec::new());
-    for (subject, settings, text) in [
-        ("leaving, 1 mm, µ = 0.3", edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?, LEAVING),
-        ("entering, 2 mm, no friction", edge_pass(25, 2e-3, Side::Entering, -3e-3, 0.0)?, ENTERING),
+    for (subject, side, settings, text) in [
+        ("leaving, 1 mm, µ = 0.3", Side::Leaving, edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?, LEAVING),
+        ("entering, 2 mm, no friction", Side::Entering, edge_pass(25, 2e-3, Side::Entering, -3e-3, 0.0)?, ENTERING),
     ] {
         let mut settings = settings;
         settings.solver.relative_tolerance = 1e-10;
@@ -394,7 +389,7 @@ fn passes(_: Extent) -> Result<Trial, Failure> {
             let source = sources::CVODES_EDGES;
             checks.push(Check::value(subject.to_owned(), quantity, 0.0, source, distance, tolerance));
         }
-        if settings.workpiece.side == Side::Entering {
+        if side == Side::Entering {
             let computed = history.iter().map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n));
             let expected = rows.iter().map(|row| (1e3 * row.time_s, row.contact_normal_force_n));
             figures.push(Figure {

@@ -84,7 +84,7 @@ impl Rates {
         let wear = settings.removal_or_default().filament_wear_m2_n.unwrap_or(0.0);
         Self {
             factors,
-            radius: settings.workpiece.edge_radius_m,
+            radius: settings.workpiece.kind.edge_radius_m(),
             area_per_work: preston * count / settings.tool.width_m,
             loss_per_work: wear / cross_section(settings.filament.tip_diameter_m()),
             largest: [losses[losses.len() - 1], radii[radii.len() - 1]],

@@ -105,13 +105,11 @@ impl Removal {
 /// The included angles in rad of the edges of a workpiece, in the order in which filaments meet them; none if it has no edge that grows.
 #[must_use]
 pub fn included_angles(settings: &Settings) -> Vec<f64> {
-    let workpiece = &settings.workpiece;
-    match workpiece.kind {
-        WorkpieceKind::Edge => vec![workpiece.included_angle_rad],
-        WorkpieceKind::Chamfer => {
-            let [top, other] =
-                [PI - workpiece.chamfer_angle_rad, workpiece.included_angle_rad + workpiece.chamfer_angle_rad];
-            if workpiece.side == Side::Leaving { vec![top, other] } else { vec![other, top] }
+    match &settings.workpiece.kind {
+        WorkpieceKind::Edge(edge) => vec![edge.included_angle_rad],
+        WorkpieceKind::Chamfer(chamfer) => {
+            let [top, other] = [PI - chamfer.chamfer_angle_rad, chamfer.included_angle_rad + chamfer.chamfer_angle_rad];
+            if chamfer.side == Side::Leaving { vec![top, other] } else { vec![other, top] }
         }
         _ => Vec::new(),
     }
@@ -133,7 +131,7 @@ pub fn remove(
         return Err(RemovalError::NoCoefficient);
     }
     let goal = goal_of(settings, &removal)?;
-    let radius = settings.workpiece.edge_radius_m;
+    let radius = settings.workpiece.kind.edge_radius_m();
     for (path, goal) in
         [("removal.until", goal.radius()), ("removal.observed", removal.observed.map(|edge| edge.edge_radius_m))]
     {
@@ -338,7 +336,7 @@ impl Search<'_> {
     fn possible(&self, least: f64, wanted: f64) -> Result<f64, RemovalError> {
         let with = |radius: f64| {
             let mut settings = self.settings.clone();
-            settings.workpiece.edge_radius_m = radius;
+            settings.workpiece.kind.set_edge_radius_m(radius);
             settings
         };
         let fits = |radius: f64| with(radius).check().is_ok() && has_edges(&with(radius), self.angles.len());
@@ -360,7 +358,7 @@ impl Search<'_> {
 
     /// The nodes of the coarsest level, over which the growth does not leave what they have.
     fn nodes(&mut self) -> Result<Nodes, RemovalError> {
-        let radius = self.settings.workpiece.edge_radius_m;
+        let radius = self.settings.workpiece.kind.edge_radius_m();
         let observed = self.removal.observed.map_or(0.0, |edge| edge.edge_radius_m);
         let goal = self.goal.radius().unwrap_or(0.0).max(observed);
         let sharp = if goal > 0.0 { SHARP.min(SHARP_OF_GOAL * goal) } else { SHARP };
@@ -483,7 +481,8 @@ impl Search<'_> {
         let end = growth.stages[growth.stages.len() - 1].turns;
         let table = self.passes.table(None, &nodes.radii, &nodes.losses);
         let (factors, least) = (self.factors(), nodes.radii[0]);
-        let start: f64 = factors.iter().map(|factor| factor * self.settings.workpiece.edge_radius_m.powi(2)).sum();
+        let start: f64 =
+            factors.iter().map(|factor| factor * self.settings.workpiece.kind.edge_radius_m().powi(2)).sum();
         let second_per_turn = TAU / self.settings.angular_velocity_rad_s();
         let bands = self.bands(growth, nodes)?;
         let row = |i: usize| {

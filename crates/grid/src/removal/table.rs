@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
-use bristle::model::settings::{Settings, Side, UncertaintySettings, WorkpieceKind};
+use bristle::model::settings::{ChamferSettings, EdgeSettings, Settings, Side, UncertaintySettings, WorkpieceKind};
 use bristle::simulation::{ProfileCell, Sampling, Simulation, Stop};
 
 use super::curve::Curve;
@@ -79,14 +79,18 @@ fn worn(settings: &Settings, loss: f64) -> Option<Settings> {
 /// The same set-up in a mirror that turns `x` round: a tool that turns in the other direction.
 fn mirrored(mut settings: Settings) -> Settings {
     let Settings { tool, filament, workpiece, process, .. } = &mut settings;
-    workpiece.side = match workpiece.side {
-        Side::Leaving => Side::Entering,
-        Side::Entering => Side::Leaving,
-    };
+    if let WorkpieceKind::Edge(EdgeSettings { side, offset_m, .. })
+    | WorkpieceKind::Chamfer(ChamferSettings { side, offset_m, .. }) = &mut workpiece.kind
+    {
+        *side = match side {
+            Side::Leaving => Side::Entering,
+            Side::Entering => Side::Leaving,
+        };
+        *offset_m = 0.0 - *offset_m;
+    }
     let mirrored = [
         &mut tool.skew_rad,
         &mut filament.waviness_amplitude_m,
-        &mut workpiece.offset_m,
         &mut workpiece.feed_velocity_m_s,
         &mut process.gravity_m_s2[0],
     ];
@@ -152,7 +156,7 @@ impl<'a> Passes<'a> {
                 })
                 .collect(),
         };
-        let has_two_edges = settings.workpiece.kind == WorkpieceKind::Chamfer;
+        let has_two_edges = matches!(settings.workpiece.kind, WorkpieceKind::Chamfer(_));
         Self { members, has_two_edges, resources, stop, tell, known: BTreeMap::new() }
     }
 
@@ -198,7 +202,7 @@ impl<'a> Passes<'a> {
                 found.insert(key, Work::default());
                 for (direction, settings) in own.directions.iter().enumerate() {
                     let Some(mut settings) = worn(settings, loss) else { continue };
-                    settings.workpiece.edge_radius_m = radius;
+                    settings.workpiece.kind.set_edge_radius_m(radius);
                     if settings.brush.is_none() {
                         // A sampled tool is not sampled again.
                         settings.uncertainty = UncertaintySettings::default();

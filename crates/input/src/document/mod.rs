@@ -9,6 +9,7 @@ mod tests;
 mod tools;
 mod tree;
 mod units;
+mod workpiece;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -20,10 +21,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use crate::cells::{DECIMALS, SEPARATORS};
-use crate::control_points::MOST_CONTROL_POINTS;
 use crate::goal::{GOAL, MOST, MOST_OF, NUMBERS, allowed, largest};
 use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
-use crate::keys::{CONTROL_POINTS, FILAMENT, MATERIAL_KEY, STUDY, TOOLS};
+use crate::keys::{CONTROL_POINTS, FILAMENT, MATERIAL_KEY, STUDY, TOOLS, WORKPIECE};
 use crate::materials::Material;
 use crate::measured::{ColumnName, Format, Quantity};
 use crate::mistakes::{Mistake, value_mistake};
@@ -42,6 +42,7 @@ use located::{LocatedMaterial, LocatedSweep, LocatedTool};
 use meant::{did_you_mean, is_section};
 use tree::{OtherUnit, read};
 use units::ONE_UNIT;
+use workpiece::{FEED, KIND};
 
 /// The section that names measured forces. All other sections belong to [`Settings`].
 const MEASURED: &str = "measured";
@@ -66,8 +67,7 @@ const FOLLOWS: &str = "give one of them: each follows from the other";
 /// The path of the number of filaments.
 const FILAMENT_COUNT: &str = "tool.filament_count";
 
-/// The section of the workpiece, with its key for a file of control points.
-const WORKPIECE: &str = "workpiece";
+/// The key of a workpiece for a file of control points.
 const CONTROL_POINTS_FILE: &str = "control_points_csv";
 
 /// The values allowed for an entry of `[study]`.
@@ -520,16 +520,17 @@ impl<'t> Document<'t> {
         }
         let mut plain = table.clone();
         let followed = self.take_followed(&mut plain)?;
+        let workpiece = plain.remove(WORKPIECE);
         let root = Spanned::new(self.end(), plain);
         let mut settings = Settings::deserialize(Deserializer::from(root)).map_err(|error| {
             // The place of a missing key is that of the section, or of the whole file: it would be taken for that of a value.
             let missing = error.message().starts_with(MISSING).then(|| self.missing(&table)).flatten();
             missing.unwrap_or_else(|| self.unreadable(&table, &error))
         })?;
-        self.check_lengths(&table, &settings)?;
-        if self.control_points_file.is_some() {
-            settings.workpiece.control_points_m.clone_from(&self.control_points);
+        if let Some(workpiece) = workpiece {
+            settings.workpiece = self.read_workpiece(&table, workpiece)?;
         }
+        self.check_lengths(&table, &settings)?;
         if !followed.is_empty() {
             settings.check_ranges().map_err(|violation| self.violated(&table, violation))?;
             followed.iter().for_each(|(parameter, value)| parameter.set(&mut settings, *value));
@@ -546,12 +547,6 @@ impl<'t> Document<'t> {
 
     /// Checks that no element of a vector was left out when the `settings` were read: serde takes as many as it needs.
     fn check_lengths(&self, table: &DeTable<'_>, settings: &Settings) -> Result<(), InputError> {
-        let count = settings.workpiece.control_points_m.len();
-        if count > MOST_CONTROL_POINTS {
-            let value = format!("{count} points");
-            let allowed = format!("a list of at most {MOST_CONTROL_POINTS} points");
-            return Err(self.violated(table, Violation { path: CONTROL_POINTS, value, allowed }));
-        }
         let read = serde_json::to_value(settings).expect("settings are JSON");
         for (section, entries) in table {
             let Some(entries) = entries.get_ref().as_table() else { continue };
@@ -871,6 +866,11 @@ impl<'t> Document<'t> {
             let others = PARAMETERS.iter().filter(is_other).map(|parameter| format!(", `{}`", parameter.key()));
             let material = if section == FILAMENT { format!(", `{MATERIAL_KEY}`") } else { String::new() };
             let expected = shown(expected, LONGEST_MESSAGE) + &others.collect::<String>() + &material;
+            // The keys of a kind of workpiece are those of a structure of their own.
+            let expected = match expected.strip_prefix("one of ").unwrap_or(&expected) {
+                own if section == WORKPIECE => format!("one of `{KIND}`, `{FEED}`, {own}"),
+                _ => expected,
+            };
             self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)
         };
         for (name, section) in table {

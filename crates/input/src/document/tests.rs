@@ -1,3 +1,4 @@
+use bristle::model::settings::WorkpieceKind;
 use bristle_grid::{Sweep, TOOL, VELOCITY};
 use serde_json::{Value, json};
 
@@ -22,6 +23,23 @@ fn named_tools_change_slowest_and_have_their_own_settings() {
     assert_eq!(tips, [None, Some(1e-3), None]);
     assert_eq!((study.tools()[1].held.len(), study.tools()[2].held.len()), (0, 1));
     assert!((study.settings(11).fill_factor() - 0.5).abs() < 1e-12 && study.settings(11).contact.exponent == 1.5);
+}
+
+/// What a workpiece of another kind has may be stated as it is by default, as programs do that write all keys.
+#[test]
+fn keys_of_other_workpieces_have_no_effect() {
+    let kind = |keys: &str| {
+        let text = format!("{FILE}[workpiece]\n{keys}");
+        Document::parse(&text, "workpiece").and_then(|document| document.settings()).map(|read| read.workpiece.kind)
+    };
+    assert_eq!(kind("radius_m = 0\nside = \"leaving\"\ncontrol_points_m = []"), Ok(WorkpieceKind::default()));
+    let edge = "kind = \"edge\"\nedge_radius_m = 1e-3\n";
+    assert_eq!(kind(&format!("{edge}normal = [0, 1.0, 0]\nclosed = false")), Ok(WorkpieceKind::edge(1e-3)));
+    let refused = kind(&format!("{edge}normal = [0, 1, 1]")).expect_err("an edge is not turned").to_string();
+    assert!(refused.contains("`workpiece.normal` is [0, 1, 1], but must be left out: a workpiece of kind `edge`"));
+    let unknown = kind(&format!("{edge}edge_raduis_m = 1")).expect_err("no such key").to_string();
+    assert!(unknown.contains("expected one of `kind`, `feed_velocity_m_s`, `offset_m`, `included_angle_rad`,"));
+    assert!(unknown.contains("did you mean `workpiece.edge_radius_m`?"), "{unknown}");
 }
 
 #[test]

@@ -459,6 +459,7 @@ mod tests {
 
     use super::*;
     use bristle::model::parameters::Parameter;
+    use bristle::model::settings::WorkpieceKind;
     use bristle::simulation::{simulate, simulate_with};
     use bristle_grid::{Sweep, VELOCITY, run_study, simulate_cases};
     use bristle_input::document::Document;
@@ -494,7 +495,7 @@ mod tests {
     #[test]
     fn shapes_hang_on_the_body_and_keep_their_length() {
         let mut settings = settings();
-        settings.workpiece.normal = [1.0, 2.0, 0.5];
+        settings.workpiece.kind = WorkpieceKind::plane([1.0, 2.0, 0.5]);
         let simulation = simulate_with(&settings, SAMPLING).expect("the pass ends");
         for shape in &simulation.shapes {
             let [x, y, z] = shape.nodes_m[0];

@@ -11,7 +11,7 @@ use bristle::equations;
 use bristle::model::metrics::{Metrics, SWEEPING_RATIO, UNSTABLE_AMPLIFICATION, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
-use bristle::model::settings::Settings;
+use bristle::model::settings::{ChamferSettings, EdgeSettings, Settings, WorkpieceKind};
 use bristle::simulation::Statistics;
 use bristle_grid::brush::{Having, metric_columns};
 use bristle_grid::uncertainty::ForceScatter;
@@ -363,7 +363,7 @@ fn study_settings(study: &Study) -> Vec<Value> {
 /// All settings; those that are swept have no value. Without a brush there are none of `[brush]`, and likewise of `[removal]`.
 fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value> {
     let entry = |[path, symbol, name, unit]: [&str; 4], value: Value| json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value });
-    let (brush, removal) = (base.brush.as_ref(), base.removal.as_ref());
+    let (brush, removal, workpiece) = (base.brush.as_ref(), base.removal.as_ref(), &base.workpiece.kind);
     let mut entries: Vec<(&str, Value)> = PARAMETERS
         .iter()
         .filter(|parameter| match parameter.section() {
@@ -371,15 +371,16 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
             "removal" => removal.is_some(),
             _ => true,
         })
-        .map(|parameter| {
+        .filter_map(|parameter| {
             let &Parameter { path, symbol, name, unit, .. } = parameter;
+            let number = parameter.read(base)?;
             let value = match path {
                 _ if is_swept(parameter) => Value::Null,
                 // A number, or what takes its place.
                 "process.penetration_depth_m" if base.process.tool_force_n.is_some() => json!("found for the force"),
                 "process.tool_force_n" if base.process.tool_force_n.is_none() => json!("none: the depth is stated"),
                 // What follows from others is rounded.
-                _ if !parameter.instead_of.is_empty() => json!(rounded(parameter.get(base))),
+                _ if !parameter.instead_of.is_empty() => json!(rounded(number)),
                 // A number, or a word.
                 "process.turns" => json!(base.process.turns),
                 // A number, or nothing.
@@ -391,32 +392,16 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
                 "removal.edge_feed_velocity_m_s" => {
                     stated_or(removal.and_then(|removal| removal.edge_feed_velocity_m_s))
                 }
-                _ => json!(parameter.get(base)),
+                _ => json!(number),
             };
-            (path, entry([path, symbol, name, unit], value))
+            Some((path, entry([path, symbol, name, unit], value)))
         })
         .collect();
     // Those that are not numbers, each before the number that it precedes in the settings.
     let hold = "what stays the same for tools of another radius";
     let others = [
         ("tool.body_radius_m", ["tool.kind", "", "kind of tool", ""], json!(base.tool.kind)),
-        ("workpiece.feed_velocity_m_s", ["workpiece.kind", "", "kind of workpiece", ""], json!(base.workpiece.kind)),
-        ("workpiece.feed_velocity_m_s", ["workpiece.normal", "n⃗", "outward normal", ""], json!(base.workpiece.normal)),
-        (
-            "workpiece.chamfer_width_m",
-            ["workpiece.side", "", "how filaments meet an edge", ""],
-            json!(base.workpiece.side),
-        ),
-        (
-            "process.brushing_velocity_m_s",
-            ["workpiece.control_points_m", "", "control points of a profile", "m"],
-            json!(base.workpiece.control_points_m),
-        ),
-        (
-            "process.brushing_velocity_m_s",
-            ["workpiece.closed", "", "whether a profile is closed", ""],
-            json!(base.workpiece.closed),
-        ),
+        ("workpiece.feed_velocity_m_s", ["workpiece.kind", "", "kind of workpiece", ""], json!(workpiece.name())),
         (
             "process.lead_angle_rad",
             ["process.gravity_m_s2", "g⃗", "acceleration of free fall", "m/s²"],
@@ -432,7 +417,25 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
             ("brush.seed", ["brush.steady", "", "whether a steady stretch counts", ""], json!(brush.steady)),
         ]
     });
-    for (next, names, value) in others.into_iter().chain(of_brush) {
+    let of_workpiece = {
+        let first = "workpiece.feed_velocity_m_s";
+        let last = "process.brushing_velocity_m_s";
+        let side = ["workpiece.side", "", "how filaments meet an edge", ""];
+        let points = ["workpiece.control_points_m", "", "control points of a profile", "m"];
+        let closed = ["workpiece.closed", "", "whether a profile is closed", ""];
+        match workpiece {
+            WorkpieceKind::Plane(plane) => {
+                vec![(first, ["workpiece.normal", "n⃗", "outward normal", ""], json!(plane.normal))]
+            }
+            WorkpieceKind::Edge(EdgeSettings { side: value, .. })
+            | WorkpieceKind::Chamfer(ChamferSettings { side: value, .. }) => vec![(last, side, json!(value))],
+            WorkpieceKind::Profile(profile) => {
+                vec![(last, points, json!(profile.control_points_m)), (last, closed, json!(profile.closed))]
+            }
+            WorkpieceKind::Cylinder(_) | WorkpieceKind::Bore(_) => Vec::new(),
+        }
+    };
+    for (next, names, value) in others.into_iter().chain(of_workpiece).chain(of_brush) {
         let place = entries.iter().position(|(path, _)| *path == next).unwrap_or(entries.len());
         entries.insert(place, (names[0], entry(names, value)));
     }

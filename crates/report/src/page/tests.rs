@@ -8,7 +8,7 @@ use super::*;
 use crate::testing::brush;
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::PARAMETERS;
-use bristle::model::settings::BrushSettings;
+use bristle::model::settings::{BrushSettings, ProfileSettings};
 use bristle::simulation::Statistics;
 use bristle_grid::Sweep;
 use bristle_grid::uncertainty::ForceScatter;
@@ -195,6 +195,19 @@ fn small_studies_are_shown_whole() {
 fn every_setting_is_on_the_page_with_a_name() {
     let alone = grid(1, 1).settings(0);
     has_every_setting(&alone);
+    let chamfer = ChamferSettings { edge_radius_m: 0.1e-3, chamfer_width_m: 1e-3, ..ChamferSettings::default() };
+    let profile = ProfileSettings { control_points_m: vec![[-1.0, 0.0], [1.0, 0.0]], ..ProfileSettings::default() };
+    let kinds = [
+        WorkpieceKind::edge(1e-3),
+        WorkpieceKind::Chamfer(chamfer),
+        WorkpieceKind::bore(0.3),
+        WorkpieceKind::Profile(profile),
+    ];
+    for kind in kinds {
+        let mut other = alone.clone();
+        other.workpiece.kind = kind;
+        has_every_setting(&other);
+    }
     has_every_setting(&Settings { brush: Some(BrushSettings::default()), ..alone });
 }
 
@@ -210,6 +223,7 @@ fn has_every_setting(stated: &Settings) {
     paths.extend(
         PARAMETERS
             .iter()
+            .filter(|parameter| parameter.read(stated).is_some())
             .map(|parameter| parameter.path.to_owned())
             .filter(|path| !paths.contains(path) && (stated.brush.is_some() || !path.starts_with("brush.")))
             .filter(|path| !path.starts_with("removal."))

@@ -162,8 +162,8 @@ mod tests {
             assert!(saved.contains(old), "{old}");
             read_study(&saved.replacen(old, new, 1), "study.json").expect_err(new).to_string()
         };
-        assert!(study_error("\"format\": 5", "\"format\": 1").contains("use the version"));
-        assert!(study_error("\"format\": 5", "\"format\": two").starts_with("study.json:2, column"));
+        assert!(study_error("\"format\": 6", "\"format\": 1").contains("use the version"));
+        assert!(study_error("\"format\": 6", "\"format\": two").starts_with("study.json:2, column"));
         assert!(study_error("contact.stiffness_n_m", "contact.stifness_n_m").contains("no setting"));
         assert!(study_error("0.04,", "-0.04,").contains("filament.length_m"));
         assert!(study_error("\"axes\"", "\"exes\"").contains("axes"));

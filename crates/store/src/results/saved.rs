@@ -14,8 +14,8 @@ use bristle_input::plausibility::unusual_in_study;
 use bristle_input::table::{AGAIN, DataError, Source};
 
 /// Versions of the formats of `study.json` and `case.json`.
-const STUDY_FORMAT: u32 = 5;
-const CASE_FORMAT: u32 = 3;
+const STUDY_FORMAT: u32 = 6;
+const CASE_FORMAT: u32 = 4;
 
 const IN_JSON: &str = "checked settings have a form in JSON";
 const CHANGED: &str = "the file has changed since it was written";

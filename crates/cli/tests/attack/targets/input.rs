@@ -73,8 +73,12 @@ impl Input {
         let close = |one: f64, other: f64| one == other || (1.0 / factor..=factor).contains(&(one / other));
         let others = |path: &str| path.starts_with("uncertainty.") || path == "filament.segments";
         PARAMETERS.iter().filter(|parameter| !others(parameter.path)).all(|parameter| {
-            let (here, quick) = (parameter.get(settings), parameter.get(&self.quick));
-            close(here, quick) || parameter.path == "contact.stiffness_n_m" && here > STIFF
+            match (parameter.read(settings), parameter.read(&self.quick)) {
+                (Some(here), Some(quick)) => {
+                    close(here, quick) || parameter.path == "contact.stiffness_n_m" && here > STIFF
+                }
+                (here, quick) => here == quick,
+            }
         }) && settings.filament.segments <= MOST_SEGMENTS
     }
 

@@ -1,0 +1,105 @@
+//! Reads the section of the workpiece, whose keys depend on its kind.
+
+use bristle::model::parameters::{Violation, left_out};
+use bristle::model::settings::{ProfileSettings, WorkpieceKind, WorkpieceSettings};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Error};
+
+use super::Document;
+use super::tree::read;
+use crate::control_points::MOST_CONTROL_POINTS;
+use crate::input_error::InputError;
+use crate::keys::{CONTROL_POINTS, WORKPIECE};
+use crate::schema::workpiece_kinds;
+
+/// The keys of a workpiece of any kind.
+pub(super) const KIND: &str = "kind";
+pub(super) const FEED: &str = "feed_velocity_m_s";
+
+impl Document<'_> {
+    /// Reads the section of the workpiece of a `table`. Keys of another kind may have their defaults only.
+    pub(super) fn read_workpiece(
+        &self,
+        table: &DeTable<'_>,
+        section: Spanned<DeValue<'_>>,
+    ) -> Result<WorkpieceSettings, InputError> {
+        let (span, DeValue::Table(mut keys)) = (section.span(), section.into_inner()) else {
+            unreachable!("a document has sections only")
+        };
+        let kinds = workpiece_kinds();
+        let stated = keys.remove(KIND);
+        let kind = stated.as_ref().map_or(Some("plane"), |kind| kind.get_ref().as_str());
+        let Some((kind, own)) = kind.and_then(|kind| kinds.iter().find(|(name, _)| name == kind)) else {
+            let names: Vec<String> = kinds.iter().map(|(name, _)| format!("`{name}`")).collect();
+            let stated = stated.as_ref().expect("the default is a kind");
+            return Err(self.not_allowed(
+                format!("{WORKPIECE}.{KIND}"),
+                stated,
+                format!("one of {}", names.join(", ")),
+            ));
+        };
+        let feed = keys.remove(FEED);
+        let mut others = Vec::new();
+        for (key, value) in &keys {
+            let name = key.get_ref().as_ref();
+            let Some(default) =
+                kinds.iter().find_map(|(_, of_kind)| of_kind.get(name)).filter(|_| !own.contains_key(name))
+            else {
+                continue;
+            };
+            if !read(value).is_ok_and(|value: Value| is_same(&value, default)) {
+                return Err(self.not_allowed(format!("{WORKPIECE}.{name}"), value, left_out(kind)));
+            }
+            others.push(name.to_owned());
+        }
+        others.iter().for_each(|other| drop(keys.remove(other.as_str())));
+        let read_all = || {
+            let feed_velocity_m_s = feed.map_or(Ok(0.0), |feed| read(&feed))?;
+            let keys = Spanned::new(span, DeValue::Table(keys));
+            Ok(WorkpieceSettings { feed_velocity_m_s, kind: of_kind(kind, keys)? })
+        };
+        let mut workpiece = read_all().map_err(|error: Error| self.unreadable(table, &error))?;
+        let violation = |value, allowed| self.violated(table, Violation { path: CONTROL_POINTS, value, allowed });
+        if self.control_points_file.is_some() {
+            match &mut workpiece.kind {
+                WorkpieceKind::Profile(profile) => profile.control_points_m.clone_from(&self.control_points),
+                kind => return Err(violation(format!("{} points", self.control_points.len()), left_out(kind.name()))),
+            }
+        }
+        if let WorkpieceKind::Profile(ProfileSettings { control_points_m, .. }) = &workpiece.kind
+            && control_points_m.len() > MOST_CONTROL_POINTS
+        {
+            let allowed = format!("a list of at most {MOST_CONTROL_POINTS} points");
+            return Err(violation(format!("{} points", control_points_m.len()), allowed));
+        }
+        Ok(workpiece)
+    }
+}
+
+/// Reads the `keys` of a workpiece of a kind. Those of its structure, rather than of [`WorkpieceKind`], keep their places in errors.
+fn of_kind(kind: &str, keys: Spanned<DeValue<'_>>) -> Result<WorkpieceKind, Error> {
+    fn read_keys<T: DeserializeOwned>(keys: Spanned<DeValue<'_>>) -> Result<T, Error> {
+        read(&keys)
+    }
+    Ok(match kind {
+        "edge" => WorkpieceKind::Edge(read_keys(keys)?),
+        "chamfer" => WorkpieceKind::Chamfer(read_keys(keys)?),
+        "cylinder" => WorkpieceKind::Cylinder(read_keys(keys)?),
+        "bore" => WorkpieceKind::Bore(read_keys(keys)?),
+        "profile" => WorkpieceKind::Profile(read_keys(keys)?),
+        _ => WorkpieceKind::Plane(read_keys(keys)?),
+    })
+}
+
+/// Whether two values are the same, however their numbers are written.
+fn is_same(one: &Value, other: &Value) -> bool {
+    match (one, other) {
+        (Value::Array(one), Value::Array(other)) => {
+            one.len() == other.len() && one.iter().zip(other).all(|(one, other)| is_same(one, other))
+        }
+        (Value::Number(one), Value::Number(other)) => one.as_f64() == other.as_f64(),
+        _ => one == other,
+    }
+}
