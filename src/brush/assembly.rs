@@ -1,6 +1,6 @@
 //! Filaments with clamps of any motion, which touch each other.
 
-use super::bundle::{Bundle, Motion};
+use super::bundle::{BrushState, Bundle};
 use super::candidates::Layout;
 use super::group::Member;
 use super::presses::PressLaw;
@@ -12,7 +12,7 @@ use crate::workpiece::Part;
 /// Filaments in space with clamps of any motion, which touch each other and the workpiece: for experiments that are not a brush.
 pub struct Assembly<M> {
     bundle: Bundle<M>,
-    motion: Motion,
+    motion: BrushState,
     stepper: Stepper,
 }
 

@@ -26,7 +26,7 @@ pub const BEHIND: f64 = 0.15;
 
 /// Coordinates, rates and accelerations of all filaments, group by group.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
+pub struct BrushState {
     /// Time in s.
     pub time: f64,
     /// Coordinates in rad.
@@ -37,7 +37,7 @@ pub struct Motion {
     pub accelerations: Vector,
 }
 
-impl Motion {
+impl BrushState {
     /// Coordinates, rates and accelerations of each group of filaments of `n` segments.
     fn by_group(&self, n: usize) -> impl Iterator<Item = [&gmres::GroupPart; 3]> {
         self.q.chunks(n).zip(self.v.chunks(n)).zip(self.accelerations.chunks(n)).map(|((q, v), a)| [q, v, a])
@@ -136,7 +136,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         layout: Layout,
         [time, rate]: [f64; 2],
         at_rest: bool,
-    ) -> (Self, Motion) {
+    ) -> (Self, BrushState) {
         let n = layout.segments;
         assert!(!members.is_empty() && members.iter().all(|member| member.filament.chain.segments() == n));
         let activity = if at_rest { Activity::Rests } else { Activity::Solved };
@@ -145,7 +145,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             parts.map(|(index, members)| Group::new(index, form, members, rate, activity)).collect();
         let field = Field::new(groups.len(), n);
         let none = vec![[Lanes::ZERO; 2]; groups.len() * n];
-        let mut motion = Motion { time, q: none.clone(), v: none.clone(), accelerations: none.clone() };
+        let mut motion = BrushState { time, q: none.clone(), v: none.clone(), accelerations: none.clone() };
         for group in &groups {
             for lane in 0..LANES {
                 let [q, v] = &members[group.first + lane.min(group.count - 1)].start;
@@ -230,7 +230,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Prepares the next step from `motion`. Returns whether fewer filaments have a part in it than before.
-    pub fn begin_step(&mut self, motion: &mut Motion) -> bool {
+    pub fn begin_step(&mut self, motion: &mut BrushState) -> bool {
         self.fill_lanes(motion);
         self.leave_poles(motion);
         self.leave_out(motion)
@@ -242,7 +242,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// A filament reaches no farther than its length, so that one whose root is farther from the workpiece does not touch it, whatever
     /// its shape. It is left out once the body has turned on by [`BEHIND`], so that those behind it, on which it might press, do not touch it
     /// either. Whether it is left out depends on the time alone, and so does a run that is resumed.
-    fn leave_out(&mut self, motion: &mut Motion) -> bool {
+    fn leave_out(&mut self, motion: &mut BrushState) -> bool {
         let n = self.layout.segments;
         let Self { groups, filaments, candidates, rate, .. } = self;
         let mut any = false;
@@ -262,7 +262,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Wakes the groups that may meet the workpiece until `time` (s), or that others may come near. Returns whether there are any.
-    pub fn wake(&mut self, motion: &mut Motion, time: f64) -> bool {
+    pub fn wake(&mut self, motion: &mut BrushState, time: f64) -> bool {
         let Self { groups, candidates, .. } = self;
         let mut any = candidates.wake_wanted();
         for group in groups.iter().filter(|group| group.activity == Activity::Rests) {
@@ -281,7 +281,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Brings the groups that sleep, or have just been woken, to where they have turned with the body.
-    pub fn bring_up_to_date(&self, motion: &mut Motion) {
+    pub fn bring_up_to_date(&self, motion: &mut BrushState) {
         let n = self.layout.segments;
         for group in &self.groups {
             let Some((since, q)) = &group.asleep_from else { continue };
@@ -306,7 +306,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Places the groups that sleep, too.
-    pub fn place_sleeping(&mut self, motion: &mut Motion) {
+    pub fn place_sleeping(&mut self, motion: &mut BrushState) {
         self.bring_up_to_date(motion);
         self.place(motion, |group, candidates| candidates.is_asleep(group.index));
     }
@@ -363,7 +363,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Puts the lanes that are left over where the filament is that they repeat: nothing is solved for them, so that they would leave it.
-    fn fill_lanes(&self, motion: &mut Motion) {
+    fn fill_lanes(&self, motion: &mut BrushState) {
         let n = self.layout.segments;
         for (index, group) in self.groups.iter().enumerate().filter(|(_, group)| group.count < LANES) {
             for vector in [&mut motion.q, &mut motion.v, &mut motion.accelerations] {
@@ -377,7 +377,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// Switches segments near a pole of their coordinates to their other chart, all those of a group together, where that is better for
     /// the one that is nearest to a pole.
-    fn leave_poles(&mut self, motion: &mut Motion) {
+    fn leave_poles(&mut self, motion: &mut BrushState) {
         /// By how much the least sine must be larger in the other chart.
         const BETTER: f64 = 2.0;
         /// Above this least sine, a chart is good enough.
@@ -424,7 +424,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Places all filaments, and sums the forces of all contacts.
-    fn meet(&mut self, motion: &Motion) {
+    fn meet(&mut self, motion: &BrushState) {
         self.begin_stage();
         self.place(motion, |group, candidates| {
             group.activity != Activity::Solved && !candidates.is_asleep(group.index)
@@ -458,7 +458,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
     }
 
-    fn place(&mut self, motion: &Motion, which: impl Fn(&Group, &Candidates) -> bool) {
+    fn place(&mut self, motion: &BrushState, which: impl Fn(&Group, &Candidates) -> bool) {
         let n = self.layout.segments;
         let Self { groups, nodes, filaments, candidates, .. } = self;
         let parts = groups.iter_mut().zip(motion.by_group(n)).zip(nodes.by_group(n));
@@ -486,7 +486,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Evaluates all contacts, what the filaments have that do not sleep, and what they exchange with their surroundings.
-    pub fn evaluate(&mut self, motion: &Motion) -> Evaluation<'_> {
+    pub fn evaluate(&mut self, motion: &BrushState) -> Evaluation<'_> {
         let n = self.layout.segments;
         self.meet(motion);
         let mut budgets = vec![Budget::default(); self.groups.len()];
@@ -515,7 +515,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// If Newton's method does not converge.
     pub fn solve_stage(
         &mut self,
-        motion: &mut Motion,
+        motion: &mut BrushState,
         stage: Kinematics<'_>,
         tolerance: f64,
     ) -> Result<Effort, NoConvergence> {
@@ -558,10 +558,10 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Places the groups that are not solved yet by their accelerations; those at rest only in the first iteration.
-    fn follow(&mut self, motion: &mut Motion, stage: Kinematics<'_>, is_first: bool) {
+    fn follow(&mut self, motion: &mut BrushState, stage: Kinematics<'_>, is_first: bool) {
         let n = self.layout.segments;
         let Self { groups, nodes, filaments, candidates, .. } = self;
-        let Motion { time, q, v, accelerations } = motion;
+        let BrushState { time, q, v, accelerations } = motion;
         let parts = groups
             .iter_mut()
             .zip(q.chunks_mut(n).zip(v.chunks_mut(n)))
@@ -576,7 +576,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// Computes the residual, and factorises the matrices of the groups whose filaments have other contacts than those for which it was
     /// done before. Solves the equations of those that are alone. Returns the number of factorisations.
-    fn linearise(&mut self, motion: &Motion, weights: [f64; 2], is_first: bool) -> usize {
+    fn linearise(&mut self, motion: &BrushState, weights: [f64; 2], is_first: bool) -> usize {
         let n = self.layout.segments;
         let (groups, around, forces, linear) = self.parts(motion.time);
         let factorisations = AtomicUsize::new(0);
@@ -618,7 +618,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// Corrects the accelerations. Returns the largest displacement of a node with it, in m/rad of the accelerations' unit. Groups by
     /// themselves whose nodes' velocities change by less than `tolerance` (m/s) are solved.
-    fn correct(&mut self, motion: &mut Motion, by_rate: f64, tolerance: f64) -> f64 {
+    fn correct(&mut self, motion: &mut BrushState, by_rate: f64, tolerance: f64) -> f64 {
         let n = self.layout.segments;
         let Self { groups, linear: Linear { residual, displacements, .. }, .. } = self;
         let parts = groups

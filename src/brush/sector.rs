@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
-use super::bundle::{Bundle, Effort, Kinematics, Motion, NoConvergence};
+use super::bundle::{BrushState, Bundle, Effort, Kinematics, NoConvergence};
 use super::filaments::ToolFilament;
 use super::gmres::Vector;
 use super::group::{Budget, Exchange, WorkedEdge, WorkpieceLoad};
@@ -106,7 +106,7 @@ pub struct Failure {
 /// Filaments that are coupled.
 pub struct Sector {
     bundle: Bundle<Turning<RotaryTool>>,
-    motion: Motion,
+    motion: BrushState,
     stepper: Stepper,
     accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
@@ -127,7 +127,7 @@ impl Sector {
     /// (m/s). The balance of the energies may lack the share `allowed` of what went in or out.
     pub fn new(
         mut bundle: Bundle<Turning<RotaryTool>>,
-        motion: Motion,
+        motion: BrushState,
         timetables: Vec<Timetable>,
         tolerance: f64,
         allowed: f64,
@@ -182,7 +182,7 @@ impl Sector {
         let n = self.bundle.segments();
         let mut motion = self.motion.clone();
         self.bundle.bring_up_to_date(&mut motion);
-        let (charts, Motion { time, q, v, accelerations }) = (self.bundle.charts(), &motion);
+        let (charts, BrushState { time, q, v, accelerations }) = (self.bundle.charts(), &motion);
         let segment = |at: usize, lane: usize, angle: f64| {
             let block = |vector: &Vector| vector[at].map(|value| value.lane(lane));
             let [e, rate, _] = charts[at].direction([block(q), block(v), block(accelerations)]);
@@ -732,7 +732,7 @@ struct Stage {
 
 impl Stage {
     /// Evaluates all at the end of a stage.
-    fn take(&mut self, bundle: &mut Bundle<Turning<RotaryTool>>, motion: &Motion) {
+    fn take(&mut self, bundle: &mut Bundle<Turning<RotaryTool>>, motion: &BrushState) {
         let found = bundle.evaluate(motion);
         self.budget = found.budget;
         found.take_loads(&mut self.loads);
@@ -762,14 +762,14 @@ impl Stage {
 /// Steps of TR-BDF2.
 pub struct Stepper {
     tolerance: f64,
-    middle: Motion,
-    end: Motion,
+    middle: BrushState,
+    end: BrushState,
     base: [Vector; 2],
 }
 
 impl Stepper {
     /// Memory for steps from `motion`, whose stages are solved once velocities change by less than `tolerance` (m/s).
-    pub fn new(motion: &Motion, tolerance: f64) -> Self {
+    pub fn new(motion: &BrushState, tolerance: f64) -> Self {
         let base = [motion.q.clone(), motion.v.clone()];
         Self { tolerance, middle: motion.clone(), end: motion.clone(), base }
     }
@@ -778,7 +778,7 @@ impl Stepper {
     pub fn middle_stage<M: ClampMotion + Sync>(
         &mut self,
         bundle: &mut Bundle<M>,
-        start: &Motion,
+        start: &BrushState,
         h: f64,
     ) -> Result<Effort, NoConvergence> {
         let (own, blocks, first) = (OWN * h, bundle.segments(), bundle.first_coordinate());
@@ -795,7 +795,7 @@ impl Stepper {
     pub fn end_stage<M: ClampMotion + Sync>(
         &mut self,
         bundle: &mut Bundle<M>,
-        start: &Motion,
+        start: &BrushState,
         h: f64,
     ) -> Result<Effort, NoConvergence> {
         let (own, others) = (OWN * h, OTHERS * h);
@@ -812,7 +812,7 @@ impl Stepper {
     }
 
     /// Puts the end of the step into `motion`.
-    pub fn finish(&mut self, motion: &mut Motion) {
+    pub fn finish(&mut self, motion: &mut BrushState) {
         std::mem::swap(motion, &mut self.end);
     }
 }

@@ -251,8 +251,8 @@ impl RelaxedClamp {
     }
 }
 
-/// One side of a joint: the direction to the spring, and what the damper sees, which is nothing at the clamp.
-struct Side {
+/// What is on one side of a joint: the direction to the spring, and what the damper sees, which is nothing at the clamp.
+struct Neighbour {
     to_spring: Vec3,
     /// Direction and its rate in the body.
     to_damper: Option<(Vec3, Vec3)>,
@@ -261,19 +261,19 @@ struct Side {
 impl Joint {
     pub fn between_segments(motion: Motion) -> Self {
         Self::new(motion, &["previous", "next"], |graph, hinge, segments| {
-            let [previous, next] = [segments[0], segments[1]].map(|segment| Side::of(graph, segment));
+            let [previous, next] = [segments[0], segments[1]].map(|segment| Neighbour::of(graph, segment));
             let turned = segments[1].unbent_direction(graph, hinge);
-            [previous, Side { to_spring: turned, ..next }]
+            [previous, Neighbour { to_spring: turned, ..next }]
         })
     }
 
     /// Between two segments whose polar axis is `x`.
     pub fn about_x() -> Self {
         Self::new(Motion::Spatial, &["previous", "next"], |graph, hinge, segments| {
-            let [previous, next] = [segments[0], segments[1]].map(|segment| Side::of(graph, segment).about_x());
+            let [previous, next] = [segments[0], segments[1]].map(|segment| Neighbour::of(graph, segment).about_x());
             let turn = [graph.sin(hinge.relaxed_angle), graph.cos(hinge.relaxed_angle)];
             let turned = turned_back(graph, next.to_spring, turn);
-            [previous, Side { to_spring: turned, ..next }]
+            [previous, Neighbour { to_spring: turned, ..next }]
         })
     }
 
@@ -281,9 +281,9 @@ impl Joint {
     /// both sides, except that the relaxed angle changes its sign. Here the former is the outer one.
     pub fn crossed() -> Self {
         Self::new(Motion::Spatial, &["z", "x"], |graph, hinge, segments| {
-            let [z, x] = [segments[0], segments[1]].map(|segment| Side::of(graph, segment));
+            let [z, x] = [segments[0], segments[1]].map(|segment| Neighbour::of(graph, segment));
             let turned = segments[0].unbent_direction(graph, hinge);
-            [Side { to_spring: turned, ..z }, x.about_x()]
+            [Neighbour { to_spring: turned, ..z }, x.about_x()]
         })
     }
 
@@ -291,12 +291,16 @@ impl Joint {
     pub fn at_clamp(motion: Motion) -> Self {
         Self::new(motion, &["next"], |graph, _, segments| {
             let clamp = RelaxedClamp::new(graph);
-            [Side { to_spring: clamp.direction, to_damper: None }, Side::of(graph, segments[0])]
+            [Neighbour { to_spring: clamp.direction, to_damper: None }, Neighbour::of(graph, segments[0])]
         })
     }
 
     /// The joint between the `sides` that belong to the segments with these labels.
-    fn new(motion: Motion, labels: &[&str], sides: impl FnOnce(&mut Graph, &Hinge, &[Segment]) -> [Side; 2]) -> Self {
+    fn new(
+        motion: Motion,
+        labels: &[&str],
+        sides: impl FnOnce(&mut Graph, &Hinge, &[Segment]) -> [Neighbour; 2],
+    ) -> Self {
         let mut graph = Graph::new();
         let g = &mut graph;
         let hinge = Hinge::new(g, "");
@@ -388,7 +392,7 @@ pub(super) fn tangent(mut graph: Graph, torques: &[NodeId], coordinates: &[NodeI
     (graph, transpose(&columns))
 }
 
-impl Side {
+impl Neighbour {
     /// That of `segment`, whose polar axis is `z`, as it is. Its rates are those in the body.
     fn of(graph: &mut Graph, segment: Segment) -> Self {
         let direction = segment.direction(graph);
