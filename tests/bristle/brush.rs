@@ -72,7 +72,7 @@ fn rows_are_those_of_an_independent_code() {
     // Other columns bounce so often that the reference itself is known to 1e-6 only, and short steps do not resolve each impact.
     let tolerance = |case: &Reference| if case.name.contains("Hertz") { 5e-3 } else { 1e-3 };
     for case in references().iter().filter(|case| case.friction_at.as_deref() != Some("centrelines")) {
-        let result = simulate_brush(&with(&case.input, |brush| brush.tolerance = 1e-5), 1).expect("a row");
+        let result = simulate_brush(&with(&case.input, |brush| brush.tolerance = 1e-4), 1).expect("a row");
         for (column, (filament, expected)) in result.filaments.iter().zip(&case.filaments).enumerate() {
             let errors = expected.errors(&filament.metrics);
             let name = (&case.name, case.input.process.brushing_velocity_m_s, column);
@@ -275,7 +275,7 @@ fn results_depend_neither_on_threads_nor_on_where_a_run_was_stopped() {
 #[test]
 fn mirrored_and_shifted_sectors_are_the_same() {
     // Eight columns throw each other about until single filaments differ by what Newton's method leaves.
-    let base = with(&row(5, 682.0 * 3.0, 5), |brush| {
+    let base = with(&row(5, 682.0 * 3.0, 3), |brush| {
         brush.rows = Some(3);
         brush.ends = Ends::Free;
         brush.tolerance = 1e-4;
@@ -337,7 +337,7 @@ fn energies_balance_and_neighbours_oppose_each_other() {
 #[test]
 fn filaments_with_large_tilts_lean_on_each_other() {
     let tilted = |std: f64, tolerance: f64| {
-        let settings = with(&row(5, 682.0 * 3.0, 4), |brush| {
+        let settings = with(&row(5, 682.0 * 3.0, 2), |brush| {
             (brush.rows, brush.lateral_tilt_std_rad, brush.tolerance) = (Some(3), std, tolerance);
         });
         let settings = Settings { tool: ToolSettings { width_m: 3.6e-3, ..settings.tool.clone() }, ..settings };
@@ -484,12 +484,12 @@ fn each_filament_has_its_own_deviations() {
 
 #[test]
 fn random_roots_keep_their_distance() {
-    let settings = with(&row(2, 10_500.0, 4), |brush| {
+    let settings = with(&row(2, 10_500.0, 2), |brush| {
         (brush.rows, brush.pattern) = (None, Pattern::Random);
         brush.tolerance = 1e-2;
     });
     let result = simulate_brush(&settings, 1).expect("a brush");
-    assert_eq!((result.columns, result.rows), (4, 15));
+    assert_eq!((result.columns, result.rows), (2, 15));
     let (mut least, mut regular) = (f64::INFINITY, 0);
     for (index, a) in result.filaments.iter().enumerate() {
         for b in &result.filaments[..index] {
@@ -503,7 +503,7 @@ fn random_roots_keep_their_distance() {
     }
     assert!((1.18e-3..1.25e-3).contains(&least), "{least}");
     // Of regular roots all would be: of random ones a tenth.
-    assert!(regular < 20, "{regular} of 60");
+    assert!(regular < 10, "{regular} of 30");
     let again = simulate_brush(&settings, 1).expect("a brush");
     assert_eq!(again, result);
     let other = with(&settings, |brush| brush.seed = 2);

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
 /// Number of random settings.
-const SETTINGS: usize = 500;
+const SETTINGS: usize = 200;
 
 /// Settings of a planar pass, slow ones among them: 0.2 m/s at the paper's stiffness is slow enough to buckle sideways.
 fn draw(rng: &mut Rng) -> Settings {

@@ -18,7 +18,7 @@ brushing_velocity_m_s,penetration_depth_m,force_n,std_n,note
 25.0,0.002,1e2,5.0,outside
 ";
 
-const ROWS: u32 = 300_000;
+const ROWS: u32 = 60_000;
 
 /// Tables of measured forces.
 pub struct Measured {
