@@ -153,7 +153,7 @@ impl Target for Input {
     }
 
     fn count(&self) -> usize {
-        5_000
+        3_000
     }
 
     fn originals(&self) -> Vec<Mutant> {

@@ -62,7 +62,7 @@ impl Target for Measured {
     }
 
     fn count(&self) -> usize {
-        4_000
+        2_000
     }
 
     fn originals(&self) -> Vec<Mutant> {
