@@ -4,7 +4,7 @@
 //! Conditions on vectors and between several settings follow below it.
 
 use std::error::Error;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use std::fmt::{self, Display};
 use std::ops::{Bound, RangeBounds};
 
@@ -58,6 +58,7 @@ pub struct Parameter {
     /// What brushes usually have, if values outside are likely a slip.
     pub usual: Option<Usual>,
     read: fn(&Settings) -> Option<f64>,
+    absent: f64,
     set: fn(&mut Settings, f64),
 }
 
@@ -92,10 +93,10 @@ impl Parameter {
         (self.read)(settings)
     }
 
-    /// [`Parameter::read`], NaN instead of `None`.
+    /// [`Parameter::read`], the default instead of `None`.
     #[must_use]
     pub fn get(&self, settings: &Settings) -> f64 {
-        self.read(settings).unwrap_or(f64::NAN)
+        self.read(settings).unwrap_or(self.absent)
     }
 
     /// Changes the setting, if the settings have it, without checks. A count takes the integer part of the value.
@@ -131,7 +132,7 @@ impl Parameter {
         format!("{}{}", self.range, self.in_unit())
     }
 
-    /// Checks that the settings have it.
+    /// Checks that the settings have it, unless the value is the default.
     ///
     /// # Errors
     /// If a workpiece of the kind that they state has none.
@@ -140,7 +141,7 @@ impl Parameter {
             let allowed = left_out(settings.workpiece.kind.name());
             Violation { path: self.path, value: self.format(value), allowed }
         };
-        self.read(settings).map(|_| ()).ok_or_else(absent)
+        if self.read(settings).is_some() || value == self.absent { Ok(()) } else { Err(absent()) }
     }
 
     /// Checks one value of the setting on its own.
@@ -184,6 +185,11 @@ impl Parameter {
 
     const fn decides_force(mut self) -> Self {
         self.decides_force = true;
+        self
+    }
+
+    const fn absent(mut self, default: f64) -> Self {
+        self.absent = default;
         self
     }
 
@@ -346,6 +352,7 @@ macro_rules! entry {
             decides_force: false,
             usual: None,
             read: $get,
+            absent: 0.0,
             set: $set,
         }
     };
@@ -567,15 +574,17 @@ pub static PARAMETERS: &[Parameter] = &[
         "rad",
         Range::between(0.1, 3.1),
         "angle between the faces of an edge"
-    ),
+    )
+    .absent(FRAC_PI_2),
     workpiece_parameter!(edge_radius_m of Edge | Chamfer, "m", Range::between(0.0, 1e3), "radius of the edges")
         .usually(0.0, 0.1, "millimetres typed as metres"),
     workpiece_parameter!(chamfer_width_m of Chamfer, "m", Range::between(0.0, 1e3), "width of the chamfer")
         .usually(0.0, 0.1, "millimetres typed as metres"),
-    workpiece_parameter!(chamfer_angle_rad of Chamfer, "rad", Range::between(0.05, 3.0), "angle of the chamfer"),
+    workpiece_parameter!(chamfer_angle_rad of Chamfer, "rad", Range::between(0.05, 3.0), "angle of the chamfer")
+        .absent(FRAC_PI_4),
     workpiece_parameter!(radius_m of Cylinder | Bore, "m", Range::between(0.0, 1e3), "radius of the cylinder or bore")
         .usually(0.0, 10.0, "millimetres typed as metres"),
-    workpiece_parameter!(degree of Profile, "", Range::whole(1.0, 10.0), "degree of the profile"),
+    workpiece_parameter!(degree of Profile, "", Range::whole(1.0, 10.0), "degree of the profile").absent(3.0),
     parameter!(process.brushing_velocity_m_s, "m/s", Range::between(1e-3, 1e4), "v_b", "brushing velocity")
         .required()
         .also(&["velocity", "tip_speed", "cutting_speed", "vb"])

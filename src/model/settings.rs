@@ -403,7 +403,7 @@ impl Default for PlaneSettings {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct EdgeSettings {
-    /// Where the workpiece's own `x = 0` lies at time zero, in m.
+    /// Where the workpiece's own `x = 0` lies at time zero, in m. A plane has none.
     pub offset_m: f64,
     /// Angle between the faces of an edge or a chamfered edge, through the material, in rad.
     pub included_angle_rad: f64,
@@ -424,7 +424,7 @@ impl Default for EdgeSettings {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChamferSettings {
-    /// Where the workpiece's own `x = 0` lies at time zero, in m.
+    /// Where the workpiece's own `x = 0` lies at time zero, in m. A plane has none.
     pub offset_m: f64,
     /// Angle between the faces of an edge or a chamfered edge, through the material, in rad.
     pub included_angle_rad: f64,
@@ -456,7 +456,7 @@ impl Default for ChamferSettings {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RoundSettings {
-    /// Where the workpiece's own `x = 0` lies at time zero, in m.
+    /// Where the workpiece's own `x = 0` lies at time zero, in m. A plane has none.
     pub offset_m: f64,
     /// Radius of a cylinder or a bore, in m.
     pub radius_m: f64,
@@ -467,7 +467,7 @@ pub struct RoundSettings {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProfileSettings {
-    /// Where the workpiece's own `x = 0` lies at time zero, in m.
+    /// Where the workpiece's own `x = 0` lies at time zero, in m. A plane has none.
     pub offset_m: f64,
     /// Degree of the B-spline of a profile.
     pub degree: usize,

@@ -181,7 +181,9 @@ fn what_radii_cannot_tell_is_refused() {
     assert!(refused(brush(), &[PRESTON, PRESTON], two()).contains("twice"));
     let mut plane = brush();
     plane.workpiece = Settings::paper(10.0, 1e-3).workpiece;
-    assert!(refused(plane, &[PRESTON], two()).contains("`workpiece.kind` has no edge that grows round"));
+    for keys in [&[PRESTON][..], &[PRESTON, START]] {
+        assert!(refused(plane.clone(), keys, two()).contains("`workpiece.kind` has no edge that grows round"));
+    }
     let mut trial = brush();
     let observed = Some(ObservedEdge { edge_radius_m: 1e-4, time_s: 60.0 });
     trial.removal = Some(RemovalSettings { observed, ..RemovalSettings::default() });

@@ -868,7 +868,9 @@ impl<'t> Document<'t> {
             let expected = shown(expected, LONGEST_MESSAGE) + &others.collect::<String>() + &material;
             // The keys of a kind of workpiece are those of a structure of their own.
             let expected = match expected.strip_prefix("one of ").unwrap_or(&expected) {
-                own if section == WORKPIECE => format!("one of `{KIND}`, `{FEED}`, {own}"),
+                own if section == WORKPIECE && message.starts_with("unknown field") => {
+                    format!("one of `{KIND}`, `{FEED}`, {own}")
+                }
                 _ => expected,
             };
             self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)

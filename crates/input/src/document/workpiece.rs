@@ -1,8 +1,7 @@
 //! Reads the section of the workpiece, whose keys depend on its kind.
 
-use bristle::model::parameters::{Violation, left_out};
+use bristle::model::parameters::{Parameter, Violation, left_out};
 use bristle::model::settings::{ProfileSettings, WorkpieceKind, WorkpieceSettings};
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
@@ -50,7 +49,14 @@ impl Document<'_> {
                 continue;
             };
             if !read(value).is_ok_and(|value: Value| is_same(&value, default)) {
-                return Err(self.not_allowed(format!("{WORKPIECE}.{name}"), value, left_out(kind)));
+                let path = format!("{WORKPIECE}.{name}");
+                return Err(match (Parameter::find(&path), read(value)) {
+                    (Some(parameter), Ok(number)) => {
+                        let value = parameter.format(number);
+                        self.violated(table, Violation { path: parameter.path, value, allowed: left_out(kind) })
+                    }
+                    _ => self.not_allowed(path, value, left_out(kind)),
+                });
             }
             others.push(name.to_owned());
         }
@@ -58,7 +64,7 @@ impl Document<'_> {
         let read_all = || {
             let feed_velocity_m_s = feed.map_or(Ok(0.0), |feed| read(&feed))?;
             let keys = Spanned::new(span, DeValue::Table(keys));
-            Ok(WorkpieceSettings { feed_velocity_m_s, kind: of_kind(kind, keys)? })
+            Ok(WorkpieceSettings { feed_velocity_m_s, kind: of_kind(kind, &keys)? })
         };
         let mut workpiece = read_all().map_err(|error: Error| self.unreadable(table, &error))?;
         let violation = |value, allowed| self.violated(table, Violation { path: CONTROL_POINTS, value, allowed });
@@ -79,17 +85,14 @@ impl Document<'_> {
 }
 
 /// Reads the `keys` of a workpiece of a kind. Those of its structure, rather than of [`WorkpieceKind`], keep their places in errors.
-fn of_kind(kind: &str, keys: Spanned<DeValue<'_>>) -> Result<WorkpieceKind, Error> {
-    fn read_keys<T: DeserializeOwned>(keys: Spanned<DeValue<'_>>) -> Result<T, Error> {
-        read(&keys)
-    }
+fn of_kind(kind: &str, keys: &Spanned<DeValue<'_>>) -> Result<WorkpieceKind, Error> {
     Ok(match kind {
-        "edge" => WorkpieceKind::Edge(read_keys(keys)?),
-        "chamfer" => WorkpieceKind::Chamfer(read_keys(keys)?),
-        "cylinder" => WorkpieceKind::Cylinder(read_keys(keys)?),
-        "bore" => WorkpieceKind::Bore(read_keys(keys)?),
-        "profile" => WorkpieceKind::Profile(read_keys(keys)?),
-        _ => WorkpieceKind::Plane(read_keys(keys)?),
+        "edge" => WorkpieceKind::Edge(read(keys)?),
+        "chamfer" => WorkpieceKind::Chamfer(read(keys)?),
+        "cylinder" => WorkpieceKind::Cylinder(read(keys)?),
+        "bore" => WorkpieceKind::Bore(read(keys)?),
+        "profile" => WorkpieceKind::Profile(read(keys)?),
+        _ => WorkpieceKind::Plane(read(keys)?),
     })
 }
 

@@ -346,15 +346,27 @@ fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
 fn study_settings(study: &Study) -> Vec<Value> {
     let tools = study.tools().len().max(1);
     let first_case = |tool: usize| study.settings(tool * (study.case_count() / tools));
-    let mut of_tools = (0..tools).map(|tool| settings(&first_case(tool), |parameter| study.varies(parameter)));
-    let mut merged = of_tools.next().unwrap_or_default();
-    let others: Vec<Vec<Value>> = of_tools.collect();
-    for (position, entry) in merged.iter_mut().enumerate() {
-        let others = others.iter().map(|settings| &settings[position]["value"]);
-        if others.clone().any(|other| *other != entry["value"]) {
-            let values: Vec<Value> = std::iter::once(&entry["value"]).chain(others).cloned().collect();
-            entry["value"] = Value::Null;
-            entry["by_tool"] = json!(values);
+    let of_tool = |tool: usize| settings(&first_case(tool), |parameter| study.varies(parameter));
+    let of_tools: Vec<Vec<Value>> = (0..tools).map(of_tool).collect();
+    let position = |settings: &[Value], entry: &Value| settings.iter().position(|own| own["path"] == entry["path"]);
+    // What only some have comes behind what precedes it there.
+    let mut merged: Vec<Value> = Vec::new();
+    for settings in &of_tools {
+        let mut next = 0;
+        for entry in settings {
+            next = 1 + position(&merged, entry).unwrap_or_else(|| {
+                merged.insert(next, entry.clone());
+                next
+            });
+        }
+    }
+    for entry in &mut merged {
+        let value = |settings: &Vec<Value>| {
+            position(settings, entry).map_or(json!("none"), |own| settings[own]["value"].clone())
+        };
+        let values: Vec<Value> = of_tools.iter().map(value).collect();
+        if values.iter().any(|value| *value != values[0]) {
+            (entry["value"], entry["by_tool"]) = (Value::Null, json!(values));
         }
     }
     merged

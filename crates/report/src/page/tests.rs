@@ -10,8 +10,8 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::settings::{BrushSettings, ProfileSettings};
 use bristle::simulation::Statistics;
-use bristle_grid::Sweep;
 use bristle_grid::uncertainty::ForceScatter;
+use bristle_grid::{Sweep, Tool};
 use bristle_input::document::Document;
 use bristle_input::measured::{Measurement, Speed};
 use bristle_insight::assumptions::Assumptions;
@@ -209,6 +209,34 @@ fn every_setting_is_on_the_page_with_a_name() {
         has_every_setting(&other);
     }
     has_every_setting(&Settings { brush: Some(BrushSettings::default()), ..alone });
+}
+
+/// Tools over workpieces of different kinds have settings of their own: none is mistaken for another.
+#[test]
+fn settings_of_tools_are_merged_by_their_paths() {
+    let plane = grid(1, 1).settings(0);
+    let mut edge = plane.clone();
+    edge.workpiece.kind = WorkpieceKind::edge(1e-3);
+    for order in [[&plane, &edge], [&edge, &plane]] {
+        let tool = |(position, settings): (usize, &&Settings)| Tool {
+            name: format!("tool {position}"),
+            settings: (*settings).clone(),
+            held: Vec::new(),
+        };
+        let study = Study::of_tools(order.iter().enumerate().map(tool).collect(), Vec::new()).expect("a study");
+        let merged = study_settings(&study);
+        let paths: Vec<&str> = merged.iter().filter_map(|entry| entry["path"].as_str()).collect();
+        for settings in order {
+            let own = super::settings(settings, |_| false);
+            let own: Vec<&str> = own.iter().filter_map(|entry| entry["path"].as_str()).collect();
+            assert!(own.iter().all(|path| paths.contains(path)) && own.len() < paths.len());
+        }
+        let by_tool = |path: &str| merged.iter().find(|entry| entry["path"] == path).map(|entry| &entry["by_tool"]);
+        let is_edge = order[0] == &edge;
+        let expected = if is_edge { json!([1e-3, "none"]) } else { json!(["none", 1e-3]) };
+        assert_eq!(by_tool("workpiece.edge_radius_m"), Some(&expected));
+        assert_eq!(by_tool("process.penetration_depth_m"), Some(&Value::Null));
+    }
 }
 
 fn has_every_setting(stated: &Settings) {
