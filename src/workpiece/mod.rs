@@ -140,7 +140,7 @@ impl Edge {
     /// The centre of an arc at `time` (s) in m, as all points of its own in the plane of the profile.
     ///
     /// That of a stretch of a spline is the centre of curvature where the stretch is nearest to `point`, or half-way along it: the
-    /// point of a filament that is nearest to an edge is found by turns with its centre.
+    /// point of a filament that is nearest to an edge is found by alternating with its centre.
     pub fn centre(&self, point: Option<[f64; 2]>, time: f64) -> [f64; 2] {
         let moved = self.moved(time);
         match &self.curve {

@@ -342,7 +342,7 @@ impl Study {
         let numbers = self.sweeps.iter().map(|sweep| sweep.setting().parameter());
         let values = numbers.zip(self.values(case)).filter_map(|(parameter, value)| Some((parameter?, value)));
         let (others, own): (Vec<_>, Vec<_>) = values.partition(|(parameter, _)| !parameter.instead_of.is_empty());
-        // A setting that states another in its own way does so from those of this case.
+        // An alias follows from the other settings of this case.
         for (parameter, value) in own.into_iter().chain(held.iter().copied()).chain(others) {
             parameter.set(&mut settings, value);
         }

@@ -164,7 +164,7 @@ pub fn unusual(settings: &Settings) -> Vec<Unusual> {
     });
     let mut found: Vec<Unusual> = Vec::new();
     for unusual in of_values.chain(of_relations) {
-        // A setting that states another in its own way is not told again.
+        // An alias is not told again.
         let is_same = |told: &Unusual| {
             Parameter::find(unusual.path).is_some_and(|parameter| parameter.group().any(|same| same.path == told.path))
         };

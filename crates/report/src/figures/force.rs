@@ -17,7 +17,7 @@ use bristle_text::number::short;
 const MAX_MEASURED: usize = 4;
 /// Maximum number of pairs of curves with and without interaction.
 const MAX_INTERACTING: usize = 3;
-/// Maximum number of curves with bands of scattering filaments, which are wide.
+/// Maximum number of curves with bands of varying filaments, which are wide.
 const MAX_SCATTERED: usize = 3;
 
 /// Maximum number of markers on a curve; more would hide each other, and make a file that no viewer opens.

@@ -51,7 +51,7 @@ const MAX_CELLS: usize = 200;
 /// The most figures that are drawn unless all are asked for.
 const MAIN: usize = 5;
 /// The figures of a study that come first among them, by what their names begin with and have after that: what was measured, what interaction or
-/// scattering filaments change, tools side by side, where an edge is worked, then force, contact time ratio, impulse and power over the settings.
+/// varying filaments change, tools side by side, where an edge is worked, then force, contact time ratio, impulse and power over the settings.
 const PREFERRED: [[&str; 2]; 22] = [
     ["measured_over_", ""],
     ["interaction_over_", ""],
