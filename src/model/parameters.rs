@@ -4,12 +4,14 @@
 //! Conditions on vectors and between several settings follow below it.
 
 use std::error::Error;
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use std::f64::consts::PI;
 use std::fmt::{self, Display};
 use std::ops::{Bound, RangeBounds};
 
 use crate::model::record::Scalar;
-use crate::model::settings::{MAX_TURNS, Settings, Turns, WorkpieceKind};
+use crate::model::settings::{
+    ChamferSettings, EdgeSettings, MAX_TURNS, ProfileSettings, RoundSettings, Settings, Turns, WorkpieceKind,
+};
 
 /// The largest number of segments of a filament.
 pub const MAX_SEGMENTS: usize = 400;
@@ -58,7 +60,7 @@ pub struct Parameter {
     /// What brushes usually have, if values outside are likely a slip.
     pub usual: Option<Usual>,
     read: fn(&Settings) -> Option<f64>,
-    absent: f64,
+    absent: fn() -> f64,
     set: fn(&mut Settings, f64),
 }
 
@@ -96,7 +98,7 @@ impl Parameter {
     /// [`Parameter::read`], the default instead of `None`.
     #[must_use]
     pub fn get(&self, settings: &Settings) -> f64 {
-        self.read(settings).unwrap_or(self.absent)
+        self.read(settings).unwrap_or_else(self.absent)
     }
 
     /// Changes the setting, if the settings have it, without checks. A count takes the integer part of the value.
@@ -141,7 +143,7 @@ impl Parameter {
             let allowed = left_out(settings.workpiece.kind.name());
             Violation { path: self.path, value: self.format(value), allowed }
         };
-        if self.read(settings).is_some() || value == self.absent { Ok(()) } else { Err(absent()) }
+        if self.read(settings).is_some() || value == (self.absent)() { Ok(()) } else { Err(absent()) }
     }
 
     /// Checks one value of the setting on its own.
@@ -188,8 +190,8 @@ impl Parameter {
         self
     }
 
-    const fn absent(mut self, default: f64) -> Self {
-        self.absent = default;
+    const fn or_default(mut self, absent: fn() -> f64) -> Self {
+        self.absent = absent;
         self
     }
 
@@ -352,7 +354,7 @@ macro_rules! entry {
             decides_force: false,
             usual: None,
             read: $get,
-            absent: 0.0,
+            absent: || 0.0,
             set: $set,
         }
     };
@@ -416,9 +418,9 @@ macro_rules! brush_parameter {
     };
 }
 
-/// An entry of `[workpiece]` that only some kinds of workpiece have.
+/// An entry of `[workpiece]` that only some kinds of workpiece have, and its default, from the settings of one of them.
 macro_rules! workpiece_parameter {
-    ($key:ident of $($kind:ident)|+, $unit:literal, $range:expr, $name:literal) => {
+    ($settings:ident . $key:ident of $($kind:ident)|+, $unit:literal, $range:expr, $name:literal) => {
         entry!(
             workpiece.$key,
             $unit,
@@ -434,6 +436,7 @@ macro_rules! workpiece_parameter {
                 _ => {}
             }
         )
+        .or_default(|| Scalar::into_f64($settings::default().$key))
     };
 }
 
@@ -564,27 +567,25 @@ pub static PARAMETERS: &[Parameter] = &[
         .also(&["feed", "feed_rate", "feed_speed", "table_feed"])
         .usually(-5.0, 5.0, "mm/s or m/min typed as m/s"),
     workpiece_parameter!(
-        offset_m of Edge | Chamfer | Cylinder | Bore | Profile,
+        EdgeSettings.offset_m of Edge | Chamfer | Cylinder | Bore | Profile,
         "m",
         Range::between(-1e3, 1e3),
         "offset of the workpiece along x"
     ),
     workpiece_parameter!(
-        included_angle_rad of Edge | Chamfer,
+        EdgeSettings.included_angle_rad of Edge | Chamfer,
         "rad",
         Range::between(0.1, 3.1),
         "angle between the faces of an edge"
-    )
-    .absent(FRAC_PI_2),
-    workpiece_parameter!(edge_radius_m of Edge | Chamfer, "m", Range::between(0.0, 1e3), "radius of the edges")
+    ),
+    workpiece_parameter!(EdgeSettings.edge_radius_m of Edge | Chamfer, "m", Range::between(0.0, 1e3), "radius of the edges")
         .usually(0.0, 0.1, "millimetres typed as metres"),
-    workpiece_parameter!(chamfer_width_m of Chamfer, "m", Range::between(0.0, 1e3), "width of the chamfer")
+    workpiece_parameter!(ChamferSettings.chamfer_width_m of Chamfer, "m", Range::between(0.0, 1e3), "width of the chamfer")
         .usually(0.0, 0.1, "millimetres typed as metres"),
-    workpiece_parameter!(chamfer_angle_rad of Chamfer, "rad", Range::between(0.05, 3.0), "angle of the chamfer")
-        .absent(FRAC_PI_4),
-    workpiece_parameter!(radius_m of Cylinder | Bore, "m", Range::between(0.0, 1e3), "radius of the cylinder or bore")
+    workpiece_parameter!(ChamferSettings.chamfer_angle_rad of Chamfer, "rad", Range::between(0.05, 3.0), "angle of the chamfer"),
+    workpiece_parameter!(RoundSettings.radius_m of Cylinder | Bore, "m", Range::between(0.0, 1e3), "radius of the cylinder or bore")
         .usually(0.0, 10.0, "millimetres typed as metres"),
-    workpiece_parameter!(degree of Profile, "", Range::whole(1.0, 10.0), "degree of the profile").absent(3.0),
+    workpiece_parameter!(ProfileSettings.degree of Profile, "", Range::whole(1.0, 10.0), "degree of the profile"),
     parameter!(process.brushing_velocity_m_s, "m/s", Range::between(1e-3, 1e4), "v_b", "brushing velocity")
         .required()
         .also(&["velocity", "tip_speed", "cutting_speed", "vb"])

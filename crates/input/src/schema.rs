@@ -98,7 +98,7 @@ fn settings_schema() -> Value {
         }
     }
     workpiece["properties"]["kind"] =
-        json!({ "default": "plane", "description": "The kind of workpiece.", "oneOf": named });
+        json!({ "default": WorkpieceKind::default().name(), "description": "The kind of workpiece.", "oneOf": named });
     workpiece["additionalProperties"] = json!(false);
     schema
 }

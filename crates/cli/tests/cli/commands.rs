@@ -845,7 +845,7 @@ fn workpieces_that_cannot_be_are_refused_with_key_and_line() {
         ("EDGE\nchamfer_width_m = 1e-3", 3, "chamfer_width_m", of_edge),
         ("EDGE\nchamfer_angle_rad = 0.5", 3, "chamfer_angle_rad", of_edge),
         ("EDGE\nradius_m = 0.1", 3, "radius_m", of_edge),
-        ("EDGE\nnormal = [1, 1, 0]", 3, "normal", of_edge),
+        ("EDGE\nnormal = [1, 1, 0]", 3, "normal", "faces along y"),
         (
             "kind = 'cylinder'\nradius_m = 0.1\nincluded_angle_rad = 1.5",
             3,

@@ -36,7 +36,11 @@ fn keys_of_other_workpieces_have_no_effect() {
     let edge = "kind = \"edge\"\nedge_radius_m = 1e-3\n";
     assert_eq!(kind(&format!("{edge}normal = [0, 1.0, 0]\nclosed = false")), Ok(WorkpieceKind::edge(1e-3)));
     let refused = kind(&format!("{edge}normal = [0, 1, 1]")).expect_err("an edge is not turned").to_string();
-    assert!(refused.contains("`workpiece.normal` is [0, 1, 1], but must be left out: a workpiece of kind `edge`"));
+    assert!(
+        refused.contains(
+            "`workpiece.normal` is [0, 1, 1], but must be left out: a workpiece of kind `edge` faces along y"
+        )
+    );
     let unknown = kind(&format!("{edge}edge_raduis_m = 1")).expect_err("no such key").to_string();
     assert!(unknown.contains("expected one of `kind`, `feed_velocity_m_s`, `offset_m`, `included_angle_rad`,"));
     assert!(unknown.contains("did you mean `workpiece.edge_radius_m`?"), "{unknown}");

@@ -16,6 +16,8 @@ use crate::schema::workpiece_kinds;
 /// The keys of a workpiece of any kind.
 pub(super) const KIND: &str = "kind";
 pub(super) const FEED: &str = "feed_velocity_m_s";
+/// The key of a plane that other kinds have, too, but do not state.
+const NORMAL: &str = "normal";
 
 impl Document<'_> {
     /// Reads the section of the workpiece of a `table`. Keys of another kind may have their defaults only.
@@ -29,7 +31,7 @@ impl Document<'_> {
         };
         let kinds = workpiece_kinds();
         let stated = keys.remove(KIND);
-        let kind = stated.as_ref().map_or(Some("plane"), |kind| kind.get_ref().as_str());
+        let kind = stated.as_ref().map_or(Some(WorkpieceKind::default().name()), |kind| kind.get_ref().as_str());
         let Some((kind, own)) = kind.and_then(|kind| kinds.iter().find(|(name, _)| name == kind)) else {
             let names: Vec<String> = kinds.iter().map(|(name, _)| format!("`{name}`")).collect();
             let stated = stated.as_ref().expect("the default is a kind");
@@ -50,12 +52,16 @@ impl Document<'_> {
             };
             if !read(value).is_ok_and(|value: Value| is_same(&value, default)) {
                 let path = format!("{WORKPIECE}.{name}");
+                let allowed = match name {
+                    NORMAL => format!("left out: a workpiece of kind `{kind}` faces along y"),
+                    _ => left_out(kind),
+                };
                 return Err(match (Parameter::find(&path), read(value)) {
                     (Some(parameter), Ok(number)) => {
                         let value = parameter.format(number);
-                        self.violated(table, Violation { path: parameter.path, value, allowed: left_out(kind) })
+                        self.violated(table, Violation { path: parameter.path, value, allowed })
                     }
-                    _ => self.not_allowed(path, value, left_out(kind)),
+                    _ => self.not_allowed(path, value, allowed),
                 });
             }
             others.push(name.to_owned());
@@ -67,18 +73,22 @@ impl Document<'_> {
             Ok(WorkpieceSettings { feed_velocity_m_s, kind: of_kind(kind, &keys)? })
         };
         let mut workpiece = read_all().map_err(|error: Error| self.unreadable(table, &error))?;
-        let violation = |value, allowed| self.violated(table, Violation { path: CONTROL_POINTS, value, allowed });
-        if self.control_points_file.is_some() {
-            match &mut workpiece.kind {
-                WorkpieceKind::Profile(profile) => profile.control_points_m.clone_from(&self.control_points),
-                kind => return Err(violation(format!("{} points", self.control_points.len()), left_out(kind.name()))),
+        let is_from_file = self.control_points_file.is_some();
+        let wrong = |count: usize, allowed| {
+            let value = format!("{count} points");
+            Err(self.violated(table, Violation { path: CONTROL_POINTS, value, allowed }))
+        };
+        match &mut workpiece.kind {
+            WorkpieceKind::Profile(ProfileSettings { control_points_m: points, .. }) => {
+                if is_from_file {
+                    points.clone_from(&self.control_points);
+                }
+                if points.len() > MOST_CONTROL_POINTS {
+                    return wrong(points.len(), format!("a list of at most {MOST_CONTROL_POINTS} points"));
+                }
             }
-        }
-        if let WorkpieceKind::Profile(ProfileSettings { control_points_m, .. }) = &workpiece.kind
-            && control_points_m.len() > MOST_CONTROL_POINTS
-        {
-            let allowed = format!("a list of at most {MOST_CONTROL_POINTS} points");
-            return Err(violation(format!("{} points", control_points_m.len()), allowed));
+            _ if is_from_file => return wrong(self.control_points.len(), left_out(kind)),
+            _ => {}
         }
         Ok(workpiece)
     }
