@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use bristle::brush::{BrushResult, BrushRun, FilamentResult, RunOptions};
+use bristle::brush::{BrushError, BrushResult, BrushRun, FilamentResult, RunOptions};
 use bristle::model::record::{Column, Record};
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
@@ -14,6 +14,7 @@ use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings;
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
+use bristle_store::checkpoint::{from_bytes, to_bytes};
 use bristle_store::results::{Moment, Pair, Position, Rest, write_brush_metrics};
 use bristle_text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods};
@@ -63,7 +64,7 @@ pub fn brush(
             while run.advance()? {
                 done.store(run.done().to_bits(), Ordering::Relaxed);
             }
-            state = run.checkpoint();
+            state = to_bytes(&run.checkpoint());
             run.finish()
         })?;
         Ok((settings, result, state))
@@ -131,7 +132,10 @@ impl SimulatedBrush {
         let (frames, state, [depth, stiffness]) = state;
         let settings = input.settings()?.at_depth(depth);
         let options = RunOptions { frames, ..RunOptions::default() };
-        let result = py.detach(|| BrushRun::resume(&settings, options, &state)?.finish());
+        let result = py.detach(|| {
+            let state = from_bytes(&state).ok_or(BrushError::Checkpoint)?;
+            BrushRun::resume(&settings, options, &state)?.finish()
+        });
         let mut result = result.map_err(|error| of_brush(&error))?;
         result.tool.force_stiffness_n_m = stiffness;
         Ok(Self { settings, result, frames, state })

@@ -15,7 +15,6 @@ use super::group::{Activity, Budget, Group, Member, Surroundings, WorkpieceLoad,
 use super::presses::PressLaw;
 use super::pressing::{Pair, Pressing};
 use super::team;
-use super::words::{Reader, Writer};
 use crate::equations::{ChainDynamics, LANES, Lanes, Lanewise, PolarAxis, Real};
 use crate::simulation::{Filament, Form};
 use crate::tool::ClampMotion;
@@ -26,6 +25,7 @@ pub const BEHIND: f64 = 0.15;
 
 /// Coordinates, rates and accelerations of all filaments, group by group.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BrushState {
     /// Time in s.
     pub time: f64,
@@ -46,6 +46,7 @@ impl BrushState {
 
 /// The work of a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Effort {
     /// Iterations of Newton's method.
     pub newton_iterations: usize,
@@ -77,6 +78,15 @@ pub struct Bundle<M> {
     pressing: Pressing,
     forces: Field,
     linear: Linear,
+}
+
+/// What a group does, apart from its motion.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct GroupState {
+    charts: Vec<PolarAxis>,
+    activity: Activity,
+    asleep_from: Option<(f64, Vector)>,
 }
 
 /// Memory of the linear equations.
@@ -316,47 +326,36 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         self.groups.iter().flat_map(|group| group.equations.charts().iter().copied()).collect()
     }
 
-    /// Writes the charts of the coordinates, and what each group does.
-    pub fn save(&self, words: &mut Writer) {
-        self.charts().into_iter().for_each(|axis| words.count(usize::from(axis == PolarAxis::X)));
-        for group in &self.groups {
-            words.count(match group.activity {
-                Activity::Left => 3,
-                Activity::Rests if self.is_asleep(group.index) => 2,
-                Activity::Rests => 1,
-                _ => 0,
-            });
-            if let Some((since, q)) = &group.asleep_from {
-                words.number(*since);
-                words.blocks(q);
-            }
-        }
+    /// What each group does, for [`Bundle::restore`].
+    pub fn states(&self) -> Vec<GroupState> {
+        let state = |group: &Group| GroupState {
+            charts: group.equations.charts().to_vec(),
+            activity: match group.activity {
+                activity @ (Activity::Rests | Activity::Left) => activity,
+                Activity::Solved | Activity::Alone | Activity::Coupled => Activity::Solved,
+            },
+            asleep_from: group.asleep_from.clone(),
+        };
+        self.groups.iter().map(state).collect()
     }
 
-    /// Takes them from what was written. `None` if the words are not those of such a bundle.
-    pub fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
-        for group in &mut self.groups {
-            let mut axis = || Some(if words.count()? == 1 { PolarAxis::X } else { PolarAxis::Z });
-            let charts: Option<Vec<PolarAxis>> = group.equations.charts().iter().map(|_| axis()).collect();
-            group.equations.set_charts(&charts?);
+    /// Lets each group do what it did. `None` if the states are not those of such a bundle.
+    pub fn restore(&mut self, states: &[GroupState]) -> Option<()> {
+        let n = self.layout.segments;
+        let fits = |(group, state): (&Group, &GroupState)| {
+            let asleep = state.asleep_from.as_ref();
+            state.charts.len() == group.equations.charts().len() && asleep.is_none_or(|(_, q)| q.len() == n)
+        };
+        if states.len() != self.groups.len() || !self.groups.iter().zip(states).all(fits) {
+            return None;
         }
-        for group in &mut self.groups {
-            let state = words.count()?;
-            self.candidates.set_asleep(group.index, state > 1);
-            group.activity = match state {
-                1 | 2 => Activity::Rests,
-                3 => Activity::Left,
-                _ => Activity::Solved,
-            };
-            if state == 3 {
+        for (group, GroupState { charts, activity, asleep_from }) in self.groups.iter_mut().zip(states) {
+            group.equations.set_charts(charts);
+            group.activity = *activity;
+            group.asleep_from = asleep_from.clone();
+            self.candidates.set_asleep(group.index, asleep_from.is_some());
+            if *activity == Activity::Left {
                 self.candidates.leave_out(group.index);
-            }
-            group.asleep_from = None;
-            if state > 1 {
-                let since = words.number()?;
-                let mut q = vec![[Lanes::ZERO; 2]; self.layout.segments];
-                words.blocks(&mut q)?;
-                group.asleep_from = Some((since, q));
             }
         }
         Some(())

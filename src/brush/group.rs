@@ -62,6 +62,7 @@ enum Meeting {
 
 /// What a group needs in an iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Activity {
     /// Its straight filaments have not been touched yet: they turn with the body, and have no equations to solve.
     Rests,
@@ -120,6 +121,7 @@ pub struct Surroundings<'a, M> {
 
 /// The force of the workpiece on one filament.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WorkpieceLoad {
     /// Of all contacts.
     pub sum: ContactSum,
@@ -144,7 +146,8 @@ impl WorkpieceLoad {
 }
 
 /// Where and how much an edge is worked on.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WorkedEdge {
     /// Its index.
     pub edge: usize,
@@ -220,6 +223,7 @@ impl Budget {
 
 /// What filaments exchange with their surroundings at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Exchange {
     /// Power of the clamps and of a moving workpiece in W.
     pub work: f64,

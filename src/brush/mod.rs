@@ -39,7 +39,6 @@ mod sector;
 mod settle;
 mod stretch;
 mod team;
-mod words;
 
 pub use assembly::{Assembly, StepError};
 pub use bundle::Effort;
@@ -48,7 +47,7 @@ pub use presses::PressLaw;
 pub use result::{
     BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, Stretch, ToolSample,
 };
-pub use run::{BrushRun, RunOptions, check_brush, memory_estimate};
+pub use run::{BrushRun, Checkpoint, RunOptions, check_brush, memory_estimate};
 
 use crate::model::settings::Settings;
 

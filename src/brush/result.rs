@@ -28,6 +28,7 @@ pub struct FilamentResult {
 
 /// The forces of the tool at the end of a step: sums over all filaments of the sector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ToolSample {
     /// Time in s.
     pub time_s: f64,
@@ -68,6 +69,7 @@ pub struct PairResult {
 
 /// All filaments at one time.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Frame {
     /// Time in s.
     pub time_s: f64,
@@ -167,34 +169,6 @@ impl ToolSample {
         self.touching_filaments += weight * other.touching_filaments;
         self.touching_pairs += weight * other.touching_pairs;
     }
-
-    /// All numbers of the state.
-    pub(super) fn numbers(&mut self) -> [&mut f64; 7] {
-        let Self {
-            time_s,
-            contact_normal_force_n,
-            contact_force_n: [x, y, z],
-            contact_moment_n_m,
-            press_force_n,
-            touching_filaments: _,
-            touching_pairs: _,
-        } = self;
-        [time_s, contact_normal_force_n, x, y, z, contact_moment_n_m, press_force_n]
-    }
-
-    /// All counts of the state.
-    pub(super) fn counts(&mut self) -> [&mut usize; 2] {
-        [&mut self.touching_filaments, &mut self.touching_pairs]
-    }
-}
-
-impl BrushStatistics {
-    /// All counts of the state.
-    pub(super) fn counts(&mut self) -> [&mut usize; 5] {
-        let Self { steps, halved_steps, effort } = self;
-        let Effort { newton_iterations, krylov_vectors, factorisations } = effort;
-        [steps, halved_steps, newton_iterations, krylov_vectors, factorisations]
-    }
 }
 
 impl AddAssign for BrushStatistics {
@@ -207,6 +181,7 @@ impl AddAssign for BrushStatistics {
 
 /// Work done by the simulation of a brush.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BrushStatistics {
     /// Steps.
     pub steps: usize,

@@ -11,14 +11,13 @@ use super::plan::{Plan, STRIDE, begin};
 use super::result::{
     BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, ToolSample,
 };
-use super::sector::{Account, Balance, Sector};
+use super::sector::{Account, Balance, Sector, SectorState};
 use super::settle::{self, Settling};
 use super::stretch;
 use super::team::Team;
-use super::words::{Reader, Writer};
 use crate::equations::{LANES, lanes_are_compiled};
 use crate::model::metrics::{ContactRecord, Metrics};
-use crate::model::settings::{BrushSettings, Hold, MAX_TURNS, Settings, Turns};
+use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
 use crate::model::trim::differ;
 use crate::simulation::{Form, Pass, Stop, is_steady};
 
@@ -43,6 +42,7 @@ impl Default for RunOptions {
 
 /// How precisely the steps of a brush are computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Precision {
     /// The way of the tips in a step in m.
     step: f64,
@@ -123,12 +123,6 @@ impl Precision {
         if best.error.is_finite() { Ok(best) } else { Err(BrushError::NoConvergence { time: 0.0, filaments: 1 }) }
     }
 
-    /// All numbers.
-    fn numbers(&mut self) -> [&mut f64; 4] {
-        let Self { step, newton, lacking, error } = self;
-        [step, newton, lacking, error]
-    }
-
     /// Half the step, so many times, or twice the step if they are negative. The energy that a step lacks falls with the third power of
     /// its length.
     fn halved(self, times: i32) -> Self {
@@ -139,7 +133,8 @@ impl Precision {
 
 /// How the steps of a brush follow from what its filaments do to each other: errors grow with each strike, and where filaments rub on each
 /// other. A [`Trial`] shows nothing of that.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Refinement {
     /// Whether the brush begins anew in steps half as long until its impulses no longer change.
     goes_on: bool,
@@ -236,27 +231,6 @@ impl Refinement {
         let changes = self.coarser.iter().zip(impulses).map(change);
         if self.coarser.is_empty() { f64::INFINITY } else { changes.fold(0.0, f64::max) }
     }
-
-    fn save(&self, words: &mut Writer) {
-        words.count(usize::from(self.goes_on));
-        words.count(self.whole.unwrap_or(0));
-        words.count(self.counted);
-        words.count(self.changes.len());
-        self.changes.iter().for_each(|change| words.number(*change));
-        words.count(self.coarser.len());
-        words.count(self.coarser.first().map_or(0, Vec::len));
-        self.coarser.iter().flatten().for_each(|impulse| words.number(*impulse));
-    }
-
-    fn restore(words: &mut Reader<'_>) -> Option<Self> {
-        let [goes_on, whole, counted, ended] = [words.count()?, words.count()?, words.count()?, words.count()?];
-        let changes = (0..ended).map(|_| words.number()).collect::<Option<_>>()?;
-        let [turns, filaments] = [words.count()?, words.count()?];
-        let turns = Some(turns).filter(|turns| *turns <= MAX_TURNS)?;
-        let mut turn = || (0..filaments).map(|_| words.number()).collect();
-        let coarser = (0..turns).map(|_| turn()).collect::<Option<_>>()?;
-        Some(Self { goes_on: goes_on == 1, whole: Some(whole).filter(|whole| *whole > 0), counted, changes, coarser })
-    }
 }
 
 /// The share of its quantity that a balance may lack, so that a result is no error.
@@ -269,6 +243,7 @@ fn allowed_residual(brush: &BrushSettings) -> f64 {
 
 /// Nodes in all frames together, at most.
 const MOST_NODES: usize = 1_000_000;
+
 /// A brush on its way over the workpiece.
 pub struct BrushRun {
     settings: Settings,
@@ -307,6 +282,38 @@ pub struct BrushRun {
     history: Vec<ToolSample>,
     frames: Vec<Frame>,
     stop: Stop,
+}
+
+/// The state of a [`BrushRun`], from which it can go on.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Checkpoint {
+    columns: usize,
+    precision: Precision,
+    refinement: Refinement,
+    reached: Reached,
+}
+
+/// How far a brush has come.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+enum Reached {
+    /// Its filaments settle, before the motion begins.
+    Settling(Settling),
+    /// It is on its way.
+    Moving(Moving),
+}
+
+/// A brush on its way, as [`BrushRun`] has it.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Moving {
+    begin: f64,
+    followed: usize,
+    done: usize,
+    sectors: Vec<SectorState>,
+    history: Vec<ToolSample>,
+    frames: Vec<Frame>,
 }
 
 /// A sector that can be simulated, before its filaments are made.
@@ -840,84 +847,69 @@ impl BrushRun {
     }
 
     /// The state, from which [`BrushRun::resume`] goes on with the same bits.
-    pub fn checkpoint(&self) -> Vec<u8> {
-        let mut words = Writer::default();
-        words.count(self.arrangement.columns);
-        let mut precision = self.precision;
-        words.numbers(precision.numbers());
-        self.refinement.save(&mut words);
-        words.count(usize::from(self.settling.is_some()));
-        if let Some(settling) = &self.settling {
-            settling.save(&mut words);
-            return words.into_bytes();
+    pub fn checkpoint(&self) -> Checkpoint {
+        let moving = || {
+            Reached::Moving(Moving {
+                begin: self.begin,
+                followed: self.followed,
+                done: self.done,
+                sectors: self.sectors.iter().map(|(_, sector)| sector.state()).collect(),
+                history: self.history.clone(),
+                frames: self.frames.clone(),
+            })
+        };
+        Checkpoint {
+            columns: self.arrangement.columns,
+            precision: self.precision,
+            refinement: self.refinement.clone(),
+            reached: self.settling.clone().map_or_else(moving, Reached::Settling),
         }
-        words.number(self.begin);
-        words.count(self.followed);
-        words.count(self.done);
-        self.sectors.iter().for_each(|(_, sector)| sector.save(&mut words));
-        words.count(self.history.len());
-        for mut sample in self.history.iter().copied() {
-            words.numbers(sample.numbers());
-            words.counts(sample.counts());
-        }
-        words.count(self.frames.len());
-        for Frame { time_s, tool_angle_rad, nodes_m, contact_normal_force_n, press_force_n } in &self.frames {
-            [*time_s, *tool_angle_rad].into_iter().for_each(|value| words.number(value));
-            nodes_m.iter().flatten().flatten().for_each(|value| words.single(*value));
-            contact_normal_force_n.iter().chain(press_force_n).for_each(|value| words.single(*value));
-        }
-        words.into_bytes()
     }
 
     /// Goes on from a state of the same brush, which [`BrushRun::checkpoint`] returned.
     ///
     /// # Errors
     /// As for [`BrushRun::new`], or if the state is not that of this brush.
-    pub fn resume(settings: &Settings, options: RunOptions, checkpoint: &[u8]) -> Result<Self, BrushError> {
-        let mut words = Reader(checkpoint);
-        let columns = words.count().ok_or(BrushError::Checkpoint)?;
-        let mut precision = Precision { step: 0.0, newton: 0.0, lacking: 0.0, error: 0.0 };
-        words.numbers(precision.numbers()).ok_or(BrushError::Checkpoint)?;
+    pub fn resume(settings: &Settings, options: RunOptions, checkpoint: &Checkpoint) -> Result<Self, BrushError> {
+        let Checkpoint { columns, precision, refinement, reached } = checkpoint;
         if !(precision.step > 0.0 && precision.newton > 0.0 && precision.lacking > 0.0) {
             return Err(BrushError::Checkpoint);
         }
-        let refinement = Refinement::restore(&mut words).ok_or(BrushError::Checkpoint)?;
-        let mut run = Self { refinement, ..Self::of_columns(settings, options, Some(columns), Some(precision))? };
-        run.restore(&mut words).ok_or(BrushError::Checkpoint)?;
-        Ok(run)
+        let mut run = Self::of_columns(settings, options, Some(*columns), Some(*precision))?;
+        run.refinement = refinement.clone();
+        let restored = match reached {
+            Reached::Settling(settling) => run.settling.as_mut().and_then(|own| own.restore(settling)),
+            Reached::Moving(state) => run.restore(state),
+        };
+        restored.map(|()| run).ok_or(BrushError::Checkpoint)
     }
 
-    fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
-        if words.count()? == 1 {
-            self.settling.as_mut()?.restore(words)?;
-            return words.0.is_empty().then_some(());
-        }
-        self.settling = None;
-        let begin = words.number().filter(|begin| begin.is_finite() && *begin <= self.begin.abs())?;
-        self.followed = words.count().filter(|followed| *followed <= self.arrangement.columns)?;
-        self.begin_at(begin);
-        self.done = words.count().filter(|done| *done <= self.most_steps)?;
-        for (_, sector) in &mut self.sectors {
-            sector.restore(words)?;
-        }
-        for _ in 0..words.count()? {
-            let mut sample = ToolSample::default();
-            words.numbers(sample.numbers())?;
-            words.counts(sample.counts())?;
-            self.history.push(sample);
-        }
+    /// Goes back to a motion. `None` if it is not one of this brush.
+    fn restore(&mut self, state: &Moving) -> Option<()> {
+        let Moving { begin, followed, done, sectors, history, frames } = state;
         let (count, nodes) = (self.arrangement.roots.len(), self.settings.filament.segments + 1);
-        for _ in 0..words.count()? {
-            let [time_s, tool_angle_rad] = [words.number()?, words.number()?];
-            let mut nodes_m = vec![vec![[0.0; 3]; nodes]; count];
-            for value in nodes_m.iter_mut().flatten().flatten() {
-                *value = words.single()?;
-            }
-            let mut forces = || (0..count).map(|_| words.single()).collect::<Option<Vec<f32>>>();
-            let (contact_normal_force_n, press_force_n) = (forces()?, forces()?);
-            self.frames.push(Frame { time_s, tool_angle_rad, nodes_m, contact_normal_force_n, press_force_n });
+        let is_whole = |frame: &Frame| {
+            let lengths = [frame.nodes_m.len(), frame.contact_normal_force_n.len(), frame.press_force_n.len()];
+            lengths == [count; 3] && frame.nodes_m.iter().all(|filament| filament.len() == nodes)
+        };
+        let fits = begin.is_finite()
+            && *begin <= self.begin.abs()
+            && *followed <= self.arrangement.columns
+            && sectors.len() == self.sectors.len()
+            && frames.iter().all(is_whole);
+        if !fits {
+            return None;
         }
-        words.0.is_empty().then(|| self.look_whether_settled())
+        (self.settling, self.followed) = (None, *followed);
+        self.begin_at(*begin);
+        self.done = Some(*done).filter(|done| *done <= self.most_steps)?;
+        for ((_, sector), state) in self.sectors.iter_mut().zip(sectors) {
+            sector.restore(state)?;
+        }
+        self.history.clone_from(history);
+        self.frames.clone_from(frames);
+        self.look_whether_settled();
+        Some(())
     }
 
     /// The results.

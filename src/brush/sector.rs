@@ -3,19 +3,17 @@
 use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
-use super::bundle::{BrushState, Bundle, Effort, Kinematics, NoConvergence};
+use super::bundle::{BrushState, Bundle, Effort, GroupState, Kinematics, NoConvergence};
 use super::filaments::ToolFilament;
 use super::gmres::Vector;
-use super::group::{Budget, Exchange, WorkedEdge, WorkpieceLoad};
+use super::group::{Budget, Exchange, WorkpieceLoad};
 use super::pressing::Pair;
 use super::result::{BrushStatistics, ToolSample};
 use super::settle::{Pose, turned};
 use super::team;
-use super::words::{Reader, Writer};
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{LANES, Lanes, Lanewise, Real};
 use crate::model::metrics::{ContactRecord, tip_deflection};
-use crate::model::settings::MAX_TURNS;
 use crate::simulation::{ContactSum, EdgeWork};
 use crate::tool::{ClampMotion, RotaryTool, Turning};
 use crate::workpiece::Workpiece;
@@ -32,7 +30,8 @@ const NEGLIGIBLE: f64 = 1e-6;
 const WEIGHTS: [f64; 3] = [OTHERS, OTHERS, OWN];
 
 /// When a filament passes, in s.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Timetable {
     /// Its first turn begins. Its motion may begin earlier.
     pub begin: f64,
@@ -43,7 +42,8 @@ pub struct Timetable {
 }
 
 /// One filament's contact so far.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Account {
     /// That of the current turn.
     record: ContactRecord,
@@ -58,6 +58,7 @@ pub struct Account {
 
 /// How two filaments have pressed on each other so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PairAccount {
     /// `∫` of the normal force in N s.
     pub impulse: f64,
@@ -75,6 +76,7 @@ pub struct PairAccount {
 
 /// What a sector has, and what went in and out so far, each integrated apart from the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Balance {
     /// At the start.
     begin: [f64; 4],
@@ -119,6 +121,20 @@ pub struct Sector {
     /// The share of the energy that went in or out which its balance may lack.
     allowed: f64,
     /// The next step, as a share of the whole.
+    share: f64,
+}
+
+/// The state of a sector.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SectorState {
+    motion: BrushState,
+    groups: Vec<GroupState>,
+    accounts: Vec<Account>,
+    pairs: BTreeMap<[usize; 2], PairAccount>,
+    presses: Vec<([usize; 2], PressSum)>,
+    statistics: BrushStatistics,
+    balance: Balance,
     share: f64,
 }
 
@@ -356,58 +372,39 @@ impl Sector {
         [workpiece, others]
     }
 
-    /// Writes the state.
-    pub fn save(&self, words: &mut Writer) {
-        words.number(self.motion.time);
-        words.number(self.share);
-        for vector in [&self.motion.q, &self.motion.v, &self.motion.accelerations] {
-            words.blocks(vector);
+    /// The state, from which a sector of the same filaments goes on with the same bits.
+    pub fn state(&self) -> SectorState {
+        SectorState {
+            motion: self.motion.clone(),
+            groups: self.bundle.states(),
+            accounts: self.accounts.clone(),
+            pairs: self.pairs.clone(),
+            presses: self.now.presses.clone(),
+            statistics: self.statistics,
+            balance: self.balance,
+            share: self.share,
         }
-        self.bundle.save(words);
-        self.accounts.iter().for_each(|account| account.save(words));
-        words.count(self.pairs.len());
-        for (filaments, mut pair) in self.pairs.iter().map(|(filaments, pair)| (filaments, *pair)) {
-            filaments.iter().for_each(|filament| words.count(*filament));
-            words.numbers(pair.numbers());
-        }
-        words.count(self.now.presses.len());
-        for &(filaments, mut press) in &self.now.presses {
-            filaments.iter().for_each(|filament| words.count(*filament));
-            words.numbers(press.numbers());
-        }
-        let mut statistics = self.statistics;
-        words.counts(statistics.counts());
-        let mut balance = self.balance;
-        words.numbers(balance.numbers());
     }
 
-    /// Goes back to a state that was written. `None` if the words are not those of such a sector.
-    pub fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
-        self.motion.time = words.number()?;
-        self.share = words.number().filter(|share| *share > 0.0 && *share <= 1.0)?;
-        for vector in [&mut self.motion.q, &mut self.motion.v, &mut self.motion.accelerations] {
-            words.blocks(vector)?;
+    /// Goes back to a state. `None` if it is not one of such a sector.
+    pub fn restore(&mut self, state: &SectorState) -> Option<()> {
+        let SectorState { motion, groups, accounts, pairs, presses, statistics, balance, share } = state;
+        let lengths = |motion: &BrushState| [&motion.q, &motion.v, &motion.accelerations].map(Vec::len);
+        let edges =
+            |accounts: &[Account]| -> Vec<usize> { accounts.iter().map(|account| account.edge_work.edges()).collect() };
+        let mut filaments = pairs.keys().chain(presses.iter().map(|(filaments, _)| filaments)).flatten();
+        let fits = lengths(motion) == lengths(&self.motion)
+            && edges(accounts) == edges(&self.accounts)
+            && filaments.all(|filament| *filament < accounts.len())
+            && (*share > 0.0 && *share <= 1.0);
+        if !fits {
+            return None;
         }
-        self.bundle.restore(words)?;
-        for account in &mut self.accounts {
-            account.restore(words)?;
-        }
-        self.pairs.clear();
-        for _ in 0..words.count()? {
-            let filaments = [words.count()?, words.count()?];
-            let mut pair = PairAccount::default();
-            words.numbers(pair.numbers())?;
-            self.pairs.insert(filaments, pair);
-        }
-        self.now.presses.clear();
-        for _ in 0..words.count()? {
-            let filaments = [words.count()?, words.count()?];
-            let mut press = PressSum::default();
-            words.numbers(press.numbers())?;
-            self.now.presses.push((filaments, press));
-        }
-        words.counts(self.statistics.counts())?;
-        words.numbers(self.balance.numbers())
+        self.bundle.restore(groups)?;
+        (self.motion, self.accounts, self.pairs) = (motion.clone(), accounts.clone(), pairs.clone());
+        self.now.presses.clone_from(presses);
+        (self.statistics, self.balance, self.share) = (*statistics, *balance, *share);
+        Some(())
     }
 }
 
@@ -476,110 +473,6 @@ impl Account {
         self.record = ContactRecord::of_turn(self.record.turn + 1);
         self.edge_work.clear();
     }
-
-    fn save(&self, words: &mut Writer) {
-        let mut account = self.clone();
-        words.count(self.impulses.len());
-        words.count(usize::from(self.completed.is_some()));
-        words.count(usize::from(self.load.worked.is_some()));
-        words.counts(account.counts());
-        words.numbers(account.numbers());
-    }
-
-    fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
-        self.impulses = vec![0.0; words.count().filter(|turns| *turns <= MAX_TURNS)?];
-        self.completed = (words.count()? == 1).then(ContactRecord::default);
-        self.load.worked = (words.count()? == 1).then(WorkedEdge::default);
-        words.counts(self.counts())?;
-        words.numbers(self.numbers())
-    }
-
-    /// All counts of the state.
-    fn counts(&mut self) -> Vec<&mut usize> {
-        let records = std::iter::once(&mut self.record).chain(&mut self.completed);
-        let worked = self.load.worked.iter_mut().map(|worked| &mut worked.edge);
-        records.flat_map(|record| [&mut record.turn, &mut record.count]).chain(worked).collect()
-    }
-
-    /// All numbers of the state.
-    fn numbers(&mut self) -> Vec<&mut f64> {
-        let Self { record, completed, impulses, load, edge_work, timetable: _ } = self;
-        let WorkpieceLoad { sum, moving_power, energy, pressing, edge_penetration, worked } = load;
-        let ContactSum {
-            normal,
-            on_edges,
-            force: [x, y, z],
-            moment,
-            friction_power,
-            damped_power,
-            sliding_power,
-            edge_power,
-        } = sum;
-        let [edge_power, first_moment, second_moment] = edge_power;
-        let worked = worked.iter_mut().flat_map(|WorkedEdge { edge: _, place, power }| [place, power]);
-        let records = std::iter::once(record).chain(completed).flat_map(|record| {
-            let ContactRecord {
-                turn: _,
-                is_unsteady: _,
-                time,
-                nominal_time,
-                count: _,
-                impulse,
-                vector_impulse: [x, y, z],
-                angular_impulse,
-                edge_impulse,
-                edge_evenness,
-                edge_penetration,
-                friction_work,
-                sliding_work,
-                edge_work: [edge_work, first_moment, second_moment],
-                peak_force,
-                max_deflection,
-                lateral_amplification,
-                energy_residual: _,
-                equilibrium_residual: _,
-            } = record;
-            [
-                time,
-                nominal_time,
-                impulse,
-                x,
-                y,
-                z,
-                angular_impulse,
-                edge_impulse,
-                edge_evenness,
-                edge_penetration,
-                friction_work,
-                sliding_work,
-                edge_work,
-                first_moment,
-                second_moment,
-                peak_force,
-                max_deflection,
-                lateral_amplification,
-            ]
-        });
-        let load = [
-            normal,
-            x,
-            y,
-            z,
-            moment,
-            on_edges,
-            friction_power,
-            damped_power,
-            sliding_power,
-            edge_power,
-            first_moment,
-            second_moment,
-            moving_power,
-            energy,
-            pressing,
-            edge_penetration,
-        ];
-        records.chain(load).chain(worked).chain(impulses).chain(edge_work.work_mut()).collect()
-    }
 }
 
 /// Between which parts of a step a filament touches that presses by `start` and `end` (m) at its ends.
@@ -593,7 +486,8 @@ fn contact_part(start: f64, end: f64) -> [f64; 2] {
 }
 
 /// How one filament presses on another.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct PressSum {
     normal: f64,
     /// On the filament of the smaller number.
@@ -609,12 +503,6 @@ impl PressSum {
         self.moment += other.moment;
         self.dissipated += other.dissipated;
     }
-
-    /// All numbers of the state.
-    fn numbers(&mut self) -> [&mut f64; 6] {
-        let Self { normal, force: [x, y, z], moment, dissipated } = self;
-        [normal, x, y, z, moment, dissipated]
-    }
 }
 
 impl PairAccount {
@@ -625,12 +513,6 @@ impl PairAccount {
         self.time += time;
         self.moment += time * press.moment;
         self.dissipated += time * press.dissipated;
-    }
-
-    /// All numbers of the state.
-    fn numbers(&mut self) -> [&mut f64; 8] {
-        let Self { impulse, vector_impulse: [x, y, z], peak, time, moment, dissipated } = self;
-        [impulse, x, y, z, peak, time, moment, dissipated]
     }
 }
 
@@ -693,14 +575,6 @@ impl Balance {
         let lack: [f64; 3] = std::array::from_fn(|i| self.now[i + 1] - self.begin[i + 1] - self.impulse[i]);
         let [_, own @ ..] = self.begin;
         [dot(lack, lack).sqrt(), self.contact + dot(own, own).sqrt()]
-    }
-
-    /// All numbers of the state.
-    fn numbers(&mut self) -> impl Iterator<Item = &mut f64> {
-        let Self { begin, now, work, dissipated, turnover, impulse, contact, rates } = self;
-        let Exchange { work: power, taken, force, strength } = rates;
-        let single = [work, dissipated, turnover, contact, power, taken, strength];
-        begin.iter_mut().chain(now).chain(single).chain(impulse).chain(force)
     }
 }
 

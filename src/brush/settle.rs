@@ -11,8 +11,6 @@ use crate::equations::linear::{add, scale, sub};
 use crate::model::filament::first_natural_frequency;
 use crate::model::settings::{FilamentSettings, Settings};
 
-use super::words::{Reader, Writer};
-
 /// `e` and `ė` of each segment of a filament, from the root on, turned back by the angle of the tool.
 pub type Pose = Vec<[[f64; 3]; 2]>;
 
@@ -30,7 +28,8 @@ const USUAL_RESTING: usize = 6;
 const REST: [f64; 2] = [3e-4, 3e-3];
 
 /// How far filaments have settled.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settling {
     /// Rungs that are done, and those of which the deviations grow.
     rung: usize,
@@ -118,16 +117,16 @@ impl Settling {
         self.rung >= self.growing + MOST_RESTING
     }
 
-    /// Writes the state.
-    pub fn save(&self, words: &mut Writer) {
-        words.count(self.rung);
-        self.poses.iter().flatten().flatten().flatten().flatten().for_each(|value| words.number(*value));
-    }
-
-    /// Goes back to a state that was written.
-    pub fn restore(&mut self, words: &mut Reader<'_>) -> Option<()> {
-        self.rung = words.count().filter(|rung| *rung < self.growing + MOST_RESTING)?;
-        words.numbers(self.poses.iter_mut().flatten().flatten().flatten().flatten())
+    /// Goes back to a state. `None` if it is not one of these filaments.
+    pub fn restore(&mut self, state: &Self) -> Option<()> {
+        let shape = |settling: &Self| -> Vec<Vec<usize>> {
+            settling.poses.iter().map(|poses| poses.iter().map(Vec::len).collect()).collect()
+        };
+        if shape(state) != shape(self) || state.is_hopeless() {
+            return None;
+        }
+        self.clone_from(state);
+        Some(())
     }
 }
 

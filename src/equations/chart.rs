@@ -28,6 +28,7 @@ pub const NEAR_POLE: f64 = 0.3;
 
 /// The axis that a segment's polar angle `φ` is measured from; it names the segment's chart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PolarAxis {
     /// `e = (sin φ cos θ, sin φ sin θ, cos φ)`, as MODEL states it.
     #[default]

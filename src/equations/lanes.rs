@@ -22,6 +22,7 @@ pub const LANES: usize = 8;
 
 /// [`LANES`] real numbers. In each lane, each operation gives the result of `f64` to the bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(align(64))]
 pub struct Lanes(pub [f64; LANES]);
 

@@ -237,6 +237,7 @@ impl NominalContact {
 
 /// The observations of a contact during an integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactRecord {
     /// The number of the turn that was observed last, from 1. Everything else is of this turn.
     pub turn: usize,

@@ -274,7 +274,8 @@ impl Ledger {
 }
 
 /// How evenly the filament slides over edges under load: `∫ F_n |v_t| dt` by parts of each edge, which is the friction work over `µ`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct EdgeWork {
     /// By edge.
     parts: Vec<[f64; PARTS_OF_EDGE]>,
@@ -315,9 +316,9 @@ impl EdgeWork {
         spread(&boundaries, places, |part, share| self.parts[edge][part] += share * work);
     }
 
-    /// All work.
-    pub fn work_mut(&mut self) -> impl Iterator<Item = &mut f64> {
-        self.parts.iter_mut().flatten()
+    /// The number of edges.
+    pub fn edges(&self) -> usize {
+        self.parts.len()
     }
 
     /// The mean of the work per length of all edges over its largest value among their parts; zero without any.

@@ -127,6 +127,7 @@ pub struct Touch {
 
 /// What a contact does to a filament, or several together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactSum {
     /// `F_n` in N.
     pub normal: f64,

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use bristle::brush::Checkpoint;
 use bristle::model::settings::Settings;
 use bristle_store::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
 use bristle_store::staged::{FileError, StagedFile, read_bytes, remove};
@@ -34,7 +35,7 @@ impl<'a> CheckpointFile<'a> {
         frames: usize,
         pause: Duration,
         restart: bool,
-    ) -> Result<(Self, Option<Vec<u8>>), CliError> {
+    ) -> Result<(Self, Option<Checkpoint>), CliError> {
         let path = directory.join(CHECKPOINT);
         let unusable = |error| CliError::Checkpoint { path: path.clone(), error };
         let bytes = if path.exists() { Some(read_bytes(&path)?) } else { None };
@@ -44,7 +45,7 @@ impl<'a> CheckpointFile<'a> {
             None => None,
             Some(_) if restart => None,
             Some(Err(error)) => return Err(unusable(error)),
-            Some(Ok(state)) => Some(state.to_owned()),
+            Some(Ok(state)) => Some(state),
         };
         Ok((Self { path, settings, frames, pause, written: Instant::now() }, state))
     }
@@ -55,12 +56,12 @@ impl<'a> CheckpointFile<'a> {
     }
 
     /// Writes the state if the last attempt to do so is old. Returns whether it was written.
-    pub fn keep(&mut self, state: impl FnOnce() -> Vec<u8>) -> Result<bool, FileError> {
+    pub fn keep(&mut self, state: impl FnOnce() -> Checkpoint) -> Result<bool, FileError> {
         if self.written.elapsed() < self.pause { Ok(false) } else { self.write(&state()).map(|()| true) }
     }
 
     /// Writes the state, in the place of the last one, which remains if that fails.
-    pub fn write(&mut self, state: &[u8]) -> Result<(), FileError> {
+    pub fn write(&mut self, state: &Checkpoint) -> Result<(), FileError> {
         let begun = Instant::now();
         let bytes = write_checkpoint(self.settings, self.frames, state);
         let written = StagedFile::write(self.path.clone(), |out| out.write_all(&bytes)).and_then(StagedFile::commit);

@@ -1,12 +1,13 @@
 //! The checkpoint of a brush: the state from which a stopped simulation goes on, and what it belongs to.
 //!
 //! The first line is JSON. It states settings and program, as the header of a [`journal`](crate::journal) does, and the SHA-256 of
-//! the state, whose bytes follow it:
+//! the state, which follows it as [postcard](https://postcard.jamesmunns.com) writes it:
 //!
 //! ```json
-//! {"checkpoint":"bristle brush","format":1,"version":"0.2.0","equations":"…","solver":"…","settings":{…},"frames":120,"state":"…","check":"…"}
+//! {"checkpoint":"bristle brush","format":2,"version":"0.2.0","equations":"…","solver":"…","settings":{…},"frames":120,"state":"…","check":"…"}
 //! ```
 
+use bristle::brush::Checkpoint;
 use bristle::equations::FINGERPRINT;
 use bristle::model::settings::Settings;
 use bristle::simulation::SOLVER_FINGERPRINT;
@@ -18,7 +19,7 @@ use crate::digest::digest;
 use crate::origin;
 
 /// The version of the format.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 /// What the file says it is.
 const KIND: &str = "bristle brush";
 
@@ -62,9 +63,23 @@ struct Header<S> {
     state: String,
 }
 
-/// The bytes of a checkpoint with this `state`.
+/// The bytes of a state, which keep every bit of it.
 #[must_use]
-pub fn write_checkpoint(settings: &Settings, frames: usize, state: &[u8]) -> Vec<u8> {
+pub fn to_bytes(state: &Checkpoint) -> Vec<u8> {
+    postcard::to_stdvec(state).expect("memory takes all that is written")
+}
+
+/// The state of which [`to_bytes`] gave these `bytes`; `None` if they are others.
+#[must_use]
+pub fn from_bytes(bytes: &[u8]) -> Option<Checkpoint> {
+    let (state, rest) = postcard::take_from_bytes(bytes).ok()?;
+    rest.is_empty().then_some(state)
+}
+
+/// The bytes of the file with this `state`.
+#[must_use]
+pub fn write_checkpoint(settings: &Settings, frames: usize, state: &Checkpoint) -> Vec<u8> {
+    let state = to_bytes(state);
     let header = Header {
         checkpoint: KIND.to_owned(),
         format: FORMAT,
@@ -73,16 +88,16 @@ pub fn write_checkpoint(settings: &Settings, frames: usize, state: &[u8]) -> Vec
         solver: SOLVER_FINGERPRINT.to_owned(),
         settings,
         frames,
-        state: digest(state),
+        state: digest(&state),
     };
-    [origin::sealed("", &header).as_bytes(), state].concat()
+    [origin::sealed("", &header).as_bytes(), &state].concat()
 }
 
 /// The state in a checkpoint of a brush with these settings and this number of frames, simulated by this build of Bristle.
 ///
 /// # Errors
 /// If it is not a checkpoint, belongs to another simulation or another build, or is damaged.
-pub fn read_checkpoint<'b>(settings: &Settings, frames: usize, bytes: &'b [u8]) -> Result<&'b [u8], CheckpointError> {
+pub fn read_checkpoint(settings: &Settings, frames: usize, bytes: &[u8]) -> Result<Checkpoint, CheckpointError> {
     /// What is read of any format.
     #[derive(Deserialize)]
     struct Beginning {
@@ -109,40 +124,69 @@ pub fn read_checkpoint<'b>(settings: &Settings, frames: usize, bytes: &'b [u8]) 
     if !differences.is_empty() {
         return Err(CheckpointError::Other { differences });
     }
-    if digest(state) == header.state { Ok(state) } else { Err(CheckpointError::Damaged) }
+    Some(state).filter(|state| digest(state) == header.state).and_then(from_bytes).ok_or(CheckpointError::Damaged)
 }
 
 #[cfg(test)]
 mod tests {
+    use bristle::brush::{BrushRun, RunOptions};
+    use bristle::model::settings::BrushSettings;
+
     use super::*;
+
+    /// A brush on its way: three rows in space that touch each other and the workpiece, of which frames are taken.
+    fn run() -> (Settings, BrushRun) {
+        let mut settings = Settings::paper(10.0, 1e-3);
+        settings.filament.segments = 3;
+        (settings.tool.filament_count, settings.tool.width_m) = (682.0 * 3.0, 3.6e-3);
+        let brush = BrushSettings { columns: Some(3), rows: Some(3), steady: false, ..BrushSettings::default() };
+        settings.brush = Some(BrushSettings { lateral_tilt_std_rad: 2e-3, tolerance: 1e-2, ..brush });
+        let options = RunOptions { frames: 7, ..RunOptions::default() };
+        let mut run = BrushRun::new(&settings, options).expect("a brush");
+        while run.done() < 0.8 {
+            assert!(run.advance().expect("steps"));
+        }
+        (settings, run)
+    }
 
     #[test]
     fn a_state_comes_back_to_its_own_simulation_only() {
-        let settings = Settings::paper(10.0, 1e-3);
-        let bytes = write_checkpoint(&settings, 7, b"a\nstate");
-        assert_eq!(read_checkpoint(&settings, 7, &bytes), Ok(&b"a\nstate"[..]));
+        let (settings, run) = run();
+        let state = run.checkpoint();
+        let bytes = write_checkpoint(&settings, 7, &state);
+        assert_eq!(read_checkpoint(&settings, 7, &bytes), Ok(state));
         let other = |settings: &Settings, frames: usize| {
             read_checkpoint(settings, frames, &bytes).expect_err("of another simulation").to_string()
         };
         assert!(other(&settings, 8).contains("frames: 7 there, 8 here"));
-        let faster = Settings::paper(20.0, 1e-3);
+        let mut faster = settings.clone();
+        faster.process.brushing_velocity_m_s = 20.0;
         assert!(other(&faster, 7).contains("process.brushing_velocity_m_s: 10.0 there, 20.0 here"));
     }
 
     #[test]
     fn anything_else_is_refused() {
-        let settings = Settings::paper(10.0, 1e-3);
-        let bytes = write_checkpoint(&settings, 7, b"state");
+        let (settings, run) = run();
+        let bytes = write_checkpoint(&settings, 7, &run.checkpoint());
         let read = |bytes: &[u8]| read_checkpoint(&settings, 7, bytes).expect_err("not a checkpoint");
         for foreign in [&b""[..], b"\n", b"text", b"\xff\n", b"{}\n"] {
             assert_eq!(read(foreign), CheckpointError::Foreign);
         }
-        let text = String::from_utf8(bytes.clone()).expect("text");
-        assert_eq!(read(text.replace("\"format\":1", "\"format\":2").as_bytes()), CheckpointError::Format { found: 2 });
-        assert_eq!(read(text.replace("10.0", "11.0").as_bytes()), CheckpointError::Damaged);
-        for cut in 0..bytes.len() {
+        let end = bytes.iter().position(|&byte| byte == b'\n').expect("a header");
+        let (header, state) = bytes.split_at(end);
+        let header = str::from_utf8(header).expect("text");
+        let changed = |from: &str, to: &str| read(&[header.replace(from, to).as_bytes(), state].concat());
+        assert_eq!(changed("\"format\":2", "\"format\":3"), CheckpointError::Format { found: 3 });
+        assert_eq!(changed("10.0", "11.0"), CheckpointError::Damaged);
+        for cut in (0..end + 100).chain([bytes.len() / 2, bytes.len() - 1]) {
             let error = read(&bytes[..cut]);
             assert!([CheckpointError::Foreign, CheckpointError::Damaged].contains(&error), "{cut}");
+        }
+        // Not even with a digest of its own is another state one.
+        let state = &state[1..];
+        assert!(from_bytes(state).is_some());
+        for other in [&state[..state.len() - 1], &[state, b"\0"].concat(), b""] {
+            assert_eq!(from_bytes(other), None);
         }
     }
 }
