@@ -3,6 +3,7 @@
 Nothing here says what the equations are: that is each derivation's own.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -59,48 +60,36 @@ class ChainFunction:
 
 def chain_arguments(segments: int, motion: Motion) -> list[ChainArgument]:
     """The arguments that all three functions have, in order."""
+    spatial, numbers = motion is Motion.SPATIAL, range(1, segments + 1)
+    axes, turning = motion.axes, "xyz" if spatial else "z"
 
-    def vector(name: str, notation: str, unit: str, doc: str) -> ChainArgument:
-        symbols = tuple((f"{name}_{axis}", f"{notation}{axis}", unit) for axis in motion.axes)
+    def each(
+        ends: Iterable[object], name: str, notation: str, unit: str, doc: str
+    ) -> ChainArgument:
+        symbols = tuple((f"{name}_{end}", f"{notation}{end}", unit) for end in ends)
         return ChainArgument(name, doc, symbols)
 
-    def numbered(name: str, notation: str, unit: str, doc: str) -> ChainArgument:
-        symbols = tuple((f"{name}_{k}", f"{notation}{k}", unit) for k in range(1, segments + 1))
-        return ChainArgument(name, doc, symbols)
-
-    coordinates, rates = [], []
-    for k in range(1, segments + 1):
-        coordinates += [(f"{name}_{k}", f"{letter}{k}", "rad") for name, letter in motion.angles]
-        rates += [
-            (f"{name}_rate_{k}", f"{letter}̇{k}", "rad s^-1") for name, letter in motion.angles
-        ]
-    spatial = motion is Motion.SPATIAL
+    angles = [(name, letter, k) for k in numbers for name, letter in motion.angles]
+    q = tuple((f"{name}_{k}", f"{letter}{k}", "rad") for name, letter, k in angles)
+    v = tuple((f"{name}_rate_{k}", f"{letter}̇{k}", "rad s^-1") for name, letter, k in angles)
+    q_doc = "φ1, θ1, φ2, … in rad" if spatial else "θ1, θ2, … in rad"
+    v_doc = "φ̇1, θ̇1, φ̇2, … in rad/s" if spatial else "θ̇1, θ̇2, … in rad/s"
+    turning_doc = "Ω of the body in rad/s" if spatial else "Ω of the body in rad/s, along z"
     return [
-        ChainArgument(
-            "q", "φ1, θ1, φ2, … in rad" if spatial else "θ1, θ2, … in rad", tuple(coordinates)
-        ),
-        ChainArgument(
-            "v", "φ̇1, θ̇1, φ̇2, … in rad/s" if spatial else "θ̇1, θ̇2, … in rad/s", tuple(rates)
-        ),
-        vector("root_position", "r0", "m", "r0 in m"),
-        vector("root_velocity", "ṙ0", "m s^-1", "ṙ0 in m/s"),
-        vector("root_acceleration", "r̈0", "m s^-2", "r̈0 in m/s²"),
-        vector("clamp_direction", "e0", "1", "e0"),
-        ChainArgument(
-            "angular_velocity",
-            "Ω of the body in rad/s" if spatial else "Ω of the body in rad/s, along z",
-            tuple(
-                (f"angular_velocity_{axis}", f"Ω{axis}", "rad s^-1")
-                for axis in ("xyz" if spatial else "z")
-            ),
-        ),
-        vector("gravity", "g", "m s^-2", "g in m/s²"),
+        ChainArgument("q", q_doc, q),
+        ChainArgument("v", v_doc, v),
+        each(axes, "root_position", "r0", "m", "r0 in m"),
+        each(axes, "root_velocity", "ṙ0", "m s^-1", "ṙ0 in m/s"),
+        each(axes, "root_acceleration", "r̈0", "m s^-2", "r̈0 in m/s²"),
+        each(axes, "clamp_direction", "e0", "1", "e0"),
+        each(turning, "angular_velocity", "Ω", "rad s^-1", turning_doc),
+        each(axes, "gravity", "g", "m s^-2", "g in m/s²"),
         ChainArgument("segment_length", "h in m", (("segment_length", "h", "m"),)),
-        numbered("segment_mass", "m", "kg", "m1, m2, … in kg"),
-        numbered("segment_inertia", "J", "kg m^2", "J1, J2, … in kg m²"),
-        numbered("joint_stiffness", "c", "N m", "c1, c2, … in N m"),
-        numbered("joint_damping", "d", "N m s", "d1, d2, … in N m s"),
-        numbered("relaxed_angle", "κ", "rad", "κ1, κ2, … in rad"),
+        each(numbers, "segment_mass", "m", "kg", "m1, m2, … in kg"),
+        each(numbers, "segment_inertia", "J", "kg m^2", "J1, J2, … in kg m²"),
+        each(numbers, "joint_stiffness", "c", "N m", "c1, c2, … in N m"),
+        each(numbers, "joint_damping", "d", "N m s", "d1, d2, … in N m s"),
+        each(numbers, "relaxed_angle", "κ", "rad", "κ1, κ2, … in rad"),
     ]
 
 

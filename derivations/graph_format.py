@@ -36,6 +36,7 @@ OPERANDS = {
     "less_than": 2,
 }
 
+# Its name, the indices of its operands, and what else there is to it.
 Operation = tuple[str | int | float, ...]
 
 
@@ -132,9 +133,9 @@ def reached(operations: Sequence[Operation], roots: Iterable[int], stop: set[int
 
 def renumbered(operation: Operation, indices: dict[int, int]) -> Operation:
     """`operation` with its operands' new indices."""
-    if operation[0] == "powi":
-        return ("powi", indices[operation[1]], operation[2])
-    return (operation[0], *(indices[operand] for operand in operands_of(operation)))
+    operands = operands_of(operation)
+    rest = operation[1 + len(operands) :]
+    return (operation[0], *(indices[operand] for operand in operands), *rest)
 
 
 @dataclass(frozen=True)
@@ -147,11 +148,15 @@ class Kernel:
     inputs: tuple[Input, ...]
     outputs: tuple[Output, ...]
 
+    def _given(self) -> set[int]:
+        return {index for entry in self.inputs for _, index in entry.elements}
+
+    def _results(self) -> set[int]:
+        return {index for output in self.outputs for index in output.operations}
+
     def __post_init__(self) -> None:
-        operations = self.graph.operations
-        given = {index for entry in self.inputs for _, index in entry.elements}
-        results = [index for output in self.outputs for index in output.operations]
-        for index in reached(operations, results, given) - given:
+        operations, given = self.graph.operations, self._given()
+        for index in reached(operations, self._results(), given) - given:
             if operations[index][0] == "symbol":
                 name = operations[index][1]
                 raise FormatError(f"kernel {self.name}: no input gives the symbol `{name}`")
@@ -162,52 +167,29 @@ class Kernel:
     def text(self) -> str:
         """The kernel as JSON, an operation a line; dead operations dropped."""
         operations = self.graph.operations
-        given = [index for entry in self.inputs for _, index in entry.elements]
-        results = [index for output in self.outputs for index in output.operations]
-        live = reached(operations, given + results, set())
+        live = reached(operations, self._given() | self._results(), set())
         # Symbols first, then as derived; operands stay ahead of what uses them.
         order = sorted(live, key=lambda index: (operations[index][0] != "symbol", index))
         indices = {old: new for new, old in enumerate(order)}
-        lines = [
-            compact(
-                operations[old]
-                if not operands_of(operations[old])
-                else renumbered(operations[old], indices)
-            )
-            for old in order
-        ]
         inputs = [
-            compact(
-                {
-                    "name": entry.name,
-                    "doc": entry.doc,
-                    "elements": [[name, indices[index]] for name, index in entry.elements],
-                }
-            )
+            vars(entry) | {"elements": [(name, indices[index]) for name, index in entry.elements]}
             for entry in self.inputs
         ]
         outputs = [
-            compact(
-                {
-                    "name": output.name,
-                    "doc": output.doc,
-                    "unit": output.unit,
-                    "shape": output.shape,
-                    "operations": [indices[index] for index in output.operations],
-                }
-            )
+            vars(output) | {"operations": [indices[index] for index in output.operations]}
             for output in self.outputs
         ]
         return (
             f'{{"name":{compact(self.name)},\n"summary":{compact(self.summary)},\n'
-            f'"inputs":[\n{joined(inputs)}],\n"operations":[\n{joined(lines)}],\n'
-            f'"outputs":[\n{joined(outputs)}]}}'
+            f'"inputs":[\n{lines(inputs)}],\n'
+            f'"operations":[\n{lines(renumbered(operations[old], indices) for old in order)}],\n'
+            f'"outputs":[\n{lines(outputs)}]}}'
         )
 
 
-def joined(lines: Iterable[str]) -> str:
+def lines(values: Iterable[object]) -> str:
     """Entries of an array, one a line."""
-    return ",\n".join(lines)
+    return ",\n".join(map(compact, values))
 
 
 def compact(value: object) -> str:
@@ -217,9 +199,10 @@ def compact(value: object) -> str:
 
 def file_text(generator: str, kernels: Sequence[Kernel]) -> str:
     """The whole file."""
+    texts = ",\n".join(kernel.text() for kernel in kernels)
     return (
         f'{{"format":"bristle-graph",\n"version":2,\n"generator":{compact(generator)},\n'
-        f'"kernels":[\n{joined(kernel.text() for kernel in kernels)}]}}\n'
+        f'"kernels":[\n{texts}]}}\n'
     )
 
 

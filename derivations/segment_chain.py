@@ -77,6 +77,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import count, islice
 from pathlib import Path
 
 from chain_interface import Motion, chain_arguments, chain_functions
@@ -304,6 +305,14 @@ def direction_in_plane(theta: SX) -> SX:
     return casadi.vertcat(casadi.cos(theta), casadi.sin(theta))
 
 
+DIRECTION_OF = {Motion.SPATIAL: direction_about_z, Motion.PLANAR: direction_in_plane}
+
+
+def sine_and_cosine(name: str, angle: SX) -> tuple[tuple[str, SX], ...]:
+    """Elements of an argument."""
+    return (f"sin_{name}", casadi.sin(angle)), (f"cos_{name}", casadi.cos(angle))
+
+
 @dataclass(frozen=True)
 class Segment:
     """Coordinates of one segment, the last of which is θ, their rates, and e as their function.
@@ -326,9 +335,6 @@ class Segment:
         direction_of: Callable[..., SX] | None = None,
     ) -> "Segment":
         """With the variables `phi_<label>` and so on; without a label `phi`."""
-        if direction_of is None:
-            spatial = motion is Motion.SPATIAL
-            direction_of = direction_about_z if spatial else direction_in_plane
         end = f"_{label}" if label else ""
         coordinates = [
             symbols.scalar(f"{name}{end}", f"{letter}{label}", "rad")
@@ -338,9 +344,8 @@ class Segment:
             symbols.scalar(f"{name}_rate{end}", f"{letter}̇{label}", "rad s^-1")
             for name, letter in motion.angles
         ]
-        return cls(
-            label, motion, casadi.vertcat(*coordinates), casadi.vertcat(*rates), direction_of
-        )
+        variables = casadi.vertcat(*coordinates), casadi.vertcat(*rates)
+        return cls(label, motion, *variables, direction_of or DIRECTION_OF[motion])
 
     @classmethod
     def near_plane(
@@ -388,11 +393,8 @@ class Segment:
     def _trigonometry(self, *angles: str) -> tuple[tuple[str, SX], ...]:
         end = f"_{self.label}" if self.label else ""
         variables = {"phi": self.coordinates[0], "theta": self.theta}
-        return tuple(
-            (f"{function}_{angle}{end}", getattr(casadi, function)(variables[angle]))
-            for angle in angles
-            for function in ("sin", "cos")
-        )
+        pairs = [sine_and_cosine(f"{angle}{end}", variables[angle]) for angle in angles]
+        return tuple(element for pair in pairs for element in pair)
 
     def rates_argument(self, name: str) -> Argument:
         """The rates as an argument, `name`; in the plane θ̇ under its own name."""
@@ -428,10 +430,8 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
     inner_direction, inner = variables["clamp_direction"], None
     for k in range(segments):
         own = slice(size * k, size * (k + 1))
-        direction_of = direction_about_z if motion is Motion.SPATIAL else direction_in_plane
-        direction, direction_rate = Segment(
-            str(k + 1), motion, q[own], v[own], direction_of
-        ).sides
+        segment = Segment(str(k + 1), motion, q[own], v[own], DIRECTION_OF[motion])
+        direction, direction_rate = segment.sides
         centre = node + length / 2 * direction
         centre_velocity = node_velocity + length / 2 * direction_rate
         mass, inertia = variables["segment_mass"][k], variables["segment_inertia"][k]
@@ -441,9 +441,7 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
         if motion is Motion.PLANAR and k > 0:
             spring += planar_spring_energy(stiffness, q[k - 1], q[k], relaxed_angle)
         else:
-            relaxed = turned(
-                inner_direction, casadi.sin(relaxed_angle), casadi.cos(relaxed_angle)
-            )
+            relaxed = turned(inner_direction, casadi.sin(relaxed_angle), casadi.cos(relaxed_angle))
             spring += spring_energy(stiffness, relaxed, direction)
         outer = (direction, direction_rate - rigid_rate(body_rate, direction))
         dissipated += dissipation(variables["joint_damping"][k], inner, outer)
@@ -494,47 +492,37 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
 # ---------------------------------------------------------------------------- kernels: segment
 
 
-def summary_for(motion: Motion, summary: str) -> str:
-    """The summary of a kernel whose summary in space is `summary`."""
-    if motion is Motion.SPATIAL:
-        return summary
-    return f"{summary}\nFor motion in the plane of rotation, where `φ = π/2` and `q = θ`."
+def kernel(
+    motion: Motion,
+    name: str,
+    summary: str,
+    symbols: Symbols,
+    arguments: Sequence[Argument],
+    results: Sequence[Result],
+) -> Derived:
+    """A kernel whose name and summary in space are these."""
+    if motion is Motion.PLANAR:
+        summary += "\nFor motion in the plane of rotation, where `φ = π/2` and `q = θ`."
+    return Derived(motion.named(name), summary, symbols, arguments, results)
 
 
-@dataclass(frozen=True)
 class FreeSegment:
     """One segment whose inner end x moves freely."""
 
-    symbols: Symbols
-    segment: Segment
-    base_velocity: SX
-    length: SX
-    mass: SX
-    inertia: SX
+    def __init__(self, symbols: Symbols, segment: Segment) -> None:
+        """With all variables but those of the inner end's motion."""
+        self.symbols, self.segment = symbols, segment
+        # To differentiate by; an argument of the energies only.
+        self.base_velocity = SX.sym("base_velocity", segment.sides[0].shape[0])
+        self.length = symbols.scalar("segment_length", "h", "m")
+        self.mass = symbols.scalar("segment_mass", "m", "kg")
+        self.inertia = symbols.scalar("segment_inertia", "J", "kg m^2")
 
     @classmethod
     def new(cls, motion: Motion) -> "FreeSegment":
-        """With all variables but those of the inner end's motion."""
+        """In space or in the plane."""
         symbols = Symbols()
-        return cls._of(symbols, Segment.new(symbols, motion))
-
-    @classmethod
-    def near_plane(cls) -> "FreeSegment":
-        """Of `Segment.near_plane`."""
-        symbols = Symbols()
-        return cls._of(symbols, Segment.near_plane(symbols))
-
-    @classmethod
-    def _of(cls, symbols: Symbols, segment: Segment) -> "FreeSegment":
-        return cls(
-            symbols,
-            segment,
-            # To differentiate by; an argument of the energies only.
-            SX.sym("base_velocity", segment.sides[0].shape[0]),
-            symbols.scalar("segment_length", "h", "m"),
-            symbols.scalar("segment_mass", "m", "kg"),
-            symbols.scalar("segment_inertia", "J", "kg m^2"),
-        )
+        return cls(symbols, Segment.new(symbols, motion))
 
     @property
     def kinetic(self) -> SX:
@@ -576,11 +564,7 @@ class FreeSegment:
         )
         base_force = time_derivative(casadi.gradient(self.kinetic, self.base_velocity))
         outer_acceleration = base_acceleration + time_derivative(reach_rate)
-        return (
-            self.at_rest(torque),
-            self.at_rest(base_force),
-            self.at_rest(outer_acceleration),
-        )
+        return self.at_rest(torque), self.at_rest(base_force), self.at_rest(outer_acceleration)
 
     def constants(self) -> list[Argument]:
         """h, m and J as arguments."""
@@ -599,41 +583,20 @@ def segment_kernel(motion: Motion) -> Derived:
     reach, reach_rate = free.reach
     base_momentum = casadi.gradient(free.kinetic, free.base_velocity)
     inertia, momentum = casadi.hessian(free.kinetic, v)
-    bias = casadi.jtimes(momentum, q, v) - casadi.gradient(free.kinetic, q)
+    bias = free.at_rest(casadi.jtimes(momentum, q, v) - casadi.gradient(free.kinetic, q))
+    bias_doc = "`τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q` for `ẍ = 0`, `q̈ = 0`"
+    coupling, base_bias = casadi.jacobian(base_momentum, v), casadi.jtimes(base_momentum, q, v)
+    base_bias_doc = "`p_0 = d/dt(∂E_kin/∂ẋ)` for `ẍ = 0`, `q̈ = 0`"
+    slopes, reach_bias = casadi.jacobian(reach, q), casadi.jtimes(reach_rate, q, v)
     results = [
         Result.matrix("inertia", f"`I = ∂²E_kin/∂q̇²`, {size} × {size}", "kg m^2", inertia),
-        Result.matrix(
-            "coupling",
-            f"`C = ∂²E_kin/∂ẋ∂q̇`, {axes} × {size}",
-            "kg m",
-            casadi.jacobian(base_momentum, v),
-        ),
-        Result.vector(
-            "bias",
-            "`τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q` for `ẍ = 0`, `q̈ = 0`",
-            "N m",
-            free.at_rest(bias),
-        ),
-        Result.vector(
-            "base_bias",
-            "`p_0 = d/dt(∂E_kin/∂ẋ)` for `ẍ = 0`, `q̈ = 0`",
-            "N",
-            casadi.jtimes(base_momentum, q, v),
-        ),
+        Result.matrix("coupling", f"`C = ∂²E_kin/∂ẋ∂q̇`, {axes} × {size}", "kg m", coupling),
+        Result.vector("bias", bias_doc, "N m", bias),
+        Result.vector("base_bias", base_bias_doc, "N", base_bias),
         Result.vector("reach", "`h e`, outer end less inner end", "m", reach),
         Result.vector("reach_rate", "`h ė`", "m s^-1", reach_rate),
-        Result.matrix(
-            "reach_jacobian",
-            f"`G = ∂(h e)/∂q`, {axes} × {size}",
-            "m",
-            casadi.jacobian(reach, q),
-        ),
-        Result.vector(
-            "reach_bias",
-            "`b = h ë` for `q̈ = 0`",
-            "m s^-2",
-            casadi.jtimes(reach_rate, q, v),
-        ),
+        Result.matrix("reach_jacobian", f"`G = ∂(h e)/∂q`, {axes} × {size}", "m", slopes),
+        Result.vector("reach_bias", "`b = h ë` for `q̈ = 0`", "m s^-2", reach_bias),
     ]
     arguments = [
         free.segment.trigonometry("angles"),
@@ -645,27 +608,18 @@ def segment_kernel(motion: Motion) -> Derived:
         "`p = m ẍ + C q̈ + p_0 + F`, `τ = Cᵀ ẍ + I q̈ + τ_0 + Gᵀ F`, `ẍ' = ẍ + G q̈ + b`,\n"
         "from `E_kin = ½ m |ẋ + ½ h ė|² + ½ J |ė|²`."
     )
-    name = motion.named("segment")
-    return Derived(name, summary_for(motion, summary), free.symbols, arguments, results)
+    return kernel(motion, "segment", summary, free.symbols, arguments, results)
 
 
-def along_step(
-    expression: SX, variables: Sequence[tuple[SX, SX | int]], coordinates: int
-) -> SX:
+def along_step(expression: SX, variables: Sequence[tuple[SX, SX | int]], coordinates: int) -> SX:
     """Derivative along the acceleration of each coordinate; a column a coordinate.
 
     `variables` has vectors with one element a coordinate, and how far they follow the acceleration.
     """
-    unit_steps = [SX.eye(coordinates)[:, i] for i in range(coordinates)]
-    columns = [
-        casadi.jtimes(
-            expression,
-            casadi.vertcat(*(variable for variable, _ in variables)),
-            casadi.vertcat(*(weight * step for _, weight in variables)),
-        )
-        for step in unit_steps
-    ]
-    return casadi.horzcat(*columns)
+    of_all = casadi.vertcat(*(variable for variable, _ in variables))
+    unit_steps = casadi.horzsplit(SX.eye(coordinates))
+    steps = [casadi.vertcat(*(weight * step for _, weight in variables)) for step in unit_steps]
+    return casadi.horzcat(*(casadi.jtimes(expression, of_all, step) for step in steps))
 
 
 def step_weights(symbols: Symbols) -> tuple[SX, SX, list[Argument]]:
@@ -709,18 +663,13 @@ def segment_tangent_kernel(motion: Motion) -> Derived:
             "outer_acceleration", f"`∂ẍ'/∂q̈`, {axes} × {size}", "m", tangent(outer_acceleration)
         ),
     ]
-    if motion is Motion.SPATIAL:
-        accelerations_argument = Argument.of_symbols(
-            "accelerations", "φ̈, θ̈ in rad/s²", accelerations
-        )
-    else:
-        accelerations_argument = Argument.of_symbols(
-            "theta_acceleration", "θ̈ in rad/s²", accelerations
-        )
+    spatial = motion is Motion.SPATIAL
+    name = "accelerations" if spatial else "theta_acceleration"
+    doc = "φ̈, θ̈ in rad/s²" if spatial else "θ̈ in rad/s²"
     arguments = [
         free.segment.trigonometry("angles"),
         free.segment.rates_argument("rates"),
-        accelerations_argument,
+        Argument.of_symbols(name, doc, accelerations),
         Argument.of_symbols("base_acceleration", "ẍ in m/s²", base_acceleration),
         Argument.of_symbols("outer_force", "F in N", outer_force),
         *free.constants(),
@@ -731,8 +680,7 @@ def segment_tangent_kernel(motion: Motion) -> Derived:
         "with its own `q̈` when\n"
         "`δq = w_q δq̈` and `δq̇ = w_v δq̈`, for fixed `ẍ` and `F`."
     )
-    name = motion.named("segment_tangent")
-    return Derived(name, summary_for(motion, summary), symbols, arguments, results)
+    return kernel(motion, "segment_tangent", summary, symbols, arguments, results)
 
 
 def segment_energy_kernel(motion: Motion) -> Derived:
@@ -755,11 +703,8 @@ def segment_energy_kernel(motion: Motion) -> Derived:
         Argument.of_symbols("gravity", "g in m/s²", gravity),
         *free.constants(),
     ]
-    summary = (
-        "Energies of one segment: `½ m |ẋ + ½ h ė|² + ½ J |ė|²` and `−m g·(x + ½ h e)`."
-    )
-    name = motion.named("segment_energy")
-    return Derived(name, summary_for(motion, summary), free.symbols, arguments, results)
+    summary = "Energies of one segment: `½ m |ẋ + ½ h ė|² + ½ J |ė|²` and `−m g·(x + ½ h e)`."
+    return kernel(motion, "segment_energy", summary, free.symbols, arguments, results)
 
 
 # ---------------------------------------------------------------------------- kernels: joints
@@ -835,39 +780,22 @@ def both(inner: Segment, outer: Segment) -> tuple[SX, SX]:
     )
 
 
-def relaxed_angle_symbol(symbols: Symbols) -> SX:
-    """κ of the joint."""
-    return symbols.scalar("relaxed_angle", "κ", "rad")
-
-
 def azimuth_step(inner: Segment, outer: Segment) -> Argument:
     """Sine and cosine of θ − θ' as an argument."""
-    step = inner.theta - outer.theta
-    return Argument(
-        "azimuth_step",
-        "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment",
-        (("sin_azimuth_step", casadi.sin(step)), ("cos_azimuth_step", casadi.cos(step))),
-    )
+    name, doc = "azimuth_step", "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment"
+    return Argument(name, doc, sine_and_cosine(name, inner.theta - outer.theta))
 
 
 def unbent_step(inner: Segment, outer: Segment, relaxed_angle: SX) -> Argument:
     """Sine and cosine of θ − θ' + κ as an argument."""
-    step = inner.theta + relaxed_angle - outer.theta
-    return Argument(
-        "unbent_step",
-        "sin(θ − θ' + κ), cos(θ − θ' + κ), with the relaxed angle κ",
-        (("sin_unbent_step", casadi.sin(step)), ("cos_unbent_step", casadi.cos(step))),
-    )
+    name, doc = "unbent_step", "sin(θ − θ' + κ), cos(θ − θ' + κ), with the relaxed angle κ"
+    return Argument(name, doc, sine_and_cosine(name, inner.theta + relaxed_angle - outer.theta))
 
 
 def unbent_azimuth(segment: Segment, relaxed_angle: SX) -> Argument:
     """Sine and cosine of θ − κ as an argument."""
-    name, azimuth = f"unbent_{segment.label}", segment.theta - relaxed_angle
-    return Argument(
-        name,
-        "sin(θ − κ), cos(θ − κ), with the relaxed angle κ",
-        ((f"sin_{name}", casadi.sin(azimuth)), (f"cos_{name}", casadi.cos(azimuth))),
-    )
+    name, doc = f"unbent_{segment.label}", "sin(θ − κ), cos(θ − κ), with the relaxed angle κ"
+    return Argument(name, doc, sine_and_cosine(name, segment.theta - relaxed_angle))
 
 
 def joint_of(
@@ -881,7 +809,7 @@ def joint_of(
     For κ, `relaxed` gives the arguments of the angles and the two directions that the spring sees.
     """
     stiffness, damping, constants = joint_constants(symbols)
-    angles, *directions = relaxed(relaxed_angle_symbol(symbols))
+    angles, *directions = relaxed(symbols.scalar("relaxed_angle", "κ", "rad"))
     return Joint(
         symbols,
         2,
@@ -927,9 +855,7 @@ def joint_in_turned_frame() -> Joint:
         angles += [azimuth_step(previous, following), unbent_step(previous, following, angle)]
         return angles, previous.turned(angle), following.sides[0]
 
-    return replace(
-        joint_of(symbols, previous, following, relaxed), known=(frame, following.theta)
-    )
+    return replace(joint_of(symbols, previous, following, relaxed), known=(frame, following.theta))
 
 
 def planar_joint() -> Joint:
@@ -938,7 +864,7 @@ def planar_joint() -> Joint:
     previous = Segment.new(symbols, Motion.PLANAR, "previous")
     following = Segment.new(symbols, Motion.PLANAR, "next")
     stiffness, damping, constants = joint_constants(symbols)
-    relaxed_angle = relaxed_angle_symbol(symbols)
+    relaxed_angle = symbols.scalar("relaxed_angle", "κ", "rad")
     theta_doc = "θ' in rad, less than π from θ + κ"
     return Joint(
         symbols,
@@ -958,31 +884,18 @@ def planar_joint() -> Joint:
     )
 
 
-@dataclass(frozen=True)
-class ClampVectors:
-    """e_0 turned about z by the relaxed angle of the clamp joint, and its rate."""
+def clamp_joint(motion: Motion) -> tuple[Joint, SX, SX]:
+    """The joint between the clamp and the first segment.
 
-    relaxed: SX
-    relaxed_rate: SX
-
-    @classmethod
-    def new(cls, symbols: Symbols, motion: Motion) -> "ClampVectors":
-        """As variables."""
-        return cls(
-            symbols.vector("relaxed_direction", "ē0", "1", motion),
-            symbols.vector("relaxed_direction_rate", "ē̇0", "s^-1", motion),
-        )
-
-
-def clamp_joint(motion: Motion) -> tuple[Joint, ClampVectors]:
-    """The joint between the clamp and the first segment, with the vectors of the clamp."""
+    Also e_0 turned about z by the relaxed angle of the joint, and its rate.
+    """
     symbols = Symbols()
-    clamp = ClampVectors.new(symbols, motion)
-    following = Segment.new(symbols, motion, "next")
-    return joint_to_clamp(symbols, clamp, following), clamp
+    relaxed = symbols.vector("relaxed_direction", "ē0", "1", motion)
+    rate = symbols.vector("relaxed_direction_rate", "ē̇0", "s^-1", motion)
+    return joint_to_clamp(symbols, relaxed, Segment.new(symbols, motion, "next")), relaxed, rate
 
 
-def joint_to_clamp(symbols: Symbols, clamp: ClampVectors, following: Segment) -> Joint:
+def joint_to_clamp(symbols: Symbols, relaxed: SX, following: Segment) -> Joint:
     """The joint between a clamp and the segment that follows; the kernel's arguments first."""
     stiffness, damping, constants = joint_constants(symbols)
     axes = len(following.motion.axes)
@@ -994,12 +907,12 @@ def joint_to_clamp(symbols: Symbols, clamp: ClampVectors, following: Segment) ->
         following.coordinates,
         following.rates,
         [
-            Argument.of_symbols("relaxed_direction", relaxed_doc, clamp.relaxed[:axes]),
+            Argument.of_symbols("relaxed_direction", relaxed_doc, relaxed[:axes]),
             following.trigonometry("next"),
             following.rates_in_body("next_rates"),
         ],
         constants,
-        spring_energy(stiffness, clamp.relaxed, outer[0]),
+        spring_energy(stiffness, relaxed, outer[0]),
         dissipation(damping, None, outer),
     )
 
@@ -1011,14 +924,10 @@ def joint_about_x() -> Joint:
     following = Segment.new(symbols, Motion.SPATIAL, "next", direction_about_x)
 
     def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
-        sine, cosine = casadi.sin(angle), casadi.cos(angle)
-        relaxed_turn = Argument(
-            "relaxed_turn",
-            "sin κ, cos κ, with the relaxed angle κ",
-            (("sin_relaxed", sine), ("cos_relaxed", cosine)),
-        )
+        (_, sine), (_, cosine) = elements = sine_and_cosine("relaxed", angle)
+        doc = "sin κ, cos κ, with the relaxed angle κ"
         angles = [previous.trigonometry("previous"), following.trigonometry("next")]
-        angles += [azimuth_step(previous, following), relaxed_turn]
+        angles += [azimuth_step(previous, following), Argument("relaxed_turn", doc, elements)]
         return angles, turned(previous.sides[0], sine, cosine), following.sides[0]
 
     return joint_of(symbols, previous, following, relaxed)
@@ -1042,7 +951,11 @@ def crossed_joint() -> Joint:
 
 
 def torques_kernel(
-    name: str, summary: str, joint: Joint, sides: Sequence[tuple[str, str]]
+    name: str,
+    summary: str,
+    joint: Joint,
+    sides: Sequence[tuple[str, str]],
+    motion: Motion = Motion.SPATIAL,
 ) -> Derived:
     """The torques on each side; `sides` has the output's name and the segment's."""
     torques = casadi.vertsplit(joint.torques(), joint.coordinates.shape[0] // joint.sides)
@@ -1051,7 +964,7 @@ def torques_kernel(
         Result.vector(side, f"{what} of the {words}", "N m", torque)
         for torque, (side, words) in zip(torques, sides, strict=True)
     ]
-    return Derived(name, summary, joint.symbols, joint.arguments, results)
+    return kernel(motion, name, summary, joint.symbols, joint.arguments, results)
 
 
 def tangent_kernel(
@@ -1059,6 +972,7 @@ def tangent_kernel(
     summary: str,
     joint: Joint,
     blocks: Sequence[tuple[str, str]],
+    motion: Motion = Motion.SPATIAL,
 ) -> Derived:
     """The tangent, block by block; `blocks` has the output's name and its words, by rows."""
     coordinate_weight, rate_weight, weights = step_weights(joint.symbols)
@@ -1070,7 +984,7 @@ def tangent_kernel(
         Result.matrix(name_of_block, f"{what} on the {words}", "N m s^2", block)
         for block, (name_of_block, words) in zip(found, blocks, strict=True)
     ]
-    return Derived(name, summary, joint.symbols, [*joint.arguments, *weights], results)
+    return kernel(motion, name, summary, joint.symbols, [*joint.arguments, *weights], results)
 
 
 # The blocks of the tangent of a joint between two segments.
@@ -1097,35 +1011,28 @@ def joint_kernels(motion: Motion) -> list[Derived]:
         # The torques are linear: their derivative does not depend on the state.
         tangent = replace(planar_joint(), state=[])
     size = len(motion.angles)
-    plain = motion.named("joint")
     return [
         torques_kernel(
-            plain,
-            summary_for(
-                motion,
-                "Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it "
-                f"connects, from\n{energies}",
-            ),
+            "joint",
+            "Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it "
+            f"connects, from\n{energies}",
             joint,
             [("previous", "previous segment"), ("next", "next segment")],
+            motion,
         ),
         tangent_kernel(
-            motion.named("joint_tangent"),
-            summary_for(
-                motion,
-                f"Tangent of a joint: minus the derivative of the torques of [`{plain}`] along "
-                "`q̈`, when\n"
-                f"`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is {size} × {size}.",
-            ),
+            "joint_tangent",
+            "Tangent of a joint: minus the derivative of the torques of "
+            f"[`{motion.named('joint')}`] along `q̈`, when\n"
+            f"`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is {size} × {size}.",
             tangent,
             BLOCKS,
+            motion,
         ),
-        Derived(
-            motion.named("joint_energy"),
-            summary_for(
-                motion,
-                f"Energy and dissipation function of a joint, from\n{energies}",
-            ),
+        kernel(
+            motion,
+            "joint_energy",
+            f"Energy and dissipation function of a joint, from\n{energies}",
             energy.symbols,
             energy.arguments,
             energy.energies(),
@@ -1135,51 +1042,36 @@ def joint_kernels(motion: Motion) -> list[Derived]:
 
 def clamp_kernels(motion: Motion) -> list[Derived]:
     """`clamp`, `clamp_tangent`, `clamp_energy`."""
-    energy, clamp = clamp_joint(motion)
-    elastic = casadi.gradient(energy.spring, clamp.relaxed)
-    power = casadi.dot(elastic, clamp.relaxed_rate)
-    rate = Argument.of_symbols("relaxed_direction_rate", "ē̇0 in 1/s", clamp.relaxed_rate)
-    plain = motion.named("clamp")
+    energy, relaxed, relaxed_rate = clamp_joint(motion)
+    power = casadi.dot(casadi.gradient(energy.spring, relaxed), relaxed_rate)
+    power_doc = "`∂E_spring/∂ē0·ē̇0`, what the turning clamp puts into the spring"
+    rate = Argument.of_symbols("relaxed_direction_rate", "ē̇0 in 1/s", relaxed_rate)
     return [
         torques_kernel(
-            plain,
-            summary_for(
-                motion,
-                "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in "
-                f"[`{motion.named('joint')}`], with\n"
-                "the clamp's `ē0` and `ω0 = 0` on the inner side.",
-            ),
+            "clamp",
+            "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in "
+            f"[`{motion.named('joint')}`], with\n"
+            "the clamp's `ē0` and `ω0 = 0` on the inner side.",
             clamp_joint(motion)[0],
             [("next", "first segment")],
+            motion,
         ),
         tangent_kernel(
-            motion.named("clamp_tangent"),
-            summary_for(
-                motion,
-                "Tangent of the clamp joint: minus the derivative of the torques of "
-                f"[`{plain}`] along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`.",
-            ),
+            "clamp_tangent",
+            "Tangent of the clamp joint: minus the derivative of the torques of "
+            f"[`{motion.named('clamp')}`] along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`.",
             clamp_joint(motion)[0],
             [("next_next", "first segment along its `q̈`")],
+            motion,
         ),
-        Derived(
-            motion.named("clamp_energy"),
-            summary_for(
-                motion,
-                "Energy and dissipation function of the clamp joint, and the power of its turning "
-                "against the spring.",
-            ),
+        kernel(
+            motion,
+            "clamp_energy",
+            "Energy and dissipation function of the clamp joint, and the power of its turning "
+            "against the spring.",
             energy.symbols,
             [*energy.arguments, rate],
-            [
-                *energy.energies(),
-                Result.scalar(
-                    "power",
-                    "`∂E_spring/∂ē0·ē̇0`, what the turning clamp puts into the spring",
-                    "W",
-                    power,
-                ),
-            ],
+            [*energy.energies(), Result.scalar("power", power_doc, "W", power)],
         ),
     ]
 
@@ -1241,6 +1133,7 @@ def rigid_rates_kernel() -> Derived:
     along = by_coordinates.T @ rigid_rate(body_rate, direction)
     sine = casadi.sin(segment.coordinates[0])
     rates = casadi.vertcat(along[0], along[1] / sine**2)
+    slopes = casadi.jacobian(rates, segment.coordinates)
     return Derived(
         "rigid_rates",
         "Rates of a segment that turns rigidly with the body, `Ω × e = (∂e/∂q) q̇_r`, and how they "
@@ -1253,12 +1146,7 @@ def rigid_rates_kernel() -> Derived:
         ],
         [
             Result.vector("rates", "`q̇_r`", "rad s^-1", rates),
-            Result.matrix(
-                "slopes",
-                "`∂q̇_r/∂q`, 2 × 2",
-                "rad s^-1",
-                casadi.jacobian(rates, segment.coordinates),
-            ),
+            Result.matrix("slopes", "`∂q̇_r/∂q`, 2 × 2", "rad s^-1", slopes),
         ],
     )
 
@@ -1272,9 +1160,7 @@ ALONG_PLANAR_MOTION = (
 )
 
 
-def lateral_variables(
-    symbols: Symbols, label: str = ""
-) -> tuple[tuple[SX, SX], list[Argument]]:
+def lateral_variables(symbols: Symbols, label: str = "") -> tuple[tuple[SX, SX], list[Argument]]:
     """η and η̇ of a segment."""
     end = f"_{label}" if label else ""
     variation = symbols.scalar(f"phi_variation{end}", f"η{label}", "rad")
@@ -1286,99 +1172,64 @@ def lateral_variables(
     return (variation, rate), arguments
 
 
-@dataclass(frozen=True)
 class LateralSegment:
     """The spatial equations of a segment: τ_φ, and p and ẍ' along z, to be varied in the plane."""
 
-    free: FreeSegment
-    arguments: list[Argument]
-    torque: SX
-    base_force: SX
-    outer_acceleration: SX
-    # ψ, ψ̇, ψ̈.
-    lateral: SX
-    # All variables of the lateral motion: zero in the plane.
-    vanishing: SX
-
-    @classmethod
-    def new(cls) -> "LateralSegment":
+    def __init__(self) -> None:
         """With the variables of the planar motion, but without those of the variation."""
-        free = FreeSegment.near_plane()
-        segment, symbols = free.segment, free.symbols
+        symbols = Symbols()
+        segment = Segment.near_plane(symbols)
+        self.free = FreeSegment(symbols, segment)
         base_acceleration = symbols.vector("base_acceleration", "ẍ", "m s^-2", Motion.PLANAR)
         outer_force = symbols.vector("outer_force", "F", "N", Motion.PLANAR)
         base_height, force_height = SX.sym("base_acceleration_z"), SX.sym("outer_force_z")
         # θ̈ has no part in these equations: ∂e/∂θ is perpendicular to ∂e/∂φ and to z.
         accelerations = casadi.vertcat(SX.sym("depression_acceleration"), 0)
-        torque, base_force, outer_acceleration = free.inverse_dynamics(
+        torque, base_force, outer_acceleration = self.free.inverse_dynamics(
             accelerations,
             casadi.vertcat(base_acceleration, base_height),
             casadi.vertcat(outer_force, force_height),
         )
-        lateral = casadi.vertcat(segment.coordinates[0], segment.rates[0], accelerations[0])
-        arguments = [
+        self.torque = torque[0]
+        self._all = torque[0], base_force[2], outer_acceleration[2]
+        self.arguments = [
             segment.trigonometry("angles"),
             segment.rates_argument("rates"),
-            Argument.of_symbols(
-                "base_acceleration", "ẍ in m/s², along x and y", base_acceleration
-            ),
+            Argument.of_symbols("base_acceleration", "ẍ in m/s², along x and y", base_acceleration),
             Argument.of_symbols("outer_force", "F in N, along x and y", outer_force),
         ]
-        return cls(
-            free,
-            arguments,
-            torque[0],
-            base_force[2],
-            outer_acceleration[2],
-            lateral,
-            casadi.vertcat(lateral, base_height, force_height),
-        )
+        # ψ, ψ̇, ψ̈.
+        self._lateral = casadi.vertcat(segment.coordinates[0], segment.rates[0], accelerations[0])
+        # All variables of the lateral motion: zero in the plane.
+        self._vanishing = casadi.vertcat(self._lateral, base_height, force_height)
 
     def variation(self, expression: SX, direction: Sequence[SX | int]) -> SX:
         """The derivative of `expression` along `direction` of ψ, ψ̇, ψ̈, in the plane."""
-        slope = casadi.jtimes(expression, self.lateral, casadi.vertcat(*direction))
-        return casadi.substitute(slope, self.vanishing, SX.zeros(self.vanishing.shape[0]))
+        slope = casadi.jtimes(expression, self._lateral, casadi.vertcat(*direction))
+        return casadi.substitute(slope, self._vanishing, SX.zeros(self._vanishing.shape[0]))
+
+    def variations(self, direction: Sequence[SX | int]) -> list[SX]:
+        """Those of τ_φ, of p and of ẍ'."""
+        return [self.variation(each, direction) for each in self._all]
 
 
 def lateral_segment_kernel() -> Derived:
     """`lateral_segment`: as `segment`, of the variation along z."""
-    segment = LateralSegment.new()
+    segment = LateralSegment()
     free = segment.free
     (variation, rate), variables = lateral_variables(free.symbols)
-    reach, reach_rate = free.reach
-    state, acceleration = (variation, rate, 0), (0, 0, 1)
+    inertia, coupling, reach_slope = segment.variations((0, 0, 1))
+    bias, reach, reach_rate = (
+        segment.variation(each, (variation, rate, 0))
+        for each in (segment.torque, *(vector[2] for vector in free.reach))
+    )
     results = [
-        Result.matrix(
-            "inertia",
-            "`I = ∂τ_φ/∂η̈`",
-            "kg m^2",
-            segment.variation(segment.torque, acceleration),
-        ),
-        Result.matrix(
-            "coupling",
-            "`C = ∂p_z/∂η̈ = ∂τ_φ/∂z̈`",
-            "kg m",
-            segment.variation(segment.base_force, acceleration),
-        ),
-        Result.vector(
-            "bias",
-            "`τ_0`: `τ_φ` for `z̈ = 0`, `η̈ = 0`, `F_z = 0`",
-            "N m",
-            segment.variation(segment.torque, state),
-        ),
-        Result.vector(
-            "reach",
-            "`z' − z`, outer end less inner end",
-            "m",
-            segment.variation(reach[2], state),
-        ),
-        Result.vector("reach_rate", "`ż' − ż`", "m s^-1", segment.variation(reach_rate[2], state)),
-        Result.matrix(
-            "reach_jacobian",
-            "`G = ∂z̈'/∂η̈`",
-            "m",
-            segment.variation(segment.outer_acceleration, acceleration),
-        ),
+        Result.matrix("inertia", "`I = ∂τ_φ/∂η̈`", "kg m^2", inertia),
+        Result.matrix("coupling", "`C = ∂p_z/∂η̈ = ∂τ_φ/∂z̈`", "kg m", coupling),
+        Result.vector("bias", "`τ_0`: `τ_φ` for `z̈ = 0`, `η̈ = 0`, `F_z = 0`", "N m", bias),
+        Result.vector("reach", "`z' − z`, outer end less inner end", "m", reach),
+        Result.vector("reach_rate", "`ż' − ż`", "m s^-1", reach_rate),
+        Result.matrix("reach_jacobian", "`G = ∂z̈'/∂η̈`", "m", reach_slope),
     ]
     summary = (
         "Kinematics and inertia of one segment, seen from its inner end:\n"
@@ -1391,21 +1242,15 @@ def lateral_segment_kernel() -> Derived:
 
 def lateral_segment_tangent_kernel() -> Derived:
     """`lateral_segment_tangent`: how the variation's torque and force follow its acceleration."""
-    segment = LateralSegment.new()
+    segment = LateralSegment()
     free = segment.free
     coordinate_weight, rate_weight, weights = step_weights(free.symbols)
     step = (coordinate_weight, rate_weight, 1)
+    torque, base_force, outer_acceleration = segment.variations(step)
     results = [
-        Result.matrix("torque", "`∂τ_φ/∂η̈`", "kg m^2", segment.variation(segment.torque, step)),
-        Result.matrix(
-            "base_force", "`∂p_z/∂η̈`", "kg m", segment.variation(segment.base_force, step)
-        ),
-        Result.matrix(
-            "outer_acceleration",
-            "`∂z̈'/∂η̈`",
-            "m",
-            segment.variation(segment.outer_acceleration, step),
-        ),
+        Result.matrix("torque", "`∂τ_φ/∂η̈`", "kg m^2", torque),
+        Result.matrix("base_force", "`∂p_z/∂η̈`", "kg m", base_force),
+        Result.matrix("outer_acceleration", "`∂z̈'/∂η̈`", "m", outer_acceleration),
     ]
     summary = (
         "Tangent of one segment: how `τ_φ`, `p_z` and `z̈'` of [`lateral_segment`] change with its "
@@ -1448,20 +1293,13 @@ def lateral_joint() -> Joint:
 def lateral_clamp() -> tuple[Joint, SX]:
     """The spatial clamp joint as a function of the polar angle alone, in the plane, and e_0z."""
     symbols = Symbols()
-    planar = ClampVectors.new(symbols, Motion.PLANAR)
+    in_plane = symbols.vector("relaxed_direction", "ē0", "1", Motion.PLANAR)
     height = SX.sym("clamp_direction_z")
     following = Segment.near_plane(symbols, "next")
-    # A clamp that turns about z keeps its height, and so does its direction turned about z.
-    clamp = ClampVectors(
-        casadi.vertcat(planar.relaxed, height), casadi.vertcat(planar.relaxed_rate, 0)
-    )
-    joint = joint_to_clamp(symbols, clamp, following)
+    joint = joint_to_clamp(symbols, casadi.vertcat(in_plane, height), following)
     polar, polar_rate = following.coordinates[0], following.rates[0]
-    vanishing = casadi.vertcat(polar, polar_rate, height)
-    lateral = replace(
-        joint, coordinates=polar, rates=polar_rate, known=(vanishing, SX.zeros(3))
-    )
-    return lateral, height
+    known = casadi.vertcat(polar, polar_rate, height), SX.zeros(3)
+    return replace(joint, coordinates=polar, rates=polar_rate, known=known), height
 
 
 def lateral_joint_kernels() -> list[Derived]:
@@ -1593,12 +1431,13 @@ def exported(derived: Derived) -> Kernel:
         for name, notation in derived.symbols.notations.items()
     ]
     registers: dict[int, int] = {}
-    found: dict[tuple[int, int], int] = {}
+    # The operations of both outputs.
+    found: tuple[dict[int, int], dict[int, int]] = {}, {}
     for k in range(function.n_instructions()):
         code = function.instruction_id(k)
         operands, targets = function.instruction_input(k), function.instruction_output(k)
         if code == casadi.OP_OUTPUT:
-            found[targets[0], targets[1]] = registers[operands[0]]
+            found[targets[0]][targets[1]] = registers[operands[0]]
             continue
         if code == casadi.OP_INPUT:
             operation = symbols[operands[1]]
@@ -1621,19 +1460,14 @@ def exported(derived: Derived) -> Kernel:
                 )
         registers[targets[0]] = operation
 
-    inputs, next_element = [], 0
+    inputs, outputs = [], []
+    of_elements, of_values = (map(each.__getitem__, count()) for each in found)
     for argument in derived.arguments:
-        bound = []
-        for name, _ in argument.elements:
-            bound.append((name, found[0, next_element]))
-            next_element += 1
-        inputs.append(Input(argument.name, argument.doc, tuple(bound)))
-    outputs, next_value = [], 0
+        bound = tuple((name, next(of_elements)) for name, _ in argument.elements)
+        inputs.append(Input(argument.name, argument.doc, bound))
     for result in derived.results:
-        size = math.prod(result.shape)
-        operations = tuple(found[1, next_value + i] for i in range(size))
+        operations = tuple(islice(of_values, math.prod(result.shape)))
         outputs.append(Output(result.name, result.doc, result.unit, result.shape, operations))
-        next_value += size
     return Kernel(derived.name, derived.summary, graph, tuple(inputs), tuple(outputs))
 
 
@@ -1692,9 +1526,7 @@ def main() -> None:
     command = f"derivations/segment_chain.py {choice}"
     try:
         derived = (
-            solver_kernels()
-            if arguments.kernels
-            else whole_equations(arguments.segments, motion)
+            solver_kernels() if arguments.kernels else whole_equations(arguments.segments, motion)
         )
         kernels = [exported(function) for function in derived]
         text = file_text(f"{command}, CasADi {casadi.__version__}", kernels)
