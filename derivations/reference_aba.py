@@ -158,7 +158,9 @@ def chain_constants(segments: int, youngs_modulus_pa: float) -> ChainConstants:
         bending_stiffness / (mass_per_length * LENGTH_M**4)
     )
     damping_time = 2 * DAMPING_RATIO / first_frequency
-    return ChainConstants(h, mass, mass * h**2 / 12, stiffness, [damping_time * c for c in stiffness])
+    return ChainConstants(
+        h, mass, mass * h**2 / 12, stiffness, [damping_time * c for c in stiffness]
+    )
 
 
 def chain_of_bodies(constants: ChainConstants, effective_gravity: Array) -> pinocchio.Model:
@@ -192,39 +194,55 @@ def joint_torque(
     return spring - damping * (outer.rate_in_body(body_rate) - inner.rate_in_body(body_rate))
 
 
+class ChainState:
+    """The chain at a state: its segments, with the clamp's rod ahead of theirs."""
+
+    def __init__(self, state: State) -> None:
+        self.segments = [
+            Coordinates(*state.q[i : i + 2], *state.v[i : i + 2]) for i in range(0, len(state.q), 2)
+        ]
+        self.constants = chain_constants(len(self.segments), state.youngs_modulus_pa)
+        radial = np.array([math.cos(state.base_angle), math.sin(state.base_angle), 0.0])
+        tangential = np.array([-radial[1], radial[0], 0.0])
+        root_acceleration = BODY_RADIUS_M * (
+            state.base_acceleration * tangential - state.base_rate**2 * radial
+        )
+        self.effective_gravity = np.array(state.gravity) - root_acceleration
+        clamp = Rod(radial, state.base_rate * tangential)
+        self.rods = [clamp, *(segment.rod for segment in self.segments)]
+        # On the outer side of each joint, in the world's axes.
+        stiffness = self.constants.joint_stiffness_n_m
+        damping = self.constants.joint_damping_n_m_s
+        self.torques = [
+            joint_torque(stiffness[k], damping[k], state.base_rate, *self.rods[k : k + 2])
+            for k in range(len(self.segments))
+        ]
+
+    def in_spherical_joints(self) -> tuple[pinocchio.Model, Array, Array, Array]:
+        """Pinocchio's model, and its configuration, velocities and torques."""
+        positions, velocities, torques = [], [], []
+        inner_rotation, inner_velocity = np.eye(3), np.zeros(3)
+        for segment, rod, torque in zip(self.segments, self.rods[1:], self.torques, strict=True):
+            rotation = segment.rotation
+            quaternion = pinocchio.Quaternion(inner_rotation.T @ rotation)
+            quaternion.normalize()
+            positions.append(quaternion.coeffs())
+            velocities.append(rotation.T @ (rod.angular_velocity - inner_velocity))
+            torques.append(rotation.T @ torque)
+            inner_rotation, inner_velocity = rotation, rod.angular_velocity
+        model = chain_of_bodies(self.constants, self.effective_gravity)
+        return model, *map(np.concatenate, (positions, velocities, torques))
+
+
 def accelerations(state: State) -> list[float]:
     """φ̈_1, θ̈_1, …, φ̈_n, θ̈_n in rad/s², by the articulated-body algorithm."""
-    chain = [
-        Coordinates(*state.q[i : i + 2], *state.v[i : i + 2]) for i in range(0, len(state.q), 2)
-    ]
-    constants = chain_constants(len(chain), state.youngs_modulus_pa)
-    radial = np.array([math.cos(state.base_angle), math.sin(state.base_angle), 0.0])
-    tangential = np.array([-radial[1], radial[0], 0.0])
-    root_acceleration = BODY_RADIUS_M * (
-        state.base_acceleration * tangential - state.base_rate**2 * radial
-    )
-    model = chain_of_bodies(constants, np.array(state.gravity) - root_acceleration)
+    chain = ChainState(state)
+    model, q, v, torques = chain.in_spherical_joints()
     data = model.createData()
-
-    positions, velocities, torques = [], [], []
-    inner, inner_rotation = Rod(radial, state.base_rate * tangential), np.eye(3)
-    inner_velocity = np.zeros(3)
-    for segment, stiffness, damping in zip(
-        chain, constants.joint_stiffness_n_m, constants.joint_damping_n_m_s, strict=True
-    ):
-        outer, rotation = segment.rod, segment.rotation
-        quaternion = pinocchio.Quaternion(inner_rotation.T @ rotation)
-        quaternion.normalize()
-        positions.append(quaternion.coeffs())
-        velocities.append(rotation.T @ (outer.angular_velocity - inner_velocity))
-        torques.append(rotation.T @ joint_torque(stiffness, damping, state.base_rate, inner, outer))
-        inner, inner_rotation, inner_velocity = outer, rotation, outer.angular_velocity
-
-    q, v = np.concatenate(positions), np.concatenate(velocities)
-    joint_accelerations = pinocchio.aba(model, data, q, v, np.concatenate(torques))
+    joint_accelerations = pinocchio.aba(model, data, q, v, torques)
     pinocchio.forwardKinematics(model, data, q, v, joint_accelerations)
     result: list[float] = []
-    for k, segment in enumerate(chain, 1):
+    for k, segment in enumerate(chain.segments, 1):
         turning = pinocchio.getAcceleration(
             model, data, k, pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
         ).angular

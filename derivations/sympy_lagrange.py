@@ -51,66 +51,43 @@ class UnknownExpressionError(Exception):
     """An expression that the format has no operation for."""
 
 
-@dataclass(frozen=True)
 class ChainSymbols:
     """Functions of time and constants, each with the name under which it is exported."""
 
-    frame: ReferenceFrame
-    names: dict[Expression, str]
-    coordinates: list[Expression]
-    root: Vector
-    clamp_direction: Vector
-    body_rate: Vector
-    gravity: Vector
-    constants: dict[str, Expression]
-
-    @classmethod
-    def new(cls, segments: int) -> "ChainSymbols":
+    def __init__(self, segments: int) -> None:
         """Of a chain of so many segments."""
-        frame = ReferenceFrame("N")
-        names: dict[Expression, str] = {}
-        coordinates = []
-        for k in range(1, segments + 1):
-            for angle in ("phi", "theta"):
-                coordinate = dynamicsymbols(f"{angle}_{k}")
-                coordinates.append(coordinate)
-                names[coordinate] = f"{angle}_{k}"
-                names[coordinate.diff(TIME)] = f"{angle}_rate_{k}"
-
-        def vector_of_time(name: str, *derivatives: str) -> Vector:
-            components = []
-            for axis in "xyz":
-                component = dynamicsymbols(f"{name}_{axis}")
-                for order, derived_name in enumerate((name, *derivatives)):
-                    names[component.diff(TIME, order)] = f"{derived_name}_{axis}"
-                components.append(component)
-            return in_frame(frame, *components)
-
-        def constant(name: str) -> Expression:
-            symbol = sympy.Symbol(name, real=True)
-            names[symbol] = name
-            return symbol
-
-        numbered = (
-            "segment_mass",
-            "segment_inertia",
-            "joint_stiffness",
-            "joint_damping",
-            "relaxed_angle",
+        self.frame = frame = ReferenceFrame("N")
+        self.names: dict[Expression, str] = {}
+        self.coordinates = [
+            self._of_time(f"{angle}_{k}", f"{angle}_rate_{k}")
+            for k in range(1, segments + 1)
+            for angle in ("phi", "theta")
+        ]
+        roots = [
+            (f"root_position_{x}", f"root_velocity_{x}", f"root_acceleration_{x}") for x in "xyz"
+        ]
+        self.root = in_frame(frame, *(self._of_time(*names) for names in roots))
+        self.clamp_direction = in_frame(
+            frame, *(self._of_time(f"clamp_direction_{axis}") for axis in "xyz")
         )
-        constant_names = ["segment_length"]
-        for k in range(1, segments + 1):
-            constant_names += [f"{name}_{k}" for name in numbered]
-        return cls(
-            frame,
-            names,
-            coordinates,
-            vector_of_time("root_position", "root_velocity", "root_acceleration"),
-            vector_of_time("clamp_direction"),
-            in_frame(frame, *(constant(f"angular_velocity_{axis}") for axis in "xyz")),
-            in_frame(frame, *(constant(f"gravity_{axis}") for axis in "xyz")),
-            {name: constant(name) for name in constant_names},
+        # The arguments of `chain_interface.py` that do not depend on time.
+        self.constants = {
+            name: sympy.Symbol(name, real=True)
+            for argument in chain_arguments(segments, Motion.SPATIAL)
+            for name, _, _ in argument.symbols
+            if name not in self.names.values()
+        }
+        self.names |= {symbol: name for name, symbol in self.constants.items()}
+        self.body_rate, self.gravity = (
+            in_frame(frame, *(self.constants[f"{name}_{axis}"] for axis in "xyz"))
+            for name in ("angular_velocity", "gravity")
         )
+
+    def _of_time(self, *names: str) -> Expression:
+        """A function of time; the others are the names of its derivatives."""
+        function = dynamicsymbols(names[0])
+        self.names |= {function.diff(TIME, order): name for order, name in enumerate(names)}
+        return function
 
 
 def in_frame(frame: ReferenceFrame, x: Expression, y: Expression, z: Expression) -> Vector:
@@ -120,7 +97,7 @@ def in_frame(frame: ReferenceFrame, x: Expression, y: Expression, z: Expression)
 
 def equations(segments: int) -> tuple[ChainSymbols, dict[str, list[Expression]]]:
     """The results of the three functions, by rows, from Lagrange's equations."""
-    chain = ChainSymbols.new(segments)
+    chain = ChainSymbols(segments)
     frame, constants = chain.frame, chain.constants
     length = constants["segment_length"]
     half = sympy.Rational(1, 2)

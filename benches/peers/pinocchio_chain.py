@@ -49,11 +49,8 @@ class Problem:
         data = self.model.createData()
         pinocchio.forwardKinematics(self.model, data, self.q, self.v, joint_accelerations)
         world, result = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED, []
-        for k in range(len(state.q) // 2):
+        for k, segment in enumerate(reference_aba.ChainState(state).segments):
             joint = 2 * k + 2 if self.joints == "revolutes" else k + 1
-            segment = reference_aba.Coordinates(
-                *state.q[2 * k : 2 * k + 2], *state.v[2 * k : 2 * k + 2]
-            )
             direction = segment.rod.direction
             turning = pinocchio.getAcceleration(self.model, data, joint, world).angular
             omega = pinocchio.getVelocity(self.model, data, joint, world).angular
@@ -64,66 +61,16 @@ class Problem:
 
 def problem(state: State, joints: str) -> Problem:
     """The chain and the state with these joints."""
-    segments = [
-        reference_aba.Coordinates(*state.q[i : i + 2], *state.v[i : i + 2])
-        for i in range(0, len(state.q), 2)
-    ]
-    constants = reference_aba.chain_constants(len(segments), state.youngs_modulus_pa)
-    radial = np.array([np.cos(state.base_angle), np.sin(state.base_angle), 0.0])
-    tangential = np.array([-radial[1], radial[0], 0.0])
-    root_acceleration = reference_aba.BODY_RADIUS_M * (
-        state.base_acceleration * tangential - state.base_rate**2 * radial
-    )
-    gravity = np.array(state.gravity) - root_acceleration
-    rods = [reference_aba.Rod(radial, state.base_rate * tangential)]
-    rods += [segment.rod for segment in segments]
-    # On the outer side of each joint.
-    torques = [
-        reference_aba.joint_torque(stiffness, damping, state.base_rate, inner, outer)
-        for stiffness, damping, inner, outer in zip(
-            constants.joint_stiffness_n_m,
-            constants.joint_damping_n_m_s,
-            rods[:-1],
-            rods[1:],
-            strict=True,
-        )
-    ]
+    chain = reference_aba.ChainState(state)
     if joints == "spherical":
-        return _spherical(segments, rods, torques, constants, gravity)
-    return _two_axes(joints, rods, torques, constants, gravity)
+        model, *at = chain.in_spherical_joints()
+        return Problem(joints, model, chain.constants.segment_inertia_kg_m2, *at)
+    return _two_axes(joints, chain)
 
 
-def _spherical(
-    segments: list[reference_aba.Coordinates],
-    rods: list[reference_aba.Rod],
-    torques: list[np.ndarray],
-    constants: reference_aba.ChainConstants,
-    gravity: np.ndarray,
-) -> Problem:
-    """As in reference_aba.accelerations; the world stands in for segment 0."""
-    q, v, tau = [], [], []
-    inner_rotation, inner_velocity = np.eye(3), np.zeros(3)
-    for segment, rod, torque in zip(segments, rods[1:], torques, strict=True):
-        rotation = segment.rotation
-        quaternion = pinocchio.Quaternion(inner_rotation.T @ rotation)
-        quaternion.normalize()
-        q.append(quaternion.coeffs())
-        v.append(rotation.T @ (rod.angular_velocity - inner_velocity))
-        tau.append(rotation.T @ torque)
-        inner_rotation, inner_velocity = rotation, rod.angular_velocity
-    model = reference_aba.chain_of_bodies(constants, gravity)
-    inertia = constants.segment_inertia_kg_m2
-    return Problem("spherical", model, inertia, *(np.concatenate(x) for x in (q, v, tau)))
-
-
-def _two_axes(
-    joints: str,
-    rods: list[reference_aba.Rod],
-    torques: list[np.ndarray],
-    constants: reference_aba.ChainConstants,
-    gravity: np.ndarray,
-) -> Problem:
+def _two_axes(joints: str, chain: reference_aba.ChainState) -> Problem:
     """R = R_x(α) R_y(β) from the inner rod's axes to the outer one's, whose third is along it."""
+    constants, rods, torques = chain.constants, chain.rods, chain.torques
     q, v, axes = [], [], []
     rotation, omega = np.eye(3), np.zeros(3)
     for rod in rods[1:]:
@@ -149,13 +96,10 @@ def _two_axes(
         tau[2 * k], tau[2 * k + 1] = axes[k][0] @ outside, axes[k][1] @ outside
 
     h, inertia = constants.segment_length_m, constants.segment_inertia_kg_m2
-    body = pinocchio.Inertia(
-        constants.segment_mass_kg,
-        np.array([0.0, 0.0, h / 2]),
-        np.diag([inertia, inertia, 0.0]),
-    )
+    centre, moments = np.array([0.0, 0.0, h / 2]), np.diag([inertia, inertia, 0.0])
+    body = pinocchio.Inertia(constants.segment_mass_kg, centre, moments)
     model = pinocchio.Model()
-    model.gravity.linear = gravity
+    model.gravity.linear = chain.effective_gravity
     parent, placement = 0, pinocchio.SE3.Identity()
     x_axis, y_axis = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
     for k in range(len(torques)):
