@@ -32,6 +32,7 @@ import io
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import casadi
@@ -208,13 +209,8 @@ class PlanarFilament(Equations):
 
     def start(self) -> np.ndarray:
         """State at t = 0: straight, turning rigidly with the body."""
-        return np.concatenate(
-            [
-                np.full(SEGMENTS, self.contact_pass.start_angle_rad),
-                np.full(SEGMENTS, self.contact_pass.rate_rad_s / RATE_UNIT_RAD_S),
-                [0.0],
-            ]
-        )
+        at, rate = self.contact_pass, self.contact_pass.rate_rad_s / RATE_UNIT_RAD_S
+        return np.array([*[at.start_angle_rad] * SEGMENTS, *[rate] * SEGMENTS, 0.0])
 
     def gaps_m(self, time: float, angles: np.ndarray) -> np.ndarray:
         """Gaps of the nodes 1 … n."""
@@ -259,12 +255,9 @@ def radau_steps(filament: PlanarFilament, relative_tolerance: float) -> Iterator
             raise RuntimeError(
                 f"{filament.contact_pass}: Radau stopped at t = {solver.t} s: {message}"
             )
-        dense = solver.dense_output()
+        dense, impulse = solver.dense_output(), float(solver.y[-1]) * INTEGRAL_UNIT
         yield Step(
-            solver.t_old,
-            solver.t,
-            lambda time, dense=dense: dense(time)[:SEGMENTS],
-            float(solver.y[-1]) * INTEGRAL_UNIT,
+            solver.t_old, solver.t, lambda time, dense=dense: dense(time)[:SEGMENTS], impulse
         )
 
 
@@ -323,18 +316,14 @@ class Cvodes:
         if not changes.any():
             return None
         point = int(np.argmax(changes.any(axis=0)))
-        return min(
-            (
-                brentq(
-                    lambda time, node=node: self._filament.gaps_m(time, motion(time))[node],
-                    times[point],
-                    times[point + 1],
-                    xtol=1e-17,
-                ),
-                int(node),
-            )
-            for node in np.flatnonzero(changes[:, point])
-        )
+
+        def event(node: int) -> float:
+            def gap(time: float) -> float:
+                return self._filament.gaps_m(time, motion(time))[node]
+
+            return brentq(gap, times[point], times[point + 1], xtol=1e-17)
+
+        return min((event(node), int(node)) for node in np.flatnonzero(changes[:, point]))
 
     def _landed(
         self, start_s: float, y: np.ndarray, end_s: float, node: int
@@ -354,25 +343,25 @@ class Cvodes:
         )
 
 
-def cvodes_steps(filament: PlanarFilament, relative_tolerance: float) -> Iterator[Step]:
-    """The pass by CVODES, step by step."""
-    return Cvodes(filament, relative_tolerance).steps()
+# Each gives the pass, step by step, for a filament and a relative tolerance.
+SOLVERS = {
+    "radau": radau_steps,
+    "cvodes": lambda filament, tolerance: Cvodes(filament, tolerance).steps(),
+}
 
 
-SOLVERS = {"radau": radau_steps, "cvodes": cvodes_steps}
+def minimum_beside(function: OfTime, times: np.ndarray, i: int) -> tuple[float, float]:
+    """Where a smooth function is least between the points beside point i, and its value."""
+    left, right = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
+    options = {"xatol": 1e-7 * (right - left)}
+    found = minimize_scalar(function, bounds=(left, right), method="bounded", options=options)
+    return float(found.x), float(found.fun)
 
 
 def refined_maximum(function: OfTime, times: np.ndarray, values: list[float]) -> float:
     """Maximum of a smooth function near the largest of its sampled values."""
     best = int(np.argmax(values))
-    left, right = times[max(best - 1, 0)], times[min(best + 1, len(times) - 1)]
-    found = minimize_scalar(
-        lambda time: -function(time),
-        bounds=(left, right),
-        method="bounded",
-        options={"xatol": 1e-7 * (right - left)},
-    )
-    return max(values[best], -float(found.fun))
+    return max(values[best], -minimum_beside(lambda time: -function(time), times, best)[1])
 
 
 def with_touches(
@@ -388,19 +377,13 @@ def with_touches(
     variation = max(values) - min(values)
     for i, value in enumerate(values):
         sign = math.copysign(1.0, value)
-        lower, upper = max(i - 1, 0), min(i + 1, len(times) - 1)
-        is_smallest = sign * value <= min(sign * values[lower], sign * values[upper])
+        is_smallest = sign * value <= min(sign * each for each in values[max(i - 1, 0) : i + 2])
         # Where the function is farther from zero than it moves in the step, it does not get there.
         if not is_smallest or abs(value) > variation:
             continue
-        found = minimize_scalar(
-            lambda time, sign=sign: sign * function(time),
-            bounds=(times[lower], times[upper]),
-            method="bounded",
-            options={"xatol": 1e-7 * (times[upper] - times[lower])},
-        )
-        if found.fun < 0.0:
-            samples[float(found.x)] = sign * float(found.fun)
+        time, least = minimum_beside(lambda time, sign=sign: sign * function(time), times, i)
+        if least < 0.0:
+            samples[time] = sign * least
     search_times = sorted(samples)
     return search_times, [samples[time] for time in search_times]
 
@@ -427,12 +410,13 @@ def contact_metrics(
         times = np.linspace(step.start_s, step.end_s, SEARCH_POINTS)
         gaps = [gap(time) for time in times]
         search_times, search_gaps = with_touches(gap, times, gaps)
-        for i in range(1, len(search_times)):
-            before, after = search_gaps[i - 1] < 0.0, search_gaps[i] < 0.0
-            if before == after:
+        for ends, (before, after) in zip(
+            pairwise(search_times), pairwise(search_gaps), strict=True
+        ):
+            if (before < 0.0) == (after < 0.0):
                 continue
-            event = brentq(gap, search_times[i - 1], search_times[i], xtol=1e-17)
-            if after:
+            event = brentq(gap, *ends, xtol=1e-17)
+            if after < 0.0:
                 contact_start = event
             else:
                 contacts.append((contact_start, event))
@@ -472,9 +456,7 @@ def contact_metrics(
 
 def header(solver: str, relative_tolerance: float, cases: list[tuple[float, float]]) -> str:
     """The comment that says how the file was made."""
-    command = (
-        f"reference_contacts.py --solver {solver} --relative-tolerance {relative_tolerance}"
-    )
+    command = f"reference_contacts.py --solver {solver} --relative-tolerance {relative_tolerance}"
     if tuple(cases) != DEFAULT_CASES:
         command += "".join(f" --case {velocity} {depth}" for velocity, depth in cases)
     return (

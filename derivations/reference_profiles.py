@@ -27,7 +27,7 @@ Run from the repository root:
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import casadi
@@ -352,7 +352,7 @@ class SplineMotion(Watched):
         n, profile = self._n, self.profile
         size = 1 + 2 * (profile.degree + 1)
         nodes = np.zeros((size, n))
-        at_nodes, insides = (np.zeros((size + n, len(profile.stretches))) for _ in range(2))
+        at_nodes, insides = np.zeros((2, size + n, len(profile.stretches)))
         # Of what does not touch any curve that makes finite numbers: a line, and a parabola.
         second = 1 + profile.degree + 1
         for each in (nodes, at_nodes, insides):
@@ -407,8 +407,8 @@ def result(case: Case) -> dict[str, object]:
         values["largest_jump_of_force_n"] = motion.jump_n
         runs.append(values)
     entry = edges.entry_of(case, *runs)
-    peak = "peak_contact_normal_force_n"
-    change = abs(runs[1][peak] / runs[0][peak] - 1)
+    peak, looser_peak = (each["peak_contact_normal_force_n"] for each in runs)
+    change = abs(looser_peak / peak - 1)
     entry["own_error"] = max(entry["own_error"], float(f"{change:.1g}"))
     return entry
 
@@ -444,15 +444,10 @@ def cases() -> list[Case]:
     entering = Workpiece(
         "chamfer", -4e-3, edge_radius_m=0.3e-3, side="entering", chamfer_width_m=2e-3
     )
-    flat = Workpiece(
-        "chamfer",
-        -5e-3,
-        math.radians(100),
-        0.5e-3,
-        "entering",
-        chamfer_width_m=3e-3,
-        chamfer_angle_rad=0.5,
+    flat = replace(
+        entering, offset_m=-5e-3, included_angle_rad=math.radians(100), edge_radius_m=0.5e-3
     )
+    flat = replace(flat, chamfer_width_m=3e-3, chamfer_angle_rad=0.5)
     cylinder, rod = Workpiece("cylinder", radius_m=0.05), Workpiece("cylinder", radius_m=0.012)
     bore = Workpiece("bore", radius_m=0.25)
     rising = corner("entering", 50.0, 2e-3, 3, -4e-3)

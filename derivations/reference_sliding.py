@@ -19,6 +19,7 @@ Run from the repository root:
 """
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import casadi
@@ -29,7 +30,7 @@ import reference_profiles as profiles
 from cases import DATA, entries_of, parser_of, rounded, write_cases
 from cvodes import velocity_of
 from reference_edges import Case, Contact, Filament, Profile, Workpiece
-from reference_profiles import SplineEquations, SplineMotion, SplineProfile, corner
+from reference_profiles import SplineEquations, SplineMotion, SplineProfile
 
 WORKS = ("sliding_work_j", "edge_sliding_work_j")
 ANGLES = ("edge_work_angle_rad", "edge_work_angle_std_rad")
@@ -172,40 +173,30 @@ def result(case: Case) -> dict[str, object]:
 
 def cases() -> list[Case]:
     """The cases of the file."""
-    found, filament = [], Filament(6)
-    for name, piece, friction in (
+    entering = Workpiece("edge", offset_m=-5e-3, side="entering")
+    obtuse = Workpiece("edge", -4e-3, math.radians(120), 0.5e-3, "entering")
+    of_edges = (
         ("plane", Workpiece("plane"), 0.3),
         ("plane, no friction", Workpiece("plane"), 0.0),
         ("leaving", Workpiece("edge", offset_m=3e-3), 0.3),
-        ("entering", Workpiece("edge", offset_m=-5e-3, side="entering"), 0.3),
-        ("entering, no friction", Workpiece("edge", offset_m=-5e-3, side="entering"), 0.0),
+        ("entering", entering, 0.3),
+        ("entering, no friction", entering, 0.0),
         ("leaving, 60 degrees", Workpiece("edge", 2e-3, math.radians(60), 0.5e-3), 0.3),
-        (
-            "entering, 120 degrees",
-            Workpiece("edge", -4e-3, math.radians(120), 0.5e-3, "entering"),
-            0.3,
-        ),
-        (
-            "chamfer, entering",
-            Workpiece(
-                "chamfer", -4e-3, edge_radius_m=0.3e-3, side="entering", chamfer_width_m=2e-3
-            ),
-            0.25,
-        ),
-        (
-            "chamfer, leaving",
-            Workpiece(
-                "chamfer", -6e-3, edge_radius_m=0.5e-3, chamfer_width_m=4e-3, chamfer_angle_rad=0.12
-            ),
-            0.25,
-        ),
-        ("cylinder", Workpiece("cylinder", radius_m=0.05), 0.25),
-        ("cylinder, an edge", Workpiece("cylinder", radius_m=0.012), 0.25),
-        ("bore", Workpiece("bore", radius_m=0.25), 0.25),
-        ("spline, a bump", profiles.bump(), 0.3),
-        ("spline, entering", corner("entering", 50.0, 2e-3, 3, -4e-3), 0.25),
+        ("entering, 120 degrees", obtuse, 0.3),
+    )
+    of_profiles = {case.name: case for case in profiles.cases()}
+    found = [Case(name, Filament(6), piece, 10.0, 1.5e-3, mu) for name, piece, mu in of_edges]
+    for name in (
+        "chamfer, entering",
+        "chamfer, leaving",
+        "cylinder",
+        "cylinder, an edge",
+        "bore",
+        "spline, a bump",
+        "spline, entering",
     ):
-        found.append(Case(name, filament, piece, 10.0, 1.5e-3, friction))
+        case = replace(of_profiles[name], filament=Filament(6))
+        found.append(replace(case, brushing_velocity_m_s=10.0, penetration_depth_m=1.5e-3))
     return found
 
 
