@@ -24,7 +24,6 @@ from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 from paper_case import SEGMENTS, Case, State, bent_state
@@ -159,6 +158,18 @@ def shortest(seconds: Callable[[], float]) -> float:
     return min(seconds() for _ in range(5))
 
 
+def timed(calls: int, function: Callable[..., object], *arguments: object) -> Callable[[], float]:
+    """Measures the seconds that a call takes, of so many."""
+
+    def seconds() -> float:
+        start = time.perf_counter()
+        for _ in range(calls):
+            function(*arguments)
+        return (time.perf_counter() - start) / calls
+
+    return seconds
+
+
 class Peers:
     """The lines of a group, as far as they can be had."""
 
@@ -175,6 +186,10 @@ class Peers:
             traceback.print_exc()
             reason = " ".join(str(error).split())[:160]
             self.left_out.append(Line(name, f"left out: {type(error).__name__}: {reason}"))
+
+    def group(self, title: str, first: Measured, rounds: int) -> Group:
+        """Measures them in turns with the first line, and adds those that there are not."""
+        return Group(title, interleaved([first, *self.measured], rounds) + self.left_out)
 
 
 def progress(text: str) -> None:
@@ -196,12 +211,7 @@ class Program:
     def __enter__(self) -> "Program":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        value: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         assert self._process.stdin
         self._process.stdin.close()
         self._process.wait()
@@ -321,8 +331,8 @@ def accelerations(setup: Setup) -> list[Group]:
     peers.add("CasADi's C code", lambda: casadi_accelerations_lines(setup, at, ours))
     note = "50 rates; springs and dampers included; generic x86-64"
     first = Line("Bristle, `Dynamics::accelerations`", note)
-    lines = interleaved([(first, of_bristle), *peers.measured], setup.rounds)
-    single = Group(f"accelerations, n = {SEGMENTS}, one state at a time", lines + peers.left_out)
+    title = f"accelerations, n = {SEGMENTS}, one state at a time"
+    single = peers.group(title, (first, of_bristle), setup.rounds)
 
     # Each of the batch is checked against what one at a time gives.
     states = [bent_state(SEGMENTS, 0.6 - 0.005 * i) for i in range(BATCH)]
@@ -382,15 +392,8 @@ def pinocchio_accelerations(
             candidates.append((shortest(seconds), label, seconds, one))
 
     def from_python(one: "Problem") -> Callable[[], float]:
-        data = one.model.createData()
-
-        def seconds() -> float:
-            start = time.perf_counter()
-            for _ in range(CALLS // 10):
-                pinocchio.aba(one.model, data, one.q, one.v, one.tau)
-            return (time.perf_counter() - start) / (CALLS // 10)
-
-        return seconds
+        arguments = one.model, one.model.createData(), one.q, one.v, one.tau
+        return timed(CALLS // 10, pinocchio.aba, *arguments)
 
     chosen = min(problems, key=lambda one: shortest(from_python(one)))
     rest = f"torques of springs and dampers not counted; agree to {agreement:.0e}"
@@ -426,24 +429,11 @@ def mujoco_accelerations(at: State, ours: "np.ndarray") -> list[Measured]:
             one.coordinates(np.array(data.qacc), at), ours, bound, "MuJoCo's accelerations"
         )
 
-        def seconds(model: object = model, data: object = data) -> float:
-            start = time.perf_counter()
-            for _ in range(calls):
-                mujoco.mj_forward(model, data)
-            return (time.perf_counter() - start) / calls
-
+        seconds = timed(calls, mujoco.mj_forward, model, data)
         tried.append((shortest(seconds), joints, agreement, model.nv, seconds))
     _, joints, agreement, rates, seconds = min(tried, key=lambda one: one[0])
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
-    nothing = mujoco.MjData(empty)
-
-    def of_nothing() -> float:
-        start = time.perf_counter()
-        for _ in range(calls):
-            mujoco.mj_forward(empty, nothing)
-        return (time.perf_counter() - start) / calls
-
-    call = shortest(of_nothing)
+    call = shortest(timed(calls, mujoco.mj_forward, empty, mujoco.MjData(empty)))
     note = (
         f"{'ball joints' if joints == 'spherical' else 'two hinges a node'}, {rates} rates; with "
         f"the call, which for an empty model takes {shown(call)}; contacts and "
@@ -473,22 +463,17 @@ def casadi_accelerations_lines(setup: Setup, at: State, ours: "np.ndarray") -> l
     tried.sort(key=lambda one: one[0])
     times = {name: seconds for name, seconds in compiling.items() if seconds > 0.5}
     measured: list[Measured] = []
-    for kind, chosen in (
-        ("this processor's", [one for one in tried if "native" in one[1].label]),
-        ("generic x86-64", [one for one in tried if "native" not in one[1].label]),
-    ):
+    for kind, is_native in (("this processor's", True), ("generic x86-64", False)):
+        chosen = [variant for _, variant in tried if ("native" in variant.label) == is_native]
         if not chosen:
             continue
-        variant = chosen[0][1]
+        variant = chosen[0]
         note = f"{kind} instructions: {variant.label}; 50 rates, dense; agree to {agreement:.0e}"
         flags = variant.label.rsplit(",", 1)[0]
         if flags in times:
             note += f"; compiled in {shown(times[flags])}"
-
-        def seconds(variant: object = variant) -> float:
-            return variant.run(q, v, CALLS // 10)[0]
-
-        measured.append((Line("CasADi's C code for M and f, Cholesky", note), seconds))
+        line = Line("CasADi's C code for M and f, Cholesky", note)
+        measured.append((line, lambda variant=variant: variant.run(q, v, CALLS // 10)[0]))
     return measured
 
 
@@ -571,10 +556,10 @@ def one_contact(setup: Setup) -> list[Group]:
     peers = Peers()
 
     def casadi_lines(kind: str) -> list[Measured]:
-        from casadi_contact import LINEAR_SOLVERS, Contact
+        from casadi_contact import Contact
 
-        library = casadi_library(setup, kind)
-        solver = fastest_linear_solver(library, LINEAR_SOLVERS)
+        library = casadi_library(setup.directory, kind)
+        solver = fastest_linear_solver(library)
         made: dict[float, Contact] = {}
 
         def run(tolerance: float) -> tuple[float, float]:
@@ -601,7 +586,7 @@ def one_contact(setup: Setup) -> list[Group]:
     def scipy_line(kind: str) -> list[Measured]:
         from casadi_contact import SciPyContact
 
-        library, tried = casadi_library(setup, kind), []
+        library, tried = casadi_library(setup.directory, kind), []
         for method in SciPyContact.METHODS:
 
             def run(tolerance: float, method: str = method) -> tuple[float, float]:
@@ -661,9 +646,8 @@ def one_contact(setup: Setup) -> list[Group]:
     peers.add("MuJoCo", mujoco_lines)
     peers.add("Exudyn", exudyn_line)
     peers.add("PyElastica", elastica_line)
-    lines = interleaved([first, *peers.measured], setup.rounds)
     title = f"one contact, v_b = 10 m/s, a_e = 1 mm, n = {SEGMENTS}, one thread"
-    return [Group(title, lines + peers.left_out)]
+    return [peers.group(title, first, setup.rounds)]
 
 
 # ---------------------------------------------------------------------------- rows
@@ -791,41 +775,30 @@ def row(setup: Setup, segments: int, columns: int) -> list[Group]:
 
             peers.add(f"MuJoCo, capsules, {name}", measured)
         first = ours.line("Bristle", "planar, all metrics of each filament", kind)
-        lines = interleaved([first, *peers.measured], min(setup.rounds, 7))
         title = f"a row of {columns} filaments, n = {segments}, one thread, {accurate} to 2 %"
-        groups.append(Group(title, lines + peers.left_out))
+        groups.append(peers.group(title, first, min(setup.rounds, 7)))
     return groups
 
 
-_libraries: dict[str, "Library"] = {}
-
-
-def casadi_library(setup: Setup, kind: str) -> "Library":
+@cache
+def casadi_library(directory: Path, kind: str) -> "Library":
     """Compiled at first use."""
     from casadi_contact import Library
     from casadi_equations import Planar, Spatial
 
-    if kind not in _libraries:
-        chosen = {"planar": Planar, "spatial": Spatial}[kind]
-        _libraries[kind] = Library(chosen, setup.directory)
-    return _libraries[kind]
+    return Library({"planar": Planar, "spatial": Spatial}[kind], directory)
 
 
-_linear_solvers: dict[str, str] = {}
-
-
-def fastest_linear_solver(library: "Library", choices: Sequence[str]) -> str:
+@cache
+def fastest_linear_solver(library: "Library") -> str:
     """The one with the shortest of five passes, at a moderate tolerance."""
-    from casadi_contact import Contact
+    from casadi_contact import LINEAR_SOLVERS, Contact
 
     def seconds(solver: str) -> float:
         contact = Contact(library, CASE, 1e-4, solver)
         return shortest(lambda: contact.run()[0])
 
-    kind = library.kind.name
-    if kind not in _linear_solvers:
-        _linear_solvers[kind] = min(choices, key=seconds)
-    return _linear_solvers[kind]
+    return min(LINEAR_SOLVERS, key=seconds)
 
 
 # ---------------------------------------------------------------------------- the study
@@ -869,17 +842,14 @@ def study(setup: Setup) -> list[Group]:
         lambda: bristle.study(ours[0])["seconds"],
     )
     peers, pools = Peers(), []
-    if setup.full:
-        whole = f"all {len(cases)} cases, {cores} processes, the time of the longest"
-    else:
-        whole = ""
+    whole = f"all {len(cases)} cases, {cores} processes, the time of the longest"
     part = f"{len(timed)} of {len(cases)} cases, their sum scaled, divided by {cores} cores"
 
     def casadi_lines(kind: str) -> list[Measured]:
-        from casadi_contact import LINEAR_SOLVERS, Contact
+        from casadi_contact import Contact
 
-        library = casadi_library(setup, kind)
-        solver = fastest_linear_solver(library, LINEAR_SOLVERS)
+        library = casadi_library(setup.directory, kind)
+        solver = fastest_linear_solver(library)
         pool = get_context("spawn").Pool(cores, _start_worker, (library,))
         pools.append(pool)
 
@@ -891,9 +861,7 @@ def study(setup: Setup) -> list[Group]:
             found = zip(cases, runs(tolerance), strict=True)
             return max(abs(impulse / exact[case] - 1) for case, (_, _, impulse) in found)
 
-        def measured(
-            name: str, tolerance: float, note: str, plain: bool = False
-        ) -> Measured:
+        def measured(name: str, tolerance: float, note: str, plain: bool = False) -> Measured:
             contacts = []
             if plain or not setup.full:
                 contacts = [Contact(library, c, tolerance, solver, plain=plain) for c in timed]
@@ -923,11 +891,11 @@ def study(setup: Setup) -> list[Group]:
     try:
         peers.add("CasADi's C code, CVODES, spatial", lambda: casadi_lines("spatial"))
         peers.add("CasADi's C code, CVODES, planar", lambda: casadi_lines("planar"))
-        lines = interleaved([first, *peers.measured], 1 if setup.quick else 3)
+        title = f"the study, {len(cases)} contacts, {cores} cores"
+        return [peers.group(title, first, 1 if setup.quick else 3)]
     finally:
         for pool in pools:
             pool.terminate()
-    return [Group(f"the study, {len(cases)} contacts, {cores} cores", lines + peers.left_out)]
 
 
 # ---------------------------------------------------------------------------- Bristle alone
