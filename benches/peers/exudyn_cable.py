@@ -198,24 +198,30 @@ def position_sensor(system: "exudyn.MainSystem", node: int) -> int:
     )
 
 
+def solver_options(end_s: float, steps: int, write_period_s: float) -> exudyn.SimulationSettings:
+    """Of the generalised-α method, quiet, with sensors that keep values once a period."""
+    options = exudyn.SimulationSettings()
+    options.solution.file.write = False
+    options.solution.sensors.writePeriod = write_period_s
+    options.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
+    integration = options.timeIntegration
+    integration.verboseMode = 0
+    integration.endTime = end_s
+    integration.numberOfSteps = steps
+    integration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
+    integration.discontinuous.iterationTolerance = DISCONTINUOUS_TOLERANCE
+    return options
+
+
 def solved(
     system: "exudyn.MainSystem", sensors: list[int], settings: Settings, end_s: float, every: int
 ) -> list[np.ndarray]:
     """Positions x and y by these sensors, from t = 0 to the end, at every so many steps."""
     step_s = end_s / settings.steps
-    options = exudyn.SimulationSettings()
-    options.solution.file.write = False
-    options.solution.sensors.writePeriod = every * step_s
-    options.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
-    integration = options.timeIntegration
-    integration.verboseMode = 0
-    integration.endTime = end_s
-    integration.numberOfSteps = settings.steps
+    options = solver_options(end_s, settings.steps, every * step_s)
     # Equal steps or none: where Newton's method does not converge, this stops.
-    integration.adaptiveStep = False
-    integration.newton.absoluteTolerance = settings.tolerance_n
-    integration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
-    integration.discontinuous.iterationTolerance = DISCONTINUOUS_TOLERANCE
+    options.timeIntegration.adaptiveStep = False
+    options.timeIntegration.newton.absoluteTolerance = settings.tolerance_n
     system.Assemble()
     system.SolveDynamic(options, exudyn.DynamicSolverType.GeneralizedAlpha)
     positions, times = [], np.linspace(0.0, end_s, settings.steps // every + 1)

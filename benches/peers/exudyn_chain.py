@@ -17,7 +17,6 @@ import numpy as np
 from exudyn.itemInterface import (
     MarkerBodyPosition,
     MarkerBodyRigid,
-    MarkerNodeCoordinate,
     NodeGenericData,
     NodeRigidBody2D,
     ObjectConnectorCoordinateSpringDamper,
@@ -27,12 +26,12 @@ from exudyn.itemInterface import (
     ObjectRigidBody2D,
     SensorObject,
 )
+from exudyn_cable import coordinate_marker, solver_options
 from paper_case import BODY_RADIUS_M, CONTACT_STIFFNESS_N_M, SEGMENTS, Case, Chain, Pass
 
 SPHERE_RADIUS_M = 0.01
 # Half the width of the triangle.
 REACH_M = 1.0
-DISCONTINUOUS_TOLERANCE = 1e-2
 
 
 class Contact:
@@ -45,16 +44,8 @@ class Contact:
         """Seconds, and p_n in N s; the time is that of the solver, without building the model."""
         container = exudyn.SystemContainer()
         system, sensors = self._system(container)
-        settings = exudyn.SimulationSettings()
-        settings.solution.file.write = False
-        settings.solution.sensors.writePeriod = 0.01 * self._step_s
-        settings.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
-        integration = settings.timeIntegration
-        integration.verboseMode = 0
-        integration.endTime = self._pass.end_s
-        integration.numberOfSteps = round(self._pass.end_s / self._step_s)
-        integration.generalizedAlpha.spectralRadius = 0.9
-        integration.discontinuous.iterationTolerance = DISCONTINUOUS_TOLERANCE
+        end_s, step_s = self._pass.end_s, self._step_s
+        settings = solver_options(end_s, round(end_s / step_s), 0.01 * step_s)
         start = time.perf_counter()
         try:
             system.SolveDynamic(settings, exudyn.DynamicSolverType.GeneralizedAlpha)
@@ -91,10 +82,6 @@ class Contact:
                 MarkerBodyPosition(bodyNumber=of, localPosition=[along, 0.0, 0.0])
             )
 
-        def turn(of: int) -> int:
-            """The angle of a body's node."""
-            return system.AddMarker(MarkerNodeCoordinate(nodeNumber=of, coordinate=2))
-
         ground = system.AddObject(ObjectGround())
         workpiece = system.AddMarker(MarkerBodyRigid(bodyNumber=ground))
         depth = self._pass.height_m - SPHERE_RADIUS_M
@@ -112,7 +99,8 @@ class Contact:
             )
             system.AddObject(
                 ObjectConnectorCoordinateSpringDamper(
-                    markerNumbers=[turn(inner_node), turn(node)],
+                    # Their angles.
+                    markerNumbers=[coordinate_marker(system, of, 2) for of in (inner_node, node)],
                     stiffness=chain.stiffness_n_m[k],
                     damping=chain.damping_n_m_s[k],
                 )
