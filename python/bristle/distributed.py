@@ -176,10 +176,8 @@ class _Queue:
         while self._waiting:
             case, kind, work = self._waiting[0]
             cost = self.expected({kind: work})
-            if self._size is not None:
-                is_full = len(chunk.cases) == self._size
-            elif cost is None:
-                is_full = len(chunk.cases) == self._probe
+            if self._size is not None or cost is None:
+                is_full = len(chunk.cases) == (self._size or self._probe)
             else:
                 is_full = bool(chunk.cases) and expected + cost > limit
             if is_full:
@@ -192,26 +190,19 @@ class _Queue:
         return chunk if chunk.cases else None
 
 
+@dataclass
 class _Dispatch:
     """Sends the chunks of a study to the workers, and gathers their results."""
 
-    def __init__(
-        self,
-        settings: Settings,
-        gathered: _bristle.PendingStudy,
-        client: Client,
-        queue: _Queue,
-        tell: TellCases | None,
-        retries: int,
-        patience: float,
-    ) -> None:
-        self._settings = settings
-        self._gathered = gathered
-        self._client = client
-        self._queue = queue
-        self._tell = tell
-        self._retries = retries
-        self._patience = patience
+    _settings: Settings
+    _gathered: _bristle.PendingStudy
+    _client: Client
+    _queue: _Queue
+    _tell: TellCases | None
+    _retries: int
+    _patience: float
+
+    def __post_init__(self) -> None:
         self._name = f"bristle-{uuid4().hex}"
         self._numbers = count()
         self._under_way: dict[str, _Chunk] = {}
