@@ -30,6 +30,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import casadi
 import cvodes
@@ -388,53 +389,39 @@ def cases() -> list[Case]:
     )
     smooth_and_rough = [
         Case(f"{name}, friction {coefficient:g}", *pose, coefficient)
-        for name, *pose in poses
-        for coefficient in (0.0, 0.2)
+        for (name, *pose), coefficient in product(poses, (0.0, 0.2))
     ]
     return smooth_and_rough + [Case(*each) for each in rough]
 
 
 def cup(velocity_m_s: float, depth_m: float, segments: int, length_m: float = LENGTH_M) -> Case:
     """A cup whose axis points into the plane."""
-    case = Case("cup", 0.0, RIGHT, 0.0, velocity_m_s, depth_m, 0.0)
-    return replace(case, segments=segments, length_m=length_m)
+    process = velocity_m_s, depth_m, 0.0
+    return Case("cup", 0.0, RIGHT, 0.0, *process, segments=segments, length_m=length_m)
 
 
 def free_cups() -> list[dict[str, float]]:
     """Distance from the axis and height over the roots of tips that touch nothing."""
-    entries = []
-    for length in (0.020, 0.040, 0.080):
-        for velocity in (5.0, 10.0, 30.0):
-            for segments in (5, 25):
-                case = cup(velocity, 0.0, segments, length)
-                equations = Equations(case, 0.0)
-                x, y, z = case.pose.T @ np.array(equations.places(0, equations.at_rest()))[:, -1]
-                inputs = {
-                    "length_m": length,
-                    "brushing_velocity_m_s": velocity,
-                    "segments": segments,
-                }
-                entries.append({**inputs, "radius_m": math.hypot(x, y), "height_m": float(z)})
+    entries, keys = [], ("length_m", "brushing_velocity_m_s", "segments")
+    for length, velocity, n in product((0.020, 0.040, 0.080), (5.0, 10.0, 30.0), (5, 25)):
+        case = cup(velocity, 0.0, n, length)
+        equations = Equations(case, 0.0)
+        x, y, z = case.pose.T @ np.array(equations.places(0, equations.at_rest()))[:, -1]
+        inputs = dict(zip(keys, (length, velocity, n), strict=True))
+        entries.append({**inputs, "radius_m": math.hypot(x, y), "height_m": float(z)})
     return entries
 
 
 def flat_cups() -> list[dict[str, float]]:
     """Forces on the filaments of cups that are pressed flat, without friction."""
-    entries = []
-    for velocity in (2.0, 5.0, 10.0):
-        for depth in (0.5e-3, 1e-3, 3e-3):
-            for segments in (5, 25):
-                case = cup(velocity, depth, segments)
-                equations = Equations(case, 0.0)
-                q = equations.at_rest(case.height_m)
-                gaps = np.array(equations.places(0, q))[1, 1:] - case.height_m
-                force = CONTACT_STIFFNESS_N_M * float(np.sum(np.maximum(0.0, -gaps)))
-                inputs = {
-                    "brushing_velocity_m_s": velocity,
-                    "penetration_depth_m": depth,
-                    "segments": segments,
-                }
-                entries.append({**inputs, "force_n": force})
+    entries, keys = [], ("brushing_velocity_m_s", "penetration_depth_m", "segments")
+    for inputs in product((2.0, 5.0, 10.0), (0.5e-3, 1e-3, 3e-3), (5, 25)):
+        case = cup(*inputs)
+        equations = Equations(case, 0.0)
+        q = equations.at_rest(case.height_m)
+        gaps = np.array(equations.places(0, q))[1, 1:] - case.height_m
+        force = CONTACT_STIFFNESS_N_M * float(np.sum(np.maximum(0.0, -gaps)))
+        entries.append({**dict(zip(keys, inputs, strict=True)), "force_n": force})
     return entries
 
 

@@ -762,7 +762,7 @@ class Joint:
 
 
 def joint_constants(symbols: Symbols) -> tuple[SX, SX, list[Argument]]:
-    """c and d."""
+    """c and d, and both as arguments."""
     stiffness = symbols.scalar("joint_stiffness", "c", "N m")
     damping = symbols.scalar("joint_damping", "d", "N m s")
     arguments = [
@@ -772,67 +772,60 @@ def joint_constants(symbols: Symbols) -> tuple[SX, SX, list[Argument]]:
     return stiffness, damping, arguments
 
 
-def both(inner: Segment, outer: Segment) -> tuple[SX, SX]:
-    """The coordinates of two segments, and their rates."""
-    return (
-        casadi.vertcat(inner.coordinates, outer.coordinates),
-        casadi.vertcat(inner.rates, outer.rates),
-    )
-
-
-def azimuth_step(inner: Segment, outer: Segment) -> Argument:
-    """Sine and cosine of θ − θ' as an argument."""
-    name, doc = "azimuth_step", "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment"
-    return Argument(name, doc, sine_and_cosine(name, inner.theta - outer.theta))
-
-
-def unbent_step(inner: Segment, outer: Segment, relaxed_angle: SX) -> Argument:
-    """Sine and cosine of θ − θ' + κ as an argument."""
-    name, doc = "unbent_step", "sin(θ − θ' + κ), cos(θ − θ' + κ), with the relaxed angle κ"
-    return Argument(name, doc, sine_and_cosine(name, inner.theta + relaxed_angle - outer.theta))
-
-
 def unbent_azimuth(segment: Segment, relaxed_angle: SX) -> Argument:
     """Sine and cosine of θ − κ as an argument."""
     name, doc = f"unbent_{segment.label}", "sin(θ − κ), cos(θ − κ), with the relaxed angle κ"
     return Argument(name, doc, sine_and_cosine(name, segment.theta - relaxed_angle))
 
 
-def joint_of(
-    symbols: Symbols,
-    inner: Segment,
-    outer: Segment,
-    relaxed: Callable[[SX], tuple[list[Argument], SX, SX]],
-) -> Joint:
-    """Between two segments.
+class Pair:
+    """Two segments, the constants of the joint between them, and its relaxed angle κ."""
 
-    For κ, `relaxed` gives the arguments of the angles and the two directions that the spring sees.
-    """
-    stiffness, damping, constants = joint_constants(symbols)
-    angles, *directions = relaxed(symbols.scalar("relaxed_angle", "κ", "rad"))
-    return Joint(
-        symbols,
-        2,
-        *both(inner, outer),
-        [*angles, *(side.rates_in_body(f"{side.label}_rates") for side in (inner, outer))],
-        constants,
-        spring_energy(stiffness, *directions),
-        dissipation(damping, inner.sides, outer.sides),
-    )
+    def __init__(self, symbols: Symbols, inner: Segment, outer: Segment) -> None:
+        self.symbols, self.inner, self.outer = symbols, inner, outer
+        self.coordinates = casadi.vertcat(inner.coordinates, outer.coordinates)
+        self.rates = casadi.vertcat(inner.rates, outer.rates)
+        self.stiffness, self.damping, self.constants = joint_constants(symbols)
+        self.relaxed_angle = symbols.scalar("relaxed_angle", "κ", "rad")
+
+    @classmethod
+    def new(cls, motion: Motion, direction_of: Callable[..., SX] | None = None) -> "Pair":
+        """The previous segment and the next one, with the same axis."""
+        symbols, labels = Symbols(), ("previous", "next")
+        return cls(symbols, *(Segment.new(symbols, motion, each, direction_of) for each in labels))
+
+    def azimuth_step(self) -> Argument:
+        """Sine and cosine of θ − θ' as an argument."""
+        name, doc = "azimuth_step", "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment"
+        return Argument(name, doc, sine_and_cosine(name, self.inner.theta - self.outer.theta))
+
+    def unbent_step(self) -> Argument:
+        """Sine and cosine of θ − θ' + κ as an argument."""
+        name, doc = "unbent_step", "sin(θ − θ' + κ), cos(θ − θ' + κ), with the relaxed angle κ"
+        step = self.inner.theta + self.relaxed_angle - self.outer.theta
+        return Argument(name, doc, sine_and_cosine(name, step))
+
+    def joint(self, angles: list[Argument], inner_direction: SX, outer_direction: SX) -> Joint:
+        """With the arguments of the angles, and the two directions that the spring sees."""
+        sides = self.inner, self.outer
+        return Joint(
+            self.symbols,
+            2,
+            self.coordinates,
+            self.rates,
+            [*angles, *(side.rates_in_body(f"{side.label}_rates") for side in sides)],
+            self.constants,
+            spring_energy(self.stiffness, inner_direction, outer_direction),
+            dissipation(self.damping, self.inner.sides, self.outer.sides),
+        )
 
 
 def joint_between_segments() -> Joint:
     """As the energies are stated."""
-    symbols = Symbols()
-    previous = Segment.new(symbols, Motion.SPATIAL, "previous")
-    following = Segment.new(symbols, Motion.SPATIAL, "next")
-
-    def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
-        angles = [previous.trigonometry("previous"), following.trigonometry("next")]
-        angles.append(unbent_azimuth(following, angle))
-        return angles, previous.sides[0], following.turned(-angle)
-
-    return joint_of(symbols, previous, following, relaxed)
+    pair = Pair.new(Motion.SPATIAL)
+    angles = [pair.inner.trigonometry("previous"), pair.outer.trigonometry("next")]
+    angles.append(unbent_azimuth(pair.outer, pair.relaxed_angle))
+    return pair.joint(angles, pair.inner.sides[0], pair.outer.turned(-pair.relaxed_angle))
 
 
 def joint_in_turned_frame() -> Joint:
@@ -841,46 +834,36 @@ def joint_in_turned_frame() -> Joint:
     As they do not depend on ψ, their derivatives may be taken at fixed ψ. With ψ = θ' afterwards,
     the azimuths enter by θ − θ' and, turned by the relaxed angle, by θ − θ' + κ only.
     """
-    symbols = Symbols()
     frame = SX.sym("frame")
-
-    def direction(phi: SX, theta: SX) -> SX:
-        return direction_about_z(phi, theta - frame)
-
-    previous = Segment.new(symbols, Motion.SPATIAL, "previous", direction)
-    following = Segment.new(symbols, Motion.SPATIAL, "next", direction)
-
-    def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
-        angles = [previous.polar_trigonometry("previous"), following.polar_trigonometry("next")]
-        angles += [azimuth_step(previous, following), unbent_step(previous, following, angle)]
-        return angles, previous.turned(angle), following.sides[0]
-
-    return replace(joint_of(symbols, previous, following, relaxed), known=(frame, following.theta))
+    pair = Pair.new(Motion.SPATIAL, lambda phi, theta: direction_about_z(phi, theta - frame))
+    angles = [pair.inner.polar_trigonometry("previous"), pair.outer.polar_trigonometry("next")]
+    angles += [pair.azimuth_step(), pair.unbent_step()]
+    joint = pair.joint(angles, pair.inner.turned(pair.relaxed_angle), pair.outer.sides[0])
+    return replace(joint, known=(frame, pair.outer.theta))
 
 
 def planar_joint() -> Joint:
     """In the plane, where the angle of the joint is known."""
-    symbols = Symbols()
-    previous = Segment.new(symbols, Motion.PLANAR, "previous")
-    following = Segment.new(symbols, Motion.PLANAR, "next")
-    stiffness, damping, constants = joint_constants(symbols)
-    relaxed_angle = symbols.scalar("relaxed_angle", "κ", "rad")
+    pair = Pair.new(Motion.PLANAR)
+    previous, following = pair.inner, pair.outer
     theta_doc = "θ' in rad, less than π from θ + κ"
+    angles = previous.theta, following.theta, pair.relaxed_angle
     return Joint(
-        symbols,
+        pair.symbols,
         2,
-        *both(previous, following),
+        pair.coordinates,
+        pair.rates,
         [
             Argument.of_symbols("theta_previous", "θ in rad", previous.theta),
             Argument.of_symbols("theta_next", theta_doc, following.theta),
-            Argument.of_symbols("relaxed_angle", "κ in rad", relaxed_angle),
+            Argument.of_symbols("relaxed_angle", "κ in rad", pair.relaxed_angle),
             previous.rates_argument("previous_rates"),
             following.rates_argument("next_rates"),
         ],
-        constants,
-        planar_spring_energy(stiffness, previous.theta, following.theta, relaxed_angle),
+        pair.constants,
+        planar_spring_energy(pair.stiffness, *angles),
         # ω = θ̇, stated: CasADi does not see that e × ė reduces to it.
-        damping / 2 * (following.rates - previous.rates) ** 2,
+        pair.damping / 2 * (following.rates - previous.rates) ** 2,
     )
 
 
@@ -919,18 +902,12 @@ def joint_to_clamp(symbols: Symbols, relaxed: SX, following: Segment) -> Joint:
 
 def joint_about_x() -> Joint:
     """A joint between two segments with the polar axis x."""
-    symbols = Symbols()
-    previous = Segment.new(symbols, Motion.SPATIAL, "previous", direction_about_x)
-    following = Segment.new(symbols, Motion.SPATIAL, "next", direction_about_x)
-
-    def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
-        (_, sine), (_, cosine) = elements = sine_and_cosine("relaxed", angle)
-        doc = "sin κ, cos κ, with the relaxed angle κ"
-        angles = [previous.trigonometry("previous"), following.trigonometry("next")]
-        angles += [azimuth_step(previous, following), Argument("relaxed_turn", doc, elements)]
-        return angles, turned(previous.sides[0], sine, cosine), following.sides[0]
-
-    return joint_of(symbols, previous, following, relaxed)
+    pair = Pair.new(Motion.SPATIAL, direction_about_x)
+    (_, sine), (_, cosine) = elements = sine_and_cosine("relaxed", pair.relaxed_angle)
+    doc = "sin κ, cos κ, with the relaxed angle κ"
+    angles = [pair.inner.trigonometry("previous"), pair.outer.trigonometry("next")]
+    angles += [pair.azimuth_step(), Argument("relaxed_turn", doc, elements)]
+    return pair.joint(angles, turned(pair.inner.sides[0], sine, cosine), pair.outer.sides[0])
 
 
 def crossed_joint() -> Joint:
@@ -941,13 +918,10 @@ def crossed_joint() -> Joint:
     symbols = Symbols()
     about_z = Segment.new(symbols, Motion.SPATIAL, "z")
     about_x = Segment.new(symbols, Motion.SPATIAL, "x", direction_about_x)
-
-    def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
-        angles = [about_z.trigonometry("z_angles"), about_x.trigonometry("x_angles")]
-        angles.append(unbent_azimuth(about_z, angle))
-        return angles, about_x.sides[0], about_z.turned(-angle)
-
-    return joint_of(symbols, about_z, about_x, relaxed)
+    pair = Pair(symbols, about_z, about_x)
+    angles = [about_z.trigonometry("z_angles"), about_x.trigonometry("x_angles")]
+    angles.append(unbent_azimuth(about_z, pair.relaxed_angle))
+    return pair.joint(angles, about_x.sides[0], about_z.turned(-pair.relaxed_angle))
 
 
 def torques_kernel(
@@ -1274,16 +1248,13 @@ def lateral_joint() -> Joint:
 
     previous = Segment.near_plane(symbols, "previous", direction)
     following = Segment.near_plane(symbols, "next", direction)
-
-    def relaxed(angle: SX) -> tuple[list[Argument], SX, SX]:
-        angles = [azimuth_step(previous, following), unbent_step(previous, following, angle)]
-        return angles, previous.turned(angle), following.sides[0]
-
+    pair = Pair(symbols, previous, following)
+    angles = [pair.azimuth_step(), pair.unbent_step()]
     polar = casadi.vertcat(previous.coordinates[0], following.coordinates[0])
     polar_rates = casadi.vertcat(previous.rates[0], following.rates[0])
     in_plane = casadi.vertcat(SX.zeros(4), following.theta)
     return replace(
-        joint_of(symbols, previous, following, relaxed),
+        pair.joint(angles, previous.turned(pair.relaxed_angle), following.sides[0]),
         coordinates=polar,
         rates=polar_rates,
         known=(casadi.vertcat(polar, polar_rates, frame), in_plane),
