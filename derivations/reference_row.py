@@ -35,6 +35,7 @@ Run from the repository root:
 import json
 import math
 from dataclasses import dataclass, replace
+from itertools import product
 
 import casadi
 import cvodes
@@ -239,9 +240,8 @@ class Equations(cvodes.Equations):
         """Generalised forces of the plane, and the rates of the integrals of each filament."""
         case, n = self.case, self.case.segments
         torques, integrands = casadi.SX.zeros(self.count), []
-        for column, (nodes, velocities) in enumerate(
-            zip(self._nodes, self._velocities, strict=True)
-        ):
+        for column in range(self.columns):
+            nodes, velocities = self._nodes[column], self._velocities[column]
             total, along, work = 0, 0, 0
             for k in range(n):
                 depth = below[column * n + k] * (case.height_m - nodes[1, k + 1])
@@ -263,24 +263,20 @@ class Equations(cvodes.Equations):
         """Σ E_ab; other generalised forces; rates of the pairs' integrals; Σ N of each pair."""
         brush, n = self.case.brush, self.case.segments
         part = LENGTH_M / n / brush.contact_points
-        energy, torques, integrands, normals = 0, casadi.SX.zeros(self.count), [], []
-        closing, row = [], 0
+        energy, torques, integrands, closing = 0, casadi.SX.zeros(self.count), [], []
+        touches = iter(casadi.vertsplit(points))
+        places = [(i + 0.5) / brush.contact_points for i in range(brush.contact_points)]
         for pair in range(self.columns - 1):
             sums = casadi.SX.zeros(len(OF_PAIR))
-            for a, b, sign in ((pair, pair + 1, 1), (pair + 1, pair, -1)):
-                for k in range(n):
-                    for i in range(brush.contact_points):
-                        place = (i + 0.5) / brush.contact_points
-                        touch = points[row, :]
-                        found = self._point(a, b, k, place, touch, part)
-                        energy += found[0]
-                        torques += found[1]
-                        total, force, rubbed, damped, rate = found[2:]
-                        sums += casadi.vertcat(total, sign * force, rubbed, damped)
-                        closing.append(rate)
-                        row += 1
+            sides = (pair, pair + 1, 1), (pair + 1, pair, -1)
+            for (a, b, sign), k, place in product(sides, range(n), places):
+                found = self._point(a, b, k, place, next(touches), part)
+                energy, torques = energy + found[0], torques + found[1]
+                total, force, rubbed, damped, rate = found[2:]
+                sums += casadi.vertcat(total, sign * force, rubbed, damped)
+                closing.append(rate)
             integrands.append(sums)
-            normals.append(sums[0])
+        normals = [sums[0] for sums in integrands]
         self._closing = casadi.vertcat(*closing)
         return energy, torques, casadi.vertcat(*integrands), casadi.vertcat(*normals)
 
@@ -296,10 +292,10 @@ class Equations(cvodes.Equations):
         touches, at_node, node_place = touch[0], touch[1], touch[2]
         segment, turning = touch[3 : 3 + n].T, touch[3 + n :].T
         # Where it is, and where the points of the material are that it consists of.
-        own = (1 - place) * self._nodes[a][:, k] + place * self._nodes[a][:, k + 1]
-        own_velocity = (1 - place) * self._velocities[a][:, k] + place * self._velocities[a][
-            :, k + 1
-        ]
+        own, own_velocity = (
+            (1 - place) * each[a][:, k] + place * each[a][:, k + 1]
+            for each in (self._nodes, self._velocities)
+        )
         inner, outer = self._nodes[b][:, :-1] @ segment, self._nodes[b][:, 1:] @ segment
         # Segments have the length h. Where no segment is chosen both ends are the origin.
         nearest = casadi.dot(own - inner, outer - inner) / (LENGTH_M / n) ** 2
@@ -330,6 +326,7 @@ class Equations(cvodes.Equations):
         torques = casadi.substitute(torques, extra, casadi.vertcat(viscous, rubbing))
         force = pressure * normal + rubbing * tangent
         return energy, torques, pressure, force, -rubbing * sliding, viscous * rate, rate
+
 
 class Motion(cvodes.Motion):
     """A pass of a row.

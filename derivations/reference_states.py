@@ -262,22 +262,16 @@ def joint_forces(
         relative_rate = combination((1, rate), (-1, previous_rate))
         spring_energy += stiffness * angle**2 / 2
         dissipation += damping * dot(relative_rate, relative_rate) / 2
-        for a in range(2):
-            gradient = segment.gradients[a]
-            spring_forces[2 * k + a] += (
-                stiffness * angle_over_sine * dot(gradient, previous.direction)
-            )
-            damper_forces[2 * k + a] -= damping * dot(
-                relative_rate, cross(segment.direction, gradient)
-            )
-            if k > 0:
-                gradient = previous.gradients[a]
-                spring_forces[2 * (k - 1) + a] += (
-                    stiffness * angle_over_sine * dot(gradient, segment.direction)
-                )
-                damper_forces[2 * (k - 1) + a] += damping * dot(
-                    relative_rate, cross(previous.direction, gradient)
-                )
+        sides = [(k, segment, previous, -1)]
+        if k > 0:
+            # The clamp has no coordinates.
+            sides.append((k - 1, previous, segment, 1))
+        for own, side, other, sign in sides:
+            for a, gradient in enumerate(side.gradients):
+                pull = dot(gradient, other.direction)
+                drag = dot(relative_rate, cross(side.direction, gradient))
+                spring_forces[2 * own + a] += stiffness * angle_over_sine * pull
+                damper_forces[2 * own + a] += sign * damping * drag
         previous, previous_rate = segment, rate
     return spring_forces, damper_forces, spring_energy, dissipation
 
@@ -293,12 +287,9 @@ def kinetic_energy_gravity_energy_tip(
     for segment in chain:
         centre = combination((1, node), (h / 2, segment.direction))
         centre_velocity = combination((1, node_velocity), (h / 2, segment.direction_rate))
+        rate = segment.direction_rate
         kinetic_energy += m * dot(centre_velocity, centre_velocity) / 2
-        kinetic_energy += (
-            constants.segment_inertia_kg_m2
-            * dot(segment.direction_rate, segment.direction_rate)
-            / 2
-        )
+        kinetic_energy += constants.segment_inertia_kg_m2 * dot(rate, rate) / 2
         gravity_energy -= m * dot(gravity, centre)
         node = combination((1, node), (h, segment.direction))
         node_velocity = combination((1, node_velocity), (h, segment.direction_rate))
