@@ -8,7 +8,6 @@ so in place of its time.
 """
 
 import argparse
-import csv
 import json
 import os
 import platform
@@ -26,7 +25,7 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
 
-from paper_case import SEGMENTS, Case, State, bent_state
+from paper_case import SEGMENTS, Case, State, bent_state, reference
 
 if TYPE_CHECKING:
     import numpy as np
@@ -497,17 +496,6 @@ ELASTICA_WARM_UP = 1e-4
 Pass = Callable[[float], tuple[float, float]]
 
 
-def reference_impulse(case: Case) -> float:
-    """p_n in N s of a case, by derivations/reference_contacts.py."""
-    path = ROOT / "tests" / "data" / "reference_contacts.csv"
-    lines = path.read_text(encoding="utf-8").splitlines()
-    rows = csv.DictReader(line for line in lines if not line.startswith("#"))
-    for row in rows:
-        if (float(row["brushing_velocity_m_s"]), float(row["penetration_depth_m"])) == case:
-            return float(row["contact_normal_impulse_n_s"])
-    raise LookupError(f"no reference for {case}")
-
-
 def loosest(error: Callable[[float], float], choices: Sequence[float]) -> tuple[float, float]:
     """The loosest choice that is accurate, as all tighter ones are, and its error."""
     found: tuple[float, float] | None = None
@@ -532,7 +520,7 @@ def accuracy(found: tuple[float, float], of: str = "relative tolerance") -> str:
 
 def one_contact(setup: Setup) -> list[Group]:
     """One pass, one thread, at equal accuracy."""
-    exact = reference_impulse(CASE)
+    exact = float(reference("reference_contacts.csv", CASE)["contact_normal_impulse_n_s"])
 
     def error(run: Pass) -> Callable[[float], float]:
         return lambda choice: abs(run(choice)[1] / exact - 1)

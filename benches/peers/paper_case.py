@@ -3,6 +3,7 @@
 The constants are those of derivations/cases.py. SI units, angles in radians.
 """
 
+import csv
 import math
 import sys
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from cases import (  # noqa: E402
     BODY_RADIUS_M as BODY_RADIUS_M,
     CONTACT_STIFFNESS_N_M as CONTACT_STIFFNESS_N_M,
     DAMPING_RATIO,
+    DATA,
     DENSITY_KG_M3,
     DIAMETER_M,
     FIRST_CANTILEVER_ROOT,
@@ -74,6 +76,15 @@ class Pass(Passing):
 
     def __init__(self, case: Case) -> None:
         self.brushing_velocity_m_s, self.penetration_depth_m = case
+
+
+def reference(name: str, case: Case) -> dict[str, str]:
+    """The row of a case in a file of derivations/reference_contacts.py."""
+    lines = (DATA / name).read_text(encoding="utf-8").splitlines()
+    for row in csv.DictReader(line for line in lines if not line.startswith("#")):
+        if (float(row["brushing_velocity_m_s"]), float(row["penetration_depth_m"])) == case:
+            return row
+    raise LookupError(f"{name} has no row for {case}")
 
 
 def bent_state(segments: int, bend: float = 0.6) -> State:

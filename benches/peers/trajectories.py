@@ -27,16 +27,16 @@ import mujoco_chain
 import numpy as np
 from exudyn_cable import SPIN_UP_AXIAL_STIFFNESS_N, Settings
 from mujoco_row import FILAMENTS, Motion, Row, Touch, contact_points
-from paper_case import CONTACT_STIFFNESS_N_M, SEGMENTS, Case, Pass
+from paper_case import CONTACT_STIFFNESS_N_M, SEGMENTS, Case, Pass, reference
 from pass_motion import COLUMNS, PassMotion
 
 # isort: split
 # From derivations, which paper_case puts on the path.
 import reference_row
+from cases import DATA, rounded, write
 from cvodes import differences, table_text
 
-HERE = Path(__file__).resolve().parent
-CONTACTS = HERE.parents[1] / "tests" / "data"
+FOLDER = Path(__file__).resolve().parent / "trajectories"
 CASE: Case = (10.0, 1e-3)
 PASS_ROWS = 1001
 SPIN_UP_ROWS = 201
@@ -100,15 +100,7 @@ def command(group: str) -> str:
 
 def change(metrics: Metrics, others: Metrics) -> float:
     """Relative difference of p_n."""
-    name = "contact_normal_impulse_n_s"
-    return abs(others[name] / metrics[name] - 1)
-
-
-def write_text(name: str, text: str) -> None:
-    """A file beside this script."""
-    path = HERE / "trajectories" / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8", newline="\n")
+    return abs(others[METRICS[0]] / metrics[METRICS[0]] - 1)
 
 
 def mujoco_pass() -> tuple[Metrics, float]:
@@ -131,7 +123,7 @@ def mujoco_pass() -> tuple[Metrics, float]:
         f"that is what is left): {differences(COLUMNS, rows, coarse_rows)}; whole impulse, "
         f"relative, {error:.1g}.",
     ]
-    write_text("pass_mujoco.csv", table_text(comments, COLUMNS, rows))
+    write(FOLDER / "pass_mujoco.csv", table_text(comments, COLUMNS, rows))
     return fine.metrics(), error
 
 
@@ -173,24 +165,14 @@ def cable_pass() -> tuple[Metrics, float]:
         "tolerance and a ninth of the difference by the axial stiffness together: "
         f"{error:.1g}.",
     ]
-    write_text("pass_exudyn_ancf.csv", table_text(comments, COLUMNS, rows))
+    write(FOLDER / "pass_exudyn_ancf.csv", table_text(comments, COLUMNS, rows))
     return metrics, error
-
-
-def reference_metrics(name: str) -> Metrics:
-    """Of the same pass, from a file of derivations/reference_contacts.py."""
-    with (CONTACTS / name).open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(line for line in file if not line.startswith("#")):
-            case = float(row["brushing_velocity_m_s"]), float(row["penetration_depth_m"])
-            if case == CASE:
-                return {metric: float(row[metric]) for metric in METRICS}
-    raise ValueError(f"{name} has no row for {CASE}")
 
 
 def passes() -> None:
     """The files of the pass."""
-    cvodes = reference_metrics("reference_contacts_cvodes.csv")
-    radau = reference_metrics("reference_contacts.csv")
+    found = [reference(f"reference_contacts{end}.csv", CASE) for end in ("_cvodes", "")]
+    cvodes, radau = ({name: float(row[name]) for name in METRICS} for row in found)
     rows = {
         ("CasADi and CVODES", SEGMENTS): (cvodes, change(cvodes, radau)),
         ("MuJoCo", SEGMENTS): mujoco_pass(),
@@ -211,7 +193,7 @@ def passes() -> None:
     for (code, segments), (metrics, error) in rows.items():
         values = [f"{metrics[name]:.12g}" for name in METRICS]
         writer.writerow([code, segments, *values, f"{error:.1g}"])
-    write_text("pass_metrics.csv", text.getvalue())
+    write(FOLDER / "pass_metrics.csv", text.getvalue())
 
 
 def row_input(stiffness_n_m2: float) -> dict[str, dict[str, object]]:
@@ -240,11 +222,11 @@ def row() -> None:
         filaments = [
             {
                 "column": column,
-                "contact_normal_impulse_n_s": float(f"{fine.impulses_n_s[column]:.12g}"),
+                "contact_normal_impulse_n_s": fine.impulses_n_s[column],
                 "contact_impulse_x_n_s": 0.0,
                 "friction_work_j": 0.0,
-                "contact_time_s": float(f"{fine.contact_times_s[column]:.12g}"),
-                "max_tip_deflection_m": float(f"{fine.max_deflections_m[column]:.12g}"),
+                "contact_time_s": fine.contact_times_s[column],
+                "max_tip_deflection_m": fine.max_deflections_m[column],
             }
             for column in range(ROW_COLUMNS)
         ]
@@ -258,7 +240,7 @@ def row() -> None:
                 "name": name,
                 "input": row_input(touch.stiffness_n_m2),
                 "friction_at": None,
-                "filaments": filaments,
+                "filaments": rounded(filaments),
                 "own_errors": {
                     name: float(f"{np.abs(values).max():.1g}") for name, values in errors.items()
                 },
@@ -272,7 +254,7 @@ def row() -> None:
         "cases": cases,
     }
     text = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
-    (CONTACTS / "reference_row_mujoco.json").write_text(text, encoding="utf-8", newline="\n")
+    write(DATA / "reference_row_mujoco.json", text)
 
 
 def spin_up() -> None:
@@ -312,7 +294,7 @@ def spin_up() -> None:
         f"Largest difference to {name}: {differences(SPIN_UP_COLUMNS, rows, other)}."
         for name, other in others.items()
     ]
-    write_text("spin_up.csv", table_text(comments, SPIN_UP_COLUMNS, rows))
+    write(FOLDER / "spin_up.csv", table_text(comments, SPIN_UP_COLUMNS, rows))
 
 
 GROUPS = {"pass": passes, "row": row, "spin_up": spin_up}
