@@ -67,12 +67,8 @@ class Row:
 
     def rubbed(self, coefficient: float, pressure: float, sliding: float) -> float:
         """Friction against a sliding velocity."""
-        return (
-            -coefficient
-            * pressure
-            * sliding
-            / math.hypot(sliding, self.contact["friction_regularisation_m_s"])
-        )
+        speed = math.hypot(sliding, self.contact["friction_regularisation_m_s"])
+        return -coefficient * pressure * sliding / speed
 
     def derivative(self, time: float, y: np.ndarray) -> np.ndarray:
         """Of angles, rates, p_n of every filament and normal impulse of every pair."""
@@ -95,10 +91,10 @@ class Row:
             sliding = velocities[place][0]
             coefficient = self.contact["friction_coefficient"]
             forces[place][0] = self.rubbed(coefficient, pressures[place], sliding)
+        motion = nodes, along, velocities, rates
         pairs = [
-            self.press(pair, pair + 1, nodes, along, velocities, rates, forces, torques)
-            + self.press(pair + 1, pair, nodes, along, velocities, rates, forces, torques)
-            for pair in range(columns - 1)
+            sum(self.press(*each, motion, forces, torques) for each in ((k, k + 1), (k + 1, k)))
+            for k in range(columns - 1)
         ]
 
         accelerations = np.zeros((columns, n))
@@ -125,14 +121,12 @@ class Row:
         self,
         a: int,
         b: int,
-        nodes: np.ndarray,
-        along: np.ndarray,
-        velocities: np.ndarray,
-        rates: np.ndarray,
+        motion: tuple[np.ndarray, ...],
         forces: np.ndarray,
         torques: np.ndarray,
     ) -> float:
         """Adds what points of column a and column b do to each other; the sum of normal forces."""
+        nodes, along, velocities, rates = motion
         count, total = self.brush["contact_points"], 0.0
         shares = np.tile((np.arange(count) + 0.5) / count, self.n)
         owners = np.repeat(np.arange(self.n), count)

@@ -405,12 +405,12 @@ class Contact:
         moment = point[0] * force[1] - point[1] * force[0]
         return [pressure, force, -casadi.dot(rubbing, sliding), torques, moment]
 
-    def _sum(self, pressed: list[casadi.SX]) -> casadi.SX:
+    def _sum(self, pressed: list[casadi.SX], is_edge: bool) -> None:
         pressure, force, taken, torques, moment = pressed
         self.torques += torques
         self._total, self._force = self._total + pressure, self._force + force
         self._work, self._angular = self._work + taken, self._angular + moment
-        return pressure
+        self._on_edges += pressure if is_edge else 0
 
     def add(
         self,
@@ -421,8 +421,7 @@ class Contact:
         is_edge: bool = False,
     ) -> None:
         """A node."""
-        pressure = self._sum(self._pressed(point, gap, normal, touches))
-        self._on_edges += pressure if is_edge else 0
+        self._sum(self._pressed(point, gap, normal, touches), is_edge)
 
     def add_on_edge(
         self,
@@ -438,7 +437,7 @@ class Contact:
         The place is a symbol, whose value is `here`: the nearest point moves along the material.
         """
         pressed = self._pressed(material, gap, normal, touches)
-        self._on_edges += self._sum(casadi.substitute(pressed, [place], [here]))
+        self._sum(casadi.substitute(pressed, [place], [here]), is_edge=True)
 
     @property
     def integrands(self) -> casadi.SX:

@@ -51,43 +51,21 @@ class SlidingContact(Contact):
         # Of the edges that have one, in the order in which they are added.
         self._bisectors = list(bisectors)
 
-    def _sliding_power(
+    def _pressed(
         self, point: casadi.SX, gap: casadi.SX, normal: casadi.SX, touches: casadi.SX
-    ) -> casadi.SX:
-        """F_n |v_t|."""
+    ) -> list[casadi.SX]:
+        """Also F_n |v_t|, the normal, and whether it touches."""
+        pressed = super()._pressed(point, gap, normal, touches)
         velocity = velocity_of(point, self._instant)
         sliding = velocity - casadi.dot(velocity, normal) * normal
-        pressure = self._pressed(point, gap, normal, touches)[0]
-        return pressure * casadi.sqrt(casadi.sumsqr(sliding) + LEAST_SPEED_M_S**2)
+        power = pressed[0] * casadi.sqrt(casadi.sumsqr(sliding) + LEAST_SPEED_M_S**2)
+        return [*pressed, power, normal, touches]
 
-    def add(
-        self,
-        point: casadi.SX,
-        gap: casadi.SX,
-        normal: casadi.SX,
-        touches: casadi.SX,
-        is_edge: bool = False,
-    ) -> None:
-        """A node."""
-        super().add(point, gap, normal, touches, is_edge)
-        power = self._sliding_power(point, gap, normal, touches)
+    def _sum(self, pressed: list[casadi.SX], is_edge: bool) -> None:
+        *pressed, power, normal, touches = pressed
+        super()._sum(pressed, is_edge)
         self._works += casadi.vertcat(power, power if is_edge else 0)
-
-    def add_on_edge(
-        self,
-        material: casadi.SX,
-        gap: casadi.SX,
-        normal: casadi.SX,
-        touches: casadi.SX,
-        place: casadi.SX,
-        here: casadi.SX,
-    ) -> None:
-        """A point of the filament's material on an edge."""
-        super().add_on_edge(material, gap, normal, touches, place, here)
-        power = self._sliding_power(material, gap, normal, touches)
-        power, normal = casadi.substitute([power, normal], [place], [here])
-        self._works += casadi.vertcat(power, power)
-        if self._bisectors:
+        if is_edge and self._bisectors:
             x, y = self._bisectors.pop(0)
             # The normal of what does not touch has no direction.
             normal = casadi.if_else(touches > 0, normal, casadi.SX([x, y]))
