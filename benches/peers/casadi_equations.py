@@ -9,16 +9,15 @@ pass for each column, ten times as slowly.
 """
 
 import math
-import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import casadi
+from paper_case import Chain
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "derivations"))
-
-import reference_contacts as reference  # noqa: E402
-import segment_chain  # noqa: E402
+# isort: split
+# From derivations, which paper_case puts on the path.
+import reference_contacts as reference
+import segment_chain
 
 SEGMENTS = reference.SEGMENTS
 RATE_UNIT, IMPULSE_UNIT = reference.RATE_UNIT_RAD_S, reference.INTEGRAL_UNIT
@@ -177,51 +176,25 @@ class ChainExpressions:
         }
         radial = casadi.vertcat(casadi.cos(angle), casadi.sin(angle), 0)
         tangential = casadi.vertcat(-casadi.sin(angle), casadi.cos(angle), 0)
-        radius, h = reference.BODY_RADIUS_M, reference.LENGTH_M / SEGMENTS
-        area = math.pi * reference.DIAMETER_M**2 / 4
-        mass = reference.DENSITY_KG_M3 * area * h
-        bending = reference.YOUNGS_MODULUS_PA * math.pi * reference.DIAMETER_M**4 / 64
-        first_frequency = reference.FIRST_CANTILEVER_ROOT**2 * math.sqrt(
-            bending / (reference.DENSITY_KG_M3 * area * reference.LENGTH_M**4)
-        )
-        # The clamp joint has half a segment's compliance.
-        stiffness = bending / h * casadi.vertcat(2, casadi.DM.ones(SEGMENTS - 1))
-        damping_time = 2 * reference.DAMPING_RATIO / first_frequency
+        radius, chain = reference.BODY_RADIUS_M, Chain(SEGMENTS)
         self._values = {
             "root_position": radius * radial,
             "root_acceleration": radius * (acceleration * tangential - rate**2 * radial),
             "clamp_direction": radial,
             "angular_velocity": casadi.vertcat(0, 0, rate),
             "gravity": gravity,
-            "segment_length": h,
-            "segment_mass": casadi.repmat(mass, SEGMENTS),
-            "segment_inertia": casadi.repmat(mass * h**2 / 12, SEGMENTS),
-            "joint_stiffness": stiffness,
-            "joint_damping": damping_time * stiffness,
+            "segment_length": chain.length_m,
+            "segment_mass": casadi.repmat(chain.mass_kg, SEGMENTS),
+            "segment_inertia": casadi.repmat(chain.inertia_kg_m2, SEGMENTS),
+            "joint_stiffness": casadi.DM(chain.stiffness_n_m),
+            "joint_damping": casadi.DM(chain.damping_n_m_s),
             "relaxed_angle": casadi.DM.zeros(SEGMENTS),
             # It leaves the equations, see segment_chain.py.
             "root_velocity": casadi.SX.zeros(3),
         }
-
-    @property
-    def q(self) -> casadi.SX:
-        """The coordinates."""
-        return self._arguments["q"]
-
-    @property
-    def v(self) -> casadi.SX:
-        """Their rates."""
-        return self._arguments["v"]
-
-    @property
-    def mass_matrix(self) -> casadi.SX:
-        """M."""
-        return self._with_values(self._results["mass_matrix"])
-
-    @property
-    def force(self) -> casadi.SX:
-        """f."""
-        return self._with_values(self._results["force"])
+        self.q, self.v = self._arguments["q"], self._arguments["v"]
+        self.mass_matrix = self._with_values(self._results["mass_matrix"])
+        self.force = self._with_values(self._results["force"])
 
     def residual(self, accelerations: casadi.SX) -> casadi.SX:
         """M q̈ − f in O(n) operations, where the product with the dense M takes O(n²)."""

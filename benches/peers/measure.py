@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from pinocchio_chain import Problem
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "derivations"))
 
 # Peers' lines begin with these names; the first is asked for its version.
 PACKAGES = ("casadi", "exudyn", "mujoco", "numba", "numpy", "pin", "pyelastica", "scipy")
@@ -301,8 +300,6 @@ def deviation(values: "np.ndarray", expected: "np.ndarray", bound: float, of: st
 CALLS = 20_000
 # In a batch: some full sets of lanes, not all of them alike.
 BATCH = 64
-
-Accelerations = Callable[[], "np.ndarray"]
 
 
 def accelerations(setup: Setup) -> list[Group]:
