@@ -163,8 +163,7 @@ class Calibration:
             ends = [float(min(fitted)), float(max(fitted))]
             axes.plot(ends, ends, color="0.5", linewidth=1, label="measured = fitted")
             axes.errorbar(fitted, measured, table["std"][rows], fmt="s", mfc="none", capsize=3)
-            axes.set_xlabel(f"fitted {quantity}")
-            axes.set_ylabel(f"measured {quantity}")
+            axes.set(xlabel=f"fitted {quantity}", ylabel=f"measured {quantity}")
             axes.legend()
         return figure
 
@@ -187,9 +186,7 @@ def _over_time(table: Table) -> Figure:
     )
     axes.plot(time, 1e3 * table["fitted"], label="fitted")
     axes.plot(time, 1e3 * table["square_root"], color="0.5", linewidth=1, label="square root of time")
-    axes.set_xlabel("time in s")
-    axes.set_ylabel("radius of the edge in mm")
-    axes.set_ylim(bottom=0.0)
+    axes.set(xlabel="time in s", ylabel="radius of the edge in mm", ylim=(0.0, None))
     axes.legend()
     return figure
 

@@ -128,9 +128,7 @@ class Removal:
             reached = time[history["edge_radius_m"] >= radius * (1.0 - 1e-9)]
             if reached.size > 0:
                 axes.plot(reached[0], 1e3 * radius, "s", mfc="none", color="C1")
-        axes.set_xlabel("time in s")
-        axes.set_ylabel("radius of the edge in mm")
-        axes.set_ylim(bottom=0.0)
+        axes.set(xlabel="time in s", ylabel="radius of the edge in mm", ylim=(0.0, None))
         axes.legend()
         return figure
 
