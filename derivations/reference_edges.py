@@ -452,10 +452,8 @@ class Contact:
         return casadi.vertcat(self._total, self._on_edges, self._force)
 
 
-@cache
-def equations(filament: Filament, circle: bool, arc_count: int) -> Equations:
-    """The equations, once for all cases that share them."""
-    return Equations(filament, circle, arc_count)
+# Once for all cases that share them.
+equations = cache(Equations)
 
 
 class Motion(cvodes.Motion):

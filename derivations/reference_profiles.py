@@ -296,12 +296,6 @@ class SplineEquations(Equations):
             contact.add_on_edge(material, gap, normal, insides[0, i], place, nearest)
 
 
-@cache
-def spline_equations(filament: Filament, degree: int, edge_count: int) -> SplineEquations:
-    """The equations, once for all cases that share them."""
-    return SplineEquations(filament, degree, edge_count)
-
-
 class Watched(Motion):
     """A pass of which the largest F_n and its largest jump are known."""
 
@@ -343,10 +337,13 @@ class Watched(Motion):
 class SplineMotion(Watched):
     """A pass over a spline."""
 
-    @staticmethod
-    def _profile_and_equations(case: Case) -> tuple[SplineProfile, SplineEquations]:
+    # Once for all cases that share them.
+    equations_of = staticmethod(cache(SplineEquations))
+
+    @classmethod
+    def _profile_and_equations(cls, case: Case) -> tuple[SplineProfile, SplineEquations]:
         profile = SplineProfile(case)
-        return profile, spline_equations(case.filament, profile.degree, len(profile.stretches))
+        return profile, cls.equations_of(case.filament, profile.degree, len(profile.stretches))
 
     def _of_touch(self, touch: np.ndarray) -> list[np.ndarray]:
         n, profile = self._n, self.profile

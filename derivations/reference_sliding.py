@@ -30,7 +30,7 @@ import reference_profiles as profiles
 from cases import DATA, entries_of, parser_of, rounded, write_cases
 from cvodes import velocity_of
 from reference_edges import Case, Contact, Filament, Profile, Workpiece
-from reference_profiles import SplineEquations, SplineMotion, SplineProfile
+from reference_profiles import SplineEquations, SplineMotion
 
 WORKS = ("sliding_work_j", "edge_sliding_work_j")
 ANGLES = ("edge_work_angle_rad", "edge_work_angle_std_rad")
@@ -113,17 +113,7 @@ class OverSpline(SplineMotion):
     """A pass over a spline."""
 
     integral_names = INTEGRALS
-
-    @staticmethod
-    def _profile_and_equations(case: Case) -> tuple[SplineProfile, OfSpline]:
-        profile = SplineProfile(case)
-        return profile, spline_equations(case.filament, profile.degree, len(profile.stretches))
-
-
-@cache
-def spline_equations(filament: Filament, degree: int, edge_count: int) -> OfSpline:
-    """The equations, once for both tolerances."""
-    return OfSpline(filament, degree, edge_count)
+    equations_of = staticmethod(cache(OfSpline))
 
 
 def metrics(case: Case, tolerance: float) -> dict[str, object]:

@@ -75,7 +75,7 @@ import os
 import shlex
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import count, islice
 from pathlib import Path
@@ -126,19 +126,16 @@ class DerivationError(Exception):
 # ---------------------------------------------------------------------------- what is derived
 
 
-@dataclass
 class Symbols:
     """The variables of one kernel, in order, with notation and unit."""
 
-    notations: dict[str, str] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
-    variables: list[SX] = field(default_factory=list)
+    def __init__(self) -> None:
+        self.entries: list[tuple[SX, str, str]] = []
 
     def scalar(self, name: str, notation: str, unit: str) -> SX:
         """One variable."""
         variable = SX.sym(name)
-        self.notations[name], self.units[name] = notation, unit
-        self.variables.append(variable)
+        self.entries.append((variable, notation, unit))
         return variable
 
     def vector(self, name: str, notation: str, unit: str, motion: Motion) -> SX:
@@ -1392,14 +1389,14 @@ def exported(derived: Derived) -> Kernel:
     values = [casadi.vec(casadi.densify(result.value).T) for result in derived.results]
     function = casadi.Function(
         derived.name,
-        [casadi.vertcat(*derived.symbols.variables)],
+        [casadi.vertcat(*(variable for variable, _, _ in derived.symbols.entries))],
         [casadi.vertcat(*elements), casadi.vertcat(*values)],
     )
 
     graph = Graph()
     symbols = [
-        graph.symbol(name, notation, derived.symbols.units[name])
-        for name, notation in derived.symbols.notations.items()
+        graph.symbol(variable.name(), notation, unit)
+        for variable, notation, unit in derived.symbols.entries
     ]
     registers: dict[int, int] = {}
     # The operations of both outputs.

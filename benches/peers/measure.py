@@ -18,7 +18,7 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import get_context
 from pathlib import Path
@@ -590,15 +590,12 @@ def one_contact(setup: Setup) -> list[Group]:
         from mujoco_chain import HINGES, Contact, warnings_off
 
         warnings_off()
-        lines = []
-        for joints in HINGES:
+        note = "implicitfast, soft contact of k_c, p_n summed in Python"
 
-            def run(step: float, joints: str = joints) -> tuple[float, float]:
-                return Contact(CASE, step, joints).run()
+        def run(joints: str) -> Pass:
+            return lambda step: Contact(CASE, step, joints).run()
 
-            note = "implicitfast, soft contact of k_c, p_n summed in Python"
-            lines.append(line(f"MuJoCo, {joints}", run, STEPS, note, "step"))
-        return lines
+        return [line(f"MuJoCo, {joints}", run(joints), STEPS, note, "step") for joints in HINGES]
 
     def exudyn_line() -> list[Measured]:
         from exudyn_chain import Contact, quiet
@@ -740,25 +737,21 @@ def row(setup: Setup, segments: int, columns: int) -> list[Group]:
         solver = min(tried)[1]
         return RowPeer(lambda step: of_row(step, solver), own), f"solver {solver}; {note}"
 
+    def capsules(
+        name: str, springs: tuple[bool, bool], goal: Goal | None, kind: int
+    ) -> list[Measured]:
+        peer, note = mujoco_row(*springs)
+        return [peer.line(name, note, kind, goal)]
+
     groups = []
     for kind, accurate in enumerate(("the mean p_n of the plateau", "p_n of each filament")):
         peers = Peers()
         for name, springs, goal in (
-            ("springs of k_l and k_c", (True, True), Goal(20)),
-            ("its own contacts between filaments", (False, True), None),
-            ("its own contacts everywhere", (False, False), None),
+            ("MuJoCo, capsules, springs of k_l and k_c", (True, True), Goal(20)),
+            ("MuJoCo, capsules, its own contacts between filaments", (False, True), None),
+            ("MuJoCo, capsules, its own contacts everywhere", (False, False), None),
         ):
-
-            def measured(
-                name: str = f"MuJoCo, capsules, {name}",
-                springs: tuple[bool, bool] = springs,
-                kind: int = kind,
-                goal: Goal | None = goal,
-            ) -> list[Measured]:
-                peer, note = mujoco_row(*springs)
-                return [peer.line(name, note, kind, goal)]
-
-            peers.add(f"MuJoCo, capsules, {name}", measured)
+            peers.add(name, partial(capsules, name, springs, goal, kind))
         first = ours.line("Bristle", "planar, all metrics of each filament", kind)
         title = f"a row of {columns} filaments, n = {segments}, one thread, {accurate} to 2 %"
         groups.append(peers.group(title, first, min(setup.rounds, 7)))
