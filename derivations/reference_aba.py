@@ -43,6 +43,7 @@ import json
 import math
 import random
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -163,18 +164,23 @@ def chain_constants(segments: int, youngs_modulus_pa: float) -> ChainConstants:
     )
 
 
-def chain_of_bodies(constants: ChainConstants, effective_gravity: Array) -> pinocchio.Model:
-    """The chain as Pinocchio's model."""
+def chain_of_bodies(
+    constants: ChainConstants,
+    effective_gravity: Array,
+    joints: Sequence[object],
+    axial_inertia: float,
+) -> pinocchio.Model:
+    """The chain as Pinocchio's model, with these joints, one after the other, at each inner node."""
     h, inertia = constants.segment_length_m, constants.segment_inertia_kg_m2
-    rod = pinocchio.Inertia(
-        constants.segment_mass_kg, np.array([0.0, 0.0, h / 2]), inertia * np.eye(3)
-    )
+    centre, moments = np.array([0.0, 0.0, h / 2]), np.diag([inertia, inertia, axial_inertia])
+    rod = pinocchio.Inertia(constants.segment_mass_kg, centre, moments)
     model = pinocchio.Model()
     model.gravity.linear = effective_gravity
     parent, placement = 0, pinocchio.SE3.Identity()
     for k in range(len(constants.joint_stiffness_n_m)):
-        joint = pinocchio.JointModelSpherical()
-        parent = model.addJoint(parent, joint, placement, f"joint_{k + 1}")
+        for i, joint in enumerate(joints):
+            parent = model.addJoint(parent, joint, placement, f"joint_{k + 1}_{i + 1}")
+            placement = pinocchio.SE3.Identity()
         model.appendBodyToJoint(parent, rod, pinocchio.SE3.Identity())
         placement = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, h]))
     return model
@@ -230,7 +236,9 @@ class ChainState:
             velocities.append(rotation.T @ (rod.angular_velocity - inner_velocity))
             torques.append(rotation.T @ torque)
             inner_rotation, inner_velocity = rotation, rod.angular_velocity
-        model = chain_of_bodies(self.constants, self.effective_gravity)
+        inertia = self.constants.segment_inertia_kg_m2
+        joints = [pinocchio.JointModelSpherical()]
+        model = chain_of_bodies(self.constants, self.effective_gravity, joints, inertia)
         return model, *map(np.concatenate, (positions, velocities, torques))
 
 

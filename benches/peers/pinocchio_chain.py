@@ -70,7 +70,7 @@ def problem(state: State, joints: str) -> Problem:
 
 def _two_axes(joints: str, chain: reference_aba.ChainState) -> Problem:
     """R = R_x(α) R_y(β) from the inner rod's axes to the outer one's, whose third is along it."""
-    constants, rods, torques = chain.constants, chain.rods, chain.torques
+    rods, torques = chain.rods, chain.torques
     q, v, axes = [], [], []
     rotation, omega = np.eye(3), np.zeros(3)
     for rod in rods[1:]:
@@ -95,22 +95,9 @@ def _two_axes(joints: str, chain: reference_aba.ChainState) -> Problem:
         outside = outside + on_rod - (on_rod @ direction) * direction
         tau[2 * k], tau[2 * k + 1] = axes[k][0] @ outside, axes[k][1] @ outside
 
-    h, inertia = constants.segment_length_m, constants.segment_inertia_kg_m2
-    centre, moments = np.array([0.0, 0.0, h / 2]), np.diag([inertia, inertia, 0.0])
-    body = pinocchio.Inertia(constants.segment_mass_kg, centre, moments)
-    model = pinocchio.Model()
-    model.gravity.linear = chain.effective_gravity
-    parent, placement = 0, pinocchio.SE3.Identity()
-    x_axis, y_axis = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
-    for k in range(len(torques)):
-        if joints == "universal":
-            joint = pinocchio.JointModelUniversal(x_axis, y_axis)
-            parent = model.addJoint(parent, joint, placement, f"joint_{k + 1}")
-        else:
-            parent = model.addJoint(parent, pinocchio.JointModelRX(), placement, f"x_{k + 1}")
-            parent = model.addJoint(
-                parent, pinocchio.JointModelRY(), pinocchio.SE3.Identity(), f"y_{k + 1}"
-            )
-        model.appendBodyToJoint(parent, body, pinocchio.SE3.Identity())
-        placement = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, h]))
+    at_node = [pinocchio.JointModelRX(), pinocchio.JointModelRY()]
+    if joints == "universal":
+        at_node = [pinocchio.JointModelUniversal(*np.eye(3)[:2])]
+    gravity = chain.effective_gravity
+    model = reference_aba.chain_of_bodies(chain.constants, gravity, at_node, axial_inertia=0.0)
     return Problem(joints, model, 0.0, np.array(q), np.array(v), tau)
