@@ -16,8 +16,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::group::Failure;
-use super::trial::{Axis, Check, Curve, Figure, Look};
-use super::{sources, tolerances};
+use super::trial::{Axis, Curve, Figure, Look};
 
 /// The study of the paper, as users run it.
 const STUDY: &str = include_str!("../../../examples/zirconia.toml");
@@ -149,41 +148,31 @@ pub fn extrapolated_twice([half, coarse, fine]: [f64; 3]) -> f64 {
     second + (second - first) / 15.0
 }
 
-/// The observed order of convergence from n to 2n.
-pub fn order(coarse: f64, fine: f64, exact: f64) -> f64 {
-    ((coarse - exact) / (fine - exact)).abs().log2()
-}
-
 /// The numbers of segments of [`error_figure`].
 pub const SEGMENTS: [usize; 6] = [5, 10, 25, 50, 100, 200];
 
-/// A diagram of errors over n, with one curve for each of `curves`. `errors` gives their errors at n.
-pub fn error_figure<const N: usize>(
+/// A diagram of errors over n, with one curve for each of `labels`. `error` gives the error of a curve, by its position, at n.
+pub fn error_figure(
     name: &'static str,
     title: &str,
-    curves: [String; N],
-    errors: impl Fn(usize) -> Result<[f64; N], Failure>,
+    labels: impl IntoIterator<Item = String>,
+    error: impl Fn(usize, usize) -> Result<f64, Failure>,
 ) -> Result<Figure, Failure> {
-    let mut points = vec![Vec::new(); N];
-    for segments in SEGMENTS {
-        for (points, error) in points.iter_mut().zip(errors(segments)?) {
-            points.push((segments as f64, error.abs()));
-        }
+    let mut curves = Vec::new();
+    for (curve, label) in labels.into_iter().enumerate() {
+        let points = SEGMENTS.iter().map(|&n| Ok((n as f64, error(curve, n)?.abs())));
+        curves.push(Curve::new(label, Look::Joined, points.collect::<Result<_, Failure>>()?));
     }
     // Parallel to the first curve and half as high.
-    let slope = points[0].iter().map(|&(n, _)| (n, points[0][0].1 * (SEGMENTS[0] as f64 / n).powi(2) / 2.0));
-    let mut curves: Vec<Curve> =
-        curves.into_iter().zip(points.clone()).map(|(name, points)| Curve::new(name, Look::Joined, points)).collect();
-    curves.push(Curve::new("n⁻²", Look::Reference, slope.collect()));
+    let (first, highest) = curves[0].points[0];
+    let slope = SEGMENTS.map(|n| (n as f64, highest * (first / n as f64).powi(2) / 2.0));
+    curves.push(Curve::new("n⁻²", Look::Reference, slope.to_vec()));
     Ok(Figure {
         name,
         title: title.to_owned(),
-        description:
-            "Errors over the number of segments, both logarithmic: straight lines that fall by a factor of four for twice \
-            as many segments."
-                .to_owned(),
-        x: Axis::logarithmic("number of segments n"),
-        y: Axis::logarithmic("relative error"),
+        description: "Errors over the number of segments, both logarithmic: straight lines that fall by a factor of four for twice \
+            as many segments.",
+        axes: [Axis::logarithmic("number of segments n"), Axis::logarithmic("relative error")],
         curves,
     })
 }
@@ -240,39 +229,4 @@ pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
     let (x, y) = (mean(|point| point.0), mean(|point| point.1));
     points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum::<f64>()
         / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
-}
-
-/// A diagram of errors over the solver's tolerance, and a check that the slope of each curve is one. Slopes use only errors
-/// above `known`, the error of the reference.
-pub fn tolerance_study(
-    name: &'static str,
-    title: &str,
-    courses: Vec<(String, Vec<(f64, f64)>)>,
-    known: f64,
-) -> (Vec<Check>, Figure) {
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
-    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
-    for (label, course) in courses {
-        let subject = format!("slope over the tolerance, {label}");
-        let above: Vec<(f64, f64)> = course.iter().copied().filter(|(_, error)| *error > known).collect();
-        let slope = logarithmic_slope(&above);
-        checks.push(Check::within(subject, "order", sources::CONTROL, slope, tolerances::SLOPE));
-        for (tolerance, _) in &course {
-            (low, high) = (low.min(*tolerance), high.max(*tolerance));
-        }
-        curves.push(Curve::new(label, Look::Joined, course));
-    }
-    curves.push(Curve::new("error = tolerance", Look::Reference, vec![(low, low), (high, high)]));
-    let figure = Figure {
-        name,
-        title: title.to_owned(),
-        description:
-            "Errors over the solver's tolerance, both logarithmic: they fall in proportion to it, down to the accuracy of \
-            the reference."
-                .to_owned(),
-        x: Axis::logarithmic("relative tolerance of the solver"),
-        y: Axis::logarithmic("error"),
-        curves,
-    };
-    (checks, figure)
 }

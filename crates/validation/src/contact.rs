@@ -14,11 +14,9 @@ use bristle::tool::ClampMotion;
 use bristle_grid::run_study;
 use serde::Deserialize;
 
-use super::chains::{
-    axial, mechanical_energy, momentum, paper_case, paper_study, tolerance_study, trajectory_rows, worse,
-};
+use super::chains::{axial, mechanical_energy, momentum, paper_case, paper_study, trajectory_rows, worse};
 use super::group::{Extent, Failure, Group};
-use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial};
 use super::{sources, tolerances};
 
 /// The group.
@@ -54,10 +52,15 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
     for (velocity, depth) in PASSES {
         passes.push((name(velocity, depth), paper_case(25, velocity, depth)?));
     }
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Energy balance of a pass",
+        "The work W of the clamp and of the moving workpiece equals the change of the energy stored in the filament and the \
+            contact, plus the energy taken by the dampers, contact damping and friction:\n\n```text\nW = ΔE_kin + ΔE_spring + ΔE_grav + ΔE_contact + ∫ 2D dt + ∫ P_contact dt\n```\n\n\
+            The solver runs at its default tolerance of 1e-6, and the method that takes the steps also takes the integrals.",
+    );
     for (subject, settings) in passes {
         let (imbalance, _) = imbalance(&settings)?;
-        checks.push(Check::value(subject, "imbalance/W", 0.0, sources::EXACT, imbalance, tolerances::ENERGY));
+        trial.check(subject, "imbalance/W", 0.0, sources::EXACT, imbalance, tolerances::ENERGY);
     }
     let history = simulate_with_history(&paper_case(25, 10.0, 1e-3)?, 601)?.history;
     let rotating = history.first().map_or(0.0, |sample| sample.kinetic_energy_j);
@@ -65,29 +68,19 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
         let points = history.iter().map(|sample| (1e3 * sample.time_s, 1e3 * energy(sample)));
         Curve::new(name, Look::Line, points.collect())
     };
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_balance",
         title: "Energies of a pass at 10 m/s and 1 mm".to_owned(),
         description: "Kinetic energy less that of the rigid rotation, energy of the springs, and energy taken by the dampers, over \
-            time: the first two exchange energy after each impact; the third rises to the total loss of the pass."
-            .to_owned(),
-        x: Axis::linear("time t in ms"),
-        y: Axis::linear("energy in mJ"),
+            time: the first two exchange energy after each impact; the third rises to the total loss of the pass.",
+        axes: [Axis::linear("time t in ms"), Axis::linear("energy in mJ")],
         curves: vec![
             course("E_kin less that of the rotation", &|sample| sample.kinetic_energy_j - rotating),
             course("E_spring", &|sample| sample.potential_energy_j),
             course("taken by the dampers", &|sample| sample.dissipated_energy_j),
         ],
-    };
-    Ok(Trial {
-        title: "Energy balance of a pass",
-        text: "The work W of the clamp and of the moving workpiece equals the change of the energy stored in the filament and the \
-            contact, plus the energy taken by the dampers, contact damping and friction:\n\n```text\nW = ΔE_kin + ΔE_spring + ΔE_grav + ΔE_contact + ∫ 2D dt + ∫ P_contact dt\n```\n\n\
-            The solver runs at its default tolerance of 1e-6, and the method that takes the steps also takes the integrals."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// What is missing in the energy balance of a pass, over the work, and the end of the pass.
@@ -180,7 +173,17 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
 }
 
 fn impulse(_: Extent) -> Result<Trial, Failure> {
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Impulse against the change of momentum",
+        "Without friction, the change of the filament's momentum less the impulse of the clamp is the impulse of the \
+            contact:\n\n\
+            ```text\nΣ m ċ_k |end − Σ m ċ_k |start − ∫ F_root dt = p_n n⃗\n```\n\n\
+            The reaction `F_root` of the clamp comes from the equations of motion, at three points of each step. This checks inertia, \
+            contact and integration, but not the springs. They enter the balance of the angular momentum about the tool's axis, in \
+            which the clamp's torque follows from the law of its joint:\n\n\
+            ```text\nΔL_z = ∫ [(r_0 × F_root)_z − c_1 (θ_1 − β) − d_1 (θ̇_1 − ω) + Σ (r_k × F_k)_z] dt\n```",
+    );
+    let mut curves = Vec::new();
     for (velocity, depth) in PASSES {
         let balance = momentum_balance(&paper_case(25, velocity, depth)?)?;
         let [normal, along, torque] = balance.result;
@@ -196,33 +199,18 @@ fn impulse(_: Extent) -> Result<Trial, Failure> {
             ("across n⃗, over p_n", 0.0, along),
             ("about the axis, over p_n R", 0.0, torque),
         ] {
-            let subject = name(velocity, depth);
-            checks.push(Check::value(subject, quantity, exact, sources::EXACT, computed, tolerances::MOMENTUM));
+            trial.check(name(velocity, depth), quantity, exact, sources::EXACT, computed, tolerances::MOMENTUM);
         }
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_momentum",
         title: "Impulse of a pass at 10 m/s and 1 mm".to_owned(),
         description: "Impulse over time: it rises steeply in each impact and steadily while the tip sweeps; the change of momentum less \
-            the clamp's impulse lies on it."
-            .to_owned(),
-        x: Axis::linear("time t in ms"),
-        y: Axis::linear("impulse along n⃗ in mN s"),
+            the clamp's impulse lies on it.",
+        axes: [Axis::linear("time t in ms"), Axis::linear("impulse along n⃗ in mN s")],
         curves,
-    };
-    Ok(Trial {
-        title: "Impulse against the change of momentum",
-        text: "Without friction, the change of the filament's momentum less the impulse of the clamp is the impulse of the \
-            contact:\n\n\
-            ```text\nΣ m ċ_k |end − Σ m ċ_k |start − ∫ F_root dt = p_n n⃗\n```\n\n\
-            The reaction `F_root` of the clamp comes from the equations of motion, at three points of each step. This checks inertia, \
-            contact and integration, but not the springs. They enter the balance of the angular momentum about the tool's axis, in \
-            which the clamp's torque follows from the law of its joint:\n\n\
-            ```text\nΔL_z = ∫ [(r_0 × F_root)_z − c_1 (θ_1 − β) − d_1 (θ̇_1 − ω) + Σ (r_k × F_k)_z] dt\n```"
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// How many metrics of two passes differ, in any bit.
@@ -232,18 +220,22 @@ fn differences(a: &Metrics, b: &Metrics) -> f64 {
 }
 
 fn independence(_: Extent) -> Result<Trial, Failure> {
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Samples, lanes and threads",
+        "Metrics do not come from samples. A pass has the same bits alone and in lanes with seven others, on any number of \
+            threads. With samples the solver also integrates the energies and evaluates the forces again at each stage, which changes \
+            the metrics by far less than the tolerance of 1e-6.",
+    );
     for (velocity, depth) in PASSES {
         let settings = paper_case(25, velocity, depth)?;
         let at = |samples: usize| simulate_with_history(&settings, samples).map(|pass| pass.metrics);
         let (few, many, none) = (at(2)?, at(7919)?, at(0)?);
         let subject = format!("2 and 7919 samples, {}", name(velocity, depth));
-        let count = differences(&few, &many);
-        checks.push(Check::value(subject, "metrics that differ", 0.0, sources::EXACT, count, tolerances::SAME));
+        trial.check(subject, "metrics that differ", 0.0, sources::EXACT, differences(&few, &many), tolerances::SAME);
         let subject = format!("0 and 7919 samples, {}", name(velocity, depth));
         let changes = values(&none).into_iter().zip(values(&many)).map(|(none, many)| (none / many - 1.0).abs());
-        let (change, quantity) = (changes.fold(0.0, worse), "largest change of a metric");
-        checks.push(Check::value(subject, quantity, 0.0, sources::EXACT, change, tolerances::SAMPLES));
+        let quantity = "largest change of a metric";
+        trial.check(subject, quantity, 0.0, sources::EXACT, changes.fold(0.0, worse), tolerances::SAMPLES);
     }
     let study = paper_study()?;
     let run = |threads: usize| {
@@ -266,18 +258,9 @@ fn independence(_: Extent) -> Result<Trial, Failure> {
         ("1, 2 and 3 threads, 120 passes", by_threads),
         ("eight in lanes and one alone, every seventh of 120 passes", by_lanes),
     ] {
-        let quantity = "metrics that differ";
-        checks.push(Check::value(subject.to_owned(), quantity, 0.0, sources::EXACT, count, tolerances::SAME));
+        trial.check(subject, "metrics that differ", 0.0, sources::EXACT, count, tolerances::SAME);
     }
-    Ok(Trial {
-        title: "Samples, lanes and threads",
-        text: "Metrics do not come from samples. A pass has the same bits alone and in lanes with seven others, on any number of \
-            threads. With samples the solver also integrates the energies and evaluates the forces again at each stage, which changes \
-            the metrics by far less than the tolerance of 1e-6."
-            .to_owned(),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }
 
 /// The metrics whose errors are checked.
@@ -300,7 +283,16 @@ fn segments(extent: Extent) -> Result<Trial, Failure> {
         Extent::Quick => (&PASSES[1..2], 100),
         Extent::Full => (&PASSES[..], 200),
     };
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Convergence in n",
+        format!(
+            "The chain's error falls as n⁻² in all metrics of sweeping and of striking passes, including impacts. The observed order \
+            is `log₂` of the ratio of successive changes, at a relative tolerance of 1e-9. The diagram shows errors relative to the \
+            value extrapolated from n = {} and {finest}.",
+            finest / 2
+        ),
+    );
+    let mut curves = Vec::new();
     for &(velocity, depth) in passes {
         let at = |segments: usize| -> Result<Metrics, Failure> {
             let mut settings = paper_case(segments, velocity, depth)?;
@@ -313,7 +305,7 @@ fn segments(extent: Extent) -> Result<Trial, Failure> {
             let order = ((coarse[i] - middle[i]) / (middle[i] - fine[i])).abs().log2();
             let subject = format!("{}, n = {} to {finest}", name(velocity, depth), finest / 4);
             let tolerance = if SYMBOLS[i] == "max F_n" { tolerances::PEAK_ORDER } else { tolerances::ORDER };
-            checks.push(Check::value(subject, quantity, 2.0, sources::CHAIN, order, tolerance));
+            trial.check(subject, quantity, 2.0, sources::CHAIN, order, tolerance);
         }
         let impulse = |metrics: &Metrics| metrics.contact_normal_impulse_n_s;
         let limit = impulse(&metrics[2]) + (impulse(&metrics[2]) - impulse(&metrics[1])) / 3.0;
@@ -324,27 +316,15 @@ fn segments(extent: Extent) -> Result<Trial, Failure> {
         }
         curves.push(Curve::new(name(velocity, depth), Look::Joined, points));
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_segments",
         title: "Convergence of the impulse p_n in n".to_owned(),
         description: "Relative error of the impulse over the number of segments: from n = 15 on it falls by a factor of four for \
-            twice as many."
-            .to_owned(),
-        x: Axis::logarithmic("number of segments n"),
-        y: Axis::logarithmic("relative error of p_n"),
+            twice as many.",
+        axes: [Axis::logarithmic("number of segments n"), Axis::logarithmic("relative error of p_n")],
         curves,
-    };
-    Ok(Trial {
-        title: "Convergence in n",
-        text: format!(
-            "The chain's error falls as n⁻² in all metrics of sweeping and of striking passes, including impacts. The observed order \
-            is `log₂` of the ratio of successive changes, at a relative tolerance of 1e-9. The diagram shows errors relative to the \
-            value extrapolated from n = {} and {finest}.",
-            finest / 2
-        ),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// A row of `tests/data/reference_contacts*.csv`.
@@ -401,12 +381,18 @@ fn tolerance(_: Extent) -> Result<Trial, Failure> {
             course.push((relative, error));
         }
     }
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Convergence in the tolerance",
+        "An independent planar code has computed the metrics of six passes with CVODES at a tolerance of 1e-11, accurate to \
+            1e-9 (`derivations/reference_contacts.py`), and again with Radau. The difference of the two shows their accuracy; slopes \
+            use only errors above it. The step control should make errors proportional to the tolerance, which is order 1. Times \
+            suffer most: if the tip leaves the workpiece at 1 m/s, an error of 1e-6 of the filament's length in its position is an \
+            error of 4e-5 of a contact of 1 ms.",
+    );
     for (symbol, course) in SYMBOLS.into_iter().zip(&courses) {
         for &(relative, error) in course {
             let subject = format!("tolerance {relative:e}, worst of {} passes, error / tolerance", contacts.len());
-            let computed = error / relative;
-            checks.push(Check::value(subject, symbol, 0.0, sources::CVODES, computed, tolerances::PROPORTIONAL));
+            trial.check(subject, symbol, 0.0, sources::CVODES, error / relative, tolerances::PROPORTIONAL);
         }
     }
     let mut apart = [0.0; 5];
@@ -421,37 +407,30 @@ fn tolerance(_: Extent) -> Result<Trial, Failure> {
     }
     for (symbol, distance) in SYMBOLS.into_iter().zip(apart) {
         let subject = "CVODES against Radau, largest difference".to_owned();
-        checks.push(Check::value(subject, symbol, 0.0, sources::RADAU, distance, tolerances::REFERENCES));
+        trial.check(subject, symbol, 0.0, sources::RADAU, distance, tolerances::REFERENCES);
     }
     let subject = format!("all tolerances, {} passes", contacts.len());
-    checks.push(Check::value(
-        subject,
-        "wrong numbers of contacts",
-        0.0,
-        sources::CVODES,
-        wrong_counts,
-        tolerances::SAME,
-    ));
+    trial.check(subject, "wrong numbers of contacts", 0.0, sources::CVODES, wrong_counts, tolerances::SAME);
     let courses = SYMBOLS.into_iter().map(str::to_owned).zip(courses).collect();
     let title = "Largest relative errors of six passes, against CVODES";
-    let (slopes, figure) = tolerance_study("validation_tolerance", title, courses, tolerances::REFERENCES.value);
-    checks.extend(slopes);
-    Ok(Trial {
-        title: "Convergence in the tolerance",
-        text: "An independent planar code has computed the metrics of six passes with CVODES at a tolerance of 1e-11, accurate to \
-            1e-9 (`derivations/reference_contacts.py`), and again with Radau. The difference of the two shows their accuracy; slopes \
-            use only errors above it. The step control should make errors proportional to the tolerance, which is order 1. Times \
-            suffer most: if the tip leaves the workpiece at 1 m/s, an error of 1e-6 of the filament's length in its position is an \
-            error of 4e-5 of a contact of 1 ms."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    trial.study_tolerance("validation_tolerance", title, courses, tolerances::REFERENCES.value);
+    Ok(trial)
 }
 
 fn stiffness(_: Extent) -> Result<Trial, Failure> {
     const STIFFNESSES: [f64; 5] = [1e4, 1e5, 1e6, 1e7, 1e8];
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Dependence on the contact stiffness",
+        "The contact stiffness k_c approximates a rigid workpiece. A sweeping tip is `F_n/k_c` too deep, so its deflection \
+            converges with order 1. Impacts become shorter and harder without limit. The end of a damped beam, \
+            `E I (1 + τ ∂/∂t)`, moved at the rate s, responds with `E I τ s κ³`, `κ⁴ = ρ A s/(E I τ)`, and thus with a stiffness that \
+            grows as `s^(7/4)`. Equating it to k_c gives durations that fall as `k_c^(−4/7)` and peak forces that grow as \
+            `k_c^(3/7)`, as long as the waves are longer than a segment: the peak force is not a property of the filament alone. \
+            In the two passes that sweep after an impact at their entry, the impulse converges with an order between ½ and 1. Only \
+            the slower one shows the order of the deflection; in the other, its change is less than 1e-5. In passes that strike \
+            several times, a stiffer contact shifts the times of the later impacts, and no order appears in four decades.",
+    );
+    let mut curves = Vec::new();
     // The first two sweep, except for an impact at their entry.
     const STIFFNESS_PASSES: [(f64, f64); 5] = [(5.0, 3e-3), (10.0, 5e-3), (10.0, 1e-3), (20.0, 2e-3), (30.0, 5e-3)];
     for (velocity, depth) in STIFFNESS_PASSES {
@@ -468,47 +447,29 @@ fn stiffness(_: Extent) -> Result<Trial, Failure> {
         let peaks = values(|metrics| metrics.peak_contact_normal_force_n);
         let decades = |coarse: f64, fine: f64| (coarse / fine).abs().log10();
         let subject = format!("{}, k_c = 1e7, 1e8 N/m", name(velocity, depth));
-        let (growth, quantity) = (decades(peaks[4], peaks[3]), "order of max F_n");
-        let exact = 3.0 / 7.0;
-        checks.push(Check::value(subject, quantity, exact, sources::DAMPED_BEAM, growth, tolerances::PEAK_GROWTH));
+        let growth = decades(peaks[4], peaks[3]);
+        trial.check(subject, "order of max F_n", 3.0 / 7.0, sources::DAMPED_BEAM, growth, tolerances::PEAK_GROWTH);
         let subject = format!("{}, k_c = 1e6 to 1e8 N/m", name(velocity, depth));
         if (velocity, depth) == STIFFNESS_PASSES[0] {
             let order = decades(deflections[3] - deflections[2], deflections[4] - deflections[3]);
-            let (quantity, source) = ("order of s_n,max", sources::PENALTY);
-            checks.push(Check::value(subject.clone(), quantity, 1.0, source, order, tolerances::ORDER));
+            trial.check(&subject, "order of s_n,max", 1.0, sources::PENALTY, order, tolerances::ORDER);
         }
         if STIFFNESS_PASSES[..2].contains(&(velocity, depth)) {
             let order = decades(impulses[3] - impulses[2], impulses[4] - impulses[3]);
-            let (source, tolerance) = (sources::PENALTY, tolerances::RIGID_LIMIT);
-            checks.push(Check::within(subject, "order of p_n", source, order, tolerance));
+            trial.check_within(subject, "order of p_n", sources::PENALTY, order, tolerances::RIGID_LIMIT);
         }
         let points =
             STIFFNESSES.into_iter().zip(&impulses).map(|(stiffness, impulse)| (stiffness, impulse / impulses[1]));
         curves.push(Curve::new(name(velocity, depth), Look::Joined, points.collect()));
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_stiffness",
         title: "Impulse over the contact stiffness".to_owned(),
         description: "Impulse over that at the default stiffness of 1e5 N/m, for stiffnesses from 1e4 to 1e8 N/m: above 1e5 N/m it \
             changes by 0.3 % in the two passes that sweep, and by up to 3.4 % in those that strike more than once; a contact of \
-            1e4 N/m is too soft, with up to 15 %."
-            .to_owned(),
-        x: Axis::logarithmic("contact stiffness k_c in N/m"),
-        y: Axis::linear("p_n over p_n at 1e5 N/m"),
+            1e4 N/m is too soft, with up to 15 %.",
+        axes: [Axis::logarithmic("contact stiffness k_c in N/m"), Axis::linear("p_n over p_n at 1e5 N/m")],
         curves,
-    };
-    Ok(Trial {
-        title: "Dependence on the contact stiffness",
-        text: "The contact stiffness k_c approximates a rigid workpiece. A sweeping tip is `F_n/k_c` too deep, so its deflection \
-            converges with order 1. Impacts become shorter and harder without limit. The end of a damped beam, \
-            `E I (1 + τ ∂/∂t)`, moved at the rate s, responds with `E I τ s κ³`, `κ⁴ = ρ A s/(E I τ)`, and thus with a stiffness that \
-            grows as `s^(7/4)`. Equating it to k_c gives durations that fall as `k_c^(−4/7)` and peak forces that grow as \
-            `k_c^(3/7)`, as long as the waves are longer than a segment: the peak force is not a property of the filament alone. \
-            In the two passes that sweep after an impact at their entry, the impulse converges with an order between ½ and 1. Only \
-            the slower one shows the order of the deflection; in the other, its change is less than 1e-5. In passes that strike \
-            several times, a stiffer contact shifts the times of the later impacts, and no order appears in four decades."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }

@@ -13,14 +13,12 @@ use bristle::tool::ClampMotion;
 use bristle::workpiece::{Edge, Surface, Workpiece};
 use serde::Deserialize;
 
-use super::chains::{
-    cases_of, crossing, extrapolated, force_at, order, paper_case, trajectory_rows, unit_chain, worse,
-};
+use super::chains::{cases_of, crossing, extrapolated, force_at, paper_case, trajectory_rows, unit_chain, worse};
 use super::contact::imbalance;
 use super::exact::held::{Circle, Held};
 use super::group::{Extent, Failure, Group};
 use super::peers::{Row, distances};
-use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial};
 use super::{sources, tolerances};
 
 /// The group.
@@ -176,7 +174,21 @@ fn over_edge(extent: Extent) -> Result<Trial, Failure> {
         Extent::Full => 100,
     };
     let fine = 2 * coarse;
-    let (mut checks, mut forces) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Elastica over a fixed edge",
+        format!(
+            "A filament, clamped at the origin along x, rests over an edge at (x, y). The edge presses along the filament's \
+            normal, and the filament beyond is straight. With the angle θ_c at the edge and `φ = θ_c − θ`:\n\n\
+            ```text\n½ E I θ′² = R sin φ\n```\n\n\
+            With friction the force is inclined by arctan µ, towards the clamp if the filament slides outwards. The edge is \
+            an arc of radius {RADIUS} l_f and of the stiffness {STIFFNESS:e} E I/l_f³, placed so that it touches the filament at \
+            (x, y). The chain is let go above the edge and creeps to its rest. This is done four times: with the edge {REACH} l_f \
+            away, and so much farther that it touches the filament one, two and three quarters of a segment farther out. The \
+            means are extrapolated to n → ∞ from three n. Friction needs a motion: the clamp is drawn at two speeds, and the force \
+            is extrapolated to rest."
+        ),
+    );
+    let mut forces = Vec::new();
     for ratio in [0.1, 0.25, 0.5, 1.0] {
         let (_, held) = touching([1.0, ratio], 0.0);
         let exact = [held.angle, held.length, held.force];
@@ -188,13 +200,12 @@ fn over_edge(extent: Extent) -> Result<Trial, Failure> {
             let computed = exact[i] * (1.0 + second + (second - first) / 7.0);
             let tolerance = if i == 0 { tolerances::EDGE_ANGLE } else { tolerances::EDGE };
             let subject = format!("y/x = {ratio}, n → ∞");
-            checks.push(Check::value(subject, QUANTITIES[i], exact[i], sources::EDGE_ELASTICA, computed, tolerance));
+            trial.check(subject, QUANTITIES[i], exact[i], sources::EDGE_ELASTICA, computed, tolerance);
         }
         let subject = format!("y/x = {ratio}, n = {coarse}, {fine}");
-        let order = order(of_coarse[2], of_fine[2], 0.0);
-        checks.push(Check::value(subject, "order of R", 2.0, sources::CHAIN, order, tolerances::ORDER));
+        trial.check_order(subject, "order of R", [of_coarse[2], of_fine[2]], 0.0);
         let subject = format!("y/x = {ratio}, n = {fine}, edge shifted by quarters of a segment");
-        checks.push(Check::value(subject, "range of R/R", 0.0, sources::EXACT, range, tolerances::EDGE_SHIFT));
+        trial.check(subject, "range of R/R", 0.0, sources::EXACT, range, tolerances::EDGE_SHIFT);
         forces.push((ratio, exact[2] * (1.0 + of_coarse[2])));
     }
     for (name, friction) in [("outwards", 0.3), ("inwards", -0.3)] {
@@ -208,40 +219,23 @@ fn over_edge(extent: Extent) -> Result<Trial, Failure> {
         let slow = |segments: usize| -> Result<f64, Failure> { Ok(2.0 * at(segments, 1e-4)? - at(segments, 2e-4)?) };
         let normal = extrapolated(slow(coarse)?, slow(fine)?) * REACH * REACH;
         let computed = normal * (1.0 + friction * friction).sqrt();
-        let (exact, tolerance) = (held.force * REACH * REACH, tolerances::EDGE_FRICTION);
+        let tolerance = tolerances::EDGE_FRICTION;
         let subject = format!("y/x = 0.25, µ = 0.3, sliding {name}, n → ∞");
-        checks.push(Check::value(subject, QUANTITIES[2], exact, sources::EDGE_ELASTICA, computed, tolerance));
+        trial.check(subject, QUANTITIES[2], held.force * REACH * REACH, sources::EDGE_ELASTICA, computed, tolerance);
     }
     let exact = (1..=110).map(|i| 0.01 * f64::from(i)).map(|ratio| (ratio, touching([1.0, ratio], 0.0).1.force));
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_edge",
         title: "Force of a fixed edge on a filament".to_owned(),
         description: "Force over the height of the edge: it rises to a maximum of 1.15 at y/x = 0.7 and then falls; the chains lie on \
-            the curve."
-            .to_owned(),
-        x: Axis::linear("height over distance y/x"),
-        y: Axis::linear("R x²/(E I)"),
+            the curve.",
+        axes: [Axis::linear("height over distance y/x"), Axis::linear("R x²/(E I)")],
         curves: vec![
             Curve::new("elastica", Look::Reference, exact.collect()),
             Curve::new(format!("chain, n = {coarse}"), Look::Markers, forces),
         ],
-    };
-    Ok(Trial {
-        title: "Elastica over a fixed edge",
-        text: format!(
-            "A filament, clamped at the origin along x, rests over an edge at (x, y). The edge presses along the filament's \
-            normal, and the filament beyond is straight. With the angle θ_c at the edge and `φ = θ_c − θ`:\n\n\
-            ```text\n½ E I θ′² = R sin φ\n```\n\n\
-            With friction the force is inclined by arctan µ, towards the clamp if the filament slides outwards. The edge is \
-            an arc of radius {RADIUS} l_f and of the stiffness {STIFFNESS:e} E I/l_f³, placed so that it touches the filament at \
-            (x, y). The chain is let go above the edge and creeps to its rest. This is done four times: with the edge {REACH} l_f \
-            away, and so much farther that it touches the filament one, two and three quarters of a segment farther out. The \
-            means are extrapolated to n → ∞ from three n. Friction needs a motion: the clamp is drawn at two speeds, and the force \
-            is extrapolated to rest."
-        ),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 fn release(extent: Extent) -> Result<Trial, Failure> {
@@ -250,7 +244,16 @@ fn release(extent: Extent) -> Result<Trial, Failure> {
         Extent::Quick => 25,
         Extent::Full => 50,
     };
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "A filament slips off an edge",
+        format!(
+            "The clamp of the same filament is drawn back from an edge 0.9 l_f away, so slowly that the filament is always in \
+            equilibrium. Its contact reaches the tip when the arc length of the elastica to the edge is l_f. The tip then slides \
+            around the arc, pressed on along the arc's normal, until there is no equilibrium farther away. As the \
+            equilibrium vanishes, the tip takes time to go: the last contact may be later by a twentieth of the edge's radius, \
+            {RADIUS} l_f."
+        ),
+    );
     for height in [0.1, 0.225] {
         let (circle, _) = touching([0.9, height], 0.0);
         let [to_tip, slipped] = Held::release(circle, 1.0);
@@ -267,25 +270,14 @@ fn release(extent: Extent) -> Result<Trial, Failure> {
         };
         let ([coarse, _], [fine, opened]) = (slow(coarse)?, slow(2 * coarse)?);
         let subject = format!("y = {height} l_f, n → ∞, at rest");
-        let (quantity, computed) = ("Δx/l_f, s_c = l_f", extrapolated(coarse, fine));
-        checks.push(Check::value(subject, quantity, to_tip, sources::EDGE_ELASTICA, computed, tolerances::RELEASE));
+        let computed = extrapolated(coarse, fine);
+        trial.check(subject, "Δx/l_f, s_c = l_f", to_tip, sources::EDGE_ELASTICA, computed, tolerances::RELEASE);
         let subject = format!("y = {height} l_f, slowly");
         let bounds = [slipped, slipped + RADIUS / 20.0];
         let quantity = "Δx/l_f, last contact";
-        checks.push(Check::between(subject, quantity, bounds, sources::EDGE_ELASTICA, opened, tolerances::SLIPPED));
+        trial.check(subject, quantity, bounds, sources::EDGE_ELASTICA, opened, tolerances::SLIPPED);
     }
-    Ok(Trial {
-        title: "A filament slips off an edge",
-        text: format!(
-            "The clamp of the same filament is drawn back from an edge 0.9 l_f away, so slowly that the filament is always in \
-            equilibrium. Its contact reaches the tip when the arc length of the elastica to the edge is l_f. The tip then slides \
-            around the arc, pressed on along the arc's normal, until there is no equilibrium farther away. As the \
-            equilibrium vanishes, the tip takes time to go: the last contact may be later by a twentieth of the edge's radius, \
-            {RADIUS} l_f."
-        ),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }
 
 /// The paper's filament of `segments` segments that passes a cylinder or, with a negative radius, a bore of `radius` (m).
@@ -315,7 +307,14 @@ fn curves(extent: Extent) -> Result<Trial, Failure> {
         Extent::Quick => (25, 0.05, 1e-7),
         Extent::Full => (50, 0.02, 1e-8),
     };
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Elastica on a cylinder and in a bore",
+        "The paper's filament passes a cylinder and a bore so slowly that it is always in equilibrium. The workpiece presses on \
+            its tip along the normal of its curved surface. With the angle η between this force and the filament's normal at the tip:\n\n\
+            ```text\n½ E I θ′² = F_n [sin(φ + η) − sin η]\n```\n\n\
+            The tip's place on the surface, pressed in by F_n/k_c, gives η. `P_cr = π² E I/(4 L²)`. The passes are extrapolated from \
+            two velocities and two n, as those on a plane are.",
+    );
     for (name, radius, depth, turned, slopes) in [
         ("cylinder of 50 mm", 0.05, 1e-3, 0.0, [-0.2, 0.0]),
         ("cylinder of 50 mm", 0.05, 2e-3, 0.0, [-0.2, 0.0]),
@@ -340,20 +339,9 @@ fn curves(extent: Extent) -> Result<Trial, Failure> {
         let computed = extrapolated(slow(segments)?, slow(2 * segments)?);
         let place = format!("tip where the surface leans by {leaning:.3} rad");
         let subject = format!("{name}, a_e = {} mm, β = −π/2 + {turned}, {place}, n → ∞, v_b → 0", 1e3 * depth);
-        let tolerance = tolerances::CURVES;
-        checks.push(Check::value(subject, "F_n/P_cr", exact, sources::HEINRICH, computed, tolerance));
+        trial.check(subject, "F_n/P_cr", exact, sources::HEINRICH, computed, tolerances::CURVES);
     }
-    Ok(Trial {
-        title: "Elastica on a cylinder and in a bore",
-        text: "The paper's filament passes a cylinder and a bore so slowly that it is always in equilibrium. The workpiece presses on \
-            its tip along the normal of its curved surface. With the angle η between this force and the filament's normal at the tip:\n\n\
-            ```text\n½ E I θ′² = F_n [sin(φ + η) − sin η]\n```\n\n\
-            The tip's place on the surface, pressed in by F_n/k_c, gives η. `P_cr = π² E I/(4 L²)`. The passes are extrapolated from \
-            two velocities and two n, as those on a plane are."
-            .to_owned(),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }
 
 /// The paper's filament at 10 m/s, passing an edge of 0.2 mm radius with friction `friction`.
@@ -368,7 +356,12 @@ fn edge_pass(segments: usize, depth: f64, side: Side, offset: f64, friction: f64
 fn passes(_: Extent) -> Result<Trial, Failure> {
     const LEAVING: &str = include_str!("../../../derivations/trajectories/edge_leaving_cvodes.csv");
     const ENTERING: &str = include_str!("../../../derivations/trajectories/edge_entering_cvodes.csv");
-    let (mut checks, mut figures) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Passes over edges by CasADi and CVODES",
+        "The chain of 25 segments and its contact with faces and edges, stated again for the plane, differentiated by CasADi and \
+            integrated by CVODES at 1e-10. It starts again wherever a node or a segment begins or ceases to touch. The edge has a radius \
+            of 0.2 mm; v_b is 10 m/s. More of these passes are compared in the tests.",
+    );
     for (subject, side, settings, text) in [
         ("leaving, 1 mm, µ = 0.3", Side::Leaving, edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?, LEAVING),
         ("entering, 2 mm, no friction", Side::Entering, edge_pass(25, 2e-3, Side::Entering, -3e-3, 0.0)?, ENTERING),
@@ -386,19 +379,16 @@ fn passes(_: Extent) -> Result<Trial, Failure> {
             ("F_n, rms over rms", tolerances::EDGE_FORCE),
         ];
         for ((quantity, tolerance), distance) in quantities.into_iter().zip(distances(&history, &rows)) {
-            let source = sources::CVODES_EDGES;
-            checks.push(Check::value(subject.to_owned(), quantity, 0.0, source, distance, tolerance));
+            trial.check(subject, quantity, 0.0, sources::CVODES_EDGES, distance, tolerance);
         }
         if side == Side::Entering {
             let computed = history.iter().map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n));
             let expected = rows.iter().map(|row| (1e3 * row.time_s, row.contact_normal_force_n));
-            figures.push(Figure {
+            trial.figures.push(Figure {
                 name: "validation_entering",
                 title: "Contact normal force of a pass that enters at an edge".to_owned(),
-                description: "Force over time: a strike on the edge, then impacts on the face; the curves of both codes coincide."
-                    .to_owned(),
-                x: Axis::linear("time t in ms"),
-                y: Axis::linear("F_n in N"),
+                description: "Force over time: a strike on the edge, then impacts on the face; the curves of both codes coincide.",
+                axes: [Axis::linear("time t in ms"), Axis::linear("F_n in N")],
                 curves: vec![
                     Curve::new("Bristle", Look::Line, computed.collect()),
                     Curve::new("CasADi and CVODES", Look::Markers, expected.step_by(8).collect()),
@@ -406,15 +396,7 @@ fn passes(_: Extent) -> Result<Trial, Failure> {
             });
         }
     }
-    Ok(Trial {
-        title: "Passes over edges by CasADi and CVODES",
-        text: "The chain of 25 segments and its contact with faces and edges, stated again for the plane, differentiated by CasADi and \
-            integrated by CVODES at 1e-10. It starts again wherever a node or a segment begins or ceases to touch. The edge has a radius \
-            of 0.2 mm; v_b is 10 m/s. More of these passes are compared in the tests."
-            .to_owned(),
-        checks,
-        figures,
-    })
+    Ok(trial)
 }
 
 /// A pass by another code.
@@ -442,7 +424,12 @@ struct Segments {
 fn profiles(extent: Extent) -> Result<Trial, Failure> {
     const PROFILES: &str = include_str!("../../../tests/data/reference_profiles.json");
     let cases: Vec<Reference> = cases_of(PROFILES)?;
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Passes over chamfers, circles and splines with friction by CasADi and CVODES",
+        "Filaments of six to eight segments pass chamfers, a cylinder that is a face, one that is an edge, a bore, and splines: a bump \
+            that nodes meet, and corners that are edges. The other code searches the nearest point of a spline, of SciPy, among sampled \
+            points, and integrates its pieces one by one, with CVODES at 1e-10. Bristle runs at a tolerance of 1e-9.",
+    );
     for case in cases.iter().filter(|case| extent == Extent::Full || case.brushing_velocity_m_s == 10.0) {
         let mut settings = paper_case(case.filament.segments, case.brushing_velocity_m_s, case.penetration_depth_m)?;
         settings.contact.friction_coefficient = case.friction_coefficient;
@@ -457,8 +444,7 @@ fn profiles(extent: Extent) -> Result<Trial, Failure> {
             case.friction_coefficient
         );
         let mut check = |quantity, expected, computed| {
-            let (source, tolerance) = (sources::CVODES_PROFILES, tolerances::PROFILES);
-            checks.push(Check::value(subject.clone(), quantity, expected, source, computed, tolerance));
+            trial.check(&subject, quantity, expected, sources::CVODES_PROFILES, computed, tolerances::PROFILES);
         };
         check("p_n in N s", case.contact_normal_impulse_n_s, metrics.contact_normal_impulse_n_s);
         check("∫ F_x dt in N s", case.contact_impulse_x_n_s, metrics.contact_impulse_x_n_s);
@@ -467,22 +453,17 @@ fn profiles(extent: Extent) -> Result<Trial, Failure> {
         check("max F_n in N", case.peak_contact_normal_force_n, metrics.peak_contact_normal_force_n);
         let difference = metrics.edge_contact_normal_impulse_n_s - case.edge_contact_normal_impulse_n_s;
         let (quantity, error) = ("error of ∫ F_n dt on edges, over p_n", difference / case.contact_normal_impulse_n_s);
-        let (source, tolerance) = (sources::CVODES_PROFILES, tolerances::PROFILE_EDGES);
-        checks.push(Check::value(subject, quantity, 0.0, source, error, tolerance));
+        trial.check(subject, quantity, 0.0, sources::CVODES_PROFILES, error, tolerances::PROFILE_EDGES);
     }
-    Ok(Trial {
-        title: "Passes over chamfers, circles and splines with friction by CasADi and CVODES",
-        text: "Filaments of six to eight segments pass chamfers, a cylinder that is a face, one that is an edge, a bore, and splines: a bump \
-            that nodes meet, and corners that are edges. The other code searches the nearest point of a spline, of SciPy, among sampled \
-            points, and integrates its pieces one by one, with CVODES at 1e-10. Bristle runs at a tolerance of 1e-9."
-            .to_owned(),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }
 
 fn energy(_: Extent) -> Result<Trial, Failure> {
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Energy balance over edges",
+        "As for passes over a plane, at the default tolerance of 1e-6. Without contact damping, friction takes all energy that \
+            the contact takes.",
+    );
     for (subject, settings) in [
         ("leaving, 1 mm, µ = 0.3", edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?),
         ("leaving 3 mm later, 2 mm, µ = 0.5", edge_pass(25, 2e-3, Side::Leaving, 3e-3, 0.5)?),
@@ -492,22 +473,8 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
         let (imbalance, end) = imbalance(&settings)?;
         let rubbed = end.integrals[integral::FRICTION_WORK] / end.integrals[integral::CONTACT_DISSIPATION];
         let subject = subject.to_owned();
-        checks.push(Check::value(subject.clone(), "imbalance/W", 0.0, sources::EXACT, imbalance, tolerances::ENERGY));
-        checks.push(Check::value(
-            subject,
-            "friction work / taken by the contact",
-            1.0,
-            sources::EXACT,
-            rubbed,
-            tolerances::ROUNDING,
-        ));
+        trial.check(&subject, "imbalance/W", 0.0, sources::EXACT, imbalance, tolerances::ENERGY);
+        trial.check(subject, "friction work / taken by the contact", 1.0, sources::EXACT, rubbed, tolerances::ROUNDING);
     }
-    Ok(Trial {
-        title: "Energy balance over edges",
-        text: "As for passes over a plane, at the default tolerance of 1e-6. Without contact damping, friction takes all energy that \
-            the contact takes."
-            .to_owned(),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }

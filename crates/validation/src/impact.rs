@@ -9,10 +9,10 @@ use bristle::integrate::tableau::ESDIRK54;
 use bristle::simulation::{FilamentState, FilamentSystem, integral, integrate};
 use bristle::workpiece::Plane;
 
-use super::chains::{WALL, crossing, rods, tolerance_study};
+use super::chains::{WALL, crossing, rods};
 use super::exact::impact::{Elastic, restitution, sliding_distance};
 use super::group::{Extent, Failure, Group};
-use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial};
 use super::{sources, tolerances};
 
 /// The group.
@@ -92,7 +92,13 @@ fn point_mass(mass: f64) -> Chain<f64> {
 }
 
 fn restitutions(_: Extent) -> Result<Trial, Failure> {
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Restitution under the law of Hunt and Crossley",
+        "A point mass that hits `F_n = k_c δ^p (1 + χ δ̇)` at the speed v leaves at e v with\n\n\
+            ```text\n(1 + e) χv = ln[(1 + χv)/(1 − e χv)]\n```\n\n\
+            for any stiffness, exponent and mass. The contact takes the share `1 − e²` of the energy, which the solver \
+            integrates together with the motion.",
+    );
     let mut curves = Vec::new();
     const SPEED: f64 = 2.0;
     for exponent in [1.0, 1.5] {
@@ -102,9 +108,8 @@ fn restitutions(_: Extent) -> Result<Trial, Failure> {
             let exact = restitution(chi_v);
             let subject = format!("χv = {chi_v}, p = {exponent}");
             let (source, tolerance) = (sources::HUNT_CROSSLEY, tolerances::IMPACT);
-            checks.push(Check::value(subject.clone(), "e", exact, source, impact.restitution, tolerance));
-            let lost = 1.0 - exact * exact;
-            checks.push(Check::value(subject, "energy taken", lost, source, impact.dissipated, tolerance));
+            trial.check(&subject, "e", exact, source, impact.restitution, tolerance);
+            trial.check(subject, "energy taken", 1.0 - exact * exact, source, impact.dissipated, tolerance);
             points.push((chi_v, impact.restitution));
         }
         curves.push(Curve::new(format!("rod, p = {exponent}"), Look::Markers, points));
@@ -112,22 +117,18 @@ fn restitutions(_: Extent) -> Result<Trial, Failure> {
     for (stiffness, exponent, mass) in [(1e5, 1.0, 0.01), (1e9, 1.0, 0.01), (1e7, 1.0, 1.0), (1e9, 1.5, 1e-4)] {
         let impact = hit(law(stiffness, exponent, 0.5 / SPEED), mass, SPEED, RELATIVE)?;
         let subject = format!("χv = 0.5, k_c = {stiffness:e}, p = {exponent}, m = {mass} kg");
-        let computed = impact.restitution;
-        let (source, tolerance) = (sources::HUNT_CROSSLEY, tolerances::IMPACT);
-        checks.push(Check::value(subject, "e", restitution(0.5), source, computed, tolerance));
+        trial.check(subject, "e", restitution(0.5), sources::HUNT_CROSSLEY, impact.restitution, tolerances::IMPACT);
     }
     let exact = (1..=100).map(|i| 0.02 * f64::from(i)).map(|chi_v| (chi_v, restitution(chi_v)));
     curves.push(Curve::new("Hunt and Crossley", Look::Reference, exact.collect()));
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_restitution",
         title: "Restitution of an impact".to_owned(),
         description: "Restitution over χ times the speed: it falls from 1 to 0.41, and impacts with p = 1 and p = 1.5 lie on one \
-            curve."
-            .to_owned(),
-        x: Axis::linear("χ v"),
-        y: Axis::linear("restitution e"),
+            curve.",
+        axes: [Axis::linear("χ v"), Axis::linear("restitution e")],
         curves,
-    };
+    });
     let mut courses = Vec::new();
     for exponent in [1.0, 1.5] {
         let mut course = Vec::new();
@@ -137,23 +138,20 @@ fn restitutions(_: Extent) -> Result<Trial, Failure> {
         }
         courses.push((format!("e at χv = 0.5, p = {exponent}"), course));
     }
-    let (slopes, convergence) =
-        tolerance_study("validation_restitution_tolerance", "Relative error of the restitution", courses, 0.0);
-    checks.extend(slopes);
-    Ok(Trial {
-        title: "Restitution under the law of Hunt and Crossley",
-        text: "A point mass that hits `F_n = k_c δ^p (1 + χ δ̇)` at the speed v leaves at e v with\n\n\
-            ```text\n(1 + e) χv = ln[(1 + χv)/(1 − e χv)]\n```\n\n\
-            for any stiffness, exponent and mass. The contact takes the share `1 − e²` of the energy, which the solver \
-            integrates together with the motion."
-            .to_owned(),
-        checks,
-        figures: vec![figure, convergence],
-    })
+    let title = "Relative error of the restitution";
+    trial.study_tolerance("validation_restitution_tolerance", title, courses, 0.0);
+    Ok(trial)
 }
 
 fn elastic(_: Extent) -> Result<Trial, Failure> {
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Duration and peak force without damping",
+        "On `F_n = k_c δ^p` the mass m turns back at `δ_max = ((p+1) m v²/(2 k_c))^(1/(p+1))`, when all its energy is in the \
+            contact, after\n\n\
+            ```text\nT/2 = δ_max/v ∫ dx/√(1 − x^(p+1)) = δ_max/v · √π Γ(1 + 1/(p+1))/Γ(½ + 1/(p+1))\n```\n\n\
+            This gives `T = π √(m/k_c)` for p = 1 and `T = 2.94 δ_max/v` for Hertz's p = 1.5. The impulse is 2 m v.",
+    );
+    let mut curves = Vec::new();
     for (exponent, stiffness, mass, speed) in [
         (1.0, 1e7, 0.1, 0.01),
         (1.0, 1e9, 1e-3, 1.0),
@@ -170,8 +168,7 @@ fn elastic(_: Extent) -> Result<Trial, Failure> {
             ("∫ F_n dt in N s", 2.0 * mass * speed, impact.impulse),
             ("e", 1.0, impact.restitution),
         ] {
-            let (source, tolerance) = (sources::JOHNSON, tolerances::IMPACT);
-            checks.push(Check::value(subject.clone(), quantity, exact, source, computed, tolerance));
+            trial.check(&subject, quantity, exact, sources::JOHNSON, computed, tolerances::IMPACT);
         }
         if speed == 1.0 {
             let scaled = impact.force.iter().map(|(time, force)| (time / exact.duration(), force / exact.peak()));
@@ -180,33 +177,29 @@ fn elastic(_: Extent) -> Result<Trial, Failure> {
     }
     let sine = (0..=100).map(|i| f64::from(i) / 100.0).map(|time| (time, (PI * time).sin()));
     curves.push(Curve::new("sin(π t/T)", Look::Reference, sine.collect()));
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_impact",
         title: "Force in an impact without damping".to_owned(),
         description: "Force over its peak, over the time in contact: half a sine wave for p = 1, and steeper bell curves with flatter \
-            ends for larger p."
-            .to_owned(),
-        x: Axis::linear("t/T"),
-        y: Axis::linear("F_n over its peak"),
+            ends for larger p.",
+        axes: [Axis::linear("t/T"), Axis::linear("F_n over its peak")],
         curves,
-    };
-    Ok(Trial {
-        title: "Duration and peak force without damping",
-        text: "On `F_n = k_c δ^p` the mass m turns back at `δ_max = ((p+1) m v²/(2 k_c))^(1/(p+1))`, when all its energy is in the \
-            contact, after\n\n\
-            ```text\nT/2 = δ_max/v ∫ dx/√(1 − x^(p+1)) = δ_max/v · √π Γ(1 + 1/(p+1))/Γ(½ + 1/(p+1))\n```\n\n\
-            This gives `T = π √(m/k_c)` for p = 1 and `T = 2.94 δ_max/v` for Hertz's p = 1.5. The impulse is 2 m v."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 fn sliding(_: Extent) -> Result<Trial, Failure> {
     const GRAVITY: f64 = 9.81;
     const MASS: f64 = 2.0;
     const STIFFNESS: f64 = 1e6;
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Sliding to rest under Coulomb friction",
+        "The tip of a level rod bears half the weight of the rod, and slides on a plane until friction stops it. With the \
+            deceleration `a = µ F_n L²/I` and the regularisation `v/√(v² + v_reg²)` the distance is\n\n\
+            ```text\n∫ √(v² + v_reg²) dv/a = [v √(v² + v_reg²) + v_reg² arsinh(v/v_reg)]/(2a)  →  v²/(2a)\n```\n\n\
+            Friction takes all of the energy.",
+    );
+    let mut curves = Vec::new();
     for (friction, speed, regularisation) in [(0.1, 1.0, 1e-3), (0.4, 2.0, 1e-3), (0.4, 2.0, 1e-4), (0.3, 0.5, 0.05)] {
         // The tip bears half the weight. The plane is so high that the rod is level at the penetration that this takes.
         let normal = MASS * GRAVITY / 2.0;
@@ -237,31 +230,19 @@ fn sliding(_: Extent) -> Result<Trial, Failure> {
         let energy = 0.5 * inertia * speed * speed;
         let taken = end.integrals[integral::CONTACT_DISSIPATION];
         let (source, tolerance) = (sources::COULOMB, tolerances::SLIDING);
-        checks.push(Check::value(subject.clone(), "distance in m", exact, source, end.q[0][1], tolerance));
-        checks.push(Check::value(subject.clone(), "energy taken in J", energy, source, taken, tolerance));
+        trial.check(&subject, "distance in m", exact, source, end.q[0][1], tolerance);
+        trial.check(&subject, "energy taken in J", energy, source, taken, tolerance);
         if regularisation < 1e-3 * speed {
-            let tolerance = tolerances::REGULARISATION;
-            checks.push(Check::value(subject, "distance in m, v_reg → 0", coulomb, source, end.q[0][1], tolerance));
+            trial.check(subject, "distance in m, v_reg → 0", coulomb, source, end.q[0][1], tolerances::REGULARISATION);
         }
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_sliding",
         title: "Speed of a tip that friction stops".to_owned(),
         description: "Speed over time: straight lines to zero if the regularisation is small, and a rounded end if it is a tenth of \
-            the speed."
-            .to_owned(),
-        x: Axis::linear("time t in s"),
-        y: Axis::linear("speed of the tip in m/s"),
+            the speed.",
+        axes: [Axis::linear("time t in s"), Axis::linear("speed of the tip in m/s")],
         curves,
-    };
-    Ok(Trial {
-        title: "Sliding to rest under Coulomb friction",
-        text: "The tip of a level rod bears half the weight of the rod, and slides on a plane until friction stops it. With the \
-            deceleration `a = µ F_n L²/I` and the regularisation `v/√(v² + v_reg²)` the distance is\n\n\
-            ```text\n∫ √(v² + v_reg²) dv/a = [v √(v² + v_reg²) + v_reg² arsinh(v/v_reg)]/(2a)  →  v²/(2a)\n```\n\n\
-            Friction takes all of the energy."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }

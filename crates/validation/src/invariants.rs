@@ -14,12 +14,11 @@ use bristle::workpiece::Plane;
 use serde::Deserialize;
 
 use super::chains::{
-    WALL, logarithmic_slope, mechanical_energy, momentum, rods, tolerance_study, trajectory_rows, unit_chain,
-    untouched, worse,
+    WALL, logarithmic_slope, mechanical_energy, momentum, rods, trajectory_rows, unit_chain, untouched, worse,
 };
 use super::exact::pendulum::SphericalPendulum;
 use super::group::{Extent, Failure, Group};
-use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial};
 use super::{sources, tolerances};
 
 /// The group.
@@ -78,7 +77,16 @@ fn conservation(extent: Extent) -> Result<Trial, Failure> {
         Extent::Quick => (200, &[1e-8]),
         Extent::Full => (1000, &[1e-7, 1e-8, 1e-9, 1e-10]),
     };
-    let (mut checks, mut curves, mut drifts) = (Vec::new(), Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Energy and axial angular momentum of a free spatial motion",
+        format!(
+            "Four segments with springs between them swing and whirl about a ball joint, under gravity along −z. This conserves \
+            `E = E_kin + E_spring + E_grav` and the angular momentum `L_z = Σ m (c × ċ)_z + J (e × ė)_z`. The motion lasts \
+            {number} periods of a rigid rod of the same length. The method is L-stable and \
+            loses energy in each step, nearly in proportion to the tolerance, so the drift is stated relative to the tolerance."
+        ),
+    );
+    let (mut curves, mut drifts) = (Vec::new(), Vec::new());
     for &relative in relatives {
         let (chain, start, period) = swinging();
         let mut system = untouched(chain.clone(), WALL);
@@ -99,43 +107,38 @@ fn conservation(extent: Extent) -> Result<Trial, Failure> {
             [("ΔE/E_kin", energy_drift, tolerances::DRIFT), ("ΔL_z/L_z", momentum_drift, tolerances::DRIFT_MOMENTUM)]
         {
             let subject = format!("{number} periods at a tolerance of {relative:e}, change / tolerance");
-            checks.push(Check::value(subject, quantity, 0.0, sources::EXACT, drift / relative, tolerance));
+            trial.check(subject, quantity, 0.0, sources::EXACT, drift / relative, tolerance);
         }
         drifts.push((relative, energy_drift));
         curves.push(Curve::new(format!("tolerance {relative:e}"), Look::Line, course));
     }
     if drifts.len() > 1 {
         let subject = format!("slope over the tolerance, {number} periods");
-        let slope = logarithmic_slope(&drifts);
-        checks.push(Check::within(subject, "order of ΔE", sources::CONTROL, slope, tolerances::SLOPE));
+        trial.check_within(subject, "order of ΔE", sources::CONTROL, logarithmic_slope(&drifts), tolerances::SLOPE);
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_energy",
         title: format!("Energy lost in {number} periods of a free spatial motion"),
         description: "Change of the energy over the kinetic energy at the start, over the number of periods: it grows with time and \
-            falls with the tolerance, to one ten-millionth at 1e-10."
-            .to_owned(),
-        x: Axis::linear("periods"),
-        y: Axis::logarithmic("ΔE/E_kin"),
+            falls with the tolerance, to one ten-millionth at 1e-10.",
+        axes: [Axis::linear("periods"), Axis::logarithmic("ΔE/E_kin")],
         curves,
-    };
-    Ok(Trial {
-        title: "Energy and axial angular momentum of a free spatial motion",
-        text: format!(
-            "Four segments with springs between them swing and whirl about a ball joint, under gravity along −z. This conserves \
-            `E = E_kin + E_spring + E_grav` and the angular momentum `L_z = Σ m (c × ċ)_z + J (e × ė)_z`. The motion lasts \
-            {number} periods of a rigid rod of the same length. The method is L-stable and \
-            loses energy in each step, nearly in proportion to the tolerance, so the drift is stated relative to the tolerance."
-        ),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
     const GRAVITY: f64 = 9.81;
     const PERIODS: f64 = 20.0;
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Spherical pendulum",
+        "A rod about a ball joint (n = 1, no spring), started at its lowest point `cos φ_1` with the azimuthal rate `θ̇_1`. \
+            With `a = 3g/(2L)` and the zeros `u_1 < u_2 < u_3` of the cubic that its energy and angular momentum make:\n\n\
+            ```text\ncos φ = u_1 + (u_2 − u_1) sn²(√(a (u_3 − u_1)/2) t, m),   m = (u_2 − u_1)/(u_3 − u_1)\n```\n\n\
+            θ follows from elliptic integrals of the third kind. The errors are the largest at all steps of twenty periods, at a \
+            relative tolerance of 1e-11.",
+    );
+    let mut curves = Vec::new();
     for (lowest, rate) in [(-0.9, 6.0), (-0.5, 9.0), (-0.99, 12.0)] {
         // a = m g s/I = 3g/(2L) of a rod.
         let pendulum = SphericalPendulum::new(1.5 * GRAVITY, lowest, rate);
@@ -158,8 +161,7 @@ fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
         })?;
         for (quantity, error) in [("error of cos φ", height), ("error of θ in rad", azimuth)] {
             let subject = format!("cos φ_1 = {lowest}, θ̇_1 = {rate} 1/s");
-            let (source, tolerance) = (sources::WHITTAKER, tolerances::TRAJECTORY);
-            checks.push(Check::value(subject, quantity, 0.0, source, error, tolerance));
+            trial.check(subject, quantity, 0.0, sources::WHITTAKER, error, tolerances::TRAJECTORY);
         }
         const SHOWN: f64 = 2.0;
         let exact = (0..=400).map(|i| SHOWN * f64::from(i) / 400.0).map(|time| (time, pendulum.height(time)));
@@ -167,27 +169,14 @@ fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
         let shown = course.into_iter().take_while(|(time, _)| *time <= SHOWN).step_by(12);
         curves.push(Curve::new(format!("Bristle, cos φ_1 = {lowest}"), Look::Markers, shown.collect()));
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_spherical_pendulum",
         title: "Height of three spherical pendulums".to_owned(),
-        description:
-            "cos φ over two seconds: periodic curves between a lowest and a highest value; the steps coincide with them."
-                .to_owned(),
-        x: Axis::linear("time t in s"),
-        y: Axis::linear("cos φ"),
+        description: "cos φ over two seconds: periodic curves between a lowest and a highest value; the steps coincide with them.",
+        axes: [Axis::linear("time t in s"), Axis::linear("cos φ")],
         curves,
-    };
-    Ok(Trial {
-        title: "Spherical pendulum",
-        text: "A rod about a ball joint (n = 1, no spring), started at its lowest point `cos φ_1` with the azimuthal rate `θ̇_1`. \
-            With `a = 3g/(2L)` and the zeros `u_1 < u_2 < u_3` of the cubic that its energy and angular momentum make:\n\n\
-            ```text\ncos φ = u_1 + (u_2 − u_1) sn²(√(a (u_3 − u_1)/2) t, m),   m = (u_2 − u_1)/(u_3 − u_1)\n```\n\n\
-            θ follows from elliptic integrals of the third kind. The errors are the largest at all steps of twenty periods, at a \
-            relative tolerance of 1e-11."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// A row of the trajectory of a double pendulum.
@@ -208,7 +197,13 @@ fn double_pendulum(_: Extent) -> Result<Trial, Failure> {
     let q = vec![[FRAC_PI_2, first.theta_1_rad], [FRAC_PI_2, first.theta_2_rad]];
     let mut state = system.state(0.0, q, vec![[0.0; 2]; 2]);
     let tolerances = Tolerances::of_motion(1e-12, 1.0, 1.0);
-    let (mut checks, mut reference, mut course) = (Vec::new(), Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Double pendulum",
+        "Two rods in a plane, released at 1.5 and 1.8 rad from the vertical, compared with a Taylor series in 50 digits from \
+            textbook equations (`derivations/reference_pendulum.py`). The motion is chaotic: a disturbance at the start grows up \
+            to a millionfold in the ten seconds, so any error in the equations would show. The relative tolerance is 1e-12.",
+    );
+    let (mut reference, mut course) = (Vec::new(), Vec::new());
     for row in &rows {
         (state, _) = integrate(&mut system, state, row.time_s, &ESDIRK54, tolerances, |_| ())?;
         reference.push((row.time_s, row.theta_2_rad));
@@ -222,28 +217,18 @@ fn double_pendulum(_: Extent) -> Result<Trial, Failure> {
                 ("θ̇_2 in 1/s", row.theta_2_rate_rad_s, state.v[1][1]),
             ] {
                 let tolerance = if row.time_s <= 6.0 { tolerances::CHAOS_EARLY } else { tolerances::CHAOS };
-                let source = sources::TAYLOR;
-                checks.push(Check::value(subject.clone(), quantity, expected, source, computed, tolerance));
+                trial.check(&subject, quantity, expected, sources::TAYLOR, computed, tolerance);
             }
         }
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_double_pendulum",
         title: "Azimuth of the outer rod of a double pendulum".to_owned(),
-        description: "Azimuth over ten seconds: an irregular motion, the same in both codes.".to_owned(),
-        x: Axis::linear("time t in s"),
-        y: Axis::linear("θ_2 in rad"),
+        description: "Azimuth over ten seconds: an irregular motion, the same in both codes.",
+        axes: [Axis::linear("time t in s"), Axis::linear("θ_2 in rad")],
         curves: vec![Curve::new("50 digits", Look::Reference, reference), Curve::new("Bristle", Look::Markers, course)],
-    };
-    Ok(Trial {
-        title: "Double pendulum",
-        text: "Two rods in a plane, released at 1.5 and 1.8 rad from the vertical, compared with a Taylor series in 50 digits from \
-            textbook equations (`derivations/reference_pendulum.py`). The motion is chaotic: a disturbance at the start grows up \
-            to a millionfold in the ten seconds, so any error in the equations would show. The relative tolerance is 1e-12."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// The largest difference of the directions' components.
@@ -257,7 +242,13 @@ fn reversal(_: Extent) -> Result<Trial, Failure> {
     let (chain, start, period) = swinging();
     // A floor that is never reached, and one that is hit some ten times per period.
     let law = ContactLaw { stiffness: 1e3, ..ContactLaw::from(&ContactSettings::default()) };
-    let (mut checks, mut courses) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Time reversal",
+        "The motion of the first case, reversed after some time. Without dampers it must return to its start. It runs once \
+            freely, and once with its two outer nodes bouncing on an elastic floor, where each event is located twice, once from \
+            each side. The return error falls in proportion to the tolerance.",
+    );
+    let mut courses = Vec::new();
     for (depth, periods, name) in [(1e6, 10.0, "free"), (0.7, 1.0, "bouncing on a floor")] {
         let floor = Plane::new([0.0, 0.0, -depth], [0.0, 0.0, 1.0], [0.0; 3]);
         let mut course = Vec::new();
@@ -273,20 +264,11 @@ fn reversal(_: Extent) -> Result<Trial, Failure> {
         }
         if let Some((relative, error)) = course.last() {
             let subject = format!("{name}, tolerance {relative:e}");
-            checks.push(Check::value(subject, "error of e", 0.0, sources::EXACT, *error, tolerances::REVERSAL));
+            trial.check(subject, "error of e", 0.0, sources::EXACT, *error, tolerances::REVERSAL);
         }
         courses.push((name.to_owned(), course));
     }
     let title = "Return error of a reversed motion";
-    let (slopes, figure) = tolerance_study("validation_reversal", title, courses, 0.0);
-    checks.extend(slopes);
-    Ok(Trial {
-        title: "Time reversal",
-        text: "The motion of the first case, reversed after some time. Without dampers it must return to its start. It runs once \
-            freely, and once with its two outer nodes bouncing on an elastic floor, where each event is located twice, once from \
-            each side. The return error falls in proportion to the tolerance."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    trial.study_tolerance("validation_reversal", title, courses, 0.0);
+    Ok(trial)
 }

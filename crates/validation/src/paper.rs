@@ -10,7 +10,7 @@ use bristle_grid::{DEPTH, Study, Sweep, VELOCITY, run_study};
 use super::chains::{lesser, paper_case, paper_study, worse};
 use super::group::{Extent, Failure, Group};
 use super::tolerances::Tolerance;
-use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial};
 use super::{sources, tolerances};
 
 /// The group.
@@ -92,18 +92,12 @@ impl Grid {
 
 /// The smallest ratio of neighbours; NaN if there are none.
 fn least_growth(values: &[f64]) -> f64 {
-    if values.len() < 2 {
-        return f64::NAN;
-    }
-    values.windows(2).map(|pair| pair[1] / pair[0]).fold(f64::INFINITY, lesser)
+    values.windows(2).map(|pair| pair[1] / pair[0]).reduce(lesser).unwrap_or(f64::NAN)
 }
 
 /// The largest ratio of neighbours; NaN if there are none.
 fn most_growth(values: &[f64]) -> f64 {
-    if values.len() < 2 {
-        return f64::NAN;
-    }
-    values.windows(2).map(|pair| pair[1] / pair[0]).fold(0.0, worse)
+    values.windows(2).map(|pair| pair[1] / pair[0]).reduce(worse).unwrap_or(f64::NAN)
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -118,26 +112,32 @@ fn line(x: &[f64], y: &[f64]) -> [f64; 2] {
     [slope, y_mean - slope * x_mean]
 }
 
-fn range(values: &[f64]) -> f64 {
-    let (low, high) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (lesser(value, low), worse(value, high)));
-    high - low
+/// The least and the largest value.
+fn extremes(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [lesser(value, low), worse(value, high)])
 }
 
 /// The largest distance of values from a straight line over `x`, divided by the range of the values.
 fn misfit(x: &[f64], y: &[f64]) -> f64 {
     let [slope, offset] = line(x, y);
     let distances = x.iter().zip(y).map(|(x, y)| (y - offset - slope * x).abs());
-    distances.fold(0.0, worse) / range(y)
+    let [low, high] = extremes(y.iter().copied());
+    distances.fold(0.0, worse) / (high - low)
 }
 
-/// A criterion: `computed` must lie within the bounds of `tolerance`.
-fn criterion(subject: &str, quantity: &'static str, tolerance: &'static Tolerance, computed: f64) -> Check {
-    Check::within(subject.to_owned(), quantity, sources::PAPER, computed, tolerance)
+/// Compares findings of the paper: for what, the quantity, the number, and the bounds within which it must lie.
+fn find<const N: usize>(trial: &mut Trial, findings: [(&str, &'static str, f64, &'static Tolerance); N]) {
+    for (subject, quantity, computed, bounds) in findings {
+        trial.check_within(subject, quantity, sources::PAPER, computed, bounds);
+    }
 }
 
 fn deflection(_: Extent) -> Result<Trial, Failure> {
+    let mut trial = Trial::new(
+        "1. Tip deflection grows degressively with depth, and with velocity once striking",
+        "Passes with `ε_tc < ½` are striking. At the smallest depth the deflection saturates at the highest velocities \
+            (−0.7 % over the last step), so single steps may fall by 1 %.",
+    );
     let grid = Grid::paper()?;
     let metric = |metrics: &Metrics| metrics.max_tip_deflection_m;
     let columns = grid.columns(metric);
@@ -157,81 +157,67 @@ fn deflection(_: Extent) -> Result<Trial, Failure> {
             step = lesser(least_growth(&striking), step);
         }
     }
-    let checks = vec![
-        criterion(
-            "from one depth to the next, at every velocity",
-            "least growth of s_n,max",
-            tolerances::GROWS,
-            growth,
-        ),
-        criterion("slope at 5 mm over that below 0.5 mm, largest", "slope ratio", tolerances::DEGRESSIVE, degression),
-        criterion(
-            "striking, from the lowest to the highest velocity",
-            "least growth of s_n,max",
-            tolerances::GROWS,
-            whole,
-        ),
-        criterion("striking, from one velocity to the next", "least growth of s_n,max", tolerances::HARDLY_FALLS, step),
-    ];
-    let figure = Figure {
+    find(
+        &mut trial,
+        [
+            ("from one depth to the next, at every velocity", "least growth of s_n,max", growth, tolerances::GROWS),
+            ("slope at 5 mm over that below 0.5 mm, largest", "slope ratio", degression, tolerances::DEGRESSIVE),
+            ("striking, from the lowest to the highest velocity", "least growth of s_n,max", whole, tolerances::GROWS),
+            ("striking, from one velocity to the next", "least growth of s_n,max", step, tolerances::HARDLY_FALLS),
+        ],
+    );
+    trial.figures.push(Figure {
         name: "validation_paper_deflection",
         title: "Finding 1: largest tip deflection".to_owned(),
-        description:
-            "Tip deflection over the brushing velocity for five depths: flat while sweeping, rising once striking, and \
-            closer together at larger depths."
-                .to_owned(),
-        x: Axis::linear("brushing velocity v_b in m/s"),
-        y: Axis::linear("s_n,max in mm"),
+        description: "Tip deflection over the brushing velocity for five depths: flat while sweeping, rising once striking, and \
+            closer together at larger depths.",
+        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("s_n,max in mm")],
         curves: grid.curves(|metrics| 1e3 * metrics.max_tip_deflection_m),
-    };
-    Ok(Trial {
-        title: "1. Tip deflection grows degressively with depth, and with velocity once striking",
-        text: "Passes with `ε_tc < ½` are striking. At the smallest depth the deflection saturates at the highest velocities \
-            (−0.7 % over the last step), so single steps may fall by 1 %."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 fn contact_time(_: Extent) -> Result<Trial, Failure> {
+    let mut trial = Trial::new(
+        "2. Contact time falls steeply with velocity, most at large depth",
+        "The paper's \"highly regressive decrease\": at twelve times the velocity less than a tenth of the time remains, and the \
+            loss in milliseconds grows with the depth.",
+    );
     let grid = Grid::paper()?;
     let rows = grid.rows(|metrics| metrics.contact_time_s);
     let last = grid.velocities.len() - 1;
     let fall = rows.iter().map(|row| most_growth(row)).fold(0.0, worse);
     let whole = rows.iter().map(|row| row[last] / row[0]).fold(0.0, worse);
     let losses: Vec<f64> = rows.iter().map(|row| row[0] - row[last]).collect();
-    let checks = vec![
-        criterion("from one velocity to the next, at every depth", "largest ratio of t_c", tolerances::FALLS, fall),
-        criterion("30 m/s over 2.5 m/s, largest", "ratio of t_c", tolerances::STEEP, whole),
-        criterion(
-            "loss from 2.5 to 30 m/s, from one depth to the next",
-            "least growth",
-            tolerances::GROWS,
-            least_growth(&losses),
-        ),
-    ];
-    let figure = Figure {
+    find(
+        &mut trial,
+        [
+            ("from one velocity to the next, at every depth", "largest ratio of t_c", fall, tolerances::FALLS),
+            ("30 m/s over 2.5 m/s, largest", "ratio of t_c", whole, tolerances::STEEP),
+            (
+                "loss from 2.5 to 30 m/s, from one depth to the next",
+                "least growth",
+                least_growth(&losses),
+                tolerances::GROWS,
+            ),
+        ],
+    );
+    trial.figures.push(Figure {
         name: "validation_paper_time",
         title: "Finding 2: contact time".to_owned(),
-        description:
-            "Contact time over the brushing velocity for five depths, logarithmic: all fall by more than a decade."
-                .to_owned(),
-        x: Axis::linear("brushing velocity v_b in m/s"),
-        y: Axis::logarithmic("t_c in ms"),
+        description: "Contact time over the brushing velocity for five depths, logarithmic: all fall by more than a decade.",
+        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::logarithmic("t_c in ms")],
         curves: grid.curves(|metrics| 1e3 * metrics.contact_time_s),
-    };
-    Ok(Trial {
-        title: "2. Contact time falls steeply with velocity, most at large depth",
-        text: "The paper's \"highly regressive decrease\": at twelve times the velocity less than a tenth of the time remains, and the \
-            loss in milliseconds grows with the depth."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 fn tier(_: Extent) -> Result<Trial, Failure> {
+    let mut trial = Trial::new(
+        "3. Contact time ratio has a tier, nearly proportional between velocity and depth",
+        "The depth at which `ε_tc = ½`, interpolated at each velocity. The paper calls the line \"approximately proportional\"; \
+            here it is straight, and a_e/v_b on it stays within a factor of two of its mean.",
+    );
     let grid = Grid::paper()?;
     let ratios = grid.columns(|metrics| metrics.contact_time_ratio);
     let (mut misplaced, mut velocities, mut depths) = (0, Vec::new(), Vec::new());
@@ -246,53 +232,48 @@ fn tier(_: Extent) -> Result<Trial, Failure> {
     }
     let slopes: Vec<f64> = velocities.iter().zip(&depths).map(|(velocity, depth)| depth / velocity).collect();
     let relative = slopes.iter().map(|slope| slope / mean(&slopes));
-    let (least, most) =
-        relative.fold((f64::INFINITY, 0.0), |(least, most), slope| (lesser(slope, least), worse(slope, most)));
+    let [least, most] = extremes(relative);
     let corner = |depth: usize, velocity: usize| grid.metrics[depth][velocity].contact_time_ratio;
     let (deepest, fastest) = (grid.depths.len() - 1, grid.velocities.len() - 1);
-    let mut checks = vec![
-        criterion("passes above the line that strike", "number", tolerances::NONE, misplaced as f64),
-        criterion("slowest and deepest pass", "ε_tc", tolerances::SWEEPS, corner(deepest, 0)),
-        criterion("passes at 25 m/s and 0.5 mm", "ε_tc", tolerances::STRIKES, corner(0, fastest - 2)),
-        criterion(
-            "line ε_tc = ½, worst distance from a straight one",
-            "over its range",
-            tolerances::STRAIGHT,
-            misfit(&velocities, &depths),
-        ),
-    ];
-    let bounds = tolerances::NEARLY_PROPORTIONAL;
-    checks.push(criterion("a_e/v_b on the line, least over mean", "ratio", bounds, least));
-    checks.push(criterion("a_e/v_b on the line, largest over mean", "ratio", bounds, most));
+    find(
+        &mut trial,
+        [
+            ("passes above the line that strike", "number", misplaced as f64, tolerances::NONE),
+            ("slowest and deepest pass", "ε_tc", corner(deepest, 0), tolerances::SWEEPS),
+            ("passes at 25 m/s and 0.5 mm", "ε_tc", corner(0, fastest - 2), tolerances::STRIKES),
+            (
+                "line ε_tc = ½, worst distance from a straight one",
+                "over its range",
+                misfit(&velocities, &depths),
+                tolerances::STRAIGHT,
+            ),
+            ("a_e/v_b on the line, least over mean", "ratio", least, tolerances::NEARLY_PROPORTIONAL),
+            ("a_e/v_b on the line, largest over mean", "ratio", most, tolerances::NEARLY_PROPORTIONAL),
+        ],
+    );
     let millimetres = depths.iter().map(|depth| 1e3 * depth);
-    let figure = Figure {
+    let [slope, offset] = line(&velocities, &depths);
+    let straight = velocities.iter().map(|velocity| (*velocity, 1e3 * (slope * velocity + offset)));
+    trial.figures.push(Figure {
         name: "validation_paper_tier",
         title: "Finding 3: the line between striking and sweeping, ε_tc = ½".to_owned(),
         description: "Penetration depth over brushing velocity where the contact time ratio is one half: nearly a straight line, from \
-            0.7 mm at 10 m/s to 4.4 mm at 30 m/s."
-            .to_owned(),
-        x: Axis::linear("brushing velocity v_b in m/s"),
-        y: Axis::linear("penetration depth a_e in mm"),
+            0.7 mm at 10 m/s to 4.4 mm at 30 m/s.",
+        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("penetration depth a_e in mm")],
         curves: vec![
             Curve::new("ε_tc = ½", Look::Joined, velocities.iter().copied().zip(millimetres).collect()),
-            Curve::new(
-                "straight line",
-                Look::Reference,
-                velocities.iter().map(|x| (*x, 1e3 * (line(&velocities, &depths)[0] * x + line(&velocities, &depths)[1]))).collect(),
-            ),
+            Curve::new("straight line", Look::Reference, straight.collect()),
         ],
-    };
-    Ok(Trial {
-        title: "3. Contact time ratio has a tier, nearly proportional between velocity and depth",
-        text: "The depth at which `ε_tc = ½`, interpolated at each velocity. The paper calls the line \"approximately proportional\"; \
-            here it is straight, and a_e/v_b on it stays within a factor of two of its mean."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 fn impulse(_: Extent) -> Result<Trial, Failure> {
+    let mut trial = Trial::new(
+        "4. Impulse falls with velocity, most at large depth, and is low below the tier",
+        "While passes sweep, the impulse falls from each velocity to the next. From 15 m/s on, both kinds of motion occur. \
+            There the least impulse at each velocity is that of a striking pass, and the deepest sweep has at least a quarter more.",
+    );
     let grid = Grid::paper()?;
     let metric = |metrics: &Metrics| metrics.contact_normal_impulse_n_s;
     let rows = grid.rows(metric);
@@ -314,60 +295,63 @@ fn impulse(_: Extent) -> Result<Trial, Failure> {
         above += usize::from(!grid.strikes(least, velocity));
         rise = lesser(column[column.len() - 1] / column[least], rise);
     }
-    let checks = vec![
-        criterion("sweeping, from one velocity to the next", "largest ratio of p_n", tolerances::FALLS, fall),
-        criterion("30 m/s over 2.5 m/s, largest", "ratio of p_n", tolerances::MOST_LOST, whole),
-        criterion(
-            "loss from 2.5 to 30 m/s, from one depth to the next",
-            "least growth",
-            tolerances::GROWS,
-            least_growth(&losses),
-        ),
-        criterion("velocities from 15 m/s whose least p_n is above the line", "number", tolerances::NONE, above as f64),
-        criterion("p_n at 5 mm over the least below the line", "least ratio", tolerances::DISTINCT, rise),
-    ];
-    let figure = Figure {
+    find(
+        &mut trial,
+        [
+            ("sweeping, from one velocity to the next", "largest ratio of p_n", fall, tolerances::FALLS),
+            ("30 m/s over 2.5 m/s, largest", "ratio of p_n", whole, tolerances::MOST_LOST),
+            (
+                "loss from 2.5 to 30 m/s, from one depth to the next",
+                "least growth",
+                least_growth(&losses),
+                tolerances::GROWS,
+            ),
+            ("velocities from 15 m/s whose least p_n is above the line", "number", above as f64, tolerances::NONE),
+            ("p_n at 5 mm over the least below the line", "least ratio", rise, tolerances::DISTINCT),
+        ],
+    );
+    trial.figures.push(Figure {
         name: "validation_paper_impulse",
         title: "Finding 4: contact normal impulse of a filament".to_owned(),
         description: "Impulse over the brushing velocity for five depths: falling steeply, most at large depths, to a low level where \
-            passes strike."
-            .to_owned(),
-        x: Axis::linear("brushing velocity v_b in m/s"),
-        y: Axis::linear("p_n in mN s"),
+            passes strike.",
+        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("p_n in mN s")],
         curves: grid.curves(|metrics| 1e3 * metrics.contact_normal_impulse_n_s),
-    };
-    Ok(Trial {
-        title: "4. Impulse falls with velocity, most at large depth, and is low below the tier",
-        text: "While passes sweep, the impulse falls from each velocity to the next. From 15 m/s on, both kinds of motion occur. \
-            There the least impulse at each velocity is that of a striking pass, and the deepest sweep has at least a quarter more."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 fn tool_force(_: Extent) -> Result<Trial, Failure> {
+    let mut trial = Trial::new(
+        "5. Tool force: high at high velocity, linear in depth only when slow, a maximum along the tier",
+        "The rows of the grid at 1, 2 and 3 mm cross the tier. On the tier the tool force has a local maximum, at least 2 % \
+            above the force at the next velocity. There the filament makes at least one contact more than at 30 m/s, and its last \
+            contact begins in the second half of the nominal contact time. With the depth, the maximum moves to higher velocities.",
+    );
     let grid = Grid::paper()?;
     let metric = |metrics: &Metrics| metrics.tool_contact_normal_force_n;
     let columns = grid.columns(metric);
     let last = columns.len() - 1;
     let fast = columns.iter().zip(&grid.velocities).filter(|(_, velocity)| **velocity >= 22.5);
     let fast = fast.map(|(column, _)| misfit(&grid.depths, column)).fold(f64::INFINITY, lesser);
-    let mut checks = vec![
-        criterion(
-            "mean at 30 m/s over mean at 2.5 m/s",
-            "ratio of F_n,w",
-            tolerances::GROWS,
-            mean(&columns[last]) / mean(&columns[0]),
-        ),
-        criterion(
-            "distance from a straight line in a_e, 2.5 m/s",
-            "over its range",
-            tolerances::STRAIGHT,
-            misfit(&grid.depths, &columns[0]),
-        ),
-        criterion("the same, least from 22.5 m/s on", "over its range", tolerances::BENT, fast),
-    ];
+    find(
+        &mut trial,
+        [
+            (
+                "mean at 30 m/s over mean at 2.5 m/s",
+                "ratio of F_n,w",
+                mean(&columns[last]) / mean(&columns[0]),
+                tolerances::GROWS,
+            ),
+            (
+                "distance from a straight line in a_e, 2.5 m/s",
+                "over its range",
+                misfit(&grid.depths, &columns[0]),
+                tolerances::STRAIGHT,
+            ),
+            ("the same, least from 22.5 m/s on", "over its range", fast, tolerances::BENT),
+        ],
+    );
     let mut peaks = Vec::new();
     for (depth, row) in grid.rows(metric).iter().enumerate() {
         if ![1e-3, 2e-3, 3e-3].iter().any(|shown| (grid.depths[depth] / shown - 1.0).abs() < 1e-6) {
@@ -376,49 +360,39 @@ fn tool_force(_: Extent) -> Result<Trial, Failure> {
         let is_peak = |i: &usize| row[*i] > row[i - 1] && row[*i] > 1.02 * row[i + 1];
         let subject = format!("a_e = {} mm, where F_n,w has a maximum", 1e3 * grid.depths[depth]);
         let Some(peak) = (1..row.len() - 1).rev().find(is_peak) else {
-            checks.push(criterion(&subject, "v_b in m/s", tolerances::ALONG_TIER, f64::NAN));
+            trial.check_within(&subject, "v_b in m/s", sources::PAPER, f64::NAN, tolerances::ALONG_TIER);
             continue;
         };
         let metrics = &grid.metrics[depth];
         let (ratio, count) = (metrics[peak].contact_time_ratio, metrics[peak].contact_count);
-        checks.push(criterion(&subject, "ε_tc", tolerances::ALONG_TIER, ratio));
+        trial.check_within(&subject, "ε_tc", sources::PAPER, ratio, tolerances::ALONG_TIER);
         let more = count as f64 - metrics[last].contact_count as f64;
-        checks.push(criterion(&subject, "contacts more than at 30 m/s", tolerances::ONE_MORE, more));
+        trial.check_within(&subject, "contacts more than at 30 m/s", sources::PAPER, more, tolerances::ONE_MORE);
         let late = last_contact(grid.velocities[peak], grid.depths[depth])?;
-        checks.push(criterion(&subject, "begin of the last contact over t_d", tolerances::LATE, late));
+        trial.check_within(&subject, "begin of the last contact over t_d", sources::PAPER, late, tolerances::LATE);
         peaks.push(grid.velocities[peak]);
     }
-    checks.push(criterion(
-        "depths with such a maximum, less two",
-        "number",
-        tolerances::ONE_MORE,
-        peaks.len() as f64 - 2.0,
-    ));
-    checks.push(criterion(
-        "v_b of that maximum, from one depth to the next",
-        "least growth",
-        tolerances::GROWS,
-        least_growth(&peaks),
-    ));
-    let figure = Figure {
+    find(
+        &mut trial,
+        [
+            ("depths with such a maximum, less two", "number", peaks.len() as f64 - 2.0, tolerances::ONE_MORE),
+            (
+                "v_b of that maximum, from one depth to the next",
+                "least growth",
+                least_growth(&peaks),
+                tolerances::GROWS,
+            ),
+        ],
+    );
+    trial.figures.push(Figure {
         name: "validation_paper_force",
         title: "Finding 5: contact normal force of the tool".to_owned(),
         description: "Tool force over the brushing velocity for five depths: flat at low velocities; at 1, 2 and 3 mm a local maximum \
-            that moves to higher velocities; beyond it, at small depths, a steep rise."
-            .to_owned(),
-        x: Axis::linear("brushing velocity v_b in m/s"),
-        y: Axis::linear("F_n,w in N"),
+            that moves to higher velocities; beyond it, at small depths, a steep rise.",
+        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("F_n,w in N")],
         curves: grid.curves(metric),
-    };
-    Ok(Trial {
-        title: "5. Tool force: high at high velocity, linear in depth only when slow, a maximum along the tier",
-        text: "The rows of the grid at 1, 2 and 3 mm cross the tier. On the tier the tool force has a local maximum, at least 2 % \
-            above the force at the next velocity. There the filament makes at least one contact more than at 30 m/s, and its last \
-            contact begins in the second half of the nominal contact time. With the depth, the maximum moves to higher velocities."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// The start of the last contact of a pass, measured from nominal entry and divided by the nominal contact time.
@@ -434,6 +408,10 @@ fn last_contact(velocity: f64, depth: f64) -> Result<f64, Failure> {
 }
 
 fn segments(_: Extent) -> Result<Trial, Failure> {
+    let mut trial = Trial::new(
+        "6. More than 25 segments make no noticeable difference",
+        "\"Noticeable\" is half a percent in force and deflection, and 0.01 in the contact time ratio.",
+    );
     let (paper, fine) = (Grid::paper()?, &Grid::new(50.0)?);
     let pairs = || paper.metrics.iter().flatten().zip(fine.metrics.iter().flatten());
     let change = |metric: fn(&Metrics) -> f64| {
@@ -442,21 +420,19 @@ fn segments(_: Extent) -> Result<Trial, Failure> {
     let ratio =
         pairs().map(|(paper, fine)| (paper.contact_time_ratio - fine.contact_time_ratio).abs()).fold(0.0, worse);
     let subject = "n = 25 against n = 50, largest of 120 passes";
-    let checks = vec![
-        criterion(
-            subject,
-            "change of F_n,w",
-            tolerances::UNNOTICEABLE,
-            change(|metrics| metrics.tool_contact_normal_force_n),
-        ),
-        criterion(
-            subject,
-            "change of s_n,max",
-            tolerances::UNNOTICEABLE,
-            change(|metrics| metrics.max_tip_deflection_m),
-        ),
-        criterion(subject, "change of ε_tc", tolerances::UNNOTICEABLE_RATIO, ratio),
-    ];
+    find(
+        &mut trial,
+        [
+            (
+                subject,
+                "change of F_n,w",
+                change(|metrics| metrics.tool_contact_normal_force_n),
+                tolerances::UNNOTICEABLE,
+            ),
+            (subject, "change of s_n,max", change(|metrics| metrics.max_tip_deflection_m), tolerances::UNNOTICEABLE),
+            (subject, "change of ε_tc", ratio, tolerances::UNNOTICEABLE_RATIO),
+        ],
+    );
     let mut curves = paper.curves(|metrics| metrics.tool_contact_normal_force_n);
     for curve in &mut curves {
         (curve.name, curve.look) = (format!("{}, n = 25", curve.name), Look::Markers);
@@ -464,41 +440,30 @@ fn segments(_: Extent) -> Result<Trial, Failure> {
     for curve in fine.curves(|metrics| metrics.tool_contact_normal_force_n) {
         curves.push(Curve { name: format!("{}, n = 50", curve.name), look: Look::Reference, ..curve });
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_paper_segments",
         title: "Finding 6: tool force for n = 25 and n = 50".to_owned(),
-        description:
-            "Tool force over the brushing velocity for five depths: the markers of 25 segments lie on the lines of 50."
-                .to_owned(),
-        x: Axis::linear("brushing velocity v_b in m/s"),
-        y: Axis::linear("F_n,w in N"),
+        description: "Tool force over the brushing velocity for five depths: the markers of 25 segments lie on the lines of 50.",
+        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("F_n,w in N")],
         curves,
-    };
-    Ok(Trial {
-        title: "6. More than 25 segments make no noticeable difference",
-        text: "\"Noticeable\" is half a percent in force and deflection, and 0.01 in the contact time ratio."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 fn magnitude(_: Extent) -> Result<Trial, Failure> {
+    let mut trial = Trial::new(
+        "7. Tool force is of the same order of magnitude as measured forces",
+        "Tens to hundreds of newtons. The paper shows its measurements in figures without a table, and Young's modulus and \
+            damping are assumptions. Therefore only the order of magnitude can be compared.",
+    );
     let grid = Grid::paper()?;
-    let forces: Vec<f64> = grid.metrics.iter().flatten().map(|metrics| metrics.tool_contact_normal_force_n).collect();
-    let (low, high) = forces
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &force| (lesser(force, low), worse(force, high)));
-    let checks = vec![
-        criterion("least of 120 passes", "F_n,w in N", tolerances::MAGNITUDE, low),
-        criterion("largest of 120 passes", "F_n,w in N", tolerances::MAGNITUDE, high),
-    ];
-    Ok(Trial {
-        title: "7. Tool force is of the same order of magnitude as measured forces",
-        text: "Tens to hundreds of newtons. The paper shows its measurements in figures without a table, and Young's modulus and \
-            damping are assumptions. Therefore only the order of magnitude can be compared."
-            .to_owned(),
-        checks,
-        figures: vec![],
-    })
+    let [low, high] = extremes(grid.metrics.iter().flatten().map(|metrics| metrics.tool_contact_normal_force_n));
+    find(
+        &mut trial,
+        [
+            ("least of 120 passes", "F_n,w in N", low, tolerances::MAGNITUDE),
+            ("largest of 120 passes", "F_n,w in N", high, tolerances::MAGNITUDE),
+        ],
+    );
+    Ok(trial)
 }

@@ -7,7 +7,7 @@ use super::chains::{extrapolated, paper_case, trajectory_rows, worse};
 use super::group::{Extent, Failure, Group};
 use super::sources::Source;
 use super::tolerances::Tolerance;
-use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial};
 use super::{sources, tolerances};
 
 /// The group.
@@ -73,8 +73,14 @@ struct Peer {
 }
 
 impl Peer {
-    /// Compares a pass and its metrics, in the order of [`metrics`].
-    fn checks(&self, history: &[Sample], subject: &str, metrics: [f64; 5]) -> Result<(Vec<Check>, Vec<Row>), Failure> {
+    /// Compares a pass and its metrics, in the order of [`metrics`], in a trial. Returns the trajectory of the other code.
+    fn compare(
+        &self,
+        trial: &mut Trial,
+        history: &[Sample],
+        subject: &str,
+        metrics: [f64; 5],
+    ) -> Result<Vec<Row>, Failure> {
         const METRICS: &str = include_str!("../../../benches/peers/trajectories/pass_metrics.csv");
         let rows: Vec<Row> = trajectory_rows(self.rows)?;
         if rows.len() != history.len() || rows.iter().zip(history).any(|(a, b)| (a.time_s - b.time_s).abs() > 1e-12) {
@@ -82,27 +88,22 @@ impl Peer {
         }
         let expected = trajectory_rows::<PeerMetrics>(METRICS)?.into_iter().find(|metrics| metrics.code == self.code);
         let expected = expected.ok_or_else(|| Failure::Reference(format!("no metrics of {}", self.code)))?;
-        let mut checks = Vec::new();
-        let mut check = |quantity, expected, computed, tolerance| {
-            checks.push(Check::value(subject.to_owned(), quantity, expected, self.source, computed, tolerance));
-        };
         let [tip, force, of_metrics, of_peak] = self.tolerances;
-        let quantities = [("tip, over l_f", tip), ("s_n, over s_n,max", tip), ("F_n, rms over rms", force)];
-        for ((quantity, tolerance), distance) in quantities.into_iter().zip(distances(history, &rows)) {
-            check(quantity, 0.0, distance, tolerance);
+        let [of_tip, of_deflection, of_force] = distances(history, &rows);
+        let [impulse, deflection, peak, time, count] = metrics;
+        for (quantity, expected, computed, tolerance) in [
+            ("tip, over l_f", 0.0, of_tip, tip),
+            ("s_n, over s_n,max", 0.0, of_deflection, tip),
+            ("F_n, rms over rms", 0.0, of_force, force),
+            ("p_n in N s", expected.contact_normal_impulse_n_s, impulse, of_metrics),
+            ("s_n,max in m", expected.max_tip_deflection_m, deflection, of_metrics),
+            ("max F_n in N", expected.peak_contact_normal_force_n, peak, of_peak),
+            ("t_c in s", expected.contact_time_s, time, of_metrics),
+            ("number of contacts", expected.contact_count as f64, count, tolerances::SAME),
+        ] {
+            trial.check(subject, quantity, expected, self.source, computed, tolerance);
         }
-        let values = [
-            ("p_n in N s", expected.contact_normal_impulse_n_s),
-            ("s_n,max in m", expected.max_tip_deflection_m),
-            ("max F_n in N", expected.peak_contact_normal_force_n),
-            ("t_c in s", expected.contact_time_s),
-        ];
-        for ((quantity, expected), computed) in values.into_iter().zip(metrics) {
-            let tolerance = if quantity == "max F_n in N" { of_peak } else { of_metrics };
-            check(quantity, expected, computed, tolerance);
-        }
-        check("number of contacts", expected.contact_count as f64, metrics[4], tolerances::SAME);
-        Ok((checks, rows))
+        Ok(rows)
     }
 }
 
@@ -154,11 +155,8 @@ fn force_figure(name: &'static str, code: &str, history: &[Sample], rows: &[Row]
     Figure {
         name,
         title: format!("Contact normal force of one pass, Bristle and {code}"),
-        description:
-            "Force over time: short impacts of up to 6 N, and longer contacts of about 1 N; the curves of both codes coincide."
-                .to_owned(),
-        x: Axis::linear("time t in ms"),
-        y: Axis::linear("F_n in N"),
+        description: "Force over time: short impacts of up to 6 N, and longer contacts of about 1 N; the curves of both codes coincide.",
+        axes: [Axis::linear("time t in ms"), Axis::linear("F_n in N")],
         curves: vec![
             Curve::new(
                 "Bristle",
@@ -175,29 +173,32 @@ fn force_figure(name: &'static str, code: &str, history: &[Sample], rows: &[Row]
 }
 
 fn cvodes(_: Extent) -> Result<Trial, Failure> {
+    let mut trial = Trial::new(
+        "CasADi and CVODES: the chain in the plane",
+        "The same chain of 25 segments, stated again for the plane alone, differentiated by CasADi and integrated by CVODES \
+            at 1e-11. Agreement is limited by the error of CVODES, 1e-9 of l_f in the tip.",
+    );
     let pass = pass(25)?;
-    let (checks, rows) = CVODES.checks(&pass.history, "n = 25", metrics(&pass))?;
-    Ok(Trial {
-        title: "CasADi and CVODES: the chain in the plane",
-        text: "The same chain of 25 segments, stated again for the plane alone, differentiated by CasADi and integrated by CVODES \
-            at 1e-11. Agreement is limited by the error of CVODES, 1e-9 of l_f in the tip."
-            .to_owned(),
-        checks,
-        figures: vec![force_figure("validation_cvodes", CVODES.code, &pass.history, &rows)],
-    })
+    let rows = CVODES.compare(&mut trial, &pass.history, "n = 25", metrics(&pass))?;
+    trial.figures.push(force_figure("validation_cvodes", CVODES.code, &pass.history, &rows));
+    Ok(trial)
 }
 
 fn mujoco(_: Extent) -> Result<Trial, Failure> {
+    let mut trial = Trial::new(
+        "MuJoCo: rigid bodies on hinges",
+        "A general multibody code with its own kinematics, joint springs, contact detection and soft contacts, applied to the \
+            same chain. Its method is of first order. Agreement is limited by its step of 5 ns, which leaves an error of 8e-7 in the \
+            impulse.",
+    );
     let pass = pass(25)?;
-    let (checks, rows) = MUJOCO.checks(&pass.history, "n = 25", metrics(&pass))?;
-    let figure = Figure {
+    let rows = MUJOCO.compare(&mut trial, &pass.history, "n = 25", metrics(&pass))?;
+    trial.figures.push(Figure {
         name: "validation_mujoco",
         title: "Tip deflection of one pass, Bristle and MuJoCo".to_owned(),
         description: "Tip deflection over time: it rises to 8.7 mm in bounces and a sweep, then swings back through zero to 7 mm; the \
-            curves of both codes coincide."
-            .to_owned(),
-        x: Axis::linear("time t in ms"),
-        y: Axis::linear("s_n in mm"),
+            curves of both codes coincide.",
+        axes: [Axis::linear("time t in ms"), Axis::linear("s_n in mm")],
         curves: vec![
             Curve::new(
                 "Bristle",
@@ -210,33 +211,24 @@ fn mujoco(_: Extent) -> Result<Trial, Failure> {
                 rows.iter().step_by(16).map(|row| (1e3 * row.time_s, 1e3 * row.tip_deflection_m)).collect(),
             ),
         ],
-    };
-    Ok(Trial {
-        title: "MuJoCo: rigid bodies on hinges",
-        text: "A general multibody code with its own kinematics, joint springs, contact detection and soft contacts, applied to the \
-            same chain. Its method is of first order. Agreement is limited by its step of 5 ns, which leaves an error of 8e-7 in the \
-            impulse."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 fn ancf(_: Extent) -> Result<Trial, Failure> {
-    let (coarse, fine) = (pass(100)?, pass(200)?);
-    let (of_coarse, of_fine) = (metrics(&coarse), metrics(&fine));
-    let limits: [f64; 5] = std::array::from_fn(|i| extrapolated(of_coarse[i], of_fine[i]));
-    let (checks, rows) = ANCF.checks(&fine.history, "n = 200; metrics n → ∞", limits)?;
-    Ok(Trial {
-        title: "Exudyn: a beam in absolute nodal coordinates",
-        text: "Not a chain, but the beam that the chain approximates: 64 cable elements of the absolute nodal coordinate \
+    let mut trial = Trial::new(
+        "Exudyn: a beam in absolute nodal coordinates",
+        "Not a chain, but the beam that the chain approximates: 64 cable elements of the absolute nodal coordinate \
             formulation, with the damping `2ζ/Ω_1 · E I`. Its axial stiffness is a thousand times that of the filament, as the \
             chain does not stretch. This checks the limit to which the chain converges. The metrics are extrapolated from n = 100 and \
             200; the trajectory is for n = 200. Agreement is limited by the remaining stretch of the beam: 2e-5 of l_f in the tip, \
             1e-5 in the impulse. (With the filament's own axial stiffness, which the model leaves out, the same pass has 1.8 % more \
-            impulse, a peak force of 4.6 N instead of 6.1 N, and six contacts instead of four.)"
-            .to_owned(),
-        checks,
-        figures: vec![force_figure("validation_ancf", ANCF.code, &fine.history, &rows)],
-    })
+            impulse, a peak force of 4.6 N instead of 6.1 N, and six contacts instead of four.)",
+    );
+    let (coarse, fine) = (pass(100)?, pass(200)?);
+    let (of_coarse, of_fine) = (metrics(&coarse), metrics(&fine));
+    let limits: [f64; 5] = std::array::from_fn(|i| extrapolated(of_coarse[i], of_fine[i]));
+    let rows = ANCF.compare(&mut trial, &fine.history, "n = 200; metrics n → ∞", limits)?;
+    trial.figures.push(force_figure("validation_ancf", ANCF.code, &fine.history, &rows));
+    Ok(trial)
 }

@@ -7,12 +7,12 @@ use bristle::model::settings::{Settings, ToolKind};
 use bristle::simulation::{Pass, simulate};
 use serde::Deserialize;
 
-use super::chains::{extrapolated, extrapolated_twice, order, paper_case};
+use super::chains::{extrapolated, extrapolated_twice, paper_case};
 use super::exact::beam::cantilever_root;
 use super::exact::elastica::buckled_force;
 use super::exact::rotating_beam::splay;
 use super::group::{Extent, Failure, Group};
-use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial};
 use super::{sources, tolerances};
 
 /// The group.
@@ -70,7 +70,13 @@ fn references() -> Result<References, Failure> {
 }
 
 fn passes(_: Extent) -> Result<Trial, Failure> {
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Passes of tilted tools, cones and cups by CasADi and CVODES",
+        "Filaments of five segments on tools whose axes are tilted and skewed, with and without friction: radial ones, cones, and cups \
+            that strike the workpiece, lean over, or touch it all round. Of two tools the trim counts, by three filaments. The other code \
+            states them in the frame of the workpiece, with a clamp that turns about a tilted axis, and integrates with CVODES at 1e-11. \
+            It finds where filaments start by minimising V. Bristle works in the frame of the tool, at a tolerance of 1e-9.",
+    );
     for case in references()?.cases {
         let mut settings = case.input.clone();
         settings.solver.relative_tolerance = 1e-9;
@@ -95,23 +101,12 @@ fn passes(_: Extent) -> Result<Trial, Failure> {
             ));
         }
         for (quantity, error) in errors {
-            let source = sources::CVODES_POSES;
-            checks.push(Check::value(case.name.clone(), quantity, 0.0, source, error, tolerances::POSES));
+            trial.check(&case.name, quantity, 0.0, sources::CVODES_POSES, error, tolerances::POSES);
         }
         let residual = metrics.energy_residual;
-        let (source, tolerance) = (sources::EXACT, tolerances::POSES_ENERGY);
-        checks.push(Check::value(case.name, "energy_residual", 0.0, source, residual, tolerance));
+        trial.check(case.name, "energy_residual", 0.0, sources::EXACT, residual, tolerances::POSES_ENERGY);
     }
-    Ok(Trial {
-        title: "Passes of tilted tools, cones and cups by CasADi and CVODES",
-        text: "Filaments of five segments on tools whose axes are tilted and skewed, with and without friction: radial ones, cones, and cups \
-            that strike the workpiece, lean over, or touch it all round. Of two tools the trim counts, by three filaments. The other code \
-            states them in the frame of the workpiece, with a clamp that turns about a tilted axis, and integrates with CVODES at 1e-11. \
-            It finds where filaments start by minimising V. Bristle works in the frame of the tool, at a tolerance of 1e-9."
-            .to_owned(),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }
 
 /// A cup that is pressed flat, of filaments of the paper's.
@@ -141,7 +136,18 @@ fn splayed(_: Extent) -> Result<Trial, Failure> {
     /// Of the clamp from the axis, over l_f: so near that the filament hardly bends.
     const NEAR: f64 = 3e-5;
     const SEGMENTS: [usize; 3] = [25, 50, 100];
-    let (mut checks, mut markers) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Splay of cups",
+        format!(
+            "The filaments of a cup, parallel to its axis, splay as it turns. Where they bend little, with Ω in `√(E I/(ρ A l_f⁴))`:\n\n\
+            ```text\nw⁗ = Ω² (r_g + w),   w(l_f)/r_g = (cosh Λ + cos Λ)/(1 + cosh Λ cos Λ) − 1,   Λ² = Ω\n```\n\n\
+            so that slow ones bend by `Ω² r_g/8`, that is `ρ A ω² r_g l_f⁴/(8 E I)`, and the deflection grows without limit towards the first natural frequency, Λ = 1.875. Chains \
+            whose clamp is as near to the axis as {NEAR} l_f are extrapolated from n = {}, {} and {}. Cups of the paper's filaments bend more: \
+            by up to 67 mm of 80 mm. Another code minimises their `V = E_spring − ½ ω² Σ ∫ρ² dm` by a trust-region method of SciPy.",
+            SEGMENTS[0], SEGMENTS[1], SEGMENTS[2]
+        ),
+    );
+    let mut markers = Vec::new();
     let paper = paper_case(25, 10.0, 1e-3)?;
     let unit = first_natural_frequency(&paper.filament) / cantilever_root(1).powi(2);
     let near = NEAR * paper.filament.length_m;
@@ -155,11 +161,9 @@ fn splayed(_: Extent) -> Result<Trial, Failure> {
         let exact = splay(speed);
         let subject = format!("Ω = {speed}, r_g = {NEAR} l_f");
         let (source, tolerance) = (sources::BEAM, tolerances::SPLAY);
-        let limit = extrapolated_twice(computed);
-        checks.push(Check::value(format!("{subject}, n → ∞"), "w/r_g", exact, source, limit, tolerance));
-        let order = order(computed[0], computed[1], exact);
-        let (subject, source) = (format!("{subject}, n = {}, {}", SEGMENTS[0], SEGMENTS[1]), sources::CHAIN);
-        checks.push(Check::value(subject, "order of w", 2.0, source, order, tolerances::ORDER));
+        trial.check(format!("{subject}, n → ∞"), "w/r_g", exact, source, extrapolated_twice(computed), tolerance);
+        let subject = format!("{subject}, n = {}, {}", SEGMENTS[0], SEGMENTS[1]);
+        trial.check_order(subject, "order of w", [computed[0], computed[1]], exact);
         markers.push((speed, computed[0]));
     }
     for case in references()?.free_cups {
@@ -173,38 +177,23 @@ fn splayed(_: Extent) -> Result<Trial, Failure> {
             ("height of the tip, over l_f", height - case.height_m),
         ];
         for (quantity, error) in expected {
-            let (source, tolerance) = (sources::SCIPY_POSES, tolerances::MINIMUM);
-            let error = error / case.length_m;
-            checks.push(Check::value(subject.clone(), quantity, 0.0, source, error, tolerance));
+            let tolerance = tolerances::MINIMUM;
+            trial.check(&subject, quantity, 0.0, sources::SCIPY_POSES, error / case.length_m, tolerance);
         }
     }
     let exact = (0..=100).map(|i| 3.3 * f64::from(i) / 100.0).map(|speed| (speed, splay(speed)));
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_splay",
         title: "Splay of a filament that is parallel to the axis".to_owned(),
         description: "Deflection of the tip over the rotational speed: it grows with its square, and then without limit towards the first \
-            natural frequency; the chains lie on the curve."
-            .to_owned(),
-        x: Axis::linear("rotational speed Ω in √(E I/(ρ A l_f⁴))"),
-        y: Axis::linear("deflection of the tip over r_g"),
+            natural frequency; the chains lie on the curve.",
+        axes: [Axis::linear("rotational speed Ω in √(E I/(ρ A l_f⁴))"), Axis::linear("deflection of the tip over r_g")],
         curves: vec![
             Curve::new("beam", Look::Reference, exact.collect()),
             Curve::new("n = 25", Look::Markers, markers),
         ],
-    };
-    Ok(Trial {
-        title: "Splay of cups",
-        text: format!(
-            "The filaments of a cup, parallel to its axis, splay as it turns. Where they bend little, with Ω in `√(E I/(ρ A l_f⁴))`:\n\n\
-            ```text\nw⁗ = Ω² (r_g + w),   w(l_f)/r_g = (cosh Λ + cos Λ)/(1 + cosh Λ cos Λ) − 1,   Λ² = Ω\n```\n\n\
-            so that slow ones bend by `Ω² r_g/8`, that is `ρ A ω² r_g l_f⁴/(8 E I)`, and the deflection grows without limit towards the first natural frequency, Λ = 1.875. Chains \
-            whose clamp is as near to the axis as {NEAR} l_f are extrapolated from n = {}, {} and {}. Cups of the paper's filaments bend more: \
-            by up to 67 mm of 80 mm. Another code minimises their `V = E_spring − ½ ω² Σ ∫ρ² dm` by a trust-region method of SciPy.",
-            SEGMENTS[0], SEGMENTS[1], SEGMENTS[2]
-        ),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// The force in N on a filament of a cup that is pressed flat, without friction.
@@ -219,14 +208,18 @@ fn flat(extent: Extent) -> Result<Trial, Failure> {
     const SEGMENTS: usize = 25;
     /// In m/s.
     const SLOW: f64 = 2.0;
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Cups pressed flat",
+        "Without friction, filaments of a cup whose axis points into the workpiece turn rigidly with it, pressed down and splayed: \
+            `V` and the energy of the contact, `½ k_c δ²`, are least. Another code finds the minimum by a trust-region method of SciPy. The \
+            slower the cup turns, the more its filament is a clamped-free elastica that has buckled, whose force is known: \
+            `P/P_cr = (2K/π)²` with `1 − Δ/l_f = 2E/K − 1` and `Δ = a_e − P/k_c`. It is extrapolated from two velocities and two n.",
+    );
     for case in references()?.flat_cups {
         let settings = cup(case.segments, case.brushing_velocity_m_s, case.penetration_depth_m)?;
         let subject =
             format!("{} m/s, {} mm, n = {}", case.brushing_velocity_m_s, 1e3 * case.penetration_depth_m, case.segments);
-        let computed = flat_force(&settings)?;
-        let (source, tolerance) = (sources::SCIPY_POSES, tolerances::FLAT);
-        checks.push(Check::value(subject, "F_n in N", case.force_n, source, computed, tolerance));
+        trial.check(subject, "F_n in N", case.force_n, sources::SCIPY_POSES, flat_force(&settings)?, tolerances::FLAT);
     }
     let depths: &[f64] = if extent == Extent::Full { &[1e-3, 3e-3] } else { &[3e-3] };
     for &depth in depths {
@@ -242,17 +235,8 @@ fn flat(extent: Extent) -> Result<Trial, Failure> {
         let bending = bending_stiffness(&settings.filament, settings.filament.diameter_m);
         let critical = PI.powi(2) * bending / (4.0 * length.powi(2));
         let exact = buckled_force(depth / length, settings.contact.stiffness_n_m * length / critical);
-        let (subject, source) = (format!("v_b → 0, {} mm, n → ∞", 1e3 * depth), sources::TIMOSHENKO);
-        checks.push(Check::value(subject, "F_n/P_cr", exact, source, computed / critical, tolerances::QUASI_STATICS));
+        let subject = format!("v_b → 0, {} mm, n → ∞", 1e3 * depth);
+        trial.check(subject, "F_n/P_cr", exact, sources::TIMOSHENKO, computed / critical, tolerances::QUASI_STATICS);
     }
-    Ok(Trial {
-        title: "Cups pressed flat",
-        text: "Without friction, filaments of a cup whose axis points into the workpiece turn rigidly with it, pressed down and splayed: \
-            `V` and the energy of the contact, `½ k_c δ²`, are least. Another code finds the minimum by a trust-region method of SciPy. The \
-            slower the cup turns, the more its filament is a clamped-free elastica that has buckled, whose force is known: \
-            `P/P_cr = (2K/π)²` with `1 − Δ/l_f = 2E/K − 1` and `Δ = a_e − P/k_c`. It is extrapolated from two velocities and two n."
-            .to_owned(),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }

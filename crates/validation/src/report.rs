@@ -465,23 +465,28 @@ mod tests {
         let figure = Figure {
             name: "made_up",
             title: "A line".to_owned(),
-            description: "A line [straight]".to_owned(),
-            x: Axis::linear("x"),
-            y: Axis::linear("y"),
+            description: "A line [straight]",
+            axes: [Axis::linear("x"), Axis::linear("y")],
             curves: vec![Curve::new("y = x", Look::Line, vec![(0.0, 0.0), (1.0, 1.0)])],
         };
-        let text = "The formula:\n\n```text\n|x| = y\n```".to_owned();
-        let trial = Trial { title: "A case", text, checks, figures: vec![figure] };
-        vec![Outcome { group: &GROUP, trials: vec![Ok(trial)] }]
+        let trial = Trial::new("A case", "The formula:\n\n```text\n|x| = y\n```");
+        vec![Outcome { group: &GROUP, trials: vec![Ok(Trial { checks, figures: vec![figure], ..trial })] }]
+    }
+
+    /// The comparison that `compare` makes.
+    fn made(compare: impl FnOnce(&mut Trial)) -> Check {
+        let mut trial = Trial::new("", "");
+        compare(&mut trial);
+        trial.checks.remove(0)
     }
 
     fn check(computed: f64) -> Check {
-        let subject = "|x| = 1".to_owned();
-        Check::value(subject, "y_a in m", 0.1 + 0.2, sources::EXACT, computed, tolerances::STATICS)
+        let (source, tolerance) = (sources::EXACT, tolerances::STATICS);
+        made(|trial| trial.check("|x| = 1", "y_a in m", 0.1 + 0.2, source, computed, tolerance))
     }
 
     fn bounded(computed: f64, bounds: [f64; 2]) -> Check {
-        Check::between("one".to_owned(), "z", bounds, sources::SYMMETRY, computed, tolerances::SAME)
+        made(|trial| trial.check("one", "z", bounds, sources::SYMMETRY, computed, tolerances::SAME))
     }
 
     fn csv_rows(outcomes: &[Outcome]) -> Vec<Vec<String>> {
@@ -534,10 +539,9 @@ mod tests {
     #[test]
     fn a_trial_without_numbers_fails() {
         let no_equilibrium = || Err(Failure::NoEquilibrium);
-        let empty = Trial { title: "Empty", text: String::new(), checks: vec![], figures: vec![] };
         for (trial, name, said) in [
             (no_equilibrium(), "Case 2", "could not be computed: no equilibrium was found"),
-            (Ok(empty), "Empty", "compares nothing"),
+            (Ok(Trial::new("Empty", "")), "Empty", "compares nothing"),
         ] {
             let mut outcomes = outcomes(vec![check(0.3)]);
             outcomes[0].trials.push(trial);

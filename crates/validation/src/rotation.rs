@@ -12,13 +12,13 @@ use bristle::tool::{ClampMotion, radial_clamp};
 use serde::Deserialize;
 
 use super::chains::{
-    extrapolated, extrapolated_twice, lesser, order, paper_case, trajectory_rows, unit_chain, untouched, worse,
+    extrapolated, extrapolated_twice, lesser, paper_case, trajectory_rows, unit_beam, unit_chain, untouched, worse,
 };
 use super::exact::beam::cantilever_root;
 use super::exact::rotating_beam::{RotatingBeam, southwell};
 use super::group::{Extent, Failure, Group};
 use super::small_motion::{Direction, modes};
-use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial};
 use super::{sources, tolerances};
 
 /// The group.
@@ -44,7 +44,18 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
     const DIRECTIONS: [(Direction, &str); 2] = [(Direction::OutOfPlane, "flap"), (Direction::InPlane, "lag")];
     let paper = paper_case(25, 30.0, 1e-3)?;
     let ratio = paper.tool.body_radius_m / paper.filament.length_m;
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Flap and lag frequencies of a rotating cantilever",
+        format!(
+            "Out of the plane of rotation (flap), on a hub of radius r (in L), with ω and Ω in `√(E I/(ρ A L⁴))`:\n\n\
+            ```text\nw⁗ − (T w′)′ = ω² w,   T = Ω² [½ (1 − ξ²) + r (1 − ξ)],   ω_lag² = ω_flap² − Ω²\n```\n\n\
+            This is solved by Ritz's method with 22 Legendre polynomials, which reproduces the tables of Wright et al. (1982). Chains \
+            of 25, 50 and 100 segments are extrapolated. The first flap must also lie between `ω² = ω_0² + Ω²` and Southwell's \
+            `ω² = ω_0² + K Ω²`, where K is Rayleigh's quotient of the tension with the mode at rest. The squares of flap and lag \
+            differ by Ω² for a chain of any n. The paper's brush has r_g = {ratio:.1} L; at 30 m/s it turns at Ω = 0.55."
+        ),
+    );
+    let mut curves = Vec::new();
     let hubs: [(f64, &str, &[f64]); 2] =
         [(0.0, "r = 0", &[0.0, 1.0, 2.0, 4.0, 8.0, 12.0]), (ratio, "r = r_g", &[1.0, 2.0, 4.0, 8.0])];
     for (hub, hub_name, speeds) in hubs {
@@ -61,26 +72,17 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
                     let of_mode = computed.map(|frequencies| frequencies[i]);
                     let limit = extrapolated_twice(of_mode);
                     let subject = format!("{name} {}, Ω = {speed}, {hub_name}, n → ∞", i + 1);
-                    let tolerance = tolerances::FREQUENCY;
-                    checks.push(Check::value(subject, "ω", exact[i], sources::WRIGHT, limit, tolerance));
+                    trial.check(subject, "ω", exact[i], sources::WRIGHT, limit, tolerances::FREQUENCY);
                     if i == 0 && direction == Direction::OutOfPlane && speed > 0.0 {
                         let square = |factor: f64| (cantilever_root(1).powi(4) + factor * speed * speed).sqrt();
                         let bounds = [square(1.0), square(southwell(hub))];
                         let subject = format!("flap 1, Ω = {speed}, {hub_name}, n → ∞");
-                        checks.push(Check::between(
-                            subject,
-                            "ω",
-                            bounds,
-                            sources::SOUTHWELL,
-                            limit,
-                            tolerances::SOUTHWELL,
-                        ));
+                        trial.check(subject, "ω", bounds, sources::SOUTHWELL, limit, tolerances::SOUTHWELL);
                     }
                     if i == 0 {
                         let subject =
                             format!("{name} 1, Ω = {speed}, {hub_name}, n = {}, {}", SEGMENTS[1], SEGMENTS[2]);
-                        let order = order(of_mode[1], of_mode[2], exact[i]);
-                        checks.push(Check::value(subject, "order of ω", 2.0, sources::CHAIN, order, tolerances::ORDER));
+                        trial.check_order(subject, "order of ω", [of_mode[1], of_mode[2]], exact[i]);
                     }
                 }
             }
@@ -88,8 +90,7 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
                 let [flap, lag] = DIRECTIONS.map(|(direction, _)| at(25, direction)[0]);
                 let computed = (flap.powi(2) - lag.powi(2)) / speed.powi(2);
                 let subject = format!("mode 1, Ω = {speed}, {hub_name}, n = 25");
-                let quantity = "(ω_flap² − ω_lag²)/Ω²";
-                checks.push(Check::value(subject, quantity, 1.0, sources::EXACT, computed, tolerances::DIFFERENCES));
+                trial.check(subject, "(ω_flap² − ω_lag²)/Ω²", 1.0, sources::EXACT, computed, tolerances::DIFFERENCES);
             }
         }
         for (direction, name) in DIRECTIONS {
@@ -104,34 +105,20 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
             curves.push(Curve::new(format!("{name}, {hub_name}, n = 25"), Look::Markers, points.collect()));
         }
     }
-    checks.push(paper_brush()?);
-    let figure = Figure {
+    check_paper_brush(&mut trial)?;
+    trial.figures.push(Figure {
         name: "validation_rotation",
         title: "First frequencies of a rotating cantilever".to_owned(),
         description: "Frequencies over the rotational speed: flap and lag rise from 3.5 at rest, on the curves of the \
-            rotating beam, faster on a hub; lag stays below flap."
-            .to_owned(),
-        x: Axis::linear("rotational speed Ω in √(E I/(ρ A L⁴))"),
-        y: Axis::linear("frequency ω in √(E I/(ρ A L⁴))"),
+            rotating beam, faster on a hub; lag stays below flap.",
+        axes: [Axis::linear("rotational speed Ω in √(E I/(ρ A L⁴))"), Axis::linear("frequency ω in √(E I/(ρ A L⁴))")],
         curves,
-    };
-    Ok(Trial {
-        title: "Flap and lag frequencies of a rotating cantilever",
-        text: format!(
-            "Out of the plane of rotation (flap), on a hub of radius r (in L), with ω and Ω in `√(E I/(ρ A L⁴))`:\n\n\
-            ```text\nw⁗ − (T w′)′ = ω² w,   T = Ω² [½ (1 − ξ²) + r (1 − ξ)],   ω_lag² = ω_flap² − Ω²\n```\n\n\
-            This is solved by Ritz's method with 22 Legendre polynomials, which reproduces the tables of Wright et al. (1982). Chains \
-            of 25, 50 and 100 segments are extrapolated. The first flap must also lie between `ω² = ω_0² + Ω²` and Southwell's \
-            `ω² = ω_0² + K Ω²`, where K is Rayleigh's quotient of the tension with the mode at rest. The squares of flap and lag \
-            differ by Ω² for a chain of any n. The paper's brush has r_g = {ratio:.1} L; at 30 m/s it turns at Ω = 0.55."
-        ),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// The paper's brush at its highest velocity.
-fn paper_brush() -> Result<Check, Failure> {
+fn check_paper_brush(trial: &mut Trial) -> Result<(), Failure> {
     let settings = paper_case(25, 30.0, 1e-3)?;
     let length = settings.filament.length_m;
     let speed = settings.process.brushing_velocity_m_s / (settings.tool.body_radius_m + length);
@@ -142,9 +129,9 @@ fn paper_brush() -> Result<Check, Failure> {
         chain_frequencies(chain, speed, settings.tool.body_radius_m, Direction::OutOfPlane)[0] / unit
     };
     let exact = RotatingBeam { speed: speed / unit, hub: settings.tool.body_radius_m / length }.flap()[0];
-    let computed = extrapolated_twice(SEGMENTS.map(flap));
-    let subject = "the paper's brush at 30 m/s, n → ∞".to_owned();
-    Ok(Check::value(subject, "ω of flap 1", exact, sources::WRIGHT, computed, tolerances::FREQUENCY))
+    let (subject, computed) = ("the paper's brush at 30 m/s, n → ∞", extrapolated_twice(SEGMENTS.map(flap)));
+    trial.check(subject, "ω of flap 1", exact, sources::WRIGHT, computed, tolerances::FREQUENCY);
+    Ok(())
 }
 
 /// A clamp at the axis that is accelerated to 6 rad/s in 15 s (Simo and Vu-Quoc 1986).
@@ -187,17 +174,11 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
     // E I = 1.4e4 N m², ρ A = 1.2 kg/m; any diameter.
     let diameter: f64 = 0.1;
     let beam = |segments: usize| FilamentSettings {
-        segments,
         length_m: LENGTH,
         diameter_m: diameter,
         density_kg_m3: 1.2 / (PI * diameter.powi(2) / 4.0),
         youngs_modulus_pa: 1.4e4 / (PI * diameter.powi(4) / 64.0),
-        tip_diameter_m: None,
-        waviness_amplitude_m: 0.0,
-        waviness_length_m: None,
-        waviness_phase_rad: 0.0,
-        lateral_tilt_rad: 0.0,
-        damping_ratio: 0.0,
+        ..unit_beam(segments)
     };
     // Tip along and across the clamp's direction, at the instants of the rows.
     let course = |segments: usize| -> Result<Vec<[f64; 2]>, Failure> {
@@ -221,48 +202,35 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
         return Err(Failure::Reference("the spin-up ends before its reference".to_owned()));
     }
     let expected = |row: &SpinUpRow| [row.tip_along_m, row.tip_across_m];
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Spin-up of a flexible beam",
+        "The beam of Simo and Vu-Quoc (1986), with L = 10, E I = 1.4e4, ρ A = 1.2, undamped, clamped at the axis and turned by\n\n\
+            ```text\nψ = (6/15) [t²/2 + (15/2π)² (cos(2πt/15) − 1)] for t < 15,   6t − 45 after\n```\n\n\
+            A theory without centrifugal stiffening diverges here. The published beam stretches, but the chain does not. The reference \
+            is therefore Exudyn's cable elements with a hundred times the axial stiffness; its error is 5e-6 m (Exudyn's geometrically \
+            exact elements agree with it to 8e-7 m). With the published stiffness the tip differs by 5e-4 m along and 9e-5 m across. \
+            Chains of 25 and 50 segments are extrapolated at each instant.",
+    );
     for (i, quantity) in ["tip along, over L", "tip across, over L"].into_iter().enumerate() {
         let differences = rows.iter().zip(&limit).map(|(row, limit)| (expected(row)[i] - limit[i]).abs() / LENGTH);
         let subject = format!("largest difference at {} instants, n → ∞", rows.len());
-        let error = differences.fold(0.0, worse);
-        checks.push(Check::value(subject, quantity, 0.0, sources::SIMO, error, tolerances::SPIN_UP));
+        trial.check(subject, quantity, 0.0, sources::SIMO, differences.fold(0.0, worse), tolerances::SPIN_UP);
     }
     let deepest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, lesser) / LENGTH;
     let (exact, computed) =
         (deepest(&mut rows.iter().map(|row| row.tip_across_m)), deepest(&mut limit.iter().map(|tip| tip[1])));
     let subject = "n → ∞".to_owned();
-    checks.push(Check::value(
-        subject,
-        "largest lag of the tip, over L",
-        exact,
-        sources::SIMO,
-        computed,
-        tolerances::SPIN_UP,
-    ));
-    let figure = Figure {
+    trial.check(subject, "largest lag of the tip, over L", exact, sources::SIMO, computed, tolerances::SPIN_UP);
+    trial.figures.push(Figure {
         name: "validation_spin_up",
         title: "Tip of a beam that is spun up, across its clamp".to_owned(),
         description: "Deflection of the tip over time: it lags by up to 0.57 m at 6.8 s and returns to a small vibration about zero \
-            from 15 s on; the curves of both codes coincide."
-            .to_owned(),
-        x: Axis::linear("time t in s"),
-        y: Axis::linear("tip across the clamp's direction in m"),
+            from 15 s on; the curves of both codes coincide.",
+        axes: [Axis::linear("time t in s"), Axis::linear("tip across the clamp's direction in m")],
         curves: vec![
             Curve::new("chain, n → ∞", Look::Line, rows.iter().zip(&limit).map(|(row, tip)| (row.time_s, tip[1])).collect()),
             Curve::new("Exudyn", Look::Markers, rows.iter().step_by(4).map(|row| (row.time_s, row.tip_across_m)).collect()),
         ],
-    };
-    Ok(Trial {
-        title: "Spin-up of a flexible beam",
-        text: "The beam of Simo and Vu-Quoc (1986), with L = 10, E I = 1.4e4, ρ A = 1.2, undamped, clamped at the axis and turned by\n\n\
-            ```text\nψ = (6/15) [t²/2 + (15/2π)² (cos(2πt/15) − 1)] for t < 15,   6t − 45 after\n```\n\n\
-            A theory without centrifugal stiffening diverges here. The published beam stretches, but the chain does not. The reference \
-            is therefore Exudyn's cable elements with a hundred times the axial stiffness; its error is 5e-6 m (Exudyn's geometrically \
-            exact elements agree with it to 8e-7 m). With the published stiffness the tip differs by 5e-4 m along and 9e-5 m across. \
-            Chains of 25 and 50 segments are extrapolated at each instant."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }

@@ -5,12 +5,12 @@ use bristle::model::filament::{chain, first_natural_frequency};
 use bristle::model::settings::FilamentSettings;
 use bristle::tool::ClampMotion;
 
-use super::chains::{WALL, error_figure, extrapolated, extrapolated_twice, order, unit_beam};
+use super::chains::{WALL, error_figure, extrapolated, extrapolated_twice, unit_beam};
 use super::equilibrium::{Load, Shape, equilibrium};
 use super::exact::taper::{first_frequency, turn_by_moment};
 use super::group::{Extent, Failure, Group};
 use super::small_motion::{Direction, modes};
-use super::trial::{Check, Trial};
+use super::trial::Trial;
 use super::{sources, tolerances};
 
 /// The group.
@@ -31,45 +31,27 @@ fn cone(_: Extent) -> Result<Trial, Failure> {
         let modes = modes(chain(&filament(taper, segments), [0.0; 3]), &WALL.at(0.0), 0.0, direction);
         modes[0].frequency
     };
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "First frequency of a truncated cone",
+        "A clamped filament whose diameter falls linearly from the root to the tip, with `ρ A = E I = L = 1` at the root. Its modes \
+            are Bessel functions of order 2. For a full cone the frequency is 8.719. The damping of the joints refers to the frequency of \
+            the beam, which the program computes by an iteration.",
+    );
     for taper in TAPERS {
         let exact = first_frequency(taper);
         let of_segments = |segments: usize| at(taper, segments, Direction::InPlane);
         let computed = extrapolated_twice([25, 50, 100].map(of_segments));
         let subject = |what: &str| format!("d_tip/d = {taper}, {what}");
         let (source, tolerance) = (sources::NAGULESWARAN, tolerances::FREQUENCY);
-        checks.push(Check::value(subject("n → ∞"), "Ω_1", exact, source, computed, tolerance));
-        let order = order(of_segments(50), of_segments(100), exact);
-        checks.push(Check::value(
-            subject("n = 50, 100"),
-            "order of Ω_1",
-            2.0,
-            sources::CHAIN,
-            order,
-            tolerances::ORDER,
-        ));
+        trial.check(subject("n → ∞"), "Ω_1", exact, source, computed, tolerance);
+        trial.check_order(subject("n = 50, 100"), "order of Ω_1", [of_segments(50), of_segments(100)], exact);
         let of_beam = first_natural_frequency(&filament(taper, 25));
-        checks.push(Check::value(subject("for the damping"), "Ω_1", exact, source, of_beam, tolerance));
+        trial.check(subject("for the damping"), "Ω_1", exact, source, of_beam, tolerance);
         let difference = at(taper, 25, Direction::OutOfPlane) / of_segments(25) - 1.0;
         let quantity = "ω out of plane over in plane − 1";
-        checks.push(Check::value(
-            subject("n = 25"),
-            quantity,
-            0.0,
-            sources::SYMMETRY,
-            difference,
-            tolerances::DIFFERENCES,
-        ));
+        trial.check(subject("n = 25"), quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES);
     }
-    Ok(Trial {
-        title: "First frequency of a truncated cone",
-        text: "A clamped filament whose diameter falls linearly from the root to the tip, with `ρ A = E I = L = 1` at the root. Its modes \
-            are Bessel functions of order 2. For a full cone the frequency is 8.719. The damping of the joints refers to the frequency of \
-            the beam, which the program computes by an iteration."
-            .to_owned(),
-        checks,
-        figures: Vec::new(),
-    })
+    Ok(trial)
 }
 
 /// A wavy, tapered filament of length 1.
@@ -115,36 +97,30 @@ fn curved(_: Extent) -> Result<Trial, Failure> {
         let Shape { tip: [x, y, _], .. } = equilibrium(chain, Load { force: [0.0; 3], moment: turn }, 16)?;
         Ok([x, y])
     };
-    let mut checks = Vec::new();
-    for turn in TURNS {
-        let (exact, coarse, fine) = (tip_of_beam(turn), tip(COARSE, turn)?, tip(FINE, turn)?);
-        for (i, quantity) in ["x/L of the tip", "y/L of the tip"].into_iter().enumerate() {
-            let computed = extrapolated(coarse[i], fine[i]);
-            let subject = format!("M = {turn} E I/L, n → ∞");
-            checks.push(Check::value(subject, quantity, exact[i], sources::CURVED_BEAM, computed, tolerances::SHAPE));
-        }
-        let subject = format!("M = {turn} E I/L, n = {COARSE}, {FINE}");
-        let order = order(coarse[0], fine[0], exact[0]);
-        checks.push(Check::value(subject, "order of x", 2.0, sources::CHAIN, order, tolerances::ORDER));
-    }
-    let names = ["M = 0.5 E I/L".to_owned(), "M = 2 E I/L".to_owned()];
-    let figure =
-        error_figure("validation_curved", "Tip of a wavy, tapered filament under an end moment", names, |segments| {
-            let mut errors = [0.0; 2];
-            for (error, turn) in errors.iter_mut().zip([0.5, 2.0]) {
-                *error = tip(segments, turn)?[0] / tip_of_beam(turn)[0] - 1.0;
-            }
-            Ok(errors)
-        })?;
-    Ok(Trial {
-        title: "Wavy, tapered filament under an end moment",
-        text: format!(
+    let mut trial = Trial::new(
+        "Wavy, tapered filament under an end moment",
+        format!(
             "A clamped filament of length L with the waviness `A = {AMPLITUDE} L`, `λ = {WAVE} L`, `ψ = {PHASE}` and `d_tip/d = {TAPER}`. \
              A moment `M` at its tip adds `∫ M/(E I) ds` to the relaxed angle: `θ(s) = arcsin y_0'(s) + M L/(E I) [1 − (1 − (1 − {TAPER}) \
              s/L)⁻³]/(3 ({TAPER} − 1))`, with `E I` at the root. The tip is at the integral of `(cos θ, sin θ)`. Without a moment the \
              filament is relaxed."
         ),
-        checks,
-        figures: vec![figure],
-    })
+    );
+    for turn in TURNS {
+        let (exact, coarse, fine) = (tip_of_beam(turn), tip(COARSE, turn)?, tip(FINE, turn)?);
+        for (i, quantity) in ["x/L of the tip", "y/L of the tip"].into_iter().enumerate() {
+            let computed = extrapolated(coarse[i], fine[i]);
+            let subject = format!("M = {turn} E I/L, n → ∞");
+            trial.check(subject, quantity, exact[i], sources::CURVED_BEAM, computed, tolerances::SHAPE);
+        }
+        let subject = format!("M = {turn} E I/L, n = {COARSE}, {FINE}");
+        trial.check_order(subject, "order of x", [coarse[0], fine[0]], exact[0]);
+    }
+    let turns = [0.5, 2.0];
+    let labels = turns.map(|turn| format!("M = {turn} E I/L"));
+    let title = "Tip of a wavy, tapered filament under an end moment";
+    trial.figures.push(error_figure("validation_curved", title, labels, |curve, segments| {
+        Ok(tip(segments, turns[curve])?[0] / tip_of_beam(turns[curve])[0] - 1.0)
+    })?);
+    Ok(trial)
 }

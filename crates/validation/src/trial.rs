@@ -4,8 +4,9 @@ use bristle_report::drawing::diagram::Diagram;
 pub use bristle_report::drawing::diagram::{Curve, Look};
 pub use bristle_report::drawing::scale::Axis;
 
-use super::sources::Source;
-use super::tolerances::{Measure, Tolerance};
+use super::chains::logarithmic_slope;
+use super::sources::{self, Source};
+use super::tolerances::{self, Measure, Tolerance};
 
 /// A group of checks against one reference, which is one section of the page. Printed text calls it a case.
 #[derive(Clone, Debug)]
@@ -18,6 +19,80 @@ pub struct Trial {
     pub checks: Vec<Check>,
     /// Their diagrams.
     pub figures: Vec<Figure>,
+}
+
+impl Trial {
+    /// A trial that compares nothing yet.
+    pub fn new(title: &'static str, text: impl Into<String>) -> Self {
+        Self { title, text: text.into(), checks: Vec::new(), figures: Vec::new() }
+    }
+
+    /// Compares a number with what it should be: a value, or between two bounds, for which the tolerance must be zero.
+    pub fn check(
+        &mut self,
+        subject: impl Into<String>,
+        quantity: &'static str,
+        expected: impl Into<Expected>,
+        source: &'static Source,
+        computed: f64,
+        tolerance: &'static Tolerance,
+    ) {
+        let (subject, expected) = (subject.into(), expected.into());
+        self.checks.push(Check { subject, quantity, expected, source, computed, tolerance });
+    }
+
+    /// Compares the order of convergence from n to 2n, whose solutions are `coarse` and `fine`, with that of the chain.
+    pub fn check_order(&mut self, subject: String, quantity: &'static str, [coarse, fine]: [f64; 2], exact: f64) {
+        let order = ((coarse - exact) / (fine - exact)).abs().log2();
+        self.check(subject, quantity, 2.0, sources::CHAIN, order, tolerances::ORDER);
+    }
+
+    /// Compares a number that should lie between the bounds of a tolerance. It never passes if the tolerance has no bounds.
+    pub fn check_within(
+        &mut self,
+        subject: impl Into<String>,
+        quantity: &'static str,
+        source: &'static Source,
+        computed: f64,
+        tolerance: &'static Tolerance,
+    ) {
+        let bounds = match tolerance.measure {
+            Measure::Between(low, high) => [low, high],
+            Measure::Relative | Measure::Absolute => [f64::NAN; 2],
+        };
+        self.check(subject, quantity, bounds, source, computed, tolerance);
+    }
+
+    /// Adds the diagram of some errors over the solver's tolerance, and checks that the slope of each curve is one. Slopes use only
+    /// errors above `known`, the error of the reference.
+    pub fn study_tolerance(
+        &mut self,
+        name: &'static str,
+        title: &str,
+        courses: Vec<(String, Vec<(f64, f64)>)>,
+        known: f64,
+    ) {
+        let mut curves = Vec::new();
+        let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+        for (label, course) in courses {
+            let above: Vec<(f64, f64)> = course.iter().copied().filter(|(_, error)| *error > known).collect();
+            let (subject, slope) = (format!("slope over the tolerance, {label}"), logarithmic_slope(&above));
+            self.check_within(subject, "order", sources::CONTROL, slope, tolerances::SLOPE);
+            for (tolerance, _) in &course {
+                (low, high) = (low.min(*tolerance), high.max(*tolerance));
+            }
+            curves.push(Curve::new(label, Look::Joined, course));
+        }
+        curves.push(Curve::new("error = tolerance", Look::Reference, vec![(low, low), (high, high)]));
+        self.figures.push(Figure {
+            name,
+            title: title.to_owned(),
+            description: "Errors over the solver's tolerance, both logarithmic: they fall in proportion to it, down to the accuracy of \
+                the reference.",
+            axes: [Axis::logarithmic("relative tolerance of the solver"), Axis::logarithmic("error")],
+            curves,
+        });
+    }
 }
 
 /// One computed number and its reference.
@@ -46,46 +121,19 @@ pub enum Expected {
     Between(f64, f64),
 }
 
+impl From<f64> for Expected {
+    fn from(value: f64) -> Self {
+        Self::Value(value)
+    }
+}
+
+impl From<[f64; 2]> for Expected {
+    fn from([low, high]: [f64; 2]) -> Self {
+        Self::Between(low, high)
+    }
+}
+
 impl Check {
-    /// A number that should be `expected`.
-    pub fn value(
-        subject: String,
-        quantity: &'static str,
-        expected: f64,
-        source: &'static Source,
-        computed: f64,
-        tolerance: &'static Tolerance,
-    ) -> Self {
-        Self { subject, quantity, expected: Expected::Value(expected), source, computed, tolerance }
-    }
-
-    /// A number that should lie between `low` and `high`; the tolerance must be zero.
-    pub fn between(
-        subject: String,
-        quantity: &'static str,
-        [low, high]: [f64; 2],
-        source: &'static Source,
-        computed: f64,
-        tolerance: &'static Tolerance,
-    ) -> Self {
-        Self { subject, quantity, expected: Expected::Between(low, high), source, computed, tolerance }
-    }
-
-    /// A number that should lie between the bounds of a tolerance. It never passes if the tolerance has no bounds.
-    pub fn within(
-        subject: String,
-        quantity: &'static str,
-        source: &'static Source,
-        computed: f64,
-        tolerance: &'static Tolerance,
-    ) -> Self {
-        let bounds = match tolerance.measure {
-            Measure::Between(low, high) => [low, high],
-            Measure::Relative | Measure::Absolute => [f64::NAN; 2],
-        };
-        Self::between(subject, quantity, bounds, source, computed, tolerance)
-    }
-
     /// The lowest and the highest passing number.
     pub fn limits(&self) -> [f64; 2] {
         match self.expected {
@@ -130,11 +178,9 @@ pub struct Figure {
     /// Heading.
     pub title: String,
     /// Alternative text: what the diagram shows.
-    pub description: String,
-    /// The horizontal axis.
-    pub x: Axis,
-    /// The vertical axis.
-    pub y: Axis,
+    pub description: &'static str,
+    /// The horizontal and the vertical axis.
+    pub axes: [Axis; 2],
     /// The curves, in drawing order.
     pub curves: Vec<Curve>,
 }
@@ -142,7 +188,7 @@ pub struct Figure {
 impl Figure {
     /// The diagram as the text of an SVG file.
     pub fn svg(&self) -> String {
-        let Self { title, x, y, curves, .. } = self.clone();
+        let Self { title, axes: [x, y], curves, .. } = self.clone();
         Diagram { title, subtitle: String::new(), x, y, curves }.draw().svg()
     }
 }

@@ -11,13 +11,13 @@ use bristle::simulation::integrate;
 use bristle::tool::ClampMotion;
 
 use super::chains::{
-    SEGMENTS, WALL, crossing, error_figure, extrapolated, extrapolated_twice, logarithmic_slope, order, paper_case,
+    SEGMENTS, WALL, crossing, error_figure, extrapolated, extrapolated_twice, logarithmic_slope, paper_case,
     unit_chain, untouched, without_stiffness, worse,
 };
 use super::exact::beam::{cantilever_root, hanging_rope};
 use super::group::{Extent, Failure, Group};
 use super::small_motion::{Direction, modes};
-use super::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial};
 use super::{sources, tolerances};
 
 /// The group.
@@ -43,16 +43,20 @@ fn cantilever(_: Extent) -> Result<Trial, Failure> {
     let exact: [f64; MODES] = std::array::from_fn(|i| cantilever_root(i + 1).powi(2));
     let at = |segments: usize, direction| frequencies::<MODES>(unit_chain(segments), direction);
     let in_plane = BTreeMap::from(SEGMENTS.map(|segments| (segments, at(segments, Direction::InPlane))));
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "First five frequencies of a cantilever",
+        "`ω_k = (β_k L)² √(E I/(ρ A L⁴))` with the roots of `cos βL cosh βL = −1`. In the plane of rotation (θ) and out \
+            of it (φ) the chain behaves the same. The ends of its segments lie on the beam, so frequencies converge from below, and \
+            their errors fall as n⁻². Orders are those between successive n from 10 on; the extrapolation is from n = 25, 50 and 100.",
+    );
     for (i, exact) in exact.into_iter().enumerate() {
         let computed = extrapolated_twice([25, 50, 100].map(|segments| in_plane[&segments][i])) / exact;
-        let subject = format!("mode {}, n → ∞", i + 1);
-        checks.push(Check::value(subject, "ω/ω_beam", 1.0, sources::BEAM, computed, tolerances::FREQUENCY));
+        trial.check(format!("mode {}, n → ∞", i + 1), "ω/ω_beam", 1.0, sources::BEAM, computed, tolerances::FREQUENCY);
         for pair in COMPARED[1..].windows(2) {
             let error = |segments: usize| (in_plane[&segments][i] / exact - 1.0).abs();
             let order = -logarithmic_slope(&[pair[0], pair[1]].map(|segments| (segments as f64, error(segments))));
             let subject = format!("mode {}, n = {}, {}", i + 1, pair[0], pair[1]);
-            checks.push(Check::value(subject, "order of ω", 2.0, sources::CHAIN, order, tolerances::ORDER));
+            trial.check(subject, "order of ω", 2.0, sources::CHAIN, order, tolerances::ORDER);
         }
     }
     for segments in COMPARED {
@@ -60,31 +64,16 @@ fn cantilever(_: Extent) -> Result<Trial, Failure> {
         let difference = (0..MODES).map(|i| (flap[i] / lag[i] - 1.0).abs()).fold(0.0, worse);
         let subject = format!("modes 1 to 5, n = {segments}");
         let quantity = "ω out of plane over in plane − 1";
-        checks.push(Check::value(subject, quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES));
+        trial.check(subject, quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES);
     }
     let error = in_plane[&25][0] / exact[0] - 1.0;
-    checks.push(Check::value(
-        "mode 1, n = 25".to_owned(),
-        "ω/ω_beam − 1",
-        -0.73e-3,
-        sources::MODEL,
-        error,
-        tolerances::QUOTED,
-    ));
-    let names = std::array::from_fn(|i| format!("mode {}", i + 1));
+    trial.check("mode 1, n = 25", "ω/ω_beam − 1", -0.73e-3, sources::MODEL, error, tolerances::QUOTED);
+    let labels = (1..=MODES).map(|mode| format!("mode {mode}"));
     let title = "Frequencies of the clamped chain against the beam";
-    let figure = error_figure("validation_cantilever", title, names, |segments| {
-        Ok(std::array::from_fn::<f64, MODES, _>(|i| in_plane[&segments][i] / exact[i] - 1.0))
-    })?;
-    Ok(Trial {
-        title: "First five frequencies of a cantilever",
-        text: "`ω_k = (β_k L)² √(E I/(ρ A L⁴))` with the roots of `cos βL cosh βL = −1`. In the plane of rotation (θ) and out \
-            of it (φ) the chain behaves the same. The ends of its segments lie on the beam, so frequencies converge from below, and \
-            their errors fall as n⁻². Orders are those between successive n from 10 on; the extrapolation is from n = 25, 50 and 100."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    trial.figures.push(error_figure("validation_cantilever", title, labels, |mode, segments| {
+        Ok(in_plane[&segments][mode] / exact[mode] - 1.0)
+    })?);
+    Ok(trial)
 }
 
 /// Size of the motion, in rad.
@@ -138,7 +127,13 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Sw
 }
 
 fn damping(_: Extent) -> Result<Trial, Failure> {
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Damping ratio of the first mode",
+        "The paper's filament is released from its first mode, of 1 mrad, and swings to rest. The extremes of its tip and \
+            their times give the logarithmic decrement, and thus ζ, and the frequency `ω_d = Ω_1 √(1 − ζ²)`. As the dampers are \
+            proportional to the springs, the chain's damping ratio is off by as much as its frequency: 0.073 % at n = 25.",
+    );
+    let mut curves = Vec::new();
     for (damping_ratio, direction, name) in [
         (0.01, Direction::InPlane, "in the plane"),
         (0.05, Direction::InPlane, "in the plane"),
@@ -157,36 +152,22 @@ fn damping(_: Extent) -> Result<Trial, Failure> {
         for (i, quantity) in ["damping ratio", "ω_d/Ω_1"].into_iter().enumerate() {
             let subject = format!("ζ = {damping_ratio}, {name}, n → ∞");
             let computed = extrapolated(coarse[i], fine[i]);
-            checks.push(Check::value(subject, quantity, exact[i], sources::MODEL, computed, tolerances::DAMPING));
+            trial.check(subject, quantity, exact[i], sources::MODEL, computed, tolerances::DAMPING);
         }
         let subject = format!("ζ = {damping_ratio}, {name}, n = 25");
-        checks.push(Check::value(
-            subject,
-            "damping ratio",
-            exact[0],
-            sources::MODEL,
-            coarse[0],
-            tolerances::DAMPING_25,
-        ));
+        trial.check(subject, "damping ratio", exact[0], sources::MODEL, coarse[0], tolerances::DAMPING_25);
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_damping",
         title: "Extremes of the tip of a filament that swings to rest".to_owned(),
-        description: "Extremes over time, falling on straight lines of three slopes, one for each damping ratio."
-            .to_owned(),
-        x: Axis::linear("time in periods of the undamped beam"),
-        y: Axis::logarithmic("deflection of the tip over the first"),
+        description: "Extremes over time, falling on straight lines of three slopes, one for each damping ratio.",
+        axes: [
+            Axis::linear("time in periods of the undamped beam"),
+            Axis::logarithmic("deflection of the tip over the first"),
+        ],
         curves,
-    };
-    Ok(Trial {
-        title: "Damping ratio of the first mode",
-        text: "The paper's filament is released from its first mode, of 1 mrad, and swings to rest. The extremes of its tip and \
-            their times give the logarithmic decrement, and thus ζ, and the frequency `ω_d = Ω_1 √(1 − ζ²)`. As the dampers are \
-            proportional to the springs, the chain's damping ratio is off by as much as its frequency: 0.073 % at n = 25."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 fn hanging_chain(_: Extent) -> Result<Trial, Failure> {
@@ -199,33 +180,29 @@ fn hanging_chain(_: Extent) -> Result<Trial, Failure> {
         let chain = Chain { gravity: [1.0, 0.0, 0.0], ..without_stiffness(unit_chain(segments)) };
         frequencies::<HANGING_MODES>(chain, direction)
     };
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Hanging chain without stiffness",
+        "For `E I → 0` weight alone restores the filament: a rope with the frequencies `ω_k = ½ j_{0,k} √(g/L)`, half the \
+            zeros of the Bessel function J₀. Rigid segments under tension approach it with an error of order n⁻².",
+    );
     let in_plane = BTreeMap::from(SEGMENTS.map(|segments| (segments, at(segments, Direction::InPlane))));
     let out_of_plane = at(COARSE, Direction::OutOfPlane);
     for i in 0..HANGING_MODES {
         let exact = hanging_rope(i + 1);
         let computed = extrapolated_twice([HALF, COARSE, FINE].map(|segments| in_plane[&segments][i]));
         let subject = format!("mode {}, n → ∞", i + 1);
-        checks.push(Check::value(subject, "ω √(L/g)", exact, sources::BERNOULLI, computed, tolerances::FREQUENCY));
+        trial.check(subject, "ω √(L/g)", exact, sources::BERNOULLI, computed, tolerances::FREQUENCY);
         let subject = format!("mode {}, n = {}, {}", i + 1, COARSE, FINE);
-        let order = order(in_plane[&COARSE][i], in_plane[&FINE][i], exact);
-        checks.push(Check::value(subject, "order of ω", 2.0, sources::CHAIN, order, tolerances::ORDER));
+        trial.check_order(subject, "order of ω", [in_plane[&COARSE][i], in_plane[&FINE][i]], exact);
         let difference = (out_of_plane[i] / in_plane[&COARSE][i] - 1.0).abs();
         let subject = format!("mode {}, n = {}", i + 1, COARSE);
         let quantity = "ω out of plane over in plane − 1";
-        checks.push(Check::value(subject, quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES));
+        trial.check(subject, quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES);
     }
-    let names = std::array::from_fn::<_, HANGING_MODES, _>(|i| format!("mode {}", i + 1));
+    let labels = (1..=HANGING_MODES).map(|mode| format!("mode {mode}"));
     let title = "Frequencies of the hanging chain against the rope";
-    let figure = error_figure("validation_hanging_chain", title, names, |segments| {
-        Ok(std::array::from_fn::<f64, HANGING_MODES, _>(|i| in_plane[&segments][i] / hanging_rope(i + 1) - 1.0))
-    })?;
-    Ok(Trial {
-        title: "Hanging chain without stiffness",
-        text: "For `E I → 0` weight alone restores the filament: a rope with the frequencies `ω_k = ½ j_{0,k} √(g/L)`, half the \
-            zeros of the Bessel function J₀. Rigid segments under tension approach it with an error of order n⁻²."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    trial.figures.push(error_figure("validation_hanging_chain", title, labels, |mode, segments| {
+        Ok(in_plane[&segments][mode] / hanging_rope(mode + 1) - 1.0)
+    })?);
+    Ok(trial)
 }

@@ -6,7 +6,7 @@ use bristle::model::settings::{BrushSettings, Settings};
 
 use super::rows::{AROUND, row, with};
 use crate::group::{Extent, Failure};
-use crate::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use crate::trial::{Axis, Curve, Figure, Look, Trial};
 use crate::{sources, tolerances};
 
 /// Filaments of the paper's brush.
@@ -42,7 +42,15 @@ pub fn steady(extent: Extent) -> Result<Trial, Failure> {
     };
     let base = steady_row(SEGMENTS, DEPTH)?;
     let of_base = simulate_brush(&base, 1)?;
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "A steady stretch, and what it depends on",
+        "A planar row of 682 filaments around, n = 8, at 10 m/s, without friction. `F_n,w = p̄_n N_f ω/(2π)` with the mean \
+            impulse of the columns between entry and exit, and N_f = 10 500 as in the paper's brush. docs/MODEL.md states the forces, \
+            from a prototype, another code. The mean at 1 mm is computed again with one setting changed at a time. Brushes of \
+            several rows are staggered, 1.3 mm apart and periodic along the axis, and each filament is tilted out of its plane at random, \
+            by 1e-3 rad.",
+    );
+    let mut curves = Vec::new();
     for &(depth, of_row, of_one) in known {
         let settings = steady_row(SEGMENTS, depth)?;
         let result = if settings == base { of_base.clone() } else { simulate_brush(&settings, 1)? };
@@ -51,35 +59,22 @@ pub fn steady(extent: Extent) -> Result<Trial, Failure> {
             ("F_n,w in N", of_row, result.tool.contact_normal_impulse_n_s),
             ("F_n,w in N, alone", of_one, result.alone.contact_normal_impulse_n_s),
         ] {
-            let (computed, tolerance) = (force(&settings, impulse), tolerances::KNOWN_ROW);
-            checks.push(Check::value(subject.clone(), quantity, known, sources::KNOWN_ROW, computed, tolerance));
+            let tolerance = tolerances::KNOWN_ROW;
+            trial.check(&subject, quantity, known, sources::KNOWN_ROW, force(&settings, impulse), tolerance);
         }
         curves.extend(along_columns(depth, &result));
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_columns",
         title: "Impulse of each filament of a planar row at 10 m/s".to_owned(),
         description: "Contact normal impulse over the column for two depths: the first filaments have more than later ones, a steady \
             stretch follows, and the last ones differ again; at 1 mm the stretch lies below the impulse of one filament alone, at 3 mm \
-            above."
-            .to_owned(),
-        x: Axis::linear("column"),
-        y: Axis::linear("p_n in mN s"),
+            above.",
+        axes: [Axis::linear("column"), Axis::linear("p_n in mN s")],
         curves,
-    };
-    let (studies, of_tolerance) = changes.compare(&base, &of_base)?;
-    checks.extend(studies);
-    Ok(Trial {
-        title: "A steady stretch, and what it depends on",
-        text: "A planar row of 682 filaments around, n = 8, at 10 m/s, without friction. `F_n,w = p̄_n N_f ω/(2π)` with the mean \
-            impulse of the columns between entry and exit, and N_f = 10 500 as in the paper's brush. docs/MODEL.md states the forces, \
-            from a prototype, another code. The mean at 1 mm is computed again with one setting changed at a time. Brushes of \
-            several rows are staggered, 1.3 mm apart and periodic along the axis, and each filament is tilted out of its plane at random, \
-            by 1e-3 rad."
-            .to_owned(),
-        checks,
-        figures: vec![figure, of_tolerance],
-    })
+    });
+    changes.compare(&mut trial, &base, &of_base)?;
+    Ok(trial)
 }
 
 /// The impulses over the columns, those that count, and that of a filament alone.
@@ -145,14 +140,12 @@ const FULL: Changes = Changes {
 };
 
 impl Changes {
-    /// The changes of the mean of `base`, whose result is given, and their diagram over the tolerance.
-    fn compare(&self, base: &Settings, of_base: &BrushResult) -> Result<(Vec<Check>, Figure), Failure> {
+    /// Adds the changes of the mean of `base`, whose result is given, and their diagram over the tolerance.
+    fn compare(&self, trial: &mut Trial, base: &Settings, of_base: &BrushResult) -> Result<(), Failure> {
         let (columns, reference) = (of_base.columns, of_base.tool.contact_normal_impulse_n_s);
         let mean = |settings: &Settings| if settings == base { Ok(reference) } else { mean(settings) };
-        let mut checks = Vec::new();
         let mut compare = |subject: String, mean: f64, reference: f64, tolerance| {
-            let (quantity, source) = ("change of p̄_n", sources::CONVERGENCE);
-            checks.push(Check::value(subject, quantity, 0.0, source, mean / reference - 1.0, tolerance));
+            trial.check(subject, "change of p̄_n", 0.0, sources::CONVERGENCE, mean / reference - 1.0, tolerance);
         };
         let other = |change: &dyn Fn(&mut BrushSettings)| mean(&with(base, change));
         for &points in self.points {
@@ -190,24 +183,21 @@ impl Changes {
             let change = other(&|brush| brush.tolerance = tolerance)? / limit - 1.0;
             course.push((tolerance, change.abs()));
             let subject = format!("tolerance {tolerance:e} instead of {finest:e}");
-            let (quantity, source) = ("change of p̄_n / tolerance", sources::CONTROL);
-            let (ratio, allowed) = (change / tolerance, tolerances::STEADY_TOLERANCE);
-            checks.push(Check::value(subject, quantity, 0.0, source, ratio, allowed));
+            let (quantity, allowed) = ("change of p̄_n / tolerance", tolerances::STEADY_TOLERANCE);
+            trial.check(subject, quantity, 0.0, sources::CONTROL, change / tolerance, allowed);
         }
         let ends = [coarser.first(), coarser.last()].map(|end| end.map_or((1.0, 1.0), |end| (*end, *end)));
-        let figure = Figure {
+        trial.figures.push(Figure {
             name: "validation_row_tolerance",
             title: "Error of the mean impulse over the tolerance of the brush".to_owned(),
             description: "Change of the mean impulse of the steady stretch from that at the finest tolerance, over the tolerance, both \
-                logarithmic: it lies near or below the tolerance, and falls with it."
-                .to_owned(),
-            x: Axis::logarithmic("tolerance of the brush"),
-            y: Axis::logarithmic("relative change of p̄_n"),
+                logarithmic: it lies near or below the tolerance, and falls with it.",
+            axes: [Axis::logarithmic("tolerance of the brush"), Axis::logarithmic("relative change of p̄_n")],
             curves: vec![
                 Curve::new(format!("n = {SEGMENTS}, 1 mm"), Look::Joined, course),
                 Curve::new("error = tolerance", Look::Reference, ends.to_vec()),
             ],
-        };
-        Ok((checks, figure))
+        });
+        Ok(())
     }
 }

@@ -16,7 +16,7 @@ use crate::chains::{extrapolated, paper_case, worse};
 use crate::exact::held::{Circle, Held};
 use crate::exact::pressed::Pressing;
 use crate::group::{Extent, Failure};
-use crate::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use crate::trial::{Axis, Curve, Figure, Look, Trial};
 use crate::{sources, tolerances};
 
 /// A clamp at rest, which has come by `way` (m) since time zero, smoothly within `time` (s).
@@ -143,7 +143,18 @@ pub fn straight(_: Extent) -> Result<Trial, Failure> {
         force
     };
     let finest = POINTS[POINTS.len() - 1];
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Straight filaments",
+        format!(
+            "Two of the paper's filaments with n = {SEGMENTS}, straight, with the default k_l. They come as near as d − δ, \
+            δ = {OVERLAP:e} m. Parallel ones press with `k_l δ` per length. Crossed ones press with\n\n\
+            ```text\nF = k_l g [2 d asinh(w/g) − 2 w]/sin α → (4/3) k_l √(2 d) δ^(3/2)/sin α   (δ ≪ d)\n```\n\n\
+            where `g = d − δ` and `w = √(d² − g²)`, and in one plane, where one leans away by the angle α, with about `k_l δ²/(2 α)`. The midpoint rule \
+            of N_q points per segment must resolve the length 2 w = 0.3 mm on which crossed filaments touch. How well it does depends on \
+            where its points lie: the filaments cross at {SHIFTS} places along a part of the rule, and the largest error counts."
+        ),
+    );
+    let mut curves = Vec::new();
     for (name, angle) in [("90°", FRAC_PI_2), ("30°", FRAC_PI_6)] {
         let (hertz, exact) = (pressing.hertz(OVERLAP, angle), pressing.crossed(OVERLAP, angle));
         let (sine, cosine) = angle.sin_cos();
@@ -161,49 +172,32 @@ pub fn straight(_: Extent) -> Result<Trial, Failure> {
         };
         let subject = format!("crossed at {name}, N_q = {finest}, the farthest of {SHIFTS} places");
         let computed = [hertz, exact].map(|reference| farthest(finest, reference));
-        let (source, tolerance) = (sources::HERTZ_CROSSED, tolerances::PRESSED);
-        checks.push(Check::value(subject.clone(), "F in N, δ ≪ d", hertz, source, computed[0], tolerance));
-        let (source, tolerance) = (sources::PRESSED, tolerances::PRESSED_INTEGRAL);
-        checks.push(Check::value(subject, "F in N", exact, source, computed[1], tolerance));
+        trial.check(&subject, "F in N, δ ≪ d", hertz, sources::HERTZ_CROSSED, computed[0], tolerances::PRESSED);
+        trial.check(subject, "F in N", exact, sources::PRESSED, computed[1], tolerances::PRESSED_INTEGRAL);
         let errors = POINTS.map(|points| (points as f64, (farthest(points, exact) / exact - 1.0).abs()));
         curves.push(Curve::new(format!("crossed at {name}"), Look::Joined, errors.to_vec()));
     }
     for points in [1, 3, 32] {
         let computed = force([0.0, 0.0, height], [1.0, 0.0, 0.0], points) / length;
         let (exact, subject) = (pressing.stiffness * OVERLAP, format!("parallel, N_q = {points}"));
-        checks.push(Check::value(subject, "F/L in N/m", exact, sources::PRESSED, computed, tolerances::PARALLEL));
+        trial.check(subject, "F/L in N/m", exact, sources::PRESSED, computed, tolerances::PARALLEL);
     }
     const LEAN: f64 = 1e-3;
     let exact = pressing.wedge(OVERLAP, LEAN);
     let leaning = |points: usize| force([0.0, 0.0, height], [LEAN.cos(), 0.0, LEAN.sin()], points);
     let subject = format!("at an angle of {LEAN} in one plane, N_q = {finest}");
-    let computed = leaning(finest);
-    checks.push(Check::value(subject, "F in N", exact, sources::PRESSED, computed, tolerances::PRESSED_INTEGRAL));
+    trial.check(subject, "F in N", exact, sources::PRESSED, leaning(finest), tolerances::PRESSED_INTEGRAL);
     let errors = POINTS.map(|points| (points as f64, (leaning(points) / exact - 1.0).abs()));
     curves.push(Curve::new("at 0.001 rad in one plane", Look::Joined, errors.to_vec()));
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_pressed",
         title: "Force between straight filaments over the number of contact points".to_owned(),
         description: "Largest errors over the number of contact points per segment, both logarithmic: crossed filaments fall from a \
-            tenth below a thousandth, filaments nearly parallel lie far below."
-            .to_owned(),
-        x: Axis::logarithmic("contact points per segment N_q (h = 1.6 mm)"),
-        y: Axis::logarithmic("largest relative error"),
+            tenth below a thousandth, filaments nearly parallel lie far below.",
+        axes: [Axis::logarithmic("contact points per segment N_q (h = 1.6 mm)"), Axis::logarithmic("largest relative error")],
         curves,
-    };
-    Ok(Trial {
-        title: "Straight filaments",
-        text: format!(
-            "Two of the paper's filaments with n = {SEGMENTS}, straight, with the default k_l. They come as near as d − δ, \
-            δ = {OVERLAP:e} m. Parallel ones press with `k_l δ` per length. Crossed ones press with\n\n\
-            ```text\nF = k_l g [2 d asinh(w/g) − 2 w]/sin α → (4/3) k_l √(2 d) δ^(3/2)/sin α   (δ ≪ d)\n```\n\n\
-            where `g = d − δ` and `w = √(d² − g²)`, and in one plane, where one leans away by the angle α, with about `k_l δ²/(2 α)`. The midpoint rule \
-            of N_q points per segment must resolve the length 2 w = 0.3 mm on which crossed filaments touch. How well it does depends on \
-            where its points lie: the filaments cross at {SHIFTS} places along a part of the rule, and the largest error counts."
-        ),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// Distances of the crossing from both clamps in m.
@@ -260,7 +254,17 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
         Extent::Quick => &[2e-5, 1e-4],
         Extent::Full => &[1e-5, 2e-5, 5e-5, 1e-4],
     };
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Crossed cantilevers",
+        "Two of the paper's filaments, clamped at one end each, cross at a right angle at the distances a_1 and a_2 from their \
+            clamps, and one clamp approaches by δ_0 after they touch:\n\n\
+            ```text\nP = δ_0/(a_1³/(3 E I_1) + a_2³/(3 E I_2) + 1/k),   k = P/δ,   P = (4/3) k_l √(2 d) δ^(3/2)\n```\n\n\
+            The filaments are strongly damped (ζ = 1) and come to rest. Parts of 25 µm resolve the contact. From n = 25 and 50 the force is \
+            extrapolated to n → ∞. A chain itself yields by `Σ (a − k h)²/c_k`, over the joints k before the contact with the \
+            stiffness c_k: with this, n = 50 is compared as it is. What remains are the limit of small overlaps, and lever arms, which \
+            change as the contact lies d/2 beside each centreline.",
+    );
+    let mut curves = Vec::new();
     let mut largest = 0.0;
     for arms in ARMS {
         let fine = filament(2 * SEGMENTS)?;
@@ -276,10 +280,10 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
             let (source, tolerance) = (sources::CANTILEVERS, tolerances::PRESSED);
             let exact = pressing.cantilevers(of_beams, approach);
             let limit = extrapolated(coarse, computed);
-            checks.push(Check::value(format!("{subject}, n → ∞"), "P in N", exact, source, limit, tolerance));
+            trial.check(format!("{subject}, n → ∞"), "P in N", exact, source, limit, tolerance);
             let (exact, subject) =
                 (pressing.cantilevers(of_chains, approach), format!("{subject}, n = {}", 2 * SEGMENTS));
-            checks.push(Check::value(subject, "P in N, chains", exact, source, computed, tolerance));
+            trial.check(subject, "P in N, chains", exact, source, computed, tolerance);
             forces.push((1e6 * approach, 1e3 * limit));
             if approach == approaches[0] {
                 let swapped = pressed_force(SEGMENTS, arms, approach, true)?;
@@ -292,30 +296,16 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
         curves.push(Curve::new(format!("chains, a = {a}, {b} mm"), Look::Markers, forces));
     }
     let subject = "upper filament first in memory, in another group of lanes".to_owned();
-    checks.push(Check::value(subject, "change of P", 0.0, sources::SYMMETRY, largest, tolerances::PLACE_IN_MEMORY));
-    let figure = Figure {
+    trial.check(subject, "change of P", 0.0, sources::SYMMETRY, largest, tolerances::PLACE_IN_MEMORY);
+    trial.figures.push(Figure {
         name: "validation_cantilevers_pressed",
         title: "Force between crossed cantilevers".to_owned(),
         description: "Force over approach, both logarithmic, for three pairs of arms: nearly proportional for long arms, steeper for \
-            short ones, whose contact yields as much as they bend; the chains lie on the curves."
-            .to_owned(),
-        x: Axis::logarithmic("approach δ_0 in µm"),
-        y: Axis::logarithmic("force P in mN"),
+            short ones, whose contact yields as much as they bend; the chains lie on the curves.",
+        axes: [Axis::logarithmic("approach δ_0 in µm"), Axis::logarithmic("force P in mN")],
         curves,
-    };
-    Ok(Trial {
-        title: "Crossed cantilevers",
-        text: "Two of the paper's filaments, clamped at one end each, cross at a right angle at the distances a_1 and a_2 from their \
-            clamps, and one clamp approaches by δ_0 after they touch:\n\n\
-            ```text\nP = δ_0/(a_1³/(3 E I_1) + a_2³/(3 E I_2) + 1/k),   k = P/δ,   P = (4/3) k_l √(2 d) δ^(3/2)\n```\n\n\
-            The filaments are strongly damped (ζ = 1) and come to rest. Parts of 25 µm resolve the contact. From n = 25 and 50 the force is \
-            extrapolated to n → ∞. A chain itself yields by `Σ (a − k h)²/c_k`, over the joints k before the contact with the \
-            stiffness c_k: with this, n = 50 is compared as it is. What remains are the limit of small overlaps, and lever arms, which \
-            change as the contact lies d/2 beside each centreline."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// Distance along `x` at which the filament lies over the other one, in m.
@@ -361,22 +351,19 @@ pub fn over_filament(extent: Extent) -> Result<Trial, Failure> {
         Extent::Quick => 25,
         Extent::Full => 50,
     };
-    let mut checks = Vec::new();
-    for ratio in [0.1, 0.25, 0.5] {
-        let ([coarse, expected], [fine, _]) = (held_force(segments, ratio)?, held_force(2 * segments, ratio)?);
-        let (source, tolerance) = (sources::EDGE_ELASTICA, tolerances::HELD_BY_FILAMENT);
-        let computed = extrapolated(coarse, fine);
-        checks.push(Check::value(format!("y/x = {ratio}, n → ∞"), "R in N", expected, source, computed, tolerance));
-    }
-    Ok(Trial {
-        title: "Elastica over a stiff filament",
-        text: format!(
+    let mut trial = Trial::new(
+        "Elastica over a stiff filament",
+        format!(
             "One filament rests across another one, which is 10⁴ times as stiff and so a fixed edge of the radius d. The centreline \
             of the first is that of the elastica over an edge at (x, y), x = {REACH} m, that touches where the stiff filament is \
             placed: pressed in by the δ of crossed filaments at that force. The filament is let go above it, creeps to its rest \
             (ζ = 1), and slides along the other one without friction. The force is extrapolated from two n."
         ),
-        checks,
-        figures: vec![],
-    })
+    );
+    for ratio in [0.1, 0.25, 0.5] {
+        let ([coarse, expected], [fine, _]) = (held_force(segments, ratio)?, held_force(2 * segments, ratio)?);
+        let (source, tolerance) = (sources::EDGE_ELASTICA, tolerances::HELD_BY_FILAMENT);
+        trial.check(format!("y/x = {ratio}, n → ∞"), "R in N", expected, source, extrapolated(coarse, fine), tolerance);
+    }
+    Ok(trial)
 }

@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use crate::chains::{cases_of, logarithmic_slope, paper_case, trajectory_rows, worse};
 use crate::group::{Extent, Failure};
-use crate::trial::{Axis, Check, Curve, Figure, Look, Trial};
+use crate::trial::{Axis, Curve, Figure, Look, Trial};
 use crate::{sources, tolerances};
 
 /// Filaments around of the dense rows.
@@ -91,7 +91,15 @@ struct Instant {
 pub fn cvodes(extent: Extent) -> Result<Trial, Failure> {
     const ROWS: &str = include_str!("../../../../tests/data/reference_row.json");
     let tolerance_of_brush = if extent == Extent::Full { 1e-5 } else { 1e-4 };
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Rows of filaments by CasADi and CVODES",
+        format!(
+            "Rows of one to three filaments of five segments, with three contact points each, 682 around unless they are wide apart, stated again \
+            for the plane: CasADi differentiates the energy of their contact, and CVODES integrates at 1e-11, starting again wherever \
+            something begins or ceases to touch. Bristle runs at a tolerance of {tolerance_of_brush:e}. The other code knows `p_n` to 1e-9, except with \
+            Hertz's stiffness, with which filaments bounce more often."
+        ),
+    );
     let mut cases = cases_of::<Reference>(ROWS)?;
     // In some, friction acts elsewhere than in Bristle, to show what that matters.
     cases.retain(|case| case.friction_at.as_deref() != Some("centrelines"));
@@ -114,8 +122,7 @@ pub fn cvodes(extent: Extent) -> Result<Trial, Failure> {
             let subject = format!("{subject}, column {}", filament.column);
             let Metrics { contact_normal_impulse_n_s, max_tip_deflection_m, friction_work_j, .. } = filament.metrics;
             let mut check = |quantity, expected, computed| {
-                let source = sources::CVODES_ROWS;
-                checks.push(Check::value(subject.clone(), quantity, expected, source, computed, tolerance));
+                trial.check(&subject, quantity, expected, sources::CVODES_ROWS, computed, tolerance);
             };
             check("p_n in N s", expected.contact_normal_impulse_n_s, contact_normal_impulse_n_s);
             check("s_n,max in m", expected.max_tip_deflection_m, max_tip_deflection_m);
@@ -131,23 +138,11 @@ pub fn cvodes(extent: Extent) -> Result<Trial, Failure> {
             let found = result.pairs.iter().find(|found| [found.filament[0], found.other[0]] == pair.columns);
             let error = (found.map_or(0.0, |found| found.impulse_n_s) - pair.normal_impulse_n_s) / total;
             let subject = format!("{subject}, columns {a} and {b}");
-            let source = sources::CVODES_ROWS;
-            checks.push(Check::value(subject, "error of ∫ F dt, over all", 0.0, source, error, of_pairs));
+            trial.check(subject, "error of ∫ F dt, over all", 0.0, sources::CVODES_ROWS, error, of_pairs);
         }
     }
-    let (checks_of_course, figures) = course(&cases, tolerance_of_brush)?;
-    checks.extend(checks_of_course);
-    Ok(Trial {
-        title: "Rows of filaments by CasADi and CVODES",
-        text: format!(
-            "Rows of one to three filaments of five segments, with three contact points each, 682 around unless they are wide apart, stated again \
-            for the plane: CasADi differentiates the energy of their contact, and CVODES integrates at 1e-11, starting again wherever \
-            something begins or ceases to touch. Bristle runs at a tolerance of {tolerance_of_brush:e}. The other code knows `p_n` to 1e-9, except with \
-            Hertz's stiffness, with which filaments bounce more often."
-        ),
-        checks,
-        figures,
-    })
+    check_course(&mut trial, &cases, tolerance_of_brush)?;
+    Ok(trial)
 }
 
 /// One or two filaments in space by another code.
@@ -180,7 +175,15 @@ pub fn space(extent: Extent) -> Result<Trial, Failure> {
     const SPACE: &str = include_str!("../../../../tests/data/reference_space.json");
     let tolerance_of_brush = if extent == Extent::Full { 1e-5 } else { 1e-4 };
     let cases: Vec<InSpace> = cases_of(SPACE)?;
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Two filaments in space by CasADi and CVODES",
+        format!(
+            "One and two filaments of five segments, tilted or in rows so near to each other that they push each other aside, with friction \
+            on the workpiece (µ = 0.25) and between them (µ = 0.2), stated again in space, with dampers that see rates relative to the \
+            turning body. CVODES integrates at 1e-11, and starts again wherever something begins or ceases to touch. Bristle runs at a \
+            tolerance of {tolerance_of_brush:e}."
+        ),
+    );
     for case in cases {
         let ProcessSettings { brushing_velocity_m_s, penetration_depth_m, .. } = case.input.process;
         if extent != Extent::Full && brushing_velocity_m_s != 10.0 {
@@ -189,7 +192,7 @@ pub fn space(extent: Extent) -> Result<Trial, Failure> {
         let result = simulate_brush(&with(&case.input, |brush| brush.tolerance = tolerance_of_brush), 1)?;
         let subject = format!("{}, {brushing_velocity_m_s} m/s, {} mm", case.name, 1e3 * penetration_depth_m);
         let mut check = |subject: String, quantity, error, tolerance| {
-            checks.push(Check::value(subject, quantity, 0.0, sources::CVODES_SPACE, error, tolerance));
+            trial.check(subject, quantity, 0.0, sources::CVODES_SPACE, error, tolerance);
         };
         for (i, (filament, expected)) in result.filaments.iter().zip(&case.filaments).enumerate() {
             let Metrics {
@@ -224,23 +227,20 @@ pub fn space(extent: Extent) -> Result<Trial, Failure> {
             }
         }
     }
-    Ok(Trial {
-        title: "Two filaments in space by CasADi and CVODES",
-        text: format!(
-            "One and two filaments of five segments, tilted or in rows so near to each other that they push each other aside, with friction \
-            on the workpiece (µ = 0.25) and between them (µ = 0.2), stated again in space, with dampers that see rates relative to the \
-            turning body. CVODES integrates at 1e-11, and starts again wherever something begins or ceases to touch. Bristle runs at a \
-            tolerance of {tolerance_of_brush:e}."
-        ),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }
 
 pub fn mujoco(extent: Extent) -> Result<Trial, Failure> {
     const ROWS: &str = include_str!("../../../../tests/data/reference_row_mujoco.json");
     let tolerance_of_brush = if extent == Extent::Full { 3e-6 } else { 1e-4 };
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "A row of filaments by MuJoCo",
+        "Six filaments of five segments, with seven contact points each, 682 around, in MuJoCo: once with the points of docs/MODEL.md, \
+            and once with MuJoCo's own capsules, two of which touch at one point. That moves force from filament to filament, and hardly \
+            changes the mean. MuJoCo takes steps of 50 ns and knows `p_n` to 2e-4, with Hertz's stiffness, with which filaments bounce off \
+            each other most, to 5e-3.",
+    );
+    let mut curves = Vec::new();
     for case in cases_of::<Reference>(ROWS)? {
         let of_hertz = case.name.contains("Hertz");
         let has_capsules = case.name == "capsules";
@@ -254,8 +254,7 @@ pub fn mujoco(extent: Extent) -> Result<Trial, Failure> {
         let computed = impulses(&simulate_brush(&with(&case.input, |brush| brush.tolerance = tolerance_of_brush), 1)?);
         let expected: Vec<f64> = case.filaments.iter().map(|filament| filament.contact_normal_impulse_n_s).collect();
         let mut check = |subject: String, expected: f64, computed: f64, tolerance| {
-            let source = sources::MUJOCO_ROW;
-            checks.push(Check::value(subject, "p_n in N s", expected, source, computed, tolerance));
+            trial.check(subject, "p_n in N s", expected, sources::MUJOCO_ROW, computed, tolerance);
         };
         for (column, (computed, expected)) in computed.iter().zip(&expected).enumerate() {
             check(format!("{}, column {column}", case.name), *expected, *computed, of_each);
@@ -270,31 +269,19 @@ pub fn mujoco(extent: Extent) -> Result<Trial, Failure> {
             curves.push(Curve::new(format!("MuJoCo, {}", case.name), Look::Markers, points(&expected)));
         }
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_row_mujoco",
         title: "Impulses of a row of six filaments".to_owned(),
-        description:
-            "Contact normal impulse over the column: it falls from 3.4 to 0.9 mN s along the first four filaments; \
-            MuJoCo's points coincide with Bristle, and its capsules deviate by some percent."
-                .to_owned(),
-        x: Axis::linear("column"),
-        y: Axis::linear("p_n in mN s"),
+        description: "Contact normal impulse over the column: it falls from 3.4 to 0.9 mN s along the first four filaments; \
+            MuJoCo's points coincide with Bristle, and its capsules deviate by some percent.",
+        axes: [Axis::linear("column"), Axis::linear("p_n in mN s")],
         curves,
-    };
-    Ok(Trial {
-        title: "A row of filaments by MuJoCo",
-        text: "Six filaments of five segments, with seven contact points each, 682 around, in MuJoCo: once with the points of docs/MODEL.md, \
-            and once with MuJoCo's own capsules, two of which touch at one point. That moves force from filament to filament, and hardly \
-            changes the mean. MuJoCo takes steps of 50 ns and knows `p_n` to 2e-4, with Hertz's stiffness, with which filaments bounce off \
-            each other most, to 5e-3."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 /// The forces of the row of three over time.
-fn course(cases: &[Reference], tolerance: f64) -> Result<(Vec<Check>, Vec<Figure>), Failure> {
+fn check_course(trial: &mut Trial, cases: &[Reference], tolerance: f64) -> Result<(), Failure> {
     const INSTANTS: &str = include_str!("../../../../derivations/trajectories/row_three_cvodes.csv");
     const FRAMES: usize = 10_000;
     let missing = || Failure::Reference("no row of three at 10 m/s".to_owned());
@@ -307,49 +294,42 @@ fn course(cases: &[Reference], tolerance: f64) -> Result<(Vec<Check>, Vec<Figure
     let tool = &case.input.tool;
     let rate = case.input.process.brushing_velocity_m_s / (tool.body_radius_m + case.input.filament.length_m);
     let time = |angle: f64| (angle - case.start_angle_rad) / rate;
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let computed = |force: &dyn Fn(&Frame) -> f32| -> Vec<(f64, f64)> {
+        result.frames.iter().map(|frame| (time(frame.tool_angle_rad), f64::from(force(frame)))).collect()
+    };
+    let expected = |force: fn(&Instant) -> f64| -> Vec<(f64, f64)> {
+        instants.iter().map(|instant| (instant.time_s, force(instant))).collect()
+    };
+    let mut curves = Vec::new();
     let of_instants: [fn(&Instant) -> f64; 3] = [
         |instant| instant.contact_normal_force_n_0,
         |instant| instant.contact_normal_force_n_1,
         |instant| instant.contact_normal_force_n_2,
     ];
     for (column, of_instant) in of_instants.into_iter().enumerate() {
-        let computed: Vec<(f64, f64)> = result
-            .frames
-            .iter()
-            .map(|frame| (time(frame.tool_angle_rad), f64::from(frame.contact_normal_force_n[column])))
-            .collect();
-        let expected: Vec<(f64, f64)> = instants.iter().map(|instant| (instant.time_s, of_instant(instant))).collect();
+        let (computed, expected) = (computed(&|frame| frame.contact_normal_force_n[column]), expected(of_instant));
         let subject = format!("three, 10 m/s, 1 mm, column {column}");
-        let (source, tolerance) = (sources::CVODES_ROWS, tolerances::ROW_COURSE);
-        let distance = distance(&computed, &expected);
-        checks.push(Check::value(subject, "F_n, rms over rms", 0.0, source, distance, tolerance));
+        let error = distance(&computed, &expected);
+        trial.check(subject, "F_n, rms over rms", 0.0, sources::CVODES_ROWS, error, tolerances::ROW_COURSE);
         let shown = |points: &[(f64, f64)], stride: usize| {
             points.iter().step_by(stride).map(|(time, force)| (1e3 * time, *force)).collect()
         };
         curves.push(Curve::new(format!("Bristle, column {column}"), Look::Line, shown(&computed, 1)));
         curves.push(Curve::new(format!("CVODES, column {column}"), Look::Markers, shown(&expected, 8)));
     }
-    let of_presses = |frame: &Frame| f64::from(frame.press_force_n[1]);
-    let computed: Vec<(f64, f64)> =
-        result.frames.iter().map(|frame| (time(frame.tool_angle_rad), of_presses(frame))).collect();
-    let between = |instant: &Instant| instant.neighbour_normal_force_n_0_1 + instant.neighbour_normal_force_n_1_2;
-    let expected: Vec<(f64, f64)> = instants.iter().map(|instant| (instant.time_s, between(instant))).collect();
-    let (source, tolerance) = (sources::CVODES_ROWS, tolerances::ROW_PRESSES);
-    let subject = "three, 10 m/s, 1 mm, both neighbours on column 1".to_owned();
-    let distance = distance(&computed, &expected);
-    checks.push(Check::value(subject, "F, rms over rms", 0.0, source, distance, tolerance));
-    let figure = Figure {
+    let expected = expected(|instant| instant.neighbour_normal_force_n_0_1 + instant.neighbour_normal_force_n_1_2);
+    let error = distance(&computed(&|frame| frame.press_force_n[1]), &expected);
+    let subject = "three, 10 m/s, 1 mm, both neighbours on column 1";
+    trial.check(subject, "F, rms over rms", 0.0, sources::CVODES_ROWS, error, tolerances::ROW_PRESSES);
+    trial.figures.push(Figure {
         name: "validation_row",
         title: "Contact normal forces of a row of three filaments".to_owned(),
         description: "Forces of three filaments on the workpiece over time: each strikes, bounces and sweeps after the one before it; \
-            the curves of both codes coincide."
-            .to_owned(),
-        x: Axis::linear("time t in ms"),
-        y: Axis::linear("F_n in N"),
+            the curves of both codes coincide.",
+        axes: [Axis::linear("time t in ms"), Axis::linear("F_n in N")],
         curves,
-    };
-    Ok((checks, vec![figure]))
+    });
+    Ok(())
 }
 
 /// Root mean square of the difference of two courses at the instants of the second, over that of the second.
@@ -390,7 +370,14 @@ pub fn balance(extent: Extent) -> Result<Trial, Failure> {
             &[1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6]
         }
     };
-    let (mut checks, mut curves) = (Vec::new(), Vec::new());
+    let mut trial = Trial::new(
+        "Energy balance of a row",
+        "Six filaments of five segments pass: the work W of the clamps equals the change of the energy stored in filaments and \
+            contacts, plus the energy taken by the dampers of the joints, by the damping between filaments (χ = 0.5 s/m), and by \
+            friction on the workpiece and between filaments (µ = 0.3). The work done is integrated by the weights of the \
+            method's stages. Steps are fixed and impacts begin within them, so that errors fall unevenly with the tolerance.",
+    );
+    let mut curves = Vec::new();
     for (name, settings) in cases {
         let mut course = Vec::new();
         for &tolerance in tolerances {
@@ -402,33 +389,20 @@ pub fn balance(extent: Extent) -> Result<Trial, Failure> {
         }
         if let Some((tolerance, imbalance)) = course.last() {
             let subject = format!("{name}, tolerance {tolerance:e}");
-            let (source, tolerance) = (sources::EXACT, tolerances::ROW_ENERGY);
-            checks.push(Check::value(subject, "imbalance/W", 0.0, source, *imbalance, tolerance));
+            trial.check(subject, "imbalance/W", 0.0, sources::EXACT, *imbalance, tolerances::ROW_ENERGY);
         }
         let subject = format!("slope over the tolerance, {name}");
-        let slope = logarithmic_slope(&course);
-        checks.push(Check::within(subject, "order", sources::CONTROL, slope, tolerances::ROW_SLOPE));
+        trial.check_within(subject, "order", sources::CONTROL, logarithmic_slope(&course), tolerances::ROW_SLOPE);
         curves.push(Curve::new(name, Look::Joined, course));
     }
-    let figure = Figure {
+    trial.figures.push(Figure {
         name: "validation_row_energy",
         title: "Balance of the energies of a row of six filaments".to_owned(),
-        description: "What is missing over the work, over the tolerance of the brush, both logarithmic: it falls with the tolerance."
-            .to_owned(),
-        x: Axis::logarithmic("tolerance of the brush"),
-        y: Axis::logarithmic("imbalance over W"),
+        description: "What is missing over the work, over the tolerance of the brush, both logarithmic: it falls with the tolerance.",
+        axes: [Axis::logarithmic("tolerance of the brush"), Axis::logarithmic("imbalance over W")],
         curves,
-    };
-    Ok(Trial {
-        title: "Energy balance of a row",
-        text: "Six filaments of five segments pass: the work W of the clamps equals the change of the energy stored in filaments and \
-            contacts, plus the energy taken by the dampers of the joints, by the damping between filaments (χ = 0.5 s/m), and by \
-            friction on the workpiece and between filaments (µ = 0.3). The work done is integrated by the weights of the \
-            method's stages. Steps are fixed and impacts begin within them, so that errors fall unevenly with the tolerance."
-            .to_owned(),
-        checks,
-        figures: vec![figure],
-    })
+    });
+    Ok(trial)
 }
 
 pub fn momentum(extent: Extent) -> Result<Trial, Failure> {
@@ -436,7 +410,14 @@ pub fn momentum(extent: Extent) -> Result<Trial, Failure> {
         Extent::Quick => 1e-4,
         Extent::Full => 1e-5,
     };
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Angular momentum of a row",
+        "The same six filaments, so strongly damped (ζ = 0.5) that they turn rigidly with the body again at the end. Their \
+            angular momentum about the tool axis is then what it was at the start, so that the workpiece and the clamps together have \
+            exerted no moment. The clamps turn at the constant rate ω, and their moment is their power over ω:\n\n\
+            ```text\n∫ M_workpiece dt + W/ω = 0\n```\n\n\
+            This holds only if forces between filaments balance in pairs, and so do their moments, friction included.",
+    );
     for (name, settings) in [("friction and damping", rubbing(6)?), ("neither", row(5, AROUND, 6)?)] {
         let mut settings = with(&settings, |brush| brush.tolerance = tolerance);
         // At the end all filaments turn with the body again.
@@ -450,20 +431,9 @@ pub fn momentum(extent: Extent) -> Result<Trial, Failure> {
         let rate = settings.process.brushing_velocity_m_s / settings.tool_radius_m();
         let imbalance = 1.0 + work / (rate * of_workpiece);
         let subject = format!("{name}, tolerance {tolerance:e}");
-        let (quantity, source) = ("imbalance of ∫ M dt", sources::EXACT);
-        checks.push(Check::value(subject, quantity, 0.0, source, imbalance, tolerances::ROW_MOMENTUM));
+        trial.check(subject, "imbalance of ∫ M dt", 0.0, sources::EXACT, imbalance, tolerances::ROW_MOMENTUM);
     }
-    Ok(Trial {
-        title: "Angular momentum of a row",
-        text: "The same six filaments, so strongly damped (ζ = 0.5) that they turn rigidly with the body again at the end. Their \
-            angular momentum about the tool axis is then what it was at the start, so that the workpiece and the clamps together have \
-            exerted no moment. The clamps turn at the constant rate ω, and their moment is their power over ω:\n\n\
-            ```text\n∫ M_workpiece dt + W/ω = 0\n```\n\n\
-            This holds only if forces between filaments balance in pairs, and so do their moments, friction included."
-            .to_owned(),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }
 
 /// A metric, by the name that the page has for it.
@@ -476,7 +446,12 @@ pub fn alone(extent: Extent) -> Result<Trial, Failure> {
         Extent::Quick => &[(10.0, 1e-3, 3e-6)],
         Extent::Full => &[(10.0, 1e-3, 1e-6), (30.0, 2e-3, 1e-6)],
     };
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Filaments that do not touch",
+        "A brush of one filament, and one whose filaments are too far apart to touch, have the metrics of a single pass by \
+            `simulate`, which has its own equations, method and step control. Friction on the workpiece is µ = 0.2, n = 10. The \
+            pass runs at its default tolerance of 1e-6.",
+    );
     for &(velocity, depth, tolerance) in cases {
         let with_process = |columns: usize| -> Result<Settings, Failure> {
             let mut settings = with(&row(10, WIDE, columns)?, |brush| brush.tolerance = tolerance);
@@ -499,29 +474,17 @@ pub fn alone(extent: Extent) -> Result<Trial, Failure> {
         let single = simulate_brush(&settings, 1)?;
         for (quantity, of) in quantities {
             let tolerance = if quantity == "p_n in N s" { tolerances::ROW_ALONE } else { tolerances::ROW_DETAIL };
-            let (expected, computed) = (of(&expected), of(&single.tool));
-            checks.push(Check::value(subject.clone(), quantity, expected, sources::PASS, computed, tolerance));
+            trial.check(&subject, quantity, of(&expected), sources::PASS, of(&single.tool), tolerance);
         }
         let several = simulate_brush(&with_process(3)?, 1)?;
         let subject = format!("{name}, three filaments wide apart");
         let change = largest_change(&impulses(&several), &[expected.contact_normal_impulse_n_s; 3]);
         let (source, tolerance) = (sources::PASS, tolerances::ROW_ALONE);
-        let quantity = "largest change of p_n";
-        checks.push(Check::value(subject.clone(), quantity, 0.0, source, change, tolerances::ROW_ALONE_ABSOLUTE));
-        let quantity = "interaction factor";
-        checks.push(Check::value(subject.clone(), quantity, 1.0, source, several.interaction_factor, tolerance));
-        let (quantity, touching) = ("pairs that touch", several.pairs.len() as f64);
-        checks.push(Check::value(subject, quantity, 0.0, sources::EXACT, touching, tolerances::SAME));
+        trial.check(&subject, "largest change of p_n", 0.0, source, change, tolerances::ROW_ALONE_ABSOLUTE);
+        trial.check(&subject, "interaction factor", 1.0, source, several.interaction_factor, tolerance);
+        trial.check(subject, "pairs that touch", 0.0, sources::EXACT, several.pairs.len() as f64, tolerances::SAME);
     }
-    Ok(Trial {
-        title: "Filaments that do not touch",
-        text: "A brush of one filament, and one whose filaments are too far apart to touch, have the metrics of a single pass by \
-            `simulate`, which has its own equations, method and step control. Friction on the workpiece is µ = 0.2, n = 10. The \
-            pass runs at its default tolerance of 1e-6."
-            .to_owned(),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }
 
 pub fn symmetries(extent: Extent) -> Result<Trial, Failure> {
@@ -531,10 +494,14 @@ pub fn symmetries(extent: Extent) -> Result<Trial, Failure> {
     };
     // At looser ones the mean is right, but an impulse of a single filament is not.
     let tolerance = 1e-4;
-    let mut checks = Vec::new();
+    let mut trial = Trial::new(
+        "Symmetries of a sector",
+        "What must not change the impulses of the filaments: the number of threads, and a stop with a checkpoint, to the bit; a \
+            reflection in the plane of rotation, and a shift along the axis to other places in memory, to within what is left by Newton's \
+            method, which stops at other residuals there, and what bounces make of it.",
+    );
     let mut check = |subject: &str, change: f64, tolerance| {
-        let quantity = "largest change of p_n";
-        checks.push(Check::value(subject.to_owned(), quantity, 0.0, sources::SYMMETRY, change, tolerance));
+        trial.check(subject, "largest change of p_n", 0.0, sources::SYMMETRY, change, tolerance);
     };
     // Three rows of their own, tilted at random, with friction between filaments.
     let mut tilted = with(&row(5, 3.0 * AROUND, columns)?, |brush| {
@@ -586,13 +553,5 @@ pub fn symmetries(extent: Extent) -> Result<Trial, Failure> {
     let thrice: Vec<f64> = impulses(&single).iter().flat_map(|impulse| [*impulse; 3]).collect();
     check("three equal rows in the plane, and one", largest_change(&planar, &thrice), tolerances::SAME);
     check("three equal rows in space, and one in the plane", largest_change(&spatial, &thrice), tolerances::ROW_IMAGE);
-    Ok(Trial {
-        title: "Symmetries of a sector",
-        text: "What must not change the impulses of the filaments: the number of threads, and a stop with a checkpoint, to the bit; a \
-            reflection in the plane of rotation, and a shift along the axis to other places in memory, to within what is left by Newton's \
-            method, which stops at other residuals there, and what bounces make of it."
-            .to_owned(),
-        checks,
-        figures: vec![],
-    })
+    Ok(trial)
 }
