@@ -42,7 +42,7 @@ fn forces(results: &Results, title: &str, velocities: [u32; 2]) -> Canvas {
             (place.depth_mm(), tool_forces(place, results.row(velocity, depth))[alone])
         });
         let name = format!("{velocity} m/s, {}", ["in the row", "alone"][alone]);
-        Curve::new(name, Look::Joined, points.into()).with_pen(index)
+        Curve::new(name, Look::Joined, points).with_pen(index)
     };
     let [slow, fast] = velocities;
     let diagram = Diagram {
@@ -60,7 +60,7 @@ fn columns(results: &Results) -> Canvas {
     let curve = |velocity: u32| {
         let row = results.row(velocity, 1000);
         let relative = by_column(row).into_iter().map(|impulse| impulse / impulse_alone(row));
-        Curve::new(format!("{velocity} m/s"), Look::Line, (0..).map(f64::from).zip(relative).collect())
+        Curve::new(format!("{velocity} m/s"), Look::Line, (0..).map(f64::from).zip(relative))
     };
     let diagram = Diagram {
         title: "Impulse from column to column, a_e = 1 mm".to_owned(),
@@ -78,7 +78,7 @@ fn lifted(results: &Results) -> Canvas {
         let row = results.of(Case::Row(place));
         let lifts = lifts(row).into_iter().map(|lift| lift / impulse_alone(row));
         let name = format!("{} m/s, {} mm", place.velocity, place.depth_mm());
-        Curve::new(name, Look::Line, (0..).map(f64::from).zip(lifts).collect())
+        Curve::new(name, Look::Line, (0..).map(f64::from).zip(lifts))
     };
     let diagram = Diagram {
         title: "Where neighbours lift filaments and where they press them down".to_owned(),
@@ -126,7 +126,7 @@ fn way(results: &Results) -> Result<Canvas, SimulationError> {
         let settings = place.settings();
         let alone = Pass::new(&settings).simulate(Sampling { samples: SAMPLES, ..Sampling::default() })?;
         let scale = impulse_alone(row);
-        let scaled = |points: Vec<(f64, f64)>| points.into_iter().map(|(x, y)| (x, y / scale)).collect();
+        let scaled = |points: Vec<(f64, f64)>| points.into_iter().map(move |(x, y)| (x, y / scale));
         let single = alone.history.iter();
         let single =
             single.map(|sample| (millimetres(&settings, sample.base_angle_rad), sample.contact_normal_impulse_n_s));
@@ -151,12 +151,12 @@ fn buckling(results: &Results) -> Result<Canvas, SimulationError> {
         let brush = results.space(place);
         let points = sideways(brush).into_iter().zip(&brush.filaments).filter(|(_, filament)| filament.is_counted);
         let impulse = |filament: &bristle::brush::FilamentResult| filament.metrics.contact_normal_impulse_n_s;
-        let relative = points.map(|(way, filament)| (1e3 * way, impulse(filament) / impulse_alone(brush))).collect();
+        let relative = points.map(|(way, filament)| (1e3 * way, impulse(filament) / impulse_alone(brush)));
         let name = |what: &str| format!("{} m/s, {} mm, {what}", place.velocity, place.depth_mm());
         curves.push(Curve::new(name("in the brush"), Look::Markers, relative).with_pen(index));
         let tilted = Tilted::at(place)?;
         let point = (1e3 * tilted.sideways, tilted.impulse / impulse_alone(brush));
-        curves.push(Curve::new(name("alone, tilted"), Look::Markers, vec![point]).with_pen(index + 2));
+        curves.push(Curve::new(name("alone, tilted"), Look::Markers, [point]).with_pen(index + 2));
     }
     let diagram = Diagram {
         title: "Filaments of a brush in space that leave their planes".to_owned(),
@@ -173,7 +173,7 @@ fn buckling(results: &Results) -> Result<Canvas, SimulationError> {
 fn turns(results: &Results) -> Canvas {
     let place = TURNING[1];
     let [single, turned] = [Case::Row(place), Case::Turning(place)].map(|case| results.of(case));
-    let points = |values: Vec<f64>| (0..).map(f64::from).zip(values.into_iter().map(|value| 1e3 * value)).collect();
+    let points = |values: Vec<f64>| (0..).map(f64::from).zip(values.into_iter().map(|value| 1e3 * value));
     let level = |impulse: f64| vec![(0.0, 1e3 * impulse), (turned.columns as f64 - 1.0, 1e3 * impulse)];
     let diagram = Diagram {
         title: format!("Turn after turn at {} m/s, a_e = {} mm", place.velocity, place.depth_mm()),

@@ -164,7 +164,7 @@ fn claims(contacts: &[Contact]) -> Vec<(&'static str, bool)> {
 fn figure(contacts: &[Contact]) -> Diagram {
     let points = |sweeping: bool| {
         let own = contacts.iter().filter(move |contact| contact.sweeps() == sweeping);
-        own.map(|contact| (contact.ratio, 100.0 * contact.share)).collect()
+        own.map(|contact| (contact.ratio, 100.0 * contact.share))
     };
     Diagram {
         title: "Part of the drive's power that goes into sliding".to_owned(),

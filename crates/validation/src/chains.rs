@@ -24,7 +24,7 @@ const STUDY: &str = include_str!("../../../examples/zirconia.toml");
 /// The paper's 120 contacts.
 pub fn paper_study() -> Result<Study, Failure> {
     let study = Document::parse(STUDY, "zirconia.toml").and_then(|document| document.study());
-    study.map_err(|error| Failure::Reference(error.to_string()))
+    study.map_err(Failure::reference)
 }
 
 /// The paper's filament at the brushing velocity `velocity` (m/s) and the penetration depth `depth` (m).
@@ -161,12 +161,12 @@ pub fn error_figure(
     let mut curves = Vec::new();
     for (curve, label) in labels.into_iter().enumerate() {
         let points = SEGMENTS.iter().map(|&n| Ok((n as f64, error(curve, n)?.abs())));
-        curves.push(Curve::new(label, Look::Joined, points.collect::<Result<_, Failure>>()?));
+        curves.push(Curve::new(label, Look::Joined, points.collect::<Result<Vec<_>, Failure>>()?));
     }
     // Parallel to the first curve and half as high.
     let (first, highest) = curves[0].points[0];
     let slope = SEGMENTS.map(|n| (n as f64, highest * (first / n as f64).powi(2) / 2.0));
-    curves.push(Curve::new("n⁻²", Look::Reference, slope.to_vec()));
+    curves.push(Curve::new("n⁻²", Look::Reference, slope));
     Ok(Figure {
         name,
         title: title.to_owned(),
@@ -208,7 +208,7 @@ pub fn lesser(a: f64, b: f64) -> f64 {
 /// The rows of a trajectory committed as CSV, with comments above its header.
 pub fn trajectory_rows<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
-    reader.deserialize().collect::<Result<_, _>>().map_err(|error| Failure::Reference(error.to_string()))
+    reader.deserialize().collect::<Result<_, _>>().map_err(Failure::reference)
 }
 
 /// The cases of a reference committed as JSON.
@@ -218,7 +218,7 @@ pub fn cases_of<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
         cases: Vec<T>,
     }
 
-    let Cases { cases } = serde_json::from_str(text).map_err(|error| Failure::Reference(error.to_string()))?;
+    let Cases { cases } = serde_json::from_str(text).map_err(Failure::reference)?;
     Ok(cases)
 }
 

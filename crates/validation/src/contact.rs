@@ -66,7 +66,7 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
     let rotating = history.first().map_or(0.0, |sample| sample.kinetic_energy_j);
     let course = |name: &str, energy: &dyn Fn(&Sample) -> f64| {
         let points = history.iter().map(|sample| (1e3 * sample.time_s, 1e3 * energy(sample)));
-        Curve::new(name, Look::Line, points.collect())
+        Curve::new(name, Look::Line, points)
     };
     trial.figures.push(Figure {
         name: "validation_balance",
@@ -190,8 +190,8 @@ fn impulse(_: Extent) -> Result<Trial, Failure> {
         if (velocity, depth) == PASSES[1] {
             let scaled =
                 |points: Vec<(f64, f64)>| points.into_iter().map(|(time, impulse)| (1e3 * time, 1e3 * impulse));
-            curves.push(Curve::new("∫ F_n dt", Look::Line, scaled(balance.impulse).collect()));
-            let balanced = scaled(balance.balanced).step_by(6).collect();
+            curves.push(Curve::new("∫ F_n dt", Look::Line, scaled(balance.impulse)));
+            let balanced = scaled(balance.balanced).step_by(6);
             curves.push(Curve::new("Δp − ∫ F_root dt", Look::Markers, balanced));
         }
         for (quantity, exact, computed) in [
@@ -238,9 +238,7 @@ fn independence(_: Extent) -> Result<Trial, Failure> {
         trial.check(subject, quantity, 0.0, sources::EXACT, changes.fold(0.0, worse), tolerances::SAMPLES);
     }
     let study = paper_study()?;
-    let run = |threads: usize| {
-        run_study(&study, NonZeroUsize::new(threads), || ()).map_err(|error| Failure::Reference(error.to_string()))
-    };
+    let run = |threads: usize| run_study(&study, NonZeroUsize::new(threads), || ()).map_err(Failure::reference);
     let (one, two, three) = (run(1)?, run(2)?, run(3)?);
     let metrics = |results: &[bristle_grid::CaseResult], case: usize| {
         let summary = results[case].as_ref().map_err(|error| Failure::Reference(error.clone()))?;
@@ -279,10 +277,7 @@ fn values(metrics: &Metrics) -> [f64; 5] {
 }
 
 fn segments(extent: Extent) -> Result<Trial, Failure> {
-    let (passes, finest) = match extent {
-        Extent::Quick => (&PASSES[1..2], 100),
-        Extent::Full => (&PASSES[..], 200),
-    };
+    let (passes, finest) = extent.choose((&PASSES[1..2], 100), (&PASSES[..], 200));
     let mut trial = Trial::new(
         "Convergence in n",
         format!(
@@ -460,7 +455,7 @@ fn stiffness(_: Extent) -> Result<Trial, Failure> {
         }
         let points =
             STIFFNESSES.into_iter().zip(&impulses).map(|(stiffness, impulse)| (stiffness, impulse / impulses[1]));
-        curves.push(Curve::new(name(velocity, depth), Look::Joined, points.collect()));
+        curves.push(Curve::new(name(velocity, depth), Look::Joined, points));
     }
     trial.figures.push(Figure {
         name: "validation_stiffness",

@@ -169,10 +169,7 @@ fn errors(segments: usize, ratio: f64) -> Result<([f64; 3], f64), Failure> {
 
 fn over_edge(extent: Extent) -> Result<Trial, Failure> {
     const QUANTITIES: [&str; 3] = ["θ_c in rad", "s_c/x", "R x²/(E I)"];
-    let coarse = match extent {
-        Extent::Quick => 50,
-        Extent::Full => 100,
-    };
+    let coarse = extent.choose(50, 100);
     let fine = 2 * coarse;
     let mut trial = Trial::new(
         "Elastica over a fixed edge",
@@ -231,7 +228,7 @@ fn over_edge(extent: Extent) -> Result<Trial, Failure> {
             the curve.",
         axes: [Axis::linear("height over distance y/x"), Axis::linear("R x²/(E I)")],
         curves: vec![
-            Curve::new("elastica", Look::Reference, exact.collect()),
+            Curve::new("elastica", Look::Reference, exact),
             Curve::new(format!("chain, n = {coarse}"), Look::Markers, forces),
         ],
     });
@@ -240,10 +237,7 @@ fn over_edge(extent: Extent) -> Result<Trial, Failure> {
 
 fn release(extent: Extent) -> Result<Trial, Failure> {
     const SPEED: f64 = 2e-3;
-    let coarse = match extent {
-        Extent::Quick => 25,
-        Extent::Full => 50,
-    };
+    let coarse = extent.choose(25, 50);
     let mut trial = Trial::new(
         "A filament slips off an edge",
         format!(
@@ -303,10 +297,7 @@ fn on_curve(settings: &Settings, radius: f64, turned: f64, slopes: [f64; 2]) -> 
 
 fn curves(extent: Extent) -> Result<Trial, Failure> {
     // Number of segments, velocity in m/s and tolerance of the coarse solution, as for the buckled elastica on a plane.
-    let (segments, velocity, tolerance) = match extent {
-        Extent::Quick => (25, 0.05, 1e-7),
-        Extent::Full => (50, 0.02, 1e-8),
-    };
+    let (segments, velocity, tolerance) = extent.choose((25, 0.05, 1e-7), (50, 0.02, 1e-8));
     let mut trial = Trial::new(
         "Elastica on a cylinder and in a bore",
         "The paper's filament passes a cylinder and a bore so slowly that it is always in equilibrium. The workpiece presses on \
@@ -390,8 +381,8 @@ fn passes(_: Extent) -> Result<Trial, Failure> {
                 description: "Force over time: a strike on the edge, then impacts on the face; the curves of both codes coincide.",
                 axes: [Axis::linear("time t in ms"), Axis::linear("F_n in N")],
                 curves: vec![
-                    Curve::new("Bristle", Look::Line, computed.collect()),
-                    Curve::new("CasADi and CVODES", Look::Markers, expected.step_by(8).collect()),
+                    Curve::new("Bristle", Look::Line, computed),
+                    Curve::new("CasADi and CVODES", Look::Markers, expected.step_by(8)),
                 ],
             });
         }

@@ -1,5 +1,7 @@
 //! Groups of trials, how far they go, and what comes out of them.
 
+use std::fmt::Display;
+
 use bristle::brush::{BrushError, StepError};
 use bristle::simulation::{IntegrationError, SimulationError};
 use thiserror::Error;
@@ -13,6 +15,13 @@ pub enum Extent {
     Quick,
     /// The quick checks and convergence studies.
     Full,
+}
+
+impl Extent {
+    /// One of two values, as far as the validation goes.
+    pub(super) fn choose<T>(self, quick: T, full: T) -> T {
+        if self == Self::Quick { quick } else { full }
+    }
 }
 
 /// Why a trial could not be computed. It then counts as failed.
@@ -39,6 +48,13 @@ pub enum Failure {
     /// A reference cannot be read.
     #[error("{0}")]
     Reference(String),
+}
+
+impl Failure {
+    /// A reference that cannot be used, because of an error.
+    pub(super) fn reference(error: impl Display) -> Self {
+        Self::Reference(error.to_string())
+    }
 }
 
 /// A function that computes a trial.

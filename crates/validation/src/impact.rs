@@ -120,7 +120,7 @@ fn restitutions(_: Extent) -> Result<Trial, Failure> {
         trial.check(subject, "e", restitution(0.5), sources::HUNT_CROSSLEY, impact.restitution, tolerances::IMPACT);
     }
     let exact = (1..=100).map(|i| 0.02 * f64::from(i)).map(|chi_v| (chi_v, restitution(chi_v)));
-    curves.push(Curve::new("Hunt and Crossley", Look::Reference, exact.collect()));
+    curves.push(Curve::new("Hunt and Crossley", Look::Reference, exact));
     trial.figures.push(Figure {
         name: "validation_restitution",
         title: "Restitution of an impact".to_owned(),
@@ -172,11 +172,11 @@ fn elastic(_: Extent) -> Result<Trial, Failure> {
         }
         if speed == 1.0 {
             let scaled = impact.force.iter().map(|(time, force)| (time / exact.duration(), force / exact.peak()));
-            curves.push(Curve::new(format!("p = {exponent}"), Look::Line, scaled.collect()));
+            curves.push(Curve::new(format!("p = {exponent}"), Look::Line, scaled));
         }
     }
     let sine = (0..=100).map(|i| f64::from(i) / 100.0).map(|time| (time, (PI * time).sin()));
-    curves.push(Curve::new("sin(π t/T)", Look::Reference, sine.collect()));
+    curves.push(Curve::new("sin(π t/T)", Look::Reference, sine));
     trial.figures.push(Figure {
         name: "validation_impact",
         title: "Force in an impact without damping".to_owned(),
@@ -222,7 +222,7 @@ fn sliding(_: Extent) -> Result<Trial, Failure> {
             let coulomb = vec![(0.0, speed), (stop, 0.0), (end_time, 0.0)];
             curves.push(Curve::new(format!("µ = {friction}, v − a t"), Look::Reference, coulomb));
             let name = format!("µ = {friction}, v_reg = {regularisation} m/s");
-            curves.push(Curve::new(name, Look::Markers, course.into_iter().step_by(5).collect()));
+            curves.push(Curve::new(name, Look::Markers, course.into_iter().step_by(5)));
         }
         let subject = format!("µ = {friction}, v = {speed} m/s, v_reg = {regularisation} m/s");
         let exact = sliding_distance(speed, deceleration, regularisation);

@@ -73,10 +73,7 @@ fn swinging() -> (Chain<f64>, Vec<[[f64; 3]; 2]>, f64) {
 
 fn conservation(extent: Extent) -> Result<Trial, Failure> {
     const PARTS: usize = 100;
-    let (number, relatives): (usize, &[f64]) = match extent {
-        Extent::Quick => (200, &[1e-8]),
-        Extent::Full => (1000, &[1e-7, 1e-8, 1e-9, 1e-10]),
-    };
+    let (number, relatives): (usize, &[f64]) = extent.choose((200, &[1e-8]), (1000, &[1e-7, 1e-8, 1e-9, 1e-10]));
     let mut trial = Trial::new(
         "Energy and axial angular momentum of a free spatial motion",
         format!(
@@ -165,9 +162,9 @@ fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
         }
         const SHOWN: f64 = 2.0;
         let exact = (0..=400).map(|i| SHOWN * f64::from(i) / 400.0).map(|time| (time, pendulum.height(time)));
-        curves.push(Curve::new(format!("sn², cos φ_1 = {lowest}"), Look::Reference, exact.collect()));
+        curves.push(Curve::new(format!("sn², cos φ_1 = {lowest}"), Look::Reference, exact));
         let shown = course.into_iter().take_while(|(time, _)| *time <= SHOWN).step_by(12);
-        curves.push(Curve::new(format!("Bristle, cos φ_1 = {lowest}"), Look::Markers, shown.collect()));
+        curves.push(Curve::new(format!("Bristle, cos φ_1 = {lowest}"), Look::Markers, shown));
     }
     trial.figures.push(Figure {
         name: "validation_spherical_pendulum",

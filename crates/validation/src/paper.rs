@@ -39,20 +39,19 @@ impl Grid {
 
     /// The grid of the paper with `segments` segments.
     fn new(segments: f64) -> Result<Self, Failure> {
-        let unusable = |error: &dyn std::fmt::Display| Failure::Reference(error.to_string());
         let paper = paper_study()?;
-        let parameter = Parameter::find("filament.segments").ok_or_else(|| unusable(&"no such setting"))?;
-        let mut axes = vec![Sweep::list(parameter, vec![segments]).map_err(|error| unusable(&error))?];
+        let parameter = Parameter::find("filament.segments").ok_or_else(|| Failure::reference("no such setting"))?;
+        let mut axes = vec![Sweep::list(parameter, vec![segments]).map_err(Failure::reference)?];
         axes.extend(paper.sweeps().iter().cloned());
-        let study = Study::new(paper.settings(0), axes).map_err(|error| unusable(&error))?;
+        let study = Study::new(paper.settings(0), axes).map_err(Failure::reference)?;
         let values = |path: &str| {
             let axis = study.sweep(path);
             axis.map(|axis| axis.values().to_vec()).unwrap_or_default()
         };
         let (velocities, depths) = (values(VELOCITY), values(DEPTH));
-        let results = run_study(&study, None, || ()).map_err(|error| unusable(&error))?;
+        let results = run_study(&study, None, || ()).map_err(Failure::reference)?;
         let metrics = results.iter().map(|result| result.as_ref().map(|summary| summary.metrics.clone()));
-        let metrics: Vec<Metrics> = metrics.collect::<Result<_, _>>().map_err(|error| unusable(&error))?;
+        let metrics: Vec<Metrics> = metrics.collect::<Result<_, _>>().map_err(Failure::reference)?;
         Ok(Self { metrics: metrics.chunks(velocities.len()).map(<[Metrics]>::to_vec).collect(), velocities, depths })
     }
 
@@ -84,7 +83,7 @@ impl Grid {
         let shown = (0..self.depths.len()).filter(is_shown);
         let curve = |depth: usize| {
             let points = self.velocities.iter().copied().zip(rows[depth].iter().copied());
-            Curve::new(format!("a_e = {} mm", 1e3 * self.depths[depth]), Look::Joined, points.collect())
+            Curve::new(format!("a_e = {} mm", 1e3 * self.depths[depth]), Look::Joined, points)
         };
         shown.map(curve).collect()
     }
@@ -261,8 +260,8 @@ fn tier(_: Extent) -> Result<Trial, Failure> {
             0.7 mm at 10 m/s to 4.4 mm at 30 m/s.",
         axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("penetration depth a_e in mm")],
         curves: vec![
-            Curve::new("ε_tc = ½", Look::Joined, velocities.iter().copied().zip(millimetres).collect()),
-            Curve::new("straight line", Look::Reference, straight.collect()),
+            Curve::new("ε_tc = ½", Look::Joined, velocities.iter().copied().zip(millimetres)),
+            Curve::new("straight line", Look::Reference, straight),
         ],
     });
     Ok(trial)

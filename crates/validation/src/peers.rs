@@ -161,12 +161,12 @@ fn force_figure(name: &'static str, code: &str, history: &[Sample], rows: &[Row]
             Curve::new(
                 "Bristle",
                 Look::Line,
-                history.iter().map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n)).collect(),
+                history.iter().map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n)),
             ),
             Curve::new(
                 code,
                 Look::Markers,
-                rows.iter().step_by(8).map(|row| (1e3 * row.time_s, row.contact_normal_force_n)).collect(),
+                rows.iter().step_by(8).map(|row| (1e3 * row.time_s, row.contact_normal_force_n)),
             ),
         ],
     }
@@ -203,12 +203,12 @@ fn mujoco(_: Extent) -> Result<Trial, Failure> {
             Curve::new(
                 "Bristle",
                 Look::Line,
-                pass.history.iter().map(|sample| (1e3 * sample.time_s, 1e3 * sample.tip_deflection_m)).collect(),
+                pass.history.iter().map(|sample| (1e3 * sample.time_s, 1e3 * sample.tip_deflection_m)),
             ),
             Curve::new(
                 "MuJoCo",
                 Look::Markers,
-                rows.iter().step_by(16).map(|row| (1e3 * row.time_s, 1e3 * row.tip_deflection_m)).collect(),
+                rows.iter().step_by(16).map(|row| (1e3 * row.time_s, 1e3 * row.tip_deflection_m)),
             ),
         ],
     });

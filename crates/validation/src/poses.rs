@@ -66,7 +66,7 @@ struct FlatCup {
 }
 
 fn references() -> Result<References, Failure> {
-    serde_json::from_str(POSES).map_err(|error| Failure::Reference(error.to_string()))
+    serde_json::from_str(POSES).map_err(Failure::reference)
 }
 
 fn passes(_: Extent) -> Result<Trial, Failure> {
@@ -189,7 +189,7 @@ fn splayed(_: Extent) -> Result<Trial, Failure> {
             natural frequency; the chains lie on the curve.",
         axes: [Axis::linear("rotational speed Ω in √(E I/(ρ A l_f⁴))"), Axis::linear("deflection of the tip over r_g")],
         curves: vec![
-            Curve::new("beam", Look::Reference, exact.collect()),
+            Curve::new("beam", Look::Reference, exact),
             Curve::new("n = 25", Look::Markers, markers),
         ],
     });
@@ -221,7 +221,7 @@ fn flat(extent: Extent) -> Result<Trial, Failure> {
             format!("{} m/s, {} mm, n = {}", case.brushing_velocity_m_s, 1e3 * case.penetration_depth_m, case.segments);
         trial.check(subject, "F_n in N", case.force_n, sources::SCIPY_POSES, flat_force(&settings)?, tolerances::FLAT);
     }
-    let depths: &[f64] = if extent == Extent::Full { &[1e-3, 3e-3] } else { &[3e-3] };
+    let depths: &[f64] = extent.choose(&[3e-3], &[1e-3, 3e-3]);
     for &depth in depths {
         // From two velocities to rest, as forces of inertia grow with their square, and from two n.
         let at = |segments: usize| -> Result<f64, Failure> {

@@ -99,10 +99,10 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
                 let beam = RotatingBeam { speed, hub };
                 (speed, if direction == Direction::OutOfPlane { beam.flap()[0] } else { beam.lag()[0] })
             });
-            curves.push(Curve::new(format!("beam, {name}, {hub_name}"), Look::Reference, exact.collect()));
+            curves.push(Curve::new(format!("beam, {name}, {hub_name}"), Look::Reference, exact));
             let points =
                 speeds.iter().map(|&speed| (speed, chain_frequencies(unit_chain(25), speed, hub, direction)[0]));
-            curves.push(Curve::new(format!("{name}, {hub_name}, n = 25"), Look::Markers, points.collect()));
+            curves.push(Curve::new(format!("{name}, {hub_name}, n = 25"), Look::Markers, points));
         }
     }
     check_paper_brush(&mut trial)?;
@@ -228,8 +228,8 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
             from 15 s on; the curves of both codes coincide.",
         axes: [Axis::linear("time t in s"), Axis::linear("tip across the clamp's direction in m")],
         curves: vec![
-            Curve::new("chain, n → ∞", Look::Line, rows.iter().zip(&limit).map(|(row, tip)| (row.time_s, tip[1])).collect()),
-            Curve::new("Exudyn", Look::Markers, rows.iter().step_by(4).map(|row| (row.time_s, row.tip_across_m)).collect()),
+            Curve::new("chain, n → ∞", Look::Line, rows.iter().zip(&limit).map(|(row, tip)| (row.time_s, tip[1]))),
+            Curve::new("Exudyn", Look::Markers, rows.iter().step_by(4).map(|row| (row.time_s, row.tip_across_m))),
         ],
     });
     Ok(trial)

@@ -98,9 +98,9 @@ fn end_moment(_: Extent) -> Result<Trial, Failure> {
     for (turn, name) in TURNS {
         let along = (0..=60).map(|i| f64::from(i) / 60.0);
         let exact = along.map(|share| arc(share * turn).map(|component| share * component)).map(|[x, y]| (x, y));
-        curves.push(Curve::new(format!("arc of {name}"), Look::Reference, exact.skip(1).collect()));
+        curves.push(Curve::new(format!("arc of {name}"), Look::Reference, exact.skip(1)));
         let nodes = bend(25, turn)?.nodes.into_iter().map(|[x, y, _]| (x, y));
-        curves.push(Curve::new(format!("M = {name} E I/L, n = 25"), Look::Markers, nodes.collect()));
+        curves.push(Curve::new(format!("M = {name} E I/L, n = 25"), Look::Markers, nodes));
     }
     trial.figures.push(Figure {
         name: "validation_circle",
@@ -152,7 +152,7 @@ fn hanging(_: Extent) -> Result<Trial, Failure> {
     let exact: Vec<(f64, [f64; 2])> = exact.collect();
     let mut curves = Vec::new();
     for (i, course) in courses.into_iter().enumerate() {
-        let line = exact.iter().map(|(kappa, tip)| (*kappa, tip[i])).collect();
+        let line = exact.iter().map(|(kappa, tip)| (*kappa, tip[i]));
         curves.push(Curve::new(format!("{}, heavy elastica", QUANTITIES[i]), Look::Reference, line));
         curves.push(Curve::new(format!("{}, n = 25", QUANTITIES[i]), Look::Markers, course));
     }
@@ -170,10 +170,7 @@ fn hanging(_: Extent) -> Result<Trial, Failure> {
 fn buckled(extent: Extent) -> Result<Trial, Failure> {
     // Number of segments and brushing velocity in m/s of the coarse solution. The fine one has twice the number and half the
     // velocity.
-    let (segments, velocity, tolerance) = match extent {
-        Extent::Quick => (25, 0.05, 1e-7),
-        Extent::Full => (50, 0.02, 1e-8),
-    };
+    let (segments, velocity, tolerance) = extent.choose((25, 0.05, 1e-7), (50, 0.02, 1e-8));
     let mut trial = Trial::new(
         "Buckled elastica in the middle of a slow pass",
         "The paper's filament passes the workpiece so slowly that it is always in equilibrium. When its clamp points at the \

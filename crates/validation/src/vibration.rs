@@ -145,7 +145,7 @@ fn damping(_: Extent) -> Result<Trial, Failure> {
         if direction == Direction::InPlane {
             let periods = (0..=50).map(|i| 0.1 * f64::from(i));
             let envelope = periods.map(|periods| (periods, (-damping_ratio * 2.0 * PI * periods).exp()));
-            curves.push(Curve::new(format!("exp(−{damping_ratio} Ω_1 t)"), Look::Reference, envelope.collect()));
+            curves.push(Curve::new(format!("exp(−{damping_ratio} Ω_1 t)"), Look::Reference, envelope));
             curves.push(Curve::new(format!("ζ = {damping_ratio}, n = 25"), Look::Markers, paper.extremes));
         }
         let exact = [damping_ratio, (1.0 - damping_ratio * damping_ratio).sqrt()];

@@ -90,8 +90,8 @@ pub enum Look {
 
 impl Curve {
     /// A curve.
-    pub fn new(name: impl Into<String>, look: Look, points: Vec<(f64, f64)>) -> Self {
-        Self { name: name.into(), points, look, pen: None, shift: 0 }
+    pub fn new(name: impl Into<String>, look: Look, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        Self { name: name.into(), points: points.into_iter().collect(), look, pen: None, shift: 0 }
     }
 
     /// Gives the curve a pen that others may share.
@@ -469,7 +469,7 @@ mod tests {
     fn a_bar_much_longer_than_the_others_is_cut() {
         let bars = |last: f64| {
             let ends = [10.0, 12.0, 20.0, 22.0, 30.0 - last, 30.0 + last];
-            let ends = (0..).zip(ends).map(|(index, end)| (f64::from(index / 2), end)).collect();
+            let ends = (0..).zip(ends).map(|(index, end)| (f64::from(index / 2), end));
             let points = vec![(0.0, 11.0), (1.0, 21.0), (2.0, 30.0)];
             let curves = vec![Curve::new("", Look::Bars, ends), Curve::new("measured", Look::Filled, points)];
             Diagram { y: Axis::amount("force in N"), ..diagram(false, curves) }
@@ -500,7 +500,7 @@ mod tests {
 
     #[test]
     fn long_histories_keep_what_can_be_seen() {
-        let history = (0..100_000).map(|i| (f64::from(i), (f64::from(i) * 1e-3).sin())).collect();
+        let history = (0..100_000).map(|i| (f64::from(i), (f64::from(i) * 1e-3).sin()));
         let text = diagram(false, vec![Curve::new("history", Look::Line, history)]).draw().svg();
         assert!(text.len() < 300_000, "{}", text.len());
     }

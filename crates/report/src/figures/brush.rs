@@ -79,7 +79,7 @@ fn impulses(brush: &Brush, format: &Format) -> Picture {
 fn counted(brush: &Brush) -> Curve {
     let Interaction { first_counted_column: first, last_counted_column: last, .. } = brush.interaction;
     let ends = [first as f64 - 0.5, last as f64 + 0.5];
-    Curve::new("", Look::Stripe, ends.map(|end| (end, 0.0)).to_vec()).with_pen(SHADE)
+    Curve::new("", Look::Stripe, ends.map(|end| (end, 0.0))).with_pen(SHADE)
 }
 
 /// A level from the first to the last column.
@@ -95,7 +95,7 @@ fn over_columns(brush: &Brush, value: impl Fn(&FilamentResult) -> f64) -> Vec<Cu
         let curve = |row: usize| {
             let name = if rows == 1 { "filaments of the brush".to_owned() } else { format!("row {row}") };
             let of_row = brush.filaments.iter().filter(|filament| filament.row == row && filament.column <= last);
-            Curve::new(name, Look::Joined, of_row.map(|filament| (filament.column as f64, value(filament))).collect())
+            Curve::new(name, Look::Joined, of_row.map(|filament| (filament.column as f64, value(filament))))
         };
         return (0..rows).map(curve).collect();
     }

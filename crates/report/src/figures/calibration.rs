@@ -73,11 +73,11 @@ fn grown(calibration: &Calibration, radii: &Radii, format: &Format) -> Picture {
             Curve::new("", Look::Band, [upper, lower].concat()),
             Curve::new("fitted, ± 1.96 σ of the fit", Look::Line, of(&|edge| edge.radius_m)),
             Curve::new("square root of time", Look::Reference, of(&|edge| edge.square_root_m)),
-            Curve::new("", Look::Bars, bars.flat_map(|(time, ends)| ends.map(|end| (time, end))).collect()).with_pen(1),
+            Curve::new("", Look::Bars, bars.flat_map(|(time, ends)| ends.map(|end| (time, end)))).with_pen(1),
             Curve::new(
                 measured_with(calibration),
                 Look::Filled,
-                markers.map(|own| (radii.time_s(own.point) / second, 1e3 * own.value)).collect(),
+                markers.map(|own| (radii.time_s(own.point) / second, 1e3 * own.value)),
             )
             .with_pen(1),
         ],
@@ -118,13 +118,13 @@ fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
         x: Axis::amount(format!("fitted {name} in {unit}")),
         y: Axis::amount(format!("measured {name} in {unit}")),
         curves: vec![
-            Curve::new("", Look::Band, upper.chain(lower).collect()),
+            Curve::new("", Look::Band, upper.chain(lower)),
             Curve::new("measured = fitted, ± 1.96 σ of the fit", Look::Reference, line),
-            Curve::new("", Look::Bars, bars.collect()).with_pen(1),
+            Curve::new("", Look::Bars, bars).with_pen(1),
             Curve::new(
                 measured_with(calibration),
                 Look::Filled,
-                points.iter().map(|[fitted, value, ..]| (*fitted, *value)).collect(),
+                points.iter().map(|[fitted, value, ..]| (*fitted, *value)),
             )
             .with_pen(1),
         ],
@@ -151,14 +151,14 @@ fn ellipse(calibration: &Calibration, [a, b]: [usize; 2], format: &Format) -> Pi
     };
     let shown = [0, 1].map(|side| settings[side].factor() * centre[side]);
     let mut curves = vec![
-        Curve::new("95 % of both", Look::Line, (0..=POINTS).map(point).collect()),
+        Curve::new("95 % of both", Look::Line, (0..=POINTS).map(point)),
         Curve::new("estimate", Look::Markers, vec![(shown[0], shown[1])]),
     ];
     if let [Some(of_a), Some(of_b)] = [a, b].map(|own| calibration.intervals[own]) {
         let [of_a, of_b] =
             [(of_a, &settings[0]), (of_b, &settings[1])].map(|(ends, own)| ends.map(|end| end * own.factor()));
         let corners = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)].map(|(x, y)| (of_a[x], of_b[y]));
-        curves.push(Curve::new("95 % of each", Look::Reference, corners.to_vec()));
+        curves.push(Curve::new("95 % of each", Look::Reference, corners));
     }
     let diagram = Diagram {
         title: "Confidence ellipse".to_owned(),

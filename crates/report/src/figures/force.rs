@@ -177,8 +177,8 @@ impl View<'_> {
             let Marks { marks, are_means } = Marks::of(points);
             has_means |= are_means;
             let ends = marks.iter().flat_map(|mark| mark.bar.map(|end| (mark.at, end)));
-            curves.push(Curve::new("", Look::Bars, ends.collect()).with_pen(index));
-            let points = marks.iter().map(|mark| (mark.at, mark.force_n)).collect();
+            curves.push(Curve::new("", Look::Bars, ends).with_pen(index));
+            let points = marks.iter().map(|mark| (mark.at, mark.force_n));
             curves.push(Curve::new(format!("measured, {name}"), Look::Filled, points).with_pen(index));
         }
         let has_bars = measured.iter().any(|point| point.std_n.is_some());
@@ -250,9 +250,9 @@ impl View<'_> {
             let line = line.map(|(&at, simulated)| (at, simulated.map_or(f64::NAN, |simulated| simulated.force_n)));
             let name = format!("{prefix}{}", of.setting.legend(levels[index]));
             let curve = if is_named {
-                Curve::new(name, Look::Markers, line.collect()).shifted(shift(index))
+                Curve::new(name, Look::Markers, line).shifted(shift(index))
             } else {
-                Curve::new(name, Look::Line, line.collect())
+                Curve::new(name, Look::Line, line)
             };
             curves.push(curve.with_pen(index));
         }
@@ -283,7 +283,7 @@ fn areas(banded: &[(f64, Option<[f64; 2]>)]) -> impl Iterator<Item = Curve> {
     banded.split(|(_, band)| band.is_none()).map(|part| {
         // The upper edge forwards, then the lower edge backwards.
         let edge = |end: usize| part.iter().filter_map(move |&(at, band)| Some((at, band?[end])));
-        Curve::new("", Look::Band, edge(1).chain(edge(0).rev()).collect())
+        Curve::new("", Look::Band, edge(1).chain(edge(0).rev()))
     })
 }
 
@@ -291,7 +291,7 @@ fn areas(banded: &[(f64, Option<[f64; 2]>)]) -> impl Iterator<Item = Curve> {
 fn bars(banded: &[(f64, Option<[f64; 2]>)]) -> Curve {
     let places =
         spread(banded.len(), MAX_BARS).into_iter().filter_map(|index| Some((banded[index].0, banded[index].1?)));
-    Curve::new("", Look::Bars, places.flat_map(|(at, band)| band.map(|end| (at, end))).collect())
+    Curve::new("", Look::Bars, places.flat_map(|(at, band)| band.map(|end| (at, end))))
 }
 
 /// A marker with its error bar.

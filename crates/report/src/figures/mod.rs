@@ -413,7 +413,7 @@ impl View<'_> {
                 None => (name, Box::new(|value| value)),
             };
             let points = shown.iter().zip(values).map(|(&at, value)| (at, value.map_or(f64::NAN, &on_axis)));
-            Curve::new(name, joined(over), points.collect())
+            Curve::new(name, joined(over), points)
         };
         let mut curves: Vec<Curve> = family.iter().enumerate().map(curve).collect();
         if let Some(Level { value, in_curves: name, .. }) = metric.display.level
@@ -421,7 +421,7 @@ impl View<'_> {
             && curves.iter().flat_map(|curve| &curve.points).any(|(_, shown)| *shown > value)
         {
             let ends = [shown[0], shown[shown.len() - 1]];
-            curves.push(Curve::new(name, Look::Reference, ends.map(|end| (end, value)).to_vec()));
+            curves.push(Curve::new(name, Look::Reference, ends.map(|end| (end, value))));
         }
         let selection = selection(members.len(), of.values.len(), &values_of(of));
         let axis = axis_of(metric, family.iter().flatten(), Axis::amount);
@@ -665,7 +665,7 @@ fn turns_figure(settings: &Settings, impulses: &[f64], format: &Format) -> Optio
         subtitle: of_process(settings),
         x: Axis::count("turn"),
         y: Axis::amount("p_n in mN s"),
-        curves: vec![Curve::new("", Look::Joined, points.collect())],
+        curves: vec![Curve::new("", Look::Joined, points)],
     };
     Some(Picture { name: TURNS_FIGURE.to_owned(), canvas: diagram.draw_in(format) })
 }

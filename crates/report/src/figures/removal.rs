@@ -85,7 +85,7 @@ pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) 
     simulated.dedup();
     radius.push(Curve::new("simulated radii", Look::Markers, simulated).with_pen(1));
     let new = removal.simulated.iter().filter(|edge| edge.filament_length_loss_m == 0.0);
-    let work = new.map(|edge| (1e3 * edge.edge_radius_m, 1e3 * edge.edge_sliding_work_j)).collect();
+    let work = new.map(|edge| (1e3 * edge.edge_radius_m, 1e3 * edge.edge_sliding_work_j));
     let mut pictures = vec![
         over_time(RADIUS, "Radius of the edge over time", Axis::from_zero("radius R of the edge in mm"), radius),
         shape(settings, removal, format),

@@ -36,10 +36,7 @@ const DEPTH: f64 = 1e-3;
 
 pub fn steady(extent: Extent) -> Result<Trial, Failure> {
     // Depth in m, and the forces in N of the row and of a filament alone that docs/MODEL.md states.
-    let (changes, known): (Changes, &[_]) = match extent {
-        Extent::Quick => (QUICK, &[(DEPTH, 148.0, 165.0)]),
-        Extent::Full => (FULL, &[(DEPTH, 148.0, 165.0), (3e-3, 320.0, 290.0)]),
-    };
+    let known: &[_] = extent.choose(&[(DEPTH, 148.0, 165.0)], &[(DEPTH, 148.0, 165.0), (3e-3, 320.0, 290.0)]);
     let base = steady_row(SEGMENTS, DEPTH)?;
     let of_base = simulate_brush(&base, 1)?;
     let mut trial = Trial::new(
@@ -73,7 +70,7 @@ pub fn steady(extent: Extent) -> Result<Trial, Failure> {
         axes: [Axis::linear("column"), Axis::linear("p_n in mN s")],
         curves,
     });
-    changes.compare(&mut trial, &base, &of_base)?;
+    extent.choose(QUICK, FULL).compare(&mut trial, &base, &of_base)?;
     Ok(trial)
 }
 
@@ -91,8 +88,8 @@ fn along_columns(depth: f64, result: &BrushResult) -> [Curve; 3] {
             Look::Reference,
             vec![place(0, alone), place(result.columns.saturating_sub(1), alone)],
         ),
-        Curve::new(format!("all, {depth}"), Look::Line, all.map(points).collect()),
-        Curve::new(format!("steady, {depth}"), Look::Markers, counted.map(points).collect()),
+        Curve::new(format!("all, {depth}"), Look::Line, all.map(points)),
+        Curve::new(format!("steady, {depth}"), Look::Markers, counted.map(points)),
     ]
 }
 
@@ -195,7 +192,7 @@ impl Changes {
             axes: [Axis::logarithmic("tolerance of the brush"), Axis::logarithmic("relative change of p̄_n")],
             curves: vec![
                 Curve::new(format!("n = {SEGMENTS}, 1 mm"), Look::Joined, course),
-                Curve::new("error = tolerance", Look::Reference, ends.to_vec()),
+                Curve::new("error = tolerance", Look::Reference, ends),
             ],
         });
         Ok(())

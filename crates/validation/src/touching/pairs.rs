@@ -175,7 +175,7 @@ pub fn straight(_: Extent) -> Result<Trial, Failure> {
         trial.check(&subject, "F in N, δ ≪ d", hertz, sources::HERTZ_CROSSED, computed[0], tolerances::PRESSED);
         trial.check(subject, "F in N", exact, sources::PRESSED, computed[1], tolerances::PRESSED_INTEGRAL);
         let errors = POINTS.map(|points| (points as f64, (farthest(points, exact) / exact - 1.0).abs()));
-        curves.push(Curve::new(format!("crossed at {name}"), Look::Joined, errors.to_vec()));
+        curves.push(Curve::new(format!("crossed at {name}"), Look::Joined, errors));
     }
     for points in [1, 3, 32] {
         let computed = force([0.0, 0.0, height], [1.0, 0.0, 0.0], points) / length;
@@ -188,7 +188,7 @@ pub fn straight(_: Extent) -> Result<Trial, Failure> {
     let subject = format!("at an angle of {LEAN} in one plane, N_q = {finest}");
     trial.check(subject, "F in N", exact, sources::PRESSED, leaning(finest), tolerances::PRESSED_INTEGRAL);
     let errors = POINTS.map(|points| (points as f64, (leaning(points) / exact - 1.0).abs()));
-    curves.push(Curve::new("at 0.001 rad in one plane", Look::Joined, errors.to_vec()));
+    curves.push(Curve::new("at 0.001 rad in one plane", Look::Joined, errors));
     trial.figures.push(Figure {
         name: "validation_pressed",
         title: "Force between straight filaments over the number of contact points".to_owned(),
@@ -250,10 +250,7 @@ fn pressed_force(segments: usize, [first, second]: [f64; 2], approach: f64, swap
 
 pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
     const SEGMENTS: usize = 25;
-    let approaches: &[f64] = match extent {
-        Extent::Quick => &[2e-5, 1e-4],
-        Extent::Full => &[1e-5, 2e-5, 5e-5, 1e-4],
-    };
+    let approaches: &[f64] = extent.choose(&[2e-5, 1e-4], &[1e-5, 2e-5, 5e-5, 1e-4]);
     let mut trial = Trial::new(
         "Crossed cantilevers",
         "Two of the paper's filaments, clamped at one end each, cross at a right angle at the distances a_1 and a_2 from their \
@@ -292,7 +289,7 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
         }
         let exact = (0..=60).map(|i| 8e-6 * 10.0_f64.powf(1.2 * f64::from(i) / 60.0));
         let exact = exact.map(|approach| (1e6 * approach, 1e3 * pressing.cantilevers(of_beams, approach)));
-        curves.push(Curve::new(format!("formula, a = {a}, {b} mm"), Look::Reference, exact.collect()));
+        curves.push(Curve::new(format!("formula, a = {a}, {b} mm"), Look::Reference, exact));
         curves.push(Curve::new(format!("chains, a = {a}, {b} mm"), Look::Markers, forces));
     }
     let subject = "upper filament first in memory, in another group of lanes".to_owned();
@@ -347,10 +344,7 @@ fn held_force(segments: usize, ratio: f64) -> Result<[f64; 2], Failure> {
 }
 
 pub fn over_filament(extent: Extent) -> Result<Trial, Failure> {
-    let segments = match extent {
-        Extent::Quick => 25,
-        Extent::Full => 50,
-    };
+    let segments = extent.choose(25, 50);
     let mut trial = Trial::new(
         "Elastica over a stiff filament",
         format!(

@@ -90,7 +90,7 @@ struct Instant {
 
 pub fn cvodes(extent: Extent) -> Result<Trial, Failure> {
     const ROWS: &str = include_str!("../../../../tests/data/reference_row.json");
-    let tolerance_of_brush = if extent == Extent::Full { 1e-5 } else { 1e-4 };
+    let tolerance_of_brush = extent.choose(1e-4, 1e-5);
     let mut trial = Trial::new(
         "Rows of filaments by CasADi and CVODES",
         format!(
@@ -173,7 +173,7 @@ struct SpatialPair {
 
 pub fn space(extent: Extent) -> Result<Trial, Failure> {
     const SPACE: &str = include_str!("../../../../tests/data/reference_space.json");
-    let tolerance_of_brush = if extent == Extent::Full { 1e-5 } else { 1e-4 };
+    let tolerance_of_brush = extent.choose(1e-4, 1e-5);
     let cases: Vec<InSpace> = cases_of(SPACE)?;
     let mut trial = Trial::new(
         "Two filaments in space by CasADi and CVODES",
@@ -232,7 +232,7 @@ pub fn space(extent: Extent) -> Result<Trial, Failure> {
 
 pub fn mujoco(extent: Extent) -> Result<Trial, Failure> {
     const ROWS: &str = include_str!("../../../../tests/data/reference_row_mujoco.json");
-    let tolerance_of_brush = if extent == Extent::Full { 3e-6 } else { 1e-4 };
+    let tolerance_of_brush = extent.choose(1e-4, 3e-6);
     let mut trial = Trial::new(
         "A row of filaments by MuJoCo",
         "Six filaments of five segments, with seven contact points each, 682 around, in MuJoCo: once with the points of docs/MODEL.md, \
@@ -262,7 +262,8 @@ pub fn mujoco(extent: Extent) -> Result<Trial, Failure> {
         let mean = |impulses: &[f64]| impulses.iter().sum::<f64>() / impulses.len() as f64;
         check(format!("{}, mean", case.name), mean(&expected), mean(&computed), of_mean);
         if !of_hertz {
-            let points = |impulses: &[f64]| impulses.iter().enumerate().map(|(i, p)| (i as f64, 1e3 * p)).collect();
+            let points =
+                |impulses: &[f64]| (0..).map(f64::from).zip(impulses.iter().map(|p| 1e3 * p)).collect::<Vec<_>>();
             if !has_capsules {
                 curves.push(Curve::new("Bristle", Look::Line, points(&computed)));
             }
@@ -312,7 +313,7 @@ fn check_course(trial: &mut Trial, cases: &[Reference], tolerance: f64) -> Resul
         let error = distance(&computed, &expected);
         trial.check(subject, "F_n, rms over rms", 0.0, sources::CVODES_ROWS, error, tolerances::ROW_COURSE);
         let shown = |points: &[(f64, f64)], stride: usize| {
-            points.iter().step_by(stride).map(|(time, force)| (1e3 * time, *force)).collect()
+            points.iter().step_by(stride).map(|(time, force)| (1e3 * time, *force)).collect::<Vec<_>>()
         };
         curves.push(Curve::new(format!("Bristle, column {column}"), Look::Line, shown(&computed, 1)));
         curves.push(Curve::new(format!("CVODES, column {column}"), Look::Markers, shown(&expected, 8)));
@@ -406,10 +407,7 @@ pub fn balance(extent: Extent) -> Result<Trial, Failure> {
 }
 
 pub fn momentum(extent: Extent) -> Result<Trial, Failure> {
-    let tolerance = match extent {
-        Extent::Quick => 1e-4,
-        Extent::Full => 1e-5,
-    };
+    let tolerance = extent.choose(1e-4, 1e-5);
     let mut trial = Trial::new(
         "Angular momentum of a row",
         "The same six filaments, so strongly damped (ζ = 0.5) that they turn rigidly with the body again at the end. Their \
@@ -442,10 +440,7 @@ type Quantity = (&'static str, fn(&Metrics) -> f64);
 pub fn alone(extent: Extent) -> Result<Trial, Failure> {
     /// So few filaments around that they never touch.
     const WIDE: f64 = 120.0;
-    let cases: &[(f64, f64, f64)] = match extent {
-        Extent::Quick => &[(10.0, 1e-3, 3e-6)],
-        Extent::Full => &[(10.0, 1e-3, 1e-6), (30.0, 2e-3, 1e-6)],
-    };
+    let cases: &[(f64, f64, f64)] = extent.choose(&[(10.0, 1e-3, 3e-6)], &[(10.0, 1e-3, 1e-6), (30.0, 2e-3, 1e-6)]);
     let mut trial = Trial::new(
         "Filaments that do not touch",
         "A brush of one filament, and one whose filaments are too far apart to touch, have the metrics of a single pass by \
@@ -488,10 +483,7 @@ pub fn alone(extent: Extent) -> Result<Trial, Failure> {
 }
 
 pub fn symmetries(extent: Extent) -> Result<Trial, Failure> {
-    let (columns, equal_columns, numbers): (usize, usize, &[usize]) = match extent {
-        Extent::Quick => (3, 3, &[2]),
-        Extent::Full => (8, 6, &[2, 3, 5]),
-    };
+    let (columns, equal_columns, numbers): (usize, usize, &[usize]) = extent.choose((3, 3, &[2]), (8, 6, &[2, 3, 5]));
     // At looser ones the mean is right, but an impulse of a single filament is not.
     let tolerance = 1e-4;
     let mut trial = Trial::new(
