@@ -1,7 +1,6 @@
 // Fills the page of a brush: the sector in motion, its results and its settings.
 
 const brush = JSON.parse(document.getElementById("data").textContent);
-const byId = (id) => document.getElementById(id);
 
 /** Duration of the whole simulation at speed 1, in seconds. */
 const PLAYING_TIME = 10;
@@ -30,26 +29,20 @@ function showHead() {
   );
 }
 
-/** A row of a table: a name with its meaning, further cells, and numbers. */
-function row({ key, name, meaning }, cells, numbers) {
-  return element(
-    "tr",
-    { "data-key": key },
-    element("th", { scope: "row" }, name, element("span", { class: "quiet" }, ...rich(meaning))),
-    ...cells,
-    ...numbers.map((text) => element("td", { class: "number" }, text)),
-  );
+/** A row of a table: a name with its meaning, and cells. */
+function row({ key, name, meaning }, ...cells) {
+  return tableRow({ "data-key": key }, [name, quiet(...rich(meaning))], ...cells);
 }
 
 function showResults() {
   const metrics = brush.metrics.map((metric) => {
     const scale = scaleFor(metric.unit, Math.max(Math.abs(metric.value), Math.abs(metric.alone)));
-    const mark = element("td", {}, metric.symbol ? symbol(metric.symbol) : []);
-    return row(metric, [mark], [withUnit(metric.value, scale, DIGITS), withUnit(metric.alone, scale, DIGITS)]);
+    const cells = [metric.value, metric.alone].map((value) => numberCell(withUnit(value, scale, DIGITS)));
+    return row(metric, symbolCell(metric.symbol), ...cells);
   });
   byId("metrics").tBodies[0].replaceChildren(...metrics);
   const interaction = brush.sector.map((entry) =>
-    row(entry, [], [withUnit(entry.value, scaleFor(entry.unit, Math.abs(entry.value)), DIGITS)]),
+    row(entry, numberCell(withUnit(entry.value, scaleFor(entry.unit, Math.abs(entry.value)), DIGITS))),
   );
   byId("interaction").tBodies[0].replaceChildren(...interaction);
 }
@@ -73,11 +66,7 @@ function bulk(forces) {
 
 /** The sector in motion. */
 function createSector() {
-  const motion = { ...brush.motion };
-  for (const key of ["along", "above", "axial", "contact_force", "press_force"]) {
-    if (motion[key] !== null) motion[key] = unpack(motion[key]);
-  }
-  const outline = { along: unpack(brush.outline.along), above: unpack(brush.outline.above) };
+  const [motion, outline] = [brush.motion, brush.outline].map(unpackAll);
   const { times, tool_angles, points } = motion;
   const filaments = motion.filaments.length;
   const counted = motion.filaments.map((filament) => brush.counted[filament]);
@@ -157,7 +146,7 @@ function createSector() {
     };
     trace();
     pen.fillStyle = ink("workpiece");
-    if (!brush.outline.solid) {
+    if (!outline.solid) {
       pen.lineTo(surface.at(-1)[0], pen.canvas.height);
       pen.lineTo(surface[0][0], pen.canvas.height);
     }
@@ -264,22 +253,17 @@ function createSector() {
   }
 
   playButton.addEventListener("click", play);
-  slider.addEventListener("input", () => {
+  const stopAt = (to) => {
     pause();
-    go((Number(slider.value) / 1000) * last);
-  });
-  const keys = {
-    " ": play,
-    ArrowLeft: () => go(Math.ceil(place) - 1),
-    ArrowRight: () => go(Math.floor(place) + 1),
-    Home: () => go(0),
-    End: () => go(last),
+    go(to);
   };
-  animation.addEventListener("keydown", (event) => {
-    if (!(event.key in keys) || event.target !== animation) return;
-    event.preventDefault();
-    if (event.key !== " ") pause();
-    keys[event.key]();
+  slider.addEventListener("input", () => stopAt((Number(slider.value) / 1000) * last));
+  onKeys(animation, {
+    " ": play,
+    ArrowLeft: () => stopAt(Math.ceil(place) - 1),
+    ArrowRight: () => stopAt(Math.floor(place) + 1),
+    Home: () => stopAt(0),
+    End: () => stopAt(last),
   });
   byId("quantity").addEventListener("change", () => {
     showLegend();

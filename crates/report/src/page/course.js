@@ -25,18 +25,12 @@ const DIAGRAMS = [
     ],
   },
   // Of tools that are no upright radial ones.
-  {
-    name: "height of the tip above the workpiece",
+  ...["tip", "root"].map((part) => ({
+    name: `height of the ${part} above the workpiece`,
     symbol: "",
     unit: "m",
-    series: [{ key: "tip_height", name: "tip" }],
-  },
-  {
-    name: "height of the root above the workpiece",
-    symbol: "",
-    unit: "m",
-    series: [{ key: "root_height", name: "root" }],
-  },
+    series: [{ key: `${part}_height`, name: part }],
+  })),
 ];
 /** What a contact does per length of the workpiece's profile. */
 const WORKS = [
@@ -45,9 +39,6 @@ const WORKS = [
 ];
 /** Length of the longest bar of work in the scene, in pixels. */
 const LONGEST_BAR = 44;
-const PACKED = ["mean_force", "peak_force", "deflection", "kinetic", "potential", "dissipated", "along", "above"];
-const PACKED_IN_VIEW = ["along", "above", "moved_along", "moved_above"];
-const LINE = ["along", "above"];
 /** Part of a view that is left free around the filament, and the least thickness of the workpiece in pixels. */
 const AROUND = 0.06;
 const THICKNESS = 14;
@@ -73,17 +64,10 @@ function material(surface, solid, thickness) {
 
 /** The view of one case at a time. */
 function createCaseView(study, grid) {
-  const byId = (id) => document.getElementById(id);
   const courses = new Map(study.courses);
   const errors = new Map(study.errors);
-  const [animation, scene, slider, playButton, speed, viewChoice] = [
-    "animation",
-    "scene",
-    "time",
-    "play",
-    "speed",
-    "view",
-  ].map(byId);
+  const [animation, scene, slider] = ["animation", "scene", "time"].map(byId);
+  const [playButton, speed, viewChoice] = ["play", "speed", "view"].map(byId);
   let course = null;
   /** Time shown, in s, and time of the last frame while playing. */
   let time = 0;
@@ -91,39 +75,12 @@ function createCaseView(study, grid) {
   let parts = null;
   let diagrams = [];
 
-  function unpacked(index) {
-    const packed = courses.get(index);
-    if (!packed) return null;
-    const unpackAll = (object, keys) => ({
-      ...object,
-      ...Object.fromEntries(keys.map((key) => [key, unpack(object[key])])),
-    });
-    const line = (points) => unpackAll(points, LINE);
-    const posed = packed.views && {
-      tip_height: unpack(packed.tip_height),
-      root_height: unpack(packed.root_height),
-      views: packed.views.map((view) => ({
-        ...unpackAll(view, PACKED_IN_VIEW),
-        outline: line(view.outline),
-        body: view.body.map(line),
-        trim: view.trim.map(line),
-        work: view.work && line(view.work),
-      })),
-    };
-    return {
-      ...unpackAll(packed, PACKED),
-      ...posed,
-      outline: line(packed.outline),
-      work: unpackAll(packed.work, ["arc_length", "along", "above", "on_edge", "impulse", "friction"]),
-    };
-  }
-
   function show(index) {
     pause();
     const name = grid.name(index);
     byId("case-title").replaceChildren(...rich(name));
     byId("case").dataset.index = index;
-    course = unpacked(index);
+    course = unpackAll(courses.get(index) ?? null);
     byId("course").hidden = course === null;
     byId("tables").hidden = errors.has(index);
     byId("case-row").textContent = number(grid.row(index), 9);
@@ -184,27 +141,14 @@ function createCaseView(study, grid) {
       study.quantities.filter(({ key }) => key.startsWith(SHARE) === wanted),
     );
     const rows = metrics.map((quantity) => {
-      const cell = element("td", { class: "number" }, valueText(study, quantity, index));
-      if (quantity.key === FORCE && study.force_uncertainty[index])
-        cell.append(element("span", { class: "quiet" }, "± from the number of filaments"));
-      return element(
-        "tr",
-        { "data-key": quantity.key, ...(quantity.headline ? {} : { class: "detail" }) },
-        element("th", { scope: "row" }, quantity.name, element("span", { class: "quiet" }, ...rich(quantity.meaning))),
-        element("td", {}, quantity.symbol ? symbol(quantity.symbol) : []),
-        cell,
-      );
+      const cell = numberCell(valueText(study, quantity, index));
+      if (quantity.key === FORCE && study.force_uncertainty[index]) cell.append(quiet("± from the number of filaments"));
+      const attributes = { "data-key": quantity.key, ...(quantity.headline ? {} : { class: "detail" }) };
+      return tableRow(attributes, [quantity.name, quiet(...rich(quantity.meaning))], symbolCell(quantity.symbol), cell);
     });
     byId("metrics").tBodies[0].replaceChildren(...rows);
     showShares(shares, index);
-    const counts = study.statistics.map(({ name, values }) =>
-      element(
-        "tr",
-        {},
-        element("th", { scope: "row" }, name),
-        element("td", { class: "number" }, number(values[index], 9)),
-      ),
-    );
+    const counts = study.statistics.map(({ name, values }) => tableRow({}, [name], numberCell(number(values[index], 9))));
     byId("statistics").tBodies[0].replaceChildren(...counts);
   }
 
@@ -218,13 +162,8 @@ function createCaseView(study, grid) {
     known.push(["not attributed to one input", Math.max(0, 1 - sum)]);
     const rows = known.map(([name, value]) => {
       const percent = `${number(Math.round(1000 * value) / 10, DIGITS)}\u202f%`;
-      return element(
-        "tr",
-        {},
-        element("th", { scope: "row" }, name),
-        element("td", {}, element("meter", { min: 0, max: 1, value, "aria-label": `${name}: ${percent}` })),
-        element("td", { class: "number" }, percent),
-      );
+      const meter = element("meter", { min: 0, max: 1, value, "aria-label": `${name}: ${percent}` });
+      return tableRow({}, [name], element("td", {}, meter), numberCell(percent));
     });
     byId("shares").tBodies[0].replaceChildren(...rows);
   }
@@ -345,13 +284,31 @@ function createCaseView(study, grid) {
     );
   }
 
+  /** Lines across a diagram at round values of its vertical axis, whose heights `y` gives, with the values beside them. */
+  function levels([low, high], { factor }, y, left, right) {
+    return ticks(low * factor, high * factor, 4).flatMap((value) => {
+      const level = y(value / factor);
+      return [
+        svgElement("line", { class: "axis", x1: left, x2: right, y1: level, y2: level }),
+        svgText({ x: left - 6, y: level + 4, "text-anchor": "end" }, number(value, 4)),
+      ];
+    });
+  }
+
+  /** Round values of a horizontal axis in thousandths of its unit, about `count`, at the places that `x` gives. */
+  function thousandths([low, high], count, x, y) {
+    return ticks(low * 1e3, high * 1e3, Math.max(2, count)).map((value) =>
+      svgText({ x: x(value / 1e3), y, "text-anchor": "middle" }, number(value, 4)),
+    );
+  }
+
   /** What the contact does per length over the arc length of the profile; edges are shaded. */
   function drawWork({ name, unit, key }) {
     const { arc_length, on_edge, cells } = course.work;
     const values = course.work[key];
     const largest = Math.max(...values);
     const scale = scaleFor(unit, largest);
-    const title = element("figcaption", {}, `${name[0].toUpperCase()}${name.slice(1)} in ${scale.unit}`);
+    const title = element("figcaption", {}, ...titleParts(name, "", scale.unit));
     const drawing = svgElement("svg", { role: "img", "aria-label": name });
     const figure = element("figure", { class: "curve work" }, title, drawing);
 
@@ -370,25 +327,14 @@ function createCaseView(study, grid) {
           : "",
       );
       const steps = each((k) => [arc_length[k], arc_length[k + 1]].map((at) => [x(at), y(values[k])])).flat();
-      const content = [svgElement("path", { class: "work-edge", d: shaded.join("") })];
-      for (const value of ticks(0, largest * scale.factor, 4)) {
-        const level = y(value / scale.factor);
-        content.push(
-          svgElement("line", { class: "axis", x1: left, x2: width - right, y1: level, y2: level }),
-          svgText({ x: left - 6, y: level + 4, "text-anchor": "end" }, number(value, 4)),
-        );
-      }
-      for (const value of ticks(low * 1e3, high * 1e3, Math.max(2, width / 80))) {
-        content.push(
-          svgText({ x: x(value / 1e3), y: height - bottom + 15, "text-anchor": "middle" }, number(value, 4)),
-        );
-      }
       const label = on_edge.some((value) => value > 0.5) ? "arc length in mm; shaded: edges" : "arc length in mm";
-      content.push(
+      drawing.replaceChildren(
+        svgElement("path", { class: "work-edge", d: shaded.join("") }),
+        ...levels([0, largest], scale, y, left, width - right),
+        ...thousandths([low, high], width / 80, x, height - bottom + 15),
         svgText({ x: (left + width - right) / 2, y: height - 4, "text-anchor": "middle" }, label),
         svgElement("polygon", { class: "work-area", points: pointList([[x(low), y(0)], ...steps, [x(high), y(0)]]) }),
       );
-      drawing.replaceChildren(...content);
     }
     return { figure, layOut: layOutWork, update() {} };
   }
@@ -404,25 +350,14 @@ function createCaseView(study, grid) {
     const last = course.samples - 1;
     const lines = curves.filter(({ area }) => !area);
     const style = (curve) => (curve.area ? "series-area" : `series-line series-${lines.indexOf(curve)}`);
-    const title = element(
-      "figcaption",
-      {},
-      name[0].toUpperCase() + name.slice(1),
-      ...(mark ? [" ", symbol(mark)] : []),
-      ` in ${scale.unit}`,
-    );
+    const title = element("figcaption", {}, ...titleParts(name, mark, scale.unit));
     const outputs = curves.map(() => element("output", {}));
     const keys = curves.map((curve, k) => {
       const sample = curve.area
         ? svgElement("rect", { class: style(curve), x: 1, y: 1, width: 24, height: 8 })
         : svgElement("line", { class: style(curve), x1: 1, x2: 25, y1: 5, y2: 5 });
-      return element(
-        "li",
-        {},
-        svgElement("svg", { viewBox: "0 0 26 10", "aria-hidden": "true" }, sample),
-        curve.name,
-        outputs[k],
-      );
+      const key = svgElement("svg", { viewBox: "0 0 26 10", "aria-hidden": "true" }, sample);
+      return element("li", {}, key, curve.name, outputs[k]);
     });
     const drawing = svgElement("svg", { role: "img", "aria-label": `${name} over time` });
     const figure = element("figure", { class: "curve" }, title, element("ul", { class: "keys" }, ...keys), drawing);
@@ -438,20 +373,11 @@ function createCaseView(study, grid) {
       const points = (values) => Array.from(values, (value, i) => [x((i / last) * course.end), y(value)]);
       drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
       drawing.setAttribute("height", height);
-      const content = [];
-      for (const value of ticks(lowest * scale.factor, (highest || 1) * scale.factor, 4)) {
-        const level = y(value / scale.factor);
-        content.push(
-          svgElement("line", { class: "axis", x1: left, x2: left + plot.width, y1: level, y2: level }),
-          svgText({ x: left - 6, y: level + 4, "text-anchor": "end" }, number(value, 4)),
-        );
-      }
-      for (const value of ticks(0, course.end * 1e3, Math.max(2, plot.width / 80))) {
-        content.push(
-          svgText({ x: x(value / 1e3), y: height - bottom + 15, "text-anchor": "middle" }, number(value, 4)),
-        );
-      }
-      content.push(svgText({ x: left + plot.width / 2, y: height - 4, "text-anchor": "middle" }, "time in ms"));
+      const content = [
+        ...levels([lowest, highest || 1], scale, y, left, left + plot.width),
+        ...thousandths([0, course.end], plot.width / 80, x, height - bottom + 15),
+        svgText({ x: left + plot.width / 2, y: height - 4, "text-anchor": "middle" }, "time in ms"),
+      ];
       // A filament that touches all round begins each turn where it ends the last one, the first after the workpiece has come up.
       const isAllRound = course.exit - course.entry > 0.999999 * course.turn;
       const before = isAllRound ? course.turn : 0;
@@ -473,14 +399,9 @@ function createCaseView(study, grid) {
       });
       for (const curve of curves) {
         const line = points(curve.values);
-        content.push(
-          curve.area
-            ? svgElement("polygon", {
-                class: style(curve),
-                points: pointList([[x(0), y(0)], ...line, [x(course.end), y(0)]]),
-              })
-            : svgElement("polyline", { class: style(curve), points: pointList(line) }),
-        );
+        const outline = curve.area ? [[x(0), y(0)], ...line, [x(course.end), y(0)]] : line;
+        const shape = { class: style(curve), points: pointList(outline) };
+        content.push(svgElement(curve.area ? "polygon" : "polyline", shape));
       }
       cursor.setAttribute("y1", top - 4);
       cursor.setAttribute("y2", height - bottom);
@@ -517,7 +438,7 @@ function createCaseView(study, grid) {
     const values = course.turn_impulses;
     const largest = Math.max(...values);
     const scale = scaleFor("N s", largest);
-    const title = element("figcaption", {}, "Contact normal impulse turn by turn ", symbol("p_n"), ` in ${scale.unit}`);
+    const title = element("figcaption", {}, ...titleParts("contact normal impulse turn by turn", "p_n", scale.unit));
     const drawing = svgElement("svg", { role: "img", "aria-label": "contact normal impulse of each turn" });
     const figure = element("figure", { class: "curve", id: "turns" }, title, drawing);
     function layOut() {
@@ -527,13 +448,6 @@ function createCaseView(study, grid) {
       const y = (value) => height - bottom - (value / (largest || 1)) * (height - bottom - top);
       drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
       drawing.setAttribute("height", height);
-      const levels = ticks(0, (largest || 1) * scale.factor, 4).flatMap((value) => {
-        const level = y(value / scale.factor);
-        return [
-          svgElement("line", { class: "axis", x1: left, x2: width - right, y1: level, y2: level }),
-          svgText({ x: left - 6, y: level + 4, "text-anchor": "end" }, number(value, 4)),
-        ];
-      });
       // As many labels as there is room for.
       const every = Math.ceil(24 / slot);
       const bars = values.flatMap((value, turn) => {
@@ -545,7 +459,7 @@ function createCaseView(study, grid) {
         return [rectangle, svgText(place, number(turn + 1))];
       });
       const name = svgText({ x: (left + width - right) / 2, y: height - 4, "text-anchor": "middle" }, "turn");
-      drawing.replaceChildren(...levels, ...bars, name);
+      drawing.replaceChildren(...levels([0, largest || 1], scale, y, left, width - right), ...bars, name);
     }
     return { figure, layOut };
   }
@@ -621,19 +535,12 @@ function createCaseView(study, grid) {
     pause();
     setTime((Number(slider.value) / Number(slider.max)) * course.end);
   });
-  animation.addEventListener("keydown", (event) => {
-    // Button, slider and list have keys of their own.
-    if (event.target !== animation) return;
-    const actions = {
-      " ": toggle,
-      ArrowLeft: () => go(-1),
-      ArrowRight: () => go(1),
-      Home: () => go(-Infinity),
-      End: () => go(Infinity),
-    };
-    if (!actions[event.key]) return;
-    event.preventDefault();
-    actions[event.key]();
+  onKeys(animation, {
+    " ": toggle,
+    ArrowLeft: () => go(-1),
+    ArrowRight: () => go(1),
+    Home: () => go(-Infinity),
+    End: () => go(Infinity),
   });
   let width = 0;
   new ResizeObserver(() => {

@@ -47,6 +47,9 @@ function withUnit(value, scale, digits) {
   return scale.unit && value !== null ? `${text}\u202f${scale.unit}` : text;
 }
 
+/** The element of the page with this id. */
+const byId = (id) => document.getElementById(id);
+
 /** An element with attributes and content; attributes whose names start with `on` are listeners. */
 function element(name, attributes = {}, ...content) {
   return build(document.createElement(name), attributes, content);
@@ -70,6 +73,32 @@ function symbol(text) {
   if (text.includes(" ")) return element("span", { class: "expression" }, ...rich(text));
   const [base, index] = text.split("_");
   return element("span", { class: "symbol" }, base, index ? element("sub", {}, index) : []);
+}
+
+/** A quantity with its symbol and unit, as the parts of a title. */
+function titleParts(name, mark, unit) {
+  return [name[0].toUpperCase() + name.slice(1), ...(mark ? [" ", symbol(mark)] : []), unit ? ` in ${unit}` : ""];
+}
+
+/** A row of a table: the parts of its heading, and cells. */
+function tableRow(attributes, heading, ...cells) {
+  return element("tr", attributes, element("th", { scope: "row" }, ...heading), ...cells);
+}
+
+/** A cell with a number, or with a symbol if there is one. */
+const numberCell = (...content) => element("td", { class: "number" }, ...content);
+const symbolCell = (mark) => element("td", {}, mark ? symbol(mark) : []);
+
+/** Text in smaller, paler letters. */
+const quiet = (...content) => element("span", { class: "quiet" }, ...content);
+
+/** Does what `actions` have for a key that is pressed in `node`; elements in it have keys of their own. */
+function onKeys(node, actions) {
+  node.addEventListener("keydown", (event) => {
+    if (event.target !== node || !actions[event.key]) return;
+    event.preventDefault();
+    actions[event.key](event);
+  });
 }
 
 /** Text in which symbols are typeset: those with a subscript, `R`, `ω`, and a single letter before `=`. */
@@ -101,6 +130,14 @@ function unpack({ least, step, words }) {
   const bytes = Uint8Array.from(atob(words), (character) => character.charCodeAt(0));
   const view = new DataView(bytes.buffer);
   return Float64Array.from({ length: bytes.length / 2 }, (_, i) => least + step * view.getUint16(2 * i, true));
+}
+
+/** Data in which all packed numbers are unpacked. */
+function unpackAll(data) {
+  if (Array.isArray(data)) return data.map(unpackAll);
+  if (data === null || typeof data !== "object") return data;
+  if ("words" in data) return unpack(data);
+  return Object.fromEntries(Object.entries(data).map(([key, value]) => [key, unpackAll(value)]));
 }
 
 /** Round values that divide the range from `low` to `high` into about `count` parts. */

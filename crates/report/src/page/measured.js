@@ -3,7 +3,7 @@
 /** Shows measured and simulated forces. */
 function showMeasured(measured) {
   if (measured === null) return;
-  const section = document.getElementById("measured");
+  const section = byId("measured");
   section.hidden = false;
   const { speed, depth, comparisons, left_out: leftOut } = measured;
   const force = (value, spread) => {
@@ -12,19 +12,18 @@ function showMeasured(measured) {
     const both = spread ? `${number(value * factor, DIGITS)} ± ${number(spread * factor, 2)}` : number(value * factor, DIGITS);
     return `${both}\u202f${unit}`;
   };
-  const cell = (...content) => element("td", { class: "number" }, ...content);
   const value = (quantity, each) => withUnit(each, scaleFor(quantity.unit, each), 4);
-  const row = (point) =>
-    element(
-      "tr",
-      {},
-      cell(value(speed, point.speed)),
-      cell(value(depth, point.depth)),
-      cell(force(point.force, point.std)),
-      cell(point.missing ?? force(point.simulated, point.uncertainty)),
-      cell(point.simulated === null ? "–" : force(point.simulated - point.force)),
-      cell(point.within === null ? "–" : point.within ? "yes" : "no"),
-    );
+  const row = (point) => {
+    const texts = [
+      value(speed, point.speed),
+      value(depth, point.depth),
+      force(point.force, point.std),
+      point.missing ?? force(point.simulated, point.uncertainty),
+      point.simulated === null ? "–" : force(point.simulated - point.force),
+      point.within === null ? "–" : point.within ? "yes" : "no",
+    ];
+    return element("tr", {}, ...texts.map((text) => numberCell(text)));
+  };
   const heading = (...content) => element("th", { scope: "col", class: "number" }, ...content);
   const tables = comparisons.map(({ condition, count, points, deviation }) => {
     const names = [symbol(speed.symbol), symbol(depth.symbol), "Measured", "Simulated", "Difference", "Within ± std"];
@@ -42,7 +41,7 @@ function showMeasured(measured) {
   if (leftOut > 0) {
     tables.push([element("p", { class: "quiet" }, `${leftOut} more comparisons are in measured_comparison.csv.`)]);
   }
-  document.getElementById("measured-tables").replaceChildren(...tables.flat());
+  byId("measured-tables").replaceChildren(...tables.flat());
 }
 
 /** How far the simulated forces deviate from the measured ones. */

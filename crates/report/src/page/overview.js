@@ -141,7 +141,6 @@ function labelledPlaces({ values, scale }, limit) {
 
 /** Shows the overview; `open` is called with the case that the reader chooses. */
 function createOverview(study, grid, open) {
-  const byId = (id) => document.getElementById(id);
   const long = grid.axes.filter((axis) => axis.values.length > 1);
   if (long.length === 0) return { markOpen() {} };
   byId("overview").hidden = false;
@@ -183,11 +182,13 @@ function createOverview(study, grid, open) {
   const at = (i, j) => grid.index(places.map((place, k) => (k === acrossAt ? i : k === upwardAt ? j : place)));
   const rows = upward ? upward.values.length : 1;
   const columns = across.values.length;
+  /** The places of all cells, row by row. */
+  const cells = Array.from({ length: rows * columns }, (_, k) => [k % columns, Math.floor(k / columns)]);
 
   function addChoices() {
     const select = byId("quantity");
     for (const { key, name } of quantities) {
-      select.append(element("option", { value: key }, name[0].toUpperCase() + name.slice(1)));
+      select.append(element("option", { value: key }, ...titleParts(name)));
     }
     select.value = quantity.key;
     select.addEventListener("change", () => {
@@ -244,22 +245,20 @@ function createOverview(study, grid, open) {
     // Edges on whole pixels, so that no seam shows.
     const x = Array.from({ length: columns + 1 }, (_, i) => Math.round(left(i) * density));
     const y = Array.from({ length: rows + 1 }, (_, j) => Math.round(top(j - 1) * density));
-    for (let j = 0; j < rows; j++) {
-      for (let i = 0; i < columns; i++) {
-        const value = quantity.values[at(i, j)];
-        context.fillStyle = value === null ? failed : color(shareOf(value));
-        context.fillRect(x[i], y[j + 1], x[i + 1] - x[i], y[j] - y[j + 1]);
-        if (value === null && cellWidth() > 8 && cellHeight() > 8) {
-          context.strokeStyle = failedInk;
-          context.lineWidth = 1.5 * density;
-          const [centreX, centreY, reach] = [(x[i] + x[i + 1]) / 2, (y[j] + y[j + 1]) / 2, 4 * density];
-          context.beginPath();
-          context.moveTo(centreX - reach, centreY - reach);
-          context.lineTo(centreX + reach, centreY + reach);
-          context.moveTo(centreX + reach, centreY - reach);
-          context.lineTo(centreX - reach, centreY + reach);
-          context.stroke();
-        }
+    for (const [i, j] of cells) {
+      const value = quantity.values[at(i, j)];
+      context.fillStyle = value === null ? failed : color(shareOf(value));
+      context.fillRect(x[i], y[j + 1], x[i + 1] - x[i], y[j] - y[j + 1]);
+      if (value === null && cellWidth() > 8 && cellHeight() > 8) {
+        context.strokeStyle = failedInk;
+        context.lineWidth = 1.5 * density;
+        const [centreX, centreY, reach] = [(x[i] + x[i + 1]) / 2, (y[j] + y[j + 1]) / 2, 4 * density];
+        context.beginPath();
+        context.moveTo(centreX - reach, centreY - reach);
+        context.lineTo(centreX + reach, centreY + reach);
+        context.moveTo(centreX + reach, centreY - reach);
+        context.lineTo(centreX - reach, centreY + reach);
+        context.stroke();
       }
     }
   }
@@ -279,12 +278,7 @@ function createOverview(study, grid, open) {
     let path = "";
     for (let j = 0; j + 1 < rows; j++) {
       for (let i = 0; i + 1 < columns; i++) {
-        const corners = [
-          [i, j],
-          [i + 1, j],
-          [i + 1, j + 1],
-          [i, j + 1],
-        ];
+        const corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(([right, up]) => [i + right, j + up]);
         const above = corners
           .map(([a, b]) => of.values[at(a, b)])
           .map((value) => (value === null ? NaN : of.coordinate(value) - of.coordinate(level)));
@@ -320,10 +314,7 @@ function createOverview(study, grid, open) {
       const y = top(j) + cellHeight() / 2;
       drawing.append(
         svgElement("line", { class: "axis", x1: layout.left - 4, x2: layout.left, y1: y, y2: y }),
-        svgText(
-          { x: layout.left - 7, y: y + 4, "text-anchor": "end" },
-          tickText(upward, j),
-        ),
+        svgText({ x: layout.left - 7, y: y + 4, "text-anchor": "end" }, tickText(upward, j)),
       );
     }
     nameAxes(axisLabel(upward));
@@ -421,14 +412,8 @@ function createOverview(study, grid, open) {
     for (const i of order) {
       const [x, y] = curvePoint(i);
       const lost = quantity.values[at(i, 0)] === null ? " lost" : "";
-      drawing.append(
-        svgElement("circle", {
-          class: `point${lost}${at(i, 0) === opened ? " open" : ""}`,
-          cx: x,
-          cy: y,
-          r: columns > 60 ? 2.5 : 4,
-        }),
-      );
+      const style = `point${lost}${at(i, 0) === opened ? " open" : ""}`;
+      drawing.append(svgElement("circle", { class: style, cx: x, cy: y, r: columns > 60 ? 2.5 : 4 }));
     }
     nameAxes(axisLabel(quantity));
   }
@@ -471,12 +456,8 @@ function createOverview(study, grid, open) {
   function drawUnstable() {
     const size = Math.min(8, cellWidth() / 2, cellHeight() / 2);
     if (size < 3) return;
-    let path = "";
-    for (let j = 0; j < rows; j++) {
-      for (let i = 0; i < columns; i++) {
-        if (unstable.has(at(i, j))) path += `M${(left(i + 1) - size).toFixed(1)} ${top(j).toFixed(1)}h${size}v${size}z`;
-      }
-    }
+    const corner = ([i, j]) => `M${(left(i + 1) - size).toFixed(1)} ${top(j).toFixed(1)}h${size}v${size}z`;
+    const path = cells.filter(([i, j]) => unstable.has(at(i, j))).map(corner).join("");
     if (path) drawing.append(svgElement("path", { class: "unstable", d: path }));
   }
 
@@ -484,8 +465,7 @@ function createOverview(study, grid, open) {
   function drawNumbers() {
     const { size, character, room } = CELL_NUMBER;
     const numberOf = (value) => number(value * quantity.scale.factor, DIGITS, !Number.isInteger(value));
-    const cases = Array.from({ length: rows * columns }, (_, k) => [k % columns, Math.floor(k / columns)]);
-    const known = cases.filter(([i, j]) => quantity.values[at(i, j)] !== null);
+    const known = cells.filter(([i, j]) => quantity.values[at(i, j)] !== null);
     // A map of many cells has no numbers: they need not be made to know that.
     const couldFit = cellWidth() >= 3 * character && cellHeight() >= size + room;
     const texts = couldFit ? known.map(([i, j]) => numberOf(quantity.values[at(i, j)])) : [];
@@ -505,14 +485,11 @@ function createOverview(study, grid, open) {
   function drawDots(hasNumbers) {
     if (!isSelection()) return;
     const radius = Math.max(1, Math.min(3, cellWidth() / 4, cellHeight() / 4));
-    for (let j = 0; j < rows; j++) {
-      for (let i = 0; i < columns; i++) {
-        if (!kept.has(at(i, j))) continue;
-        const [cx, cy] = hasNumbers
-          ? [left(i) + 2 * radius, top(j) + cellHeight() - 2 * radius]
-          : [left(i) + cellWidth() / 2, top(j) + cellHeight() / 2];
-        drawing.append(svgElement("circle", { class: "kept", cx, cy, r: radius }));
-      }
+    for (const [i, j] of cells.filter(([i, j]) => kept.has(at(i, j)))) {
+      const [cx, cy] = hasNumbers
+        ? [left(i) + 2 * radius, top(j) + cellHeight() - 2 * radius]
+        : [left(i) + cellWidth() / 2, top(j) + cellHeight() / 2];
+      drawing.append(svgElement("circle", { class: "kept", cx, cy, r: radius }));
     }
   }
 
@@ -544,12 +521,7 @@ function createOverview(study, grid, open) {
 
   function drawTitle() {
     const { name, symbol: mark, scale, meaning, low, high } = quantity;
-    const unit = scale.unit ? ` in ${scale.unit}` : "";
-    byId("map-title").replaceChildren(
-      name[0].toUpperCase() + name.slice(1),
-      ...(mark ? [" ", symbol(mark)] : []),
-      unit,
-    );
+    byId("map-title").replaceChildren(...titleParts(name, mark, scale.unit));
     byId("map-note").replaceChildren(...rich(meaning));
     byId("legend").hidden = !upward;
     const text = (value) => (Number.isFinite(value) ? number(value * scale.factor, DIGITS) : "–");
@@ -639,23 +611,18 @@ function createOverview(study, grid, open) {
   map.classList.add("cells");
   map.addEventListener("pointermove", pointAt);
   map.addEventListener("click", (event) => pointAt(event) && open(Number(map.dataset.index)));
-  map.addEventListener("keydown", (event) => {
-    const far = event.ctrlKey ? 10 : 1;
-    const actions = {
-      ArrowLeft: () => move(acrossAt, -far),
-      ArrowRight: () => move(acrossAt, far),
-      ArrowUp: () => upward && move(upwardAt, far),
-      ArrowDown: () => upward && move(upwardAt, -far),
-      Home: () => move(acrossAt, -columns),
-      End: () => move(acrossAt, columns),
-      PageUp: () => upward && move(upwardAt, rows),
-      PageDown: () => upward && move(upwardAt, -rows),
-      Enter: () => open(Number(map.dataset.index)),
-      " ": () => open(Number(map.dataset.index)),
-    };
-    if (!actions[event.key]) return;
-    event.preventDefault();
-    actions[event.key]();
+  const far = ({ ctrlKey }) => (ctrlKey ? 10 : 1);
+  onKeys(map, {
+    ArrowLeft: (event) => move(acrossAt, -far(event)),
+    ArrowRight: (event) => move(acrossAt, far(event)),
+    ArrowUp: (event) => upward && move(upwardAt, far(event)),
+    ArrowDown: (event) => upward && move(upwardAt, -far(event)),
+    Home: () => move(acrossAt, -columns),
+    End: () => move(acrossAt, columns),
+    PageUp: () => upward && move(upwardAt, rows),
+    PageDown: () => upward && move(upwardAt, -rows),
+    Enter: () => open(Number(map.dataset.index)),
+    " ": () => open(Number(map.dataset.index)),
   });
   new ResizeObserver(() => map.clientWidth !== layout?.width && draw()).observe(map);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);

@@ -15,7 +15,6 @@ function sentence(text) {
 
 /** What the file asks for and the answer to it; without a question, the highest force in two sentences. */
 function showHeadline() {
-  const byId = (id) => document.getElementById(id);
   if (!study.answer) {
     byId("headline").hidden = false;
     byId("headline").replaceChildren(...sentence(study.headline));
@@ -31,7 +30,7 @@ function showHeadline() {
 }
 
 function showHead() {
-  document.getElementById("name").textContent = study.name;
+  byId("name").textContent = study.name;
   const swept = grid.named
     .filter((axis) => grid.axes.includes(axis))
     .map((axis) => {
@@ -44,16 +43,12 @@ function showHead() {
   const list = swept.flatMap((parts, k) => [k === 0 ? " over " : ", ", ...parts]);
   const outcome =
     study.failed === 0 ? "" : ` ${number(study.failed, 9)} of them ${study.failed === 1 ? "has" : "have"} failed.`;
-  document
-    .getElementById("summary")
-    .replaceChildren(`${cases} ${of}`, ...list, `.${outcome}`);
-  if (study.quantities[0].values.length < study.cases) {
-    document
-      .getElementById("summary")
-      .append(
-        ` This page shows ${number(study.quantities[0].values.length, 9)} of them, evenly spread; runs.csv has all.`,
-      );
-  }
+  const shown = number(study.quantities[0].values.length, 9);
+  const selection =
+    study.quantities[0].values.length < study.cases
+      ? ` This page shows ${shown} of them, evenly spread; runs.csv has all.`
+      : "";
+  byId("summary").replaceChildren(`${cases} ${of}`, ...list, `.${outcome}${selection}`);
 }
 
 /** From the first to the last of the swept values, or names. */
@@ -73,7 +68,7 @@ function settingText(setting) {
   const swept = grid.axes.find((axis) => axis.path === setting.path);
   if (swept === undefined && setting.by_tool) return byToolText(setting);
   if (swept === undefined) return fixedSettingText(setting);
-  return [rangeText(swept), element("span", { class: "quiet" }, `swept, ${countText(swept)}`)];
+  return [rangeText(swept), quiet(`swept, ${countText(swept)}`)];
 }
 
 /** A setting's value for each of the tools, which differ in it. */
@@ -82,13 +77,8 @@ function byToolText({ by_tool: values, unit }) {
 }
 
 function showOrigin() {
-  const total = study.statistics.map(
-    ({ name, values }) =>
-      `${number(
-        values.reduce((sum, value) => sum + (value ?? 0), 0),
-        12,
-      )} ${name}`,
-  );
+  const sum = (values) => values.reduce((sum, value) => sum + (value ?? 0), 0);
+  const total = study.statistics.map(({ name, values }) => `${number(sum(values), 12)} ${name}`);
   const kept = study.courses.length;
   const courses = study.brush
     ? "none; `bristle brush` has a page with the sector in motion"
@@ -96,7 +86,7 @@ function showOrigin() {
       ? "of all cases that were solved"
       : `of ${kept} cases, evenly spread over the study`;
   const scatters = study.quantities.some(({ key }) => key.startsWith(SHARE));
-  const entries = [
+  showEntries([
     ["Software", [`Bristle ${study.version}`]],
     ["Equations of motion", [`derived by ${study.equations.maker}`]],
     ["Hash of the equations", [element("code", {}, study.equations.sha256), " (SHA-256)"]],
@@ -107,8 +97,7 @@ function showOrigin() {
       rich(`± from the number of filaments alone: F_n,w ΔN_f / N_f${scatters ? "; the 95 % band from sampled tools" : ""}`),
     ],
     ["Model", ["E. Uhlmann, A. Hoyer: Modeling of Contact Forces for Brushing Tools. Ceramics 4 (2021)"]],
-  ];
-  showEntries(entries);
+  ]);
 }
 
 const caseView = createCaseView(study, grid);
@@ -131,7 +120,7 @@ const overview = createOverview(study, grid, (index) => {
 });
 
 function goToCase(options) {
-  const title = document.getElementById("case-title");
+  const title = byId("case-title");
   title.focus({ preventScroll: true });
   title.scrollIntoView(options);
 }

@@ -13,6 +13,9 @@ function fixedSettingText({ value, unit }) {
   return rich(withUnit(value, scaleFor(unit, Math.abs(value)), 12));
 }
 
+/** The name of a setting with its key. */
+const settingHeading = ({ name, path }) => [name, " ", element("code", { class: "quiet" }, path)];
+
 /** Fills the tables of the settings, one for each section of the input file; `text` gives the text of a value. */
 function showSettings(settings, text) {
   const sectionOf = ({ path }) => path.split(".")[0];
@@ -20,18 +23,10 @@ function showSettings(settings, text) {
   const tables = sections.map((section) => {
     const rows = settings
       .filter((setting) => sectionOf(setting) === section)
-      .map((setting) =>
-        element(
-          "tr",
-          {},
-          element("th", { scope: "row" }, setting.name, " ", element("code", { class: "quiet" }, setting.path)),
-          element("td", {}, setting.symbol ? symbol(setting.symbol) : []),
-          element("td", { class: "number" }, ...text(setting)),
-        ),
-      );
+      .map((setting) => tableRow({}, settingHeading(setting), symbolCell(setting.symbol), numberCell(...text(setting))));
     return element("table", {}, element("caption", {}, section), element("tbody", {}, ...rows));
   });
-  document.getElementById("settings").replaceChildren(...tables);
+  byId("settings").replaceChildren(...tables);
 }
 
 /** Shows what a reader should know about the settings. */
@@ -42,7 +37,7 @@ function showNotes({ warnings, assumptions }) {
 
 /** Shows what is unusual about the settings. */
 function showWarnings(warnings) {
-  const list = document.getElementById("warnings");
+  const list = byId("warnings");
   list.hidden = warnings.length === 0;
   list.replaceChildren(...warnings.map((warning) => element("li", {}, `Warning: ${warning.replaceAll("`", "")}`)));
 }
@@ -50,23 +45,16 @@ function showWarnings(warnings) {
 /** Shows the settings that the input file leaves to their defaults or to a material, and what a change of each does to the tool force. */
 function showAssumptions({ row, place, list, notes }) {
   if (list.length === 0) return;
-  const section = document.getElementById("assumptions");
+  const section = byId("assumptions");
   section.hidden = false;
   const note = `The input file does not state these settings, which decide the force. Each was changed alone at ${place}${row === null ? "" : ` (row ${row})`}. ${notes.join(" ")}`;
-  document.getElementById("assumptions-note").replaceChildren(...rich(note));
-  const cell = (...content) => element("td", { class: "number" }, ...content);
+  byId("assumptions-note").replaceChildren(...rich(note));
   const percent = (change) => (change === null ? "–" : `${change < 0 ? "" : "+"}${number(100 * change, 3)}\u202f%`);
-  const rows = list.map(({ path, symbol: mark, name, unit, value, changed, force_change }) => {
-    const scale = scaleFor(unit, Math.abs(changed));
-    return element(
-      "tr",
-      {},
-      element("th", { scope: "row" }, name, " ", element("code", { class: "quiet" }, path)),
-      element("td", {}, mark ? symbol(mark) : []),
-      cell(...rich(withUnit(value, scale))),
-      cell(...rich(withUnit(changed, scale))),
-      cell(percent(force_change)),
-    );
+  const rows = list.map((setting) => {
+    const { symbol: mark, unit, value, changed, force_change: change } = setting;
+    const texts = [value, changed].map((each) => rich(withUnit(each, scaleFor(unit, Math.abs(changed)))));
+    const cells = [...texts, [percent(change)]].map((text) => numberCell(...text));
+    return tableRow({}, settingHeading(setting), symbolCell(mark), ...cells);
   });
   section.querySelector("th:last-child").replaceChildren(...rich("F_n,w changes by"));
   section.querySelector("tbody").replaceChildren(...rows);
@@ -76,15 +64,12 @@ function showAssumptions({ row, place, list, notes }) {
 function datePrints(version) {
   addEventListener("beforeprint", () => {
     const today = new Date().toLocaleDateString("sv");
-    document.getElementById("printed").textContent = `Bristle ${version}, printed on ${today}`;
+    byId("printed").textContent = `Bristle ${version}, printed on ${today}`;
   });
 }
 
 /** Fills the list of where the numbers come from, with names and their texts. */
 function showEntries(entries) {
-  document
-    .getElementById("origin")
-    .replaceChildren(
-      ...entries.flatMap(([name, text]) => [element("dt", {}, ...rich(name)), element("dd", {}, ...text)]),
-    );
+  const items = entries.flatMap(([name, text]) => [element("dt", {}, ...rich(name)), element("dd", {}, ...text)]);
+  byId("origin").replaceChildren(...items);
 }
