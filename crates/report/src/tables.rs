@@ -153,10 +153,15 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult], width: usize) -> Str
     text
 }
 
+/// A result of which only the metrics are known.
+fn result_of(metrics: &Metrics) -> CaseResult {
+    Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() })
+}
+
 /// The metrics of one contact, and below them the settings that have their defaults, in lines of at most `width` columns.
 #[must_use]
 pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assumptions, width: usize) -> String {
-    let results = [Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() })];
+    let results = [result_of(metrics)];
     // A depth that was found for a force is one of the metrics.
     let stated = (metrics.force_stiffness_n_m == 0.0).then_some(DEPTH);
     let speeds = [VELOCITY, SPEED].into_iter().chain(stated).filter_map(Parameter::find);
@@ -182,8 +187,7 @@ pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assum
 /// The metrics of a result, and those of the same `again`, with more precision.
 #[must_use]
 pub fn check_table(again: &str, metrics: &Metrics, checked: &Metrics) -> String {
-    let results =
-        [metrics, checked].map(|metrics| Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() }));
+    let results = [metrics, checked].map(result_of);
     let mut rows = vec![["checked", "before", again, "change"].map(str::to_owned).to_vec()];
     for (column, quantity) in shown_metrics(Prominence::Headline, &results).zip(Quantity::headlines(&results)) {
         let change = Change::of(column, metrics, checked).relative_change;
@@ -197,9 +201,7 @@ pub fn check_table(again: &str, metrics: &Metrics, checked: &Metrics) -> String 
 /// A brush compared with one filament alone, in lines of less than 80 columns.
 #[must_use]
 pub fn brush_table(result: &BrushResult) -> String {
-    let [brush, alone] = [&result.tool, &result.alone]
-        .map(|metrics| Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() }));
-    let results = [brush, alone];
+    let results = [&result.tool, &result.alone].map(result_of);
     let mut rows = vec![["", "brush", "alone"].map(str::to_owned).to_vec()];
     // What a brush does not have is zero in its metrics, and left out where the first column says so.
     for quantity in Quantity::headlines(&results[..1]) {

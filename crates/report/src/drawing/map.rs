@@ -210,6 +210,9 @@ fn joined(pieces: &[[Point; 2]]) -> Vec<Vec<Point>> {
     lines
 }
 
+/// The value of a cell, and its upper left and lower right corner on the canvas.
+type Cell = (Option<f64>, [Point; 2]);
+
 impl Map {
     /// Draws the map for a screen.
     #[must_use]
@@ -233,10 +236,13 @@ impl Map {
         let frame @ [_, _, right, bottom] = [left, top, page - RIGHT, top + format.height(SIZE.1, SIZE.0, MIN_HEIGHT)];
         let mut canvas = Canvas::on(format, (page, bottom + BOTTOM));
         heading.draw(&mut canvas);
-        self.draw_cells(&mut canvas, frame, &scale);
         let (xs, ys) = (self.x.borders(), self.y.borders());
         let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
-        let mut numbers = self.numbers(format, &scale, &across, &up);
+        let places = ys.windows(2).flat_map(|y| xs.windows(2).map(move |x| [x, y]));
+        let corners = places.map(|[x, y]| [(across(x[0]), up(y[1])), (across(x[1]), up(y[0]))]);
+        let cells: Vec<Cell> = self.values.iter().copied().zip(corners).collect();
+        self.draw_cells(&mut canvas, &cells, frame, &scale);
+        let mut numbers = self.numbers(format, &scale, &cells);
         let lines = self.lines(frame, &across, &up);
         let points: Vec<Point> = lines.iter().flat_map(|line| sampled(line)).collect();
         numbers.iter_mut().for_each(|number| number.avoid(&points));
@@ -261,32 +267,24 @@ impl Map {
         canvas
     }
 
-    fn draw_cells(&self, canvas: &mut Canvas, [left, top, right, bottom]: Frame, scale: &Scale) {
-        let (xs, ys) = (self.x.borders(), self.y.borders());
-        let (across, up) = (placing(&xs, left, right), placing(&ys, bottom, top));
-        let cells = || {
-            let rows = self.values.chunks(self.x.values.len()).zip(ys.windows(2));
-            rows.flat_map(|(row, y)| row.iter().zip(xs.windows(2)).map(move |(value, x)| (value, [x, y])))
-        };
-        let corners = |[x, y]: [&[f64]; 2]| [(across(x[0]), up(y[1])), (across(x[1]), up(y[0]))];
-        for (value, borders) in cells() {
-            let [(low_x, high_y), (high_x, low_y)] = corners(borders);
+    fn draw_cells(&self, canvas: &mut Canvas, cells: &[Cell], [_, top, right, _]: Frame, scale: &Scale) {
+        for &(value, corners) in cells {
+            let [(low_x, high_y), (high_x, low_y)] = corners;
             match value {
                 // A cell extends slightly below the one that is drawn after it, so that no seam shows.
                 Some(value) => {
-                    let reach = [(low_x, high_y - 5), (high_x + 5, low_y)];
-                    let reach = [(reach[0].0, reach[0].1.max(fine(top))), (reach[1].0.min(fine(right)), reach[1].1)];
-                    canvas.rectangle(reach, viridis(part(scale, *value)));
+                    let reach = [(low_x, (high_y - 5).max(fine(top))), ((high_x + 5).min(fine(right)), low_y)];
+                    canvas.rectangle(reach, viridis(part(scale, value)));
                 }
-                None => hatch(canvas, [(low_x, high_y), (high_x, low_y)]),
+                None => hatch(canvas, corners),
             }
         }
         // Again, over what their neighbours have drawn into them.
-        for (_, borders) in cells().filter(|(value, _)| value.is_none()) {
-            hatch(canvas, corners(borders));
+        for (_, corners) in cells.iter().filter(|(value, _)| value.is_none()) {
+            hatch(canvas, *corners);
         }
-        for ((_, borders), _) in cells().zip(&self.marked).filter(|(_, marked)| **marked) {
-            let [(low_x, high_y), (high_x, low_y)] = corners(borders);
+        for ((_, corners), _) in cells.iter().zip(&self.marked).filter(|(_, marked)| **marked) {
+            let [(low_x, high_y), (high_x, low_y)] = *corners;
             let side = fine(MARK).min((high_x - low_x) / 2).min((low_y - high_y) / 2);
             let corner = [(high_x - side, high_y), (high_x, high_y), (high_x, high_y + side)];
             canvas.area(corner, WHITE, 1.0);
@@ -296,31 +294,20 @@ impl Map {
     }
 
     /// The numbers of all cells if all of them fit, otherwise none.
-    fn numbers(
-        &self,
-        format: &Format,
-        scale: &Scale,
-        across: &impl Fn(f64) -> i32,
-        up: &impl Fn(f64) -> i32,
-    ) -> Vec<Number> {
+    fn numbers(&self, format: &Format, scale: &Scale, cells: &[Cell]) -> Vec<Number> {
         let size = format.font_size(NUMBER);
-        let (xs, ys) = (self.x.borders(), self.y.borders());
         let (mut numbers, mut largest) = (Vec::new(), 0.0_f64);
-        for (row, y) in self.values.chunks(self.x.values.len()).zip(ys.windows(2)) {
-            for (value, x) in row.iter().zip(xs.windows(2)) {
-                let Some(value) = *value else { continue };
-                let text = number(value, &self.colours);
-                let half = (fine(width(&text, size)) / 2, fine(size) / 2);
-                let [left, right] = [x[0], x[1]].map(across);
-                let [bottom, top] = [y[0], y[1]].map(up);
-                if right - left < 2 * (half.0 + fine(FREE.0)) || bottom - top < 2 * (half.1 + fine(FREE.1)) {
-                    return Vec::new();
-                }
-                let middle = ((left + right) / 2, (top + bottom) / 2);
-                let cell = ((right - left) / 2, (bottom - top) / 2);
-                numbers.push(Number { text, part: part(scale, value), middle, half, cell });
-                largest = largest.max(value.abs());
+        for &(value, [(left, top), (right, bottom)]) in cells {
+            let Some(value) = value else { continue };
+            let text = number(value, &self.colours);
+            let half = (fine(width(&text, size)) / 2, fine(size) / 2);
+            if right - left < 2 * (half.0 + fine(FREE.0)) || bottom - top < 2 * (half.1 + fine(FREE.1)) {
+                return Vec::new();
             }
+            let middle = ((left + right) / 2, (top + bottom) / 2);
+            let cell = ((right - left) / 2, (bottom - top) / 2);
+            numbers.push(Number { text, part: part(scale, value), middle, half, cell });
+            largest = largest.max(value.abs());
         }
         if scale.factor.is_empty() && largest >= 0.1 { numbers } else { Vec::new() }
     }

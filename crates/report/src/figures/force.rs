@@ -9,8 +9,7 @@ use bristle_grid::CaseSummary;
 use bristle_grid::uncertainty::{SHARES, scatter_text, scatters};
 use bristle_input::measured::{Measurement, same};
 use bristle_insight::measured::{Simulated, tool_force};
-use bristle_insight::slices::Slice;
-use bristle_insight::slices::spread;
+use bristle_insight::slices::{Slice, Varied, spread};
 use bristle_text::number::short;
 
 /// Maximum number of curves with measured points, each of which has a band.
@@ -50,15 +49,9 @@ impl View<'_> {
             return None;
         }
         let selection = selection(levels.len(), of.values.len(), &values_of(of));
-        let diagram = Diagram {
-            title: "Contact normal force of the tool with varying filaments".to_owned(),
-            subtitle: self.subtitle([self.band_text(shown_as), selection, gaps(has_gaps)]),
-            x: axis_along(over),
-            y: Axis::amount("F_n,w in N"),
-            curves,
-        };
-        let name = format!("scatter_over_{}{}", over.setting.word(), self.slice.suffix());
-        Some(Picture { name, canvas: diagram.draw_in(self.format) })
+        let title = "Contact normal force of the tool with varying filaments";
+        let parts = [self.band_text(shown_as), selection, gaps(has_gaps)];
+        Some(self.over(over, "scatter", title, parts, Axis::amount("F_n,w in N"), curves))
     }
 
     /// First-order Sobol indices along the first side, at the middle value of the other.
@@ -93,15 +86,8 @@ impl View<'_> {
         let at = y.setting.equation(y.values[row]);
         let mut all = (0..x.values.len()).map(|column| self.study.settings(self.slice.case(column, row)));
         let deviations = all.find(scatters).map_or_else(String::new, |settings| scatter_text(&settings));
-        let diagram = Diagram {
-            title: "Sources of the scatter in the tool force".to_owned(),
-            subtitle: self.subtitle([at, deviations]),
-            x: axis_along(x),
-            y: Axis::from_zero("first-order Sobol index"),
-            curves,
-        };
-        let name = format!("sobol_over_{}{}", x.setting.word(), self.slice.suffix());
-        Some(Picture { name, canvas: diagram.draw_in(self.format) })
+        let title = "Sources of the scatter in the tool force";
+        Some(self.over(x, "sobol", title, [at, deviations], Axis::from_zero("first-order Sobol index"), curves))
     }
 
     /// The tool force with and without interaction; none if this side has one value only.
@@ -131,15 +117,8 @@ impl View<'_> {
         }
         let has_gaps = curves.iter().flat_map(|curve| &curve.points).any(|(_, force)| force.is_nan());
         let selection = selection(members.len(), of.values.len(), &values_of(of));
-        let diagram = Diagram {
-            title: "Contact normal force of the tool with and without interaction".to_owned(),
-            subtitle: self.subtitle([selection, gaps(has_gaps)]),
-            x: axis_along(over),
-            y: Axis::amount("F_n,w in N"),
-            curves,
-        };
-        let name = format!("interaction_over_{}{}", over.setting.word(), self.slice.suffix());
-        Some(Picture { name, canvas: diagram.draw_in(self.format) })
+        let title = "Contact normal force of the tool with and without interaction";
+        Some(self.over(over, "interaction", title, [selection, gaps(has_gaps)], Axis::amount("F_n,w in N"), curves))
     }
 
     /// Where a measured point lies along the horizontal side of the slice.
@@ -191,15 +170,25 @@ impl View<'_> {
             (false, false) => "measured without standard deviations".to_owned(),
         };
         let selection = selection(levels.len(), total, &format!("measured {}", values_of(of)));
-        let diagram = Diagram {
-            title: "Contact normal force of the tool, simulated and measured".to_owned(),
-            subtitle: self.subtitle([format!("{}; {bars}", self.band_text(shown_as)), selection, gaps(has_gaps)]),
-            x: axis_along(over),
-            y: Axis::amount("F_n,w in N"),
-            curves,
-        };
-        let name = format!("measured_over_{}{}", over.setting.word(), self.slice.suffix());
-        Some(Picture { name, canvas: diagram.draw_in(self.format) })
+        let title = "Contact normal force of the tool, simulated and measured";
+        let parts = [format!("{}; {bars}", self.band_text(shown_as)), selection, gaps(has_gaps)];
+        Some(self.over(over, "measured", title, parts, Axis::amount("F_n,w in N"), curves))
+    }
+
+    /// The figure of curves along a side; `what` is how its name begins, `parts` are those of its subtitle.
+    fn over<const N: usize>(
+        &self,
+        side: &Varied,
+        what: &str,
+        title: &str,
+        parts: [String; N],
+        y: Axis,
+        curves: Vec<Curve>,
+    ) -> Picture {
+        let subtitle = self.subtitle(parts);
+        let diagram = Diagram { title: title.to_owned(), subtitle, x: axis_along(side), y, curves };
+        let name = format!("{what}_over_{}{}", side.setting.word(), self.slice.suffix());
+        Picture { name, canvas: diagram.draw_in(self.format) }
     }
 
     /// Explains the bands, or what shows them.

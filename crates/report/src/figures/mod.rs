@@ -196,11 +196,11 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     let slices = telling_slices(study, MAX_SLICES);
     let [of_tools, offsets, process] =
         [tool_slices, offset_slices, process_slices].map(|slices| slices(study, MAX_SLICES));
-    let view_of = |slice| View { study, results, slice, format };
+    let [views, of_tools, of_offsets, of_process] = [&slices, &of_tools, &offsets, &process]
+        .map(|slices| slices.chosen.iter().map(|slice| View { study, results, slice, format }).collect::<Vec<_>>());
     let mut pictures = Vec::new();
-    for slice in &slices.chosen {
-        let view = view_of(slice);
-        let is_map = is_map(slice);
+    for view in &views {
+        let is_map = is_map(view.slice);
         // The force of a tool that is pressed on is the one that the file states.
         let is_given = |metric: &&Column<Metrics>| study.is_pressed_on() && metric.key == "tool_contact_normal_force_n";
         for metric in shown_metrics(Prominence::Figure, results).filter(|metric| !is_given(metric)) {
@@ -213,30 +213,26 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
             }
         }
     }
-    for slice in &of_tools.chosen {
-        let view = view_of(slice);
+    for view in &of_tools {
         let metrics = shown_metrics(Prominence::Headline, results);
         pictures.extend(metrics.map(|metric| view.curves(metric, Family::OverX)));
     }
     if results.iter().flatten().any(|summary| summary.metrics.edge_share > 0.0) {
-        for slice in &offsets.chosen {
-            let view = view_of(slice);
+        for view in &of_offsets {
             let of_edges = drawn::<Metrics>().filter(|metric| ["edge_share", "edge_evenness"].contains(&metric.key));
             pictures.extend(of_edges.map(|metric| view.map(metric, "over_offset_and_depth")));
         }
     }
     if study.has_brush() {
-        for slice in &slices.chosen {
-            let view = view_of(slice);
+        for view in &views {
             pictures.extend([Family::OverX, Family::OverY].into_iter().filter_map(|family| view.interaction(family)));
-            if is_map(slice) {
+            if is_map(view.slice) {
                 pictures.extend(drawn::<Interaction>().map(|column| view.map(column, "map")));
             }
         }
     }
     if study.scatters() {
-        for slice in &slices.chosen {
-            let view = view_of(slice);
+        for view in &views {
             pictures.extend(view.scatter(Family::OverX));
             pictures.extend(view.scatter(Family::OverY));
             pictures.extend(view.sobol());
@@ -249,9 +245,8 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
         note = format!("for {} of {} values of the further sweeps", slices.chosen.len(), slices.total);
     }
     if !measured.is_empty() {
-        for slice in &process.chosen {
-            let view = view_of(slice);
-            let own: Vec<Measurement> = points_of(study, slice, measured).collect();
+        for view in &of_process {
+            let own: Vec<Measurement> = points_of(study, view.slice, measured).collect();
             for family in [Family::OverX, Family::OverY] {
                 pictures.extend(view.measured(&own, family));
             }

@@ -198,27 +198,27 @@ impl View {
         ]
     }
 
-    fn line(&self, canvas: &mut Canvas, points: &[[f64; 2]], color: Color, tenths: i32) {
-        let points: Vec<[f64; 2]> = points.iter().map(|&point| self.place(point)).collect();
-        for part in clip_line(&points, self.frame) {
-            canvas.line(part, stroke(color, tenths));
-        }
+    fn places(&self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        points.iter().map(|&point| self.place(point)).collect()
     }
 
-    fn dashed(&self, canvas: &mut Canvas, points: &[[f64; 2]], color: Color, tenths: i32) {
-        let points: Vec<[f64; 2]> = points.iter().map(|&point| self.place(point)).collect();
-        for part in clip_line(&points, self.frame) {
-            Pen { color, tenths, dash: (5, 4), ..pen(0) }.line(canvas, &part);
+    fn line(&self, canvas: &mut Canvas, points: &[[f64; 2]], pen: Pen) {
+        for part in clip_line(&self.places(points), self.frame) {
+            pen.line(canvas, &part);
         }
     }
 
     fn polygon(&self, canvas: &mut Canvas, points: &[[f64; 2]], color: Color, opacity: f64) {
-        let points: Vec<[f64; 2]> = points.iter().map(|&point| self.place(point)).collect();
-        let clipped = clip_polygon(&points, self.frame);
+        let clipped = clip_polygon(&self.places(points), self.frame);
         if clipped.len() > 2 {
             canvas.area(clipped, color, opacity);
         }
     }
+}
+
+/// The pen of a line without dashes.
+fn solid(color: Color, tenths: i32) -> Pen {
+    Pen { color, tenths, dash: (1, 0), ..pen(0) }
 }
 
 /// The box around points, with a margin that is a part of its larger side; none without points.
@@ -437,10 +437,10 @@ pub(super) fn drawn(
             }
         }
         for body in &pane.body {
-            view.line(&mut canvas, body, FAINT, 14);
+            view.line(&mut canvas, body, solid(FAINT, 14));
         }
         for trim in &pane.trim {
-            view.dashed(&mut canvas, trim, GREY, 8);
+            view.line(&mut canvas, trim, Pen { dash: (5, 4), ..solid(GREY, 8) });
         }
         for (index, filament) in pane.filaments.iter().enumerate() {
             // From light to dark as time passes.
@@ -449,9 +449,9 @@ pub(super) fn drawn(
                 (f64::from(light) + part * (f64::from(dark) - f64::from(light))).round() as u8
             };
             let color = Color(shade(190, 40), shade(200, 44), shade(212, 52));
-            view.line(&mut canvas, filament, color, 12);
+            view.line(&mut canvas, filament, solid(color, 12));
         }
-        view.line(&mut canvas, &pane.surface, INK, 14);
+        view.line(&mut canvas, &pane.surface, solid(INK, 14));
         scale_bar(&mut canvas, &view);
     }
     for (pane, &[left, top, right, bottom]) in panes.iter().zip(&frames).filter(|(pane, _)| !pane.name.is_empty()) {

@@ -51,16 +51,13 @@ pub fn unit_of_time(seconds: f64) -> (&'static str, f64) {
 pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) -> Vec<Picture> {
     let last = removal.rows.last().map_or(0.0, |row| row.time_s);
     let (unit, second) = unit_of_time(last);
-    let over_time = |name: &str, title: &str, y: Axis, curves: Vec<Curve>| Picture {
+    let picture = |name: &str, title: &str, subtitle: String, [x, y]: [Axis; 2], curves: Vec<Curve>| Picture {
         name: name.to_owned(),
-        canvas: Diagram {
-            title: title.to_owned(),
-            subtitle: subtitle(settings, removal),
-            x: Axis::from_zero(format!("time in {unit}")),
-            y,
-            curves,
-        }
-        .draw_in(format),
+        canvas: Diagram { title: title.to_owned(), subtitle, x, y, curves }.draw_in(format),
+    };
+    let over_time = |name: &str, title: &str, y: Axis, curves: Vec<Curve>| {
+        let x = Axis::from_zero(format!("time in {unit}"));
+        picture(name, title, subtitle(settings, removal), [x, y], curves)
     };
     let of = |value: &dyn Fn(&RemovalRow) -> f64| -> Vec<(f64, f64)> {
         removal.rows.iter().map(|row| (row.time_s / second, value(row))).collect()
@@ -86,20 +83,19 @@ pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) 
     radius.push(Curve::new("simulated radii", Look::Markers, simulated).with_pen(1));
     let new = removal.simulated.iter().filter(|edge| edge.filament_length_loss_m == 0.0);
     let work = new.map(|edge| (1e3 * edge.edge_radius_m, 1e3 * edge.edge_sliding_work_j));
+    let of_work =
+        [Axis::logarithmic("radius R of the edge in mm"), Axis::from_zero("sliding work W_e on the edge in mJ")];
+    let conditions = "new filaments, one pass of one of them".to_owned();
     let mut pictures = vec![
         over_time(RADIUS, "Radius of the edge over time", Axis::from_zero("radius R of the edge in mm"), radius),
         shape(settings, removal, format),
-        Picture {
-            name: WORK.to_owned(),
-            canvas: Diagram {
-                title: "Work on the edge over its radius".to_owned(),
-                subtitle: "new filaments, one pass of one of them".to_owned(),
-                x: Axis::logarithmic("radius R of the edge in mm"),
-                y: Axis::from_zero("sliding work W_e on the edge in mJ"),
-                curves: vec![Curve::new("", Look::Joined, work)],
-            }
-            .draw_in(format),
-        },
+        picture(
+            WORK,
+            "Work on the edge over its radius",
+            conditions,
+            of_work,
+            vec![Curve::new("", Look::Joined, work)],
+        ),
     ];
     if settings.removal_or_default().filament_wear_m2_n.is_some() {
         let force = vec![Curve::new("", Look::Line, of(&|row| row.tool_contact_normal_force_n))];

@@ -7,7 +7,7 @@ use bristle_text::number::{short, significant};
 use bristle_text::shown;
 
 use super::brush::figure;
-use super::{LONGEST_NAME, STYLE, escape_html, fill};
+use super::{LONGEST_NAME, STYLE, document, escape_html, fill};
 use crate::drawing::format::Format;
 use crate::figures::{calibration_figures, unit_of_time};
 
@@ -48,22 +48,18 @@ pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
     let next = if next.is_empty() { next } else { NEXT.replace("{}", &next) };
     let figures: String = calibration_figures(calibration, &Format::default()).iter().map(figure).collect();
     let forces: String = (0..calibration.forces.len().min(MOST)).map(|row| force_row(calibration, row)).collect();
-    fill(
-        TEMPLATE,
-        &[
-            ("title", &format!("{name}: calibration")),
-            ("style", STYLE),
-            ("name", &name),
-            ("measured", measured),
-            ("lead", lead),
-            ("rest", &rest),
-            ("settings", &settings),
-            ("trust", &trust),
-            ("next", &next),
-            ("figures", &figures),
-            ("forces", &forces),
-        ],
-    )
+    let body = [
+        ("name", &*name),
+        ("measured", measured),
+        ("lead", lead),
+        ("rest", &rest),
+        ("settings", &settings),
+        ("trust", &trust),
+        ("next", &next),
+        ("figures", &figures),
+        ("forces", &forces),
+    ];
+    document(&format!("{name}: calibration"), STYLE, "", &fill(TEMPLATE, &body))
 }
 
 fn setting_row(calibration: &Calibration, own: usize) -> String {

@@ -39,7 +39,8 @@ pub use selection::{MAX_CASES_SHOWN, MAX_COURSES};
 use packed::rounded;
 use selection::Selection;
 
-/// A page with places to be filled in, of which one is for the sections of its own.
+/// A document, and the body of most pages, with places to be filled in.
+const DOCUMENT: &str = include_str!("document.html");
 const FRAME: &str = include_str!("frame.html");
 const SECTIONS: &str = include_str!("study.html");
 const STYLE: &str = include_str!("style.css");
@@ -124,19 +125,23 @@ impl Page<'_> {
     fn framed(self) -> String {
         let Self { title, subject, without_scripts, sections, notes, mut data, script } = self;
         data["notes"] = notes.data();
-        fill(
-            FRAME,
-            &[
-                ("title", &escape_html(title)),
-                ("style", STYLE),
-                ("subject", subject),
-                ("without_scripts", without_scripts),
-                ("sections", sections),
-                ("data", &escape_script(&data.to_string())),
-                ("script", script),
-            ],
-        )
+        let body = [
+            ("subject", subject),
+            ("without_scripts", without_scripts),
+            ("sections", sections),
+            ("data", &escape_script(&data.to_string())),
+            ("script", script),
+        ];
+        document(&escape_html(title), STYLE, SCRIPTS, &fill(FRAME, &body))
     }
+}
+
+/// The part of a document's policy that lets scripts run.
+const SCRIPTS: &str = " script-src 'unsafe-inline';";
+
+/// The document of a body. `title` is HTML.
+fn document(title: &str, style: &str, scripts: &str, body: &str) -> String {
+    fill(DOCUMENT, &[("title", title), ("style", style), ("scripts", scripts), ("body", body)])
 }
 
 /// Fills the places of a template, `{{name}}`, with texts. Places within these texts are not filled.

@@ -1,19 +1,24 @@
 //! The page of a removal, on which the edge grows round as a slider moves.
 
 use bristle::model::settings::Settings;
-use bristle_grid::removal::Removal;
+use bristle_grid::removal::{Removal, RemovalRow};
 use bristle_text::number::significant;
 use bristle_text::shown;
 use serde_json::json;
 
 use super::brush::figure;
-use super::{LONGEST_NAME, STYLE, escape_html, escape_script, fill};
+use super::{LONGEST_NAME, SCRIPTS, STYLE, document, escape_html, escape_script, fill};
 use crate::drawing::format::Format;
 use crate::figures::{corner_outline, removal_figures, unit_of_time};
 use crate::removal::lines;
 
 const TEMPLATE: &str = include_str!("removal.html");
 const SCRIPT: &str = include_str!("removal.js");
+/// The style of the drawing and of its slider.
+const OWN_STYLE: &str = "
+#edge svg { width: 100%; max-width: 40rem; height: auto; display: block; }
+#edge input { width: 100%; max-width: 40rem; }
+";
 /// Rows of the table.
 const ROWS: usize = 11;
 /// How far faces are seen beyond the roundest arc, over its tangent length.
@@ -44,55 +49,33 @@ pub fn removal_page(name: &str, settings: &Settings, removal: &Removal) -> Strin
             format!("<tr>{}</tr>\n", cells.concat())
         })
         .collect();
-    let edges: Vec<_> = removal
-        .angles_rad
-        .iter()
-        .enumerate()
-        .map(|(edge, &angle)| {
-            let radius = |row: &bristle_grid::removal::RemovalRow| {
-                if edge == 0 { row.edge_radius_m } else { row.second_edge_radius_m }
-            };
-            let largest = removal.rows.iter().map(radius).fold(0.0, f64::max);
-            let reach = FACES * largest / (angle / 2.0).tan();
-            let outlines: Vec<Vec<[f64; 2]>> = removal
-                .rows
-                .iter()
-                .step_by(4)
-                .map(|row| {
-                    let outline = corner_outline(angle, radius(row), reach);
-                    outline
-                        .into_iter()
-                        .map(|point| point.map(|value| (1e6 * value / reach.max(1e-9)).round() / 1e6))
-                        .collect()
-                })
-                .collect();
-            json!({ "outlines": outlines, "reach_mm": 1e3 * reach, "half_rad": angle / 2.0 })
-        })
-        .collect();
-    let shown_rows: Vec<_> = removal
-        .rows
-        .iter()
-        .step_by(4)
-        .map(|row| {
-            let numbers = [row.time_s / second, row.turns, 1e3 * row.edge_radius_m, 1e3 * row.second_edge_radius_m];
-            numbers.map(significant)
-        })
-        .collect();
+    let steps = || removal.rows.iter().step_by(4);
+    let edge = |(edge, &angle): (usize, &f64)| {
+        let radius = |row: &RemovalRow| if edge == 0 { row.edge_radius_m } else { row.second_edge_radius_m };
+        let largest = removal.rows.iter().map(radius).fold(0.0, f64::max);
+        let reach = FACES * largest / (angle / 2.0).tan();
+        let part = |value: f64| (1e6 * value / reach.max(1e-9)).round() / 1e6;
+        let outline = |row| corner_outline(angle, radius(row), reach).into_iter().map(|point| point.map(part));
+        let outlines: Vec<Vec<[f64; 2]>> = steps().map(|row| outline(row).collect()).collect();
+        json!({ "outlines": outlines, "reach_mm": 1e3 * reach, "half_rad": angle / 2.0 })
+    };
+    let edges: Vec<_> = removal.angles_rad.iter().enumerate().map(edge).collect();
+    let shown_row = |row: &RemovalRow| {
+        [row.time_s / second, row.turns, 1e3 * row.edge_radius_m, 1e3 * row.second_edge_radius_m].map(significant)
+    };
+    let shown_rows: Vec<_> = steps().map(shown_row).collect();
     let data = json!({ "unit": unit, "edges": edges, "rows": shown_rows });
-    fill(
-        TEMPLATE,
-        &[
-            ("title", &format!("{name}: an edge that grows round")),
-            ("style", STYLE),
-            ("name", &name),
-            ("lead", lead),
-            ("rest", &rest),
-            ("last", &(shown_rows.len() - 1).to_string()),
-            ("unit", unit),
-            ("rows", &rows),
-            ("figures", &figures),
-            ("data", &escape_script(&data.to_string())),
-            ("script", SCRIPT),
-        ],
-    )
+    let body = [
+        ("name", &*name),
+        ("lead", lead),
+        ("rest", &rest),
+        ("last", &(shown_rows.len() - 1).to_string()),
+        ("unit", unit),
+        ("rows", &rows),
+        ("figures", &figures),
+        ("data", &escape_script(&data.to_string())),
+        ("script", SCRIPT),
+    ];
+    let title = format!("{name}: an edge that grows round");
+    document(&title, &[STYLE, OWN_STYLE].concat(), SCRIPTS, &fill(TEMPLATE, &body))
 }

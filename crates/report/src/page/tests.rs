@@ -6,11 +6,9 @@ use serde_json::Value;
 use super::selection::spread;
 use super::*;
 use crate::testing::brush;
-use bristle::model::metrics::Metrics;
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::settings::{BrushSettings, ProfileSettings};
 use bristle::simulation::Statistics;
-use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{Sweep, Tool};
 use bristle_input::document::Document;
 use bristle_input::measured::{Measurement, Speed};
@@ -45,44 +43,22 @@ fn grid(velocities: usize, depths: usize) -> Study {
 /// Results with numbers of as many digits as real ones have.
 fn made_up(count: usize) -> Vec<CaseResult> {
     let number = |case: usize| 1.0 / (7.0 + case as f64);
-    let metrics = |case| {
-        let mut metrics = Metrics::default();
-        for column in Metrics::COLUMNS {
-            column.set(&mut metrics, if column.whole { (case % 7) as f64 } else { number(case) });
+    fn record<R: Record + Default>(case: usize, number: f64) -> R {
+        let mut record = R::default();
+        for column in R::COLUMNS {
+            column.set(&mut record, if column.whole { (case % 7) as f64 } else { number });
         }
-        metrics
-    };
+        record
+    }
     let statistics = Statistics { steps: 1234, newton_iterations: 12_345, factorisations: 1234, ..Default::default() };
-    let scatter = |case| ForceScatter {
-        tool_force_mean_n: number(case),
-        tool_force_std_n: number(case),
-        tool_force_lower_95_n: number(case),
-        tool_force_upper_95_n: number(case),
-        sobol_length: number(case),
-        sobol_diameter: number(case),
-        sobol_youngs_modulus: number(case),
-        sobol_damping_ratio: number(case),
-        sobol_waviness_amplitude: number(case),
-        sobol_waviness_phase: number(case),
-        sobol_friction_coefficient: number(case),
-        sobol_filament_count: number(case),
-        sobol_calibration: number(case),
-        failed_samples: case % 7,
+    let summary = |case| CaseSummary {
+        metrics: record(case, number(case)),
+        turn_contact_normal_impulses_n_s: vec![number(case)],
+        statistics,
+        scatter: Some(record(case, number(case))),
+        ..CaseSummary::default()
     };
-    (0..count)
-        .map(|case| {
-            let turn_contact_normal_impulses_n_s = vec![number(case)];
-            let (metrics, scatter) = (metrics(case), Some(scatter(case)));
-            Ok(CaseSummary {
-                metrics,
-                turn_contact_normal_impulses_n_s,
-                statistics,
-                scatter,
-                brush: None,
-                change_when_checked: None,
-            })
-        })
-        .collect()
+    (0..count).map(|case| Ok(summary(case))).collect()
 }
 
 /// The data that stand in a page, as a browser reads them.
