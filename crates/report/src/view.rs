@@ -84,7 +84,7 @@ fn ground(settings: &Settings) -> f64 {
 }
 
 /// The surface of a workpiece as a view shows it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Surface {
     /// Points of a line with the material on its right-hand side, or the border of what faces the viewer, in m.
     pub points: Vec<[f64; 2]>,
@@ -93,7 +93,7 @@ pub(crate) struct Surface {
 }
 
 /// One way of seeing a contact.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct View {
     /// In words.
     pub name: &'static str,
@@ -230,10 +230,7 @@ impl<'a> Frame<'a> {
             lift,
             cut,
             shows_profile: cut.is_some() && (!self.is_plane || dot(right, self.forward).abs() > 0.5),
-            surface: line(Vec::new(), false),
-            body: Vec::new(),
-            trim: Vec::new(),
-            nearest: Vec::new(),
+            ..View::default()
         };
         view.surface = match (self.is_plane, cut) {
             (true, Some(_)) => line(self.level(), false),
@@ -278,12 +275,9 @@ impl<'a> Frame<'a> {
             across: right,
             up,
             lift: ground(self.settings),
-            cut: None,
             shows_profile: dot(right, self.forward).abs() > 0.9,
             surface: Surface { points: self.level(), is_filled: false },
-            body: Vec::new(),
-            trim: Vec::new(),
-            nearest: Vec::new(),
+            ..View::default()
         };
         if !self.is_plane && view.shows_profile {
             let points = self.outline.iter().map(|&[x, y]| view.place([x, y, 0.0])).collect();

@@ -44,23 +44,20 @@ pub fn is_file_name(name: &str) -> bool {
     is_numbered("filament_") || is_numbered("brush_") || [WORKPIECE, COLLECTION, BRUSH_COLLECTION].contains(&name)
 }
 
-fn filament_name(shape: usize) -> String {
-    format!("filament_{shape:04}.vtp")
-}
-
-fn brush_name(frame: usize) -> String {
-    format!("brush_{frame:04}.vtp")
+/// The file of what moves at one time.
+fn numbered(moving: &str, number: usize) -> String {
+    format!("{moving}_{number:04}.vtp")
 }
 
 /// Names and texts of the files, the collection last. `shapes` belong to the pass that `settings` state and have loads.
 pub fn files(settings: &Settings, shapes: &[Shape]) -> impl Iterator<Item = (String, String)> {
     let pass = sampled_pass(settings);
     let piece = workpiece(&pass, settings);
-    let filament = move |(k, shape)| (filament_name(k), filament(&pass, settings, shape));
+    let filament = move |(k, shape)| (numbered("filament", k), filament(&pass, settings, shape));
     let filaments = shapes.iter().enumerate().map(filament);
     filaments.chain([(WORKPIECE.to_owned(), piece)]).chain(iter::once_with(|| {
         let times = shapes.iter().map(|shape| shape.time_s);
-        (COLLECTION.to_owned(), collection("filament", filament_name, times))
+        (COLLECTION.to_owned(), collection("filament", times))
     }))
 }
 
@@ -73,9 +70,9 @@ pub fn brush_files<'a>(
     let piece = iter::once_with(|| (WORKPIECE.to_owned(), workpiece(&Pass::new(settings), settings)));
     let list = iter::once_with(|| {
         let times = frames.iter().map(|frame| frame.time_s);
-        (BRUSH_COLLECTION.to_owned(), collection("brush", brush_name, times))
+        (BRUSH_COLLECTION.to_owned(), collection("brush", times))
     });
-    let frame = |(k, frame)| (brush_name(k), brush(filaments, frame));
+    let frame = |(k, frame)| (numbered("brush", k), brush(filaments, frame));
     frames.iter().enumerate().map(frame).chain(piece).chain(list)
 }
 
@@ -240,10 +237,10 @@ fn array(kind: &str, name: &str, size: &str, number: usize, bytes: impl IntoIter
 }
 
 /// All files with their `times` in s: what moves is part 0 and called `moving`, the workpiece is part 1.
-fn collection(moving: &str, file_name: fn(usize) -> String, times: impl Iterator<Item = f64>) -> String {
+fn collection(moving: &str, times: impl Iterator<Item = f64>) -> String {
     let mut text = format!("{HEADING}<VTKFile type=\"Collection\" {ATTRIBUTES}>\n<Collection>\n");
     for (k, time) in times.enumerate() {
-        for (part, name, file) in [(0, moving, file_name(k)), (1, "workpiece", WORKPIECE.to_owned())] {
+        for (part, name, file) in [(0, moving, numbered(moving, k)), (1, "workpiece", WORKPIECE.to_owned())] {
             let _ = writeln!(text, "<DataSet timestep=\"{time:?}\" part=\"{part}\" name=\"{name}\" file=\"{file}\"/>");
         }
     }
@@ -269,11 +266,13 @@ mod tests {
         settings.workpiece.kind = WorkpieceKind::plane([1.0, 2.0, 0.5]);
         settings.contact.friction_coefficient = 0.2;
         settings.contact.radius_m = 0.05e-3;
-        let simulation = simulate_with(
-            &settings,
-            Sampling { samples: SHAPES, shapes: SHAPES, loads: true, profile: false, alongside: false },
-        );
-        (settings, simulation.expect("the pass ends"))
+        let simulation = simulation(&settings);
+        (settings, simulation)
+    }
+
+    fn simulation(settings: &Settings) -> Simulation {
+        let sampling = Sampling { shapes: SHAPES, samples: SHAPES, loads: true, ..Sampling::default() };
+        simulate_with(settings, sampling).expect("the pass ends")
     }
 
     /// The numbers of an array.
@@ -375,8 +374,7 @@ mod tests {
             settings.workpiece.kind = WorkpieceKind::default();
             (settings.tool.kind, settings.tool.tilt_rad, settings.tool.positions) = (kind, Some(tilt), Some(1));
             (settings.filament.segments, settings.process.turns) = (6, Some(Turns::Count(1)));
-            let sampling = Sampling { shapes: SHAPES, samples: SHAPES, loads: true, ..Sampling::default() };
-            let simulation = simulate_with(&settings, sampling).expect("the pass ends");
+            let simulation = simulation(&settings);
             let texts: Vec<(String, String)> = files(&settings, &simulation.shapes).collect();
             let ground = settings.process.penetration_depth_m - settings.reach_m();
             let strip = vectors(&texts[SHAPES].1, "Points");
@@ -416,8 +414,7 @@ mod tests {
         let (mut settings, _) = contact();
         settings.workpiece.kind =
             WorkpieceKind::Edge(EdgeSettings { edge_radius_m: 1e-3, offset_m: 0.005, ..EdgeSettings::default() });
-        let sampling = Sampling { shapes: SHAPES, samples: SHAPES, loads: true, ..Sampling::default() };
-        let simulation = simulate_with(&settings, sampling).expect("the pass ends");
+        let simulation = simulation(&settings);
         let pass = Pass::new(&settings);
         let texts: Vec<(String, String)> = files(&settings, &simulation.shapes).collect();
         let points = vectors(&texts[SHAPES].1, "Points");
@@ -442,7 +439,7 @@ mod tests {
     fn the_collection_lists_every_file_at_every_time() {
         let (settings, simulation) = contact();
         let (names, texts): (Vec<String>, Vec<String>) = files(&settings, &simulation.shapes).unzip();
-        let moving = (0..SHAPES).map(filament_name);
+        let moving = (0..SHAPES).map(|k| numbered("filament", k));
         assert_eq!(names, moving.chain([WORKPIECE.to_owned(), COLLECTION.to_owned()]).collect::<Vec<_>>());
         assert!(names.iter().all(|name| is_file_name(name)));
         assert!(

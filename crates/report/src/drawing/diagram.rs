@@ -380,20 +380,7 @@ fn free_corner(
 }
 
 /// Draws grid, frame, ticks and names.
-pub fn draw_axes(canvas: &mut Canvas, scales @ [x, y]: [&Scale; 2], frame: Frame) {
-    let [left, top, right, bottom] = frame;
-    draw_grid(canvas, scales, frame);
-    let name = (&*x.axis.label, ((left + right) / 2, bottom + 38));
-    axis(canvas, name, &x.ticks, false, |at| (x.place(at, left, right), fine(bottom)));
-    let name = (&*y.axis.label, (14, (top + bottom) / 2));
-    axis(canvas, name, &y.ticks, true, |at| (fine(left), y.place(at, bottom, top)));
-    let to_the_left = text(11, INK).left();
-    canvas.text(&y.factor, to_the_left, (fine(left - 7), fine(top - 12)));
-    canvas.text(&x.factor, to_the_left, (fine(right), fine(bottom + 38)));
-}
-
-/// Draws grid and frame.
-fn draw_grid(canvas: &mut Canvas, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) {
+pub fn draw_axes(canvas: &mut Canvas, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) {
     for (at, _) in &x.ticks {
         let at = x.place(*at, left, right);
         canvas.line([(at, fine(top)), (at, fine(bottom))], stroke(GRID, 8));
@@ -403,6 +390,13 @@ fn draw_grid(canvas: &mut Canvas, [x, y]: [&Scale; 2], [left, top, right, bottom
         canvas.line([(fine(left), at), (fine(right), at)], stroke(GRID, 8));
     }
     canvas.frame([(fine(left), fine(top)), (fine(right), fine(bottom))], stroke(FAINT, 8));
+    let name = (&*x.axis.label, ((left + right) / 2, bottom + 38));
+    axis(canvas, name, &x.ticks, false, |at| (x.place(at, left, right), fine(bottom)));
+    let name = (&*y.axis.label, (14, (top + bottom) / 2));
+    axis(canvas, name, &y.ticks, true, |at| (fine(left), y.place(at, bottom, top)));
+    let to_the_left = text(11, INK).left();
+    canvas.text(&y.factor, to_the_left, (fine(left - 7), fine(top - 12)));
+    canvas.text(&x.factor, to_the_left, (fine(right), fine(bottom + 38)));
 }
 
 #[cfg(test)]

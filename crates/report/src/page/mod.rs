@@ -11,7 +11,7 @@ use bristle::equations;
 use bristle::model::metrics::{Metrics, SWEEPING_RATIO, UNSTABLE_AMPLIFICATION, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
-use bristle::model::settings::{ChamferSettings, EdgeSettings, Settings, WorkpieceKind};
+use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle_grid::brush::{Having, metric_columns};
 use bristle_grid::uncertainty::ForceScatter;
@@ -377,15 +377,32 @@ fn study_settings(study: &Study) -> Vec<Value> {
     merged
 }
 
+/// Path, symbol, name and unit of the settings that are not numbers, each after the path of the number that it precedes. Those that a file
+/// cannot have beside the others are left out.
+const NOT_NUMBERS: [(&str, [&str; 4]); 11] = [
+    ("tool.body_radius_m", ["tool.kind", "", "kind of tool", ""]),
+    ("workpiece.feed_velocity_m_s", ["workpiece.kind", "", "kind of workpiece", ""]),
+    ("workpiece.feed_velocity_m_s", ["workpiece.normal", "n⃗", "outward normal", ""]),
+    ("process.brushing_velocity_m_s", ["workpiece.side", "", "how filaments meet an edge", ""]),
+    ("process.brushing_velocity_m_s", ["workpiece.control_points_m", "", "control points of a profile", "m"]),
+    ("process.brushing_velocity_m_s", ["workpiece.closed", "", "whether a profile is closed", ""]),
+    ("process.lead_angle_rad", ["process.gravity_m_s2", "g⃗", "acceleration of free fall", "m/s²"]),
+    ("brush.columns", ["uncertainty.hold", "", "what stays the same for tools of another radius", ""]),
+    ("brush.stiffness_n_m2", ["brush.pattern", "", "pattern of the roots", ""]),
+    ("brush.stiffness_n_m2", ["brush.ends", "", "what is beyond the first and the last row", ""]),
+    ("brush.seed", ["brush.steady", "", "whether a steady stretch counts", ""]),
+];
+
 /// All settings; those that are swept have no value. Without a brush there are none of `[brush]`, and likewise of `[removal]`.
 fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value> {
     let entry = |[path, symbol, name, unit]: [&str; 4], value: Value| json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value });
-    let (brush, removal, workpiece) = (base.brush.as_ref(), base.removal.as_ref(), &base.workpiece.kind);
+    let all = serde_json::to_value(base).expect("settings have texts as keys");
+    let stated = |path: &str| all.pointer(&format!("/{}", path.replace('.', "/"))).filter(|value| !value.is_null());
     let mut entries: Vec<(&str, Value)> = PARAMETERS
         .iter()
         .filter(|parameter| match parameter.section() {
-            "brush" => brush.is_some(),
-            "removal" => removal.is_some(),
+            "brush" => base.brush.is_some(),
+            "removal" => base.removal.is_some(),
             _ => true,
         })
         .filter_map(|parameter| {
@@ -398,70 +415,24 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
                 "process.tool_force_n" if base.process.tool_force_n.is_none() => json!("none: the depth is stated"),
                 // What follows from others is rounded.
                 _ if !parameter.instead_of.is_empty() => json!(rounded(number)),
-                // A number, or a word.
-                "process.turns" => json!(base.process.turns),
-                // A number, or nothing.
-                "brush.columns" => json!(brush.and_then(|brush| brush.columns)),
-                "brush.rows" => json!(brush.and_then(|brush| brush.rows)),
-                "brush.contact_points" => json!(brush.and_then(|brush| brush.contact_points)),
-                "removal.preston_m2_n" => stated_or(removal.and_then(|removal| removal.preston_m2_n)),
-                "removal.filament_wear_m2_n" => stated_or(removal.and_then(|removal| removal.filament_wear_m2_n)),
-                "removal.edge_feed_velocity_m_s" => {
-                    stated_or(removal.and_then(|removal| removal.edge_feed_velocity_m_s))
+                // A number, or a word, or nothing.
+                "process.turns" | "brush.columns" | "brush.rows" | "brush.contact_points" => json!(stated(path)),
+                // A number without a default.
+                "removal.preston_m2_n" | "removal.filament_wear_m2_n" | "removal.edge_feed_velocity_m_s" => {
+                    stated(path).cloned().unwrap_or_else(|| json!("not stated"))
                 }
                 _ => json!(number),
             };
             Some((path, entry([path, symbol, name, unit], value)))
         })
         .collect();
-    // Those that are not numbers, each before the number that it precedes in the settings.
-    let hold = "what stays the same for tools of another radius";
-    let others = [
-        ("tool.body_radius_m", ["tool.kind", "", "kind of tool", ""], json!(base.tool.kind)),
-        ("workpiece.feed_velocity_m_s", ["workpiece.kind", "", "kind of workpiece", ""], json!(workpiece.name())),
-        (
-            "process.lead_angle_rad",
-            ["process.gravity_m_s2", "g⃗", "acceleration of free fall", "m/s²"],
-            json!(base.process.gravity_m_s2),
-        ),
-        ("brush.columns", ["uncertainty.hold", "", hold, ""], json!(base.uncertainty.hold)),
-    ];
-    let of_brush = brush.into_iter().flat_map(|brush| {
-        let before = "brush.stiffness_n_m2";
-        [
-            (before, ["brush.pattern", "", "pattern of the roots", ""], json!(brush.pattern)),
-            (before, ["brush.ends", "", "what is beyond the first and the last row", ""], json!(brush.ends)),
-            ("brush.seed", ["brush.steady", "", "whether a steady stretch counts", ""], json!(brush.steady)),
-        ]
-    });
-    let of_workpiece = {
-        let first = "workpiece.feed_velocity_m_s";
-        let last = "process.brushing_velocity_m_s";
-        let side = ["workpiece.side", "", "how filaments meet an edge", ""];
-        let points = ["workpiece.control_points_m", "", "control points of a profile", "m"];
-        let closed = ["workpiece.closed", "", "whether a profile is closed", ""];
-        match workpiece {
-            WorkpieceKind::Plane(plane) => {
-                vec![(first, ["workpiece.normal", "n⃗", "outward normal", ""], json!(plane.normal))]
-            }
-            WorkpieceKind::Edge(EdgeSettings { side: value, .. })
-            | WorkpieceKind::Chamfer(ChamferSettings { side: value, .. }) => vec![(last, side, json!(value))],
-            WorkpieceKind::Profile(profile) => {
-                vec![(last, points, json!(profile.control_points_m)), (last, closed, json!(profile.closed))]
-            }
-            WorkpieceKind::Cylinder(_) | WorkpieceKind::Bore(_) => Vec::new(),
+    for (next, names) in NOT_NUMBERS {
+        if let Some(value) = stated(names[0]) {
+            let place = entries.iter().position(|(path, _)| *path == next).unwrap_or(entries.len());
+            entries.insert(place, (names[0], entry(names, value.clone())));
         }
-    };
-    for (next, names, value) in others.into_iter().chain(of_workpiece).chain(of_brush) {
-        let place = entries.iter().position(|(path, _)| *path == next).unwrap_or(entries.len());
-        entries.insert(place, (names[0], entry(names, value)));
     }
     entries.into_iter().map(|(_, entry)| entry).collect()
-}
-
-/// A setting that has no default.
-fn stated_or(value: Option<f64>) -> Value {
-    value.map_or_else(|| json!("not stated"), |value| json!(value))
 }
 
 #[cfg(test)]

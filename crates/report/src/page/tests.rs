@@ -7,7 +7,7 @@ use super::selection::spread;
 use super::*;
 use crate::testing::brush;
 use bristle::model::parameters::PARAMETERS;
-use bristle::model::settings::{BrushSettings, ProfileSettings};
+use bristle::model::settings::{BrushSettings, ChamferSettings, ProfileSettings, WorkpieceKind};
 use bristle::simulation::Statistics;
 use bristle_grid::{Sweep, Tool};
 use bristle_input::document::Document;
