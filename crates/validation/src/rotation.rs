@@ -59,14 +59,14 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
     let hubs: [(f64, &str, &[f64]); 2] =
         [(0.0, "r = 0", &[0.0, 1.0, 2.0, 4.0, 8.0, 12.0]), (ratio, "r = r_g", &[1.0, 2.0, 4.0, 8.0])];
     for (hub, hub_name, speeds) in hubs {
-        for &speed in speeds {
+        let of_beam = |speed: f64, direction| {
             let beam = RotatingBeam { speed, hub };
+            if direction == Direction::OutOfPlane { beam.flap() } else { beam.lag() }
+        };
+        for &speed in speeds {
             let at = |segments: usize, direction| chain_frequencies(unit_chain(segments), speed, hub, direction);
             for (direction, name) in DIRECTIONS {
-                let exact = match direction {
-                    Direction::OutOfPlane => beam.flap(),
-                    Direction::InPlane => beam.lag(),
-                };
+                let exact = of_beam(speed, direction);
                 let computed = SEGMENTS.map(|segments| at(segments, direction));
                 for i in 0..MODES {
                     let of_mode = computed.map(|frequencies| frequencies[i]);
@@ -95,10 +95,7 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
         }
         for (direction, name) in DIRECTIONS {
             let steps = (0..=48).map(|step| f64::from(step) * speeds[speeds.len() - 1] / 48.0);
-            let exact = steps.map(|speed| {
-                let beam = RotatingBeam { speed, hub };
-                (speed, if direction == Direction::OutOfPlane { beam.flap()[0] } else { beam.lag()[0] })
-            });
+            let exact = steps.map(|speed| (speed, of_beam(speed, direction)[0]));
             curves.push(Curve::new(format!("beam, {name}, {hub_name}"), Look::Reference, exact));
             let points =
                 speeds.iter().map(|&speed| (speed, chain_frequencies(unit_chain(25), speed, hub, direction)[0]));

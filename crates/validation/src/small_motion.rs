@@ -5,22 +5,13 @@ use std::f64::consts::FRAC_PI_2;
 use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// The coordinate of a segment that moves.
+/// The coordinate of a segment that moves, in the order of its coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// The azimuth, in the plane perpendicular to `z`, the plane of rotation (lag).
-    InPlane,
-    /// The polar angle, out of that plane (flap).
+    /// The polar angle, out of the plane perpendicular to `z`, the plane of rotation (flap).
     OutOfPlane,
-}
-
-impl Direction {
-    fn coordinate(self) -> usize {
-        match self {
-            Self::InPlane => 1,
-            Self::OutOfPlane => 0,
-        }
-    }
+    /// The azimuth, in that plane (lag).
+    InPlane,
 }
 
 /// A natural vibration.
@@ -92,7 +83,7 @@ pub fn modes(mut chain: Chain<f64>, clamp: &Clamp<f64>, rate: f64, direction: Di
         clamp,
         straight: [FRAC_PI_2, clamp.direction[1].atan2(clamp.direction[0])],
         turning: [0.0, rate],
-        coordinate: direction.coordinate(),
+        coordinate: direction as usize,
     };
     let unit = |segment: usize| DVector::from_fn(n, |k, _| f64::from(u8::from(k == segment)));
     let mass: Vec<_> = (0..n).map(|segment| equations.inertia(&unit(segment))).collect();

@@ -152,8 +152,11 @@ impl View<'_> {
         for (index, &level) in levels.iter().enumerate() {
             let name = of.setting.legend(level);
             let points = measured.iter().filter(|point| same(place(point).1, level));
-            let points = points.map(|point| Marked::of(place(point).0 * over.setting.factor(), point)).collect();
-            let Marks { marks, are_means } = Marks::of(points);
+            let points = points.map(|point| {
+                let (force_n, std_n) = (point.force_n, point.std_n.unwrap_or(0.0));
+                Marked { at: place(point).0 * over.setting.factor(), force_n, bar: [force_n - std_n, force_n + std_n] }
+            });
+            let (marks, are_means) = marks(points.collect());
             has_means |= are_means;
             let ends = marks.iter().flat_map(|mark| mark.bar.map(|end| (mark.at, end)));
             curves.push(Curve::new("", Look::Bars, ends).with_pen(index));
@@ -294,43 +297,27 @@ struct Marked {
     bar: [f64; 2],
 }
 
-impl Marked {
-    fn of(at: f64, &Measurement { force_n, std_n, .. }: &Measurement) -> Self {
-        let std_n = std_n.unwrap_or(0.0);
-        Self { at, force_n, bar: [force_n - std_n, force_n + std_n] }
+/// The markers of a curve, and whether they stand for several points each. If there were more than [`MAX_MARKS`] points, which
+/// nobody could tell apart, there is one marker per interval of the axis: at the mean of its points, with a bar around their bars.
+fn marks(mut points: Vec<Marked>) -> (Vec<Marked>, bool) {
+    if points.len() <= MAX_MARKS {
+        return (points, false);
     }
-}
-
-/// The markers of a curve.
-struct Marks {
-    marks: Vec<Marked>,
-    /// Whether a marker stands for several points.
-    are_means: bool,
-}
-
-impl Marks {
-    /// One marker per point. If there were more than [`MAX_MARKS`], which nobody could tell apart, one marker per interval of
-    /// the axis: at the mean of its points, with a bar around their bars.
-    fn of(mut points: Vec<Marked>) -> Self {
-        if points.len() <= MAX_MARKS {
-            return Self { marks: points, are_means: false };
-        }
-        points.sort_by(|a, b| a.at.total_cmp(&b.at));
-        let (least, largest) = (points[0].at, points[points.len() - 1].at);
-        // The last point, and all if they lie at one place, belong to the last interval.
-        let interval = |point: &Marked| {
-            let part = (point.at - least) / (largest - least);
-            ((part * MAX_MARKS as f64) as usize).min(MAX_MARKS - 1)
-        };
-        let together = points.chunk_by(|a, b| interval(a) == interval(b));
-        let marks = together.map(|points| {
-            let mean = |value: fn(&Marked) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
-            let lower = points.iter().map(|point| point.bar[0]).fold(f64::INFINITY, f64::min);
-            let upper = points.iter().map(|point| point.bar[1]).fold(f64::NEG_INFINITY, f64::max);
-            Marked { at: mean(|point| point.at), force_n: mean(|point| point.force_n), bar: [lower, upper] }
-        });
-        Self { marks: marks.collect(), are_means: true }
-    }
+    points.sort_by(|a, b| a.at.total_cmp(&b.at));
+    let (least, largest) = (points[0].at, points[points.len() - 1].at);
+    // The last point, and all if they lie at one place, belong to the last interval.
+    let interval = |point: &Marked| {
+        let part = (point.at - least) / (largest - least);
+        ((part * MAX_MARKS as f64) as usize).min(MAX_MARKS - 1)
+    };
+    let together = points.chunk_by(|a, b| interval(a) == interval(b));
+    let marks = together.map(|points| {
+        let mean = |value: fn(&Marked) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
+        let lower = points.iter().map(|point| point.bar[0]).fold(f64::INFINITY, f64::min);
+        let upper = points.iter().map(|point| point.bar[1]).fold(f64::NEG_INFINITY, f64::max);
+        Marked { at: mean(|point| point.at), force_n: mean(|point| point.force_n), bar: [lower, upper] }
+    });
+    (marks.collect(), true)
 }
 
 /// Explains gaps, if there are any.
@@ -349,18 +336,16 @@ mod tests {
             Marked { at: index as f64, force_n, bar: [force_n - 0.5, force_n + 0.5] }
         };
         let few: Vec<Marked> = (0..MAX_MARKS).map(point).collect();
-        let Marks { marks, are_means } = Marks::of(few.clone());
-        assert!(marks == few && !are_means);
+        assert_eq!(marks(few.clone()), (few, false));
         // In any order, four to an interval.
-        let Marks { marks, are_means } = Marks::of((0..=4 * MAX_MARKS).rev().map(point).collect());
-        assert_eq!((marks.len(), are_means), (MAX_MARKS, true));
-        for mark in &marks {
+        let (means, are_means) = marks((0..=4 * MAX_MARKS).rev().map(point).collect());
+        assert_eq!((means.len(), are_means), (MAX_MARKS, true));
+        for mark in &means {
             assert!(mark.bar == [0.5, 3.5] && (mark.force_n - 2.0).abs() <= 0.4, "{mark:?}");
         }
-        assert!(marks.is_sorted_by(|a, b| b.at - a.at > 3.0));
+        assert!(means.is_sorted_by(|a, b| b.at - a.at > 3.0));
         // At one place, as repeated measurements that differ by rounding are.
-        let Marks { marks, .. } = Marks::of(vec![point(1); 2 * MAX_MARKS]);
-        assert_eq!(marks, [point(1)]);
+        assert_eq!(marks(vec![point(1); 2 * MAX_MARKS]).0, [point(1)]);
     }
 
     #[test]

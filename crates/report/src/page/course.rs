@@ -469,6 +469,12 @@ mod tests {
         Document::parse(text, "zirconia.toml").and_then(|document| document.settings()).expect("the example is right")
     }
 
+    /// The example at three velocities.
+    fn study() -> Study {
+        let velocities = Sweep::list(Parameter::find(VELOCITY).expect("it exists"), vec![10.0, 30.0, 20.0]);
+        Study::new(settings(), vec![velocities.expect("the values are right")]).expect("the study is right")
+    }
+
     /// In this contact the filament bounces, and samples alone would miss most of it.
     #[test]
     fn forces_of_intervals_miss_nothing() {
@@ -516,9 +522,7 @@ mod tests {
 
     #[test]
     fn courses_are_those_of_the_passes_alone() {
-        let velocities = Sweep::list(Parameter::find(VELOCITY).expect("it exists"), vec![10.0, 30.0, 20.0]);
-        let study =
-            Study::new(settings(), vec![velocities.expect("the values are right")]).expect("the study is right");
+        let study = study();
         let results = run_study(&study, None, || {}).expect("the threads start");
         let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
         let alone = (0..3).map(|case| {
@@ -531,9 +535,7 @@ mod tests {
     /// Sampling must not change results, and what was recorded in a study must be what a page made later shows.
     #[test]
     fn courses_recorded_in_the_study_change_nothing() {
-        let velocities = Sweep::list(Parameter::find(VELOCITY).expect("it exists"), vec![10.0, 30.0, 20.0]);
-        let study =
-            Study::new(settings(), vec![velocities.expect("the values are right")]).expect("the study is right");
+        let study = study();
         let recorder = Recorder::new(&study);
         let results = run_study(&study, None, || {}).expect("the threads start");
         let take = |case, pass: &Simulation| recorder.take(case, pass);
