@@ -14,19 +14,12 @@ use bristle::model::settings::{BrushSettings, ContactSettings, Hold, Settings};
 
 fn main() {
     let wanted: BTreeSet<String> = env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
-    let is_wanted = |name: &str| wanted.is_empty() || wanted.contains(name);
     println!("{:<58} {:>8} {:>12}", "brush", "time", "p_n");
-    if is_wanted("row") {
-        row();
-    }
-    if is_wanted("cases") {
-        cases();
-    }
-    if is_wanted("space") {
-        space();
-    }
-    if is_wanted("whole") {
-        whole();
+    let all: [(&str, fn()); 4] = [("row", row), ("cases", cases), ("space", space), ("whole", whole)];
+    for (name, measure) in all {
+        if wanted.is_empty() || wanted.contains(name) {
+            measure();
+        }
     }
 }
 

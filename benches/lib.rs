@@ -1,12 +1,35 @@
 //! Benchmarks of Bristle. `Cargo.toml` has their names, and each file says what it measures. Here is what programs share that write pages of docs/.
 
 use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::PathBuf;
+use std::{env, fs};
 
-/// A text with its places `{{name}}` filled in.
+/// Writes the page NAME.md and its figures NAME_FIGURE.svg to the directory that the program is called with, or else to docs/. The page is
+/// `text` with its places `{{name}}` filled in.
 ///
 /// # Errors
-/// If a place has no value, or a value no place.
-pub fn filled(text: &str, values: &BTreeMap<&'static str, String>) -> Result<String, String> {
+/// If a place has no value or a value no place, if a claim does not hold, or if a file cannot be written.
+pub fn write_page(
+    name: &str,
+    text: &str,
+    values: &BTreeMap<&'static str, String>,
+    figures: impl IntoIterator<Item = (&'static str, String)>,
+    claims: impl IntoIterator<Item = (&'static str, bool)>,
+) -> Result<(), Box<dyn Error>> {
+    let directory = PathBuf::from(env::args().nth(1).unwrap_or_else(|| "docs".into()));
+    let page = filled(text, values)?;
+    for (figure, svg) in figures {
+        fs::write(directory.join(format!("{name}_{figure}.svg")), svg)?;
+    }
+    let wrong: Vec<&str> = claims.into_iter().filter(|(_, holds)| !holds).map(|(claim, _)| claim).collect();
+    if !wrong.is_empty() {
+        return Err(format!("page.md states what does not hold:\n{}", wrong.join("\n")).into());
+    }
+    Ok(fs::write(directory.join(format!("{name}.md")), page)?)
+}
+
+fn filled(text: &str, values: &BTreeMap<&'static str, String>) -> Result<String, String> {
     let mut unused: Vec<&str> = values.keys().copied().collect();
     let mut filled = String::new();
     let mut rest = text;

@@ -10,15 +10,13 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::f64::consts::PI;
-use std::fs;
-use std::path::PathBuf;
 
 use bristle::equations::linear::{add, scale};
 use bristle::model::filament::bending_stiffness;
 use bristle::model::settings::{Settings, ToolKind};
 use bristle::simulation::Pass;
 use bristle::tool::ClampMotion;
-use bristle_benches::{filled, fixed, table};
+use bristle_benches::{fixed, table, write_page};
 use bristle_grid::{Study, run_study};
 use bristle_report::drawing::Canvas;
 use bristle_report::drawing::diagram::{Curve, Diagram, Look};
@@ -124,17 +122,9 @@ impl Results {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let directory: PathBuf = std::env::args().nth(1).unwrap_or_else(|| "docs".into()).into();
     let results = Results::all()?;
-    let page = filled(PAGE, &values(&results))?;
-    fs::write(directory.join("cup_forces.svg"), forces_figure(&results).svg())?;
-    fs::write(directory.join("cup_depths.svg"), depths_figure(&results).svg())?;
-    let wrong: Vec<&str> = claims(&results).into_iter().filter(|(_, holds)| !holds).map(|(text, _)| text).collect();
-    if !wrong.is_empty() {
-        return Err(format!("page.md states what does not hold:\n{}", wrong.join("\n")).into());
-    }
-    fs::write(directory.join("cup.md"), page)?;
-    Ok(())
+    let figures = [("forces", forces_figure(&results).svg()), ("depths", depths_figure(&results).svg())];
+    write_page("cup", PAGE, &values(&results), figures, claims(&results))
 }
 
 /// The values of the places of the page.
@@ -237,14 +227,14 @@ fn forces_figure(results: &[Results]) -> Canvas {
         let points = over_velocity(&CUPS[index], &results[index].forces[depth]);
         Curve::new(name, Look::Joined, points).with_pen(2 * index + depth)
     };
-    let diagram = Diagram {
+    Diagram {
         title: "Force of flat cups at constant depth".to_owned(),
         subtitle: "zero where centrifugal forces lift the filaments off the workpiece".to_owned(),
         x: Axis::from_zero("v_b in m/s"),
         y: Axis::from_zero("F_n,w in N"),
         curves: vec![curve(0, 0), curve(0, 1), curve(1, 0), curve(1, 1)],
-    };
-    diagram.draw()
+    }
+    .draw()
 }
 
 fn depths_figure(results: &[Results]) -> Canvas {
@@ -259,12 +249,12 @@ fn depths_figure(results: &[Results]) -> Canvas {
         let lift = Curve::new(format!("{} mm, lift at rest", cup.length), Look::Line, over_velocity(cup, &lifts));
         [depth.with_pen(2 * index), lift.with_pen(2 * index + 1)]
     };
-    let diagram = Diagram {
+    Diagram {
         title: "Depth of flat cups at constant force".to_owned(),
         subtitle: "and how far the tips of filaments are lifted that touch nothing".to_owned(),
         x: Axis::from_zero("v_b in m/s"),
         y: Axis::from_zero("depth or lift in mm"),
         curves: [of_cup(0), of_cup(1)].concat(),
-    };
-    diagram.draw()
+    }
+    .draw()
 }

@@ -17,7 +17,8 @@ use std::hint::black_box;
 use std::process::{Command, ExitCode};
 
 use bristle::equations::{
-    Chain, ChainDynamics, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads, PlanarDynamics, StepWeights,
+    Chain, ChainDynamics, ChainState, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads, PlanarDynamics,
+    StepWeights,
 };
 use bristle::model::filament;
 use bristle::model::settings::Settings;
@@ -124,10 +125,10 @@ fn count(subject: usize, repetitions: usize) -> Result<Option<u64>, Box<dyn Erro
 
 fn run(subject: usize, repetitions: usize) {
     match subject {
-        0..4 => run_loop::<f64>(subject, repetitions),
-        4..8 => run_loop::<Lanes>(subject - 4, repetitions),
-        8..12 => run_planar_loop::<f64>(subject - 8, repetitions),
-        12..16 => run_planar_loop::<Lanes>(subject - 12, repetitions),
+        0..4 => run_spatial::<f64>(subject, repetitions),
+        4..8 => run_spatial::<Lanes>(subject - 4, repetitions),
+        8..12 => run_planar::<f64>(subject - 8, repetitions),
+        12..16 => run_planar::<Lanes>(subject - 12, repetitions),
         16 => {
             let settings = settings();
             for _ in 0..repetitions {
@@ -186,30 +187,29 @@ impl<T: Compiled> BentFilament<T> {
     }
 }
 
-fn run_loop<T: Compiled>(subject: usize, repetitions: usize) {
-    let BentFilament { chain, clamp, q, v, weights } = BentFilament::<T>::new();
-    let mut dynamics = Dynamics::new(chain);
-    let (mut a, mut result) = (q.clone(), q.clone());
-    dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a);
-    dynamics.residual(clamp.holding(&q, &v), &a, &NoLoads, &mut result);
-    let all = LaneSet::first(T::LANES);
-    dynamics.factorise(clamp.holding(&q, &v), &a, &NoLoads, weights, all);
-    for _ in 0..repetitions {
-        let dynamics = black_box(&mut dynamics);
-        match subject {
-            0 => dynamics.residual(clamp.holding(&q, &v), &a, &NoLoads, &mut result),
-            1 => dynamics.factorise(clamp.holding(&q, &v), &a, &NoLoads, weights, all),
-            2 => dynamics.solve(&mut result),
-            _ => dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a),
-        }
-    }
-    black_box((a, result));
+fn run_spatial<T: Compiled>(subject: usize, repetitions: usize) {
+    run_loop(subject, repetitions, Dynamics::<T>::new, |dynamics, _, _, _, result| dynamics.solve(result));
 }
 
 /// The same with the equations in the plane, which take the polar angles as a variation.
-fn run_planar_loop<T: Compiled>(subject: usize, repetitions: usize) {
+fn run_planar<T: Compiled>(subject: usize, repetitions: usize) {
+    run_loop(subject, repetitions, PlanarDynamics::<T>::new, |dynamics, at, a, weights, result| {
+        dynamics.correction(at, a, &NoLoads, result);
+        dynamics.solve_variation(at, a, &NoLoads, weights, result);
+    });
+}
+
+/// What a loop repeats besides residual, factorisation and accelerations: at a state with its accelerations, into the last argument.
+type Correction<T, D> = fn(&mut D, ChainState<'_, T>, &[[T; 2]], StepWeights<T>, &mut [[T; 2]]);
+
+fn run_loop<T: Compiled, D: ChainDynamics<T>>(
+    subject: usize,
+    repetitions: usize,
+    new: fn(Chain<T>) -> D,
+    correct: Correction<T, D>,
+) {
     let BentFilament { chain, clamp, q, v, weights } = BentFilament::<T>::new();
-    let mut dynamics = PlanarDynamics::new(chain);
+    let mut dynamics = new(chain);
     let (mut a, mut result) = (q.clone(), q.clone());
     dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a);
     dynamics.residual(clamp.holding(&q, &v), &a, &NoLoads, &mut result);
@@ -220,10 +220,7 @@ fn run_planar_loop<T: Compiled>(subject: usize, repetitions: usize) {
         match subject {
             0 => dynamics.residual(clamp.holding(&q, &v), &a, &NoLoads, &mut result),
             1 => dynamics.factorise(clamp.holding(&q, &v), &a, &NoLoads, weights, all),
-            2 => {
-                dynamics.correction(clamp.holding(&q, &v), &a, &NoLoads, &mut result);
-                dynamics.solve_variation(clamp.holding(&q, &v), &a, &NoLoads, weights, &mut result);
-            }
+            2 => correct(dynamics, clamp.holding(&q, &v), &a, weights, &mut result),
             _ => dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a),
         }
     }

@@ -45,6 +45,11 @@ pub struct OperatingPoint {
     pub depth: u32,
 }
 
+/// The places at these depths in µm, velocity by velocity.
+pub fn places<const N: usize>(depths: [u32; N]) -> impl Iterator<Item = OperatingPoint> {
+    VELOCITIES.into_iter().flat_map(move |velocity| depths.map(|depth| at(velocity, depth)))
+}
+
 /// A place, in m/s and µm.
 pub const fn at(velocity: u32, depth: u32) -> OperatingPoint {
     OperatingPoint { velocity, depth }
@@ -150,7 +155,6 @@ pub const FINER: [OperatingPoint; 2] = [at(10, 1000), at(30, 3000)];
 impl Case {
     /// All cases, roughly from the longest to the shortest.
     fn all() -> Vec<Self> {
-        let grid = || VELOCITIES.into_iter().flat_map(|velocity| DEPTHS.map(|depth| at(velocity, depth)));
         let rough = |place| {
             [[true, false], [false, true], [true, true]].map(|[workpiece, filaments]| Self::Rough {
                 place,
@@ -165,12 +169,12 @@ impl Case {
             tilts.iter().map(move |&tilt| Self::Space { place, tilt })
         });
         cases.extend(tilts);
-        let places = || VELOCITIES.into_iter().flat_map(|velocity| SPARSE_DEPTHS.map(|depth| at(velocity, depth)));
-        cases.extend(SPARSE.into_iter().flat_map(|around| places().map(move |place| Self::Sparse { place, around })));
+        let sparse = |around| places(SPARSE_DEPTHS).map(move |place| Self::Sparse { place, around });
+        cases.extend(SPARSE.into_iter().flat_map(sparse));
         cases.extend(Scatter::ALL.into_iter().flat_map(differing));
         cases.extend(ROUGH.into_iter().flat_map(rough));
         cases.extend(FINER.map(Self::Finer));
-        cases.extend(grid().map(Self::Row));
+        cases.extend(places(DEPTHS).map(Self::Row));
         cases
     }
 

@@ -4,16 +4,13 @@ use std::error::Error;
 
 use crate::cases::{
     Case, DEPTHS, DIFFERING, FINER, ROUGH, Results, SPARSE, SPATIAL, Scatter, TILTED, TILTS, TURNING, VELOCITIES, at,
+    places,
 };
 use crate::numbers::{Tilted, by_column, impulse, impulse_alone, in_the_middle, lifts, standard_error};
 use crate::tables::{buckled, force_in_space, sparse_factors, tool_forces};
 
 /// A statement, and whether it holds.
-#[derive(Clone, Copy, Debug)]
-pub struct Claim {
-    pub text: &'static str,
-    pub holds: bool,
-}
+type Claim = (&'static str, bool);
 
 /// All statements.
 ///
@@ -21,10 +18,6 @@ pub struct Claim {
 /// If a filament alone cannot be simulated.
 pub fn all(results: &Results) -> Result<Vec<Claim>, Box<dyn Error>> {
     Ok([of_forces(results), of_details(results), of_rows(results), of_space(results)?].concat())
-}
-
-fn claim(text: &'static str, holds: bool) -> Claim {
-    Claim { text, holds }
 }
 
 /// Those on the tool force over velocity and depth.
@@ -38,32 +31,32 @@ fn of_forces(results: &Results) -> Vec<Claim> {
         (one - other).abs() < share * other
     };
     vec![
-        claim(
+        (
             "the factor rises with the depth at every velocity",
             VELOCITIES.iter().all(|&velocity| rises(&|depth| factor(velocity, depth))),
         ),
-        claim("at 2 m/s interaction adds force at every depth", DEPTHS.iter().all(|&depth| factor(2, depth) > 1.0)),
-        claim(
+        ("at 2 m/s interaction adds force at every depth", DEPTHS.iter().all(|&depth| factor(2, depth) > 1.0)),
+        (
             "at 0.5 mm and from 20 m/s on, more than half of the force is gone",
             factor(20, 500) < 0.5 && factor(30, 500) < 0.5,
         ),
-        claim(
+        (
             "at 3 mm it is within 20 % of one at every velocity",
             VELOCITIES.iter().all(|&velocity| (factor(velocity, 3000) - 1.0).abs() < 0.205),
         ),
-        claim("the factor at 1 mm falls with the velocity", {
+        ("the factor at 1 mm falls with the velocity", {
             VELOCITIES.is_sorted_by(|slow, fast| factor(*slow, 1000) > factor(*fast, 1000))
         }),
-        claim(
+        (
             "at 30 m/s the force alone falls with the depth, that of the row rises from 0.5 to 3 mm",
             DEPTHS.is_sorted_by(|less, more| alone(30, *less) > alone(30, *more))
                 && together(30, 3000) > 1.5 * together(30, 500),
         ),
-        claim(
+        (
             "up to 20 m/s the force of the row rises with every step of the depth",
             [2, 10, 20].iter().all(|&velocity| rises(&|depth| together(velocity, depth))),
         ),
-        claim(
+        (
             "25 segments change the forces by less than 1 %",
             FINER.iter().all(|&place| within(0.01, Case::Row(place), Case::Finer(place))),
         ),
@@ -84,32 +77,32 @@ fn of_details(results: &Results) -> Vec<Claim> {
         (impulse(some) - impulse(none)).abs() < 0.02 * impulse(none)
     };
     vec![
-        claim(
+        (
             "friction between filaments adds 3 to 20 % of the force, friction on the workpiece takes more than a third",
             ROUGH.iter().all(|&place| {
                 let row = impulse(results.of(Case::Row(place)));
                 (1.03..1.2).contains(&(rough(place, false, true) / row)) && rough(place, true, false) < 0.67 * row
             }),
         ),
-        claim(
+        (
             "with friction on the workpiece, the row loses less than a filament alone",
             ROUGH.iter().all(|&place| {
                 let with = results.of(Case::Rough { place, workpiece: true, filaments: false });
                 with.interaction_factor > results.of(Case::Row(place)).interaction_factor
             }),
         ),
-        claim(
+        (
             "contact makes the impulses of filaments of different length scatter more than ten times as much",
             scatter(Scatter::Length, false) > 10.0 * scatter(Scatter::Length, true),
         ),
-        claim(
+        (
             "scatter of diameters or waves changes the force by less than 2 %, that of lengths by less than its standard error",
             [Scatter::Diameter, Scatter::Waviness].into_iter().all(apart_alike) && {
                 let [some, none] = [Scatter::Length, Scatter::Nothing].map(|kind| differing(kind, false));
                 (impulse(some) - impulse(none)).abs() < standard_error(some) * impulse(some)
             },
         ),
-        claim(
+        (
             "turns change the row by at most 2 %, a filament alone by more than 10 % at 20 m/s and to more than twice at 30 m/s",
             TURNING.iter().all(|&place| (ratio(place)[1] - 1.0).abs() < 0.02)
                 && ratio(at(20, 1000))[0] > 1.1
@@ -120,25 +113,25 @@ fn of_details(results: &Results) -> Vec<Claim> {
 
 /// Those on filaments one behind the other.
 fn of_rows(results: &Results) -> Vec<Claim> {
-    let rows = || VELOCITIES.into_iter().flat_map(|velocity| [1000, 3000].map(|depth| results.row(velocity, depth)));
+    let rows = || places([1000, 3000]).map(|place| results.of(Case::Row(place)));
     let first = |row| by_column(row)[0] / impulse(row);
     vec![
-        claim(
+        (
             "the first filament of a row presses with 1.7 to 4.7 times the mean",
             rows().all(|row| (1.7..4.7).contains(&first(row))),
         ),
-        claim(
+        (
             "the last filament presses with at most 0.8 of the mean",
             rows().all(|row| by_column(row).last().is_some_and(|last| *last < 0.8 * impulse(row))),
         ),
-        claim(
+        (
             "the first three filaments are pressed down by their neighbours, the last five are lifted in sum",
             rows().all(|row| {
                 let lifts = lifts(row);
                 lifts[..3].iter().all(|lift| *lift < 0.0) && lifts[lifts.len() - 5..].iter().sum::<f64>() > 0.0
             }),
         ),
-        claim(
+        (
             "neighbours of filaments that count lift and press by less than 2 % of p_n in sum",
             rows().all(|row| {
                 let middle = usize::midpoint(row.stretch.first, row.stretch.last);
@@ -162,16 +155,16 @@ fn of_space(results: &Results) -> Result<Vec<Claim>, Box<dyn Error>> {
         farther &= buckled(results.space(place))[1] > 1.5 * Tilted::at(place)?.sideways;
     }
     Ok(vec![
-        claim("tilts take force at 2 m/s and at 3 mm, and add much at 30 m/s", {
+        ("tilts take force at 2 m/s and at 3 mm, and add much at 30 m/s", {
             over(2, 1000) < 0.95 && over(10, 3000) < 0.95 && over(30, 1000) > 1.1
         }),
-        claim("from 1 to 20 mrad the force is the same within its standard error", {
+        ("from 1 to 20 mrad the force is the same within its standard error", {
             TILTED.iter().all(|&place| {
                 let forces = TILTS.map(|tilt| force_in_space(place, results.of(Case::Space { place, tilt })));
                 forces.iter().all(|[force, error]| (force - forces[0][0]).abs() < *error)
             })
         }),
-        claim("from 3.5 diameters on, filaments press as they would alone, within 5 %, and no closer", {
+        ("from 3.5 diameters on, filaments press as they would alone, within 5 %, and no closer", {
             let leaves = |around| {
                 let all = VELOCITIES.into_iter().flat_map(|velocity| sparse_factors(results, around, velocity));
                 all.into_iter().any(|factor| (factor - 1.0).abs() > 0.05)
@@ -179,12 +172,12 @@ fn of_space(results: &Results) -> Result<Vec<Claim>, Box<dyn Error>> {
             let (last, closer) = SPARSE.split_last().expect("brushes");
             !leaves(*last) && closer.iter().all(|around| leaves(*around))
         }),
-        claim("in space impulses scatter by 15 to 65 %", {
+        ("in space impulses scatter by 15 to 65 %", {
             SPATIAL.iter().all(|place| (0.15..0.65).contains(&results.space(*place).stretch.scatter))
         }),
-        claim("at 2 m/s a lone tilted filament buckles, and many of the brush do", {
+        ("at 2 m/s a lone tilted filament buckles, and many of the brush do", {
             slow.sideways > 4e-3 && buckled(space(2, 1000))[0] > 0.25
         }),
-        claim("where a lone filament does not buckle, neighbours push filaments farther sideways", farther),
+        ("where a lone filament does not buckle, neighbours push filaments farther sideways", farther),
     ])
 }

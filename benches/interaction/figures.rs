@@ -45,14 +45,14 @@ fn forces(results: &Results, title: &str, velocities: [u32; 2]) -> Canvas {
         Curve::new(name, Look::Joined, points).with_pen(index)
     };
     let [slow, fast] = velocities;
-    let diagram = Diagram {
+    Diagram {
         title: title.to_owned(),
         subtitle: "planar rows whose filaments touch each other, and the same filaments alone".to_owned(),
         x: Axis::linear("a_e in mm"),
         y: Axis::from_zero("F_n,w in N"),
         curves: vec![curve(slow, 0, 0), curve(slow, 1, 1), curve(fast, 0, 2), curve(fast, 1, 3)],
-    };
-    diagram.draw()
+    }
+    .draw()
 }
 
 /// Impulses over the columns relative to those of a filament alone.
@@ -62,14 +62,14 @@ fn columns(results: &Results) -> Canvas {
         let relative = by_column(row).into_iter().map(|impulse| impulse / impulse_alone(row));
         Curve::new(format!("{velocity} m/s"), Look::Line, (0..).map(f64::from).zip(relative))
     };
-    let diagram = Diagram {
+    Diagram {
         title: "Impulse from column to column, a_e = 1 mm".to_owned(),
         subtitle: "relative to one filament alone; column 0 meets the workpiece first".to_owned(),
         x: Axis::linear("column"),
         y: Axis::from_zero("p_n over that of one filament alone"),
         curves: VELOCITIES.map(curve).into(),
-    };
-    diagram.draw()
+    }
+    .draw()
 }
 
 /// Impulses of neighbours along the normal over the columns.
@@ -80,14 +80,14 @@ fn lifted(results: &Results) -> Canvas {
         let name = format!("{} m/s, {} mm", place.velocity, place.depth_mm());
         Curve::new(name, Look::Line, (0..).map(f64::from).zip(lifts))
     };
-    let diagram = Diagram {
+    Diagram {
         title: "Where neighbours lift filaments and where they press them down".to_owned(),
         subtitle: "impulse of both neighbours along the normal, over p_n alone; above zero they lift".to_owned(),
         x: Axis::linear("column"),
         y: Axis::linear("impulse along the normal over p_n alone"),
         curves: [at(2, 1000), at(10, 1000), at(10, 3000), at(30, 1000)].map(curve).into(),
-    };
-    diagram.draw()
+    }
+    .draw()
 }
 
 /// The mean impulse of the filaments that count up to each place of their clamp's way, in mm and N s.
@@ -175,7 +175,7 @@ fn turns(results: &Results) -> Canvas {
     let [single, turned] = [Case::Row(place), Case::Turning(place)].map(|case| results.of(case));
     let points = |values: Vec<f64>| (0..).map(f64::from).zip(values.into_iter().map(|value| 1e3 * value));
     let level = |impulse: f64| vec![(0.0, 1e3 * impulse), (turned.columns as f64 - 1.0, 1e3 * impulse)];
-    let diagram = Diagram {
+    Diagram {
         title: format!("Turn after turn at {} m/s, a_e = {} mm", place.velocity, place.depth_mm()),
         subtitle: "impulses of the filaments of a row, and of one filament alone".to_owned(),
         x: Axis::linear("column; 0 meets the workpiece first"),
@@ -186,6 +186,6 @@ fn turns(results: &Results) -> Canvas {
             Curve::new("row, first turn", Look::Line, points(by_column(single))),
             Curve::new("row, third turn", Look::Line, points(by_column(turned))),
         ],
-    };
-    diagram.draw()
+    }
+    .draw()
 }

@@ -14,10 +14,8 @@ mod numbers;
 mod tables;
 
 use std::error::Error;
-use std::fs;
-use std::path::PathBuf;
 
-use bristle_benches::filled;
+use bristle_benches::write_page;
 use cases::Results;
 
 const PAGE: &str = include_str!("page.md");
@@ -25,17 +23,7 @@ const PAGE: &str = include_str!("page.md");
 const THREADS: usize = 2;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let directory: PathBuf = std::env::args().nth(1).unwrap_or_else(|| "docs".into()).into();
     let results = Results::simulate(THREADS)?;
-    let page = filled(PAGE, &tables::all(&results)?)?;
-    for (name, figure) in figures::all(&results)? {
-        fs::write(directory.join(format!("interaction_{name}.svg")), figure.svg())?;
-    }
-    let wrong: Vec<&str> =
-        claims::all(&results)?.into_iter().filter(|claim| !claim.holds).map(|claim| claim.text).collect();
-    if !wrong.is_empty() {
-        return Err(format!("page.md states what does not hold:\n{}", wrong.join("\n")).into());
-    }
-    fs::write(directory.join("interaction.md"), page)?;
-    Ok(())
+    let figures = figures::all(&results)?.into_iter().map(|(name, figure)| (name, figure.svg()));
+    write_page("interaction", PAGE, &tables::all(&results)?, figures, claims::all(&results)?)
 }

@@ -12,10 +12,10 @@ use bristle_input::packing::tip_spacing;
 
 use crate::cases::{
     Case, DEPTHS, DIFFERING, FINER, OperatingPoint, ROUGH, Results, SPARSE, SPARSE_DEPTHS, SPATIAL, Scatter, TILTED,
-    TILTS, TURNING, VELOCITIES, at,
+    TILTS, TURNING, VELOCITIES, at, places,
 };
 use crate::numbers::{
-    Presses, Tilted, impulse, impulse_alone, in_the_middle, sideways, standard_error, unsteady_columns,
+    Presses, Tilted, by_column, impulse, impulse_alone, in_the_middle, sideways, standard_error, unsteady_columns,
 };
 
 /// A part of the impulse within which a column is steady.
@@ -170,11 +170,8 @@ fn scatter(results: &Results) -> String {
 
 /// The share of the filaments that count whose tips go farther sideways than [`BUCKLED`], and how far they go on average, in m.
 pub fn buckled(brush: &BrushResult) -> [f64; 2] {
-    let ways: Vec<f64> = sideways(brush)
-        .into_iter()
-        .zip(&brush.filaments)
-        .filter_map(|(way, filament)| filament.is_counted.then_some(way))
-        .collect();
+    let ways = sideways(brush).into_iter().zip(&brush.filaments);
+    let ways: Vec<f64> = ways.filter_map(|(way, filament)| filament.is_counted.then_some(way)).collect();
     let count = ways.len() as f64;
     let buckled = ways.iter().filter(|way| **way > BUCKLED).count() as f64;
     [buckled / count, ways.iter().sum::<f64>() / count]
@@ -201,56 +198,44 @@ fn buckling(results: &Results) -> Result<String, SimulationError> {
 }
 
 fn spreading(results: &Results) -> String {
-    let mut rows = Vec::new();
-    for velocity in VELOCITIES {
-        for depth in [1000, 3000] {
-            let row = results.row(velocity, depth);
-            let place = at(velocity, depth);
-            let [before, after] = unsteady_columns(row, STEADY);
-            let first = row.filaments[0].metrics.contact_normal_impulse_n_s;
-            let last = row.filaments[row.columns - 1].metrics.contact_normal_impulse_n_s;
-            let mean = impulse(row);
-            rows.push(vec![
-                place_of(place),
-                fixed(0, contact_columns(place)),
-                before.to_string(),
-                after.to_string(),
-                fixed(2, first / mean),
-                fixed(2, last / mean),
-            ]);
-        }
-    }
+    let row = |place: OperatingPoint| {
+        let row = results.of(Case::Row(place));
+        let [before, after] = unsteady_columns(row, STEADY);
+        let impulses = by_column(row);
+        vec![
+            place_of(place),
+            fixed(0, contact_columns(place)),
+            before.to_string(),
+            after.to_string(),
+            fixed(2, impulses[0] / impulse(row)),
+            fixed(2, impulses[row.columns - 1] / impulse(row)),
+        ]
+    };
     let heads = ["", "columns in a contact", "columns at the front", "columns at the end", "first p_n", "last p_n"];
-    table(&heads, rows)
+    table(&heads, places([1000, 3000]).map(row))
 }
 
 /// How many columns pass while an undeformed filament touches.
 fn contact_columns(place: OperatingPoint) -> f64 {
     let settings = place.settings();
     let angle = Pass::new(&settings).nominal().contact_angle;
-    angle * settings.tool.filament_count / std::f64::consts::TAU
+    angle * settings.tool.filament_count / TAU
 }
 
 fn presses(results: &Results) -> String {
-    let mut rows = Vec::new();
-    for velocity in VELOCITIES {
-        for depth in [1000, 3000] {
-            let place = at(velocity, depth);
-            let row = results.row(velocity, depth);
-            if let Some(presses) = Presses::of(row) {
-                let length = place.settings().filament.length_m;
-                rows.push(vec![
-                    place_of(place),
-                    milli(impulse(row)),
-                    milli(presses.impulse),
-                    milli(presses.lift_ahead),
-                    fixed(1, presses.peak),
-                    fixed(1, 1e3 * presses.time),
-                    fixed(2, presses.arc_length / length),
-                ]);
-            }
-        }
-    }
+    let row = |place: OperatingPoint| {
+        let row = results.of(Case::Row(place));
+        let presses = Presses::of(row)?;
+        Some(vec![
+            place_of(place),
+            milli(impulse(row)),
+            milli(presses.impulse),
+            milli(presses.lift_ahead),
+            fixed(1, presses.peak),
+            fixed(1, 1e3 * presses.time),
+            fixed(2, presses.arc_length / place.settings().filament.length_m),
+        ])
+    };
     let heads = [
         "",
         "p_n in mN s",
@@ -260,7 +245,7 @@ fn presses(results: &Results) -> String {
         "time in ms",
         "place s/l_f",
     ];
-    table(&heads, rows)
+    table(&heads, places([1000, 3000]).filter_map(row))
 }
 
 fn turns(results: &Results) -> String {

@@ -10,12 +10,10 @@
 
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::fs;
-use std::path::PathBuf;
 
 use bristle::model::metrics::{Metrics, tool_force};
 use bristle::model::settings::Settings;
-use bristle_benches::{filled, fixed, table};
+use bristle_benches::{fixed, table, write_page};
 use bristle_grid::{Study, run_study};
 use bristle_report::drawing::diagram::{Curve, Diagram, Look};
 use bristle_report::drawing::scale::Axis;
@@ -74,7 +72,6 @@ fn settings([velocity, depth]: [f64; 2]) -> Settings {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let directory: PathBuf = std::env::args().nth(1).unwrap_or_else(|| "docs".into()).into();
     let points: Vec<[f64; 2]> = (1..=DEPTHS)
         .flat_map(|depth| {
             (1..=VELOCITIES).map(move |velocity| [VELOCITY_STEP * velocity as f64, DEPTH_STEP * depth as f64])
@@ -86,14 +83,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         .zip(results)
         .map(|(point, result)| Ok(Contact::new(point, &result?.metrics)))
         .collect::<Result<Vec<_>, String>>()?;
-    let page = filled(PAGE, &values(&contacts))?;
-    let wrong: Vec<&str> = claims(&contacts).into_iter().filter(|(_, holds)| !holds).map(|(text, _)| text).collect();
-    if !wrong.is_empty() {
-        return Err(format!("page.md states what does not hold:\n{}", wrong.join("\n")).into());
-    }
-    fs::write(directory.join("productivity_share.svg"), figure(&contacts).draw().svg())?;
-    fs::write(directory.join("productivity.md"), page)?;
-    Ok(())
+    let figures = [("share", figure(&contacts).draw().svg())];
+    write_page("productivity", PAGE, &values(&contacts), figures, claims(&contacts))
 }
 
 /// The contact at a velocity and a depth, by their numbers from 1.

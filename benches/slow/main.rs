@@ -17,7 +17,7 @@ use std::time::Instant;
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::integrate::{SecondOrderSystem, Stepper};
 use bristle::model::settings::Settings;
-use bristle::simulation::{Form, Pass, Statistics};
+use bristle::simulation::{Form, IntegrationError, Pass, Statistics};
 
 use sampler::{SAMPLERS, Sampler};
 
@@ -35,12 +35,11 @@ fn processor_seconds() -> f64 {
     nanoseconds.map_or_else(|| begun.elapsed().as_secs_f64(), |nanoseconds| 1e-9 * nanoseconds)
 }
 
-/// What became of a pass.
+/// What became of a pass, in words.
 enum Outcome {
     Done(String),
     Refused(String),
     Failed(String),
-    GivenUp(f64),
 }
 
 fn main() {
@@ -66,17 +65,13 @@ fn measure(sampler: &Sampler, count: usize, seed: u64) {
         let taken = processor_seconds() - begun;
         let text = match outcome {
             Outcome::Done(text) => text,
-            Outcome::Refused(reason) => {
+            Outcome::Refused(text) => {
                 refused += 1;
-                format!("refused: {reason}")
+                text
             }
-            Outcome::Failed(reason) => {
+            Outcome::Failed(text) => {
                 failed += 1;
-                format!("FAILED: {reason}")
-            }
-            Outcome::GivenUp(share) => {
-                failed += 1;
-                format!("GIVEN UP at {:.1} % of the pass", 100.0 * share)
+                text
             }
         };
         seconds.push(taken);
@@ -133,7 +128,7 @@ fn brief(settings: &Settings) -> String {
 /// Simulates one pass, with patience.
 fn run(settings: &Settings) -> (Outcome, Statistics) {
     if let Err(violation) = settings.check() {
-        return (Outcome::Refused(violation.to_string()), Statistics::default());
+        return (Outcome::Refused(format!("refused: {violation}")), Statistics::default());
     }
     let pass = Pass::new(settings);
     let mut system = pass.system(false);
@@ -144,6 +139,7 @@ fn run(settings: &Settings) -> (Outcome, Statistics) {
     stepper.set_tolerances(0, trajectory.tolerances());
     let begun = processor_seconds();
     let end = pass.end_time();
+    let failed = |error: IntegrationError| Outcome::Failed(format!("FAILED: {error}"));
     loop {
         match trajectory.next_step(&system) {
             Ok(Some(step)) => {
@@ -151,14 +147,15 @@ fn run(settings: &Settings) -> (Outcome, Statistics) {
                 trajectory.prepare(0, &mut stepper);
                 stepper.attempt(&mut system, step);
                 if let Err(error) = trajectory.conclude(0, &stepper, &mut system, |step| observer.observe(step)) {
-                    return (Outcome::Failed(error.to_string()), trajectory.statistics());
+                    return (failed(error), trajectory.statistics());
                 }
             }
             Ok(None) => break,
-            Err(error) => return (Outcome::Failed(error.to_string()), trajectory.statistics()),
+            Err(error) => return (failed(error), trajectory.statistics()),
         }
         if processor_seconds() - begun > PATIENCE_S {
-            return (Outcome::GivenUp(trajectory.start().time / end), trajectory.statistics());
+            let share = 100.0 * (trajectory.start().time / end);
+            return (Outcome::Failed(format!("GIVEN UP at {share:.1} % of the pass")), trajectory.statistics());
         }
     }
     let m = pass.metrics(observer.record());

@@ -15,6 +15,7 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion};
 
 use crate::BentFilament;
+use crate::workpieces::contacts;
 
 const SEGMENTS: usize = 25;
 
@@ -22,9 +23,7 @@ const SEGMENTS: usize = 25;
 pub fn planar(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("planar");
     group.sample_size(10);
-    let settings: Vec<Settings> = (1..=12)
-        .flat_map(|i| (1..=10).map(move |j| Settings::paper(2.5 * f64::from(i), 0.5e-3 * f64::from(j))))
-        .collect();
+    let settings = contacts(|_| ());
     let planar = || study(&settings, std::convert::identity);
     let spatial = || study(&settings, Pass::in_space);
     compare(&mut group, "study of 120 contacts, one thread: planar against in space", 1, &mut { planar }, &mut {

@@ -44,14 +44,11 @@ pub fn workpieces(criterion: &mut Criterion) {
 }
 
 /// The paper's 120 contacts, changed.
-fn contacts(change: impl Fn(&mut Settings)) -> Vec<Settings> {
+pub fn contacts(change: impl Fn(&mut Settings)) -> Vec<Settings> {
     let velocities = (1..=12).map(|i| 2.5 * f64::from(i));
     let contacts =
         velocities.flat_map(|velocity| (1..=10).map(move |j| Settings::paper(velocity, 0.5e-3 * f64::from(j))));
+    let mut contacts: Vec<Settings> = contacts.collect();
+    contacts.iter_mut().for_each(change);
     contacts
-        .map(|mut settings| {
-            change(&mut settings);
-            settings
-        })
-        .collect()
 }

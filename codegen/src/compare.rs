@@ -282,8 +282,12 @@ fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
     let mut values = Vec::with_capacity(symbols.len());
     for symbol in symbols {
         let name = symbol.name.as_str();
-        let value = if let Some((_, component)) = clamp.iter().find(|(component, _)| *component == name) {
-            *component
+        let component = |(vector, components): &(&str, [f64; 3])| {
+            let axis = ["_x", "_y", "_z"].iter().position(|axis| name.strip_prefix(vector) == Some(*axis))?;
+            Some(components[axis])
+        };
+        let value = if let Some(component) = clamp.iter().find_map(component) {
+            component
         } else if name == "phi_x" {
             // The same walk as in the first chart, in the coordinates of the second, to the inner side of the joint.
             angles[1] -= relaxed_angles.values().sum::<f64>();
@@ -347,27 +351,18 @@ const POSITIVE: [&str; 6] = ["length", "mass", "inertia", "stiffness", "damping"
 const RELAXED: f64 = 0.25;
 
 /// A clamp along the direction of `angles`, which turns, and the same turned about `z` by `relaxed_angle`.
-fn clamp_vectors(angles: [f64; 2], relaxed_angle: f64, rng: &mut Rng) -> [(&'static str, f64); 12] {
+fn clamp_vectors(angles: [f64; 2], relaxed_angle: f64, rng: &mut Rng) -> [(&'static str, [f64; 3]); 4] {
     let direction = direction(angles);
     let [a, b, c] = [0; 3].map(|_| symmetric(1.0, rng));
     let rate =
         [b * direction[2] - c * direction[1], c * direction[0] - a * direction[2], a * direction[1] - b * direction[0]];
     let (sin, cos) = relaxed_angle.sin_cos();
     let turned = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
-    let (relaxed, relaxed_rate) = (turned(direction), turned(rate));
     [
-        ("relaxed_direction_x", relaxed[0]),
-        ("relaxed_direction_y", relaxed[1]),
-        ("relaxed_direction_z", relaxed[2]),
-        ("relaxed_direction_rate_x", relaxed_rate[0]),
-        ("relaxed_direction_rate_y", relaxed_rate[1]),
-        ("relaxed_direction_rate_z", relaxed_rate[2]),
-        ("clamp_direction_x", direction[0]),
-        ("clamp_direction_y", direction[1]),
-        ("clamp_direction_z", direction[2]),
-        ("clamp_direction_rate_x", rate[0]),
-        ("clamp_direction_rate_y", rate[1]),
-        ("clamp_direction_rate_z", rate[2]),
+        ("relaxed_direction", turned(direction)),
+        ("relaxed_direction_rate", turned(rate)),
+        ("clamp_direction", direction),
+        ("clamp_direction_rate", rate),
     ]
 }
 

@@ -130,11 +130,7 @@ mod tests {
         write("lib.rs", "ab");
         changed("content that moves from one file to another");
         fs::remove_dir_all(&root).expect("the directory can be removed");
-        let error = hash_error(&root);
+        let error = sources(&[root.join("lib.rs")]).expect_err("it is removed").to_string();
         assert!(error.contains("lib.rs") && error.starts_with("cannot read"), "{error}");
-    }
-
-    fn hash_error(root: &Path) -> String {
-        sources(&[root.join("lib.rs")]).expect_err("it is removed").to_string()
     }
 }

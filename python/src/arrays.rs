@@ -60,11 +60,14 @@ pub fn records<R: Record + Clone>(table: &Bound<'_, PyDict>) -> PyResult<Vec<R>>
     Ok(records)
 }
 
-/// The units of the columns by their keys.
-pub fn units<R: Record>(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+/// The columns of records by their keys, and their units.
+pub type Columns<'py> = (Bound<'py, PyDict>, Bound<'py, PyDict>);
+
+/// The [`columns`] of `records`, and their units.
+pub fn table<'py, R: Record>(py: Python<'py>, records: &[R]) -> PyResult<Columns<'py>> {
     let units = PyDict::new(py);
     for Column { key, unit, .. } in R::COLUMNS {
         units.set_item(key, unit)?;
     }
-    Ok(units)
+    Ok((columns(py, records)?, units))
 }

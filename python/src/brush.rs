@@ -1,7 +1,6 @@
 //! Filaments that touch each other.
 
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use bristle::brush::{BrushError, BrushResult, BrushRun, FilamentResult, RunOptions};
 use bristle::model::record::{Column, Record};
@@ -21,10 +20,10 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::arrays::{add_columns, columns, frozen, units};
+use crate::arrays::{Columns, add_columns, frozen, table};
 use crate::error::{of_brush, of_settings, of_value};
 use crate::input::Input;
-use crate::interrupt::{on_a_thread_telling, tell_share};
+use crate::interrupt::on_a_thread_sharing;
 
 /// A brush that has been simulated.
 #[pyclass(frozen, module = "bristle._bristle")]
@@ -50,26 +49,24 @@ pub fn brush(
     let settings = input.settings()?.clone();
     if settings.brush.is_none() {
         return Err(of_settings(
-            "there is no section [brush]; add it, empty if all its defaults are right: `settings.replace(brush={})`"
-                .to_owned(),
+            "there is no section [brush]; add it, empty if all its defaults are right: `settings.replace(brush={})`",
         ));
     }
     let options = RunOptions { threads: thread_count(threads), frames, memory, ..RunOptions::default() };
-    let (stop, done) = (Stop::default(), AtomicU64::default());
-    let tell = |py: Python<'_>| tell_share(py, tell.as_ref(), f64::from_bits(done.load(Ordering::Relaxed)));
-    let simulated = on_a_thread_telling(py, &stop, tell, || {
+    let stop = Stop::default();
+    let simulated = on_a_thread_sharing(py, &stop, tell, |tell| {
         let mut state = Vec::new();
         let (settings, result) = press_brush(&settings, &stop, |settings| {
             let mut run = BrushRun::new(settings, options)?.until(&stop);
             while run.advance()? {
-                done.store(run.done().to_bits(), Ordering::Relaxed);
+                tell(run.done());
             }
             state = to_bytes(&run.checkpoint());
             run.finish()
         })?;
         Ok((settings, result, state))
     })?;
-    let (settings, result, state) = simulated.map_err(|error| of_brush(&error))?;
+    let (settings, result, state) = simulated.map_err(of_brush)?;
     Ok(SimulatedBrush { settings, result, frames, state })
 }
 
@@ -89,7 +86,7 @@ impl SimulatedBrush {
     }
 
     /// The columns of `filaments.csv`, and their units.
-    fn filaments<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+    fn filaments<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
         let filaments = &self.result.filaments;
         let (table, all_units) = (PyDict::new(py), PyDict::new(py));
         add_part(&table, &all_units, Position::COLUMNS.iter(), filaments, |filament| Position::from(filament))?;
@@ -99,15 +96,13 @@ impl SimulatedBrush {
     }
 
     /// The columns of `history.csv`, and their units.
-    fn history<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-        let moments: Vec<Moment> = self.result.history.iter().map(Moment::from).collect();
-        Ok((columns(py, &moments)?, units::<Moment>(py)?))
+    fn history<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
+        table(py, &self.result.history.iter().map(Moment::from).collect::<Vec<_>>())
     }
 
     /// The columns of `contacts.csv`, and their units.
-    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-        let pairs: Vec<Pair> = self.result.pairs.iter().map(Pair::from).collect();
-        Ok((columns(py, &pairs)?, units::<Pair>(py)?))
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
+        table(py, &self.result.pairs.iter().map(Pair::from).collect::<Vec<_>>())
     }
 
     /// Times of the frames in s, and the nodes of all filaments in m.
@@ -136,7 +131,7 @@ impl SimulatedBrush {
             let state = from_bytes(&state).ok_or(BrushError::Checkpoint)?;
             BrushRun::resume(&settings, options, &state)?.finish()
         });
-        let mut result = result.map_err(|error| of_brush(&error))?;
+        let mut result = result.map_err(of_brush)?;
         result.tool.force_stiffness_n_m = stiffness;
         Ok(Self { settings, result, frames, state })
     }

@@ -1,8 +1,7 @@
 //! Settings from measured forces.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::{Path, PathBuf};
 
 use bristle::simulation::Stop;
 use bristle_calibrate::{
@@ -11,21 +10,30 @@ use bristle_calibrate::{
 use bristle_grid::Resources;
 use bristle_input::measured::{Format, read_points, read_radii};
 use bristle_run::calibration::{OF_CALIBRATION, calibrated_text, write_calibration};
-use bristle_store::staged::{occupy, prepare_directory};
+use bristle_store::staged::{Occupied, occupy, prepare_directory};
 use bristle_text::layout::WIDTH;
 use pyo3::prelude::*;
 
 use crate::error::{of_file, of_input, of_settings};
 use crate::input::Input;
-use crate::interrupt::{on_a_thread_telling, tell_share};
+use crate::interrupt::on_a_thread_sharing;
 
 /// Tells how far a calibration is.
-struct Share<'a>(&'a AtomicU64);
+struct Share<'a>(&'a (dyn Fn(f64) + Sync));
 
 impl Observer for Share<'_> {
     fn done(&self, share: f64) {
-        self.0.store(share.to_bits(), Ordering::Relaxed);
+        self.0(share);
     }
+}
+
+/// The directory `out`, if there is one, made and occupied for files of these names.
+pub fn occupied(out: Option<&Path>, names: &[&str]) -> PyResult<Option<Occupied>> {
+    let occupied = |out: &Path| {
+        prepare_directory(out)?;
+        occupy(out, &[("", &|name| names.contains(&name))])
+    };
+    out.map(occupied).transpose().map_err(of_file)
 }
 
 /// What `calibration.json` has of a calibration of `input` by the table `measured` and its relative standard deviation, and its text; its files are written to
@@ -44,40 +52,31 @@ pub fn calibrate(
     let (table, relative_std) = measured;
     let format = Format { relative_std, ..Format::default() };
     let fit = fit.iter().map(|option| Fitted::parse(option)).collect::<Result<Vec<_>, FitError>>();
-    let fit = fit.map_err(|error| of_settings(error.to_string()))?;
+    let fit = fit.map_err(of_settings)?;
     let problem = if fit.iter().any(Fitted::is_of_edges) {
-        let radii = read_radii(&table, "measured", &format).map_err(|error| of_settings(error.to_string()))?;
+        let radii = read_radii(&table, "measured", &format).map_err(of_settings)?;
         Problem::of_radii(input.settings()?.clone(), fit, radii)
     } else {
-        let brushes = input.document()?.brushes().map_err(|error| of_input(&error))?;
-        let points = read_points(&table, "measured", &format).map_err(|error| of_settings(error.to_string()))?;
+        let brushes = input.document()?.brushes().map_err(of_input)?;
+        let points = read_points(&table, "measured", &format).map_err(of_settings)?;
         Problem::new(brushes, fit, points)
     };
-    let problem = problem.map_err(|error| of_settings(error.to_string()))?;
-    let occupied = match &out {
-        Some(out) => {
-            prepare_directory(out).map_err(|error| of_file(&error))?;
-            let is_ours = |name: &str| OF_CALIBRATION.contains(&name);
-            Some(occupy(out, &[("", &is_ours)]).map_err(|error| of_file(&error))?)
-        }
-        None => None,
-    };
-    let (stop, done) = (Stop::default(), AtomicU64::default());
-    let tell = |py: Python<'_>| tell_share(py, tell.as_ref(), f64::from_bits(done.load(Ordering::Relaxed)));
+    let problem = problem.map_err(of_settings)?;
+    let _occupied = occupied(out.as_deref(), &OF_CALIBRATION)?;
+    let stop = Stop::default();
     let resources = Resources { threads, memory: None };
     let reach = Reach { max_rpm: reach.0, max_depth_m: reach.1 };
-    let found = on_a_thread_telling(py, &stop, tell, || {
-        let means = Means { resources, stop: &stop, observer: &Share(&done), starts: STARTS };
+    let found = on_a_thread_sharing(py, &stop, tell, |tell| {
+        let means = Means { resources, stop: &stop, observer: &Share(tell), starts: STARTS };
         fitted_to(problem, reach, means)
     })?;
-    let found: Option<Calibration> = found.map_err(|error| of_settings(error.to_string()))?;
-    let found = found
-        .ok_or_else(|| of_settings("none of the starts can be simulated: narrow the ranges of `fit`".to_owned()))?;
-    if let (Some(out), Some(_occupied)) = (&out, occupied) {
+    let found: Option<Calibration> = found.map_err(of_settings)?;
+    let found = found.ok_or_else(|| of_settings("none of the starts can be simulated: narrow the ranges of `fit`"))?;
+    if let Some(out) = &out {
         let restated =
             found.undetermined.is_empty().then(|| calibrated_text(out, input.text(), &found, &[], &str::to_owned));
         let restated = restated.transpose().map_err(of_settings)?;
-        write_calibration(out, &input.short_name(), &found, restated.as_deref()).map_err(|error| of_file(&error))?;
+        write_calibration(out, &input.short_name(), &found, restated.as_deref()).map_err(of_file)?;
     }
     Ok((found.json(), summary(&found, WIDTH)))
 }

@@ -4,9 +4,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Statistics, Stop, simulate_places};
-use bristle::tool::Tool;
-use bristle::workpiece::Part;
+use bristle::simulation::{Sampling, Shape, Simulation, Statistics, Stop, simulate_places};
 use bristle_grid::{CaseSummary, Study, Sweep, VELOCITY};
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings::{of_contact, of_force};
@@ -17,7 +15,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUnty
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{columns, frozen, records, units};
+use crate::arrays::{Columns, columns, frozen, records, table};
 use crate::error::{of_settings, of_simulation, of_value};
 use crate::input::Input;
 use crate::interrupt::{Watch, on_a_thread};
@@ -43,45 +41,17 @@ pub fn simulate(
 ) -> PyResult<Simulated> {
     let settings = input.settings()?.clone();
     let sampling = Sampling { samples, shapes, profile: samples > 0, ..Sampling::default() };
-    let simulation = match tool {
-        None => {
-            let stop = Stop::default();
-            let mut watch = Watch::new(&stop, tell);
-            let result = py.detach(|| simulate_places(&settings, sampling, &stop, &mut |share: f64| watch.look(share)));
-            watch.end()?;
-            result.map_err(|error| of_simulation(&error))?
-        }
-        Some(tool) => simulate_pass(py, tool.get().pass(&settings).map_err(of_settings)?, sampling, tell)?,
-    };
-    Ok(Simulated { settings, simulation })
-}
-
-/// Simulates a pass until there is a signal. Calls `tell` now and then with the share that is done.
-fn simulate_pass<T: Tool + Clone + Send + Sync>(
-    py: Python<'_>,
-    pass: Pass<T, Part>,
-    sampling: Sampling,
-    tell: Option<Py<PyAny>>,
-) -> PyResult<Simulation> {
     let stop = Stop::default();
     let mut watch = Watch::new(&stop, tell);
-    let result = py.detach(|| pass.until(&stop).simulate_telling(sampling, |share| watch.look(share)));
-    watch.end()?;
-    result.map_err(|error| of_simulation(&error))
-}
-
-/// The numbers of a record, by key.
-fn numbers<'py, R: Record>(py: Python<'py>, record: &R) -> PyResult<Bound<'py, PyDict>> {
-    let numbers = PyDict::new(py);
-    for column in R::COLUMNS {
-        let value = column.get(record);
-        if column.whole {
-            numbers.set_item(column.key, value as i64)?;
-        } else {
-            numbers.set_item(column.key, value)?;
+    let result = match tool {
+        None => py.detach(|| simulate_places(&settings, sampling, &stop, &mut |share| watch.look(share))),
+        Some(tool) => {
+            let pass = tool.get().pass(&settings).map_err(of_settings)?.until(&stop);
+            py.detach(|| pass.simulate_telling(sampling, |share| watch.look(share)))
         }
-    }
-    Ok(numbers)
+    };
+    watch.end()?;
+    Ok(Simulated { settings, simulation: result.map_err(of_simulation)? })
 }
 
 #[pymethods]
@@ -95,7 +65,16 @@ impl Simulated {
 
     /// The work of the solver.
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        numbers(py, &self.simulation.statistics)
+        let numbers = PyDict::new(py);
+        for column in Statistics::COLUMNS {
+            let value = column.get(&self.simulation.statistics);
+            if column.whole {
+                numbers.set_item(column.key, value as i64)?;
+            } else {
+                numbers.set_item(column.key, value)?;
+            }
+        }
+        Ok(numbers)
     }
 
     /// What the program warns of.
@@ -108,13 +87,13 @@ impl Simulated {
     }
 
     /// The columns of `history.csv`, and their units.
-    fn history<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-        Ok((columns(py, &self.simulation.history)?, units::<Sample>(py)?))
+    fn history<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
+        table(py, &self.simulation.history)
     }
 
     /// The columns of `profile.csv`, and their units.
-    fn profile<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-        Ok((columns(py, &self.simulation.profile)?, units::<ProfileCell>(py)?))
+    fn profile<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
+        table(py, &self.simulation.profile)
     }
 
     /// Times in s of the shapes, and their nodes in m.
@@ -133,7 +112,7 @@ impl Simulated {
         let settings = Settings { brush: None, ..self.settings.clone() };
         let velocity = Parameter::find(VELOCITY).ok_or_else(|| of_value("no velocity"))?;
         let sweep = Sweep::list(velocity, vec![settings.process.brushing_velocity_m_s]).map_err(of_value)?;
-        let study = Study::new(settings, vec![sweep]).map_err(|error| of_settings(error.to_string()))?;
+        let study = Study::new(settings, vec![sweep]).map_err(of_settings)?;
         let Simulation { metrics, turn_contact_normal_impulses_n_s, statistics, .. } = &self.simulation;
         let summary = CaseSummary {
             metrics: metrics.clone(),

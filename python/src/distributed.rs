@@ -25,7 +25,7 @@ pub struct Cases {
 impl Cases {
     #[new]
     fn new(input: &Input) -> PyResult<Self> {
-        let study = input.document()?.study().map_err(|error| of_input(&error))?;
+        let study = input.document()?.study().map_err(of_input)?;
         Ok(Self { journal: Journal::new(&study), study })
     }
 
@@ -45,7 +45,7 @@ impl Cases {
         let simulated = on_a_thread_telling(py, &stop, tell, || {
             simulate_cases(&self.study, &cases, one, &stop, Sampling::default(), |_, _| {}, done)
         })?;
-        simulated.map_err(|error| of_run(&error.into()))?;
+        simulated.map_err(|error| of_run(error.into()))?;
         Ok(lines.into_inner().expect(UNBROKEN))
     }
 }

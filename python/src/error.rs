@@ -1,5 +1,6 @@
 //! The errors of the libraries as exceptions, with the same texts.
 
+use std::fmt::Display;
 use std::io;
 
 use bristle::brush::BrushError;
@@ -18,41 +19,41 @@ mod exceptions {
 }
 
 /// That of settings which cannot be used, with key and line.
-pub fn of_input(error: &InputError) -> PyErr {
+pub fn of_input(error: InputError) -> PyErr {
     let key = error.problem.key().map(str::to_owned);
     exceptions::SettingsError::new_err((error.to_string(), key, error.location.line))
 }
 
 /// That of an input file.
-pub fn of_document(error: &DocumentError) -> PyErr {
+pub fn of_document(error: DocumentError) -> PyErr {
     match error {
         DocumentError::File(error) => of_file(error),
         DocumentError::Input(error) => of_input(error),
-        DocumentError::Data(error) => of_settings(error.to_string()),
+        DocumentError::Data(error) => of_settings(error),
     }
 }
 
 /// That of a file, by the kind of the error.
-pub fn of_file(error: &FileError) -> PyErr {
+pub fn of_file(error: FileError) -> PyErr {
     io::Error::new(error.kind(), error.to_string()).into()
 }
 
 /// That of the journal of a study.
-pub fn of_journal(error: &JournalFileError) -> PyErr {
+pub fn of_journal(error: JournalFileError) -> PyErr {
     match error {
         JournalFileError::File(error) => of_file(error),
-        _ => of_settings(error.to_string()),
+        _ => of_settings(error),
     }
 }
 
 /// That of settings which cannot be used for a reason that concerns no single key.
-pub fn of_settings(message: String) -> PyErr {
-    exceptions::SettingsError::new_err((message, None::<String>, None::<usize>))
+pub fn of_settings(error: impl ToString) -> PyErr {
+    exceptions::SettingsError::new_err((error.to_string(), None::<String>, None::<usize>))
 }
 
 /// That of a simulation, with time and step in s.
-pub fn of_simulation(error: &SimulationError) -> PyErr {
-    let (time, step) = match error {
+pub fn of_simulation(error: SimulationError) -> PyErr {
+    let (time, step) = match &error {
         SimulationError::Integration(IntegrationError::Step(StepError::StepTooSmall { time, step, .. })) => {
             (Some(*time), Some(*step))
         }
@@ -66,23 +67,21 @@ pub fn of_simulation(error: &SimulationError) -> PyErr {
         | SimulationError::Force(_)
         | SimulationError::Unbalanced { .. } => (None, None),
     };
-    failed(&error.to_string(), time, step)
+    failed(error, time, step)
 }
 
 /// That of a brush. Its settings are to blame if there is no such brush, or no steady stretch of columns.
-pub fn of_brush(error: &BrushError) -> PyErr {
+pub fn of_brush(error: BrushError) -> PyErr {
     match error {
-        BrushError::NoConvergence { time, .. } | BrushError::Crossing { time, .. } => {
-            failed(&error.to_string(), Some(*time), None)
-        }
+        BrushError::NoConvergence { time, .. } | BrushError::Crossing { time, .. } => failed(error, Some(time), None),
         BrushError::Alone(alone) => of_simulation(alone),
-        BrushError::Threads | BrushError::Stopped | BrushError::NoLanes => failed(&error.to_string(), None, None),
-        _ => of_settings(error.to_string()),
+        BrushError::Threads | BrushError::Stopped | BrushError::NoLanes => failed(error, None, None),
+        _ => of_settings(error),
     }
 }
 
-fn failed(message: &str, time: Option<f64>, step: Option<f64>) -> PyErr {
-    exceptions::SimulationError::new_err((format!("the simulation failed: {message}"), time, step))
+fn failed(error: impl Display, time: Option<f64>, step: Option<f64>) -> PyErr {
+    exceptions::SimulationError::new_err((format!("the simulation failed: {error}"), time, step))
 }
 
 /// That of an argument with a wrong value.

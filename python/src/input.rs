@@ -31,7 +31,7 @@ impl Input {
 
     /// The settings of a single contact.
     pub fn settings(&self) -> PyResult<&Settings> {
-        self.missing.as_ref().map_or(Ok(&self.settings), |error| Err(of_input(error)))
+        self.missing.as_ref().map_or(Ok(&self.settings), |error| Err(of_input(error.clone())))
     }
 
     /// What the file is called, without its directory.
@@ -42,7 +42,7 @@ impl Input {
 
     /// What the text states.
     pub fn document(&self) -> PyResult<Document<'_>> {
-        Document::parse(&self.text, &self.name).map_err(|error| of_input(&error))
+        Document::parse(&self.text, &self.name).map_err(of_input)
     }
 }
 
@@ -52,7 +52,7 @@ fn settings_of(document: &Document<'_>) -> PyResult<(Settings, Option<InputError
         Ok(settings) => return Ok((settings, None)),
         Err(error) => error,
     };
-    let study = document.study().map_err(|_| of_input(&missing))?;
+    let study = document.study().map_err(|_| of_input(missing.clone()))?;
     Ok((study.base().clone(), Some(missing)))
 }
 
@@ -60,7 +60,7 @@ fn settings_of(document: &Document<'_>) -> PyResult<(Settings, Option<InputError
 impl Input {
     #[new]
     fn new(text: String, name: String) -> PyResult<Self> {
-        let document = Document::parse(&text, &name).map_err(|error| of_input(&error))?;
+        let document = Document::parse(&text, &name).map_err(of_input)?;
         let (settings, missing) = settings_of(&document)?;
         let found = if missing.is_some() { Vec::new() } else { unusual(&settings) };
         let unusual = found.into_iter().map(|unusual| unusual.statement).collect();
@@ -69,7 +69,7 @@ impl Input {
 
     /// The values of all settings, as JSON.
     fn values(&self) -> PyResult<String> {
-        serde_json::to_string(&self.settings).map_err(|error| of_settings(error.to_string()))
+        serde_json::to_string(&self.settings).map_err(of_settings)
     }
 
     /// Whether it states a single contact, and leaves nothing to a study.
@@ -84,7 +84,7 @@ impl Input {
 
     /// Warnings of what is unusual in the study.
     fn unusual_in_study(&self) -> PyResult<Vec<String>> {
-        let study = self.document()?.study().map_err(|error| of_input(&error))?;
+        let study = self.document()?.study().map_err(of_input)?;
         Ok(unusual_in_study(&study).into_iter().map(|unusual| unusual.statement).collect())
     }
 }
@@ -93,15 +93,15 @@ impl Input {
 #[pyfunction]
 pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> PyResult<String> {
     let settings = Settings::paper(brushing_velocity_m_s, penetration_depth_m);
-    serde_json::to_string(&settings).map_err(|error| of_settings(error.to_string()))
+    serde_json::to_string(&settings).map_err(of_settings)
 }
 
 /// The text of an input file, once it has been checked, and the control points in m that it takes from another file.
 #[pyfunction]
 pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Vec<[f64; 2]>>)> {
-    let text = read_file(&path).map_err(|error| of_file(&error))?;
+    let text = read_file(&path).map_err(of_file)?;
     let name = path.to_string_lossy();
-    let document = read_document(&path, &text, &name, &[]).map_err(|error| of_document(&error))?;
+    let document = read_document(&path, &text, &name, &[]).map_err(of_document)?;
     let (settings, _) = settings_of(&document)?;
     let points = match settings.workpiece.kind {
         WorkpieceKind::Profile(profile) if document.control_points_file().is_some() => Some(profile.control_points_m),

@@ -1,5 +1,6 @@
 //! Simulations that Ctrl-C stops: Python is asked for signals while they run, without its lock.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -48,7 +49,7 @@ impl Watch {
 }
 
 /// Calls `tell`, if there is one, with the share that is done, from 0 to 1.
-pub fn tell_share(py: Python<'_>, tell: Option<&Py<PyAny>>, share: f64) -> PyResult<()> {
+fn tell_share(py: Python<'_>, tell: Option<&Py<PyAny>>, share: f64) -> PyResult<()> {
     tell.map_or(Ok(()), |tell| tell.call1(py, (share,)).map(drop))
 }
 
@@ -88,6 +89,18 @@ pub fn on_a_thread_telling<R: Send>(
             }
         })
     })
+}
+
+/// [`on_a_thread`], which calls `tell`, if there is one, now and then with the share that is done. `work` tells it what that is.
+pub fn on_a_thread_sharing<R: Send>(
+    py: Python<'_>,
+    stop: &Stop,
+    tell: Option<Py<PyAny>>,
+    work: impl FnOnce(&(dyn Fn(f64) + Sync)) -> R + Send,
+) -> PyResult<R> {
+    let done = AtomicU64::default();
+    let tell = |py: Python<'_>| tell_share(py, tell.as_ref(), f64::from_bits(done.load(Ordering::Relaxed)));
+    on_a_thread_telling(py, stop, tell, || work(&|share: f64| done.store(share.to_bits(), Ordering::Relaxed)))
 }
 
 /// Does `work`, which cannot be stopped, on a thread of its own without Python's lock. After a signal it ends unseen.

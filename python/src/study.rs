@@ -62,7 +62,7 @@ impl Observer for Progress {
 }
 
 /// The exception of a study without results.
-pub fn of_run(error: &RunError) -> PyErr {
+pub fn of_run(error: RunError) -> PyErr {
     match error {
         RunError::Unfinished { error, .. } => of_file(error),
         RunError::Threads(_) | RunError::Stopped => PyRuntimeError::new_err(error.to_string()),
@@ -94,15 +94,15 @@ impl PendingStudy {
         memory: Option<u64>,
         tool: Option<Py<SampledTool>>,
     ) -> PyResult<Self> {
-        let study = input.get().document()?.study().map_err(|error| of_input(&error))?;
+        let study = input.get().document()?.study().map_err(of_input)?;
         if tool.is_some() {
             check_tool(&study).map_err(of_settings)?;
         }
         if study.has_brush() {
-            check_brushes(&study, threads, memory).map_err(|error| of_settings(error.to_string()))?;
+            check_brushes(&study, threads, memory).map_err(of_settings)?;
         }
         let run = match out {
-            Some(out) => StudyRun::open(study.clone(), &out, &[], restart).map_err(|error| of_journal(&error))?.0,
+            Some(out) => StudyRun::open(study.clone(), &out, &[], restart).map_err(of_journal)?.0,
             None => StudyRun::new(study.clone()),
         };
         Ok(Self { journal: Journal::new(&study), input, study, tool, run: Mutex::new(Some(run)) })
@@ -139,7 +139,7 @@ impl PendingStudy {
         if read.map_err(of_value)?.torn > 0 {
             return Err(of_value("they are damaged"));
         }
-        written.map_err(|error| of_run(&error))
+        written.map_err(of_run)
     }
 
     /// Simulates the cases without a result, and writes the files if they go anywhere. Calls `tell` now and then with the numbers of cases
@@ -166,7 +166,7 @@ impl PendingStudy {
             let input = self.input.get();
             let finish = || {
                 let finished = run.finish(&input.short_name(), &input.document()?, &[], &means);
-                Ok::<_, PyErr>(Some(finished.map_err(|error| of_run(&error))?.results))
+                Ok::<_, PyErr>(Some(finished.map_err(of_run)?.results))
             };
             on_a_thread_telling(py, &stop, tell, finish)??
         } else {
@@ -177,14 +177,14 @@ impl PendingStudy {
             results
         };
         tell(py)?;
-        let results = results.ok_or_else(|| of_run(&RunError::Stopped))?;
+        let results = results.ok_or_else(|| of_run(RunError::Stopped))?;
         Ok(SimulatedStudy { study: self.study.clone(), results })
     }
 
     /// Closes the journal. Its directory is free after that.
     fn close(&self) -> PyResult<()> {
         let run = self.run().take();
-        run.map_or(Ok(()), |mut run| run.settle()).map_err(|error| of_run(&error))
+        run.map_or(Ok(()), |mut run| run.settle()).map_err(of_run)
     }
 }
 
@@ -199,7 +199,7 @@ impl PendingStudy {
     /// Simulates the cases without a result, whose results go nowhere else.
     fn simulate(&self, run: &mut StudyRun, means: &Means<'_>) -> PyResult<()> {
         let Some(tool) = &self.tool else {
-            return run.simulate(|_| true, means).map_err(|error| of_run(&error));
+            return run.simulate(|_| true, means).map_err(of_run);
         };
         let cases = without_result(&self.study, run.results());
         let run = Mutex::new(run);
@@ -212,7 +212,7 @@ impl PendingStudy {
         };
         let pass_of = |settings: &Settings| tool.get().pass(settings);
         let simulated = simulate_cases_with(&self.study, &cases, means.resources.threads, means.stop, pass_of, done);
-        simulated.map_err(|error| of_run(&error.into()))
+        simulated.map_err(|error| of_run(error.into()))
     }
 }
 
@@ -316,10 +316,9 @@ impl SimulatedStudy {
             let subject =
                 Subject { name: &name, origin: &origin, assumptions: &assumptions, answer: None, measured: &[] };
             let page = page_of(recorder, &self.study, &self.results, &subject, None, &stop);
-            let (page, _) = page.map_err(|error| of_run(&error))?;
-            let file =
-                StagedFile::write(path, |out| out.write_all(page.as_bytes())).map_err(|error| of_file(&error))?;
-            file.commit().map(drop).map_err(|error| of_file(&error))
+            let (page, _) = page.map_err(of_run)?;
+            let file = StagedFile::write(path, |out| out.write_all(page.as_bytes())).map_err(of_file)?;
+            file.commit().map(drop).map_err(of_file)
         })?
     }
 

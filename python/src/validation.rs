@@ -1,9 +1,8 @@
 //! The comparison of the simulator with exact solutions, other codes and the paper.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
+use bristle::simulation::Stop;
 use bristle_text::layout::WIDTH;
 use bristle_validation::{self as validation, Extent};
 use pyo3::prelude::*;
@@ -11,11 +10,11 @@ use pyo3::prelude::*;
 use crate::interrupt::unseen;
 
 /// Ends a validation that nobody waits for.
-struct Abandon(Arc<AtomicBool>);
+struct Abandon(Stop);
 
 impl Drop for Abandon {
     fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.0.request();
     }
 }
 
@@ -23,10 +22,10 @@ impl Drop for Abandon {
 #[pyfunction]
 pub fn validate(py: Python<'_>, full: bool) -> PyResult<(bool, String, String)> {
     let extent = if full { Extent::Full } else { Extent::Quick };
-    let abandoned = Arc::new(AtomicBool::new(false));
-    let waiting = Abandon(Arc::clone(&abandoned));
+    let abandoned = Stop::default();
+    let waiting = Abandon(abandoned.clone());
     let outcomes = unseen(py, move || {
-        validation::run(extent, || match abandoned.load(Ordering::Relaxed) {
+        validation::run(extent, || match abandoned.is_requested() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         })

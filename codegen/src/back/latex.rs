@@ -5,17 +5,9 @@
 use crate::ir::constant::Constant;
 use crate::ir::notation::{Notation, Written, scientific};
 
-/// Accents, as combining marks.
-const ACCENTS: [(char, &str); 8] = [
-    ('\u{307}', "\\dot"),
-    ('\u{308}', "\\ddot"),
-    ('\u{20db}', "\\dddot"),
-    ('\u{302}', "\\hat"),
-    ('\u{303}', "\\tilde"),
-    ('\u{304}', "\\bar"),
-    ('\u{305}', "\\bar"),
-    ('\u{20d7}', "\\vec"),
-];
+/// Accents, as combining marks, each with its command behind it.
+const ACCENTS: &str =
+    "\u{307}\\dot \u{308}\\ddot \u{20db}\\dddot \u{302}\\hat \u{303}\\tilde \u{304}\\bar \u{305}\\bar \u{20d7}\\vec";
 
 /// Letters that Unicode has with their dots, as letter and dotted letter.
 const DOTTED: &str = "aȧbḃcċdḋeėfḟgġhḣmṁnṅoȯpṗrṙsṡtṫwẇxẋyẏzżAȦBḂCĊDḊEĖFḞGĠHḢMṀNṄOȮPṖRṘSṠTṪWẆXẊYẎZŻ";
@@ -23,108 +15,45 @@ const TWICE_DOTTED: &str = "aäeëhḧiïoötẗuüwẅxẍyÿAÄEËHḦIÏOÖU�
 /// Letters with a bar, each behind the one that it is made of.
 const BARRED: &str = "eē";
 
-const GREEK: [(char, &str); 37] = [
-    ('α', "\\alpha"),
-    ('β', "\\beta"),
-    ('γ', "\\gamma"),
-    ('δ', "\\delta"),
-    ('ε', "\\varepsilon"),
-    ('ζ', "\\zeta"),
-    ('η', "\\eta"),
-    ('θ', "\\theta"),
-    ('ϑ', "\\vartheta"),
-    ('ι', "\\iota"),
-    ('κ', "\\kappa"),
-    ('λ', "\\lambda"),
-    ('μ', "\\mu"),
-    ('µ', "\\mu"),
-    ('ν', "\\nu"),
-    ('ξ', "\\xi"),
-    ('π', "\\pi"),
-    ('ρ', "\\rho"),
-    ('σ', "\\sigma"),
-    ('ς', "\\varsigma"),
-    ('τ', "\\tau"),
-    ('υ', "\\upsilon"),
-    ('φ', "\\varphi"),
-    ('ϕ', "\\phi"),
-    ('χ', "\\chi"),
-    ('ψ', "\\psi"),
-    ('ω', "\\omega"),
-    ('Γ', "\\Gamma"),
-    ('Δ', "\\Delta"),
-    ('Θ', "\\Theta"),
-    ('Λ', "\\Lambda"),
-    ('Ξ', "\\Xi"),
-    ('Π', "\\Pi"),
-    ('Σ', "\\sum"),
-    ('Φ', "\\Phi"),
-    ('Ψ', "\\Psi"),
-    ('Ω', "\\Omega"),
-];
+/// Letters, each with its command behind it.
+const GREEK: &str = r"
+    α\alpha β\beta γ\gamma δ\delta ε\varepsilon ζ\zeta η\eta θ\theta ϑ\vartheta ι\iota κ\kappa λ\lambda μ\mu µ\mu
+    ν\nu ξ\xi π\pi ρ\rho σ\sigma ς\varsigma τ\tau υ\upsilon φ\varphi ϕ\phi χ\chi ψ\psi ω\omega Γ\Gamma Δ\Delta
+    Θ\Theta Λ\Lambda Ξ\Xi Π\Pi Σ\sum Φ\Phi Ψ\Psi Ω\Omega
+";
 
-const SIGNS: [(char, &str); 26] = [
-    ('∂', "\\partial"),
-    ('−', "-"),
-    ('·', "\\cdot"),
-    ('×', "\\times"),
-    ('…', "\\dots"),
-    ('√', "\\surd"),
-    ('∈', "\\in"),
-    ('≤', "\\leq"),
-    ('≥', "\\geq"),
-    ('≠', "\\neq"),
-    ('→', "\\to"),
-    ('∞', "\\infty"),
-    ('½', "\\tfrac{1}{2}"),
-    ('¼', "\\tfrac{1}{4}"),
-    ('¾', "\\tfrac{3}{4}"),
-    ('⅓', "\\tfrac{1}{3}"),
-    ('⅔', "\\tfrac{2}{3}"),
-    ('⅛', "\\tfrac{1}{8}"),
-    ('#', "\\text{\\#}"),
-    // Markdown ends a formula at any dollar.
-    ('$', "\\text{U+0024}"),
-    ('%', "\\text{\\%}"),
-    ('&', "\\text{\\&}"),
-    ('~', "\\sim"),
-    ('^', "\\wedge"),
-    ('\\', "\\backslash"),
-    ('|', "\\vert"),
-];
+/// Signs, each with its command behind it. The dollar has none: Markdown ends a formula at any.
+const SIGNS: &str = r"
+    ∂\partial −- ·\cdot ×\times …\dots √\surd ∈\in ≤\leq ≥\geq ≠\neq →\to ∞\infty ½\tfrac{1}{2} ¼\tfrac{1}{4}
+    ¾\tfrac{3}{4} ⅓\tfrac{1}{3} ⅔\tfrac{2}{3} ⅛\tfrac{1}{8} #\text{\#} $\text{U+0024} %\text{\%} &\text{\&} ~\sim
+    ^\wedge \\backslash |\vert
+";
 
-const RAISED: [(char, char); 12] = [
-    ('⁰', '0'),
-    ('¹', '1'),
-    ('²', '2'),
-    ('³', '3'),
-    ('⁴', '4'),
-    ('⁵', '5'),
-    ('⁶', '6'),
-    ('⁷', '7'),
-    ('⁸', '8'),
-    ('⁹', '9'),
-    ('⁻', '-'),
-    ('ᵀ', 'T'),
-];
+/// Raised characters, and what they are on the line.
+const RAISED: [&str; 2] = ["⁰¹²³⁴⁵⁶⁷⁸⁹⁻ᵀ", "0123456789-T"];
 
 const FUNCTIONS: [&str; 6] = ["arccos", "arcsin", "cos", "max", "min", "sin"];
 
-fn find<T: Copy>(table: &[(char, T)], character: char) -> Option<T> {
-    table.iter().find(|entry| entry.0 == character).map(|entry| entry.1)
+fn find(table: &'static str, character: char) -> Option<&'static str> {
+    table.split_whitespace().find_map(|entry| entry.strip_prefix(character))
+}
+
+/// What a raised character is on the line.
+fn lowered(character: char) -> Option<char> {
+    let [raised, lowered] = RAISED.map(str::chars);
+    raised.zip(lowered).find(|(raised, _)| *raised == character).map(|(_, lowered)| lowered)
 }
 
 /// Letters that carry their dots or bar as letter and combining mark.
 fn decomposed(text: &str) -> Vec<char> {
-    let split = |letter: char, table: &str, mark: char| {
-        let letters: Vec<char> = table.chars().collect();
-        letters.chunks(2).find(|pair| pair[1] == letter).map(|pair| [pair[0], mark])
+    let tables = [(DOTTED, '\u{307}'), (TWICE_DOTTED, '\u{308}'), (BARRED, '\u{304}')];
+    let split = |letter: char| {
+        // Each is behind the letter that it is made of.
+        tables.iter().find_map(|(table, mark)| Some([table.split_once(letter)?.0.chars().next_back()?, *mark]))
     };
     let mut characters = Vec::new();
     for letter in text.chars() {
-        let marked = [(DOTTED, '\u{307}'), (TWICE_DOTTED, '\u{308}'), (BARRED, '\u{304}')];
-        let pair = marked.into_iter().find_map(|(table, mark)| split(letter, table, mark));
-        match pair {
+        match split(letter) {
             Some(pair) if !letter.is_ascii() => characters.extend(pair),
             _ => characters.push(letter),
         }
@@ -133,7 +62,7 @@ fn decomposed(text: &str) -> Vec<char> {
 }
 
 fn accent(character: char) -> Option<&'static str> {
-    find(&ACCENTS, character)
+    find(ACCENTS, character)
 }
 
 /// True for a combining mark above its letter.
@@ -152,7 +81,7 @@ fn primes(character: char) -> Option<usize> {
 
 /// One character in a formula.
 fn character(character: char) -> String {
-    if let Some(command) = find(&GREEK, character).or_else(|| find(&SIGNS, character)) {
+    if let Some(command) = find(GREEK, character).or_else(|| find(SIGNS, character)) {
         return command.into();
     }
     match character {
@@ -246,7 +175,7 @@ pub(crate) fn formula(text: &str) -> String {
     let (mut index, mut depth) = (0, 0_i64);
     while index < characters.len() {
         let first = characters[index];
-        let greek = find(&GREEK, first).is_some();
+        let greek = find(GREEK, first).is_some();
         if greek && matches!(first, 'δ' | 'Δ') && characters.get(index + 1).is_some_and(char::is_ascii_alphabetic) {
             // δq is one quantity, not δ with a subscript.
             push(&mut result, &character(first));
@@ -265,8 +194,8 @@ pub(crate) fn formula(text: &str) -> String {
                 false => push(&mut result, &symbol(&name)),
             }
             index += length;
-        } else if find(&RAISED, first).is_some() {
-            let raised: String = characters[index..].iter().map_while(|&letter| find(&RAISED, letter)).collect();
+        } else if lowered(first).is_some() {
+            let raised: String = characters[index..].iter().map_while(|&letter| lowered(letter)).collect();
             index += raised.chars().count();
             let raised = if raised == "T" { "\\mathrm{T}".into() } else { raised };
             result.push_str(&format!("^{{{raised}}}"));

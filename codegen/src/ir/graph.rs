@@ -404,16 +404,19 @@ impl Graph {
 
     /// The nodes that `outputs` need, themselves included, operands before users.
     pub fn reachable(&self, outputs: &[NodeId]) -> Vec<NodeId> {
+        self.reachable_until(outputs, |_| false)
+    }
+
+    /// The same without what only the nodes need that `is_given` names.
+    pub(crate) fn reachable_until(&self, outputs: &[NodeId], is_given: impl Fn(NodeId) -> bool) -> Vec<NodeId> {
         let end = outputs.iter().map(|output| output.index() + 1).max().unwrap_or(0);
         let mut live = vec![false; end];
         for output in outputs {
             live[output.index()] = true;
         }
         for (index, node) in self.nodes[..end].iter().enumerate().rev() {
-            if live[index] {
-                for operand in node.operands() {
-                    live[operand.index()] = true;
-                }
+            if live[index] && !is_given(NodeId(index as u32)) {
+                node.operands().for_each(|operand| live[operand.index()] = true);
             }
         }
         self.ids().take(end).filter(|id| live[id.index()]).collect()

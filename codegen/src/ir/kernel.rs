@@ -63,6 +63,10 @@ pub struct Input {
 }
 
 impl Input {
+    pub(crate) fn new(name: &str, doc: &str, elements: Vec<(String, NodeId)>) -> Self {
+        Self { name: name.into(), doc: doc.into(), elements }
+    }
+
     /// The symbols `names` of `graph` as one argument.
     ///
     /// # Panics
@@ -72,7 +76,7 @@ impl Input {
             let node = graph.find_symbol(symbol).unwrap_or_else(|| panic!("`{symbol}` is a symbol of the graph"));
             (symbol.to_string(), node)
         };
-        Self { name: name.into(), doc: doc.into(), elements: names.iter().map(find).collect() }
+        Self::new(name, doc, names.iter().map(find).collect())
     }
 }
 
@@ -85,6 +89,17 @@ pub enum Shape {
     Vector(usize),
     /// Rows, columns; stored by rows.
     Matrix(usize, usize),
+}
+
+impl Shape {
+    /// The number of rows, and that of columns, as far as it has them.
+    pub fn sizes(self) -> Vec<usize> {
+        match self {
+            Self::Scalar => Vec::new(),
+            Self::Vector(length) => vec![length],
+            Self::Matrix(rows, columns) => vec![rows, columns],
+        }
+    }
 }
 
 /// A field of a kernel's result.

@@ -21,59 +21,39 @@ impl Graph {
 
 /// The rules that a graph's constructors apply, in this order.
 ///
-/// Each makes the expression smaller or brings it closer to a canonical order, so that rewriting ends.
+/// Each has its name, what it does, and where it holds. It makes the expression smaller or brings it closer to a canonical order, so that
+/// rewriting ends.
 pub const RULES: &[Rule] = &[
-    Rule {
-        name: "fold-constants",
-        statement: "operation on constants → its value",
-        domain: "finite results",
-        apply: fold_constants,
-    },
-    Rule {
-        name: "add-zero",
-        statement: "a + 0 → a, a − 0 → a, 0 − a → −a, a − a → 0",
-        domain: "everywhere",
-        apply: add_zero,
-    },
-    Rule {
-        name: "mul-unit",
-        statement: "0 a → 0, 1 a → a, −1 a → −a, a/1 → a, 0/a → 0",
-        domain: "a finite, a ≠ 0 as a divisor",
-        apply: mul_unit,
-    },
-    Rule {
-        name: "power-unit",
-        statement: "a^0 → 1, a^1 → a, (a^j)^k → a^(jk)",
-        domain: "a ≠ 0 where j < 0 < k or k = 0",
-        apply: power_unit,
-    },
-    Rule {
-        name: "pull-sign",
-        statement: "−(−a) → a, −(a − b) → b − a, (−a) b → −(a b), a + (−b) → a − b, a − (−b) → a + b",
-        domain: "everywhere",
-        apply: pull_sign,
-    },
-    Rule {
-        name: "pull-constant",
-        statement: "a c → c a, c (d a) → (c d) a, (c a) b → c (a b), −(c a) → (−c) a",
-        domain: "c, d constant",
-        apply: pull_constant,
-    },
-    Rule { name: "like-terms", statement: "c a + d a → (c + d) a", domain: "c, d constant", apply: like_terms },
-    Rule { name: "same-base", statement: "a^j a^k → a^(j+k)", domain: "a ≠ 0 where j k < 0", apply: same_base },
-    Rule {
-        name: "parity",
-        statement: "sin(−a) → −sin a, cos(−a) → cos a, asin(−a) → −asin a",
-        domain: "everywhere",
-        apply: parity,
-    },
-    Rule {
-        name: "order-operands",
-        statement: "b + a → a + b, b a → a b",
-        domain: "a created before b",
-        apply: order_operands,
-    },
+    rule("fold-constants", "operation on constants → its value", "finite results", fold_constants),
+    rule("add-zero", "a + 0 → a, a − 0 → a, 0 − a → −a, a − a → 0", "everywhere", add_zero),
+    rule("mul-unit", "0 a → 0, 1 a → a, −1 a → −a, a/1 → a, 0/a → 0", "a finite, a ≠ 0 as a divisor", mul_unit),
+    rule("power-unit", "a^0 → 1, a^1 → a, (a^j)^k → a^(jk)", "a ≠ 0 where j < 0 < k or k = 0", power_unit),
+    rule(
+        "pull-sign",
+        "−(−a) → a, −(a − b) → b − a, (−a) b → −(a b), a + (−b) → a − b, a − (−b) → a + b",
+        "everywhere",
+        pull_sign,
+    ),
+    rule(
+        "pull-constant",
+        "a c → c a, c (d a) → (c d) a, (c a) b → c (a b), −(c a) → (−c) a",
+        "c, d constant",
+        pull_constant,
+    ),
+    rule("like-terms", "c a + d a → (c + d) a", "c, d constant", like_terms),
+    rule("same-base", "a^j a^k → a^(j+k)", "a ≠ 0 where j k < 0", same_base),
+    rule("parity", "sin(−a) → −sin a, cos(−a) → cos a, asin(−a) → −asin a", "everywhere", parity),
+    rule("order-operands", "b + a → a + b, b a → a b", "a created before b", order_operands),
 ];
+
+const fn rule(
+    name: &'static str,
+    statement: &'static str,
+    domain: &'static str,
+    apply: fn(&mut Graph, Node) -> Option<NodeId>,
+) -> Rule {
+    Rule { name, statement, domain, apply }
+}
 
 fn fold_constants(graph: &mut Graph, node: Node) -> Option<NodeId> {
     let value = |id| graph.as_constant(id);
@@ -151,13 +131,10 @@ fn pull_sign(graph: &mut Graph, node: Node) -> Option<NodeId> {
             _ => None,
         },
         Node::Mul(a, b) | Node::Div(a, b) => {
-            let positive = match (negated(graph, a), negated(graph, b)) {
-                (None, None) => return None,
-                (Some(a), Some(b)) => return Some(remake(graph, node, a, b)),
-                (Some(a), None) => remake(graph, node, a, b),
-                (None, Some(b)) => remake(graph, node, a, b),
-            };
-            Some(graph.neg(positive))
+            let (positive_a, positive_b) = (negated(graph, a), negated(graph, b));
+            positive_a.or(positive_b)?;
+            let positive = remake(graph, node, positive_a.unwrap_or(a), positive_b.unwrap_or(b));
+            Some(if positive_a.and(positive_b).is_some() { positive } else { graph.neg(positive) })
         }
         Node::Add(a, b) => match (negated(graph, a), negated(graph, b)) {
             (_, Some(b)) => Some(graph.sub(a, b)),
@@ -240,23 +217,10 @@ fn same_base(graph: &mut Graph, node: Node) -> Option<NodeId> {
 }
 
 fn parity(graph: &mut Graph, node: Node) -> Option<NodeId> {
-    match node {
-        Node::Sin(a) => {
-            let a = negated(graph, a)?;
-            let sin = graph.sin(a);
-            Some(graph.neg(sin))
-        }
-        Node::Cos(a) => {
-            let a = negated(graph, a)?;
-            Some(graph.cos(a))
-        }
-        Node::Asin(a) => {
-            let a = negated(graph, a)?;
-            let angle = graph.asin(a);
-            Some(graph.neg(angle))
-        }
-        _ => None,
-    }
+    let (Node::Sin(a) | Node::Cos(a) | Node::Asin(a)) = node else { return None };
+    let a = negated(graph, a)?;
+    let value = graph.make(node.map(|_| a));
+    Some(if let Node::Cos(_) = node { value } else { graph.neg(value) })
 }
 
 fn order_operands(graph: &mut Graph, node: Node) -> Option<NodeId> {

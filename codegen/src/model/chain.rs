@@ -64,19 +64,17 @@ impl Motion {
         }
     }
 
-    /// The coordinates of `segment`.
-    pub fn coordinates(self, segment: &Segment) -> Vec<NodeId> {
+    /// The coordinates of all `segments`, and their rates.
+    pub fn variables(self, segments: &[Segment]) -> [Vec<NodeId>; 2] {
         match self {
-            Self::Spatial => segment.coordinates().to_vec(),
-            Self::Planar => vec![segment.theta],
-        }
-    }
-
-    /// The rates of `segment`.
-    pub fn rates(self, segment: &Segment) -> Vec<NodeId> {
-        match self {
-            Self::Spatial => segment.rates().to_vec(),
-            Self::Planar => vec![segment.theta_rate],
+            Self::Spatial => [
+                segments.iter().flat_map(Segment::coordinates).collect(),
+                segments.iter().flat_map(Segment::rates).collect(),
+            ],
+            Self::Planar => [
+                segments.iter().map(|segment| segment.theta).collect(),
+                segments.iter().map(|segment| segment.theta_rate).collect(),
+            ],
         }
     }
 

@@ -50,28 +50,44 @@ impl Derivation {
         let inputs = inputs(&mut graph);
         Ok(Kernel { name: name.into(), summary: summary.into(), graph, inputs, outputs })
     }
+
+    /// The same for `motion`, which the name and the summary state.
+    pub fn kernel_for(
+        self,
+        motion: Motion,
+        name: &str,
+        summary: &str,
+        style: Option<Style<'_>>,
+        inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
+    ) -> Result<Kernel, DimensionError> {
+        let place = match motion {
+            Motion::Spatial => "",
+            Motion::Planar => "\nFor motion in the plane of rotation, where `φ = π/2` and `q = θ`.",
+        };
+        self.kernel(&motion.name_for(name), &format!("{summary}{place}"), style, inputs)
+    }
 }
 
 /// `name`, or `name_label` if there is a label.
-fn labelled(name: &str, label: &str) -> String {
+pub(super) fn labelled(name: &str, label: &str) -> String {
     if label.is_empty() { name.into() } else { format!("{name}_{label}") }
 }
 
 /// Sines and cosines of a segment's angles.
 pub(super) fn trigonometry(graph: &mut Graph, motion: Motion, name: &str, label: &str) -> Input {
-    let segment = Segment::new(graph, label);
-    let mut elements = Vec::new();
-    if motion == Motion::Spatial {
-        elements.push((labelled("sin_phi", label), graph.sin(segment.phi)));
-        elements.push((labelled("cos_phi", label), graph.cos(segment.phi)));
+    let Segment { phi, theta, .. } = Segment::new(graph, label);
+    let mut of = |angle: &str, node: NodeId| sine_and_cosine(graph, &labelled(angle, label), node);
+    match motion {
+        Motion::Spatial => {
+            Input::new(name, "sin φ, cos φ, sin θ, cos θ", [of("phi", phi), of("theta", theta)].concat())
+        }
+        Motion::Planar => Input::new(name, "sin θ, cos θ", of("theta", theta)),
     }
-    elements.push((labelled("sin_theta", label), graph.sin(segment.theta)));
-    elements.push((labelled("cos_theta", label), graph.cos(segment.theta)));
-    let doc = match motion {
-        Motion::Spatial => "sin φ, cos φ, sin θ, cos θ",
-        Motion::Planar => "sin θ, cos θ",
-    };
-    Input { name: name.into(), doc: doc.into(), elements }
+}
+
+/// The elements of an input: sine and cosine of an `angle` with this name.
+pub(super) fn sine_and_cosine(graph: &mut Graph, name: &str, angle: NodeId) -> Vec<(String, NodeId)> {
+    vec![(format!("sin_{name}"), graph.sin(angle)), (format!("cos_{name}"), graph.cos(angle))]
 }
 
 /// The rates of a segment: in space as one argument, `name`; in the plane `θ̇` under its own name.
@@ -160,7 +176,7 @@ impl FreeSegment {
 
     /// The coordinates and their rates.
     pub fn variables(&self) -> [Vec<NodeId>; 2] {
-        [self.motion.coordinates(&self.segment), self.motion.rates(&self.segment)]
+        self.motion.variables(&[self.segment])
     }
 
     /// `q → q̇`
@@ -316,11 +332,7 @@ impl Joint {
 
     /// The coordinates of all segments, and their rates.
     pub fn variables(&self) -> [Vec<NodeId>; 2] {
-        let motion = self.motion;
-        [
-            self.segments.iter().flat_map(|segment| motion.coordinates(segment)).collect(),
-            self.segments.iter().flat_map(|segment| motion.rates(segment)).collect(),
-        ]
+        self.motion.variables(&self.segments)
     }
 
     /// `−∂E_spring/∂q − ∂D/∂q̇`
@@ -412,6 +424,7 @@ impl Neighbour {
 /// The blocks of the tangent of a joint, row by row, with their names and the segments that they concern. The weights of the step
 /// come after `inputs`.
 pub(super) fn tangent_kernel(
+    motion: Motion,
     name: &str,
     summary: &str,
     (graph, rows): Tangent,
@@ -427,11 +440,8 @@ pub(super) fn tangent_kernel(
         Output::matrix(name, &format!("{torques} on {where_to}"), TORQUE_SLOPE, block)
     };
     let outputs = blocks.iter().enumerate().map(block).collect();
-    Derivation { graph, outputs }.kernel(name, summary, Some(Style::Cheap), |graph| {
-        let mut inputs = inputs(graph);
-        inputs.extend(weights(graph));
-        inputs
-    })
+    let inputs = |graph: &mut Graph| [inputs(graph), weights(graph)].concat();
+    Derivation { graph, outputs }.kernel_for(motion, name, summary, Some(Style::Cheap), inputs)
 }
 
 /// The blocks of the tangent of a joint between two segments.
@@ -457,8 +467,7 @@ pub(super) fn azimuth_steps(graph: &mut Graph) -> [Input; 2] {
     let unbent = graph.sub(next.theta, relaxed_angle);
     let mut step = |name: &str, doc: &str, next: NodeId| {
         let step = graph.sub(previous.theta, next);
-        let elements = vec![(format!("sin_{name}"), graph.sin(step)), (format!("cos_{name}"), graph.cos(step))];
-        Input { name: name.into(), doc: doc.into(), elements }
+        Input::new(name, doc, sine_and_cosine(graph, name, step))
     };
     [
         step("azimuth_step", "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment", next.theta),
@@ -471,31 +480,24 @@ pub(super) fn unbent_azimuth(graph: &mut Graph, label: &str) -> Input {
     let (segment, relaxed_angle) = (Segment::new(graph, label), Hinge::new(graph, "").relaxed_angle);
     let azimuth = graph.sub(segment.theta, relaxed_angle);
     let name = format!("unbent_{label}");
-    Input {
-        doc: "sin(θ − κ), cos(θ − κ), with the relaxed angle κ".into(),
-        elements: vec![(format!("sin_{name}"), graph.sin(azimuth)), (format!("cos_{name}"), graph.cos(azimuth))],
-        name,
-    }
+    let elements = sine_and_cosine(graph, &name, azimuth);
+    Input::new(&name, "sin(θ − κ), cos(θ − κ), with the relaxed angle κ", elements)
 }
 
 /// Sine and cosine of the relaxed angle.
 pub(super) fn relaxed_turn(graph: &mut Graph) -> Input {
     let angle = Hinge::new(graph, "").relaxed_angle;
-    Input {
-        name: "relaxed_turn".into(),
-        doc: "sin κ, cos κ, with the relaxed angle κ".into(),
-        elements: vec![("sin_relaxed".into(), graph.sin(angle)), ("cos_relaxed".into(), graph.cos(angle))],
-    }
+    let elements = sine_and_cosine(graph, "relaxed", angle);
+    Input::new("relaxed_turn", "sin κ, cos κ, with the relaxed angle κ", elements)
 }
 
 pub(super) fn clamp_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
-    let mut inputs = vec![
+    let inputs = vec![
         vector_input(graph, motion, "relaxed_direction", "ē0, which is e0 turned about z by the relaxed angle"),
         trigonometry(graph, motion, "next", "next"),
         rates_in_body(graph, motion, "next_rates", "next"),
     ];
-    inputs.extend(joint_constants(graph));
-    inputs
+    [inputs, joint_constants(graph)].concat()
 }
 
 pub(super) fn transpose(columns: &[Vec<NodeId>]) -> Vec<Vec<NodeId>> {

@@ -26,8 +26,8 @@ use crate::ir::unit::Unit;
 use crate::model::chain::{self, ACCELERATION, ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, vector_symbol};
 use crate::model::elements::{
     BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, RelaxedClamp, RigidRates, TORQUE,
-    azimuth_steps, clamp_inputs, joint_constants, rates, rates_in_body, relaxed_turn, segment_constants, step_weights,
-    tangent_kernel, transpose, trigonometry, unbent_azimuth, vector_input, weights,
+    azimuth_steps, clamp_inputs, joint_constants, rates, rates_in_body, relaxed_turn, segment_constants,
+    sine_and_cosine, step_weights, tangent_kernel, transpose, trigonometry, unbent_azimuth, vector_input, weights,
 };
 use crate::model::lateral;
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
@@ -85,14 +85,6 @@ fn of_motion(motion: Motion) -> Result<Vec<Kernel>, DimensionError> {
     derivations.into_iter().map(|derive| derive(motion)).collect()
 }
 
-/// The summary of a kernel for `motion`.
-fn summary_for(motion: Motion, summary: &str) -> String {
-    match motion {
-        Motion::Spatial => summary.into(),
-        Motion::Planar => format!("{summary}\nFor motion in the plane of rotation, where `φ = π/2` and `q = θ`."),
-    }
-}
-
 fn segment(motion: Motion) -> Result<Kernel, DimensionError> {
     let mut free = FreeSegment::new(motion);
     let moving = free.rates_of_coordinates();
@@ -119,15 +111,12 @@ fn segment(motion: Motion) -> Result<Kernel, DimensionError> {
         Output::matrix("reach_jacobian", "`G = ∂(h e)/∂q`", Unit::METRE, reach_jacobian),
         Output::vector("reach_bias", "`b = h ë` for `q̈ = 0`", ACCELERATION, reach_bias),
     ];
-    let derivation = Derivation { graph: free.graph, outputs };
     let summary = "Kinematics and inertia of one segment, seen from its inner end `x`:\n\
                    `p = m ẍ + C q̈ + p_0 + F`, `τ = Cᵀ ẍ + I q̈ + τ_0 + Gᵀ F`, `ẍ' = ẍ + G q̈ + b`,\n\
                    from `E_kin = ½ m |ẋ + ½ h ė|² + ½ J |ė|²`.";
-    let (name, summary) = (motion.name_for("segment"), summary_for(motion, summary));
-    derivation.kernel(&name, &summary, Some(Style::Cheap), |graph| {
-        let mut inputs = vec![trigonometry(graph, motion, "angles", ""), rates(graph, motion, "rates", "")];
-        inputs.extend(segment_constants(graph));
-        inputs
+    Derivation { graph: free.graph, outputs }.kernel_for(motion, "segment", summary, Some(Style::Cheap), |graph| {
+        let moving = vec![trigonometry(graph, motion, "angles", ""), rates(graph, motion, "rates", "")];
+        [moving, segment_constants(graph)].concat()
     })
 }
 
@@ -156,24 +145,26 @@ fn segment_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
         Output::matrix("outer_acceleration", "`∂ẍ'/∂q̈`", Unit::METRE, along_step(&reach_acceleration)),
     ];
     let derivation = Derivation { graph: free.graph, outputs };
-    let (name, plain) = (motion.name_for("segment_tangent"), motion.name_for("segment"));
+    let plain = motion.name_for("segment");
     let summary = format!(
         "Tangent of one segment: how `τ`, `p` and `ẍ'` of [`{plain}`] change with its own `q̈` when\n\
          `δq = w_q δq̈` and `δq̇ = w_v δq̈`, for fixed `ẍ` and `F`."
     );
-    derivation.kernel(&name, &summary_for(motion, &summary), Some(Style::Cheap), |graph| {
-        let mut inputs = vec![trigonometry(graph, motion, "angles", ""), rates(graph, motion, "rates", "")];
-        inputs.push(match motion {
-            Motion::Spatial => {
-                Input::symbols(graph, "accelerations", "φ̈, θ̈ in rad/s²", &["phi_acceleration", "theta_acceleration"])
-            }
-            Motion::Planar => Input::symbols(graph, "theta_acceleration", "θ̈ in rad/s²", &["theta_acceleration"]),
-        });
-        inputs.push(vector_input(graph, motion, "base_acceleration", "ẍ in m/s²"));
-        inputs.push(vector_input(graph, motion, "outer_force", "F in N"));
-        inputs.extend(segment_constants(graph));
-        inputs.extend(weights(graph));
-        inputs
+    derivation.kernel_for(motion, "segment_tangent", &summary, Some(Style::Cheap), |graph| {
+        let inputs = vec![
+            trigonometry(graph, motion, "angles", ""),
+            rates(graph, motion, "rates", ""),
+            match motion {
+                Motion::Spatial => {
+                    let names = ["phi_acceleration", "theta_acceleration"];
+                    Input::symbols(graph, "accelerations", "φ̈, θ̈ in rad/s²", &names)
+                }
+                Motion::Planar => Input::symbols(graph, "theta_acceleration", "θ̈ in rad/s²", &["theta_acceleration"]),
+            },
+            vector_input(graph, motion, "base_acceleration", "ẍ in m/s²"),
+            vector_input(graph, motion, "outer_force", "F in N"),
+        ];
+        [inputs, segment_constants(graph), weights(graph)].concat()
     })
 }
 
@@ -189,39 +180,29 @@ fn segment_energy(motion: Motion) -> Result<Kernel, DimensionError> {
         Output::scalar("gravity", "`E_grav`", Unit::JOULE, gravity),
     ];
     let summary = "Energies of one segment: `E_kin = ½ m |ẋ + ½ h ė|² + ½ J |ė|²` and `E_grav = −m g·(x + ½ h e)`.";
-    let (name, summary) = (motion.name_for("segment_energy"), summary_for(motion, summary));
-    Derivation { graph, outputs }.kernel(&name, &summary, None, |graph| {
-        let mut inputs = vec![
+    Derivation { graph, outputs }.kernel_for(motion, "segment_energy", summary, None, |graph| {
+        let inputs = vec![
             trigonometry(graph, motion, "angles", ""),
             rates(graph, motion, "rates", ""),
             vector_input(graph, motion, "base_position", "x in m"),
             vector_input(graph, motion, "base_velocity", "ẋ in m/s"),
             vector_input(graph, motion, "gravity", "g in m/s²"),
         ];
-        inputs.extend(segment_constants(graph));
-        inputs
+        [inputs, segment_constants(graph)].concat()
     })
 }
 
 /// Inputs of a joint between two segments. Only the difference of the azimuths enters, because the energies do not
 /// change when both sides turn about `z`.
 fn joint_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
-    let mut inputs = match motion {
+    let angles = match motion {
         Motion::Spatial => {
-            let polar = |graph: &mut Graph, name: &str| {
-                let segment = Segment::new(graph, name);
-                Input {
-                    name: name.into(),
-                    doc: "sin φ, cos φ".into(),
-                    elements: vec![
-                        (format!("sin_phi_{name}"), graph.sin(segment.phi)),
-                        (format!("cos_phi_{name}"), graph.cos(segment.phi)),
-                    ],
-                }
-            };
-            let mut inputs = vec![polar(graph, "previous"), polar(graph, "next")];
-            inputs.extend(azimuth_steps(graph));
-            inputs
+            let [previous, next] = ["previous", "next"].map(|name| {
+                let polar = Segment::new(graph, name).phi;
+                Input::new(name, "sin φ, cos φ", sine_and_cosine(graph, &format!("phi_{name}"), polar))
+            });
+            let [plain, unbent] = azimuth_steps(graph);
+            vec![previous, next, plain, unbent]
         }
         Motion::Planar => vec![
             Input::symbols(graph, "theta_previous", "θ in rad", &["theta_previous"]),
@@ -231,10 +212,8 @@ fn joint_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
     };
     // In the plane only their difference enters.
     let rates_of = if motion == Motion::Spatial { rates_in_body } else { rates };
-    inputs.push(rates_of(graph, motion, "previous_rates", "previous"));
-    inputs.push(rates_of(graph, motion, "next_rates", "next"));
-    inputs.extend(joint_constants(graph));
-    inputs
+    let rates = ["previous", "next"].map(|label| rates_of(graph, motion, &format!("{label}_rates"), label));
+    [angles, rates.into(), joint_constants(graph)].concat()
 }
 
 /// The torques of `joint` on its `sides`, of which each has the name of the output and of the segment.
@@ -255,7 +234,7 @@ fn torques_kernel(
         Output::vector(side, &format!("{what} of the {segment}"), TORQUE, torques.to_vec())
     };
     let outputs = sides.iter().zip(torques).map(output).collect();
-    Derivation { graph: joint.graph, outputs }.kernel(name, summary, Some(Style::Cheap), inputs)
+    Derivation { graph: joint.graph, outputs }.kernel_for(joint.motion, name, summary, Some(Style::Cheap), inputs)
 }
 
 /// The sides of a joint between two segments.
@@ -274,19 +253,17 @@ fn joint(motion: Motion) -> Result<Kernel, DimensionError> {
     };
     let summary =
         format!("Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it connects, from\n{energies}");
-    let (name, summary) = (motion.name_for("joint"), summary_for(motion, &summary));
-    torques_kernel(&name, &summary, Joint::between_segments(motion), &SIDES, |graph| joint_inputs(graph, motion))
+    torques_kernel("joint", &summary, Joint::between_segments(motion), &SIDES, |graph| joint_inputs(graph, motion))
 }
 
 fn joint_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
-    let (name, plain, size) =
-        (motion.name_for("joint_tangent"), motion.name_for("joint"), motion.coordinates_per_segment());
+    let (plain, size) = (motion.name_for("joint"), motion.coordinates_per_segment());
     let summary = format!(
         "Tangent of a joint: minus the derivative of the torques of [`{plain}`] along `q̈`, when\n\
          `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is {size} × {size}."
     );
     let tangent = Joint::between_segments(motion).tangent();
-    tangent_kernel(&name, &summary_for(motion, &summary), tangent, &BLOCKS, |graph| match motion {
+    tangent_kernel(motion, "joint_tangent", &summary, tangent, &BLOCKS, |graph| match motion {
         Motion::Spatial => joint_inputs(graph, motion),
         // The torques are linear, so that the state does not enter.
         Motion::Planar => joint_constants(graph),
@@ -310,21 +287,20 @@ fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
         Motion::Planar => PLANAR_ENERGIES,
     };
     let summary = format!("Energy and dissipation function of a joint: {formulas}");
-    let (name, summary) = (motion.name_for("joint_energy"), summary_for(motion, &summary));
-    match motion {
-        Motion::Spatial => derivation.kernel(&name, &summary, None, |graph| {
-            let mut inputs = vec![
+    let style = if motion == Motion::Spatial { None } else { Some(Style::Cheap) };
+    derivation.kernel_for(motion, "joint_energy", &summary, style, |graph| match motion {
+        Motion::Spatial => {
+            let inputs = vec![
                 trigonometry(graph, motion, "previous", "previous"),
                 trigonometry(graph, motion, "next", "next"),
                 unbent_azimuth(graph, "next"),
                 rates_in_body(graph, motion, "previous_rates", "previous"),
                 rates_in_body(graph, motion, "next_rates", "next"),
             ];
-            inputs.extend(joint_constants(graph));
-            inputs
-        }),
-        Motion::Planar => derivation.kernel(&name, &summary, Some(Style::Cheap), |graph| joint_inputs(graph, motion)),
-    }
+            [inputs, joint_constants(graph)].concat()
+        }
+        Motion::Planar => joint_inputs(graph, motion),
+    })
 }
 
 /// How a segment moves that turns rigidly with the body.
@@ -346,16 +322,16 @@ fn rigid_rates() -> Result<Kernel, DimensionError> {
 
 /// The kernels of joints with segments whose polar axis is `x`.
 fn about_x_inputs(graph: &mut Graph) -> Vec<Input> {
-    let mut inputs = vec![
+    let inputs = vec![
         trigonometry(graph, Motion::Spatial, "previous", "previous"),
         trigonometry(graph, Motion::Spatial, "next", "next"),
+        // As it is: `κ` enters by the turn.
+        azimuth_steps(graph)[0].clone(),
+        relaxed_turn(graph),
+        rates_in_body(graph, Motion::Spatial, "previous_rates", "previous"),
+        rates_in_body(graph, Motion::Spatial, "next_rates", "next"),
     ];
-    let [azimuth_step, _] = azimuth_steps(graph);
-    inputs.extend([azimuth_step, relaxed_turn(graph)]);
-    inputs.push(rates_in_body(graph, Motion::Spatial, "previous_rates", "previous"));
-    inputs.push(rates_in_body(graph, Motion::Spatial, "next_rates", "next"));
-    inputs.extend(joint_constants(graph));
-    inputs
+    [inputs, joint_constants(graph)].concat()
 }
 
 fn joint_about_x() -> Result<Kernel, DimensionError> {
@@ -366,19 +342,25 @@ fn joint_about_x() -> Result<Kernel, DimensionError> {
 fn joint_about_x_tangent() -> Result<Kernel, DimensionError> {
     let summary = "Tangent of a joint about x: minus the derivative of the torques of [`joint_about_x`] along `q̈`, when\n\
                    `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
-    tangent_kernel("joint_about_x_tangent", summary, Joint::about_x().tangent(), &BLOCKS, about_x_inputs)
+    tangent_kernel(
+        Motion::Spatial,
+        "joint_about_x_tangent",
+        summary,
+        Joint::about_x().tangent(),
+        &BLOCKS,
+        about_x_inputs,
+    )
 }
 
 fn crossed_joint_inputs(graph: &mut Graph) -> Vec<Input> {
-    let mut inputs = vec![
+    let inputs = vec![
         trigonometry(graph, Motion::Spatial, "z_angles", "z"),
         trigonometry(graph, Motion::Spatial, "x_angles", "x"),
         unbent_azimuth(graph, "z"),
         rates_in_body(graph, Motion::Spatial, "z_rates", "z"),
         rates_in_body(graph, Motion::Spatial, "x_rates", "x"),
     ];
-    inputs.extend(joint_constants(graph));
-    inputs
+    [inputs, joint_constants(graph)].concat()
 }
 
 fn crossed_joint() -> Result<Kernel, DimensionError> {
@@ -398,27 +380,36 @@ fn crossed_joint_tangent() -> Result<Kernel, DimensionError> {
     ];
     let summary = "Tangent of a joint between polar axes: minus the derivative of the torques of [`crossed_joint`]\n\
                    along `q̈`, when `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
-    tangent_kernel("crossed_joint_tangent", summary, Joint::crossed().tangent(), &blocks, crossed_joint_inputs)
+    tangent_kernel(
+        Motion::Spatial,
+        "crossed_joint_tangent",
+        summary,
+        Joint::crossed().tangent(),
+        &blocks,
+        crossed_joint_inputs,
+    )
 }
 
 fn clamp(motion: Motion) -> Result<Kernel, DimensionError> {
-    let (name, plain) = (motion.name_for("clamp"), motion.name_for("joint"));
+    let plain = motion.name_for("joint");
     let summary = format!(
         "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in [`{plain}`], with\n\
          the clamp's `ē0` and `ω0 = 0` on the inner side."
     );
-    let (summary, sides) = (summary_for(motion, &summary), [("next", "first segment")]);
-    torques_kernel(&name, &summary, Joint::at_clamp(motion), &sides, |graph| clamp_inputs(graph, motion))
+    let sides = [("next", "first segment")];
+    torques_kernel("clamp", &summary, Joint::at_clamp(motion), &sides, |graph| clamp_inputs(graph, motion))
 }
 
 fn clamp_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
-    let (name, plain) = (motion.name_for("clamp_tangent"), motion.name_for("clamp"));
+    let plain = motion.name_for("clamp");
     let summary = format!(
         "Tangent of the clamp joint: minus the derivative of the torques of [`{plain}`] along `q̈`, when\n\
          `δq = w_q δq̈` and `δq̇ = w_v δq̈`."
     );
-    let (summary, blocks) = (summary_for(motion, &summary), [("next_next", "the first segment along its `q̈`")]);
-    tangent_kernel(&name, &summary, Joint::at_clamp(motion).tangent(), &blocks, |graph| clamp_inputs(graph, motion))
+    let blocks = [("next_next", "the first segment along its `q̈`")];
+    tangent_kernel(motion, "clamp_tangent", &summary, Joint::at_clamp(motion).tangent(), &blocks, |graph| {
+        clamp_inputs(graph, motion)
+    })
 }
 
 fn clamp_energy(motion: Motion) -> Result<Kernel, DimensionError> {
@@ -434,11 +425,9 @@ fn clamp_energy(motion: Motion) -> Result<Kernel, DimensionError> {
         Unit::WATT,
         power,
     ));
-    let derivation = Derivation { graph: joint.graph, outputs };
     let summary = "Energy and dissipation function of the clamp joint, `c S(½|e' − ē0|²)` and `½ d |ω'|²`, and the power of\n\
                    its turning against the spring, `∂E_spring/∂ē0·ē̇0`.";
-    let (name, summary) = (motion.name_for("clamp_energy"), summary_for(motion, summary));
-    derivation.kernel(&name, &summary, None, |graph| {
+    Derivation { graph: joint.graph, outputs }.kernel_for(motion, "clamp_energy", summary, None, |graph| {
         let mut inputs = clamp_inputs(graph, motion);
         inputs.push(vector_input(graph, motion, "relaxed_direction_rate", "ē̇0 in 1/s"));
         inputs

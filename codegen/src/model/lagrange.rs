@@ -82,7 +82,7 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
     let [kinetic_energy, spring_energy, gravity_energy, dissipation, x, y, z] =
         motion.specialise(g, &segments, [kinetic_energy, spring_energy, gravity_energy, dissipation, x, y, z]);
 
-    let [coordinates, rates] = variables(&segments, motion);
+    let [coordinates, rates] = motion.variables(&segments);
     let momenta = gradient(g, kinetic_energy, &rates);
     let mass_matrix = jacobian(g, &momenta, &rates);
     let momentum_rates = directional_derivative(g, &momenta, &free_motion(&coordinates, &rates, &clamp));
@@ -112,14 +112,6 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
     }
 }
 
-/// The coordinates of all segments, and their rates.
-fn variables(segments: &[Segment], motion: Motion) -> [Vec<NodeId>; 2] {
-    [
-        segments.iter().flat_map(|segment| motion.coordinates(segment)).collect(),
-        segments.iter().flat_map(|segment| motion.rates(segment)).collect(),
-    ]
-}
-
 /// The rate of everything that varies while `q̈ = 0`: the rest of `d/dt` depends on `q`, `q̇` and the motion of the clamp.
 fn free_motion(coordinates: &[NodeId], rates: &[NodeId], clamp: &Clamp) -> BTreeMap<NodeId, NodeId> {
     let mut motion: BTreeMap<NodeId, NodeId> = coordinates.iter().copied().zip(rates.iter().copied()).collect();
@@ -145,7 +137,7 @@ pub struct Parts {
 impl WholeEquations {
     /// The coordinates, and their rates, in the order of the rows of `M`.
     pub fn variables(&self) -> [Vec<NodeId>; 2] {
-        variables(&self.segments, self.motion)
+        self.motion.variables(&self.segments)
     }
 
     /// Derives the momenta and the parts whose sum is [`WholeEquations::force`].

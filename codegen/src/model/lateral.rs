@@ -22,8 +22,8 @@ use crate::ir::unit::Unit;
 use crate::model::chain::{ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, in_plane};
 use crate::model::elements::{
     BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, TORQUE, Tangent, azimuth_steps, clamp_inputs,
-    joint_constants, rates, rates_in_body, segment_constants, step_weights, tangent, tangent_kernel, trigonometry,
-    vector_input, weights,
+    joint_constants, labelled, rates, rates_in_body, segment_constants, step_weights, tangent, tangent_kernel,
+    trigonometry, vector_input, weights,
 };
 use crate::passes::calculus::directional_derivative;
 use crate::passes::dimension::DimensionError;
@@ -57,8 +57,7 @@ impl Variation {
     }
 
     fn names(label: &str) -> [String; 2] {
-        let end = if label.is_empty() { String::new() } else { format!("_{label}") };
-        [format!("phi_variation{end}"), format!("phi_variation_rate{end}")]
+        ["phi_variation", "phi_variation_rate"].map(|name| labelled(name, label))
     }
 
     /// The variations of the coordinates and rates of `segment`.
@@ -142,10 +141,7 @@ fn segment() -> Result<Kernel, DimensionError> {
          `p_z = m z̈ + C η̈ + F_z`, `τ_φ = C z̈ + I η̈ + τ_0 + G F_z`, `z̈' = z̈ + G η̈`.\n{WHERE}"
     );
     Derivation { graph, outputs }.kernel("lateral_segment", &summary, Some(Style::Cheap), |graph| {
-        let mut inputs = LateralSegment::inputs(graph);
-        inputs.extend(Variation::inputs(graph, ""));
-        inputs.extend(segment_constants(graph));
-        inputs
+        [LateralSegment::inputs(graph), Variation::inputs(graph, ""), segment_constants(graph)].concat()
     })
 }
 
@@ -166,10 +162,7 @@ fn segment_tangent() -> Result<Kernel, DimensionError> {
          `δη = w_q δη̈` and `δη̇ = w_v δη̈`, for fixed `z̈` and `F_z`.\n{WHERE}"
     );
     Derivation { graph, outputs }.kernel("lateral_segment_tangent", &summary, Some(Style::Cheap), |graph| {
-        let mut inputs = LateralSegment::inputs(graph);
-        inputs.extend(segment_constants(graph));
-        inputs.extend(weights(graph));
-        inputs
+        [LateralSegment::inputs(graph), segment_constants(graph), weights(graph)].concat()
     })
 }
 
@@ -218,9 +211,8 @@ fn at_clamp() -> LateralJoint<1> {
 
 /// Inputs of a joint from the planar motion.
 fn planar_joint_inputs(graph: &mut Graph) -> Vec<Input> {
-    let mut inputs = azimuth_steps(graph).to_vec();
-    inputs.extend(["previous", "next"].map(|label| rates_in_body(graph, Motion::Planar, "", label)));
-    inputs
+    let rates = ["previous", "next"].map(|label| rates_in_body(graph, Motion::Planar, "", label));
+    [azimuth_steps(graph), rates].concat()
 }
 
 fn joint() -> Result<Kernel, DimensionError> {
@@ -231,10 +223,8 @@ fn joint() -> Result<Kernel, DimensionError> {
     ];
     let summary = format!("Torques of a joint on the polar angles of the two segments that it connects.\n{WHERE}");
     Derivation { graph, outputs }.kernel("lateral_joint", &summary, Some(Style::Cheap), |graph| {
-        let mut inputs = planar_joint_inputs(graph);
-        inputs.extend(["previous", "next"].iter().flat_map(|label| Variation::inputs(graph, label)));
-        inputs.extend(joint_constants(graph));
-        inputs
+        let [previous, next] = ["previous", "next"].map(|label| Variation::inputs(graph, label));
+        [planar_joint_inputs(graph), previous, next, joint_constants(graph)].concat()
     })
 }
 
@@ -243,10 +233,8 @@ fn joint_tangent() -> Result<Kernel, DimensionError> {
         "Tangent of a joint: minus the derivative of the torques of [`lateral_joint`] along `η̈`, when\n\
          `δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{WHERE}"
     );
-    tangent_kernel("lateral_joint_tangent", &summary, between_segments().tangent(), &BLOCKS, |graph| {
-        let mut inputs = planar_joint_inputs(graph);
-        inputs.extend(joint_constants(graph));
-        inputs
+    tangent_kernel(Motion::Spatial, "lateral_joint_tangent", &summary, between_segments().tangent(), &BLOCKS, |graph| {
+        [planar_joint_inputs(graph), joint_constants(graph)].concat()
     })
 }
 
@@ -257,9 +245,7 @@ fn clamp() -> Result<Kernel, DimensionError> {
         "Torque of the clamp joint on the polar angle of the first segment. The clamp itself varies by `∂e0z/∂τ = 1`.\n{WHERE}"
     );
     Derivation { graph, outputs }.kernel("lateral_clamp", &summary, Some(Style::Cheap), |graph| {
-        let mut inputs = clamp_inputs(graph, Motion::Planar);
-        inputs.extend(Variation::inputs(graph, "next"));
-        inputs
+        [clamp_inputs(graph, Motion::Planar), Variation::inputs(graph, "next")].concat()
     })
 }
 
@@ -269,7 +255,7 @@ fn clamp_tangent() -> Result<Kernel, DimensionError> {
         "Tangent of the clamp joint: minus the derivative of the torque of [`lateral_clamp`] along `η̈`, when\n\
          `δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{WHERE}"
     );
-    tangent_kernel("lateral_clamp_tangent", &summary, at_clamp().tangent(), &blocks, |graph| {
+    tangent_kernel(Motion::Spatial, "lateral_clamp_tangent", &summary, at_clamp().tangent(), &blocks, |graph| {
         clamp_inputs(graph, Motion::Planar)
     })
 }

@@ -91,7 +91,7 @@ fn dimension(graph: &Graph, id: NodeId, dimensions: &[Option<Dimension>]) -> Res
         }
     };
     let whole = |result: Option<Dimension>, operand: Dimension| {
-        result.map(Some).ok_or_else(|| DimensionError::Power { term: excerpt(graph, id), dimension: operand })
+        result.ok_or_else(|| DimensionError::Power { term: excerpt(graph, id), dimension: operand })
     };
     match graph.node(id) {
         Node::Constant(value) => Ok((!value.is_zero()).then_some(Dimension::NONE)),
@@ -106,24 +106,12 @@ fn dimension(graph: &Graph, id: NodeId, dimensions: &[Option<Dimension>]) -> Res
             let compared = matches!(graph.node(id), Node::LessThan(..));
             Ok(if compared { Some(Dimension::NONE) } else { of(a).or(of(b)) })
         }
-        Node::Mul(a, b) => match (of(a), of(b)) {
-            (Some(left), Some(right)) => whole(left.times(right), left),
-            _ => Ok(None),
-        },
-        Node::Div(a, b) => match (of(a), of(b)) {
-            (Some(above), Some(below)) => whole(above.per(below), above),
-            _ => Ok(None),
-        },
+        Node::Mul(a, b) => of(a).zip(of(b)).map(|(left, right)| whole(left.times(right), left)).transpose(),
+        Node::Div(a, b) => of(a).zip(of(b)).map(|(above, below)| whole(above.per(below), above)).transpose(),
         Node::Neg(a) => Ok(of(a)),
         Node::Powi(_, 0) => Ok(Some(Dimension::NONE)),
-        Node::Powi(a, exponent) => match of(a) {
-            Some(base) => whole(base.powi(exponent), base),
-            None => Ok(None),
-        },
-        Node::Sqrt(a) => match of(a) {
-            Some(square) => whole(square.sqrt(), square),
-            None => Ok(None),
-        },
+        Node::Powi(a, exponent) => of(a).map(|base| whole(base.powi(exponent), base)).transpose(),
+        Node::Sqrt(a) => of(a).map(|square| whole(square.sqrt(), square)).transpose(),
         Node::Sin(a) | Node::Cos(a) | Node::Asin(a) | Node::HalfAngleSquared(_, a) => number(a),
     }
 }
@@ -131,7 +119,6 @@ fn dimension(graph: &Graph, id: NodeId, dimensions: &[Option<Dimension>]) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ir::kernel::Shape;
     use crate::ir::unit::Unit;
 
     fn message(build: impl FnOnce(&mut Graph, NodeId, NodeId) -> NodeId) -> String {
@@ -139,13 +126,7 @@ mod tests {
         let length = graph.symbol("segment_length", "h", Unit::METRE);
         let angle = graph.symbol("phi_1", "φ1", Unit::RADIAN);
         let node = build(&mut graph, length, angle);
-        let output = Output {
-            name: "force".into(),
-            doc: String::new(),
-            unit: Unit::NEWTON,
-            shape: Shape::Scalar,
-            nodes: vec![node],
-        };
+        let output = Output::scalar("force", "", Unit::NEWTON, node);
         check(&graph, &[output]).expect_err("the term makes no sense").to_string()
     }
 

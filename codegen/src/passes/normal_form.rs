@@ -120,33 +120,18 @@ fn scale(sum: &Sum, factor: Constant) -> Sum {
     sum.iter().map(|(monomial, &coefficient)| (monomial.clone(), coefficient * factor)).collect()
 }
 
-/// The factors `cos x` of a monomial with an exponent of at least `least`, each with its argument.
-fn cosines(graph: &Graph, monomial: &Monomial, least: i32) -> Vec<(NodeId, NodeId)> {
-    trigonometric(graph, monomial, least, |node| match node {
-        Node::Cos(x) => Some(x),
-        _ => None,
-    })
-}
-
-fn sines(graph: &Graph, monomial: &Monomial, least: i32) -> Vec<(NodeId, NodeId)> {
-    trigonometric(graph, monomial, least, |node| match node {
-        Node::Sin(x) => Some(x),
-        _ => None,
-    })
-}
-
-fn trigonometric(
-    graph: &Graph,
-    monomial: &Monomial,
-    least: i32,
-    argument: fn(Node) -> Option<NodeId>,
-) -> Vec<(NodeId, NodeId)> {
+/// The factors `function(x)` of a monomial with an exponent of at least `least`, each with its argument `x`.
+fn factors(graph: &Graph, monomial: &Monomial, least: i32, function: fn(NodeId) -> Node) -> Vec<(NodeId, NodeId)> {
     let factors = monomial.iter().filter(|&&(_, exponent)| exponent >= least);
-    factors.filter_map(|&(atom, _)| Some((atom, argument(graph.node(atom))?))).collect()
+    let with_argument = |&(atom, _): &(NodeId, i32)| {
+        let argument = graph.node(atom).operands().next()?;
+        (graph.node(atom) == function(argument)).then_some((atom, argument))
+    };
+    factors.filter_map(with_argument).collect()
 }
 
 fn pythagoras(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<Rewrite> {
-    let squares = [cosines(graph, term, 2), sines(graph, term, 2)].concat();
+    let squares = [factors(graph, term, 2, Node::Cos), factors(graph, term, 2, Node::Sin)].concat();
     for (function, x) in squares {
         let (sin, cos) = (graph.sin(x), graph.cos(x));
         let rest = divide(term, &[function, function]);
@@ -167,7 +152,7 @@ fn difference(graph: &mut Graph, x: NodeId, y: NodeId) -> (NodeId, bool) {
 }
 
 fn cosine_of_difference(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<Rewrite> {
-    for factors in [cosines(graph, term, 1), sines(graph, term, 1)] {
+    for factors in [factors(graph, term, 1, Node::Cos), factors(graph, term, 1, Node::Sin)] {
         for (i, &(function_x, x)) in factors.iter().enumerate() {
             for &(function_y, y) in &factors[i + 1..] {
                 let rest = divide(term, &[function_x, function_y]);
@@ -191,8 +176,8 @@ fn cosine_of_difference(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option
 }
 
 fn sine_of_difference(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<Rewrite> {
-    for (sin_x, x) in sines(graph, term, 1) {
-        for (cos_y, y) in cosines(graph, term, 1) {
+    for (sin_x, x) in factors(graph, term, 1, Node::Sin) {
+        for (cos_y, y) in factors(graph, term, 1, Node::Cos) {
             if x == y {
                 continue;
             }

@@ -5,23 +5,10 @@ use std::process::ExitCode;
 use bristle_input::schema::input_schema;
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::commands::advise::{self, AdviseArgs};
-use crate::commands::brush::{self, BrushArgs};
-use crate::commands::calibrate::{self, CalibrateArgs};
-use crate::commands::compare::{self, CompareArgs};
-use crate::commands::compare_studies::{self, CompareStudiesArgs};
-use crate::commands::completions::{self, CompletionsArgs, ManArgs};
-use crate::commands::converge::{self, ConvergeArgs};
-use crate::commands::derive::{self, DeriveArgs};
-use crate::commands::evaluate::{self, EvaluateArgs};
-use crate::commands::explain::{self, ExplainArgs};
-use crate::commands::merge::{self, MergeArgs};
-use crate::commands::new::{self, NewArgs};
-use crate::commands::plot::{self, PlotArgs};
-use crate::commands::remove::{self, RemoveArgs};
-use crate::commands::simulate::{self, SimulateArgs};
-use crate::commands::study::{self, StudyCommandArgs};
-use crate::commands::validate::{self, ValidateArgs};
+use crate::commands::{
+    advise, brush, calibrate, compare, compare_studies, completions, converge, derive, evaluate, explain, merge, new,
+    plot, remove, simulate, study, validate,
+};
 use crate::error::CliError;
 use crate::terminal::print;
 
@@ -96,58 +83,56 @@ pub struct Cli {
 
 #[derive(Subcommand)]
 pub enum Command {
-    New(NewArgs),
-    Study(StudyCommandArgs),
-    Merge(MergeArgs),
-    CompareStudies(CompareStudiesArgs),
-    Simulate(SimulateArgs),
-    Brush(BrushArgs),
-    Converge(ConvergeArgs),
-    Calibrate(CalibrateArgs),
-    Remove(RemoveArgs),
-    Evaluate(EvaluateArgs),
-    Derive(DeriveArgs),
-    Compare(CompareArgs),
-    Validate(ValidateArgs),
-    Plot(PlotArgs),
-    Advise(AdviseArgs),
-    Explain(ExplainArgs),
+    New(new::NewArgs),
+    Study(study::StudyCommandArgs),
+    Merge(merge::MergeArgs),
+    CompareStudies(compare_studies::CompareStudiesArgs),
+    Simulate(simulate::SimulateArgs),
+    Brush(brush::BrushArgs),
+    Converge(converge::ConvergeArgs),
+    Calibrate(calibrate::CalibrateArgs),
+    Remove(remove::RemoveArgs),
+    Evaluate(evaluate::EvaluateArgs),
+    Derive(derive::DeriveArgs),
+    Compare(compare::CompareArgs),
+    Validate(validate::ValidateArgs),
+    Plot(plot::PlotArgs),
+    Advise(advise::AdviseArgs),
+    Explain(explain::ExplainArgs),
     /// Print the JSON schema of an input file
     ///
     /// The schema states the meaning, unit, default and limits of each setting. With it, an editor completes and checks
     /// input files as you type.
     Schema,
-    Completions(CompletionsArgs),
-    Man(ManArgs),
+    Completions(completions::CompletionsArgs),
+    Man(completions::ManArgs),
 }
 
 impl Command {
     /// Runs it.
     pub fn run(self) -> Result<ExitCode, CliError> {
         match self {
-            Self::New(arguments) => new::run(&arguments),
-            Self::Explain(arguments) => explain::run(&arguments),
-            Self::Study(arguments) => study::run(&arguments),
-            Self::Merge(arguments) => merge::run(&arguments),
-            Self::Simulate(arguments) => simulate::run(&arguments),
-            Self::Brush(arguments) => brush::run(&arguments),
-            Self::Converge(arguments) => converge::run(&arguments),
-            Self::Calibrate(arguments) => calibrate::run(&arguments),
-            Self::Remove(arguments) => remove::run(&arguments),
-            Self::Evaluate(arguments) => evaluate::run(&arguments),
-            Self::Derive(arguments) => derive::run(&arguments),
-            Self::Compare(arguments) => compare::run(&arguments),
-            Self::CompareStudies(arguments) => compare_studies::run(&arguments),
-            Self::Validate(arguments) => validate::run(&arguments),
-            Self::Plot(arguments) => plot::run(&arguments),
-            Self::Advise(arguments) => advise::run(&arguments),
-            Self::Completions(arguments) => completions::print_completions(&arguments, Cli::command()),
-            Self::Man(arguments) => completions::write_manual(&arguments, Cli::command()),
-            Self::Schema => {
-                print(&input_schema())?;
-                Ok(ExitCode::SUCCESS)
-            }
+            Self::Study(arguments) => return study::run(&arguments),
+            Self::Merge(arguments) => return merge::run(&arguments),
+            Self::Brush(arguments) => return brush::run(&arguments),
+            Self::Converge(arguments) => return converge::run(&arguments),
+            Self::Calibrate(arguments) => return calibrate::run(&arguments),
+            Self::Remove(arguments) => return remove::run(&arguments),
+            Self::Compare(arguments) => return compare::run(&arguments),
+            Self::Validate(arguments) => return validate::run(&arguments),
+            Self::New(arguments) => new::run(&arguments)?,
+            Self::Explain(arguments) => explain::run(&arguments)?,
+            Self::Simulate(arguments) => simulate::run(&arguments)?,
+            Self::Evaluate(arguments) => evaluate::run(&arguments)?,
+            Self::Derive(arguments) => derive::run(&arguments)?,
+            Self::CompareStudies(arguments) => compare_studies::run(&arguments)?,
+            Self::Plot(arguments) => plot::run(&arguments)?,
+            Self::Advise(arguments) => advise::run(&arguments)?,
+            Self::Completions(arguments) => completions::print_completions(&arguments, Cli::command())?,
+            Self::Man(arguments) => completions::write_manual(&arguments, Cli::command())?,
+            Self::Schema => print(&input_schema())?,
         }
+        Ok(ExitCode::SUCCESS)
     }
 }
 

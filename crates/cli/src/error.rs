@@ -1,23 +1,19 @@
 //! The errors that end a command early, and their exit statuses.
 
+use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bristle::brush::BrushError;
 use bristle::simulation::SimulationError;
-use bristle_grid::brush::BrushStudyError;
-use bristle_grid::removal::RemovalError;
 use bristle_input::explain::UnknownKey;
 use bristle_input::input_error::InputError;
 use bristle_input::table::DataError;
-use bristle_insight::advice::AdviceError;
 use bristle_insight::convergence::ConvergenceError;
 use bristle_insight::joined::JoinError;
-use bristle_inspect::comparison::ComparisonError;
 use bristle_inspect::derive::DeriveError;
 use bristle_inspect::evaluation::EvaluationError;
-use bristle_inspect::state::StateError;
 use bristle_report::drawing::format::FormatError;
 use bristle_run::RunError;
 use bristle_store::checkpoint::CheckpointError;
@@ -26,7 +22,6 @@ use bristle_store::journal_file::JournalFileError;
 use bristle_store::staged::{DocumentError, FileError};
 use bristle_store::study_files::STUDY;
 use bristle_text::shown_path;
-use thiserror::Error;
 
 /// Exit status of a comparison that found a deviation.
 const DISAGREEMENT: u8 = 1;
@@ -36,7 +31,7 @@ const BAD_INPUT: u8 = 2;
 pub const SIMULATION_FAILED: u8 = 3;
 
 /// An error that ends a command early.
-#[derive(Debug, Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum CliError {
     #[error(transparent)]
     File(#[from] FileError),
@@ -46,8 +41,9 @@ pub enum CliError {
     Input(#[from] InputError),
     #[error(transparent)]
     Data(#[from] DataError),
+    /// What is wrong in a file, or with what it states.
     #[error("{}: {error}", shown_path(path))]
-    State { path: PathBuf, error: StateError },
+    In { path: PathBuf, error: Box<dyn Error> },
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
     #[error(transparent)]
@@ -56,33 +52,10 @@ pub enum CliError {
     NoFragment,
     #[error("this form of the equations is several files; name their directory by --out DIR")]
     NoDirectory,
-    #[error("{}: {error}", shown_path(path))]
-    Comparison { path: PathBuf, error: Box<ComparisonError> },
-    #[error("{}: --strict refuses settings that are unusual\n{}", shown_path(path), warnings.join("\n"))]
-    Unusual { path: PathBuf, warnings: Vec<String> },
     #[error("the simulation failed: {0}")]
     Simulation(#[from] SimulationError),
-    /// The settings are not those of a brush that can be simulated.
-    #[error("{}: {error}", shown_path(path))]
-    BrushRefused { path: PathBuf, error: Box<BrushError> },
-    #[error(
-        "{}: `{key}` is swept, which filaments alone do not have: leave out --without-interaction, or this sweep",
-        shown_path(path)
-    )]
-    WithoutBrush { path: PathBuf, key: &'static str },
-    /// A case of a study is not a brush that can be simulated.
-    #[error("{}: {error}", shown_path(path))]
-    StudyRefused { path: PathBuf, error: Box<BrushStudyError> },
     #[error("the simulation failed: {0}")]
     BrushFailed(Box<BrushError>),
-    #[error("{}: there is no section [brush]; add it, alone if all its defaults are right", shown_path(.0))]
-    NoBrush(PathBuf),
-    /// Settings cannot be fitted to measured forces.
-    #[error("{}: {error}", shown_path(path))]
-    Calibration { path: PathBuf, error: String },
-    /// An edge cannot be followed.
-    #[error("{}: {error}", shown_path(path))]
-    Removal { path: PathBuf, error: Box<RemovalError> },
     /// Nothing can be said of the precision that a contact needs.
     #[error("{}: {error}", shown_path(path))]
     Convergence { path: PathBuf, error: ConvergenceError },
@@ -106,8 +79,6 @@ pub enum CliError {
         shown_path(.0)
     )]
     NoStudy(PathBuf),
-    #[error("{}: {error}", shown_path(path))]
-    Advice { path: PathBuf, error: AdviceError },
     /// Studies that cannot be compared.
     #[error(transparent)]
     Join(#[from] Box<JoinError>),
@@ -142,6 +113,11 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// That of a file with an `error`.
+    pub fn of(path: &Path, error: impl Into<Box<dyn Error>>) -> Self {
+        Self::In { path: path.to_owned(), error: error.into() }
+    }
+
     /// The message for the user.
     pub fn message(&self) -> String {
         match self {
@@ -152,10 +128,9 @@ impl CliError {
 
     /// The error that ended the evaluation of a brush. Its settings are to blame if there is no steady stretch of columns.
     pub fn after(path: &Path, error: BrushError) -> Self {
-        let error = Box::new(error);
-        match *error {
-            BrushError::TooFewColumns { .. } => Self::BrushRefused { path: path.to_owned(), error },
-            _ => Self::BrushFailed(error),
+        match error {
+            BrushError::TooFewColumns { .. } => Self::of(path, error),
+            _ => Self::BrushFailed(Box::new(error)),
         }
     }
 

@@ -65,7 +65,8 @@ impl InputArgs {
     /// If it is to be refused.
     pub fn warn_of(&self, unusual: &[Unusual]) -> Result<(), CliError> {
         if self.strict && !unusual.is_empty() {
-            return Err(CliError::Unusual { path: self.file.clone(), warnings: warnings(unusual) });
+            let warnings = warnings(unusual).join("\n");
+            return Err(CliError::of(&self.file, format!("--strict refuses settings that are unusual\n{warnings}")));
         }
         warnings(unusual).iter().for_each(say);
         Ok(())
@@ -76,8 +77,7 @@ impl InputArgs {
         if !study.has_brush() {
             return Ok(());
         }
-        check_brushes(study, threads, memory)
-            .map_err(|error| CliError::StudyRefused { path: self.file.clone(), error: Box::new(error) })
+        check_brushes(study, threads, memory).map_err(|error| CliError::of(&self.file, error))
     }
 }
 
@@ -95,7 +95,14 @@ impl InputText<'_> {
     /// The same, with each filament `alone` or with those that touch each other.
     pub fn document_alone_if(&self, alone: bool) -> Result<Document<'_>, CliError> {
         let document = self.document()?;
-        let refused = |key| CliError::WithoutBrush { path: self.arguments.file.clone(), key };
-        if alone { document.without_brush().map_err(refused) } else { Ok(document) }
+        if !alone {
+            return Ok(document);
+        }
+        document.without_brush().map_err(|key| {
+            let error = format!(
+                "`{key}` is swept, which filaments alone do not have: leave out --without-interaction, or this sweep"
+            );
+            CliError::of(&self.arguments.file, error)
+        })
     }
 }

@@ -3,8 +3,8 @@
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::sync::Mutex;
-use std::{fs, thread};
+use std::sync::{Mutex, PoisonError};
+use std::{fs, iter, thread};
 
 use bristle_input::measured::{Format as TableFormat, Measurement, read_measured};
 use bristle_insight::measured::{Comparison, compare, comparison_table, write_comparison};
@@ -192,18 +192,12 @@ pub fn draw_saved(saved: &Path, directory: &Path, figures: &Figures) -> Result<V
     if study.is_none() && case.is_none() && brush.is_none() {
         return Err(CliError::NoResults(saved.to_owned()));
     }
-    let study = match study {
-        Some((study, results)) => {
-            let measured = measured_of(saved, &study)?;
-            Some((study.study, results, measured))
-        }
-        None => None,
-    };
+    let measured = study.as_ref().map(|(study, _)| measured_of(saved, study)).transpose()?.unwrap_or_default();
     prepare_directory(directory)?;
     let is_ours = is_picture(|name| is_of_study(name) || is_of_simulation(name));
     let _occupied = occupy(directory, &[("", &|name| name == COMPARISON), (FIGURES, &is_ours)])?;
     let mut drawn = Vec::new();
-    if let Some((study, results, measured)) = study {
+    if let Some((SavedStudy { study, .. }, results)) = study {
         let comparisons = compare(&study, &results, &measured);
         drawn.push(draw_study(directory, &study, &results, &measured, comparisons, None, figures)?);
     }
@@ -228,36 +222,27 @@ fn stage_pictures(
     }
     let directory = directory.join(FIGURES);
     prepare_directory(&directory)?;
-    let waiting = Mutex::new(pictures.iter());
-    let staged = Mutex::new(Vec::new());
     let stage = |Picture { name, canvas }: &Picture| {
-        for &ending in &figures.endings {
+        let file = |&ending: &&str| {
             let content = match ending {
                 SVG => canvas.svg().into_bytes(),
                 PNG => canvas.png(),
                 _ => canvas.pdf(),
             };
-            let file = StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))?;
-            staged.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file);
-        }
-        Ok::<_, FileError>(())
+            StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))
+        };
+        figures.endings.iter().map(file).collect::<Result<Vec<_>, FileError>>()
     };
-    let work = || {
-        loop {
-            let next = waiting.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).next();
-            let Some(picture) = next else { return Ok(()) };
-            stage(picture)?;
-        }
-    };
-    let threads = thread_count(threads);
-    let others = threads.min(pictures.len()) - 1;
-    thread::scope(|scope| {
-        let others: Vec<_> = (0..others).map(|_| scope.spawn(work)).collect();
-        let own: Result<(), FileError> = work();
+    let waiting = Mutex::new(pictures.iter());
+    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let work = || iter::from_fn(next).map(stage).collect::<Result<Vec<_>, FileError>>();
+    let threads = thread_count(threads).min(pictures.len());
+    let staged: Result<Vec<_>, FileError> = thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
         let others = others.into_iter().map(|other| other.join().expect("drawing does not panic"));
-        others.fold(own, Result::and)
-    })?;
-    for file in staged.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()) {
+        iter::once_with(work).chain(others).collect()
+    });
+    for file in staged?.into_iter().flatten().flatten() {
         file.commit()?;
     }
     let count = if pictures.len() == 1 { "figure" } else { "figures" };

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::io;
 use std::path::PathBuf;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -109,7 +109,7 @@ impl Progress {
         let output = if json {
             Output::Json
         } else {
-            let bar = ProgressBar::new(total as u64).with_style(style()).with_position(resumed as u64);
+            let bar = bar(total as u64, "{bar:30} {pos}/{len} cases{msg}").with_position(resumed as u64);
             if bar.is_hidden() {
                 Output::Lines(Lines::begin())
             } else {
@@ -206,9 +206,9 @@ impl Observer for Progress {
     }
 }
 
-/// Style of the bar. indicatif shows it on a terminal only. The message follows the number of cases.
-pub fn style() -> ProgressStyle {
-    ProgressStyle::with_template("{bar:30} {pos}/{len} cases{msg}").unwrap_or_else(|_| ProgressStyle::default_bar())
+/// A bar with its template, whose message comes last. indicatif shows it on a terminal only.
+fn bar(length: u64, template: &str) -> ProgressBar {
+    ProgressBar::new(length).with_style(ProgressStyle::with_template(template).expect("the template is right"))
 }
 
 /// The text after the number of cases, such as `, 680/s, 2 s left, 1 failed`.
@@ -311,17 +311,21 @@ impl Drop for Lines {
 
 const UNBROKEN: &str = "nothing panics while holding what is told";
 
-/// The progress of one long simulation: nothing at first, then a bar on a terminal.
+/// The progress of one long simulation, from any thread: nothing at first, then a bar on a terminal.
 pub struct PassProgress {
     begun: Instant,
     /// What is simulated, in words.
     what: &'static str,
     /// The share that was done when it began.
     earlier: f64,
-    /// When something was last shown.
-    shown: Instant,
-    bar: Option<ProgressBar>,
+    shown: Mutex<Shown>,
     lines: Option<Lines>,
+}
+
+/// When something was last shown, and the bar if there is one yet.
+struct Shown {
+    at: Instant,
+    bar: Option<ProgressBar>,
 }
 
 impl PassProgress {
@@ -336,7 +340,7 @@ impl PassProgress {
     pub fn begin(what: &'static str, earlier: f64) -> Self {
         let lines = ProgressBar::new(1).is_hidden().then(Lines::begin);
         let now = Instant::now();
-        let progress = Self { begun: now, what, earlier, shown: now, bar: None, lines };
+        let progress = Self { begun: now, what, earlier, shown: Mutex::new(Shown { at: now, bar: None }), lines };
         progress.set_line(earlier, String::new());
         progress
     }
@@ -348,39 +352,36 @@ impl PassProgress {
     }
 
     /// Shows what share of it, from 0 to 1, is done.
-    pub fn tell(&mut self, share: f64) {
+    pub fn tell(&self, share: f64) {
         let passed = self.begun.elapsed();
-        if passed < Self::PATIENCE || self.shown.elapsed() < Self::PAUSE {
+        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        if passed < Self::PATIENCE || shown.at.elapsed() < Self::PAUSE {
             return;
         }
-        self.shown = Instant::now();
+        shown.at = Instant::now();
         let rate = (share - self.earlier) / passed.as_secs_f64();
         let left = if rate > 0.0 { time_left((1.0 - share) / rate) } else { String::new() };
         if self.lines.is_some() {
             return self.set_line(share, left);
         }
-        let bar = self.bar.get_or_insert_with(|| {
-            let bar = ProgressBar::new(Self::PARTS as u64).with_style(pass_style(self.what));
+        let bar = shown.bar.get_or_insert_with(|| {
+            let bar = bar(Self::PARTS as u64, &format!("{{bar:30}} {{percent}} % of {}{{msg}}", self.what));
             terminal::keep_below(&bar);
             bar
         });
         bar.set_position((Self::PARTS * share) as u64);
         bar.set_message(left);
     }
+}
 
-    /// Ends the bar.
-    pub fn end(self) {
-        if let Some(bar) = self.bar {
+/// Ends the bar.
+impl Drop for PassProgress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.shown.get_mut().unwrap_or_else(PoisonError::into_inner).bar {
             bar.finish_and_clear();
             terminal::nothing_below();
         }
     }
-}
-
-/// Style of the bar of one simulation.
-fn pass_style(what: &str) -> ProgressStyle {
-    ProgressStyle::with_template(&format!("{{bar:30}} {{percent}} % of {what}{{msg}}"))
-        .unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 impl Tally {

@@ -43,10 +43,7 @@ pub const OF_BRUSH: [&str; 4] = [BRUSH, FILAMENTS, CONTACTS, BRUSH_PAGE];
 
 /// The study in a directory, with its results; `None` if there is no study.
 pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResult>)>, CliError> {
-    if !directory.join(STUDY).exists() {
-        return Ok(None);
-    }
-    let (text, name) = read(directory, STUDY)?;
+    let Some((text, name)) = read_if_there(directory, STUDY)? else { return Ok(None) };
     let saved = read_study(&text, &name)?;
     let (text, name) = read(directory, RUNS)?;
     let results = read_runs(&text, &name, &saved)?;
@@ -80,10 +77,7 @@ impl Contact {
 
 /// The contact in a directory; `None` if there is none.
 pub fn saved_case(directory: &Path) -> Result<Option<Contact>, CliError> {
-    if !directory.join(CASE).exists() {
-        return Ok(None);
-    }
-    let (text, name) = read(directory, CASE)?;
+    let Some((text, name)) = read_if_there(directory, CASE)? else { return Ok(None) };
     let case = read_case(&text, &name)?;
     let history = table(directory, &case, HISTORY, read_history)?;
     let profile = table(directory, &case, PROFILE, read_profile)?;
@@ -100,10 +94,7 @@ pub fn saved_case(directory: &Path) -> Result<Option<Contact>, CliError> {
 
 /// The brush in a directory; `None` if there is none.
 pub fn saved_brush(directory: &Path) -> Result<Option<Brush>, CliError> {
-    if !directory.join(BRUSH).exists() {
-        return Ok(None);
-    }
-    let (text, name) = read(directory, BRUSH)?;
+    let Some((text, name)) = read_if_there(directory, BRUSH)? else { return Ok(None) };
     let case = read_case(&text, &name)?;
     Ok(Some(Brush {
         interaction: table(directory, &case, METRICS, read_interaction)?,
@@ -126,6 +117,11 @@ fn table<T>(
     // Checked after all else that can state where the text is wrong.
     case.check(file, &text, &name)?;
     Ok(rows)
+}
+
+/// What [`read`] gives, if there is such a file.
+fn read_if_there(directory: &Path, name: &str) -> Result<Option<(String, String)>, FileError> {
+    directory.join(name).exists().then(|| read(directory, name)).transpose()
 }
 
 /// The text of a file, and its name for error messages.

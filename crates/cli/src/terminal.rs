@@ -7,6 +7,8 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Mutex;
 
+use bristle_insight::assumptions::Assumptions;
+use bristle_store::staged::{FileError, StagedFile};
 use bristle_text::layout::WIDTH;
 use bristle_text::{Lines, shown_path};
 use indicatif::ProgressBar;
@@ -121,7 +123,17 @@ pub fn print_by(write: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
     }
 }
 
+/// Shows what was not stated, if there is anything.
+pub fn show_assumptions(assumptions: &Assumptions) -> io::Result<()> {
+    if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }
+}
+
 /// Tells the user that a file was written.
 pub fn say_written(path: &Path) {
     say(format_args!("wrote {}", shown_path(path)));
+}
+
+/// Gives files their final names, and tells the user.
+pub fn commit(files: impl IntoIterator<Item = StagedFile>) -> Result<(), FileError> {
+    files.into_iter().try_for_each(|file| file.commit().map(|path| say_written(&path)))
 }

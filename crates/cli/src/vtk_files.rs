@@ -13,12 +13,7 @@ use bristle_store::staged::{FileError, StagedFile, remove};
 /// Subdirectory of the results for the files.
 pub const VTK: &str = "vtk";
 
-/// The path of a file relative to the directory of the results, as `case.json` states it.
-fn vtk_path(name: &str) -> String {
-    format!("{VTK}/{name}")
-}
-
-/// The name of the file at such a path; `None` if it is not in this subdirectory.
+/// The name of the file at a path relative to the directory of the results, as `case.json` states it; `None` if it is not in this subdirectory.
 pub fn vtk_name(path: &str) -> Option<&str> {
     path.strip_prefix(VTK)?.strip_prefix('/')
 }
@@ -31,7 +26,7 @@ pub fn stage_vtk(
 ) -> Result<Vec<StagedFile>, FileError> {
     let directory = directory.join(VTK);
     let stage = |(name, text): (String, String)| {
-        hashes.insert(vtk_path(&name), digest(text.as_bytes()));
+        hashes.insert(format!("{VTK}/{name}"), digest(text.as_bytes()));
         StagedFile::text(&directory, &name, &text)
     };
     files.map(stage).collect()

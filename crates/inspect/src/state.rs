@@ -32,15 +32,12 @@ pub enum StateError {
         /// The message of the parser.
         message: String,
     },
-    /// The coordinates do not form whole segments, or form too many.
+    /// So many coordinates do not form whole segments, or form too many.
     #[error(
-        "`q` has {length} numbers, but must have two (φ and θ) for each of 1 to {MAX_SEGMENTS} segments; in the plane of rotation \
+        "`q` has {0} numbers, but must have two (φ and θ) for each of 1 to {MAX_SEGMENTS} segments; in the plane of rotation \
          φ = π/2 = 1.5707963267948966"
     )]
-    SegmentCount {
-        /// Length of `q`.
-        length: usize,
-    },
+    SegmentCount(usize),
     /// Coordinates and rates differ in number.
     #[error("`v` has {v} numbers, but must have as many as `q`, which has {q}")]
     Lengths {
@@ -93,16 +90,13 @@ pub fn parse_state(text: &str) -> Result<ChainState, StateError> {
     };
     let file: StateFile = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
         // Outside of any key the path is only a placeholder.
-        let path = match error.path().to_string().as_str() {
-            "." | "?" => WHOLE.to_owned(),
-            path => path.to_owned(),
-        };
-        unreadable(path, error.inner())
+        let path = Some(error.path().to_string()).filter(|path| !matches!(path.as_str(), "." | "?"));
+        unreadable(path.unwrap_or_else(|| WHOLE.to_owned()), error.inner())
     })?;
     deserializer.end().map_err(|error| unreadable(WHOLE.to_owned(), &error))?;
     let StateFile { base_angle, base_rate, base_acceleration, gravity, q, v } = file;
     if q.is_empty() || q.len() % 2 != 0 || q.len() > 2 * MAX_SEGMENTS {
-        return Err(StateError::SegmentCount { length: q.len() });
+        return Err(StateError::SegmentCount(q.len()));
     }
     if v.len() != q.len() {
         return Err(StateError::Lengths { q: q.len(), v: v.len() });

@@ -184,9 +184,7 @@ impl StudyRun {
     /// # Errors
     /// If it cannot be.
     pub fn settle(&mut self) -> Result<(), RunError> {
-        let total = self.study.case_count();
-        let Some(Output { journal, .. }) = &mut self.output else { return Ok(()) };
-        journal.settle().map_err(|error| RunError::Unfinished { error, done: journal.cases(), total })
+        settle(self.output.as_mut(), self.study.case_count())
     }
 
     /// Simulates the cases that have no result, of those that are its own, which are counted from 0.
@@ -258,7 +256,6 @@ fn simulate(
     on_pass: impl Fn(usize, &Simulation) + Sync,
     is_own: impl Fn(usize) -> bool,
 ) -> Result<(), RunError> {
-    let total = study.case_count();
     let mut cases = without_result(study, results);
     cases.retain(|&case| is_own(case));
     let results = Mutex::new(results);
@@ -273,10 +270,14 @@ fn simulate(
     };
     let simulated = simulate_cases(study, &cases, *resources, stop, sampling, on_pass, done);
     observer.ended();
-    if let Some(Output { journal, .. }) = output {
-        journal.settle().map_err(|error| RunError::Unfinished { error, done: journal.cases(), total })?;
-    }
+    settle(output, study.case_count())?;
     Ok(simulated?)
+}
+
+/// Waits until the journal of a study of so many cases is complete on the disk, if there is one.
+fn settle(output: Option<&mut Output>, total: usize) -> Result<(), RunError> {
+    let Some(Output { journal, .. }) = output else { return Ok(()) };
+    journal.settle().map_err(|error| RunError::Unfinished { error, done: journal.cases(), total })
 }
 
 /// The page of results, with the courses that `recorder` has not recorded.

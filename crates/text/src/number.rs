@@ -1,5 +1,7 @@
 //! Numbers for people, with few digits.
 
+use std::ops::RangeInclusive;
+
 /// Swept values with equal numbers of decimals.
 pub fn labels(values: impl Iterator<Item = f64>) -> Vec<String> {
     let labels: Vec<String> = values.map(short).collect();
@@ -25,42 +27,41 @@ pub fn short(value: f64) -> String {
     }
 }
 
+/// A number with so many significant digits, if its exponent is one of those that are written out.
+fn written_out(value: f64, digits: usize, exponents: RangeInclusive<i32>) -> Option<String> {
+    let scientific = format!("{value:.*e}", digits - 1);
+    let exponent = scientific.split_once('e')?.1.parse().ok().filter(|exponent| exponents.contains(exponent))?;
+    match digits as i32 - 1 - exponent {
+        decimals @ 1.. => Some(format!("{value:.*}", decimals as usize)),
+        _ => Some(scientific.parse::<f64>().ok()?.to_string()),
+    }
+}
+
 /// A result with three significant digits.
 #[must_use]
 pub fn significant(value: f64) -> String {
-    let scientific = format!("{value:.2e}");
-    let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
-    match exponent {
-        _ if value == 0.0 => "0".to_owned(),
-        Some(exponent @ -4..=1) => format!("{value:.*}", (2 - exponent) as usize),
-        Some(2..=5) => scientific.parse::<f64>().map_or(scientific, |rounded| rounded.to_string()),
-        _ => scientific,
+    if value == 0.0 {
+        return "0".to_owned();
     }
+    written_out(value, 3, -4..=5).unwrap_or_else(|| format!("{value:.2e}"))
 }
 
 /// A result with its uncertainty, which has two digits, if there is one.
 #[must_use]
 pub fn uncertain(value: f64, uncertainty: f64) -> String {
-    let scientific = format!("{uncertainty:.1e}");
-    let digits = match scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()) {
-        _ if uncertainty == 0.0 => return significant(value),
-        Some(exponent @ -4..=0) => format!("{uncertainty:.*}", (1 - exponent) as usize),
-        Some(1..=5) => scientific.parse::<f64>().map_or(scientific, |rounded| rounded.to_string()),
-        _ => scientific,
-    };
+    if uncertainty == 0.0 {
+        return significant(value);
+    }
+    let digits = written_out(uncertainty, 2, -4..=5).unwrap_or_else(|| format!("{uncertainty:.1e}"));
     format!("{} ± {digits}", significant(value))
 }
 
 /// A number of a quantity that spans decades: three significant digits, and two with an exponent from 10⁴.
 pub fn spanning(value: f64) -> String {
-    let scientific = format!("{value:.2e}");
-    let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
-    match exponent {
-        _ if value == 0.0 => "0".to_owned(),
-        Some(exponent @ -2..=1) => format!("{value:.*}", (2 - exponent) as usize),
-        Some(2..=3) => scientific.parse::<f64>().map_or(scientific, |rounded| rounded.to_string()),
-        _ => format!("{value:.1e}"),
+    if value == 0.0 {
+        return "0".to_owned();
     }
+    written_out(value, 3, -2..=3).unwrap_or_else(|| format!("{value:.1e}"))
 }
 
 /// A number of cases, in words.

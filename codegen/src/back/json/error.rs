@@ -24,18 +24,12 @@ pub enum ExchangeError {
         /// What is wrong.
         message: String,
     },
-    /// The file has another format.
-    #[error("the format is `{found}`, not `{FORMAT}`")]
-    Format {
-        /// What the file says.
-        found: String,
-    },
-    /// The file has another version of the format.
-    #[error("the version is {found}; this program reads version {VERSION}: derive the graph again")]
-    Version {
-        /// What the file says.
-        found: u64,
-    },
+    /// The file states this format.
+    #[error("the format is `{0}`, not `{FORMAT}`")]
+    Format(String),
+    /// The file states this version of the format.
+    #[error("the version is {0}; this program reads version {VERSION}: derive the graph again")]
+    Version(u64),
     /// The file has no kernel.
     #[error("the file holds no kernel")]
     Empty,
@@ -165,12 +159,9 @@ pub enum KernelError {
         /// Number of its elements.
         elements: usize,
     },
-    /// An output needs a symbol that no input gives.
-    #[error("an output needs the symbol `{symbol}`, which no input gives")]
-    UnboundSymbol {
-        /// The symbol.
-        symbol: String,
-    },
+    /// An output needs this symbol, which no input gives.
+    #[error("an output needs the symbol `{0}`, which no input gives")]
+    UnboundSymbol(String),
     /// A term makes no physical sense.
     #[error(transparent)]
     Dimension(#[from] DimensionError),

@@ -173,10 +173,10 @@ pub fn from_json(text: &str) -> Result<GraphFile, ExchangeError> {
     }
     let Object(head): Object<Head> = parse(text)?;
     if head.format != FORMAT {
-        return Err(ExchangeError::Format { found: shortened(&head.format) });
+        return Err(ExchangeError::Format(shortened(&head.format)));
     }
     if head.version != u64::from(VERSION) {
-        return Err(ExchangeError::Version { found: head.version });
+        return Err(ExchangeError::Version(head.version));
     }
     let Object(file): Object<FileEntry> = parse(text)?;
     check_text(&file.generator, false).map_err(|problem| ExchangeError::Text { field: "generator", problem })?;
@@ -352,7 +352,7 @@ impl KernelEntry {
         dimension::check(&graph, &checked_outputs)?;
         let kernel = Kernel { name, summary, graph, inputs: checked_inputs, outputs: checked_outputs };
         match kernel.unbound_symbol() {
-            Some(symbol) => Err(KernelError::UnboundSymbol { symbol: symbol.to_owned() }),
+            Some(symbol) => Err(KernelError::UnboundSymbol(symbol.to_owned())),
             None => Ok(kernel),
         }
     }

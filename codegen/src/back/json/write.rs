@@ -6,7 +6,7 @@ use crate::back::json::format::{FORMAT, InputEntry, OutputEntry, UnitCode, VERSI
 use crate::fingerprint::digest;
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
-use crate::ir::kernel::{Kernel, Shape};
+use crate::ir::kernel::Kernel;
 
 /// The kernels as a file with one operation per line. The same kernels give the same bytes.
 ///
@@ -51,11 +51,7 @@ fn write_kernel(text: &mut String, kernel: &Kernel) -> serde_json::Result<()> {
             name: output.name.clone(),
             doc: output.doc.clone(),
             unit: UnitCode(output.unit),
-            shape: match output.shape {
-                Shape::Scalar => vec![],
-                Shape::Vector(length) => vec![length],
-                Shape::Matrix(rows, columns) => vec![rows, columns],
-            },
+            shape: output.shape.sizes(),
             operations: output.nodes.iter().copied().map(position).collect(),
         })
         .collect();

@@ -1,13 +1,9 @@
 //! C11: a header and a source file without dependencies beyond `math.h`.
 
-use std::fmt::Write;
-
 use crate::back::languages::{
-    Dialect, FunctionBody, SourceFile, describe, documentation, header_in, literal, series_rows,
-    uses_half_angle_squared,
+    Dialect, FunctionBody, SourceFile, describe, documentation, header_in, series_rows, uses_half_angle_squared,
 };
 use crate::back::source::{EmitError, Origin, comment};
-use crate::ir::constant::Constant;
 use crate::ir::kernel::{Kernel, Output, Shape};
 use crate::ir::special;
 
@@ -18,24 +14,12 @@ const PREFIX: &str = "bristle_";
 struct C;
 
 impl Dialect for C {
-    fn number(&self, value: Constant) -> String {
-        literal(value)
-    }
-
     fn less_than(&self, a: &str, b: &str) -> String {
         format!("({a} < {b} ? 1.0 : 0.0)")
     }
 
-    fn half_angle_squared(&self, order: u8, u: &str) -> String {
-        format!("half_angle_squared({order}, {u})")
-    }
-
     fn assignment(&self, name: &str, value: &str) -> String {
         format!("    const double {name} = {value};\n")
-    }
-
-    fn element(&self, input: &str, index: usize) -> String {
-        format!("{input}[{index}]")
     }
 }
 
@@ -56,12 +40,12 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, E
     }
     for kernel in kernels {
         let declaration = declaration(kernel);
-        write!(declarations, "\n{}{}{declaration};\n", comment(&documentation(kernel), "//"), structure(kernel))
-            .expect("a string takes text");
+        let comment = comment(&documentation(kernel), "//");
+        declarations += &format!("\n{comment}{}{declaration};\n", structure(kernel));
         let body = FunctionBody::new(kernel, &C)?;
         let ignored: String = body.unused.iter().map(|name| format!("    (void){name};\n")).collect();
         let results: String = kernel.outputs.iter().map(|output| assignments(kernel, output, &body)).collect();
-        write!(source, "\n{declaration} {{\n{ignored}{}{results}}}\n", body.statements).expect("a string takes text");
+        source += &format!("\n{declaration} {{\n{ignored}{}{results}}}\n", body.statements);
     }
     declarations += "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n";
     let file = |extension: &str, text| SourceFile { name: format!("{NAME}.{extension}"), text };
@@ -70,11 +54,7 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, E
 
 /// The dimensions of an array in brackets.
 fn dimensions(shape: Shape) -> String {
-    match shape {
-        Shape::Scalar => String::new(),
-        Shape::Vector(length) => format!("[{length}]"),
-        Shape::Matrix(rows, columns) => format!("[{rows}][{columns}]"),
-    }
+    shape.sizes().into_iter().map(|size| format!("[{size}]")).collect()
 }
 
 /// The structure of several outputs; nothing for a single one.

@@ -1,28 +1,17 @@
 //! Function files for MATLAB and GNU Octave.
 
-use std::fmt::Write;
-
 use crate::back::languages::{
-    Dialect, FunctionBody, SourceFile, documentation, header_in, literal, series_rows, uses_half_angle_squared,
+    Dialect, FunctionBody, SourceFile, documentation, header_in, series_rows, uses_half_angle_squared,
 };
 use crate::back::source::{EmitError, Origin, comment};
-use crate::ir::constant::Constant;
 use crate::ir::kernel::{Kernel, Output, Shape};
 use crate::ir::special;
 
 struct Matlab;
 
 impl Dialect for Matlab {
-    fn number(&self, value: Constant) -> String {
-        literal(value)
-    }
-
     fn less_than(&self, a: &str, b: &str) -> String {
         format!("double({a} < {b})")
-    }
-
-    fn half_angle_squared(&self, order: u8, u: &str) -> String {
-        format!("half_angle_squared({order}, {u})")
     }
 
     fn assignment(&self, name: &str, value: &str) -> String {
@@ -46,17 +35,14 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, E
         let body = FunctionBody::new(kernel, &Matlab)?;
         let parameters: Vec<&str> = kernel.inputs.iter().map(|input| input.name.as_str()).collect();
         let results: String = kernel.outputs.iter().map(|output| assignments(kernel, output, &body)).collect();
-        let mut text = String::new();
-        write!(
-            text,
+        let text = format!(
             "function result = {}({})\n{}\n{}{}{results}end\n",
             kernel.name,
             parameters.join(", "),
             comment(&documentation(kernel), "%"),
             header_in("MATLAB and GNU Octave", std::slice::from_ref(kernel), origin, "%")?,
             body.statements,
-        )
-        .expect("a string takes text");
+        );
         files.push(SourceFile { name: format!("{}.m", kernel.name), text });
     }
     if uses_half_angle_squared(kernels) {

@@ -4,13 +4,12 @@
 //! `Dialect` has the rest. Powers are products, and the order of all operations is that of the graph: the same kernels give
 //! the same bytes in each language, and up to the last bits of sines and cosines the same values.
 
-use std::collections::BTreeMap;
-use std::fmt::Write;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::back::source::{EmitError, Language, Origin, header, uses, write_body};
+use crate::back::source::{EmitError, Origin, header};
 use crate::ir::constant::Constant;
-use crate::ir::graph::{Node, NodeId};
-use crate::ir::kernel::{Input, Kernel, Output, Shape};
+use crate::ir::graph::{Graph, Node, NodeId};
+use crate::ir::kernel::{Input, Kernel, Output, Shape, computed_operands};
 use crate::ir::special;
 
 pub mod c;
@@ -54,8 +53,10 @@ impl Piece {
 
 /// What languages write differently.
 pub(crate) trait Dialect {
-    /// A number.
-    fn number(&self, value: Constant) -> String;
+    /// A number: in double precision, with a decimal point or an exponent.
+    fn number(&self, value: Constant) -> String {
+        format!("{:?}", value.value())
+    }
 
     /// What stands before the names of `sqrt`, `sin` and `cos`.
     const LIBRARY: &'static str = "";
@@ -70,7 +71,9 @@ pub(crate) trait Dialect {
     fn less_than(&self, a: &str, b: &str) -> String;
 
     /// The derivative of the order `order` of `S` at `u`, see [`special`].
-    fn half_angle_squared(&self, order: u8, u: &str) -> String;
+    fn half_angle_squared(&self, order: u8, u: &str) -> String {
+        format!("half_angle_squared({order}, {u})")
+    }
 
     /// The statement that gives the name its value, with its line break.
     fn assignment(&self, name: &str, value: &str) -> String;
@@ -81,12 +84,9 @@ pub(crate) trait Dialect {
     }
 
     /// Element `index` of an input, counted from 0.
-    fn element(&self, input: &str, index: usize) -> String;
-}
-
-/// The number as a literal in double precision, with a decimal point or an exponent.
-fn literal(value: Constant) -> String {
-    format!("{:?}", value.value())
+    fn element(&self, input: &str, index: usize) -> String {
+        format!("{input}[{index}]")
+    }
 }
 
 struct Writer<'a, D> {
@@ -95,29 +95,18 @@ struct Writer<'a, D> {
 }
 
 impl<D: Dialect> Writer<'_, D> {
-    fn function(&self, name: &str, argument: &Piece) -> Piece {
-        Piece::atom(format!("{name}({})", argument.text))
-    }
-}
-
-impl<D: Dialect> Language for Writer<'_, D> {
-    type Expression = Piece;
-
-    fn given(&self, name: &str) -> Piece {
-        Piece::atom(name)
-    }
-
     fn constant(&self, constant: Constant) -> Piece {
         let text = self.dialect.number(constant);
         Piece { strength: if text.starts_with('-') { SUM } else { ATOM }, text }
     }
 
+    /// An operation on operands that `of` returns. It is neither a constant nor a symbol, and no power of zero.
     fn operation<'a>(&self, node: Node, of: &dyn Fn(NodeId) -> &'a Piece) -> Piece {
         let binary = |a: NodeId, operator: &str, b: NodeId, strength: Strength| Piece {
             text: format!("{} {operator} {}", of(a).within(strength), of(b).within(strength + 1)),
             strength,
         };
-        let named = |name: &str, a: NodeId| self.function(&format!("{}{name}", D::LIBRARY), of(a));
+        let named = |name: &str, a: NodeId| Piece::atom(format!("{}{name}({})", D::LIBRARY, of(a).text));
         match node {
             Node::Constant(_) | Node::Symbol(_) => unreachable!("constants and symbols are no operations"),
             Node::Add(a, b) => binary(a, "+", b, SUM),
@@ -147,10 +136,85 @@ impl<D: Dialect> Language for Writer<'_, D> {
         }
     }
 
-    fn intermediate(&mut self, number: usize, value: Piece) -> Result<Piece, EmitError> {
+    /// Writes the statement that gives an intermediate its value, and returns what stands for it.
+    fn intermediate(&mut self, number: usize, value: Piece) -> Piece {
         let name = format!("t{number}");
         self.statements += &self.dialect.assignment(&name, &value.text);
-        Ok(Piece::atom(name))
+        Piece::atom(name)
+    }
+}
+
+/// Expressions deeper than this are cut by an intermediate, for the reader and for the parser's stack.
+const MAX_DEPTH: usize = 6;
+
+/// How often each node is an operand or an output of `kernel`.
+fn uses(kernel: &Kernel) -> BTreeMap<NodeId, usize> {
+    let mut uses: BTreeMap<NodeId, usize> = BTreeMap::new();
+    let operands = kernel.computed().into_iter().flat_map(|id| computed_operands(kernel.graph.node(id)));
+    for operand in operands.chain(kernel.output_nodes()) {
+        *uses.entry(operand).or_default() += 1;
+    }
+    uses
+}
+
+/// Writes the intermediates of `kernel`, whose nodes have these [`uses`], and returns the expressions of its outputs by their nodes.
+///
+/// What is used more than once gets a name, and so does the base of a power, which a product repeats. A constant is as short as a name.
+///
+/// # Errors
+/// If an output needs a symbol that no input provides, or a constant is not finite.
+fn write_body<D: Dialect>(
+    kernel: &Kernel,
+    uses: &BTreeMap<NodeId, usize>,
+    writer: &mut Writer<'_, D>,
+) -> Result<BTreeMap<NodeId, Piece>, EmitError> {
+    if let Some(symbol) = kernel.unbound_symbol() {
+        return Err(EmitError::UnboundSymbol { kernel: kernel.name.clone(), symbol: symbol.into() });
+    }
+    let mut uses_left = uses.clone();
+    let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
+    let elements = kernel.inputs.iter().flat_map(|input| &input.elements);
+    let mut expressions: BTreeMap<NodeId, Piece> = elements.map(|(name, node)| (*node, Piece::atom(name))).collect();
+    let order = kernel.computed();
+    let bases: BTreeSet<NodeId> = order.iter().filter_map(|&id| base_of_power(&kernel.graph, id)).collect();
+    let mut names = 0;
+    for id in order {
+        let node = kernel.graph.node(id);
+        let expression = match node {
+            Node::Constant(constant) if !constant.value().is_finite() => {
+                let value = constant.value().to_string();
+                return Err(EmitError::NonFiniteConstant { kernel: kernel.name.clone(), value });
+            }
+            Node::Constant(constant) => writer.constant(constant),
+            Node::Powi(_, 0) => writer.constant(Constant::from(1)),
+            Node::Symbol(_) => unreachable!("the symbols of a kernel are given"),
+            _ => writer.operation(node, &|operand| &expressions[&operand]),
+        };
+        for operand in computed_operands(node) {
+            // Expressions are dropped after their last use.
+            let left = uses_left.get_mut(&operand).expect("every operand is counted");
+            *left -= 1;
+            if *left == 0 {
+                expressions.remove(&operand);
+            }
+        }
+        let depth = 1 + computed_operands(node).filter_map(|operand| depths.get(&operand)).max().unwrap_or(&0);
+        let shared = uses[&id] > 1 || depth > MAX_DEPTH || bases.contains(&id);
+        if shared && !matches!(node, Node::Constant(_)) {
+            expressions.insert(id, writer.intermediate(names, expression));
+            names += 1;
+        } else {
+            expressions.insert(id, expression);
+            depths.insert(id, depth);
+        }
+    }
+    Ok(expressions)
+}
+
+fn base_of_power(graph: &Graph, id: NodeId) -> Option<NodeId> {
+    match graph.node(id) {
+        Node::Powi(base, exponent) => (exponent != 0).then_some(base),
+        _ => None,
     }
 }
 
@@ -213,14 +277,14 @@ fn describe_input(input: &Input) -> String {
 fn documentation(kernel: &Kernel) -> String {
     let mut text = kernel.summary.clone() + "\n\n";
     for input in &kernel.inputs {
-        writeln!(text, "{}: {}", input.name, describe_input(input)).expect("a string takes text");
+        text += &format!("{}: {}\n", input.name, describe_input(input));
     }
     text += match &kernel.outputs[..] {
         [_] => "\nResult:\n",
         _ => "\nResult, by the names of its fields:\n",
     };
     for output in &kernel.outputs {
-        writeln!(text, "{}: {}", output.name, describe(output)).expect("a string takes text");
+        text += &format!("{}: {}\n", output.name, describe(output));
     }
     text
 }

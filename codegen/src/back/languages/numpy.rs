@@ -1,12 +1,7 @@
 //! A Python module of functions on NumPy arrays.
 
-use std::fmt::Write;
-
-use crate::back::languages::{
-    Dialect, FunctionBody, docstring, header_in, literal, series_rows, uses_half_angle_squared,
-};
+use crate::back::languages::{Dialect, FunctionBody, docstring, header_in, series_rows, uses_half_angle_squared};
 use crate::back::source::{EmitError, Origin};
-use crate::ir::constant::Constant;
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
 use crate::ir::naming::camel_case;
 use crate::ir::special;
@@ -16,10 +11,6 @@ struct NumPy;
 impl Dialect for NumPy {
     const LIBRARY: &'static str = "np.";
     const ARC_SINE: &'static str = "arcsin";
-
-    fn number(&self, value: Constant) -> String {
-        literal(value)
-    }
 
     fn less_than(&self, a: &str, b: &str) -> String {
         format!("np.where({a} < {b}, 1.0, 0.0)")
@@ -62,15 +53,13 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError>
         let used = kernel.inputs.iter().filter(|input| !body.unused.contains(&input.name));
         let arrays: String = used.map(|Input { name, .. }| format!("    {name} = np.asarray({name})\n")).collect();
         let (class, result) = result(kernel, &body);
-        write!(
-            text,
+        text += &format!(
             "{class}\n\ndef {}({}):\n{}{arrays}{}    return {result}\n",
             kernel.name,
             parameters.join(", "),
             docstring(kernel),
             body.statements,
-        )
-        .expect("a string takes text");
+        );
     }
     Ok(text)
 }

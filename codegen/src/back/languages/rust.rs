@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{ToTokens, format_ident, quote};
 
-use crate::back::languages::{Dialect, FunctionBody, SUM, Strength, literal};
+use crate::back::languages::{Dialect, FunctionBody, SUM, Strength};
 use crate::back::source::{EmitError, Origin, count_operations, header};
 use crate::ir::constant::Constant;
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
@@ -319,20 +319,12 @@ fn size_name(number: usize) -> Ident {
 
 /// Names and dimensions of the outputs. Kernels in which they agree have results of one type.
 fn fields(kernel: &Kernel) -> Vec<(&str, usize)> {
-    kernel.outputs.iter().map(|output| (output.name.as_str(), sizes(output).len())).collect()
-}
-
-fn sizes(output: &Output) -> Vec<usize> {
-    match output.shape {
-        Shape::Scalar => Vec::new(),
-        Shape::Vector(length) => vec![length],
-        Shape::Matrix(rows, columns) => vec![rows, columns],
-    }
+    kernel.outputs.iter().map(|output| (output.name.as_str(), output.shape.sizes().len())).collect()
 }
 
 /// The sizes of all outputs.
 fn result_sizes(kernel: &Kernel) -> Vec<usize> {
-    kernel.outputs.iter().flat_map(sizes).collect()
+    kernel.outputs.iter().flat_map(|output| output.shape.sizes()).collect()
 }
 
 /// What the output of this number is in each of the `kernels`.
@@ -357,7 +349,7 @@ impl Dialect for Rust<'_> {
     const COMPARED: Strength = SUM;
 
     fn number(&self, value: Constant) -> String {
-        format!("T::from_f64({})", literal(value))
+        format!("T::from_f64({:?})", value.value())
     }
 
     fn less_than(&self, a: &str, b: &str) -> String {
@@ -374,10 +366,6 @@ impl Dialect for Rust<'_> {
 
     fn argument(&self, input: &Input) -> String {
         self.0[input.name.as_str()].into()
-    }
-
-    fn element(&self, input: &str, index: usize) -> String {
-        format!("{input}[{index}]")
     }
 }
 

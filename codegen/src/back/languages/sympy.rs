@@ -1,7 +1,5 @@
 //! A Python module of functions that return SymPy matrices.
 
-use std::fmt::Write;
-
 use crate::back::languages::{Dialect, FunctionBody, docstring, header_in, uses_half_angle_squared};
 use crate::back::source::{EmitError, Origin};
 use crate::ir::constant::Constant;
@@ -30,10 +28,6 @@ impl Dialect for SymPy {
 
     fn assignment(&self, name: &str, value: &str) -> String {
         format!("    {name} = {value}\n")
-    }
-
-    fn element(&self, input: &str, index: usize) -> String {
-        format!("{input}[{index}]")
     }
 }
 
@@ -83,15 +77,13 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError>
                 format!("    {open}{}{close} = _symbols({})\n", input.name, names.join(", "))
             })
             .collect();
-        write!(
-            text,
+        text += &format!(
             "\n\ndef {}({parameter}):\n{}{symbols}{}    return {}\n",
             kernel.name,
             docstring(kernel),
             body.statements,
             result(kernel, &body),
-        )
-        .expect("a string takes text");
+        );
     }
     Ok(text)
 }

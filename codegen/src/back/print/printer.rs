@@ -72,7 +72,7 @@ impl<'a> Printer<'a> {
             }
         }
         let outputs = kernel.output_nodes();
-        let order = printer.needed(&outputs);
+        let order = graph.reachable_until(&outputs, |id| printer.is_given(id));
         let mut uses = vec![0_u32; size];
         let operands = order.iter().filter(|id| !printer.given[id.index()]).flat_map(|&id| graph.node(id).operands());
         for operand in operands.chain(outputs) {
@@ -105,20 +105,6 @@ impl<'a> Printer<'a> {
     /// True if `id` is an input that the page shows under its own name.
     pub fn is_given(&self, id: NodeId) -> bool {
         self.given[id.index()]
-    }
-
-    /// What `outputs` need, operands before users, down to the given nodes.
-    fn needed(&self, outputs: &[NodeId]) -> Vec<NodeId> {
-        let mut live = vec![false; self.graph.nodes().len()];
-        for output in outputs {
-            live[output.index()] = true;
-        }
-        for id in self.graph.ids().collect::<Vec<_>>().into_iter().rev() {
-            if live[id.index()] && !self.given[id.index()] {
-                self.graph.node(id).operands().for_each(|operand| live[operand.index()] = true);
-            }
-        }
-        self.graph.ids().filter(|id| live[id.index()]).collect()
     }
 
     /// True for what is as good as a name: a symbol, its sine, a power of these, and with more `levels` the sine of a

@@ -111,11 +111,8 @@ pub struct Walkthrough {
     energies: Step,
     momenta: Step,
     mass_matrix: Step,
-    inertial: Step,
-    spring: Step,
-    gravity: Step,
-    damping: Step,
-    force: Step,
+    /// The parts of the generalised force and their sum, with what introduces each.
+    forces: [(&'static str, Step); 5],
 }
 
 impl Walkthrough {
@@ -131,43 +128,30 @@ impl Walkthrough {
         let parts = whole.parts();
         let (frames, stated) = (frames(motion), stated());
         let centres = centre_velocities(segments, motion)?;
-        let collected = |name: &str, nodes: &[NodeId]| {
-            let outputs = vec![Output::vector(name, "", STIFFNESS, nodes.to_vec())];
+        let collected = |name: &str, unit: Unit, nodes: Vec<NodeId>| {
+            let outputs = vec![Output::vector(name, "", unit, nodes)];
             Step::collected(motion, &whole.graph, &whole.parameters, outputs)
         };
         let angular_momentum = Unit::KILOGRAM.times(Unit::METRE.powi(2)).per(Unit::SECOND);
-        let momenta = Step::collected(
-            motion,
-            &whole.graph,
-            &whole.parameters,
-            vec![Output::vector("p", "", angular_momentum, parts.momenta.clone())],
-        )?;
-        let inertial = collected("f_inertial", &parts.inertial)?;
-        let spring = collected("f_spring", &parts.spring)?;
-        let gravity = collected("f_gravity", &parts.gravity)?;
-        let damping = collected("f_damping", &parts.damping)?;
+        let momenta = collected("p", angular_momentum, parts.momenta)?;
+        let inertial = collected("f_inertial", STIFFNESS, parts.inertial)?;
+        let spring = collected("f_spring", STIFFNESS, parts.spring)?;
+        let gravity = collected("f_gravity", STIFFNESS, parts.gravity)?;
+        let damping = collected("f_damping", STIFFNESS, parts.damping)?;
         let kernels: [Kernel; NAMES.len()] =
             whole_kernels(segments, motion, Purpose::Reading)?.try_into().expect("one kernel for each name");
         let [mass_matrix, force, energies] =
             kernels.map(|Kernel { graph, outputs, .. }| Step { motion, graph, outputs });
 
+        let forces = [
+            ("Inertial forces, `∂E_kin/∂q − dp/dt` without the terms in `q̈`:", inertial),
+            ("Springs, `−∂E_spring/∂q`:", spring),
+            ("Gravity, `−∂E_grav/∂q`:", gravity),
+            ("Dampers, `−∂D/∂q̇`:", damping),
+            ("Their sum, collected by the constants:", force),
+        ];
         let coordinates = (0..whole.force.len()).map(|i| coordinate(motion, i)).collect();
-        Ok(Self {
-            segments,
-            motion,
-            coordinates,
-            frames,
-            centres,
-            stated,
-            energies,
-            momenta,
-            mass_matrix,
-            inertial,
-            spring,
-            gravity,
-            damping,
-            force,
-        })
+        Ok(Self { segments, motion, coordinates, frames, centres, stated, energies, momenta, mass_matrix, forces })
     }
 
     /// Writes it as Markdown. `again` is the command that makes the page.
@@ -182,8 +166,9 @@ impl Walkthrough {
          derived and written by the program; components refer to the inertial frame.",
         );
         page.heading("Symbols and units");
+        let (_, force) = &self.forces[self.forces.len() - 1];
         let steps =
-            [&self.frames, &self.stated, &self.centres, &self.energies, &self.momenta, &self.mass_matrix, &self.force];
+            [&self.frames, &self.stated, &self.centres, &self.energies, &self.momenta, &self.mass_matrix, force];
         page.legend(&legend::rows(steps.map(|step| (&step.graph, step.nodes()))));
 
         page.heading("Frames and coordinates");
@@ -251,14 +236,7 @@ impl Walkthrough {
             "The remaining terms of Lagrange's equations form the right-hand side: \
          `f = f_inertial + f_spring + f_gravity + f_damping`.",
         );
-        let rest = [
-            ("Inertial forces, `∂E_kin/∂q − dp/dt` without the terms in `q̈`:", &self.inertial),
-            ("Springs, `−∂E_spring/∂q`:", &self.spring),
-            ("Gravity, `−∂E_grav/∂q`:", &self.gravity),
-            ("Dampers, `−∂D/∂q̇`:", &self.damping),
-            ("Their sum, collected by the constants:", &self.force),
-        ];
-        for (sentence, part) in rest {
+        for (sentence, part) in &self.forces {
             page.prose(sentence);
             part.write(&mut page);
         }

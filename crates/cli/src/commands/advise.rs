@@ -2,7 +2,6 @@
 
 use std::io;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use bristle::model::parameters::Parameter;
 use bristle::simulation::Stop;
@@ -81,11 +80,11 @@ impl AdviseArgs {
 }
 
 /// Runs the command.
-pub fn run(arguments: &AdviseArgs) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &AdviseArgs) -> Result<(), CliError> {
     let path = &arguments.results;
     let (saved, results) = saved_study(path)?.ok_or_else(|| CliError::NoStudy(path.clone()))?;
-    let mut advice = advise(&saved.study, &results, arguments.limits())
-        .map_err(|error| CliError::Advice { path: path.clone(), error })?;
+    let advice = advise(&saved.study, &results, arguments.limits());
+    let mut advice = advice.map_err(|error| CliError::of(path, error))?;
     if advice.recommendation.is_some() && !arguments.no_verify {
         if !arguments.json {
             say("simulating the recommendation; --no-verify leaves this out");
@@ -98,7 +97,7 @@ pub fn run(arguments: &AdviseArgs) -> Result<ExitCode, CliError> {
     } else {
         show(advice.text(width()))?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// Parses a brushing velocity.

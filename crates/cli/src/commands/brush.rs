@@ -32,7 +32,7 @@ use crate::interrupt::stop_on_interrupt;
 use crate::pictures::{FIGURES, FigureArgs, Figures, draw, is_of_simulation, is_picture, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{BRUSH, BRUSH_PAGE, CHECK, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
-use crate::terminal::{say, say_at_the_end, say_written, show, width};
+use crate::terminal::{commit, say, say_at_the_end, say_written, show, show_assumptions};
 use crate::values::{INTERRUPTED, MemoryArgs, ThreadArgs};
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
@@ -106,10 +106,6 @@ impl BrushArgs {
             ..RunOptions::default()
         }
     }
-
-    fn refused(&self, error: BrushError) -> CliError {
-        CliError::BrushRefused { path: self.input.file.clone(), error: Box::new(error) }
-    }
 }
 
 /// Runs the command.
@@ -119,7 +115,8 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     let document = text.document()?;
     let settings = document.settings()?;
     if settings.brush.is_none() {
-        return Err(CliError::NoBrush(arguments.input.file.clone()));
+        let error = "there is no section [brush]; add it, alone if all its defaults are right";
+        return Err(CliError::of(&arguments.input.file, error));
     }
     let unusual = unusual(&settings);
     arguments.input.warn_of(&unusual)?;
@@ -134,29 +131,22 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     }
     let (stop, force_n) = (stop_on_interrupt(), settings.process.tool_force_n);
     let Some((settings, stiffness)) = at_depth(arguments, settings, &stop)? else { return Ok(INTERRUPTED.into()) };
-    match simulate(arguments, &settings, &stop)? {
-        Some((mut result, checkpoint)) => {
-            result.tool.force_stiffness_n_m = stiffness;
-            let metrics = result.tool.clone();
-            let assumptions =
-                Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
-            let notes = Notes { unusual: &unusual, assumptions: &assumptions };
-            let warnings = of_brush(&settings, &Interaction::of(&result));
-            let table = write_results(arguments, settings.clone(), result, notes, &figures)?;
-            checkpoint.remove()?;
-            show(table)?;
-            warnings.iter().for_each(say);
-            of_force(force_n, &metrics).iter().for_each(say);
-            if !assumptions.list.is_empty() {
-                show(format_args!("\n{}", assumptions.text(width())))?;
-            }
-            if arguments.check && !check(arguments, &settings, &metrics, &stop)? {
-                return Ok(INTERRUPTED.into());
-            }
-            Ok(ExitCode::SUCCESS)
-        }
-        None => Ok(INTERRUPTED.into()),
+    let Some((mut result, checkpoint)) = simulate(arguments, &settings, &stop)? else { return Ok(INTERRUPTED.into()) };
+    result.tool.force_stiffness_n_m = stiffness;
+    let metrics = result.tool.clone();
+    let assumptions = Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
+    let notes = Notes { unusual: &unusual, assumptions: &assumptions };
+    let warnings = of_brush(&settings, &Interaction::of(&result));
+    let table = write_results(arguments, settings.clone(), result, notes, &figures)?;
+    checkpoint.remove()?;
+    show(table)?;
+    warnings.iter().for_each(say);
+    of_force(force_n, &metrics).iter().for_each(say);
+    show_assumptions(&assumptions)?;
+    if arguments.check && !check(arguments, &settings, &metrics, &stop)? {
+        return Ok(INTERRUPTED.into());
     }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// The settings with the depth at which the brush presses with the force that they state, and the stiffness of the force there (N/m). They are as they
@@ -168,16 +158,10 @@ fn at_depth(arguments: &BrushArgs, settings: Settings, stop: &Stop) -> Result<Op
     let found = press_brush(&settings, stop, |at_depth| {
         let mut run = BrushRun::new(at_depth, RunOptions { frames: 0, ..arguments.options() })?.until(stop);
         let depth = format!("a_e = {:.4} mm", 1e3 * at_depth.process.penetration_depth_m);
-        let mut progress = PassProgress::begin(BRUSH_IN_WORDS, 0.0);
-        let mut advance = || {
-            while run.advance()? {
-                progress.tell(run.done());
-            }
-            Ok(())
-        };
-        let outcome: Result<(), BrushError> = advance();
-        progress.end();
-        outcome?;
+        let progress = PassProgress::begin(BRUSH_IN_WORDS, 0.0);
+        while run.advance()? {
+            progress.tell(run.done());
+        }
         let result = run.finish()?;
         say(format_args!("{depth}: {:.1} N", result.tool.tool_contact_normal_force_n));
         Ok(result)
@@ -206,7 +190,7 @@ fn simulate<'a>(
         Some(state) => BrushRun::resume(settings, options, state),
         None => BrushRun::new(settings, options),
     };
-    let mut run = run.map_err(|error| arguments.refused(error))?;
+    let mut run = run.map_err(|error| CliError::of(&arguments.input.file, error))?;
     if state.is_some() {
         let (done, path) = (percent(&run), shown_path(checkpoint.path()));
         say(format_args!("{done} % of the brush are in `{path}`, the simulation resumes from there"));
@@ -221,7 +205,6 @@ fn simulate<'a>(
             Err(error) => break Err(CliError::BrushFailed(Box::new(error))),
         }
         if run.columns() != columns {
-            progress.end();
             let now = run.columns();
             let without = if columns == 1 { "1 column has".to_owned() } else { format!("{columns} columns have") };
             say(format_args!("{without} no steady stretch: simulating {now} columns from the beginning"));
@@ -243,7 +226,6 @@ fn simulate<'a>(
             // Of those that follow each other the first is enough.
             Err(error) if is_kept => {
                 is_kept = false;
-                progress.end();
                 say(format_args!(
                     "warning: {error}\nhelp: the simulation goes on and tries again when the next checkpoint is due; make room, so that it \
                      can be resumed if it is stopped"
@@ -253,7 +235,6 @@ fn simulate<'a>(
             Err(_) => {}
         }
     };
-    progress.end();
     match outcome {
         Ok(result) => Ok(Some((result, checkpoint))),
         Err(error) => {
@@ -266,9 +247,9 @@ fn simulate<'a>(
 
 /// Simulates the brush in steps of half the length, and says how its `metrics` change. Returns false if Ctrl-C has stopped it.
 fn check(arguments: &BrushArgs, settings: &Settings, metrics: &Metrics, stop: &Stop) -> Result<bool, CliError> {
-    let mut run =
-        BrushRun::new(settings, finer_steps(arguments.options())).map_err(|error| arguments.refused(error))?;
-    let mut progress = PassProgress::begin("the check", 0.0);
+    let run = BrushRun::new(settings, finer_steps(arguments.options()));
+    let mut run = run.map_err(|error| CliError::of(&arguments.input.file, error))?;
+    let progress = PassProgress::begin("the check", 0.0);
     while run.advance().map_err(|error| CliError::BrushFailed(Box::new(error)))? {
         progress.tell(run.done());
         if stop.is_requested() {
@@ -276,9 +257,9 @@ fn check(arguments: &BrushArgs, settings: &Settings, metrics: &Metrics, stop: &S
             return Ok(false);
         }
     }
-    progress.end();
+    drop(progress);
     let checked = run.finish().map_err(|error| CliError::after(&arguments.input.file, error))?.tool;
-    say_written(&StagedFile::text(&arguments.out, CHECK, &check_text(FINER_BRUSH, metrics, &checked))?.commit()?);
+    commit([StagedFile::text(&arguments.out, CHECK, &check_text(FINER_BRUSH, metrics, &checked))?])?;
     show(format_args!("\n{}", check_table(FINER_BRUSH, metrics, &checked)))?;
     Ok(true)
 }
@@ -320,9 +301,7 @@ fn write_results(
     let name = arguments.input.short_name();
     let page = StagedFile::text(&arguments.out, BRUSH_PAGE, &brush_page(&name, &brush, &result, notes))?;
     StagedFile::text(&arguments.out, BRUSH, &case)?.commit()?;
-    for file in staged.into_iter().chain([page]) {
-        say_written(&file.commit()?);
-    }
+    commit(staged.into_iter().chain([page]))?;
     // Of a contact that was simulated in the same directory.
     for name in OF_CONTACT {
         remove(&arguments.out.join(name))?;

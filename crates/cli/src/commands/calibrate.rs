@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf, absolute};
 use std::process::ExitCode;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bristle::model::settings::Settings;
 use bristle_calibrate::{
@@ -79,7 +78,7 @@ fn positive(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
     let figures = arguments.figures.figures()?;
     let path = &arguments.input.file;
-    let refused = |error: String| CliError::Calibration { path: path.clone(), error };
+    let refused = |error: String| CliError::of(path, error);
     let text = arguments.input.read()?;
     let document = text.document()?;
     let fitted = arguments.fit.iter().map(|option| Fitted::parse(option)).collect::<Result<Vec<_>, FitError>>();
@@ -109,12 +108,12 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
         say(format_args!("{earlier} simulated brushes are in `{}`", shown_path(&arguments.out.join(FORCE_JOURNAL))));
     }
     let stop = stop_on_interrupt();
-    let watch = Watch { journal, progress: Mutex::new(PassProgress::begin("the calibration", 0.0)) };
+    let watch = Watch { journal, progress: PassProgress::begin("the calibration", 0.0) };
     let resources = arguments.resources.resources();
     let reach = Reach { max_rpm: arguments.max_rpm, max_depth_m: arguments.max_depth.map(|depth| depth / 1e3) };
     let outcome = calibrate(problem, reach, Means { resources, stop: &stop, observer: &watch, starts: STARTS });
     let Watch { journal, progress } = watch;
-    progress.into_inner().unwrap_or_else(PoisonError::into_inner).end();
+    drop(progress);
     if let Some(journal) = &journal {
         journal.settle()?;
     }
@@ -174,18 +173,12 @@ fn from_directory(path: &Path, directory: &Path) -> String {
 /// Shows progress, and keeps brushes in the journal.
 struct Watch {
     journal: Option<ForceJournal>,
-    progress: Mutex<PassProgress>,
-}
-
-impl Watch {
-    fn progress(&self) -> MutexGuard<'_, PassProgress> {
-        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
-    }
+    progress: PassProgress,
 }
 
 impl Observer for Watch {
     fn done(&self, share: f64) {
-        self.progress().tell(share);
+        self.progress.tell(share);
     }
 
     fn recall(&self, settings: &Settings) -> Option<Forces> {

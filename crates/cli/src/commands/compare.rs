@@ -39,7 +39,7 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file, MAX_GRAPH_BYTES)?;
     let which = if arguments.bent { States::Bent } else { States::All };
     let comparison = compare_graph(&text, arguments.states as usize, which, arguments.seed)
-        .map_err(|error| CliError::Comparison { path: arguments.file.clone(), error: Box::new(error) })?;
+        .map_err(|error| CliError::of(&arguments.file, error))?;
     let agrees = comparison.agrees();
     show(comparison)?;
     Ok(agreement(agrees))

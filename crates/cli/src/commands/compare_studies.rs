@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use bristle::simulation::Stop;
 use bristle_insight::assumptions::Assumptions;
@@ -52,7 +51,7 @@ pub struct CompareStudiesArgs {
 }
 
 /// Runs the command.
-pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &CompareStudiesArgs) -> Result<(), CliError> {
     let figures = arguments.figures.figures()?;
     let out = &arguments.out;
     let studies = arguments.studies.iter().map(|text| named_study(text, out)).collect::<Result<Vec<_>, _>>()?;
@@ -78,8 +77,7 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<ExitCode, CliError> {
     notes.iter().for_each(|text| say(note(text)));
     files.iter().for_each(|path| say_written(path));
     show_tables(&study, &results)?;
-    say_drawn(&drawn)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(say_drawn(&drawn)?)
 }
 
 /// The study of an argument, which is not in the directory `out` of the comparison.

@@ -1,7 +1,6 @@
 //! `bristle completions` and `bristle man`.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use bristle_store::staged::{StagedFile, occupy, prepare_directory};
 use clap::{Args, Command};
@@ -9,7 +8,7 @@ use clap_complete::{Shell, generate};
 use clap_mangen::Man;
 
 use crate::error::CliError;
-use crate::terminal::{print_by, say_written};
+use crate::terminal::{commit, print_by};
 
 /// The name of the program.
 const PROGRAM: &str = "bristle";
@@ -39,15 +38,14 @@ pub struct ManArgs {
 }
 
 /// Prints the script of a shell for the `program`.
-pub fn print_completions(arguments: &CompletionsArgs, mut program: Command) -> Result<ExitCode, CliError> {
+pub fn print_completions(arguments: &CompletionsArgs, mut program: Command) -> Result<(), CliError> {
     let mut script = Vec::new();
     generate(arguments.shell, &mut program, PROGRAM, &mut script);
-    print_by(|| std::io::Write::write_all(&mut std::io::stdout(), &script))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(print_by(|| std::io::Write::write_all(&mut std::io::stdout(), &script))?)
 }
 
 /// Writes the manual pages of the `program`.
-pub fn write_manual(arguments: &ManArgs, mut program: Command) -> Result<ExitCode, CliError> {
+pub fn write_manual(arguments: &ManArgs, mut program: Command) -> Result<(), CliError> {
     program.build();
     let commands: Vec<Command> =
         program.get_subcommands().filter(|command| command.get_name() != "help").cloned().collect();
@@ -56,8 +54,5 @@ pub fn write_manual(arguments: &ManArgs, mut program: Command) -> Result<ExitCod
     let _occupied = occupy(&arguments.out, &[("", &|name| name.starts_with(PROGRAM) && name.ends_with(".1"))])?;
     let stage = |page: &Man| StagedFile::write(arguments.out.join(page.get_filename()), |out| page.render(out));
     let staged: Result<Vec<StagedFile>, _> = pages.iter().map(stage).collect();
-    for file in staged? {
-        say_written(&file.commit()?);
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(commit(staged?)?)
 }

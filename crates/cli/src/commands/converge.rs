@@ -22,7 +22,7 @@ use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
 use crate::pictures::{FIGURES, FigureArgs, draw, is_picture, say_drawn};
 use crate::progress::{Progress, Works};
-use crate::terminal::{say, say_at_the_end, say_written, show, width};
+use crate::terminal::{commit, say, say_at_the_end, show, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
 
 /// The table of the results.
@@ -80,7 +80,7 @@ pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
     };
     let convergence = plan.conclude(&results).map_err(|error| refused(arguments, error))?;
     let file = StagedFile::write(arguments.out.join(TABLE), |out| write_convergence(out, &convergence))?;
-    say_written(&file.commit()?);
+    commit([file])?;
     let drawn =
         draw(&arguments.out, |format| convergence_figures(&convergence, format), None, &figures, is_of_convergence)?;
     say_drawn(&drawn)?;

@@ -3,7 +3,6 @@
 use std::ffi::OsStr;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use bristle::simulation::{Form, Pass};
 use bristle_grid::tentative;
@@ -14,7 +13,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::error::CliError;
 use crate::input::InputArgs;
-use crate::terminal::{print_by, say, say_written};
+use crate::terminal::{commit, print_by, say};
 use crate::values::parse_count;
 
 /// Show the equations of motion of a filament
@@ -100,7 +99,7 @@ fn format() -> impl TypedValueParser<Value = DeriveFormat> {
 const MOST_PAGES: usize = 200;
 
 /// Runs the command.
-pub fn run(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &DeriveArgs) -> Result<(), CliError> {
     let (equations, format) = (equations(arguments)?, arguments.format);
     if let Some(pages) = equations.pages(format).filter(|pages| *pages > MOST_PAGES) {
         say(format_args!(
@@ -123,8 +122,7 @@ pub fn run(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
         (Derived::Text(text), Some(path)) => {
             let name = path.file_name().and_then(OsStr::to_str);
             let _occupied = occupy(directory_of(path), &[("", &|leftover| Some(leftover) == name)])?;
-            let file = StagedFile::write(path.to_owned(), |out| text.write(out))?;
-            say_written(&file.commit()?);
+            commit([StagedFile::write(path.to_owned(), |out| text.write(out))?])?;
         }
         (Derived::Files(files), out) => {
             let directory = out.ok_or(CliError::NoDirectory)?;
@@ -132,10 +130,8 @@ pub fn run(arguments: &DeriveArgs) -> Result<ExitCode, CliError> {
             let _occupied = occupy(directory, &[("", &|name| files.iter().any(|file| file.name == name))])?;
             let staged: Result<Vec<StagedFile>, _> =
                 files.iter().map(|file| StagedFile::text(directory, &file.name, &file.text)).collect();
-            for file in staged? {
-                say_written(&file.commit()?);
-            }
+            commit(staged?)?;
         }
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }

@@ -2,7 +2,6 @@
 
 use std::io;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use bristle_input::plausibility::unusual;
 use bristle_inspect::evaluation::evaluate;
@@ -36,18 +35,16 @@ pub struct EvaluateArgs {
 }
 
 /// Runs the command.
-pub fn run(arguments: &EvaluateArgs) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &EvaluateArgs) -> Result<(), CliError> {
     let text = arguments.input.read()?;
     let document = text.document()?;
     let settings = document.settings_without_process()?;
     // What the file leaves out has values that mean nothing.
     let stated = unusual(&settings).into_iter().filter(|unusual| document.states(unusual.path));
     arguments.input.warn_of(&stated.collect::<Vec<_>>())?;
-    let state = parse_state(&read_input(&arguments.state)?)
-        .map_err(|error| CliError::State { path: arguments.state.clone(), error })?;
+    let state = parse_state(&read_input(&arguments.state)?).map_err(|error| CliError::of(&arguments.state, error))?;
     let evaluation = evaluate(&settings.filament, settings.tool.body_radius_m, &state)?;
     let mut json = serde_json::to_string(&evaluation).map_err(io::Error::from)?;
     json.push('\n');
-    print(&json)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(print(&json)?)
 }

@@ -1,7 +1,5 @@
 //! `bristle explain`.
 
-use std::process::ExitCode;
-
 use bristle_input::explain::{all_keys, explain};
 use clap::Args;
 
@@ -19,11 +17,10 @@ pub struct ExplainArgs {
 }
 
 /// Runs the command.
-pub fn run(arguments: &ExplainArgs) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &ExplainArgs) -> Result<(), CliError> {
     let text = match &arguments.key {
         Some(key) => explain(key, width())?,
         None => all_keys(width()),
     };
-    show(text)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(show(text)?)
 }

@@ -2,7 +2,6 @@
 
 use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use bristle::model::settings::ToolKind;
 use bristle_input::first_file::{
@@ -16,7 +15,7 @@ use bristle_text::layout;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::terminal::{say, say_written};
+use crate::terminal::{commit, say};
 
 /// Write a first input file from a few answers: kind of brush, filaments, and the limits of the machine
 ///
@@ -107,7 +106,7 @@ impl NewArgs {
 }
 
 /// Runs the command.
-pub fn run(arguments: &NewArgs) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &NewArgs) -> Result<(), CliError> {
     let path = &arguments.file;
     if path.symlink_metadata().is_ok() {
         return Err(CliError::Exists(path.clone()));
@@ -123,9 +122,7 @@ pub fn run(arguments: &NewArgs) -> Result<ExitCode, CliError> {
         say(layout::note(&note));
     }
     let directory = path.parent().unwrap_or(Path::new(""));
-    let written = StagedFile::write(directory.join(name), |out| out.write_all(text.as_bytes()))?.commit()?;
-    say_written(&written);
-    Ok(ExitCode::SUCCESS)
+    Ok(commit([StagedFile::write(directory.join(name), |out| out.write_all(text.as_bytes()))?])?)
 }
 
 /// What is known of the brush.

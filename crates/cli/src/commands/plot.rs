@@ -1,7 +1,6 @@
 //! `bristle plot`.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Args;
 
@@ -29,10 +28,10 @@ pub struct PlotArgs {
 }
 
 /// Runs the command.
-pub fn run(arguments: &PlotArgs) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &PlotArgs) -> Result<(), CliError> {
     let out = arguments.out.as_ref().unwrap_or(&arguments.results);
     for drawn in draw_saved(&arguments.results, out, &arguments.figures.figures()?)? {
         say_drawn(&drawn)?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Mutex;
 
 use bristle_grid::removal::{RemovalError, remove};
 use bristle_grid::uncertainty::check;
@@ -50,24 +49,16 @@ pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
     let text = arguments.input.read()?;
     let settings = text.document()?.settings()?;
     arguments.input.warn_of(&unusual(&settings))?;
-    let refused =
-        |error: RemovalError| CliError::Removal { path: arguments.input.file.clone(), error: Box::new(error) };
+    let refused = |error: RemovalError| CliError::of(&arguments.input.file, error);
     check(&settings).map_err(|violation| refused(RemovalError::Settings(violation.to_string())))?;
     prepare_directory(&arguments.out)?;
     let is_ours = |name: &str| OF_REMOVAL.contains(&name);
     let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture(is_of_removal))])?;
     let stop = stop_on_interrupt();
     let resources = arguments.resources.resources();
-    let progress = Mutex::new(PassProgress::begin("the removal", 0.0));
-    let tell = |done: usize, of: usize| {
-        if let Ok(mut progress) = progress.lock() {
-            progress.tell(done as f64 / of as f64);
-        }
-    };
-    let outcome = remove(&settings, resources, &stop, &tell);
-    if let Ok(progress) = progress.into_inner() {
-        progress.end();
-    }
+    let progress = PassProgress::begin("the removal", 0.0);
+    let outcome = remove(&settings, resources, &stop, &|done, of| progress.tell(done as f64 / of as f64));
+    drop(progress);
     let removal = match outcome {
         Err(RemovalError::Stopped) => {
             say_at_the_end("stopped: nothing was written");

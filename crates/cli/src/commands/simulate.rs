@@ -2,7 +2,6 @@
 
 use std::io;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
@@ -29,7 +28,7 @@ use crate::input::InputArgs;
 use crate::pictures::{FIGURES, FigureArgs, draw, is_of_simulation, is_picture, say_drawn};
 use crate::progress::PassProgress;
 use crate::saved::{CASE, CHECK, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, POSITIONS, PROFILE, SHAPES};
-use crate::terminal::{say, say_written, show, width};
+use crate::terminal::{commit, say, say_written, show, width};
 use crate::values::parse_count;
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 
@@ -86,7 +85,7 @@ pub struct SimulateArgs {
 }
 
 /// Runs the command.
-pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &SimulateArgs) -> Result<(), CliError> {
     let figures = arguments.figures.figures()?;
     let text = arguments.input.read()?;
     let document = text.document()?;
@@ -107,14 +106,14 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     }
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
-    let mut progress = PassProgress::begin("the pass", 0.0);
+    let progress = PassProgress::begin("the pass", 0.0);
     // More than those for ParaView if these are few, so that the figures can show the filament while it touches.
     let least = LEAST_SHAPES * settings.process.turns().at_most().min(MOST_TURNS);
     let every = least.div_ceil(shapes.max(2) - 1);
     let sampling =
         Sampling { samples, shapes: every * (shapes.max(2) - 1) + 1, loads: true, profile: true, alongside: false };
     let simulation = simulate_places(&settings, sampling, &Stop::default(), &mut |share| progress.tell(share));
-    progress.end();
+    drop(progress);
     let mut simulation = simulation?;
     // What was simulated: a force is given in place of the depth that was found.
     let force_n = settings.process.tool_force_n;
@@ -139,10 +138,9 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         stage(PROFILE, &|out| write_profile(out, &contact.profile))?,
         stage(SHAPES, &|out| write_shapes(out, &contact.shapes))?,
     ];
-    let along_trim = match simulation.positions.is_empty() {
-        true => None,
-        false => Some(stage(POSITIONS, &|out| write_positions(out, &simulation.positions))?),
-    };
+    let positions = &simulation.positions;
+    let along_trim =
+        (!positions.is_empty()).then(|| stage(POSITIONS, &|out| write_positions(out, positions))).transpose()?;
     let for_vtk = (shapes > 0).then(|| files(&contact.settings, &for_vtk)).into_iter().flatten();
     let vtk = stage_vtk(&arguments.out, for_vtk, &mut hashes)?;
     let case = case_text(&contact.settings, &hashes);
@@ -151,11 +149,9 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
         write_history_parquet(out, &contact.history, &case)
     })?;
     StagedFile::text(&arguments.out, CASE, &case)?.commit()?;
-    for file in staged.into_iter().chain(along_trim) {
-        say_written(&file.commit()?);
-    }
+    commit(staged.into_iter().chain(along_trim))?;
     #[cfg(feature = "parquet")]
-    say_written(&table.commit()?);
+    commit([table])?;
     // Of a brush that was simulated in the same directory.
     for name in OF_BRUSH {
         remove(&arguments.out.join(name))?;
@@ -179,17 +175,15 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     if arguments.check {
         let checked = check(&contact.settings)?;
         let text = check_text(FINER_PASS, &simulation.metrics, &checked);
-        say_written(&StagedFile::text(&arguments.out, CHECK, &text)?.commit()?);
+        commit([StagedFile::text(&arguments.out, CHECK, &text)?])?;
         show(format_args!("\n{}", check_table(FINER_PASS, &simulation.metrics, &checked)))?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// The metrics of the pass at a tenth of its tolerance.
 fn check(settings: &Settings) -> Result<Metrics, CliError> {
-    let mut progress = PassProgress::begin("the check", 0.0);
-    let simulation =
-        simulate_places(&finer(settings), Sampling::default(), &Stop::default(), &mut |share| progress.tell(share));
-    progress.end();
-    Ok(simulation?.metrics)
+    let progress = PassProgress::begin("the check", 0.0);
+    let tell = &mut |share| progress.tell(share);
+    Ok(simulate_places(&finer(settings), Sampling::default(), &Stop::default(), tell)?.metrics)
 }

@@ -8,7 +8,6 @@ use bristle::simulation::Stop;
 use bristle_grid::{CaseResult, Shard, Study};
 use bristle_input::document::Document;
 use bristle_input::plausibility::unusual_in_study;
-use bristle_insight::assumptions::Assumptions;
 use bristle_insight::measured::unusual_points;
 use bristle_insight::warnings::of_study;
 use bristle_report::figures::is_of_study;
@@ -24,7 +23,7 @@ use crate::error::{CliError, SIMULATION_FAILED};
 use crate::input::{InputArgs, InputText};
 use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture, measured_forces, say_drawn};
 use crate::progress::{Progress, Works};
-use crate::terminal::{say, say_at_the_end, say_written, show, width};
+use crate::terminal::{say, say_at_the_end, say_written, show, show_assumptions, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
 
 /// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
@@ -271,7 +270,8 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
     } else {
         say(format_args!("{} in {:.2} s", counted(total), progress.seconds()));
         files.iter().for_each(|path| say_written(path));
-        show_results(&study, &results, &assumptions)
+        show_tables(&study, &results)
+            .and_then(|()| show_assumptions(&assumptions))
             .and_then(|()| answer.map_or(Ok(()), |answer| show(format_args!("\n{}", answer.text(width())))))
             .and_then(|()| say_drawn(&drawn))
     };
@@ -304,10 +304,4 @@ pub fn show_tables(study: &Study, results: &[CaseResult]) -> io::Result<()> {
     } else {
         show(format_args!("{}\n{tables}", tools_table(study, width())))
     }
-}
-
-/// Shows the tables of a study, and what was not stated.
-fn show_results(study: &Study, results: &[CaseResult], assumptions: &Assumptions) -> io::Result<()> {
-    show_tables(study, results)?;
-    if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }
 }

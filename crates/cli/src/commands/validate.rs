@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use bristle_store::staged::{StagedFile, occupy, prepare_directory};
@@ -12,7 +12,7 @@ use clap::Args;
 
 use crate::error::{CliError, agreement};
 use crate::progress::PassProgress;
-use crate::terminal::{say, say_written, show, width};
+use crate::terminal::{commit, say, show, width};
 
 /// Names of the result files.
 const COMPARISONS: &str = "validation.csv";
@@ -42,17 +42,13 @@ pub fn run(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
     let _occupied = occupy(&arguments.out, &[("", &written)])?;
 
     let start = Instant::now();
-    let progress = Mutex::new((0, PassProgress::begin("the validation", 0.0)));
+    let (done, progress) = (AtomicUsize::new(0), PassProgress::begin("the validation", 0.0));
     let outcomes = validation::run(extent, || {
-        if let Ok((done, progress)) = progress.lock().as_deref_mut() {
-            *done += 1;
-            progress.tell(f64::from(*done) / validation::trial_count() as f64);
-        }
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        progress.tell(done as f64 / validation::trial_count() as f64);
         ControlFlow::Continue(())
     });
-    if let Ok((_, progress)) = progress.into_inner() {
-        progress.end();
-    }
+    drop(progress);
     let seconds = start.elapsed().as_secs_f64();
 
     let written = write_validation(&arguments.out, &outcomes, extent);
@@ -72,8 +68,5 @@ fn write_validation(directory: &Path, outcomes: &[Outcome], extent: Extent) -> R
     for figure in outcomes.iter().flat_map(Outcome::figures) {
         files.push(stage(&format!("{}.svg", figure.name), figure.svg())?);
     }
-    for file in files {
-        say_written(&file.commit()?);
-    }
-    Ok(())
+    Ok(commit(files)?)
 }
