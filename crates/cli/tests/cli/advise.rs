@@ -5,7 +5,7 @@ use std::fs;
 use predicates::prelude::*;
 use serde_json::Value;
 
-use crate::program::{Workspace, brush, sparse, words};
+use crate::program::{Workspace, brush, has, number, sparse, words};
 
 /// Quick cases, with a local maximum along the tier at each depth.
 const FILE: &str = concat!(
@@ -28,11 +28,6 @@ fn simulated(sweeps: &str) -> Workspace {
     let directory = Workspace::with(&format!("{FILE}{sweeps}"));
     directory.bristle("study case.toml --out results").assert().code(predicate::in_iter([0, 3]));
     directory
-}
-
-/// The number in a row (counted from 1, below the header) and a column of `runs.csv`.
-fn number(directory: &Workspace, row: u64, column: &str) -> f64 {
-    directory.rows("results/runs.csv")[row as usize - 1][column].parse().expect("a number")
 }
 
 #[test]
@@ -64,16 +59,18 @@ fn json_has_the_numbers_of_the_rows_it_cites() {
     assert_eq!(limited["recommendation"]["rows"][0], ranked[0]["row"]);
     let (words, cited) = topics(&json("advise results --json"));
     assert_eq!(words, "highest at_velocity at_depth per_velocity per_depth tier");
+    let runs = directory.rows("results/runs.csv");
     for about in cited.iter().chain(&ranked) {
-        let row = about["row"].as_u64().expect("a row");
+        // Counted from 1.
+        let row = about["row"].as_u64().expect("a row") as usize;
         for column in
             ["brushing_velocity_m_s", "penetration_depth_m", "tool_contact_normal_force_n", "contact_time_ratio"]
         {
-            assert_eq!(about[column], number(&directory, row, column), "{column} of row {row}");
+            assert_eq!(about[column], number(&runs[row - 1], column), "{column} of row {row}");
         }
     }
-    let all = (1..=12).map(|row| number(&directory, row, "tool_contact_normal_force_n"));
-    assert_eq!(cited[0]["tool_contact_normal_force_n"], all.fold(0.0, f64::max));
+    let forces = runs.iter().map(|row| number(row, "tool_contact_normal_force_n"));
+    assert_eq!((runs.len(), &cited[0]["tool_contact_normal_force_n"]), (12, &forces.fold(0.0, f64::max).into()));
 }
 
 #[test]
@@ -83,11 +80,10 @@ fn the_recommendation_is_what_a_brush_of_filaments_that_touch_does() {
         directory.printed("advise results --max-force 220 --max-rpm 1000 --max-depth 2 --max-power 400 --no-verify");
     let with = "with n_w ≤ 1000 rpm and a_e ≤ 2 mm and F_n,w ≤ 220 N and P_w ≤ 400 W";
     assert!(words(&text).contains(with), "{text}");
-    assert!(text.contains("≈") && text.contains("Not simulated; it sweeps."), "{text}");
+    has(&text, &["≈", "Not simulated; it sweeps."]);
     assert!(text.starts_with("Recommended: ") && text.contains("  not simulated: taken from row"), "{text}");
 
-    let text = directory.printed("advise results --target-force 220 --json");
-    let advice: Value = serde_json::from_str(&text).expect("JSON");
+    let advice = directory.printed_json("advise results --target-force 220 --json");
     let recommendation = &advice["recommendation"];
     let number = |key: &str| recommendation[key].as_f64().expect("a number");
     let force = number("tool_contact_normal_force_n");
@@ -109,7 +105,7 @@ fn the_recommendation_is_what_a_brush_of_filaments_that_touch_does() {
         number("penetration_depth_m")
     );
     directory.bristle(&format!("brush case.toml --out one --no-figures {set}")).assert().success();
-    let together = directory.json("one/metrics.json")["tool_contact_normal_force_n"].as_f64().expect("a force");
+    let together = directory.number("one/metrics.json", "tool_contact_normal_force_n");
     assert!((force / together - 1.0).abs() < 1e-9, "{together} N, {recommendation}");
 }
 
@@ -127,8 +123,8 @@ fn a_study_answers_what_its_file_asks_for() {
     let advised = directory.printed("advise results --target-force 20 --max-depth 1.5");
     let (_, lines) = answer.split_once('\n').expect("lines");
     assert!(advised.starts_with(lines.trim_end()), "{lines}\n{advised}");
-    let page = fs::read_to_string(directory.path("results/report.html")).expect("a page");
-    assert!(page.contains("\"question\":\"Which speed and depth give F_n,w = 20 N with a_e ≤ 1.5 mm?\""));
+    let question = "\"question\":\"Which speed and depth give F_n,w = 20 N with a_e ≤ 1.5 mm?\"";
+    assert!(directory.read("results/report.html").contains(question));
 
     // What cannot be answered is said, and the results are there.
     let directory = asking("max_force_n = 1");
@@ -146,12 +142,10 @@ fn most_from_edges_is_a_goal() {
     let printed = directory.printed("study case.toml --out results");
     let answer = printed.split_once("Which speed and depth remove most from edges?\n").expect("the question").1;
     assert!(answer.contains("in proportion to which it removes material on the edge"), "{answer}");
-    let power = |row: &std::collections::BTreeMap<String, String>| {
-        let number = |name: &str| row[name].parse::<f64>().expect("a number");
-        number("edge_sliding_work_j") * number("rotational_speed_rpm")
-    };
-    let rows = directory.rows("results/runs.csv");
-    let most = (0..rows.len()).max_by(|&a, &b| power(&rows[a]).total_cmp(&power(&rows[b]))).expect("cases");
+    let [works, speeds] =
+        ["edge_sliding_work_j", "rotational_speed_rpm"].map(|key| directory.column("results/runs.csv", key));
+    let power = |row: &usize| works[*row] * speeds[*row];
+    let most = (0..works.len()).max_by(|a, b| power(a).total_cmp(&power(b))).expect("cases");
     assert!(answer.contains(&format!("(row {}: ", most + 1)), "row {}: {answer}", most + 1);
 }
 
@@ -167,19 +161,16 @@ fn failed_cases_are_left_out() {
 #[test]
 fn what_cannot_be_compared_is_refused() {
     let directory = simulated("\"filament.segments\" = [3, 4]\n");
-    let message = directory.refused("advise results");
-    assert!(message.contains("error: results: ") && message.contains("sweep one of them"), "{message}");
+    directory.refuses("advise results", &["error: results: ", "sweep one of them"]);
     directory.bristle("simulate case.toml --out one").assert().success();
     for name in ["one", "absent"] {
-        let message = directory.refused(&format!("advise {name}"));
-        assert!(message.contains(&format!("`{name}` has no study.json")) && message.contains("help:"), "{message}");
+        directory.refuses(&format!("advise {name}"), &[&format!("`{name}` has no study.json"), "help:"]);
     }
     let text = directory.read("results/runs.csv");
     directory.write("results/runs.csv", text.replacen(",ok\n", ",ok\n10.0,0.1", 1));
-    let message = directory.refused("advise results");
-    assert!(message.contains("runs.csv:3") && message.contains("help:"), "{message}");
+    directory.refuses("advise results", &["runs.csv:3", "help:"]);
     fs::remove_file(directory.path("results/runs.csv")).expect("the file can be removed");
-    assert!(directory.refused("advise results").contains("cannot read `results/runs.csv`"));
+    directory.refuses("advise results", &["cannot read `results/runs.csv`"]);
 }
 
 #[test]
@@ -203,8 +194,7 @@ fn bad_limits_are_refused() {
         ("--max-force 200 --target-force 250", "the target of 250 N is above the highest force of 200 N"),
         ("--min-ratio 0.6 --max-ratio 0.5", "at least 0.6 and at most 0.5"),
     ] {
-        let message = directory.refused(&format!("advise results {limits}"));
-        assert!(message.contains(problem), "{message}");
+        directory.refuses(&format!("advise results {limits}"), &[problem]);
     }
     let far = directory.printed("advise results --target-force 5000 --no-verify");
     assert!(words(&far).contains("% off the target"), "{far}");

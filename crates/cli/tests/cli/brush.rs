@@ -1,6 +1,5 @@
 //! `bristle brush`, studies of brushes, and their documents, as users meet them.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::process::{Command, Stdio};
 use std::thread::sleep;
@@ -12,9 +11,8 @@ use bristle::model::settings::BrushSettings;
 use bristle_grid::Interaction;
 use bristle_grid::brush::{Having, metric_columns};
 use bristle_store::results::keys;
-use serde_json::{Map, Value};
 
-use crate::program::Workspace;
+use crate::program::{Workspace, has, number, settings, study};
 
 /// A planar sector that takes a tenth of a second.
 const FILE: &str = "\
@@ -41,21 +39,11 @@ steady = false
 /// The section that makes a study of it.
 const STUDY: &str = "\n[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
 
-/// What a command that succeeds shows and says.
-fn run(workspace: &Workspace, arguments: &str) -> String {
-    workspace.run(arguments).concat()
-}
-
-/// The number in a cell.
-fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
-    row[key].parse().expect(key)
-}
-
 #[test]
 fn a_brush_is_written_and_drawn() {
     let workspace = Workspace::with(FILE);
-    let said = run(&workspace, "brush case.toml --out out --vtk --frames 11");
-    assert!(said.contains("8 columns in 1 row; 0 to 7 count") && said.contains("interaction factor 0."), "{said}");
+    let said = workspace.told("brush case.toml --out out --vtk --frames 11");
+    has(&said, &["8 columns in 1 row; 0 to 7 count", "interaction factor 0."]);
     assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
 
     let metrics = workspace.json("out/metrics.json");
@@ -80,11 +68,10 @@ fn a_brush_is_written_and_drawn() {
     assert!(metrics["energy_residual"].as_f64().is_some_and(|residual| residual < 1e-2), "{metrics:?}");
     let filaments = workspace.rows("out/filaments.csv");
     assert_eq!(filaments.len(), 8);
-    let impulses = filaments.iter().map(|row| number(row, "contact_normal_impulse_n_s"));
-    let mean = impulses.sum::<f64>() / 8.0;
-    let of_tool = metrics["contact_normal_impulse_n_s"].as_f64().expect("a number");
-    let alone = metrics["contact_normal_impulse_alone_n_s"].as_f64().expect("a number");
-    let factor = metrics["interaction_factor"].as_f64().expect("a number");
+    let mean = filaments.iter().map(|row| number(row, "contact_normal_impulse_n_s")).sum::<f64>() / 8.0;
+    let [of_tool, alone, factor] =
+        ["contact_normal_impulse_n_s", "contact_normal_impulse_alone_n_s", "interaction_factor"]
+            .map(|key| metrics[key].as_f64().expect(key));
     // Sums in another order.
     assert!((mean / of_tool - 1.0).abs() < 1e-12 && (of_tool / alone / factor - 1.0).abs() < 1e-12);
     assert!(filaments.iter().enumerate().all(|(column, row)| number(row, "column") == column as f64));
@@ -110,15 +97,12 @@ fn a_brush_is_written_and_drawn() {
 fn a_full_disk_does_not_end_a_brush() {
     let workspace = Workspace::with(FILE);
     let script = "trap '' XFSZ\nulimit -f 1\nexec \"$0\" brush case.toml --out out --checkpoint-every 0";
-    let mut command = std::process::Command::new("sh");
+    let mut command = Command::new("sh");
     command.args(["-c", script, env!("CARGO_BIN_EXE_bristle")]).current_dir(workspace.path(""));
     let output = command.output().expect("there is a shell");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(said.matches("warning: cannot write `out/checkpoint.bin`: File too large").count(), 1, "{said}");
-    assert!(
-        said.contains("the simulation goes on") && said.contains("error: cannot write `out/metrics.json`"),
-        "{said}"
-    );
+    has(&said, &["the simulation goes on", "error: cannot write `out/metrics.json`"]);
 }
 
 #[test]
@@ -132,8 +116,7 @@ fn plot_draws_a_saved_brush_to_the_same_bytes() {
     // Of another brush.
     let text = workspace.read("out/filaments.csv").replacen("\n0,0,", "\n1,0,", 1);
     workspace.write("out/filaments.csv", text);
-    let said = workspace.refused("plot out");
-    assert!(said.contains("filaments.csv"), "{said}");
+    workspace.refuses("plot out", &["filaments.csv"]);
 }
 
 #[test]
@@ -152,18 +135,17 @@ fn neither_threads_nor_frames_change_a_result() {
 fn a_brush_and_a_contact_replace_each_other() {
     let workspace = Workspace::with(FILE);
     workspace.run("brush case.toml --out out");
-    let said = run(&workspace, "simulate case.toml --out out");
+    let said = workspace.told("simulate case.toml --out out");
     assert!(said.contains("note: this filament is alone; `bristle brush`"), "{said}");
-    let names: Vec<String> = workspace.files("out").into_keys().collect();
-    let is_of_brush =
-        |name: &&String| name.contains("brush") || name.contains("filaments") || name.contains("contacts");
-    assert_eq!(names.iter().find(is_of_brush), None, "{names:?}");
+    let files = workspace.files("out");
+    for part in ["brush", "filaments", "contacts"] {
+        assert!(!files.keys().any(|name| name.contains(part)), "{:?}", files.keys());
+    }
     workspace.run("brush case.toml --out out");
-    let names: Vec<String> = workspace.files("out").into_keys().collect();
-    assert!(
-        !names.iter().any(|name| ["case.json", "shapes.csv", "figures/history.svg"].contains(&&**name)),
-        "{names:?}"
-    );
+    let files = workspace.files("out");
+    for name in ["case.json", "shapes.csv", "figures/history.svg"] {
+        assert!(!files.contains_key(name), "{name}");
+    }
     workspace.run("plot out");
 }
 
@@ -189,7 +171,7 @@ fn a_killed_brush_ends_with_the_same_bytes() {
         assert!(!workspace.path("out/metrics.json").exists(), "it has been killed before its end");
         kills += 1;
     }
-    let said = run(&workspace, "brush case.toml --out out");
+    let said = workspace.told("brush case.toml --out out");
     assert!(said.contains("% of the brush are in `out/checkpoint.bin`, the simulation resumes from there"), "{said}");
     assert!(workspace.files("out") == undisturbed.files("out"));
 }
@@ -218,12 +200,12 @@ fn an_interrupted_brush_says_how_to_resume() {
     let output = child.wait_with_output().expect("the process is ours");
     let said = String::from_utf8(output.stderr).expect("text");
     assert_eq!(output.status.code(), Some(130), "{said}");
-    assert!(said.contains("stopped: ") && said.contains("run the same command again to resume"), "{said}");
+    has(&said, &["stopped: ", "run the same command again to resume"]);
 
     // Of other settings, of other frames, and damaged.
     let refused = |arguments: &str| {
         let said = workspace.refused(arguments);
-        assert!(said.contains("cannot resume from `out/checkpoint.bin`") && said.contains("--restart"), "{said}");
+        has(&said, &["cannot resume from `out/checkpoint.bin`", "--restart"]);
         said
     };
     assert!(refused("brush case.toml --out out --frames 9").contains("frames: 120 there, 9 here"));
@@ -235,8 +217,7 @@ fn an_interrupted_brush_says_how_to_resume() {
     workspace.write("out/checkpoint.bin", &bytes);
     assert!(refused("brush case.toml --out out").contains("it is damaged"));
     workspace.write("out/checkpoint.bin", "mine");
-    let said = workspace.refused("brush case.toml --out out --restart");
-    assert!(said.contains("it is not the checkpoint of a brush"), "{said}");
+    workspace.refuses("brush case.toml --out out --restart", &["it is not the checkpoint of a brush"]);
     workspace.write("case.toml", FILE);
     workspace.write("out/checkpoint.bin", &bytes);
     workspace.run("brush case.toml --out out --restart");
@@ -247,8 +228,7 @@ fn brushes_that_cannot_be_are_refused() {
     let refused = |old: &str, new: &str, expected: &[&str]| {
         assert!(FILE.contains(old), "{old}");
         let workspace = Workspace::with(&FILE.replacen(old, new, 1));
-        let said = workspace.refused("brush case.toml --out out");
-        assert!(expected.iter().all(|part| said.contains(part)), "{said}");
+        workspace.refuses("brush case.toml --out out", expected);
         assert!(!workspace.path("out/metrics.json").exists());
     };
     refused("columns = 8", "columns = 0", &["`brush.columns` is 0, but must be a whole number from 1", "case.toml:17"]);
@@ -265,15 +245,14 @@ fn brushes_that_cannot_be_are_refused() {
         &["`uncertainty.hold` is \"process\"", "\"machine\""],
     );
     let workspace = Workspace::with(FILE);
-    let said = workspace.refused("brush case.toml --out out --memory-mib 1");
-    assert!(said.contains("MB of memory"), "{said}");
+    workspace.refuses("brush case.toml --out out --memory-mib 1", &["MB of memory"]);
 }
 
 #[test]
 fn a_study_of_brushes_has_both_forces_and_resumes() {
     let workspace = Workspace::with(&format!("{FILE}{STUDY}"));
-    let said = run(&workspace, "study case.toml --out out --threads 2");
-    assert!(said.contains("F_n,w alone in N") && said.contains("interaction factor"), "{said}");
+    let said = workspace.told("study case.toml --out out --threads 2");
+    has(&said, &["F_n,w alone in N", "interaction factor"]);
     let runs = workspace.rows("out/runs.csv");
     assert_eq!(runs.len(), 4);
     for row in &runs {
@@ -293,17 +272,14 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
     let journal = workspace.read("out/journal.jsonl");
     let kept: String = journal.split_inclusive('\n').take(3).collect();
     workspace.write("out/journal.jsonl", kept);
-    let said = run(&workspace, "study case.toml --out out --threads 1");
+    let said = workspace.told("study case.toml --out out --threads 1");
     assert!(said.contains("2 of 4 cases are in `out/journal.jsonl`, 2 remain"), "{said}");
     for (name, content) in workspace.files("out") {
         assert!(name == "journal.jsonl" || before[&name] == content, "{name} differs");
     }
     // The case is that of the command.
     workspace.run("brush case.toml --out one");
-    let metrics: Map<String, Value> =
-        serde_json::from_str(&fs::read_to_string(workspace.path("one/metrics.json")).expect("metrics"))
-            .expect("an object");
-    assert_eq!(metrics["interaction_factor"].as_f64(), Some(number(&runs[0], "interaction_factor")));
+    assert_eq!(workspace.number("one/metrics.json", "interaction_factor"), number(&runs[0], "interaction_factor"));
     workspace.run("plot out");
     workspace.run("advise out");
 }
@@ -312,8 +288,7 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
 fn a_study_of_brushes_that_cannot_be_is_refused_before_its_first_case() {
     let refused = |study: &str, options: &str, expected: &[&str]| {
         let workspace = Workspace::with(&format!("{FILE}\n[study]\n{study}\n"));
-        let said = workspace.refused(&format!("study case.toml --out out {options}"));
-        assert!(expected.iter().all(|part| said.contains(part)), "{said}");
+        workspace.refuses(&format!("study case.toml --out out {options}"), expected);
         assert!(!workspace.path("out").exists(), "nothing is written");
     };
     let columns = "\"brush.columns\" = [8, 5000]";
@@ -372,8 +347,7 @@ fn the_documents_list_every_column_of_a_brush() {
 #[test]
 fn the_example_is_a_brush_and_a_study() {
     let example = include_str!("../../../../examples/brush.toml");
-    let document = bristle_input::document::Document::parse(example, "brush.toml").expect("TOML");
     // It states every key that has a default value.
-    assert_eq!(document.settings().expect("settings").brush, Some(BrushSettings::default()));
-    assert_eq!(document.study().expect("a study").case_count(), 16);
+    assert_eq!(settings(example).brush, Some(BrushSettings::default()));
+    assert_eq!(study(example).case_count(), 16);
 }

@@ -3,7 +3,7 @@
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 
-use crate::program::{Workspace, brush, words};
+use crate::program::{Workspace, brush, has, words};
 
 const FILE: &str = concat!(
     brush!(4),
@@ -30,11 +30,10 @@ fn column(directory: &Workspace, name: &str) -> Option<Vec<String>> {
 fn a_contact_is_compared_with_a_tenth_of_its_tolerance() {
     let directory = Workspace::with(FILE);
     let text = directory.printed(&format!("simulate case.toml --out one --check --no-figures {COARSE}"));
-    assert!(text.contains("tenth of the tolerance") && text.contains("change"), "{text}");
+    has(&text, &["tenth of the tolerance", "change"]);
     let check = directory.json("one/check.json");
     let metrics = directory.json("one/metrics.json");
-    let tenth = format!("simulate case.toml --out tenth --no-figures {}", COARSE.replace("1e-3", "1e-4"));
-    directory.run(&tenth);
+    directory.run(&format!("simulate case.toml --out tenth --no-figures {}", COARSE.replace("1e-3", "1e-4")));
     let finer = directory.json("tenth/metrics.json");
     let mut changed = 0;
     // A residual is an error by itself.
@@ -80,7 +79,7 @@ fn a_study_says_what_was_checked_and_resumes() {
     }
     let advice = directory.printed("advise results");
     assert!(words(&advice).contains("All cases were checked"), "{advice}");
-    let advice: serde_json::Value = serde_json::from_str(&directory.printed("advise results --json")).expect("JSON");
+    let advice = directory.printed_json("advise results --json");
     assert_eq!(advice["checked"]["rows"].as_array().map(Vec::len), Some(4));
     let largest = numbers.iter().copied().fold(0.0, f64::max);
     assert_eq!(advice["checked"]["largest_change"].as_f64(), Some(largest));
@@ -106,8 +105,7 @@ fn a_brush_is_compared_with_half_the_step() {
     let text = directory.printed("brush case.toml --out all --check --no-figures");
     assert!(text.contains("steps of half the length"), "{text}");
     let change = &directory.json("all/check.json")["metrics"]["contact_normal_impulse_n_s"];
-    let impulse = directory.json("all/metrics.json")["contact_normal_impulse_n_s"].as_f64();
-    assert_eq!(change["value"].as_f64(), impulse);
+    assert_eq!(change["value"], directory.json("all/metrics.json")["contact_normal_impulse_n_s"]);
     let relative = change["relative_change"].as_f64().expect("a number");
     // Steps of another length give another result, within some tolerances.
     assert!(relative > 0.0 && relative < 2e-2, "{relative}");

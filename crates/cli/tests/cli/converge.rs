@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use bristle_text::columns;
 
-use crate::program::{Workspace, brush, words};
+use crate::program::{Workspace, brush, has, number, words};
 
 const FILE: &str = concat!(brush!(10), "[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1e-3\n");
 
 /// Values and forces of a setting in the table.
 fn forces(rows: &[BTreeMap<String, String>], setting: &str) -> Vec<[f64; 2]> {
     let of = rows.iter().filter(|row| row["setting"] == setting && row["status"] == "ok");
-    of.map(|row| ["value", "tool_contact_normal_force_n"].map(|key| row[key].parse().expect("a number"))).collect()
+    of.map(|row| ["value", "tool_contact_normal_force_n"].map(|key| number(row, key))).collect()
 }
 
 #[test]
@@ -24,11 +24,11 @@ fn the_choice_is_as_good_as_it_says() {
     let numbers: Vec<f64> = segments.iter().map(|[number, _]| *number).collect();
     assert_eq!(numbers, [5.0, 8.0, 10.0, 12.0, 17.0, 25.0, 35.0, 50.0]);
     assert_eq!(forces(&rows, "solver.relative_tolerance").len(), 6);
-    assert!(said.contains("power 2.") && said.contains(" as stated\n"), "{said}");
+    has(&said, &["power 2.", " as stated\n"]);
     // Each case is what `simulate` says.
     let simulated = |options: &str| {
         directory.run(&format!("simulate case.toml --out one --no-figures {options}"));
-        directory.json("one/metrics.json")["tool_contact_normal_force_n"].as_f64().expect("a force")
+        directory.number("one/metrics.json", "tool_contact_normal_force_n")
     };
     let finest = simulated("--set filament.segments=50");
     assert!((segments[7][1] / finest - 1.0).abs() < 1e-9, "{finest}");
@@ -61,8 +61,8 @@ fn brushes_have_other_settings() {
     assert_eq!(values("brush.stiffness_n_m2"), [6e6, 1.8e7, 6e7, 1.8e8, 6e8]);
     assert!(values("solver.relative_tolerance").is_empty() && said.contains("k_l in N/m²"), "{said}");
     directory.run("brush case.toml --out one --no-figures --set brush.stiffness_n_m2=6e8");
-    let force = directory.json("one/metrics.json")["tool_contact_normal_force_n"].as_f64();
-    assert_eq!(force, Some(forces(&rows, "brush.stiffness_n_m2")[4][1]));
+    let force = directory.number("one/metrics.json", "tool_contact_normal_force_n");
+    assert_eq!(force, forces(&rows, "brush.stiffness_n_m2")[4][1]);
     directory.bristle("converge case.toml --out small --memory-mib 1").assert().code(2);
     assert!(!directory.path("small/converge.csv").exists());
 }

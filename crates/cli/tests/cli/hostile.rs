@@ -1,7 +1,6 @@
 //! Hostile files and surroundings: what they contain reaches neither the terminal nor other files, and nothing waits for them.
 
 use std::fs::{self, File};
-use std::path::Path;
 use std::process::{Command as Process, Stdio};
 use std::time::Duration;
 
@@ -9,7 +8,7 @@ use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
 
-use crate::program::Workspace;
+use crate::program::{Workspace, has};
 
 /// A small and quick case, section by section.
 const SECTIONS: [&str; 4] = [
@@ -33,12 +32,13 @@ fn surroundings() -> Workspace {
     workspace
 }
 
-/// Runs the program on bad input and returns its message, which cannot drive a terminal and has no endless line.
-fn refuse(workspace: &Workspace, arguments: &str) -> String {
-    message(workspace.bristle(arguments))
+/// Runs the program on bad input, and expects its message to have some parts.
+#[track_caller]
+fn refuses(workspace: &Workspace, arguments: &str, parts: &[&str]) {
+    has(&message(workspace.bristle(arguments)), parts);
 }
 
-/// The message of a command that refuses its input.
+/// The message of a command that refuses its input, which cannot drive a terminal and has no endless line.
 fn message(mut command: Command) -> String {
     let assert =
         command.timeout(LONG).assert().code(2).stdout("").stderr(contains("error: ").and(contains("panicked").not()));
@@ -144,7 +144,8 @@ fn a_reader_that_leaves_is_no_error() {
 fn a_killed_command_leaves_nothing_for_long() {
     let workspace = surroundings();
     workspace.run("simulate case.toml --out one --vtk=2");
-    let clean = [workspace.names("one"), workspace.names("one/figures"), workspace.names("one/vtk")];
+    let names = || ["one", "one/figures", "one/vtk"].map(|directory| workspace.names(directory));
+    let clean = names();
     let leftovers = [
         "one/.metrics.json.bristle-a1B2c3",
         "one/.case.json.bristle-a1B2c3",
@@ -160,7 +161,7 @@ fn a_killed_command_leaves_nothing_for_long() {
     assert!(leftovers.iter().all(|name| workspace.path(name).exists()), "{:?}", workspace.names("one"));
     drop(other);
     workspace.run("simulate case.toml --out one --vtk=2");
-    assert_eq!([workspace.names("one"), workspace.names("one/figures"), workspace.names("one/vtk")], clean);
+    assert_eq!(names(), clean);
 
     // Files that no command of this name writes stay.
     let foreign =
@@ -211,9 +212,8 @@ fn results_of_two_cases_are_not_drawn_as_one() {
         let [one, two] = ["one", "two"].map(|directory| format!("{directory}/{name}"));
         let own = workspace.read(&one);
         workspace.write(&one, workspace.read(&two));
-        let message = refuse(&workspace, "plot one --out drawn");
         let expected = format!("{one}:1: case.json does not belong to these results");
-        assert!(message.contains(&expected) && message.contains("help: run the command"), "{message}");
+        refuses(&workspace, "plot one --out drawn", &[&expected, "help: run the command"]);
         workspace.write(&one, own);
     }
     workspace.run("plot one --out drawn");
@@ -245,8 +245,7 @@ fn links_in_place_of_results_are_refused() {
                 let link = workspace.path("results").join(name);
                 fs::create_dir_all(link.parent().expect("a directory")).expect("a directory");
                 symlink(workspace.path("outside").join(target), &link).expect("a link");
-                let message = refuse(&workspace, &format!("{command} --out results"));
-                assert!(message.contains(name) && message.contains("it is a symbolic link"), "{message}");
+                refuses(&workspace, &format!("{command} --out results"), &[name, "it is a symbolic link"]);
                 assert_eq!(workspace.names("outside"), ["kept"]);
                 assert_eq!(workspace.read("outside/kept"), "kept");
                 fs::remove_file(&link).expect("the link is still there");
@@ -259,13 +258,12 @@ fn links_in_place_of_results_are_refused() {
     {
         fs::create_dir(workspace.path("results")).expect("a directory");
         symlink(workspace.path("outside"), workspace.path("results").join(name)).expect("a link");
-        let message = refuse(&workspace, &format!("{command} --out results"));
-        assert!(message.contains(name) && message.contains("it is a symbolic link"), "{message}");
+        refuses(&workspace, &format!("{command} --out results"), &[name, "it is a symbolic link"]);
         assert_eq!(workspace.names("outside"), ["kept"]);
         fs::remove_dir_all(workspace.path("results")).expect("the directory is ours");
     }
     symlink(workspace.path("outside/kept"), workspace.path("equations.txt")).expect("a link");
-    assert!(refuse(&workspace, "derive --segments 1 --out equations.txt").contains("it is a symbolic link"));
+    refuses(&workspace, "derive --segments 1 --out equations.txt", &["it is a symbolic link"]);
     assert_eq!(workspace.read("outside/kept"), "kept");
     // The directory of the results is chosen by the user, who may name it by a link.
     symlink(workspace.path("outside"), workspace.path("elsewhere")).expect("a link");
@@ -295,8 +293,7 @@ fn pipes_and_devices_are_not_waited_for() {
         "plot saved",
         "advise saved",
     ] {
-        let message = refuse(&workspace, arguments);
-        assert!(message.contains("it is not a regular file"), "{arguments}: {message}");
+        refuses(&workspace, arguments, &["it is not a regular file"]);
     }
     // What the caller has opened is read.
     let input = SECTIONS.concat();
@@ -306,13 +303,13 @@ fn pipes_and_devices_are_not_waited_for() {
 #[test]
 fn repeated_headings_and_huge_forces_are_refused() {
     let workspace = surroundings();
-    let refuse = |text: String, expected: &str| {
+    for (text, expected) in [
+        (format!("force_n,{HEADING}1,1,1,1,1\n"), "forces.csv:1: columns 1 and 4 are both named `force_n`"),
+        (format!("{HEADING}10,1e-3,1e308,1\n20,1e-3,-1e308,1\n"), "forces.csv:2, column force_n: `1e308`"),
+    ] {
         workspace.write("forces.csv", text);
-        let message = refuse(&workspace, "study measured.toml --out results");
-        assert!(message.contains(expected), "{message}");
-    };
-    refuse(format!("force_n,{HEADING}1,1,1,1,1\n"), "forces.csv:1: columns 1 and 4 are both named `force_n`");
-    refuse(format!("{HEADING}10,1e-3,1e308,1\n20,1e-3,-1e308,1\n"), "forces.csv:2, column force_n: `1e308`");
+        refuses(&workspace, "study measured.toml --out results", &[expected]);
+    }
     workspace.write("forces.csv", format!("{HEADING}10,1e-3,1e100,1\n20,1e-3,-1e100,1\n"));
     let finite = contains("RMSE 1.00e100 N").and(contains("inf").not());
     workspace.bristle("study measured.toml --out results").assert().success().stdout(finite);
@@ -347,7 +344,7 @@ fn what_is_missing_is_named_with_its_place_and_an_example() {
             continue;
         }
         workspace.write("case.toml", &text);
-        let message = refuse(&workspace, "simulate case.toml --out results");
+        let message = message(workspace.bristle("simulate case.toml --out results"));
         check_missing(&message, &text, &lines, states, missing);
     }
 }
@@ -393,35 +390,25 @@ fn missing_sections_are_named_by_all_commands() {
     let workspace = surroundings();
     workspace.write("state.json", "{}");
     let [tool, filament, process, _] = SECTIONS;
-    for (text, command, expected) in [
-        (format!("{filament}{process}{STUDY}"), "study case.toml --out results", "the section [tool] is missing"),
-        (format!("{tool}{process}{STUDY}"), "study case.toml --out results", "the section [filament] is missing"),
-        (
-            format!("{tool}{filament}[study]\nbrushing_velocity_m_s = [1.0]\n"),
-            "study case.toml --out results",
-            "the section [process] is missing",
-        ),
-        (
-            format!("{tool}{filament}[process]\nbrushing_velocity_m_s = 1.0\n[study]\nbrushing_velocity_m_s = [1.0]\n"),
-            "study case.toml --out results",
-            "`process.penetration_depth_m` is missing",
-        ),
-        (SECTIONS.concat(), "study case.toml --out results", "`study` is missing"),
-        (String::new(), "evaluate case.toml --state state.json", "the sections [tool] and [filament] are missing"),
-        (tool.to_owned(), "evaluate case.toml --state state.json", "the section [filament] is missing"),
-        (
-            STUDY.to_owned(),
-            "simulate case.toml --out results",
-            "the sections [tool], [filament] and [process] are missing",
-        ),
+    let [study, evaluate, simulate] =
+        ["study case.toml --out results", "evaluate case.toml --state state.json", "simulate case.toml --out results"];
+    let (velocity, swept) = ("[process]\nbrushing_velocity_m_s = 1.0\n", "[study]\nbrushing_velocity_m_s = [1.0]\n");
+    for (sections, command, expected) in [
+        (&[filament, process, STUDY][..], study, "the section [tool] is missing"),
+        (&[tool, process, STUDY], study, "the section [filament] is missing"),
+        (&[tool, filament, swept], study, "the section [process] is missing"),
+        (&[tool, filament, velocity, swept], study, "`process.penetration_depth_m` is missing"),
+        (&SECTIONS, study, "`study` is missing"),
+        (&[], evaluate, "the sections [tool] and [filament] are missing"),
+        (&[tool], evaluate, "the section [filament] is missing"),
+        (&[STUDY], simulate, "the sections [tool], [filament] and [process] are missing"),
     ] {
-        workspace.write("case.toml", &text);
-        let message = refuse(&workspace, command);
-        assert!(message.contains(expected), "{text}\n{message}");
+        workspace.write("case.toml", sections.concat());
+        refuses(&workspace, command, &[expected]);
     }
     // A study needs no [process] if it sweeps both.
     workspace.write("case.toml", format!("{tool}{filament}{STUDY}"));
-    workspace.run("study case.toml --out results");
+    workspace.run(study);
 }
 
 /// The tree of an input file takes many times its length, so 60 MB filled 4.5 GB.
@@ -431,11 +418,10 @@ fn large_files_are_refused_or_read_within_bounds() {
     let file = File::create(workspace.path("large.toml")).expect("a file");
     file.set_len(1 << 40).expect("a file with holes");
     workspace.write("long.toml", "#".repeat(5 << 20));
-    assert!(refuse(&workspace, "simulate long.toml --out results").contains("it is longer than 4 MiB"));
+    refuses(&workspace, "simulate long.toml --out results", &["it is longer than 4 MiB"]);
     for command in ["simulate large.toml --out results", "evaluate case.toml --state large.toml", "compare large.toml"]
     {
-        let message = refuse(&workspace, command);
-        assert!(message.contains("it is longer than"), "{message}");
+        refuses(&workspace, command, &["it is longer than"]);
     }
 }
 
@@ -445,6 +431,6 @@ fn ordinary_names_are_shown_as_they_are() {
     let name = "Bürste – Versuch 1 (µ = 0,3).toml";
     workspace.write(name, "key = 1\n");
     let mut command = workspace.bristle("simulate --out results");
-    command.arg(Path::new(name));
+    command.arg(name);
     assert!(message(command).contains(&format!("--> {name}:1:1")));
 }

@@ -1,9 +1,10 @@
 //! Tools of any kind and pose, and forces in place of depths: in files, studies, tables, warnings and advice.
 
-use bristle::model::settings::{Settings, ToolKind};
+use bristle::model::settings::ToolKind;
 use bristle_input::document::Document;
+use predicates::str::contains;
 
-use crate::program::{Workspace, brush, study, words};
+use crate::program::{Workspace, brush, has, settings, study, words};
 
 /// A cup of so few filaments that they do not touch each other, with further lines of `[process]`.
 fn cup(process: &str) -> String {
@@ -17,12 +18,6 @@ fn cup(process: &str) -> String {
 /// The paper's brush of few segments, without a depth.
 const ROUND: &str =
     concat!(brush!("4"), "[solver]\nrelative_tolerance = 1e-4\n[process]\nbrushing_velocity_m_s = 10.0\n");
-
-fn settings(text: &str) -> Settings {
-    Document::parse(text, "case.toml")
-        .and_then(|document| document.settings())
-        .unwrap_or_else(|error| panic!("{error}"))
-}
 
 #[test]
 fn kinds_and_angles_are_stated_swept_and_named_in_any_unit() {
@@ -53,9 +48,9 @@ fn a_cup_is_pressed_on_with_a_force() {
     let workspace = Workspace::with(&cup("tool_force_n = 6.0"));
     let [printed, said] = workspace.run("simulate case.toml --out one --no-figures --strict");
     assert!(!said.contains("warning"), "{said}");
-    let metrics = workspace.json("one/metrics.json");
-    let number = |key: &str| metrics[key].as_f64().expect(key);
-    assert!((number("tool_contact_normal_force_n") / 6.0 - 1.0).abs() < 1.1e-3);
+    let number = |key: &str| workspace.number("one/metrics.json", key);
+    let force = number("tool_contact_normal_force_n");
+    assert!((force / 6.0 - 1.0).abs() < 1.1e-3);
     let (depth, stiffness) = (number("penetration_depth_m"), number("force_stiffness_n_m"));
     assert!((0.8e-3..1.6e-3).contains(&depth) && stiffness > 0.0, "{depth} {stiffness}");
     assert!(words(&printed).contains(&format!("a_e in mm {:.3} ", 1e3 * depth)), "{printed}");
@@ -64,9 +59,8 @@ fn a_cup_is_pressed_on_with_a_force() {
     // What is found is what it presses with at that depth.
     workspace.write("depth.toml", cup(&format!("penetration_depth_m = {depth:?}")));
     workspace.run("simulate depth.toml --out depth --no-figures");
-    let again = workspace.json("depth/metrics.json");
-    assert_eq!(again["tool_contact_normal_force_n"], metrics["tool_contact_normal_force_n"]);
-    assert_eq!(again["force_stiffness_n_m"].as_f64(), Some(0.0));
+    let again = |key: &str| workspace.number("depth/metrics.json", key);
+    assert_eq!((again("tool_contact_normal_force_n"), again("force_stiffness_n_m")), (force, 0.0));
 }
 
 #[test]
@@ -74,13 +68,12 @@ fn a_study_by_force_shows_the_depths_that_it_finds() {
     let workspace =
         Workspace::with(&(ROUND.to_owned() + "tool_force_n = 200.0\n[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"));
     let [printed, said] = workspace.run("study case.toml --out results --no-figures");
-    let rows = workspace.rows("results/runs.csv");
-    let numbers = |key: &str| rows.iter().map(|row| row[key].parse::<f64>().expect(key)).collect::<Vec<_>>();
+    let numbers = |key: &str| workspace.column("results/runs.csv", key);
     assert!(numbers("tool_contact_normal_force_n").iter().all(|force| (force / 200.0 - 1.0).abs() < 1.1e-3));
     assert_eq!(numbers("process.tool_force_n"), [200.0, 200.0]);
     let depths = numbers("penetration_depth_m");
     assert!(depths.iter().all(|depth| (1e-4..5e-3).contains(depth)), "{depths:?}");
-    assert!(printed.contains("v_b    a_e") && printed.contains("a_e: penetration depth;"), "{printed}");
+    has(&printed, &["v_b    a_e", "a_e: penetration depth;"]);
     // Assumptions are changed at the depth that was found.
     assert!(!printed.contains("a_e = 0 mm") && words(&printed).contains("m/s, a_e = "), "{printed}");
     assert!(!words(&said).contains("penetration_depth_m` is 0"), "{said}");
@@ -98,27 +91,17 @@ fn a_study_by_force_shows_the_depths_that_it_finds() {
 #[test]
 fn forces_out_of_reach_are_refused_and_small_depths_are_told() {
     let workspace = Workspace::with(&(ROUND.to_owned() + "tool_force_n = 1e6\n"));
-    let failed = workspace.bristle("simulate case.toml --out one").assert().code(3).get_output().stderr.clone();
-    let failed = String::from_utf8(failed).expect("UTF-8");
-    assert!(
-        failed.contains("no depth up to 20.000 mm reaches process.tool_force_n = 1000000 N: the largest force is"),
-        "{failed}"
-    );
+    let failed = contains("no depth up to 20.000 mm reaches process.tool_force_n = 1000000 N: the largest force is");
+    workspace.bristle("simulate case.toml --out one").assert().code(3).stderr(failed);
     workspace.write(
         "case.toml",
         ROUND.to_owned() + "tool_force_n = 20.0\n[study]\n\"process.tool_force_n\" = [20.0, 1e6]\n",
     );
     let said = words(&workspace.said("simulate case.toml --out one --no-figures"));
-    assert!(
-        said.contains("presses with this force at a depth of 0.0") && said.contains("roundness of a brush"),
-        "{said}"
-    );
+    has(&said, &["presses with this force at a depth of 0.0", "roundness of a brush"]);
     let output = workspace.bristle("study case.toml --out results --no-figures").assert().code(3).get_output().clone();
     let said = words(&String::from_utf8(output.stderr).expect("UTF-8"));
-    assert!(
-        said.contains("row 2: no depth up to 20.000 mm reaches") && said.contains("in 1 of 2 cases, first in row 1"),
-        "{said}"
-    );
+    has(&said, &["row 2: no depth up to 20.000 mm reaches", "in 1 of 2 cases, first in row 1"]);
 }
 
 #[test]
@@ -127,13 +110,9 @@ fn trims_that_are_lifted_or_splayed_clear_are_told() {
     let said =
         words(&workspace.said("simulate case.toml --out one --no-figures --set process.rotational_speed_rpm=6000"));
     assert!(said.contains("the turning tool never touches the workpiece. Centrifugal forces splay"), "{said}");
-    let refused = workspace.refused(
-        "simulate case.toml --out one --strict --set tool.positions=5 --set tool.tilt_deg=60 --set process.penetration_depth_mm=0.1",
-    );
-    assert!(
-        words(&refused).contains("`tool.tilt_rad` is 1.047 rad; usually it is such that more of the trim reaches"),
-        "{refused}"
-    );
+    let tilted = "--set tool.positions=5 --set tool.tilt_deg=60 --set process.penetration_depth_mm=0.1";
+    let refused = words(&workspace.refused(&format!("simulate case.toml --out one --strict {tilted}")));
+    has(&refused, &["`tool.tilt_rad` is 1.047 rad; usually it is such that more of the trim reaches"]);
 }
 
 #[test]
@@ -142,11 +121,10 @@ fn a_first_file_of_a_cup_runs_and_says_why_it_has_no_brush() {
     let sizes = "--tool-diameter-mm 70 --width-mm 10 --length-mm 25 --diameter-mm 0.5 --max-rpm 3000 --max-depth-mm 1";
     let said = directory.said(&format!("new cup.toml --kind cup --filaments 1500 --friction 0.3 {sizes}"));
     assert!(words(&said).contains("Those of axial and conical trims are simulated alone all the same"), "{said}");
-    directory.run("simulate cup.toml --out one --strict --no-figures --set filament.segments=4 --set tool.positions=1");
-    let refused = directory.refused(&format!("new cone.toml --kind cone --filaments 300 {sizes}"));
-    assert!(refused.contains("--filament-angle-deg"), "{refused}");
+    let quick = "--strict --no-figures --set filament.segments=4 --set tool.positions=1";
+    directory.run(&format!("simulate cup.toml --out one {quick}"));
+    directory.refuses(&format!("new cone.toml --kind cone --filaments 300 {sizes}"), &["--filament-angle-deg"]);
     let said = directory.said(&format!("new cone.toml --kind cone --filament-angle-deg 30 --filaments 300 {sizes}"));
     assert!(!said.contains("note:") && directory.read("cone.toml").contains("filament_angle_deg = 30.0"), "{said}");
-    directory
-        .run("simulate cone.toml --out two --strict --no-figures --set filament.segments=4 --set tool.positions=1");
+    directory.run(&format!("simulate cone.toml --out two {quick}"));
 }

@@ -2,10 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use bristle::model::settings::Settings;
-use bristle_input::document::Document;
-
-use crate::program::{Workspace, study, words};
+use crate::program::{Workspace, has, settings, study, words};
 
 /// A file with this line about the number of filaments.
 fn file(count: &str) -> String {
@@ -13,10 +10,6 @@ fn file(count: &str) -> String {
         "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n{count}\n[filament]\nsegments = 4\nlength_m = 0.040\n\
          diameter_m = 1.18e-3\n[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1e-3\n"
     )
-}
-
-fn settings(text: &str) -> Settings {
-    Document::parse(text, "case.toml").and_then(|document| document.settings()).expect("the file is right")
 }
 
 /// The numbers of filaments in the two cases of a study.
@@ -61,25 +54,26 @@ fn defaults_that_decide_the_force_are_told() {
     // Sentences are wrapped.
     let told = said(&stated, "simulate case.toml --out one");
     let words = words(&told);
-    for part in [
-        "n_w in rpm",
-        "F_n,w in N",
-        "M_w in N m",
-        "P_w in W",
-        "assumed F_n,w at +10 %",
-        "filament.damping_ratio",
-        "contact.stiffness_n_m",
-        "contact.friction_coefficient 0 at 0.1: -",
-        "at v_b = 10 m/s, a_e = 1 mm.",
-        "on steel dry 0.2 to 0.6",
-    ] {
-        assert!(words.contains(part), "no `{part}` in\n{told}");
-    }
+    has(
+        &words,
+        &[
+            "n_w in rpm",
+            "F_n,w in N",
+            "M_w in N m",
+            "P_w in W",
+            "assumed F_n,w at +10 %",
+            "filament.damping_ratio",
+            "contact.stiffness_n_m",
+            "contact.friction_coefficient 0 at 0.1: -",
+            "at v_b = 10 m/s, a_e = 1 mm.",
+            "on steel dry 0.2 to 0.6",
+        ],
+    );
     assert!(!told.contains("filament.youngs_modulus_pa"), "{told}");
     assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
 
     let told = said(&(stated + "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"), "study case.toml --out results");
-    assert!(told.contains("assumed") && told.contains("(row "), "{told}");
+    has(&told, &["assumed", "(row "]);
     let page = directory.read("results/report.html");
     assert!(page.contains(r#""path":"filament.damping_ratio""#) && page.contains(r#""force_change":"#));
 }

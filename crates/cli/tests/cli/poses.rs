@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::program::{Workspace, brush, page_data};
+use crate::program::{Workspace, brush, has, page_data};
 
 /// The paper's brush, to which lines of `[tool]` can be added.
 fn file(tool: &str, more: &str) -> String {
@@ -24,30 +24,23 @@ const DEPTH: &str = "penetration_depth_m = 1.0e-3\n";
 #[test]
 fn the_filaments_along_a_trim_are_in_a_file() {
     let directory = Workspace::with(&file("tilt_rad = 0.02\npositions = 3", DEPTH));
-    let said = directory.run("simulate case.toml --out one --figures svg").concat();
+    let said = directory.told("simulate case.toml --out one --figures svg");
     assert!(said.contains("positions.csv"), "{said}");
-    let table = directory.read("one/positions.csv");
-    let mut reader = csv::Reader::from_reader(table.as_bytes());
-    let heading = reader.headers().expect("a heading").clone();
-    assert_eq!([&heading[0], &heading[1]], ["position_m", "weight"]);
-    let force = heading.iter().position(|name| name == "tool_contact_normal_force_n").expect("the force");
-    let rows: Vec<Vec<f64>> = reader
-        .records()
-        .map(|row| row.expect("a row").iter().map(|cell| cell.parse().expect("a number")).collect())
-        .collect();
-    assert_eq!(rows.len(), 3);
-    assert_eq!((rows[0][0], rows[1][0]), (-rows[2][0], 0.0));
-    let mean: f64 = rows.iter().map(|row| row[1] * row[force]).sum();
-    let whole = directory.json("one/metrics.json")["tool_contact_normal_force_n"].as_f64().expect("a force");
+    assert!(directory.read("one/positions.csv").starts_with("position_m,weight,"));
+    let [positions, weights, forces] =
+        ["position_m", "weight", "tool_contact_normal_force_n"].map(|key| directory.column("one/positions.csv", key));
+    assert_eq!(positions, [positions[0], 0.0, -positions[0]]);
+    let mean: f64 = weights.iter().zip(forces).map(|(weight, force)| weight * force).sum();
+    let whole = directory.number("one/metrics.json", "tool_contact_normal_force_n");
     assert!((mean / whole - 1.0).abs() < 1e-12, "{mean} {whole}");
     let case: Value = directory.json("one/case.json");
     assert!(case["sha256"]["positions.csv"].is_string());
 
     // Both views, the trim, and the heights.
     let drawn = directory.read("one/figures/profile_drawn.svg");
-    assert!(["along the axis", "from the side", "undeformed trim"].iter().all(|text| drawn.contains(text)));
+    has(&drawn, &["along the axis", "from the side", "undeformed trim"]);
     let history = directory.read("one/figures/history.svg");
-    assert!(["tip in mm", "root in mm", "tip and root: their heights"].iter().all(|text| history.contains(text)));
+    has(&history, &["tip in mm", "root in mm", "tip and root: their heights"]);
     directory.run("plot one --out again --figures svg");
     for name in ["profile_drawn.svg", "history.svg"] {
         assert_eq!(directory.read(&format!("again/figures/{name}")), directory.read(&format!("one/figures/{name}")));
@@ -102,7 +95,7 @@ fn a_study_of_forces_shows_the_depths() {
     // It is what the file states.
     assert!(!names.iter().any(|name| name.starts_with("tool_force_")), "{names:?}");
     let curves = directory.read("results/figures/penetration_depth_over_velocity.svg");
-    assert!(["tool force = 20 N", "tool force = 100 N"].iter().all(|text| curves.contains(text)), "{curves}");
+    has(&curves, &["tool force = 20 N", "tool force = 100 N"]);
     assert!(directory.read("results/figures/penetration_depth_map.svg").contains("tool force in N"));
     let data = page_data(&directory.read("results/report.html"));
     assert_eq!(data["quantities"][0]["key"], "penetration_depth_m");

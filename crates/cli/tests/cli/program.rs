@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use bristle::model::settings::Settings;
 use bristle_grid::Study;
 use bristle_input::document::Document;
 use serde_json::Value;
@@ -45,6 +46,13 @@ pub fn sparse(text: &str) -> String {
     few.replace("filament_count_uncertainty = 600", "filament_count_uncertainty = 60")
 }
 
+/// The settings in an input file.
+pub fn settings(text: &str) -> Settings {
+    Document::parse(text, "case.toml")
+        .and_then(|document| document.settings())
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
 /// A study in an input file.
 pub fn study(text: &str) -> Study {
     Document::parse(text, "case.toml").and_then(|document| document.study()).unwrap_or_else(|error| panic!("{error}"))
@@ -53,6 +61,14 @@ pub fn study(text: &str) -> Study {
 /// The words of a text, whose lines may break between any two.
 pub fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Expects a text to have these parts.
+#[track_caller]
+pub fn has(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "no `{part}` in\n{text}");
+    }
 }
 
 /// The place of the first line of `case.toml` that starts with a text, as messages cite it.
@@ -66,6 +82,11 @@ pub fn page_data(page: &str) -> Value {
     let (_, data) = page.split_once("id=\"data\">").expect("the data");
     let (data, _) = data.split_once("</script>").expect("their end");
     serde_json::from_str(data).expect("JSON")
+}
+
+/// The number in a cell of a table.
+pub fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
+    row[key].parse().expect(key)
 }
 
 /// A directory with input files and results, removed at the end of a test.
@@ -101,6 +122,16 @@ impl Workspace {
 
     pub fn json(&self, name: &str) -> Value {
         serde_json::from_str(&self.read(name)).expect(name)
+    }
+
+    /// A number in a JSON file.
+    pub fn number(&self, name: &str, key: &str) -> f64 {
+        self.json(name)[key].as_f64().expect(key)
+    }
+
+    /// A column of numbers of a table.
+    pub fn column(&self, name: &str, key: &str) -> Vec<f64> {
+        self.rows(name).iter().map(|row| number(row, key)).collect()
     }
 
     /// The rows of a table, by the keys of its heading.
@@ -152,10 +183,20 @@ impl Workspace {
         printed
     }
 
+    /// The JSON that a command prints to stdout.
+    pub fn printed_json(&self, arguments: &str) -> Value {
+        serde_json::from_str(&self.printed(arguments)).expect("JSON")
+    }
+
     /// What a command that succeeds says on stderr.
     pub fn said(&self, arguments: &str) -> String {
         let [_, said] = self.run(arguments);
         said
+    }
+
+    /// What a command that succeeds prints to both.
+    pub fn told(&self, arguments: &str) -> String {
+        self.run(arguments).concat()
     }
 
     /// The message of a command that refuses its input, and prints nothing else.
@@ -164,5 +205,14 @@ impl Workspace {
         let message = String::from_utf8(refused.get_output().stderr.clone()).expect("UTF-8");
         assert!(message.contains("error: ") && !message.contains("panicked"), "{arguments}: {message}");
         message
+    }
+
+    /// Expects a command to refuse its input with a message that has these parts.
+    #[track_caller]
+    pub fn refuses(&self, arguments: &str, parts: &[&str]) {
+        let message = self.refused(arguments);
+        for part in parts {
+            assert!(message.contains(part), "{arguments}: no `{part}` in\n{message}");
+        }
     }
 }

@@ -1,6 +1,8 @@
 //! Edges that grow round, and filaments that wear.
 
-use crate::program::{Workspace, words};
+use std::f64::consts::TAU;
+
+use crate::program::{Workspace, has, number, words};
 
 const FILE: &str = "[tool]
 body_radius_m = 0.140
@@ -27,17 +29,13 @@ preston_m2_n = 2e-14
 until = { edge_radius_m = 0.2e-3 }
 ";
 
-fn column(directory: &Workspace, file: &str, key: &str) -> Vec<f64> {
-    directory.rows(file).iter().map(|row| row[key].parse().expect("a number")).collect()
-}
-
 #[test]
 fn an_edge_grows_until_its_goal() {
     let directory = Workspace::with(FILE);
     let said = directory.printed("remove case.toml --out grown --threads 1");
     assert!(said.starts_with("edge of 90°: R = 0.200 mm after ") && said.lines().count() <= 10, "{said}");
     let [turns, radii, areas, works] = ["turns", "edge_radius_m", "removed_area_m2", "edge_sliding_work_j"]
-        .map(|key| column(&directory, "grown/removal.csv", key));
+        .map(|key| directory.column("grown/removal.csv", key));
     assert!(radii[0] == 0.1e-3 && (radii[200] / 0.2e-3 - 1.0).abs() < 1e-9 && turns[0] == 0.0);
     assert!(radii.windows(2).chain(turns.windows(2)).all(|pair| pair[0] < pair[1]));
     // The area of a right angle, and the work by which it was removed: k_P N_f/b times the mean of W_e over the turns.
@@ -53,16 +51,15 @@ fn an_edge_grows_until_its_goal() {
     }
     // What was simulated is what `simulate` says, and any number of threads gives the same.
     directory.run("simulate case.toml --out one --no-figures");
-    let one = directory.json("one/metrics.json");
+    let one = |key: &str| directory.number("one/metrics.json", key);
     let first = &directory.rows("grown/edge_work.csv")[0];
     for key in ["edge_sliding_work_j", "sliding_work_j", "tool_contact_normal_force_n"] {
-        let (there, here) = (first[key].parse::<f64>().expect("a number"), one[key].as_f64().expect("a number"));
+        let (there, here) = (number(first, key), one(key));
         assert!((there / here - 1.0).abs() < 1e-6, "{key}: {there} {here}");
     }
-    let rate = one["removal_rate_m3_s"].as_f64().expect("a rate");
-    let expected =
-        2e-14 * one["sliding_work_j"].as_f64().expect("work") * 10_500.0 * 10.0 / 0.18 / std::f64::consts::TAU;
-    assert!((rate / expected - 1.0).abs() < 1e-12 && one.get("wear_ratio").is_none());
+    let expected = 2e-14 * one("sliding_work_j") * 10_500.0 * 10.0 / 0.18 / TAU;
+    assert!((one("removal_rate_m3_s") / expected - 1.0).abs() < 1e-12);
+    assert!(directory.json("one/metrics.json").get("wear_ratio").is_none());
     directory.run("remove case.toml --out again --threads 3");
     assert_eq!(directory.read("grown/removal.csv"), directory.read("again/removal.csv"));
 }
@@ -77,8 +74,8 @@ fn one_trial_takes_the_place_of_the_coefficient() {
     directory.write("trial.toml", FILE.replace("preston_m2_n = 2e-14", &observed));
     let said = directory.printed("remove trial.toml --out trial --no-figures");
     assert!(said.contains("k_P = 2.00e-14 m²/N, from the edge that was observed"), "{said}");
-    let times = column(&directory, "trial/removal.csv", "time_s");
-    let expected = column(&directory, "grown/removal.csv", "time_s");
+    let times = directory.column("trial/removal.csv", "time_s");
+    let expected = directory.column("grown/removal.csv", "time_s");
     assert!((times[200] / expected[200] - 1.0).abs() < 2e-3, "{} {}", times[200], expected[200]);
 }
 
@@ -86,41 +83,35 @@ fn one_trial_takes_the_place_of_the_coefficient() {
 fn worn_filaments_press_less_unless_the_tool_follows() {
     let directory = Workspace::with(&(FILE.to_owned() + "filament_wear_m2_n = 1e-11\n"));
     let said = words(&directory.printed("remove case.toml --out worn --no-figures"));
-    assert!(said.contains("filaments lose ") && said.contains("wear ratio 0.00200"), "{said}");
+    has(&said, &["filaments lose ", "wear ratio 0.00200"]);
     let [forces, lengths] =
-        ["tool_contact_normal_force_n", "filament_length_m"].map(|key| column(&directory, "worn/removal.csv", key));
+        ["tool_contact_normal_force_n", "filament_length_m"].map(|key| directory.column("worn/removal.csv", key));
     assert!(lengths.windows(2).all(|pair| pair[0] > pair[1]) && lengths[200] < 0.0399, "{}", lengths[200]);
     assert!(forces[200] < forces[0]);
     let said = directory.printed("remove case.toml --out held --no-figures --set removal.compensate=true");
     assert!(said.contains("filaments lose "), "{said}");
-    let held = column(&directory, "held/removal.csv", "tool_contact_normal_force_n");
+    let held = directory.column("held/removal.csv", "tool_contact_normal_force_n");
     assert!((held[200] / held[0] - 1.0).abs() < (forces[200] / forces[0] - 1.0).abs());
 }
 
 #[test]
 fn both_directions_and_both_edges_of_a_chamfer() {
     let directory = Workspace::with(FILE);
-    let works = |directory: &Workspace, out: &str| {
-        let keys = ["edge_sliding_work_j", "second_edge_sliding_work_j"];
-        let rows = directory.rows(&format!("{out}/edge_work.csv"));
-        keys.map(|key| rows[0].get(key).map(|work| work.parse::<f64>().expect("a number")))
+    // The works on the first edge, and on the second where there is one.
+    let works = |options: &str, keys: &[&str]| -> Vec<f64> {
+        let short = "--no-figures --set removal.until={turns=10}";
+        directory.run(&format!("remove case.toml --out one {short} {options}"));
+        keys.iter().map(|key| directory.column("one/edge_work.csv", key)[0]).collect()
     };
-    let short = "--no-figures --set removal.until={turns=10}";
-    directory.run(&format!("remove case.toml --out entering {short}"));
-    directory.run(&format!(
-        "remove case.toml --out leaving {short} --set workpiece.side=leaving --set workpiece.offset_m=5e-3"
-    ));
-    directory.run(&format!("remove case.toml --out both {short} --set removal.alternate=true"));
-    let [entering, leaving, both] = ["entering", "leaving", "both"].map(|out| works(&directory, out)[0].expect("work"));
+    let leaving = "--set workpiece.side=leaving --set workpiece.offset_m=5e-3";
+    let [entering, leaving, both] =
+        ["", leaving, "--set removal.alternate=true"].map(|options| works(options, &["edge_sliding_work_j"])[0]);
     assert!((both / ((entering + leaving) / 2.0) - 1.0).abs() < 1e-9, "{both} {entering} {leaving}");
-    directory.run(&format!(
-        "remove case.toml --out chamfer {short} --set workpiece.kind=chamfer --set workpiece.chamfer_width_m=1e-3"
-    ));
-    let [Some(first), Some(second)] = works(&directory, "chamfer") else { panic!("two edges") };
-    directory.run(
-        "simulate case.toml --out one --no-figures --set workpiece.kind=chamfer --set workpiece.chamfer_width_m=1e-3",
-    );
-    let whole = directory.json("one/metrics.json")["edge_sliding_work_j"].as_f64().expect("work");
+    let chamfer = "--set workpiece.kind=chamfer --set workpiece.chamfer_width_m=1e-3";
+    let edges = works(chamfer, &["edge_sliding_work_j", "second_edge_sliding_work_j"]);
+    let (first, second) = (edges[0], edges[1]);
+    directory.run(&format!("simulate case.toml --out one --no-figures {chamfer}"));
+    let whole = directory.number("one/metrics.json", "edge_sliding_work_j");
     assert!(first > 0.0 && second > 0.0 && ((first + second) / whole - 1.0).abs() < 1e-6, "{first} {second} {whole}");
 }
 
@@ -132,14 +123,9 @@ fn advice_ranks_by_removal() {
     directory.run("study case.toml --out results --no-figures");
     let advice = words(&directory.printed("advise results"));
     let rows = directory.rows("results/runs.csv");
-    let rate =
-        |row: &std::collections::BTreeMap<String, String>| row["removal_rate_m3_s"].parse::<f64>().expect("a rate");
-    let most = rows.iter().map(rate).fold(0.0, f64::max);
+    let most = directory.column("results/runs.csv", "removal_rate_m3_s").into_iter().fold(0.0, f64::max);
     assert!(advice.contains(&format!("Removes {:.3} mm³/min, the most of 4 cases", 60e9 * most)), "{advice}");
-    assert!(
-        advice.contains(" mm³/min on the edge, the most of 4 cases") && advice.contains("W per W of the drive"),
-        "{advice}"
-    );
+    has(&advice, &[" mm³/min on the edge, the most of 4 cases", "W per W of the drive"]);
     assert!(advice.contains("The wear ratio is 2.00 in every case"), "{advice}");
     assert!(rows.iter().all(|row| row["wear_ratio"] == "2.0" && !row.contains_key("recession_per_pass_m")));
     // Without the section nothing is said of it.
@@ -186,10 +172,7 @@ fn worn_filaments_may_never_reach_the_goal() {
     let directory = Workspace::with(FILE);
     let slow = "--set removal.preston_m2_n=1e-16 --set removal.filament_wear_m2_n=1e-10";
     let said = words(&directory.refused(&format!("remove case.toml --out out {slow}")));
-    assert!(
-        said.contains("is never reached; the largest is ") && said.contains("then the filaments have lost"),
-        "{said}"
-    );
+    has(&said, &["is never reached; the largest is ", "then the filaments have lost"]);
     // A small edge that new filaments can pass over and shorter ones dip through.
     let small = "--set workpiece.edge_radius_m=20e-6 --set filament.segments=25 --set solver.relative_tolerance=1e-4";
     let said = directory
@@ -202,7 +185,7 @@ fn measured(directory: &Workspace) -> String {
     directory.run("remove case.toml --out grown --no-figures");
     let rows = directory.rows("grown/removal.csv");
     let cell = |row: usize| {
-        let [time, radius] = ["time_s", "edge_radius_m"].map(|key| rows[row][key].parse::<f64>().expect("a number"));
+        let [time, radius] = ["time_s", "edge_radius_m"].map(|key| number(&rows[row], key));
         format!("{};{};2\n", time / 60.0, 1e6 * radius).replace('.', ",")
     };
     format!("t [min];R [µm];s [µm]\n{}", [60, 100, 140, 180, 200].map(cell).concat())
@@ -227,13 +210,13 @@ fn radii_over_time_give_the_coefficient_with_its_error() {
     let found = directory.json("found/calibration.json");
     assert!(found["square_root"]["fits"].as_bool() == Some(true) && found["next_measurement"][0].is_null());
     let [times, fitted, roots] =
-        ["time_s", "fitted", "square_root"].map(|key| column(&directory, "found/residuals.csv", key));
+        ["time_s", "fitted", "square_root"].map(|key| directory.column("found/residuals.csv", key));
     assert!(times.len() == 5 && (fitted[4] / roots[4] - 1.0).abs() < 0.02, "{fitted:?} {roots:?}");
     // The file that it writes is one for the other commands, and the same brush takes as long.
     let text = directory.read("found/calibrated.toml");
     assert!(text.contains("# k_P = (2.00 ± 0.0") && !text.contains("measured"), "{text}");
     directory.run("remove found/calibrated.toml --out again --no-figures");
-    let [first, again] = ["grown", "again"].map(|out| column(&directory, &format!("{out}/removal.csv"), "time_s")[200]);
+    let [first, again] = ["grown", "again"].map(|out| directory.column(&format!("{out}/removal.csv"), "time_s")[200]);
     assert!((again / first - 1.0).abs() < 2e-3, "{again} {first}");
 }
 
@@ -243,16 +226,14 @@ fn radii_that_tell_nothing_are_refused() {
     directory.write("radii.csv", "t [min];R [µm];s [µm]\n1;120;2\n2;150;2\n");
     let trial = FILE.replace("preston_m2_n = 2e-14\n", "") + OF_RADII;
     directory.write("trial.toml", &trial);
-    let refused = |options: &str| words(&directory.refused(&format!("calibrate trial.toml --out out {options}")));
-    let preston = "--fit removal.preston_m2_n";
-    let said = refused(&format!("{preston} --fit contact.friction_coefficient"));
-    assert!(said.contains("do not tell `contact.friction_coefficient`"), "{said}");
-    let said = refused(&format!("{preston} --set removal.observed={{edge_radius_m=0.2e-3,time_s=60}}"));
-    assert!(said.contains("make it a row of the measured table"), "{said}");
-    let said = refused(&format!("{preston} --set workpiece.edge_radius_m=0.2e-3"));
-    assert!(said.contains("is below that at the start, 2e-4 m"), "{said}");
-    let said = refused("--fit contact.friction_coefficient");
-    assert!(said.contains("radii of an edge, not forces"), "{said}");
-    let said = refused(&format!("{preston} --set workpiece.offset_m=-50e-3"));
-    assert!(said.contains("is never reached") && said.contains("no work on it"), "{said}");
+    let (preston, friction) = ("--fit removal.preston_m2_n", "--fit contact.friction_coefficient");
+    for (fit, more, parts) in [
+        (preston, friction, &["do not tell `contact.friction_coefficient`"][..]),
+        (preston, "--set removal.observed={edge_radius_m=0.2e-3,time_s=60}", &["make it a row of the measured table"]),
+        (preston, "--set workpiece.edge_radius_m=0.2e-3", &["is below that at the start, 2e-4 m"]),
+        (friction, "", &["radii of an edge, not forces"]),
+        (preston, "--set workpiece.offset_m=-50e-3", &["is never reached", "no work on it"]),
+    ] {
+        has(&words(&directory.refused(&format!("calibrate trial.toml --out out {fit} {more}"))), parts);
+    }
 }

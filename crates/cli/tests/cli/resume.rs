@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use bristle_store::journal::{Contents, Journal, JournalError};
 use serde_json::Value;
 
-use crate::program::{self, brush};
+use crate::program::{self, brush, has};
 
 /// A study that takes some tenths of a second, with two kinds of passes, and cases that fail. Only the velocity has several
 /// values. With several depths each run would draw maps, which would take longer than the simulation.
@@ -132,18 +132,25 @@ impl Workspace {
         let digest = bristle_codegen::fingerprint::digest(UNDISTURBED.0.as_bytes());
         assert!(self.read("study.json").contains(&digest), "study.json belongs to another runs.csv");
         assert_eq!(self.0.names("results"), RESULTS);
+        assert_eq!(self.done(), CASES);
+    }
+
+    /// The number of cases in the journal, no line of which is cut off.
+    fn done(&self) -> usize {
         let contents = self.contents().expect("the journal is whole");
-        assert_eq!((contents.torn, contents.results.iter().flatten().count()), (0, CASES));
+        assert_eq!(contents.torn, 0, "no line is cut off");
+        contents.results.iter().flatten().count()
     }
 
     /// Expects the study to be refused, and its result files to stay unchanged.
     fn is_refused(&self, options: &str) -> String {
-        let before = (self.journal(), fs::read(self.result("runs.csv")).ok());
+        let files = || (self.journal(), fs::read(self.result("runs.csv")).ok());
+        let before = files();
         let output = self.study(options);
         let message = error_text(&output);
         assert_eq!(output.status.code(), Some(REFUSED), "{message}");
         assert!(output.stdout.is_empty());
-        assert!((self.journal(), fs::read(self.result("runs.csv")).ok()) == before, "a file has changed: {message}");
+        assert!(files() == before, "a file has changed: {message}");
         message
     }
 
@@ -238,7 +245,7 @@ fn a_line_that_was_cut_off_is_dropped_with_a_note() {
         workspace.write_journal(&whole[..cut]);
         let message = error_text(&workspace.ends_as_undisturbed(""));
         let note = format!("note: the last {} bytes of `results/journal.jsonl` were an incomplete line", cut - last);
-        assert!(message.contains(&note) && message.contains("179 of 180 cases"), "{message}");
+        has(&message, &[&note, "179 of 180 cases"]);
         assert_eq!(workspace.lines(), CASES + 1);
     }
     // The same for a header that was cut off.
@@ -258,10 +265,10 @@ fn damage_in_the_middle_is_refused() {
     journal[middle] ^= 0x10;
     workspace.write_journal(&journal);
     let line = journal[..middle].iter().filter(|&&byte| byte == b'\n').count() + 1;
-    let message = workspace.is_refused("");
-    for part in ["results/journal.jsonl", &format!("line {line} is damaged"), "--restart", "--out"] {
-        assert!(message.contains(part), "no `{part}` in {message}");
-    }
+    has(
+        &workspace.is_refused(""),
+        &["results/journal.jsonl", &format!("line {line} is damaged"), "--restart", "--out"],
+    );
     workspace.ends_as_undisturbed("--restart");
 }
 
@@ -271,16 +278,16 @@ fn results_of_other_settings_are_not_mixed_in() {
     workspace.write_input(&FILE.replace("length_m = 0.040", "length_m = 0.041").replace("step = 0.5", "step = 1.0"));
     assert_eq!(workspace.study("").status.code(), Some(FAILED_CASES));
     workspace.write_input(FILE);
-    let message = workspace.is_refused("");
-    for part in [
-        "cannot resume from `results/journal.jsonl`",
-        "filament.length_m: 0.041 there, 0.04 here",
-        "sweep of process.brushing_velocity_m_s: 23 values from 2.0 to 24.0 there, 45 values",
-        "--restart",
-        "--out",
-    ] {
-        assert!(message.contains(part), "no `{part}` in {message}");
-    }
+    has(
+        &workspace.is_refused(""),
+        &[
+            "cannot resume from `results/journal.jsonl`",
+            "filament.length_m: 0.041 there, 0.04 here",
+            "sweep of process.brushing_velocity_m_s: 23 values from 2.0 to 24.0 there, 45 values",
+            "--restart",
+            "--out",
+        ],
+    );
     workspace.ends_as_undisturbed("--restart");
 }
 
@@ -294,8 +301,7 @@ fn results_of_another_build_are_not_mixed_in() {
     let object = object.replacen(bristle::equations::FINGERPRINT, &"0".repeat(64), 1);
     let check = &bristle_codegen::fingerprint::digest(object.as_bytes())[..16];
     workspace.write_journal(format!("{object},\"check\":\"{check}\"}}\n").as_bytes());
-    let message = workspace.is_refused("");
-    assert!(message.contains("equations (SHA-256): 000000000000 there"), "{message}");
+    has(&workspace.is_refused(""), &["equations (SHA-256): 000000000000 there"]);
     workspace.ends_as_undisturbed("--restart");
 }
 
@@ -304,8 +310,7 @@ fn a_file_that_is_not_a_journal_is_left_alone() {
     let workspace = Workspace::new();
     workspace.write_journal(b"what I did today\n");
     for options in ["", "--restart"] {
-        let message = workspace.is_refused(options);
-        assert!(message.contains("not the journal of a study") && message.contains("move the file away"), "{message}");
+        has(&workspace.is_refused(options), &["not the journal of a study", "move the file away"]);
     }
 }
 
@@ -317,9 +322,8 @@ fn a_second_study_in_the_same_directory_is_refused() {
     workspace.wait_for_lines(2, &mut first);
     for options in ["", "--restart"] {
         let output = workspace.study(options);
-        let message = error_text(&output);
         assert_eq!(output.status.code(), Some(REFUSED));
-        assert!(message.contains("another study is writing to the directory `results`"), "{message}");
+        has(&error_text(&output), &["another study is writing to the directory `results`"]);
     }
     assert!(first.try_wait().expect("the process is ours").is_none(), "the first one continues");
     first.kill().expect("the process is ours");
@@ -364,10 +368,8 @@ fn progress_and_summary_are_for_programs_too() {
     assert_eq!(progress[0]["done"], 0);
     assert_eq!(progress[0]["rate"], Value::Null);
     assert_eq!(last as usize, CASES);
-    assert_eq!(summary["event"], "summary");
-    assert_eq!(summary["cases"], CASES);
-    assert_eq!(summary["failures"], FAILURES);
-    assert_eq!(summary["resumed"], 0);
+    assert_eq!((&summary["event"], &summary["cases"]), (&Value::from("summary"), &Value::from(CASES)));
+    assert_eq!((&summary["failures"], &summary["resumed"]), (&Value::from(FAILURES), &Value::from(0)));
     let tables: &[&str] =
         if cfg!(feature = "parquet") { &["results/runs.csv", "results/runs.parquet"] } else { &["results/runs.csv"] };
     let files = [tables, &["results/study.json", "results/report.html"]].concat();
@@ -410,11 +412,8 @@ fn the_log_is_written_on_request() {
     let debug = log("debug");
     assert_eq!(debug.matches("DEBUG bristle_grid::scheduler: case done case=").count(), CASES - FAILURES);
     assert_eq!(debug.matches("WARN bristle_grid::scheduler: case failed case=").count(), FAILURES);
-    assert!(
-        debug.contains("INFO bristle_grid::scheduler: study started cases=180 to_simulate=180 threads="),
-        "{debug}"
-    );
-    assert!(debug.contains("DEBUG bristle_store::journal_file: journal opened"), "{debug}");
+    let started = "INFO bristle_grid::scheduler: study started cases=180 to_simulate=180 threads=";
+    has(&debug, &[started, "DEBUG bristle_store::journal_file: journal opened"]);
     let warnings = log("bristle=warn");
     assert!(warnings.contains("WARN bristle_grid") && !warnings.contains("INFO"), "{warnings}");
     assert!(!log("").contains("bristle_grid"));
@@ -425,10 +424,8 @@ fn the_log_is_written_on_request() {
     let journal = workspace.journal();
     workspace.write_journal(&journal[..journal.len() - 1]);
     let output = workspace.command("").env("RUST_LOG", "warn").output().expect("the program starts");
-    assert!(
-        error_text(&output)
-            .contains("WARN bristle_store::journal_file: dropped an incomplete line at the end of the journal")
-    );
+    let dropped = "WARN bristle_store::journal_file: dropped an incomplete line at the end of the journal";
+    has(&error_text(&output), &[dropped]);
 }
 
 #[cfg(unix)]
@@ -477,10 +474,7 @@ mod unix {
             assert_eq!(output.status.code(), Some(REFUSED), "{message}");
             assert!(message.contains("error: cannot write `") && !message.contains(".bristle-"), "{message}");
             assert!(message.contains(&format!("results/{file}`: File too large")), "{message}");
-            let contents = workspace.contents().expect("the journal is whole");
-            assert_eq!(contents.torn, 0, "no line is cut off");
-            let done = contents.results.iter().flatten().count();
-            (message, done)
+            (message, workspace.done())
         };
         // Not even the header fits.
         let (_, done) = stops(1, "journal.jsonl");
@@ -490,8 +484,8 @@ mod unix {
         let (message, done) = stops(30, "journal.jsonl");
         assert_eq!(workspace.0.names("results"), ["figures", "journal.jsonl"]);
         assert!(0 < done && done < CASES);
-        assert!(message.contains(&format!("{done} of 180 cases are in the journal")), "{message}");
-        assert!(message.contains("run the same command again to resume"), "{message}");
+        let done = format!("{done} of 180 cases are in the journal");
+        has(&message, &[&done, "run the same command again to resume"]);
         workspace.ends_as_undisturbed("");
         // All do, but the table of results does not: the earlier one stays.
         workspace.0.write("results/runs.csv", "the earlier one");
@@ -536,9 +530,8 @@ mod unix {
         assert!(message.contains("cannot write `results/journal.jsonl`: No space left on device"), "{message}");
         assert!(message.contains("cases are in the journal; once there is room"), "{message}");
         workspace.write_journal(&fs::read(workspace.0.path("first.jsonl")).expect("the journal"));
-        let contents = workspace.contents().expect("the journal is whole");
-        let done = contents.results.iter().flatten().count();
-        assert!(contents.torn == 0 && 0 < done && done < CASES, "{message}");
+        let done = workspace.done();
+        assert!(0 < done && done < CASES, "{message}");
         assert!(message.contains(&format!("{done} of 180 cases are in `results/journal.jsonl`")), "{message}");
         assert!(fs::read_to_string(workspace.0.path("runs.csv")).expect("runs.csv") == UNDISTURBED.0);
     }

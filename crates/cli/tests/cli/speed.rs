@@ -2,8 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use serde_json::Value;
-
 use crate::program::{self, Workspace, brush, page_data};
 
 const HEAD: &str = concat!(
@@ -30,7 +28,7 @@ fn done(command: &str, text: &str) -> (Workspace, String) {
 
 #[test]
 fn speed_and_velocity_give_the_same_contact() {
-    let metrics = |speed: &str| -> Value {
+    let metrics = |speed: &str| {
         let text = format!("{HEAD}[process]\n{speed}\npenetration_depth_m = 1e-3\n");
         let (directory, _) = done("simulate case.toml --out one", &text);
         directory.json("one/metrics.json")
@@ -77,8 +75,7 @@ fn a_study_of_the_speed_has_it_in_all_results() {
     assert!(advice.starts_with("  row   n_w   a_e") && advice.contains("lowest is 183.7 N at 600 rpm"), "{advice}");
     let heading = advice.lines().next().expect("a heading");
     assert!(["F_n,w", "M_w", "P_w"].map(|symbol| heading.find(symbol)).is_sorted(), "{advice}");
-    let advice = directory.printed("advise results --json --max-velocity 15 --no-verify");
-    let advice: Value = serde_json::from_str(&advice).expect("JSON");
+    let advice = directory.printed_json("advise results --json --max-velocity 15 --no-verify");
     let within = &advice["sections"][0]["advice"][1];
     assert_eq!((&within["topic"], &within["rotational_speed_rpm"]), (&"within_limits".into(), &600.0.into()));
     assert!(within["tool_torque_n_m"].as_f64().is_some_and(|torque| torque > 0.0), "{within}");
@@ -86,20 +83,18 @@ fn a_study_of_the_speed_has_it_in_all_results() {
 
 #[test]
 fn a_speed_that_is_held_gives_each_length_its_velocity() {
-    let study = program::study(&format!(
-        "{HEAD}[process]\nrotational_speed_rpm = 600\npenetration_depth_m = 1e-3\n[study]\n\
-         \"filament.length_m\" = [0.03, 0.04]\n"
-    ));
-    assert_eq!(study.case_count(), 2);
-    let velocities = [0, 1].map(|case| study.settings(case).process.brushing_velocity_m_s);
-    assert!((velocities[0] - velocity(600.0) * 0.17 / RADIUS_M).abs() < 1e-12);
-    assert!((velocities[1] - velocity(600.0)).abs() < 1e-12);
+    let velocities = |speed: &str| {
+        let study = program::study(&format!(
+            "{HEAD}[process]\n{speed}\npenetration_depth_m = 1e-3\n[study]\n\"filament.length_m\" = [0.03, 0.04]\n"
+        ));
+        assert_eq!(study.case_count(), 2);
+        [0, 1].map(|case| study.settings(case).process.brushing_velocity_m_s)
+    };
+    let held = velocities("rotational_speed_rpm = 600");
+    assert!((held[0] - velocity(600.0) * 0.17 / RADIUS_M).abs() < 1e-12);
+    assert!((held[1] - velocity(600.0)).abs() < 1e-12);
     // A velocity that is held gives each length its speed.
-    let study = program::study(&format!(
-        "{HEAD}[process]\nbrushing_velocity_m_s = 10\npenetration_depth_m = 1e-3\n[study]\n\
-         \"filament.length_m\" = [0.03, 0.04]\n"
-    ));
-    assert_eq!([0, 1].map(|case| study.settings(case).process.brushing_velocity_m_s), [10.0, 10.0]);
+    assert_eq!(velocities("brushing_velocity_m_s = 10"), [10.0, 10.0]);
 }
 
 #[test]
@@ -119,9 +114,8 @@ fn measured_forces_are_compared_at_their_velocity() {
     let sweeps = "[study]\nrotational_speed_rpm = [600, 1200]\npenetration_depth_m = [1e-3]\n";
     let measured = "[measured]\nfile = \"forces.csv\"\n";
     let directory = Workspace::with(&format!("{HEAD}{sweeps}{measured}"));
-    let point = format!("{:?},0.001,150,10\n", velocity(600.0));
-    let table = format!("brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n{point}");
-    directory.write("forces.csv", table);
+    let heading = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n";
+    directory.write("forces.csv", format!("{heading}\n{:?},0.001,150,10\n", velocity(600.0)));
     directory.run("study case.toml --out results");
     let first = |name: &str| directory.rows(name).remove(0);
     let (runs, compared) = (first("results/runs.csv"), first("results/measured_comparison.csv"));

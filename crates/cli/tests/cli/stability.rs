@@ -82,8 +82,7 @@ fn advice_tells_of_unstable_cases_and_names_a_stable_one() {
     directory.run("study case.toml --out results");
     let text = directory.printed("advise results");
     insta::assert_snapshot!("advice_on_unstable_cases", text);
-    let json = directory.printed("advise results --max-velocity 3 --no-verify --json");
-    let json: Value = serde_json::from_str(&json).expect("JSON");
+    let json = directory.printed_json("advise results --max-velocity 3 --no-verify --json");
     let advice = json["sections"][0]["advice"].as_array().expect("advice");
     let within = advice.iter().find(|about| about["topic"] == "within_limits").expect("within the limits");
     assert_eq!(within["laterally_unstable"], true);

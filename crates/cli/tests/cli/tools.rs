@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::program::{Workspace, brush};
+use crate::program::{Workspace, brush, has};
 
 const HEAD: &str = concat!(
     brush!(4),
@@ -31,6 +31,11 @@ filament = { length_m = 0.030, diameter_m = 0.3e-3, material = \"steel\" }
 tool = { body_radius_m = 0.1, fill_factor = 0.2 }
 ";
 
+/// A study of three tools.
+fn file() -> String {
+    format!("{HEAD}{SWEEPS}{TOOLS}")
+}
+
 /// What a tool states, as settings of a file of its own.
 const ALONE: [(&str, &[(&str, &str)]); 3] = [
     ("plain", &[]),
@@ -49,7 +54,7 @@ const ALONE: [(&str, &[(&str, &str)]); 3] = [
 
 /// A directory with a study of three tools in `results`, and what it showed.
 fn with_tools() -> (Workspace, String) {
-    let workspace = Workspace::with(&format!("{HEAD}{SWEEPS}{TOOLS}"));
+    let workspace = Workspace::with(&file());
     let shown = workspace.printed("study case.toml --out results --figures all,svg");
     (workspace, shown)
 }
@@ -98,7 +103,7 @@ fn each_tool_has_the_results_of_a_study_of_its_own() {
         lines.iter().take_while(|line| !line.contains("not stated")).all(|line| line.chars().count() <= 80),
         "{shown}"
     );
-    assert!(shown.contains("at tool steel, short, v_b") && shown.contains("filament.material = \"steel\""), "{shown}");
+    has(&shown, &["at tool steel, short, v_b", "filament.material = \"steel\""]);
 
     let drawn = workspace.names("results/figures");
     let by_tool = "tool_force_over_speed_by_tool_penetration_depth_m_0.001.svg";
@@ -106,15 +111,13 @@ fn each_tool_has_the_results_of_a_study_of_its_own() {
         assert!(drawn.iter().any(|drawn| drawn == name), "{name} in {drawn:?}");
     }
     let svg = workspace.read(&format!("results/figures/{by_tool}"));
-    assert!(["plain", "fine_2", "steel, short", "= 1 mm"].iter().all(|text| svg.contains(text)), "{svg}");
+    has(&svg, &["plain", "fine_2", "steel, short", "= 1 mm"]);
     workspace.run("plot results --out again --figures all,svg");
     assert_eq!(workspace.names("again/figures"), drawn);
     assert_eq!(workspace.read(&format!("again/figures/{by_tool}")), svg);
 
     let page = workspace.read("results/report.html");
-    assert!(
-        page.contains(r#""names":["plain","fine_2","steel, short"]"#) && page.contains(r#""by_tool":[0.14,0.14,0.1]"#)
-    );
+    has(&page, &[r#""names":["plain","fine_2","steel, short"]"#, r#""by_tool":[0.14,0.14,0.1]"#]);
 }
 
 #[test]
@@ -134,39 +137,37 @@ fn a_study_of_tools_resumes_and_is_split() {
         ("fill_factor = 0.2", "fill_factor = 0.3", "tool steel, short, tool.fill_factor: 0.2 there, 0.3 here"),
         ("tools.plain", "tools.paper", "tools: plain, fine_2, steel, short there, paper, fine_2, steel, short here"),
     ] {
-        workspace.write("other.toml", format!("{HEAD}{SWEEPS}{TOOLS}").replacen(from, to, 1));
-        let message = workspace.refused("study other.toml --out merged --no-figures");
-        assert!(message.contains(difference), "{message}");
+        workspace.write("other.toml", file().replacen(from, to, 1));
+        workspace.refuses("study other.toml --out merged --no-figures", &[difference]);
     }
     workspace.write("other.toml", format!("{HEAD}{SWEEPS}"));
-    let message = workspace.refused("study other.toml --out merged --no-figures");
-    assert!(message.contains("tools: plain, fine_2, steel, short there, none here"), "{message}");
+    workspace.refuses(
+        "study other.toml --out merged --no-figures",
+        &["tools: plain, fine_2, steel, short there, none here"],
+    );
 }
 
 #[test]
 fn options_state_what_a_tool_has() {
-    let workspace = Workspace::with(&format!("{HEAD}{SWEEPS}{TOOLS}"));
+    let workspace = Workspace::with(&file());
     let study =
         |options: &str| workspace.printed(&format!("study case.toml --out results --restart --no-figures {options}"));
     let shown = study("--set study.tools.fine_2.filament.diameter_m=0.7e-3");
-    assert!(shown.contains("  diameter d in mm                     1.18     0.7           0.3\n"), "{shown}");
+    has(&shown, &["  diameter d in mm                     1.18     0.7           0.3\n"]);
     // It replaces the path in quotes, too, and what states the same in another way.
     let shown = study("--set study.tools.fine_2.tool.fill_factor=0.5");
     assert!(shown.contains("  number of filaments N_f             10500   31110         35560\n"), "{shown}");
     let shown = study("--set study.tools.new.filament.length_m=0.05 --set tool.width_m=0.03");
-    assert!(shown.contains("steel, short    new\n") && shown.contains("53330  10500\n"), "{shown}");
-    let message = workspace.refused("study case.toml --out x --set study.tools.fine_2.filament.diametr_m=1");
-    assert!(message.contains("--> --set:1:1") && message.contains("did you mean `filament.diameter_m`?"), "{message}");
-    let each = format!("{HEAD}{SWEEPS}{TOOLS}").replacen(
-        "[study.tools.plain]\n",
-        "[study.tools.plain]\nfilament.diameter_m = 1e-3\n",
-        1,
+    has(&shown, &["steel, short    new\n", "53330  10500\n"]);
+    workspace.refuses(
+        "study case.toml --out x --set study.tools.fine_2.filament.diametr_m=1",
+        &["--> --set:1:1", "did you mean `filament.diameter_m`?"],
     );
-    workspace.write("each.toml", &each);
-    let message = workspace.refused("study each.toml --out x --set filament.diameter_m=1e-3");
-    assert!(
-        message.contains("each tool of the study states it") && message.contains("--set study.tools.\"plain\"."),
-        "{message}"
+    let plain = "[study.tools.plain]\n";
+    workspace.write("each.toml", file().replacen(plain, &format!("{plain}filament.diameter_m = 1e-3\n"), 1));
+    workspace.refuses(
+        "study each.toml --out x --set filament.diameter_m=1e-3",
+        &["each tool of the study states it", "--set study.tools.\"plain\"."],
     );
 }
 
@@ -205,7 +206,7 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
 fn mistakes_about_tools_are_named() {
     let workspace = Workspace::new();
     for (right, wrong, parts) in REFUSED {
-        let file = format!("{HEAD}{SWEEPS}{TOOLS}");
+        let file = file();
         assert!(file.contains(right), "{right}");
         workspace.write("case.toml", file.replacen(right, wrong, 1));
         let message = workspace.refused("study case.toml --out results");
@@ -234,17 +235,11 @@ fn advice_compares_the_tools() {
     let places =
         ["Tool steel, short; it", "Tool plain; it", "Tool fine_2; it", "With tool plain"].map(|text| all.find(text));
     assert!(places.is_sorted() && places[0] > Some(best), "{all}");
-    let json = workspace.printed("advise results --max-force 200 --no-verify --json");
-    let json: Value = serde_json::from_str(&json).expect("JSON");
-    let forces =
-        |key: &str| json["tools"].as_array().expect("tools").iter().map(|tool| tool[key].clone()).collect::<Vec<_>>();
-    let forces = forces("tool_contact_normal_force_n");
-    assert!(forces.iter().all(|force| force.as_f64().is_some_and(|force| force <= 200.0)), "{forces:?}");
+    let json = workspace.printed_json("advise results --max-force 200 --no-verify --json");
+    let within = |tool: &Value| tool["tool_contact_normal_force_n"].as_f64().is_some_and(|force| force <= 200.0);
+    assert!(json["tools"].as_array().expect("tools").iter().all(within), "{}", json["tools"]);
     let sections = json["sections"].as_array().expect("sections");
-    assert_eq!(
-        sections.iter().map(|section| section["settings"]["tool"].as_str()).collect::<Vec<_>>(),
-        ALONE.map(|(name, _)| Some(name))
-    );
+    assert!(sections.iter().map(|section| &section["settings"]["tool"]).eq(ALONE.map(|(name, _)| name)), "{json}");
     let none = workspace.printed("advise results --max-force 1 --no-verify");
     assert!(none.starts_with("Tools without such a case: plain; fine_2; steel, short\n"), "{none}");
 }
@@ -254,9 +249,9 @@ fn tools_alone_are_an_axis() {
     let process = "[process]\nrotational_speed_rpm = 600\npenetration_depth_m = 1e-3\n";
     let workspace = Workspace::with(&format!("{HEAD}{process}{TOOLS}"));
     let shown = workspace.printed("study case.toml --out results --figures all,svg");
-    assert!(shown.contains("\nn_w = 600 rpm in all cases\n") && shown.contains("\n         plain  0."), "{shown}");
+    has(&shown, &["\nn_w = 600 rpm in all cases\n", "\n         plain  0."]);
     let svg = workspace.read("results/figures/tool_force_over_tool.svg");
-    assert!(["plain", "fine_2", "steel, short"].iter().all(|name| svg.contains(name)), "{svg}");
+    has(&svg, &["plain", "fine_2", "steel, short"]);
     assert_eq!(workspace.read("results/runs.csv").lines().count(), 4);
 }
 
@@ -287,12 +282,10 @@ fn saved_studies_are_compared_as_tools() {
     assert!(workspace.read("compared/report.html").contains(r#""names":["old","thin"]"#));
     workspace.run("plot compared --figures svg");
     let advice = workspace.printed("advise compared");
-    assert!(advice.contains("Best case of each tool") && advice.contains("With tool thin"), "{advice}");
+    has(&advice, &["Best case of each tool", "With tool thin"]);
     // A study of tools has each of them, and a velocity may be the same speed.
     let shown = workspace.printed("compare-studies results studies/old --out nested --no-figures");
-    for part in ["  results: plain  results: fine_2\n", "  results: steel, short    old\n"] {
-        assert!(shown.contains(part), "{shown}");
-    }
+    has(&shown, &["  results: plain  results: fine_2\n", "  results: steel, short    old\n"]);
     let velocity = std::f64::consts::TAU * 600.0 / 60.0 * 0.18;
     write("tips", HEAD, &format!("brushing_velocity_m_s = [{velocity:?}, 3.0]\npenetration_depth_m = [2e-3]"));
     let shown = workspace.printed("compare-studies studies/old studies/tips --out same --no-figures");
@@ -319,16 +312,13 @@ fn saved_studies_are_compared_as_tools() {
         ("studies/old =studies/new", &["cannot be named ``", "give a name"]),
         ("studies/old studies/none", &["has no study.json"]),
     ] {
-        let message = workspace.refused(&format!("compare-studies {studies} --out refused"));
-        assert!(parts.iter().all(|part| message.contains(part)), "{studies}: {message}");
+        workspace.refuses(&format!("compare-studies {studies} --out refused"), parts);
     }
     assert!(!workspace.path("refused").exists());
     let before = workspace.read("studies/old/study.json");
-    let message = workspace.refused("compare-studies studies/old studies/new --out studies/old");
-    assert!(
-        message.contains("holds a study of its own") && workspace.read("studies/old/study.json") == before,
-        "{message}"
-    );
+    let onto_one = "compare-studies studies/old studies/new --out studies/old";
+    workspace.refuses(onto_one, &["holds a study of its own"]);
+    assert_eq!(workspace.read("studies/old/study.json"), before);
 }
 
 #[test]
@@ -340,11 +330,8 @@ fn measured_forces_are_compared_with_their_tools() {
     workspace
         .write("forces.csv", format!("{heading}plain;600;1e-3;180\nplain;1200;1e-3;250\nsteel, short;600;2e-3;300\n"));
     let shown = workspace.printed("study case.toml --out results --figures all,svg");
-    let compared = ["simulated and measured, tool plain\n", "simulated and measured, tool steel, short\n"];
-    assert!(
-        compared.iter().all(|heading| shown.contains(heading)) && !shown.contains("measured, tool fine_2"),
-        "{shown}"
-    );
+    has(&shown, &["simulated and measured, tool plain\n", "simulated and measured, tool steel, short\n"]);
+    assert!(!shown.contains("measured, tool fine_2"), "{shown}");
     assert_eq!(shown.matches(" points compared").count(), 2, "{shown}");
     let table = workspace.read("results/measured_comparison.csv");
     let tools: Vec<String> = rows(&table, "").into_iter().map(|mut row| row.remove(0)).collect();
@@ -358,28 +345,26 @@ fn measured_forces_are_compared_with_their_tools() {
     workspace.write("one.toml", format!("{HEAD}{SWEEPS}"));
     workspace.run("study one.toml --out one --no-figures");
     let shown = workspace.printed("compare-studies one results --out compared --figures all,svg");
-    assert!(
-        shown.contains("simulated and measured, tool results: plain\n") && !shown.contains("tool one\n"),
-        "{shown}"
-    );
+    has(&shown, &["simulated and measured, tool results: plain\n"]);
+    assert!(!shown.contains("tool one\n"), "{shown}");
     workspace.write("forces.csv", format!("{heading}plane;600;1e-3;180\n"));
-    let message = workspace.refused("study case.toml --out results --restart");
-    assert!(message.contains("`plane` is none of the tools plain, fine_2, steel, short"), "{message}");
+    workspace.refuses(
+        "study case.toml --out results --restart",
+        &["`plane` is none of the tools plain, fine_2, steel, short"],
+    );
 }
 
 #[test]
 fn keys_of_tools_are_explained_and_in_the_schema() {
     let workspace = Workspace::new();
-    let text = workspace.printed("explain filament.diameter_m");
-    assert!(text.contains("under [study.tools.NAME]"), "{text}");
+    has(&workspace.printed("explain filament.diameter_m"), &["under [study.tools.NAME]"]);
     let text = workspace.printed("explain process.penetration_depth_m");
     assert!(!text.contains("tools"), "{text}");
     for key in ["study", "study.tools", "tools"] {
         let text = workspace.printed(&format!("explain {key}"));
         assert!(text.contains("study.tools") && text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
-    let schema = workspace.printed("schema");
-    let schema: Value = serde_json::from_str(&schema).expect("JSON");
+    let schema = workspace.printed_json("schema");
     let tool = &schema["properties"]["study"]["properties"]["tools"]["additionalProperties"]["properties"];
     for keys in [&tool["filament"]["properties"]["diameter_m"], &tool["filament.diameter_m"]] {
         assert_eq!(keys["exclusiveMinimum"].as_f64(), Some(0.0), "{tool}");

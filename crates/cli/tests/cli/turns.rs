@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::program::{Workspace, brush, page_data, sparse};
+use crate::program::{Workspace, brush, has, page_data, sparse};
 
 /// A fast brush in few segments, whose filaments come back still vibrating.
 const HEAD: &str = concat!(
@@ -25,26 +25,23 @@ fn turns_are_a_number_from_1_to_50_or_steady() {
     for wrong in ["0", "51", "-1", "2.5", "1e2", "\"Steady\"", "\"2\"", "true", "[1, 2]", "nan", "9223372036854775807"]
     {
         directory.write("case.toml", sparse(&format!("{HEAD}turns = {wrong}\n")));
-        let text = directory.refused("simulate case.toml --out one");
-        for part in ["case.toml:18:", "process.turns", "a whole number from 1 to 50 or \"steady\""] {
-            assert!(text.contains(part), "{wrong}: {text}");
-        }
+        let parts = ["case.toml:18:", "process.turns", "a whole number from 1 to 50 or \"steady\"", wrong];
+        directory.refuses("simulate case.toml --out one", &parts);
         assert!(!directory.path("one").exists());
     }
     for (wrong, part) in
         [("[1, 51]", "a whole number from 1 to 50"), ("[1.5]", "whole"), ("[\"steady\"]", "list of numbers")]
     {
         directory.write("case.toml", sparse(&format!("{HEAD}[study]\n\"process.turns\" = {wrong}\n")));
-        let text = directory.refused("study case.toml --out many");
-        assert!(text.contains("case.toml:19:") && text.contains("process.turns") && text.contains(part), "{text}");
+        directory.refuses("study case.toml --out many", &["case.toml:19:", "process.turns", part]);
     }
 }
 
 #[test]
 fn the_turns_of_a_contact_are_in_its_files() {
     let directory = Workspace::with(&sparse(HEAD));
-    let text = directory.run("simulate case.toml --out one").concat();
-    assert!(text.contains("14 % of its vibration") && text.contains("turns = \"steady\""), "{text}");
+    let text = directory.told("simulate case.toml --out one");
+    has(&text, &["14 % of its vibration", "turns = \"steady\""]);
     let metrics = directory.json("one/metrics.json");
     let impulses = |metrics: &Value| metrics["turn_contact_normal_impulses_n_s"].as_array().expect("a list").clone();
     assert_eq!(impulses(&metrics), [metrics["contact_normal_impulse_n_s"].clone()]);
@@ -54,7 +51,7 @@ fn the_turns_of_a_contact_are_in_its_files() {
     // The line of the help works.
     let line = text.lines().last().expect("a line").trim();
     directory.write("case.toml", sparse(&format!("{HEAD}{line}\n")));
-    let text = directory.run("simulate case.toml --out one --vtk=5").concat();
+    let text = directory.told("simulate case.toml --out one --vtk=5");
     assert!(!text.contains("warning"), "{text}");
     let metrics = directory.json("one/metrics.json");
     let turns = impulses(&metrics);
@@ -85,20 +82,14 @@ const SWEEPS: &str = "[study]\nbrushing_velocity_m_s = [10.0, 30.0]\npenetration
 #[test]
 fn a_study_lists_the_impulses_of_all_turns_and_resumes() {
     let directory = Workspace::with(&sparse(&format!("{HEAD}{SWEEPS}\"process.turns\" = [1, 3]\n")));
-    let text = directory.run("study case.toml --out many").concat();
+    let text = directory.told("study case.toml --out many");
     assert!(text.contains("in 2 of 8 cases the filament comes back still vibrating"), "{text}");
-    assert!(
-        text.lines().skip_while(|line| !line.starts_with("warning")).all(|line| line.chars().count() <= 80),
-        "{text}"
-    );
+    let mut warning = text.lines().skip_while(|line| !line.starts_with("warning"));
+    assert!(warning.all(|line| line.chars().count() <= 80), "{text}");
     let runs = directory.rows("many/runs.csv");
     for row in &runs {
         let impulses: Vec<&str> = row["turn_contact_normal_impulses_n_s"].split(' ').collect();
-        assert_eq!(
-            (&row["process.turns"], row["turns"].parse().ok()),
-            (&row["turns"], Some(impulses.len())),
-            "{row:?}"
-        );
+        assert!(row["turns"] == row["process.turns"] && row["turns"].parse() == Ok(impulses.len()), "{row:?}");
         assert_eq!(impulses.last(), Some(&&*row["contact_normal_impulse_n_s"]));
     }
     assert_eq!(runs.len(), 8);
@@ -110,7 +101,7 @@ fn a_study_lists_the_impulses_of_all_turns_and_resumes() {
     assert!(lines.contains("\"turn_contact_normal_impulses_n_s\":["));
     let begun: String = lines.lines().take(4).flat_map(|line| [line, "\n"]).collect();
     directory.write("many/journal.jsonl", begun);
-    let text = directory.run("study case.toml --out many").concat();
+    let text = directory.told("study case.toml --out many");
     assert!(text.contains("3 of 8 cases are in"), "{text}");
     assert!(files() == first);
 
@@ -123,7 +114,7 @@ fn a_study_lists_the_impulses_of_all_turns_and_resumes() {
 #[test]
 fn a_steady_study_states_so_in_its_settings_and_its_page() {
     let directory = Workspace::with(&sparse(&format!("{HEAD}turns = \"steady\"\n{SWEEPS}")));
-    let text = directory.run("study case.toml --out many").concat();
+    let text = directory.told("study case.toml --out many");
     assert!(!text.contains("vibrating"), "{text}");
     assert_eq!(directory.json("many/study.json")["settings"]["process"]["turns"], "steady");
     let data = page_data(&directory.read("many/report.html"));
@@ -143,7 +134,7 @@ fn a_steady_study_states_so_in_its_settings_and_its_page() {
 
 #[test]
 fn the_schema_takes_numbers_and_the_word() {
-    let schema: Value = serde_json::from_str(&Workspace::new().printed("schema")).expect("JSON");
+    let schema = Workspace::new().printed_json("schema");
     let turns = &schema["properties"]["process"]["properties"]["turns"];
     let limits = serde_json::json!({ "type": "integer", "minimum": 1, "maximum": 50 });
     assert_eq!(turns["anyOf"], serde_json::json!([limits, { "const": "steady" }]), "{turns}");

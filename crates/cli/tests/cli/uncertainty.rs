@@ -8,11 +8,10 @@ use bristle_grid::{CaseResult, CaseSummary, Study, run_study};
 use bristle_report::drawing::format::Format;
 use bristle_report::figures::study_figures;
 use bristle_report::tables::study_tables;
-use bristle_store::results::write_runs;
-use bristle_store::results::{read_runs, read_study, study_text};
+use bristle_store::results::{read_runs, read_study, study_text, write_runs};
 use bristle_text::layout::WIDTH;
 
-use crate::program::{self, Workspace, brush, words};
+use crate::program::{self, Workspace, brush, has, words};
 
 const FILE: &str = concat!(
     brush!(8, "filament_count_uncertainty = 600\n"),
@@ -59,10 +58,7 @@ fn cases_with_and_without_scatter_mix() {
         "{file}\"uncertainty.diameter_std_m\" = [0.0, 0.02e-3]\n[uncertainty]\nsamples = 64\n"
     ));
     let summaries = summaries(&study);
-    assert_eq!(
-        summaries.iter().map(|summary| summary.scatter.is_some()).collect::<Vec<_>>(),
-        [false, false, true, true]
-    );
+    assert!(summaries.iter().map(|summary| summary.scatter.is_some()).eq([false, false, true, true]));
     let results: Vec<CaseResult> = summaries.into_iter().map(Ok).collect();
     let tables = study_tables(&study, &results, WIDTH);
     let without_band = tables.lines().filter(|line| line.ends_with('–')).count();
@@ -101,8 +97,7 @@ fn a_single_uncertain_input_explains_all_scatter() {
 
 #[test]
 fn the_nominal_case_is_the_same_without_scatter() {
-    let (with, without) =
-        (summaries(&program::study(&format!("{FILE}{UNCERTAINTY}"))), summaries(&program::study(FILE)));
+    let [with, without] = [UNCERTAINTY, ""].map(|more| summaries(&program::study(&format!("{FILE}{more}"))));
     for (mut with, without) in with.into_iter().zip(without) {
         assert!(with.scatter.take().is_some());
         assert_eq!(with, without);
@@ -140,11 +135,8 @@ fn a_study_with_scatter_resumes_and_is_redrawn() {
     let directory = Workspace::with(&format!("{FILE}{UNCERTAINTY}\n[measured]\nfile = \"forces.csv\"\n"));
     let measured = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n20.0,2.0e-3,250,20\n";
     directory.write("forces.csv", measured);
-    let read = |name: &str| directory.bytes(name);
     let told = words(&directory.printed("study case.toml --out whole"));
-    for part in ["95 % of the tools", "The scatter of F_n,w comes from: "] {
-        assert!(told.contains(part), "{told}");
-    }
+    has(&told, &["95 % of the tools", "The scatter of F_n,w comes from: "]);
     let comparison = directory.read("whole/measured_comparison.csv");
     assert!(comparison.contains(",simulated_lower_95_n,simulated_upper_95_n,"), "{comparison}");
 
@@ -161,10 +153,12 @@ fn a_study_with_scatter_resumes_and_is_redrawn() {
         "figures/scatter_over_velocity.svg",
         "figures/sobol_over_velocity.svg",
     ] {
-        assert!(read(&format!("whole/{name}")) == read(&format!("resumed/{name}")), "{name} differs");
+        let [whole, resumed] = ["whole", "resumed"].map(|out| directory.bytes(&format!("{out}/{name}")));
+        assert!(whole == resumed, "{name} differs");
     }
     directory.run("plot whole --out again");
     for name in ["scatter_over_velocity.png", "sobol_over_velocity.png", "measured_over_velocity.png"] {
-        assert!(read(&format!("whole/figures/{name}")) == read(&format!("again/figures/{name}")), "{name} differs");
+        let [whole, again] = ["whole", "again"].map(|out| directory.bytes(&format!("{out}/figures/{name}")));
+        assert!(whole == again, "{name} differs");
     }
 }
