@@ -41,8 +41,8 @@ after(async () => {
   fs.rmSync(scratch, { recursive: true });
 });
 
-/** Opens a page, and fails once it complains or asks for anything but itself. */
-async function open(file, { width = 1280, height = 900, ...options } = {}, address = "") {
+/** Opens a page, does something with it and its data, and fails if it complains or asks for anything but itself. */
+async function visit(file, body, { width = 1280, height = 900, ...options } = {}, address = "") {
   const context = await browser.newContext({ viewport: { width, height }, ...options });
   const page = await context.newPage();
   // A machine that does other work too may stand still for a while.
@@ -57,11 +57,19 @@ async function open(file, { width = 1280, height = 900, ...options } = {}, addre
       request.url().split("#")[0] !== url && !request.url().startsWith("data:") && complaints.push(request.url()),
   );
   await page.goto(url + address);
-  return { page, close: async () => (await context.close(), assert.deepEqual(complaints, [])) };
+  await body(page, await page.evaluate(() => JSON.parse(document.getElementById("data").textContent)));
+  await context.close();
+  assert.deepEqual(complaints, []);
 }
 
 const report = (name) => path.join(reports, `${name}.html`);
-const dataOf = (page) => page.evaluate(() => JSON.parse(document.getElementById("data").textContent));
+/** What a test does with the page of a report, at an address such as "paper#case-66". */
+const visiting = (address, body, options) => () => {
+  const [name, row] = address.split("#");
+  return visit(report(name), body, options, row && `#${row}`);
+};
+/** The values of a quantity in all cases. */
+const valuesOf = (data, key) => data.quantities.find((quantity) => quantity.key === key).values;
 const shape = (page) => page.getAttribute("#filament", "points");
 const shot = (page, name) => page.screenshot({ path: path.join(screenshots, `${name}.png`), fullPage: true });
 
@@ -99,13 +107,11 @@ async function opened(page, row) {
   );
 }
 
-test("pointing at a case shows its values, and a click opens it", async () => {
-  const { page, close } = await open(report("paper"));
-  const data = await dataOf(page);
+test("pointing at a case shows its values, and a click opens it", visiting("paper", async (page, data) => {
   await page.mouse.move(...(await cell(page, 11, 1)));
   const readout = await page.textContent("#readout");
   assert.match(readout, /vb\s=\s30\s?m\/s, ae\s=\s1\s?mm: εtc\s=\s0\.\d+/);
-  const ratio = data.quantities.find(({ key }) => key === "contact_time_ratio").values[12 + 11];
+  const ratio = valuesOf(data, "contact_time_ratio")[12 + 11];
   assert.ok(readout.includes(String(Number(ratio.toPrecision(3)))), `${readout} has ${ratio}`);
   assert.match(await page.textContent("#card"), /Fn,w[\d.]+ ± [\d.]+\s?N/);
 
@@ -115,7 +121,7 @@ test("pointing at a case shows its values, and a click opens it", async () => {
   assert.match(await page.textContent("#case-title"), /vb\s=\s10\s?m\/s, ae\s=\s3\s?mm/);
   assert.notEqual(await shape(page), earlier);
   assert.equal(await page.evaluate(() => document.activeElement.id), "case-title");
-  const impulse = data.quantities.find(({ key }) => key === "contact_normal_impulse_n_s").values[63];
+  const impulse = valuesOf(data, "contact_normal_impulse_n_s")[63];
   const shown = await page.textContent('[data-key="contact_normal_impulse_n_s"] .number');
   assert.equal(shown.replace(/\s/g, " "), `${Number((impulse * 1e3).toPrecision(3))} mN s`);
 
@@ -123,11 +129,9 @@ test("pointing at a case shows its values, and a click opens it", async () => {
   await page.goForward();
   await opened(page, 64);
   assert.match(await page.textContent("#case-title"), /vb\s=\s10/);
-  await close();
-});
+}));
 
-test("the keyboard moves over the map and opens a case", async () => {
-  const { page, close } = await open(report("paper"));
+test("the keyboard moves over the map and opens a case", visiting("paper", async (page) => {
   await page.focus("#map");
   await page.keyboard.press("Home");
   await page.keyboard.press("PageDown");
@@ -140,15 +144,13 @@ test("the keyboard moves over the map and opens a case", async () => {
   await page.keyboard.press("Enter");
   await opened(page, 14);
   assert.match(await page.textContent("#case-title"), /vb\s=\s5\s?m\/s, ae\s=\s1\s?mm/);
-  await close();
-});
+}));
 
-test("another quantity is another map", async () => {
-  const { page, close } = await open(report("paper"));
+test("another quantity is another map", visiting("paper", async (page, data) => {
   const pixels = () => page.evaluate(() => document.querySelector("#map canvas").toDataURL());
   const seen = new Set();
   const options = await page.locator("#quantity option").count();
-  assert.equal(options, (await dataOf(page)).quantities.length);
+  assert.equal(options, data.quantities.length);
   const varied = [
     "contact_time_ratio",
     "contact_normal_impulse_n_s",
@@ -168,13 +170,11 @@ test("another quantity is another map", async () => {
   await page.mouse.move(...(await cell(page, 0, 0)));
   assert.match(await page.textContent("#readout"), /Fn,w\s=\s[\d.]+\s?N/);
   assert.ok((await page.getAttribute("#map .contour.tier", "d")).length > 100, "the line at ε_tc = ½ is drawn");
-  await close();
-});
+}));
 
-test("laterally unstable cases are marked, and their amplification spans decades", async () => {
-  const { page, close } = await open(report("paper"));
-  const data = await dataOf(page);
-  const values = (name) => data.quantities.find(({ key }) => key === name).values;
+test("laterally unstable cases are marked, and their amplification spans decades",
+  visiting("paper", async (page, data) => {
+  const values = (name) => valuesOf(data, name);
   const unstable = values("laterally_unstable").filter((value) => value === 1).length;
   assert.ok(unstable > 10 && unstable < 30, `${unstable} are unstable`);
   assert.equal((await page.getAttribute("#map .unstable", "d")).match(/M/g).length, unstable);
@@ -222,17 +222,15 @@ test("laterally unstable cases are marked, and their amplification spans decades
   assert.ok(await page.isHidden("#case-note"));
   await page.mouse.move(...(await cell(page, 11, 9)));
   assert.doesNotMatch(await page.textContent("#readout"), /unstable/);
-  await close();
 
-  const { page: curve, close: closeCurve } = await open(report("curve"));
-  await curve.selectOption("#quantity", "lateral_amplification");
-  const labels = await curve.locator("#map svg text").allTextContents();
-  assert.ok(labels.includes("1") && labels.includes("10"), labels.join());
-  await closeCurve();
-});
+  await visit(report("curve"), async (curve) => {
+    await curve.selectOption("#quantity", "lateral_amplification");
+    const labels = await curve.locator("#map svg text").allTextContents();
+    assert.ok(labels.includes("1") && labels.includes("10"), labels.join());
+  });
+}));
 
-test("an address with a case opens the page at that case", async () => {
-  const { page, close } = await open(report("paper"), {}, "#case-66");
+test("an address with a case opens the page at that case", visiting("paper#case-66", async (page) => {
   const isThere = () => Math.abs(document.getElementById("case-title").getBoundingClientRect().top) < 5;
   await opened(page, 66);
   assert.ok(await page.evaluate(isThere), "the page is scrolled to the case");
@@ -254,37 +252,29 @@ test("an address with a case opens the page at that case", async () => {
   }
   await page.evaluate(() => (location.hash = "#case-999"));
   assert.equal(await page.textContent("#case-row"), String(row));
-  await close();
 
-  const { page: top, close: closeTop } = await open(report("paper"));
-  assert.equal(await top.evaluate(() => scrollY), 0);
-  await closeTop();
-});
+  await visit(report("paper"), async (top) => assert.equal(await top.evaluate(() => scrollY), 0));
+}));
 
-test("the headline is that of the results", async () => {
-  const { page, close } = await open(report("paper"));
-  const data = await dataOf(page);
-  const forces = data.quantities.find(({ key }) => key === "tool_contact_normal_force_n").values;
+test("the headline is that of the results", visiting("paper", async (page, data) => {
+  const forces = valuesOf(data, "tool_contact_normal_force_n");
   const highest = Math.max(...forces);
   const headline = await page.textContent("#headline");
   assert.equal(headline.match(/\.(?=\s|$)/g).length, 2, headline);
   assert.ok(headline.includes(`Fn,w\u00a0=\u00a0${Number(highest.toPrecision(3))} ±`), headline);
   assert.ok(headline.includes(`(row ${forces.indexOf(highest) + 1})`), headline);
-  await close();
   for (const name of ["single", "curve", "slices", "deburring", "turns"]) {
-    const { page: other, close: closeOther } = await open(report(name));
-    assert.match(await other.textContent("#headline"), /Fn,w\s=\s[\d.]+.*N.*\..+\.$/, name);
-    await closeOther();
+    await visit(report(name), async (other) =>
+      assert.match(await other.textContent("#headline"), /Fn,w\s=\s[\d.]+.*N.*\..+\.$/, name),
+    );
   }
-});
+}));
 
-test("cells have numbers where they fit, and layers can be left out", async () => {
-  const { page, close } = await open(report("paper"));
-  const data = await dataOf(page);
+test("cells have numbers where they fit, and layers can be left out", visiting("paper", async (page, data) => {
   await page.selectOption("#quantity", "tool_contact_normal_force_n");
   const numbers = page.locator("#map .cell-number");
   assert.equal(await numbers.count(), 120);
-  const forces = data.quantities.find(({ key }) => key === "tool_contact_normal_force_n").values;
+  const forces = valuesOf(data, "tool_contact_normal_force_n");
   const expected = forces.map((force) => String(Number(force.toPrecision(3))));
   assert.deepEqual((await numbers.allTextContents()).sort(), expected.sort());
   // As much contrast as WCAG asks of text, on each of them.
@@ -320,12 +310,9 @@ test("cells have numbers where they fit, and layers can be left out", async () =
   await page.waitForFunction(() => document.getElementById("layer-numbers").disabled);
   assert.equal(await numbers.count(), 0, "they do not fit");
   await fitsAcross(page);
-  await close();
 
-  const { page: curve, close: closeCurve } = await open(report("curve"));
-  assert.ok(await curve.isHidden("#layers"));
-  await closeCurve();
-});
+  await visit(report("curve"), async (curve) => assert.ok(await curve.isHidden("#layers")));
+}));
 
 test("of brushes, the interaction factor is a quantity and a layer", async () => {
   const file = withData("paper", "interaction", (data) => {
@@ -335,14 +322,14 @@ test("of brushes, the interaction factor is a quantity and a layer", async () =>
     data.quantities.unshift({ ...names, logarithmic: false, values });
     data.brush = true;
   });
-  const { page, close } = await open(file);
-  assert.match(await page.textContent("#map-title"), /Interaction factor/);
-  assert.ok((await page.getAttribute("#map .contour.interaction", "d")).length > 50);
-  assert.match(await page.textContent("#marks"), /interaction factor 1/);
-  await shot(page, "interaction-1280-light");
-  await page.uncheck("#layer-interaction");
-  assert.equal(await page.locator("#map .contour.interaction").count(), 0);
-  await close();
+  await visit(file, async (page) => {
+    assert.match(await page.textContent("#map-title"), /Interaction factor/);
+    assert.ok((await page.getAttribute("#map .contour.interaction", "d")).length > 50);
+    assert.match(await page.textContent("#marks"), /interaction factor 1/);
+    await shot(page, "interaction-1280-light");
+    await page.uncheck("#layer-interaction");
+    assert.equal(await page.locator("#map .contour.interaction").count(), 0);
+  });
 });
 
 test("a curve begins where its values are, over decades on a logarithmic axis", async () => {
@@ -353,18 +340,17 @@ test("a curve begins where its values are, over decades on a logarithmic axis", 
     const force = data.quantities.find(({ key }) => key === "tool_contact_normal_force_n");
     force.values = force.values.map((_, place) => 243.4 + 0.2 * place);
   });
-  const { page, close } = await open(file);
-  await page.selectOption("#quantity", "tool_contact_normal_force_n");
-  const texts = await page.locator("#map svg text").allTextContents();
-  assert.ok(!texts.includes("0") && texts.includes("10⁻⁷") && texts.includes("0.001"), texts.join());
-  const places = await page.locator("#map .point").evaluateAll((points) => points.map((point) => Number(point.getAttribute("cx"))));
-  assert.ok(Math.abs(places[1] - places[0] - (places[2] - places[1])) < 0.1, String(places));
-  await shot(page, "tolerance-1280-light");
-  await close();
+  await visit(file, async (page) => {
+    await page.selectOption("#quantity", "tool_contact_normal_force_n");
+    const texts = await page.locator("#map svg text").allTextContents();
+    assert.ok(!texts.includes("0") && texts.includes("10⁻⁷") && texts.includes("0.001"), texts.join());
+    const places = await page.locator("#map .point").evaluateAll((points) => points.map((point) => Number(point.getAttribute("cx"))));
+    assert.ok(Math.abs(places[1] - places[0] - (places[2] - places[1])) < 0.1, String(places));
+    await shot(page, "tolerance-1280-light");
+  });
 });
 
-test("the filament moves: play, pause, slider, keys, curves", async () => {
-  const { page, close } = await open(report("paper"), {}, "#case-66");
+test("the filament moves: play, pause, slider, keys, curves", visiting("paper#case-66", async (page) => {
   const start = await shape(page);
   assert.equal(start.split(" ").length, 26);
   await page.click("#play");
@@ -408,19 +394,16 @@ test("the filament moves: play, pause, slider, keys, curves", async () => {
   const box = await curve.boundingBox();
   await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
   assert.ok(Math.abs((await cursor()) - box.width / 2) < 2, "a click on a curve goes to its time");
-  await close();
-});
+}));
 
-test("the curves and shapes are those of the metrics", async () => {
-  const { page, close } = await open(report("paper"), {}, "#case-66");
-  const data = await dataOf(page);
+test("the curves and shapes are those of the metrics", visiting("paper#case-66", async (page, data) => {
   const unpack = ({ least, step, words }) => {
     const bytes = Buffer.from(words, "base64");
     return Array.from({ length: bytes.length / 2 }, (_, i) => least + step * bytes.readUInt16LE(2 * i));
   };
   assert.equal(data.courses.length, 120);
   for (const [index, course] of data.courses) {
-    const metric = (name) => data.quantities.find(({ key }) => key === name).values[index];
+    const metric = (name) => valuesOf(data, name)[index];
     const close = (value, expected, tolerance) =>
       assert.ok(Math.abs(value / expected - 1) < tolerance, `case ${index}: ${value}, ${expected}`);
     // Rounded to six digits here, and to a 65535th of the range there.
@@ -434,13 +417,11 @@ test("the curves and shapes are those of the metrics", async () => {
     const sum = along.reduce((total, value, cell) => total + value * (places[cell + 1] - places[cell]), 0);
     close(sum, metric("contact_normal_impulse_n_s"), 2e-3);
   }
-  await close();
-});
+}));
 
-test("turn after turn: the force over all turns, and the impulse of each", async () => {
-  const { page, close } = await open(report("turns"), {}, "#case-1");
-  const data = await dataOf(page);
-  const value = (name) => data.quantities.find(({ key }) => key === name).values[0];
+test("turn after turn: the force over all turns, and the impulse of each",
+  visiting("turns#case-1", async (page, data) => {
+  const value = (name) => valuesOf(data, name)[0];
   assert.equal(value("turns"), 3);
   const [, course] = data.courses[0];
   assert.equal(course.turn_impulses.length, 3);
@@ -451,13 +432,11 @@ test("turn after turn: the force over all turns, and the impulse of each", async
   const labels = await page.locator(".curve svg text").allTextContents();
   assert.ok(labels.includes("turn 3"), labels.join());
   await shot(page, "turns-1280-light");
-  await close();
-});
+}));
 
-test("where the work is done is shown on the drawn and the unrolled profile of an edge", async () => {
-  const { page, close } = await open(report("deburring"), {}, "#case-11");
-  const data = await dataOf(page);
-  const share = data.quantities.find(({ key }) => key === "edge_share").values;
+test("where the work is done is shown on the drawn and the unrolled profile of an edge",
+  visiting("deburring#case-11", async (page, data) => {
+  const share = valuesOf(data, "edge_share");
   assert.ok(Math.max(...share) > 0.5 && Math.min(...share) < 0.2, `shares on the edge: ${share}`);
   assert.match(await page.textContent("#metrics"), /edge/);
   assert.ok((await page.getAttribute("#workpiece .scene-work", "d")).length > 100, "the profile is drawn");
@@ -467,53 +446,52 @@ test("where the work is done is shown on the drawn and the unrolled profile of a
   assert.ok((await page.getAttribute(".work .work-edge >> nth=0", "d")).length > 20, "the arc is shaded");
   await page.selectOption("#quantity", "edge_share");
   await shot(page, "deburring-1280-light");
-  await close();
-});
+}));
 
 test("a cup is seen along its axis and from the side", async () => {
   for (const [row, options] of [
     [1, {}],
     [2, { width: NARROW, colorScheme: "dark" }],
   ]) {
-    const { page, close } = await open(report("cup"), options, `#case-${row}`);
-    await opened(page, row);
-    const views = await page.locator("#view option").allTextContents();
-    assert.deepEqual(views, ["along the axis", "from the side"]);
-    assert.ok(await page.isHidden("#seen"));
-    await page.locator("#time").fill("500");
-    const along = await shape(page);
-    const trim = await page.getAttribute("#scene .scene-nominal >> nth=0", "points");
-    assert.ok(trim.split(" ").length > 100, "the tips turn on a circle");
-    await shot(page, `cup-${row}-axis`);
-    // With the keyboard, as with the mouse.
-    await page.focus("#view");
-    await page.keyboard.press("ArrowDown");
-    assert.equal(await page.inputValue("#view"), "1");
-    assert.notEqual(await shape(page), along);
-    assert.equal((await page.getAttribute("#scene .scene-nominal >> nth=0", "points")).split(" ").length, 5);
-    await page.locator("#time").fill("700");
-    await fitsAcross(page);
-    await shot(page, `cup-${row}-side`);
-    // The tip ends on the surface, or above it.
-    const [tip, surface] = await page.evaluate(() =>
-      ["#filament", "#workpiece .scene-surface"].map((id) => {
-        const { bottom } = document.querySelector(id).getBoundingClientRect();
-        return bottom;
-      }),
-    );
-    assert.ok(tip < surface + 4, `${tip} ${surface}`);
-    const titles = await page.locator(".curve figcaption").allTextContents();
-    for (const part of ["tip", "root"])
-      assert.ok(titles.some((title) => title.startsWith(`Height of the ${part} above the workpiece`)), titles.join());
-    await close();
+    const look = async (page) => {
+      await opened(page, row);
+      const views = await page.locator("#view option").allTextContents();
+      assert.deepEqual(views, ["along the axis", "from the side"]);
+      assert.ok(await page.isHidden("#seen"));
+      await page.locator("#time").fill("500");
+      const along = await shape(page);
+      const trim = await page.getAttribute("#scene .scene-nominal >> nth=0", "points");
+      assert.ok(trim.split(" ").length > 100, "the tips turn on a circle");
+      await shot(page, `cup-${row}-axis`);
+      // With the keyboard, as with the mouse.
+      await page.focus("#view");
+      await page.keyboard.press("ArrowDown");
+      assert.equal(await page.inputValue("#view"), "1");
+      assert.notEqual(await shape(page), along);
+      assert.equal((await page.getAttribute("#scene .scene-nominal >> nth=0", "points")).split(" ").length, 5);
+      await page.locator("#time").fill("700");
+      await fitsAcross(page);
+      await shot(page, `cup-${row}-side`);
+      // The tip ends on the surface, or above it.
+      const [tip, surface] = await page.evaluate(() =>
+        ["#filament", "#workpiece .scene-surface"].map((id) => {
+          const { bottom } = document.querySelector(id).getBoundingClientRect();
+          return bottom;
+        }),
+      );
+      assert.ok(tip < surface + 4, `${tip} ${surface}`);
+      const titles = await page.locator(".curve figcaption").allTextContents();
+      for (const part of ["tip", "root"])
+        assert.ok(titles.some((title) => title.startsWith(`Height of the ${part} above the workpiece`)), titles.join());
+    };
+    await visit(report("cup"), look, options, `#case-${row}`);
   }
-  const { page, close } = await open(report("single"));
-  assert.ok((await page.isHidden("#view-choice")) && (await page.isVisible("#seen")));
-  await close();
+  await visit(report("single"), async (page) =>
+    assert.ok((await page.isHidden("#view-choice")) && (await page.isVisible("#seen"))),
+  );
 });
 
-test("settings, statistics, version and hash of the equations are there", async () => {
-  const { page, close } = await open(report("paper"));
+test("settings, statistics, version and hash of the equations are there", visiting("paper", async (page) => {
   const settings = await page.textContent("#settings");
   for (const text of [
     "free length",
@@ -530,13 +508,11 @@ test("settings, statistics, version and hash of the equations are there", async 
   const origin = await page.textContent("#origin");
   assert.match(origin, /Bristle \d+\.\d+\.\d+/);
   assert.match(origin, /[0-9a-f]{64} \(SHA-256\)/);
-  await close();
-});
+}));
 
-test("where filaments scatter, the band and the shares of the inputs are there", async () => {
-  const { page, close } = await open(report("curve"), {}, "#case-2");
-  const data = await dataOf(page);
-  const value = (name) => data.quantities.find(({ key }) => key === name).values[1];
+test("where filaments scatter, the band and the shares of the inputs are there",
+  visiting("curve#case-2", async (page, data) => {
+  const value = (name) => valuesOf(data, name)[1];
   const force = value("tool_contact_normal_force_n");
   assert.ok(value("tool_force_lower_95_n") < force && force < value("tool_force_upper_95_n"));
   assert.match(await page.textContent("#metrics"), /lower end of the 95 % band/);
@@ -548,12 +524,9 @@ test("where filaments scatter, the band and the shares of the inputs are there",
   assert.ok(Math.abs(shares[0] - value("sobol_diameter")) < 1e-12);
   await page.selectOption("#quantity", "tool_force_upper_95_n");
   await shot(page, "scatter-1280-light");
-  await close();
 
-  const { page: without, close: closeWithout } = await open(report("paper"));
-  assert.ok(await without.isHidden("#scatter"));
-  await closeWithout();
-});
+  await visit(report("paper"), async (without) => assert.ok(await without.isHidden("#scatter")));
+}));
 
 test("a failed case is shown as one, and its error as text", async () => {
   const failed = 65;
@@ -565,28 +538,27 @@ test("a failed case is shown as one, and its error as text", async () => {
     data.courses = data.courses.filter(([index]) => index !== failed && index % 7 === 0);
   });
 
-  const { page, close } = await open(file);
-  await page.mouse.move(...(await cell(page, 5, 5)));
-  assert.match(await page.textContent("#readout"), /failed/);
-  assert.match(await page.textContent("#card"), /stopped <img/);
-  await page.mouse.click(...(await cell(page, 5, 5)));
-  await opened(page, 66);
-  assert.match(await page.textContent("#case-note"), /has failed: stopped <img src=x/);
-  assert.ok(await page.isHidden("#course"));
-  assert.match(await page.textContent("#summary"), /1 of them has failed/);
-  await shot(page, "failed-1280-light");
+  await visit(file, async (page) => {
+    await page.mouse.move(...(await cell(page, 5, 5)));
+    assert.match(await page.textContent("#readout"), /failed/);
+    assert.match(await page.textContent("#card"), /stopped <img/);
+    await page.mouse.click(...(await cell(page, 5, 5)));
+    await opened(page, 66);
+    assert.match(await page.textContent("#case-note"), /has failed: stopped <img src=x/);
+    assert.ok(await page.isHidden("#course"));
+    assert.match(await page.textContent("#summary"), /1 of them has failed/);
+    await shot(page, "failed-1280-light");
 
-  // A case that is solved, but whose course was not kept, leads to one that has it.
-  await page.mouse.click(...(await cell(page, 6, 5)));
-  await opened(page, 67);
-  assert.match(await page.textContent("#case-note"), /course over time was kept of 18 cases/);
-  await page.click("#case-note a");
-  await page.locator("#course").waitFor({ state: "visible" });
-  await close();
+    // A case that is solved, but whose course was not kept, leads to one that has it.
+    await page.mouse.click(...(await cell(page, 6, 5)));
+    await opened(page, 67);
+    assert.match(await page.textContent("#case-note"), /course over time was kept of 18 cases/);
+    await page.click("#case-note a");
+    await page.locator("#course").waitFor({ state: "visible" });
+  });
 });
 
-test("three swept settings: slices", async () => {
-  const { page, close } = await open(report("slices"));
+test("three swept settings: slices", visiting("slices", async (page) => {
   const before = await page.textContent("#readout");
   await page.focus("#map");
   await page.selectOption('[data-path="filament.segments"]', { index: 0 });
@@ -594,11 +566,9 @@ test("three swept settings: slices", async () => {
   assert.match(await page.textContent("#readout"), /n\s=\s5/);
   await fitsAcross(page);
   await shot(page, "slices-1280-light");
-  await close();
-});
+}));
 
-test("one swept setting: a curve", async () => {
-  const { page, close } = await open(report("curve"));
+test("one swept setting: a curve", visiting("curve", async (page) => {
   assert.ok(await page.locator("#map polyline.line").count());
   await page.focus("#map");
   await page.keyboard.press("Home");
@@ -607,25 +577,17 @@ test("one swept setting: a curve", async () => {
   await opened(page, 2);
   await fitsAcross(page);
   await shot(page, "curve-1280-light");
-  await close();
-});
+}));
 
-test("one case alone", async () => {
-  const { page, close } = await open(report("single"));
+test("one case alone", visiting("single", async (page) => {
   assert.ok(await page.isHidden("#overview"));
   assert.ok(await page.isVisible("#scene"));
   await shot(page, "single-1280-light");
-  await close();
-});
+}));
 
 for (const colorScheme of ["light", "dark"]) {
   for (const width of [1280, NARROW]) {
-    test(`${width} px, ${colorScheme}`, async () => {
-      const { page, close } = await open(
-        report("paper"),
-        { width, colorScheme, hasTouch: width === NARROW },
-        "#case-66",
-      );
+    test(`${width} px, ${colorScheme}`, visiting("paper#case-66", async (page) => {
       await page.locator("#time").fill("450");
       await fitsAcross(page);
       const [paper, ink] = await page.evaluate(() => {
@@ -636,13 +598,11 @@ for (const colorScheme of ["light", "dark"]) {
       await shot(page, `paper-${width}-${colorScheme}`);
       await page.setViewportSize({ width: width === NARROW ? 720 : 900, height: 800 });
       await fitsAcross(page);
-      await close();
-    });
+    }, { width, colorScheme, hasTouch: width === NARROW }));
   }
 }
 
-test("named tools are chosen by their names", async () => {
-  const { page, close } = await open(report("tools"));
+test("named tools are chosen by their names", visiting("tools", async (page) => {
   const choice = page.locator('#choices [data-path="tool"]');
   assert.deepEqual(await choice.locator("option").allTextContents(), ["plain", "brush_2"]);
   assert.match(await page.textContent("#summary"), /tool plain, brush_2 \(2 tools\)/);
@@ -655,19 +615,16 @@ test("named tools are chosen by their names", async () => {
   assert.match(await page.textContent("#case-title"), /tool brush_2$/);
   assert.match(await page.textContent("#settings"), /plain: 1.18\u202fmmbrush_2: 800\u202fµm/);
   await shot(page, "tools-1280-light");
-  await close();
-});
+}));
 
-test("tools alone have a curve without a line between them", async () => {
-  const { page, close } = await open(report("names"), { width: NARROW });
+test("tools alone have a curve without a line between them", visiting("names", async (page) => {
   const texts = await page.locator("#map svg text").allTextContents();
   assert.ok(["plain", "brush_2"].every((name) => texts.includes(name)), texts.join());
   assert.equal(await page.locator("#map svg polyline").count(), 0);
   assert.equal(await page.locator("#map svg circle.point").count(), 2);
   await fitsAcross(page);
   await shot(page, "names-360-light");
-  await close();
-});
+}, { width: NARROW }));
 
 /** The number of colours on a canvas. */
 const colours = (page, canvas) =>
@@ -678,8 +635,7 @@ const colours = (page, canvas) =>
   }, canvas);
 const drawing = (page, canvas) => page.evaluate((canvas) => document.querySelector(canvas).toDataURL(), canvas);
 
-test("a brush in motion", async () => {
-  const { page, close } = await open(report("brush"));
+test("a brush in motion", visiting("brush", async (page, data) => {
   assert.ok((await colours(page, "#side")) > 50);
   assert.ok(await page.isHidden("#top"));
   await shot(page, "brush-1280-light");
@@ -697,7 +653,6 @@ test("a brush in motion", async () => {
   await page.click("#play");
   await page.waitForFunction(() => Number(document.getElementById("time").value) > 100);
   await page.click("#play");
-  const data = await dataOf(page);
   const factor = data.sector.find(({ key }) => key === "interaction_factor").value;
   const shown = await page.textContent('#interaction [data-key="interaction_factor"] .number');
   assert.equal(shown, String(Number(factor.toPrecision(3))));
@@ -709,47 +664,41 @@ test("a brush in motion", async () => {
   );
   assert.match(await page.textContent("#assumptions-note"), /for one filament alone\./);
   assert.ok(await page.isHidden("#warnings"));
-  await close();
+
   const unusual = withData("brush", "unusual", (data) => data.notes.warnings.push("`filament.length_m` = 30 m"));
-  const { page: warned, close: closeWarned } = await open(unusual);
-  assert.equal(await warned.textContent("#warnings"), "Warning: filament.length_m = 30 m");
-  await closeWarned();
-});
+  await visit(unusual, async (warned) =>
+    assert.equal(await warned.textContent("#warnings"), "Warning: filament.length_m = 30 m"),
+  );
+}));
 
 for (const [colorScheme, width] of [["dark", 1280], ["light", NARROW]]) {
-  test(`a brush in space at ${width} px, ${colorScheme}`, async () => {
-    const { page, close } = await open(report("tilted"), { width, colorScheme });
+  test(`a brush in space at ${width} px, ${colorScheme}`, visiting("tilted", async (page) => {
     assert.ok((await colours(page, "#top")) > 50);
     await page.locator("#time").fill("400");
     await fitsAcross(page);
     await shot(page, `tilted-${width}-${colorScheme}`);
-    await close();
-  });
+  }, { width, colorScheme }));
 }
 
-test("the picture of the README", async () => {
-  const { page, close } = await open(report("paper"), { height: 1640 });
+test("the picture of the README", visiting("paper", async (page) => {
   await page.locator("#time").fill("400");
   await page.evaluate(() => (document.activeElement.blur(), scrollTo({ top: 0, behavior: "instant" })));
   await page.screenshot({ path: path.join(screenshots, "readme.png") });
-  await close();
-});
+}, { height: 1640 }));
 
-test("what the file asks for comes first, with its answer", async () => {
-  const { page, close } = await open(report("goal"));
+test("what the file asks for comes first, with its answer", visiting("goal", async (page, data) => {
   assert.match(await page.textContent("#question"), /^Which speed and depth give Fn,w\s=\s20\sN with ae\s≤\s2\smm\?$/);
   assert.match(await page.textContent("#recommended"), /^Recommended for 20\sN: [\d.]+\srpm \(vb\s=\s[\d.]+\sm\/s\), ae\s=\s[\d.]+\smm$/);
   const known = await page.locator("#known li").allTextContents();
   assert.match(known.join("\n"), /Fn,w\s=\s(19|20)[\d.]*\sN, .*\nfor it: .*\nsimulated \(rows? \d+.*: (19|20)[\d.]*\sN\)$/m);
   assert.ok(await page.isHidden("#headline"));
   assert.equal(await page.inputValue("#quantity"), "tool_contact_normal_force_n");
-  const [row] = (await dataOf(page)).answer.rows;
+  const [row] = data.answer.rows;
   assert.equal(await page.textContent("#case-row"), String(row));
   await shot(page, "goal-1280-light");
   await page.click("#known a >> nth=0");
   await opened(page, row);
-  await close();
-});
+}));
 
 /** The number of sheets of a page, of which a PDF is kept. */
 async function printed(page, name) {
@@ -760,8 +709,6 @@ async function printed(page, name) {
 
 test("printed, a study has two pages", async () => {
   for (const name of ["paper", "goal", "curve", "deburring"]) {
-    const { page, close } = await open(report(name));
-    assert.equal(await printed(page, name), 2, name);
-    await close();
+    await visit(report(name), async (page) => assert.equal(await printed(page, name), 2, name));
   }
 });
