@@ -6,13 +6,13 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use bristle::model::metrics::Metrics;
-use bristle::model::record::{Column, Record};
+use bristle::model::record::Record;
 use bristle::model::settings::BrushSettings;
 use bristle_grid::Interaction;
 use bristle_grid::brush::{Having, metric_columns};
 use bristle_store::results::keys;
 
-use crate::program::{Workspace, has, number, settings, study};
+use crate::program::{Workspace, documented, has, interrupt, kill, number, section, settings, study};
 
 /// A planar sector that takes a tenth of a second.
 const FILE: &str = "\
@@ -155,21 +155,16 @@ fn a_killed_brush_ends_with_the_same_bytes() {
     undisturbed.run("brush case.toml --out out");
     let workspace = Workspace::with(&longer());
     let checkpoint = workspace.path("out/checkpoint.bin");
-    let mut kills = 0;
-    while kills < 3 {
+    for _ in 0..3 {
         let before = fs::read(&checkpoint).ok();
-        let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
-        command.args("brush case.toml --out out --checkpoint-every 0 --threads 1".split(' '));
-        let mut child =
-            command.current_dir(workspace.path("")).stderr(Stdio::null()).spawn().expect("the program starts");
+        let mut command = workspace.process("brush case.toml --out out --checkpoint-every 0 --threads 1");
+        let mut child = command.stderr(Stdio::null()).spawn().expect("the program starts");
         // Until another checkpoint is there.
         while child.try_wait().expect("the process is ours").is_none() && fs::read(&checkpoint).ok() == before {
             sleep(Duration::from_millis(1));
         }
-        child.kill().expect("the process is ours");
-        child.wait().expect("the process is ours");
+        kill(child);
         assert!(!workspace.path("out/metrics.json").exists(), "it has been killed before its end");
-        kills += 1;
     }
     let said = workspace.told("brush case.toml --out out");
     assert!(said.contains("% of the brush are in `out/checkpoint.bin`, the simulation resumes from there"), "{said}");
@@ -189,14 +184,12 @@ fn an_interrupted_brush_says_how_to_resume() {
         .replace("segments = 10", "segments = 25")
         .replace("columns = 60", "columns = 240");
     let workspace = Workspace::with(&slow);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
-    command.current_dir(workspace.path("")).args("brush case.toml --out out --checkpoint-every 0".split(' '));
+    let mut command = workspace.process("brush case.toml --out out --checkpoint-every 0");
     let child = command.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
     while !workspace.path("out/checkpoint.bin").exists() {
         sleep(Duration::from_millis(1));
     }
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
-    assert!(killed.success());
+    interrupt(&child);
     let output = child.wait_with_output().expect("the process is ours");
     let said = String::from_utf8(output.stderr).expect("text");
     assert_eq!(output.status.code(), Some(130), "{said}");
@@ -323,15 +316,9 @@ fn filaments_of_a_brush_differ_instead_of_tools() {
 
 #[test]
 fn the_documents_list_every_column_of_a_brush() {
-    let page = include_str!("../../../../docs/results.md");
-    let (_, section) = page.split_once("\n## Results of a brush\n").expect("the section");
-    let (section, _) = section.split_once("\n## ").expect("the next section");
-    let row = |column: &Column<Interaction>| {
-        let &Column { key, symbol, unit, name, meaning, .. } = column;
-        format!("| `{key}` | {symbol} | {unit} | {name}: {meaning} |").replace("|  |", "| |").replace("|  |", "| |")
-    };
+    let section = section(include_str!("../../../../docs/results.md"), "Results of a brush");
     for column in Interaction::COLUMNS {
-        assert!(section.contains(&row(column)), "{}", row(column));
+        has(section, &[&documented(column)]);
     }
     let workspace = Workspace::with(FILE);
     workspace.run("brush case.toml --out out");

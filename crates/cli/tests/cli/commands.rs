@@ -230,9 +230,8 @@ fn simulate_draws_the_contact_over_time() {
     workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 3 figures"));
     let drawn = workspace.files("one/figures");
     let names = ["history", "profile_drawn", "profile_unrolled"];
-    assert!(
-        drawn.keys().eq(&names.map(|name| ["pdf", "png", "svg"].map(|ending| format!("{name}.{ending}"))).concat())
-    );
+    let files = names.map(|name| ["pdf", "png", "svg"].map(|ending| format!("{name}.{ending}")));
+    assert!(drawn.keys().eq(files.as_flattened()), "{:?}", drawn.keys());
     workspace.run("plot one --out again");
     assert_eq!(workspace.files("again/figures"), drawn);
 
@@ -978,15 +977,13 @@ fn shells_and_manual_pages_know_every_command() {
     }
     directory.run("man --out pages");
     let pages = directory.names("pages");
-    assert!(
-        ["bristle.1", "bristle-study.1", "bristle-converge.1"].iter().all(|page| pages.iter().any(|own| own == page))
-    );
+    for page in ["bristle.1", "bristle-study.1", "bristle-converge.1"] {
+        assert!(pages.iter().any(|own| own == page), "{page}");
+    }
     let study = directory.read("pages/bristle-study.1");
     has(&study, &["bristle\\-study", "journal.jsonl"]);
-    assert!(
-        pages.len() == directory.printed("").lines().filter(|line| line.starts_with("  ")).count() + 3,
-        "{pages:?}"
-    );
+    let listed = directory.printed("").lines().filter(|line| line.starts_with("  ")).count();
+    assert_eq!(pages.len(), listed + 3, "{pages:?}");
     directory.refuses("completions ksh", &["[possible values: bash, elvish, fish, powershell, zsh]"]);
 }
 

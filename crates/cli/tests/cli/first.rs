@@ -6,7 +6,7 @@ use bristle_input::materials::{MATERIALS, Spread};
 use bristle_input::mixture::Mixture;
 use bristle_text::number::significant;
 
-use crate::program::{Workspace, has, words};
+use crate::program::{Workspace, has, section, words};
 
 const ANSWERS: &str = "--body-radius-mm 140 --width-mm 20 --filaments 10500 --length-mm 40 --diameter-mm 1.18 --max-rpm 1200 \
                        --max-depth-mm 4";
@@ -94,10 +94,8 @@ fn the_documents_state_abrasive_filaments_and_their_friction() {
 }
 
 /// The rows of a section of docs/input.md, as cells.
-fn rows<'p>(page: &'p str, section: &str) -> Vec<Vec<&'p str>> {
-    let (_, text) = page.split_once(&format!("\n## `[{section}]`\n")).expect(section);
-    let text = text.split("\n## ").next().unwrap_or(text);
-    let rows = text.lines().filter(|line| line.starts_with("| `"));
+fn rows<'p>(page: &'p str, name: &str) -> Vec<Vec<&'p str>> {
+    let rows = section(page, &format!("`[{name}]`")).lines().filter(|line| line.starts_with("| `"));
     rows.map(|row| row.trim_matches('|').split(" | ").map(|cell| cell.trim().trim_matches('|').trim()).collect())
         .collect()
 }

@@ -8,7 +8,7 @@ use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
 
-use crate::program::{Workspace, has};
+use crate::program::{Workspace, has, kill};
 
 /// A small and quick case, section by section.
 const SECTIONS: [&str; 4] = [
@@ -113,12 +113,7 @@ fn a_full_stdout_is_an_error() {
         &graph,
     ] {
         let full = File::options().write(true).open("/dev/full").expect("Linux has it");
-        let output = Process::new(env!("CARGO_BIN_EXE_bristle"))
-            .current_dir(workspace.path(""))
-            .args(arguments.split(' '))
-            .stdout(full)
-            .output()
-            .expect("the program starts");
+        let output = workspace.process(arguments).stdout(full).output().expect("the program starts");
         let message = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{arguments}: {message}");
         assert!(message.contains("error: cannot write to stdout: "), "{arguments}: {message}");
@@ -128,12 +123,9 @@ fn a_full_stdout_is_an_error() {
 #[test]
 fn a_reader_that_leaves_is_no_error() {
     for arguments in ["--help", "derive --segments 12", "schema"] {
-        let mut child = Process::new(env!("CARGO_BIN_EXE_bristle"))
-            .args(arguments.split(' '))
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
+        let workspace = Workspace::new();
+        let mut command = workspace.process(arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
         drop(child.stdout.take());
         let output = child.wait_with_output().expect("the program ends");
         assert!(output.status.success() && output.stderr.is_empty(), "{arguments}: {output:?}");
@@ -183,18 +175,13 @@ fn a_case_survives_a_kill() {
     workspace.run("simulate case.toml --out one");
     let names = workspace.names("one");
     for _ in 0..5 {
-        let mut child = Process::new(env!("CARGO_BIN_EXE_bristle"))
-            .current_dir(workspace.path(""))
-            .args(["simulate", "case.toml", "--out", "one", "--samples", "100000"])
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the program starts");
+        let mut command = workspace.process("simulate case.toml --out one --samples 100000");
+        let mut child = command.stderr(Stdio::null()).spawn().expect("the program starts");
         let temporary = |name: &String| name.starts_with('.') && !name.starts_with(".probe");
         while child.try_wait().expect("the process is ours").is_none() && !workspace.names("one").iter().any(temporary)
         {
         }
-        child.kill().expect("the process is ours");
-        child.wait().expect("the process is ours");
+        kill(child);
     }
     workspace.run("simulate case.toml --out one");
     assert_eq!(workspace.names("one"), names);
@@ -379,10 +366,8 @@ fn check_missing<'l>(
     for line in named.iter().flat_map(|&section| missing(section)) {
         assert!(message.lines().any(|shown| shown.trim_start().starts_with(line)), "{line}\n{text}\n{message}");
     }
-    assert!(
-        !message.contains("but must be") && message.lines().skip(1).all(|line| line.chars().count() <= 80),
-        "{message}"
-    );
+    assert!(!message.contains("but must be"), "{message}");
+    assert!(message.lines().skip(1).all(|line| line.chars().count() <= 80), "{message}");
 }
 
 #[test]

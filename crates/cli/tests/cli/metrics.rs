@@ -12,7 +12,7 @@ use bristle_report::tables::study_tables;
 use bristle_store::results::run_columns;
 use bristle_text::layout::WIDTH;
 
-use crate::program::{self, Workspace, brush, page_data};
+use crate::program::{self, Workspace, brush, documented, page_data, section};
 
 const FILE: &str = concat!(
     brush!(4, "filament_count_uncertainty = 600\n"),
@@ -91,8 +91,8 @@ fn every_reader_shows_every_metric() {
 
 /// Whether pages show a metric.
 fn is_shown(column: &Column<Metrics>, results: &[CaseResult]) -> bool {
-    let values = results.iter().flatten().map(|summary| column.get(&summary.metrics));
-    !column.display.optional || values.into_iter().any(|value| value != 0.0)
+    let mut values = results.iter().flatten().map(|summary| column.get(&summary.metrics));
+    !column.display.optional || values.any(|value| value != 0.0)
 }
 
 /// Expects a map and a table for each metric that has one and is not zero in all cases, and for amplifications of which one is unstable. Returns their numbers.
@@ -120,13 +120,7 @@ fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
 
 #[test]
 fn the_documents_list_every_metric() {
-    let page = include_str!("../../../../docs/results.md");
-    let (_, section) = page.split_once("\n## Metrics\n").expect("the section");
-    let (section, _) = section.split_once("\n## ").expect("the next section");
+    let section = section(include_str!("../../../../docs/results.md"), "Metrics");
     let rows: Vec<&str> = section.lines().filter(|line| line.starts_with("| `")).collect();
-    let row = |column: &Column<Metrics>| {
-        let &Column { key, symbol, unit, name, meaning, .. } = column;
-        format!("| `{key}` | {symbol} | {unit} | {name}: {meaning} |").replace("|  |", "| |").replace("|  |", "| |")
-    };
-    assert_eq!(rows, Metrics::COLUMNS.iter().map(row).collect::<Vec<_>>());
+    assert_eq!(rows, Metrics::COLUMNS.iter().map(documented).collect::<Vec<_>>());
 }

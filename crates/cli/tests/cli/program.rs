@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Child, Command as Process, ExitStatus};
 
 use assert_cmd::Command;
+use bristle::model::record::Column;
 use bristle::model::settings::Settings;
 use bristle_grid::Study;
 use bristle_input::document::Document;
@@ -89,6 +91,30 @@ pub fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
     row[key].parse().expect(key)
 }
 
+/// The section of a document below a heading of the second level.
+pub fn section<'p>(page: &'p str, heading: &str) -> &'p str {
+    let (_, section) = page.split_once(&format!("\n## {heading}\n")).expect(heading);
+    section.split("\n## ").next().unwrap_or(section)
+}
+
+/// What docs/results.md says of a column of results.
+pub fn documented<T>(column: &Column<T>) -> String {
+    let &Column { key, symbol, unit, name, meaning, .. } = column;
+    format!("| `{key}` | {symbol} | {unit} | {name}: {meaning} |").replace("|  |", "| |").replace("|  |", "| |")
+}
+
+/// Ends a process at once.
+pub fn kill(mut child: Child) -> ExitStatus {
+    child.kill().expect("the process is ours");
+    child.wait().expect("the process is ours")
+}
+
+/// Sends a process what Ctrl-C does.
+pub fn interrupt(child: &Child) {
+    let sent = Process::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(sent.expect("`kill` is there").success());
+}
+
 /// A directory with input files and results, removed at the end of a test.
 pub struct Workspace(TempDir);
 
@@ -166,6 +192,13 @@ impl Workspace {
     /// A call of the program in this directory.
     pub fn bristle(&self, arguments: &str) -> Command {
         bristle(self.0.path(), arguments)
+    }
+
+    /// The program as a process of its own, which can be stopped.
+    pub fn process(&self, arguments: &str) -> Process {
+        let mut process = Process::new(env!("CARGO_BIN_EXE_bristle"));
+        process.current_dir(self.0.path()).args(arguments.split_whitespace());
+        process
     }
 
     /// What a command that succeeds prints to stdout and stderr.

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use bristle_store::journal::{Contents, Journal, JournalError};
 use serde_json::Value;
 
-use crate::program::{self, brush, has};
+use crate::program::{self, brush, has, interrupt, kill};
 
 /// A study that takes some tenths of a second, with two kinds of passes, and cases that fail. Only the velocity has several
 /// values. With several depths each run would draw maps, which would take longer than the simulation.
@@ -200,8 +200,7 @@ fn a_study_that_is_killed_fifty_times_ends_with_the_same_bytes() {
             let lines = workspace.lines() + random.usize(0..CASES / 2);
             workspace.wait_for_lines(lines, &mut child);
         }
-        child.kill().expect("the process is ours");
-        let status = child.wait().expect("the process is ours");
+        let status = kill(child);
         // A kill may leave only the last line incomplete.
         let done = workspace.contents().expect("only the last line can be cut off").results.iter().flatten().count();
         if let Some(code) = status.code() {
@@ -326,8 +325,7 @@ fn a_second_study_in_the_same_directory_is_refused() {
         has(&error_text(&output), &["another study is writing to the directory `results`"]);
     }
     assert!(first.try_wait().expect("the process is ours").is_none(), "the first one continues");
-    first.kill().expect("the process is ours");
-    first.wait().expect("the process is ours");
+    kill(first);
     // The lock ends with the process.
     workspace.write_input(FILE);
     workspace.ends_as_undisturbed("--restart");
@@ -444,8 +442,7 @@ mod unix {
         workspace.write_input(&long_file());
         let mut child = workspace.start("--threads 2");
         workspace.wait_for_lines(5, &mut child);
-        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-        assert!(kill.expect("`kill` is there").success());
+        interrupt(&child);
         let output = child.wait_with_output().expect("the process is ours");
         let message = error_text(&output);
         assert_eq!(output.status.code(), Some(INTERRUPTED), "{message}");

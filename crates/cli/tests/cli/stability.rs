@@ -7,7 +7,7 @@ use bristle_report::tables::study_tables;
 use bristle_text::layout::WIDTH;
 use serde_json::Value;
 
-use crate::program::{self, Workspace, brush, sparse};
+use crate::program::{self, Workspace, brush, section, sparse};
 
 /// The paper's brush, in fewer segments: slow passes are unstable without friction.
 const HEAD: &str = concat!(
@@ -104,9 +104,7 @@ fn example(text: &str) -> (Study, Vec<CaseResult>) {
 
 /// The rows of the table below a heading of docs/stability.md, without those of its own heading: the cells as numbers.
 fn documented(heading: &str) -> Vec<Vec<f64>> {
-    let page = include_str!("../../../../docs/stability.md");
-    let (_, section) = page.split_once(&format!("\n## {heading}\n")).expect("the section");
-    let section = section.split("\n## ").next().expect("its text");
+    let section = section(include_str!("../../../../docs/stability.md"), heading);
     let number = |cell: &str| cell.replace('−', "-").trim_end_matches('%').trim().parse::<f64>().ok();
     let cells = |line: &str| line.trim_matches('|').split('|').map(|cell| number(cell.trim())).collect();
     section.lines().filter(|line| line.starts_with('|')).filter_map(cells).collect()

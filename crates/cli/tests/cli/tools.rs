@@ -75,10 +75,8 @@ fn each_tool_has_the_results_of_a_study_of_its_own() {
     let (workspace, shown) = with_tools();
     let runs = workspace.read("results/runs.csv");
     let heading: Vec<&str> = runs.lines().next().expect("a heading").split(',').collect();
-    assert_eq!(
-        heading[..5],
-        ["brushing_velocity_m_s", "penetration_depth_m", "segments", "rotational_speed_rpm", "tool"]
-    );
+    let first = ["brushing_velocity_m_s", "penetration_depth_m", "segments", "rotational_speed_rpm", "tool"];
+    assert_eq!(heading[..5], first);
     let together = rows(&runs, "tool");
     for (position, (name, changes)) in ALONE.into_iter().enumerate() {
         let file = changes.iter().fold(HEAD.to_owned(), |file, (from, to)| {
@@ -88,21 +86,16 @@ fn each_tool_has_the_results_of_a_study_of_its_own() {
         workspace.write("alone.toml", format!("{file}{SWEEPS}"));
         workspace.run("study alone.toml --out alone --restart --no-figures");
         // What follows from a fill factor is a column of a study that states it.
-        assert_eq!(
-            rows(&workspace.read("alone/runs.csv"), "tool.fill_factor"),
-            together[4 * position..][..4],
-            "{name}"
-        );
+        let alone = rows(&workspace.read("alone/runs.csv"), "tool.fill_factor");
+        assert_eq!(alone, together[4 * position..][..4], "{name}");
     }
     let table = "  tool                                plain  fine_2  steel, short\n  radius of the brush body r_g in mm    140     140           100\n";
     assert!(shown.starts_with(table), "{shown}");
     let lines: Vec<&str> = shown.lines().collect();
     let first = lines.iter().position(|line| line.starts_with("F_n,w in N: ")).expect("a table of the force");
     assert_eq!([lines[first + 4], lines[first + 7], lines[first + 10]], [" plain", " fine_2", " steel, short"]);
-    assert!(
-        lines.iter().take_while(|line| !line.contains("not stated")).all(|line| line.chars().count() <= 80),
-        "{shown}"
-    );
+    let mut told = lines.iter().take_while(|line| !line.contains("not stated"));
+    assert!(told.all(|line| line.chars().count() <= 80), "{shown}");
     has(&shown, &["at tool steel, short, v_b", "filament.material = \"steel\""]);
 
     let drawn = workspace.names("results/figures");
