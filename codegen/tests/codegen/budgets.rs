@@ -97,11 +97,8 @@ fn whole_equations_stay_within_their_budgets() {
         assert_eq!(kernels.len(), limits.len(), "each kernel has a budget");
         for (kernel, limit) in kernels.iter().zip(limits) {
             let operations = count_operations(kernel).total();
-            let name = &kernel.name;
-            assert!(
-                operations <= limit,
-                "{motion:?}, n = {segments}, {name}: {operations} operations, the budget is {limit}"
-            );
+            let of = format!("{motion:?}, n = {segments}, {}", kernel.name);
+            assert!(operations <= limit, "{of}: {operations} operations, the budget is {limit}");
         }
         if motion == Motion::Spatial && segments == 25 {
             let bytes = emit(&kernels, ORIGIN).expect("the equations can be emitted").len();

@@ -1,7 +1,6 @@
 //! Does the reader understand valid files of graphs and refuse invalid ones? Files that are damaged at random: the target `graph` of
 //! `crates/cli/tests/attack/`.
 
-use std::fmt::Write;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
@@ -37,6 +36,14 @@ fn changed(changes: &[(&str, Value)]) -> String {
 
 fn refused(text: &str) -> ExchangeError {
     from_json(text).expect_err("the file is wrong")
+}
+
+/// The message with which a file is refused, which has this part.
+#[track_caller]
+fn refused_with(text: &str, part: &str) -> String {
+    let message = refused(text).to_string();
+    assert!(message.contains(part), "no `{part}` in {message}");
+    message
 }
 
 /// What the engine derives and writes.
@@ -98,19 +105,20 @@ fn the_example_of_the_page_is_read() {
 
 #[test]
 fn files_of_another_kind_are_refused() {
-    let message = |text: &str| refused(text).to_string();
-    assert_eq!(message(&changed(&[("/format", json!("gltf"))])), "the format is `gltf`, not `bristle-graph`");
-    assert_eq!(
-        message(&changed(&[("/version", json!(1))])),
-        "the version is 1; this program reads version 2: derive the graph again"
-    );
+    for (place, value, message) in [
+        ("/format", json!("gltf"), "the format is `gltf`, not `bristle-graph`"),
+        ("/version", json!(1), "the version is 1; this program reads version 2: derive the graph again"),
+        ("/generator", json!("a\rb"), "`generator` holds the control character \\u{d}"),
+    ] {
+        assert_eq!(refused(&changed(&[(place, value)])).to_string(), message);
+    }
     assert_eq!(refused(&changed(&[("/kernels", json!([]))])), ExchangeError::Empty);
-    assert_eq!(message(&changed(&[("/generator", json!("a\rb"))])), "`generator` holds the control character \\u{d}");
     let large = " ".repeat(json::MAX_BYTES + 1);
     assert_eq!(refused(&large), ExchangeError::TooLarge { bytes: large.len() });
     let error = refused("{\"format\":\"bristle-graph\",\n\"version\":");
     assert!(matches!(error, ExchangeError::Syntax { line: 2, column: 10, .. }), "{error}");
-    assert!(message("").starts_with("line 1, column 0, at `file`: EOF"), "{}", message(""));
+    let error = refused("").to_string();
+    assert!(error.starts_with("line 1, column 0, at `file`: EOF"), "{error}");
 }
 
 /// Faults of form: what is changed, and what the message contains. The schema finds them too.
@@ -208,22 +216,19 @@ fn faults_are_named_with_their_place() {
         assert!(message.contains(expected), "{place}: {message}");
     }
     for (changes, expected) in faults_of_meaning() {
-        let message = refused(&changed(&changes)).to_string();
-        assert!(message.contains(expected), "{message}");
+        let message = refused_with(&changed(&changes), expected);
         assert!(message.starts_with("kernel `"), "{message}");
     }
     for (place, field) in [("", "kernels"), ("/kernels/0", "summary"), ("/kernels/0/outputs/0", "unit")] {
         let mut file = example();
         file.pointer_mut(place).and_then(Value::as_object_mut).expect("it is an object").remove(field);
-        let message = refused(&file.to_string()).to_string();
-        assert!(message.contains(&format!("missing field `{field}`")), "{message}");
+        refused_with(&file.to_string(), &format!("missing field `{field}`"));
         let mut file = example();
         file.pointer_mut(place).expect("it is there")["colour"] = json!(1);
-        let message = refused(&file.to_string()).to_string();
-        assert!(message.contains("unknown field `colour`"), "{message}");
+        refused_with(&file.to_string(), "unknown field `colour`");
     }
     let twice = EXAMPLE.replacen("\"summary\":", "\"summary\":\"\",\"summary\":", 1);
-    assert!(refused(&twice).to_string().contains("duplicate field `summary`"));
+    refused_with(&twice, "duplicate field `summary`");
     for number in ["1e999", "NaN", "Infinity", "-", "01", "1.", "0x1"] {
         let message = refused(&EXAMPLE.replacen("1.0", number, 1)).to_string();
         assert!(message.starts_with("line 21, column"), "{message}");
@@ -271,12 +276,8 @@ fn file_of(operations: impl Iterator<Item = String>) -> String {
         text.push_str(&operation);
         last += 1;
     }
-    write!(
-        text,
-        "],\"outputs\":[{{\"name\":\"y\",\"doc\":\"\",\"unit\":\"1\",\"shape\":[],\"operations\":[{last}]}}]}}]}}"
-    )
-    .expect("a string takes everything");
-    text
+    let output = format!("{{\"name\":\"y\",\"doc\":\"\",\"unit\":\"1\",\"shape\":[],\"operations\":[{last}]}}");
+    text + "],\"outputs\":[" + &output + "]}]}"
 }
 
 fn on_a_small_stack(work: impl FnOnce() + Send + 'static) {
@@ -307,8 +308,7 @@ fn long_chains_need_no_stack() {
 #[test]
 fn too_many_entries_are_refused() {
     let operations = file_of([vec!["[\"neg\",0]"; json::MAX_OPERATIONS].join(",")].into_iter());
-    let message = refused(&operations).to_string();
-    assert!(message.contains("this list has at most 8000000 entries"), "{message}");
+    refused_with(&operations, "this list has at most 8000000 entries");
 
     let powers = json::MAX_OPERATIONS / json::MAX_EXPONENT as usize;
     let file = |count: usize| file_of((0..count).map(|i| format!("[\"powi\",{i},64]")));

@@ -2,7 +2,6 @@
 //!
 //! Accept an intended change with `cargo insta review`, or `INSTA_UPDATE=always cargo test`.
 
-use std::fmt::Write;
 use std::io;
 
 use bristle_codegen::back::json::to_json;
@@ -42,10 +41,8 @@ fn readable_equations() {
             insta::assert_snapshot!(format!("{start}equations_{segments}"), page(PageForm::Text, segments, motion));
         }
         for segments in [1, 2] {
-            insta::assert_snapshot!(
-                format!("{start}equations_{segments}_latex"),
-                page(PageForm::Latex, segments, motion)
-            );
+            let latex = page(PageForm::Latex, segments, motion);
+            insta::assert_snapshot!(format!("{start}equations_{segments}_latex"), latex);
         }
     }
 }
@@ -153,15 +150,12 @@ fn exchanged_equations() {
 
 #[test]
 fn operation_counts() {
-    let mut table = String::new();
-    for kernel in kernels() {
-        writeln!(table, "{:23} {}", kernel.name, count_operations(&kernel)).expect("a string takes everything");
-    }
+    let line = |kernel: &Kernel| format!("{:23} {}\n", kernel.name, count_operations(kernel));
+    let mut table: String = kernels().iter().map(line).collect();
     for (motion, _) in MOTIONS {
         for segments in [1, 2, 3, 25] {
             for kernel in whole(segments, motion, Purpose::Computing) {
-                writeln!(table, "n = {segments:2}  {:18} {}", kernel.name, count_operations(&kernel))
-                    .expect("see above");
+                table += &format!("n = {segments:2}  {:18} {}\n", kernel.name, count_operations(&kernel));
             }
         }
     }

@@ -88,6 +88,11 @@ fn evaluate(graph: &Graph, state: &State) -> Vec<f64> {
     graph.evaluate(&point)
 }
 
+/// The output of this name.
+fn output<'k>(kernel: &'k Kernel, name: &str) -> &'k Output {
+    kernel.outputs.iter().find(|output| output.name == name).expect("it is an output")
+}
+
 /// The values of an output by rows: of a vector one row per element, of a number one row.
 fn rows(output: &Output, values: &[f64]) -> Vec<Vec<f64>> {
     let columns = match output.shape {
@@ -146,16 +151,12 @@ fn the_planar_equations_are_the_spatial_ones_in_the_plane() {
     }
 }
 
-fn kernels_by_name(kernels: Vec<Kernel>) -> BTreeMap<String, Kernel> {
-    kernels.into_iter().map(|kernel| (kernel.name.clone(), kernel)).collect()
-}
-
-fn spatial() -> BTreeMap<String, Kernel> {
-    kernels_by_name(spatial_kernels().expect("the derivation is sound"))
-}
-
-fn planar() -> BTreeMap<String, Kernel> {
-    kernels_by_name(planar_kernels().expect("the derivation is sound"))
+/// The kernels in space and in the plane, by name.
+fn kernels() -> [BTreeMap<String, Kernel>; 2] {
+    [spatial_kernels(), planar_kernels()].map(|kernels| {
+        let kernels = kernels.expect("the derivation is sound").into_iter();
+        kernels.map(|kernel| (kernel.name.clone(), kernel)).collect()
+    })
 }
 
 /// Which rows or columns of a spatial output of this size belong to the plane: `θ` of `(φ, θ)`, `x` and `y` of a vector.
@@ -169,7 +170,7 @@ fn in_plane(size: usize) -> &'static [usize] {
 
 #[test]
 fn the_planar_kernels_are_the_spatial_ones_in_the_plane() {
-    let (spatial, planar) = (spatial(), planar());
+    let [spatial, planar] = kernels();
     let mut compared = 0;
     for (name, kernel) in planar.iter().filter_map(|(name, kernel)| Some((name.strip_prefix("planar_")?, kernel))) {
         compared += 1;
@@ -228,7 +229,7 @@ fn tilted(state: &State, size: f64) -> State {
 
 #[test]
 fn the_lateral_torques_are_the_slopes_of_the_spatial_ones() {
-    let (spatial, planar) = (spatial(), planar());
+    let [spatial, planar] = kernels();
     for (name, tilt) in [("joint", 0.0), ("clamp", 1.0)] {
         let (full, kernel) = (&spatial[name], &planar[&format!("lateral_{name}")]);
         let mut rng = Rng::with_seed(3);
@@ -256,10 +257,7 @@ fn the_lateral_torques_are_the_slopes_of_the_spatial_ones() {
 /// `τ_φ`, `p_z`, `z̈'`, `z' − z` and `ż' − ż` of a segment with the accelerations `φ̈` and `z̈`, by the kernel `segment`.
 fn segment_out_of_plane(kernel: &Kernel, state: &State, polar_acceleration: f64, height_acceleration: f64) -> Vec<f64> {
     let values = evaluate(&kernel.graph, state);
-    let output = |name: &str| {
-        let output = kernel.outputs.iter().find(|output| output.name == name).expect("it is an output");
-        rows(output, &values)
-    };
+    let output = |name: &str| rows(output(kernel, name), &values);
     let base = [state["base_acceleration_x"], state["base_acceleration_y"], height_acceleration];
     let force = [state["outer_force_x"], state["outer_force_y"], state["outer_force_z"]];
     let accelerations = [polar_acceleration, state["theta_acceleration"]];
@@ -276,7 +274,7 @@ fn segment_out_of_plane(kernel: &Kernel, state: &State, polar_acceleration: f64,
 
 #[test]
 fn the_lateral_segment_is_the_slope_of_the_spatial_one() {
-    let (spatial, planar) = (spatial(), planar());
+    let [spatial, planar] = kernels();
     let (full, tangent, kernel) = (&spatial["segment"], &spatial["segment_tangent"], &planar["lateral_segment"]);
     let mut rng = Rng::with_seed(4);
     for number in 0..STATES {
@@ -288,10 +286,7 @@ fn the_lateral_segment_is_the_slope_of_the_spatial_one() {
             segment_out_of_plane(full, &state, size * polar_acceleration, size * height_acceleration)
         });
         let values = evaluate(&kernel.graph, &state);
-        let output = |name: &str| {
-            let output = kernel.outputs.iter().find(|output| output.name == name).expect("it is an output");
-            values[output.nodes[0].index()]
-        };
+        let output = |name: &str| values[output(kernel, name).nodes[0].index()];
         let found = [
             output("coupling") * height_acceleration
                 + output("inertia") * polar_acceleration
@@ -311,7 +306,7 @@ fn the_lateral_segment_is_the_slope_of_the_spatial_one() {
 
 #[test]
 fn the_lateral_tangents_are_those_of_the_spatial_ones_out_of_the_plane() {
-    let (spatial, planar) = (spatial(), planar());
+    let [spatial, planar] = kernels();
     for name in ["segment_tangent", "joint_tangent", "clamp_tangent"] {
         let (full, kernel) = (&spatial[name], &planar[&format!("lateral_{name}")]);
         let mut rng = Rng::with_seed(5);

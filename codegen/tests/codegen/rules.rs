@@ -124,8 +124,8 @@ fn every_rule_fires_and_keeps_the_value() {
                     let values = graph.evaluate(point);
                     let (expected, result) = (values[expected.index()], values[result.index()]);
                     // NaN on both sides: the argument is outside the domain of the operation itself.
-                    let same =
-                        (expected - result).abs() <= 1e-14 * expected.abs() || (expected.is_nan() && result.is_nan());
+                    let both_nan = expected.is_nan() && result.is_nan();
+                    let same = both_nan || (expected - result).abs() <= 1e-14 * expected.abs();
                     assert!(same, "{} on {candidate:?} at {point:?}: {expected} {result}", rule.name);
                 }
             }
@@ -195,13 +195,8 @@ fn readable_form_has_the_values_of_the_compact_one() {
 }
 
 fn kernel(graph: Graph, inputs: Vec<Input>, node: NodeId) -> Kernel {
-    let output = Output {
-        name: "value".into(),
-        doc: "the value".into(),
-        unit: Unit::ONE,
-        shape: Shape::Scalar,
-        nodes: vec![node],
-    };
+    let (name, doc, nodes) = ("value".into(), "the value".into(), vec![node]);
+    let output = Output { name, doc, unit: Unit::ONE, shape: Shape::Scalar, nodes };
     Kernel { name: "example".into(), summary: "An example.".into(), graph, inputs, outputs: vec![output] }
 }
 
@@ -235,8 +230,7 @@ fn emission_says_what_is_missing() {
 #[test]
 fn emission_keeps_precedence_and_constants() {
     let mut graph = Graph::raw();
-    let (a, b, c) =
-        (graph.symbol("a", "a", Unit::ONE), graph.symbol("b", "b", Unit::ONE), graph.symbol("c", "c", Unit::ONE));
+    let [a, b, c] = ["a", "b", "c"].map(|name| graph.symbol(name, name, Unit::ONE));
     let inner = graph.sub(b, c);
     let difference = graph.sub(a, inner);
     let tiny = graph.constant(Constant::Float(-1.0 / 3.0));
