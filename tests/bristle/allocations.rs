@@ -2,14 +2,14 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::common::case;
+use crate::common::{case, edge};
 use bristle::brush::{Assembly, PressLaw};
 use bristle::contact::ContactLaw;
 use bristle::equations::Clamp;
 use bristle::model::filament::chain;
-use bristle::model::settings::{EdgeSettings, Settings, Side, WorkpieceKind};
+use bristle::model::settings::{Settings, Side};
 use bristle::simulation::{Filament, Job, simulate, simulate_side_by_side};
-use bristle::tool::ClampMotion;
+use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::{Part, Plane};
 
 fn allocations(f: impl FnOnce()) -> u64 {
@@ -25,12 +25,7 @@ fn at(relative_tolerance: f64) -> Settings {
 /// The same on an edge, which the filament meets inside segments, with friction.
 fn on_edge(relative_tolerance: f64) -> Settings {
     let mut settings = at(relative_tolerance);
-    settings.workpiece.kind = WorkpieceKind::Edge(EdgeSettings {
-        offset_m: -3e-3,
-        edge_radius_m: 0.2e-3,
-        side: Side::Entering,
-        ..EdgeSettings::default()
-    });
+    settings.workpiece.kind = edge(Side::Entering, -3e-3, 0.2e-3);
     settings.contact.friction_coefficient = 0.3;
     settings
 }
@@ -40,11 +35,8 @@ fn steps_of_a_pass_do_not_allocate() {
     for settings in [at, on_edge] {
         let steps = |tolerance| simulate(&settings(tolerance)).expect("the pass ends").statistics.steps;
         assert!(2 * steps(1e-6) > 5 * steps(1e-3), "the test could not detect allocations in a step");
-        let [few, many] = [1e-3, 1e-6].map(|tolerance| {
-            allocations(|| {
-                simulate(&settings(tolerance)).expect("the pass ends");
-            })
-        });
+        let [few, many] =
+            [1e-3, 1e-6].map(|tolerance| allocations(|| drop(simulate(&settings(tolerance)).expect("the pass ends"))));
         assert!(few > 0);
         assert_eq!(few, many);
     }
@@ -55,14 +47,7 @@ fn steps_of_passes_side_by_side_do_not_allocate() {
     for settings in [at, on_edge] {
         let [few, many] = [1e-3, 1e-6].map(|tolerance| {
             let mut jobs: Vec<Job> = (0..12).map(|number| Job::new(number, &settings(tolerance))).collect();
-            allocations(|| {
-                simulate_side_by_side(
-                    |_| jobs.pop(),
-                    |_, result| {
-                        result.expect("the pass ends");
-                    },
-                );
-            })
+            allocations(|| simulate_side_by_side(|_| jobs.pop(), |_, result| drop(result.expect("the pass ends"))))
         });
         assert!(few > 0);
         assert_eq!(few, many);
@@ -77,15 +62,7 @@ struct Standing {
 
 impl ClampMotion for Standing {
     fn at(&self, _: f64) -> Clamp<f64> {
-        let none = [0.0; 3];
-        Clamp {
-            position: [0.0, self.y, 0.0],
-            velocity: none,
-            acceleration: none,
-            direction: [1.0, 0.0, 0.0],
-            direction_rate: none,
-            angular_velocity: none,
-        }
+        Clamp { position: [0.0, self.y, 0.0], ..FixedClamp { direction: [1.0, 0.0, 0.0] }.at(0.0) }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Is it right? Results computed side by side in vector lanes have the same bits as alone.
 
 use crate::common::{RandomState, case, filament as paper_filament, random_state};
-use bristle::equations::{Batch, ChainDynamics, Dynamics, LANES, Member, NoLoads, PolarAxis};
+use bristle::equations::{Batch, LANES, Member, PolarAxis};
 use bristle::model::filament;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Kind, Simulation, SimulationError, simulate, simulate_side_by_side};
@@ -40,13 +40,6 @@ fn batch(states: &[RandomState]) -> Vec<Vec<[f64; 2]>> {
     accelerations.chunks(segments).map(<[_]>::to_vec).collect()
 }
 
-fn single(state: &RandomState) -> Vec<[f64; 2]> {
-    let mut accelerations = vec![[0.0; 2]; state.q.len()];
-    let mut dynamics = Dynamics::new(state.chain.clone());
-    dynamics.accelerations(state.clamp.holding(&state.q, &state.v), &NoLoads, &mut accelerations);
-    accelerations
-}
-
 #[test]
 fn states_of_a_batch_have_the_same_results_as_alone() {
     let mut rng = Rng::with_seed(21);
@@ -55,7 +48,7 @@ fn states_of_a_batch_have_the_same_results_as_alone() {
             let states = states(&mut rng, segments, count);
             for (i, (accelerations, state)) in batch(&states).iter().zip(&states).enumerate() {
                 assert!(accelerations.as_flattened().iter().all(|value| value.is_finite()));
-                assert_eq!(*accelerations, single(state), "n = {segments}, {i} of {count}");
+                assert_eq!(*accelerations, state.accelerations(&state.charts()), "n = {segments}, {i} of {count}");
             }
         }
     }
@@ -109,7 +102,8 @@ fn passes(friction: f64) -> Vec<Settings> {
     passes
 }
 
-pub fn side_by_side(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>> {
+/// Of which each is taken in its turn, so that one of another kind lets the lanes run dry.
+fn in_turn(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>> {
     let mut queue: Vec<usize> = (0..passes.len()).rev().collect();
     let mut results = vec![None; passes.len()];
     let take = |kind: Option<Kind>| {
@@ -132,14 +126,14 @@ fn passes_side_by_side_have_the_same_bits_as_alone() {
         let mut passes = passes(friction);
         // Out of the plane: some lanes leave their charts, and continue alone.
         passes[4].process.gravity_m_s2 = [0.0, 0.0, 3e5];
-        let together = side_by_side(&passes);
+        let together = in_turn(&passes);
         for (settings, result) in passes.iter().zip(&together) {
             assert_eq!(*result, simulate(settings), "{settings:?}");
         }
         let changes = together.iter().map(|result| result.as_ref().map_or(0, |pass| pass.statistics.chart_changes));
         assert!(changes.sum::<usize>() > 0, "no lane left its charts");
         passes.rotate_left(5);
-        let rotated = side_by_side(&passes);
+        let rotated = in_turn(&passes);
         assert_eq!(rotated[..], [&together[5..], &together[..5]].concat()[..]);
     }
 }
@@ -150,7 +144,7 @@ fn kinds_do_not_mix_and_an_error_ends_only_its_case() {
     passes[3].filament.segments = 9;
     // Not a number: no derivation of the equations makes sense of it.
     passes[7].filament.youngs_modulus_pa = f64::NAN;
-    let results = side_by_side(&passes);
+    let results = in_turn(&passes);
     for (i, (settings, result)) in passes.iter().zip(&results).enumerate() {
         assert_eq!(*result, simulate(settings));
         assert_eq!(result.is_err(), i == 7, "{i}: {result:?}");

@@ -3,17 +3,19 @@
 
 use std::f64::consts::TAU;
 
-use bristle::brush::{BrushError, BrushResult, BrushRun, BrushStatistics, RunOptions, Stretch, simulate_brush};
+use bristle::brush::{
+    BrushError, BrushResult, BrushRun, BrushStatistics, FilamentResult, RunOptions, Stretch, simulate_brush,
+};
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::{
-    BrushSettings, EdgeSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, RoundSettings, Settings, Side,
-    ToolSettings, Turns, UncertaintySettings, WorkpieceKind,
+    BrushSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, RoundSettings, Settings, Side, ToolSettings,
+    Turns, UncertaintySettings, WorkpieceKind,
 };
 use bristle::simulation::simulate;
 use serde::Deserialize;
 
-use crate::common::{cases, with};
+use crate::common::{Stated, cases, difference, edge, number, with};
 
 /// A case of `tests/data/reference_row.json`.
 #[derive(Deserialize)]
@@ -21,31 +23,32 @@ struct Reference {
     name: String,
     input: Settings,
     friction_at: Option<String>,
-    filaments: Vec<Filament>,
+    /// The metrics of each.
+    filaments: Vec<Stated>,
 }
 
-#[derive(Deserialize)]
-struct Filament {
-    contact_normal_impulse_n_s: f64,
-    contact_impulse_x_n_s: f64,
-    friction_work_j: f64,
-    contact_time_s: f64,
-    max_tip_deflection_m: f64,
+/// The errors of the metrics of a filament, relative to a scale that fits each.
+fn errors(metrics: &Metrics, stated: &Stated) -> [f64; 5] {
+    let impulse = number(stated, "contact_normal_impulse_n_s");
+    [
+        ("contact_normal_impulse_n_s", impulse),
+        ("contact_impulse_x_n_s", impulse),
+        ("friction_work_j", impulse * 10.0),
+        ("max_tip_deflection_m", 0.04),
+        ("contact_time_s", 10.0 * number(stated, "contact_time_s")),
+    ]
+    .map(|(key, scale)| difference(metrics, stated, key, scale).1)
 }
 
-impl Filament {
-    /// The errors of `metrics`, relative to a scale that fits each.
-    fn errors(&self, metrics: &Metrics) -> [f64; 5] {
-        let impulse = self.contact_normal_impulse_n_s;
-        let relative = |value: f64, expected: f64, scale: f64| ((value - expected) / scale).abs();
-        [
-            relative(metrics.contact_normal_impulse_n_s, impulse, impulse),
-            relative(metrics.contact_impulse_x_n_s, self.contact_impulse_x_n_s, impulse),
-            relative(metrics.friction_work_j, self.friction_work_j, impulse * 10.0),
-            relative(metrics.max_tip_deflection_m, self.max_tip_deflection_m, 0.04),
-            0.1 * relative(metrics.contact_time_s, self.contact_time_s, self.contact_time_s),
-        ]
-    }
+/// The result of a brush, on one thread.
+fn simulated(settings: &Settings) -> BrushResult {
+    simulate_brush(settings, 1).expect("a brush")
+}
+
+/// The result of a run, from where it is.
+fn finished(mut run: BrushRun) -> BrushResult {
+    while run.advance().expect("a step") {}
+    run.finish().expect("a result")
 }
 
 fn references() -> Vec<Reference> {
@@ -72,9 +75,9 @@ fn rows_are_those_of_an_independent_code() {
     // Other columns bounce so often that the reference itself is known to 1e-6 only, and short steps do not resolve each impact.
     let tolerance = |case: &Reference| if case.name.contains("Hertz") { 5e-3 } else { 1e-3 };
     for case in references().iter().filter(|case| case.friction_at.as_deref() != Some("centrelines")) {
-        let result = simulate_brush(&with(&case.input, |brush| brush.tolerance = 1e-4), 1).expect("a row");
+        let result = simulated(&with(&case.input, |brush| brush.tolerance = 1e-4));
         for (column, (filament, expected)) in result.filaments.iter().zip(&case.filaments).enumerate() {
-            let errors = expected.errors(&filament.metrics);
+            let errors = errors(&filament.metrics, expected);
             let name = (&case.name, case.input.process.brushing_velocity_m_s, column);
             assert!(errors.iter().all(|error| *error < tolerance(case)), "{name:?}: {errors:?}");
         }
@@ -86,9 +89,9 @@ fn rows_converge_with_the_tolerance() {
     let cases = references();
     let case = cases.iter().find(|case| case.name == "three").expect("a row of three");
     let error = |tolerance: f64| {
-        let result = simulate_brush(&with(&case.input, |brush| brush.tolerance = tolerance), 1).expect("a row");
+        let result = simulated(&with(&case.input, |brush| brush.tolerance = tolerance));
         let errors = impulses(&result).into_iter().zip(&case.filaments);
-        errors.map(|(found, case)| (found / case.contact_normal_impulse_n_s - 1.0).abs()).fold(0.0, f64::max)
+        errors.map(|(found, case)| (found / number(case, "contact_normal_impulse_n_s") - 1.0).abs()).fold(0.0, f64::max)
     };
     let errors = [1e-3, 3e-5, 1e-6].map(error);
     let [coarse, fine, finest] = errors;
@@ -115,7 +118,7 @@ fn steps_of_few_filaments_resolve_what_these_do_to_each_other() {
     settings.workpiece.kind =
         WorkpieceKind::Cylinder(RoundSettings { offset_m: 0.0004582255661588346, radius_m: 0.45803357735325706 });
     settings.process = ProcessSettings::new(3.7884999984458325, 0.00013220346840266692);
-    let result = simulate_brush(&with(&settings, |brush| brush.tolerance = 1e-3), 1).expect("a row");
+    let result = simulated(&with(&settings, |brush| brush.tolerance = 1e-3));
     assert!(result.step_error <= 1e-3, "{}", result.step_error);
     // Simulated to tolerances of 1e-5 and 3e-6, which agree to seven digits.
     let error = result.tool.contact_normal_impulse_n_s / 2.580694e-5 - 1.0;
@@ -131,7 +134,7 @@ fn steps_of_rows_resolve_how_filaments_rub_on_each_other() {
     settings.process = ProcessSettings::new(4.594, 5.152e-4);
     settings.filament.damping_ratio = 0.2;
     settings.contact.friction_coefficient = 0.1;
-    let result = simulate_brush(&settings, 1).expect("a row");
+    let result = simulated(&settings);
     // Simulated to tolerances of 3e-5 and 1e-5, which agree to 4e-6. In the steps that filaments alone need, it is off by 1.1e-3.
     let error = (result.tool.contact_normal_impulse_n_s / 1.64159e-3 - 1.0).abs();
     assert!(error < 3e-4 && result.step_error <= 1e-3, "{error}, {}", result.step_error);
@@ -142,7 +145,7 @@ fn means_that_agree_by_chance_are_not_taken_for_resolved() {
     let mut settings = with(&row(8, 680.0, 16), |brush| (brush.tolerance, brush.lateral_tilt_std_rad) = (1e-3, 1e-3));
     settings.tool.width_m = 1.3e-3;
     settings.process = ProcessSettings::new(2.5, 2e-3);
-    let result = simulate_brush(&settings, 1).expect("a row");
+    let result = simulated(&settings);
     assert!(result.step_error <= 1e-3, "{}", result.step_error);
     // Simulated to a tolerance of 1.25e-5, in 174 000 steps. To 1e-3, the means of the second and the third length agree to 1.1e-4, and both
     // are off by 2.8e-3.
@@ -159,7 +162,7 @@ fn a_sample_says_how_certain_the_mean_of_differing_filaments_is() {
         process: ProcessSettings::new(5.0, 3e-3),
         ..row(4, 680.0, 42)
     };
-    let error = |settings: &Settings| simulate_brush(settings, 1).expect("a row").step_error;
+    let error = |settings: &Settings| simulated(settings).step_error;
     // Single filaments depend on the step by several per cent, however short it is.
     let of_tilted = error(&tilted);
     assert!(of_tilted > 1e-3);
@@ -183,7 +186,7 @@ fn a_sample_says_how_certain_the_mean_of_differing_filaments_is() {
 fn filaments_too_far_apart_to_touch_are_those_of_single_passes() {
     let settings = with(&row(10, 150.0, 3), |brush| brush.tolerance = 3e-5);
     let alone = simulate(&settings).expect("a pass").metrics;
-    let result = simulate_brush(&settings, 1).expect("a row");
+    let result = simulated(&settings);
     for filament in &result.filaments {
         let ratio = filament.metrics.contact_normal_impulse_n_s / alone.contact_normal_impulse_n_s;
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
@@ -197,10 +200,9 @@ fn filaments_too_far_apart_to_touch_are_those_of_single_passes() {
 fn one_filament_on_an_edge_has_the_metrics_of_a_pass() {
     let mut settings = with(&row(6, 682.0, 1), |brush| brush.tolerance = 1e-4);
     settings.contact.friction_coefficient = 0.3;
-    settings.workpiece.kind =
-        WorkpieceKind::Edge(EdgeSettings { edge_radius_m: 1e-3, side: Side::Entering, ..EdgeSettings::default() });
+    settings.workpiece.kind = edge(Side::Entering, 0.0, 1e-3);
     let alone = simulate(&settings).expect("a pass").metrics;
-    let result = simulate_brush(&settings, 1).expect("a filament");
+    let result = simulated(&settings);
     assert!(alone.edge_share > 0.2 && alone.edge_evenness > 0.1);
     for column in Metrics::COLUMNS {
         // What a brush does not have.
@@ -216,7 +218,7 @@ fn one_filament_on_an_edge_has_the_metrics_of_a_pass() {
 
 #[test]
 fn the_work_of_a_row_has_not_changed() {
-    let result = simulate_brush(&row(10, 682.0, 12), 1).expect("a row");
+    let result = simulated(&row(10, 682.0, 12));
     let BrushStatistics { steps, halved_steps, .. } = result.statistics;
     assert!(halved_steps < steps / 10, "{halved_steps} of {steps} steps are repeated");
     let effort = result.statistics.effort;
@@ -233,7 +235,7 @@ fn a_feed_across_an_edge_takes_no_shorter_steps() {
         settings.process.brushing_velocity_m_s = 3.0;
         settings.workpiece.kind = WorkpieceKind::edge(0.7e-3);
         settings.workpiece.feed_velocity_m_s = feed;
-        simulate_brush(&settings, 1).expect("a row")
+        simulated(&settings)
     });
     // A filament that comes later meets the edge elsewhere, which is no error of the steps.
     found.iter().for_each(|result| assert!(result.step_error <= 1e-3, "{}", result.step_error));
@@ -251,7 +253,7 @@ fn results_depend_neither_on_threads_nor_on_where_a_run_was_stopped() {
         brush.tolerance = 1e-2;
     });
     let settings = Settings { tool: ToolSettings { width_m: 3.6e-3, ..settings.tool.clone() }, ..settings };
-    let expected = simulate_brush(&settings, 1).expect("a brush");
+    let expected = simulated(&settings);
     assert_eq!(simulate_brush(&settings, 3).expect("a brush"), expected);
     let options = RunOptions { frames: 4, ..RunOptions::default() };
     let mut run = BrushRun::new(&settings, options).expect("a brush");
@@ -259,11 +261,8 @@ fn results_depend_neither_on_threads_nor_on_where_a_run_was_stopped() {
         assert!(run.advance().expect("steps"));
     }
     let state = run.checkpoint();
-    let mut resumed = BrushRun::resume(&settings, options, &state).expect("a state");
-    for run in [&mut run, &mut resumed] {
-        while run.advance().expect("steps") {}
-    }
-    let [whole, resumed] = [run, resumed].map(|run| run.finish().expect("results"));
+    let resumed = BrushRun::resume(&settings, options, &state).expect("a state");
+    let [whole, resumed] = [run, resumed].map(finished);
     assert!(whole.frames.len() > 2 && whole.pairs.len() > 15);
     assert_eq!(resumed, whole);
     assert_eq!(impulses(&whole), impulses(&expected));
@@ -284,7 +283,7 @@ fn mirrored_and_shifted_sectors_are_the_same() {
         let mut settings = base.clone();
         settings.tool.width_m = 3.9e-3;
         settings.filament.lateral_tilt_rad = tilt;
-        simulate_brush(&settings, 1).expect("a brush")
+        simulated(&settings)
     };
     let (one, mirrored) = (tilted(0.02), tilted(-0.02));
     for filament in &one.filaments {
@@ -300,14 +299,14 @@ fn mirrored_and_shifted_sectors_are_the_same() {
 
 #[test]
 fn rows_that_are_far_apart_are_single_rows() {
-    let single = simulate_brush(&row(5, 682.0, 6), 1).expect("a row");
+    let single = simulated(&row(5, 682.0, 6));
     let three = with(&row(5, 682.0 * 3.0, 6), |brush| (brush.rows, brush.pattern) = (Some(3), Pattern::Aligned));
-    let planar = simulate_brush(&three, 1).expect("a brush");
+    let planar = simulated(&three);
     // Rows of equal filaments are simulated once.
     assert_eq!(planar.statistics, single.statistics);
     let spatial =
         Settings { process: ProcessSettings { gravity_m_s2: [0.0, 0.0, 1e-9], ..three.process.clone() }, ..three };
-    let spatial = simulate_brush(&spatial, 1).expect("a brush");
+    let spatial = simulated(&spatial);
     for (column, impulse) in impulses(&single).into_iter().enumerate() {
         for row in 0..3 {
             assert_eq!(impulses(&planar)[3 * column + row], impulse);
@@ -324,7 +323,7 @@ fn energies_balance_and_neighbours_oppose_each_other() {
         (brush.damping_s_m, brush.friction_coefficient) = (0.5, 0.3);
     });
     settings.contact.friction_coefficient = 0.3;
-    let result = simulate_brush(&settings, 1).expect("a row");
+    let result = simulated(&settings);
     let balance = result.energies;
     let defect = balance.gain_j - balance.work_j + balance.dissipated_j;
     assert!(defect.abs() < 1e-4 * balance.work_j.abs().max(balance.dissipated_j), "{balance:?}");
@@ -341,7 +340,7 @@ fn filaments_with_large_tilts_lean_on_each_other() {
             (brush.rows, brush.lateral_tilt_std_rad, brush.tolerance) = (Some(3), std, tolerance);
         });
         let settings = Settings { tool: ToolSettings { width_m: 3.6e-3, ..settings.tool.clone() }, ..settings };
-        simulate_brush(&settings, 1).expect("a brush")
+        simulated(&settings)
     };
     // Rows are 0.02 mm apart; a deviation of 50 mrad moves the tips by 2 mm.
     let [coarse, fine] = [1e-3, 1e-4].map(|tolerance| tilted(0.05, tolerance));
@@ -370,9 +369,8 @@ fn depth(settings: &Settings) -> f64 {
     let mut apart = settings.clone();
     apart.tool.width_m *= 10.0;
     apart.filament.segments = 2;
-    let mut run = BrushRun::new(&apart, RunOptions { frames: 100, ..RunOptions::default() }).expect("a brush");
-    while run.advance().expect("a step") {}
-    let first = &run.finish().expect("a result").frames[0];
+    let run = BrushRun::new(&apart, RunOptions { frames: 100, ..RunOptions::default() }).expect("a brush");
+    let first = &finished(run).frames[0];
     assert_eq!(first.contact_normal_force_n, [0.0; 2]);
     let [a, b] = [0, 1].map(|filament| {
         let [root, next] = [0, 1].map(|node| first.nodes_m[filament][node].map(f64::from));
@@ -392,7 +390,7 @@ fn tilted_filaments_lean_on_each_other_as_cantilevers_do() {
         let filament = &settings.filament;
         let stiffness = 3.0 * filament.youngs_modulus_pa * TAU / 128.0 * filament.diameter_m.powi(4);
         let expected = 0.5 * depth * stiffness / filament.length_m.powi(3);
-        let result = simulate_brush(&settings, 1).expect("a brush");
+        let result = simulated(&settings);
         let before = result.history.iter().take_while(|sample| sample.touching_filaments == 0);
         let ratios: Vec<f64> = before.map(|sample| sample.press_force_n / expected).collect();
         assert!(ratios.len() > 5, "it begins before it touches");
@@ -414,13 +412,9 @@ fn filaments_that_are_apart_do_not_settle_and_others_resume_while_they_do() {
         assert!(run.advance().expect("a rung"));
     }
     assert!(run.done() > 0.0);
-    let mut again =
-        BrushRun::resume(&settings, RunOptions::default(), &run.checkpoint()).expect("the state is its own");
+    let again = BrushRun::resume(&settings, RunOptions::default(), &run.checkpoint()).expect("the state is its own");
     assert_eq!(again.done(), run.done());
-    let finish = |run: &mut BrushRun| while run.advance().expect("a step") {};
-    finish(&mut run);
-    finish(&mut again);
-    assert!(run.finish().expect("a result") == again.finish().expect("a result"));
+    assert!(finished(run) == finished(again));
 }
 
 #[test]
@@ -431,25 +425,21 @@ fn roots_are_shifted_where_there_is_room() {
         });
         let settings =
             Settings { tool: ToolSettings { width_m: 1.5e-3 * rows as f64, ..settings.tool.clone() }, ..settings };
-        (simulate_brush(&settings, 1).expect("a brush"), settings)
+        (simulated(&settings), settings)
     };
     for rows in [1, 3] {
         let (result, settings) = shifted(rows);
-        let place = |filament: &bristle::brush::FilamentResult| {
-            [settings.tool.body_radius_m * filament.root_angle_rad, filament.root_z_m]
-        };
+        let place =
+            |filament: &FilamentResult| [settings.tool.body_radius_m * filament.root_angle_rad, filament.root_z_m];
         let places: Vec<[f64; 2]> = result.filaments.iter().map(place).collect();
         let diameter = settings.filament.diameter_m;
         let is_apart =
             |a: usize, b: usize| (places[a][0] - places[b][0]).hypot(places[a][1] - places[b][1]) >= diameter;
         assert!((0..places.len()).all(|a| (0..a).all(|b| is_apart(a, b))), "{places:?}");
         let pitch = TAU * settings.tool.body_radius_m / 500.0;
-        assert!(
-            result
-                .filaments
-                .iter()
-                .any(|filament| { (place(filament)[0] / pitch - filament.column as f64).rem_euclid(0.5) > 0.01 })
-        );
+        let is_shifted =
+            |filament: &FilamentResult| (place(filament)[0] / pitch - filament.column as f64).rem_euclid(0.5) > 0.01;
+        assert!(result.filaments.iter().any(is_shifted));
         assert_eq!(places.iter().all(|[_, z]| *z == 0.0), rows == 1);
     }
 }
@@ -460,7 +450,7 @@ fn a_brush_is_compared_with_its_own_filaments_alone() {
     settings.uncertainty.length_std_m = 3e-4;
     settings.uncertainty.hold = Hold::Machine;
     // Too far apart to touch, they are alone in the brush too.
-    let result = simulate_brush(&settings, 1).expect("a row");
+    let result = simulated(&settings);
     assert!(result.pairs.is_empty() && (result.interaction_factor - 1.0).abs() < 2e-3, "{}", result.interaction_factor);
 }
 
@@ -471,13 +461,13 @@ fn each_filament_has_its_own_deviations() {
     let error = simulate_brush(&settings, 1).expect_err("it is refused");
     assert!(error.to_string().contains("machine"), "{error}");
     settings.uncertainty.hold = Hold::Machine;
-    let result = simulate_brush(&settings, 1).expect("a row");
+    let result = simulated(&settings);
     let impulses = impulses(&result);
     let mean = impulses.iter().sum::<f64>() / 12.0;
     let deviation = (impulses.iter().map(|impulse| (impulse - mean).powi(2)).sum::<f64>() / 11.0).sqrt();
     assert!(deviation > 0.03 * mean && deviation < 0.5 * mean, "{impulses:?}");
     // The same filaments, whatever the number of columns. Steps are halved where any filament needs it.
-    let fewer = simulate_brush(&with(&settings, |brush| brush.columns = Some(4)), 1).expect("a row");
+    let fewer = simulated(&with(&settings, |brush| brush.columns = Some(4)));
     let [a, b] = [fewer, result].map(|result| result.filaments[1].metrics.max_tip_deflection_m);
     assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
 }
@@ -488,7 +478,7 @@ fn random_roots_keep_their_distance() {
         (brush.rows, brush.pattern) = (None, Pattern::Random);
         brush.tolerance = 1e-2;
     });
-    let result = simulate_brush(&settings, 1).expect("a brush");
+    let result = simulated(&settings);
     assert_eq!((result.columns, result.rows), (2, 15));
     let (mut least, mut regular) = (f64::INFINITY, 0);
     for (index, a) in result.filaments.iter().enumerate() {
@@ -504,15 +494,15 @@ fn random_roots_keep_their_distance() {
     assert!((1.18e-3..1.25e-3).contains(&least), "{least}");
     // Of regular roots all would be: of random ones a tenth.
     assert!(regular < 10, "{regular} of 30");
-    let again = simulate_brush(&settings, 1).expect("a brush");
+    let again = simulated(&settings);
     assert_eq!(again, result);
     let other = with(&settings, |brush| brush.seed = 2);
-    assert!(simulate_brush(&other, 1).expect("a brush").filaments[0].root_z_m != result.filaments[0].root_z_m);
+    assert!(simulated(&other).filaments[0].root_z_m != result.filaments[0].root_z_m);
 }
 
 #[test]
 fn a_whole_row_is_a_ring() {
-    let result = simulate_brush(&with(&row(2, 40.0, 40), |brush| brush.tolerance = 1e-4), 1).expect("a row");
+    let result = simulated(&with(&row(2, 40.0, 40), |brush| brush.tolerance = 1e-4));
     let impulses = impulses(&result);
     for impulse in &impulses {
         assert!((impulse / impulses[0] - 1.0).abs() < 2e-2, "{impulses:?}");
@@ -524,7 +514,7 @@ fn steady_turns_of_a_brush_go_on_until_they_are() {
     let mut settings = row(10, 600.0, 1);
     settings.process.brushing_velocity_m_s = 30.0;
     settings.process.turns = Some(Turns::Steady);
-    let brush = simulate_brush(&settings, 1).expect("a brush");
+    let brush = simulated(&settings);
     let impulses = &brush.turn_contact_normal_impulses_n_s;
     // MODEL, "Turns".
     for (found, expected) in impulses.iter().zip([1.64e-3, 3.04e-3, 3.58e-3, 3.69e-3]) {
@@ -546,9 +536,9 @@ fn the_steady_stretch_is_where_impulses_no_longer_change() {
     let error = simulate_brush(&with(&settings, |brush| brush.columns = Some(1)), 1).expect_err("too few columns");
     assert!(matches!(error, BrushError::TooFewColumns { columns: 1, drift: None, .. }), "{error}");
     // As many as it says are enough; and so are as many as there are without a number.
-    let stated = simulate_brush(&with(&settings, |brush| brush.columns = Some(needed)), 1).expect("a row");
-    let default = simulate_brush(&with(&settings, |brush| brush.columns = None), 1).expect("a row");
-    let longer = simulate_brush(&with(&settings, |brush| brush.columns = Some(2 * needed)), 1).expect("a row");
+    let stated = simulated(&with(&settings, |brush| brush.columns = Some(needed)));
+    let default = simulated(&with(&settings, |brush| brush.columns = None));
+    let longer = simulated(&with(&settings, |brush| brush.columns = Some(2 * needed)));
     for result in [stated, default] {
         let [a, b] = [&result, &longer].map(|result| result.tool.contact_normal_impulse_n_s);
         assert!((a / b - 1.0).abs() < 3e-3, "{a} {b} {:?} {:?}", result.stretch, longer.stretch);
@@ -583,14 +573,13 @@ fn a_row_ends_once_its_stretch_has_settled() {
     }
     assert!(result.pairs.iter().all(|pair| pair.filament[0].max(pair.other[0]) < result.columns));
     // The tolerance is that of the mean impulse.
-    let longer = simulate_brush(&with(&settings, |brush| brush.columns = Some(200)), 1).expect("a row");
+    let longer = simulated(&with(&settings, |brush| brush.columns = Some(200)));
     let [a, b] = [&result, &longer].map(|result| result.tool.contact_normal_impulse_n_s);
     assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
     // It goes on from any state, also where it has settled, with columns that still rest.
     for state in [&states[1], &states[states.len() / 2], &states[states.len() - 1]] {
-        let mut resumed = BrushRun::resume(&settings, options, state).expect("a state");
-        while resumed.advance().expect("steps") {}
-        assert_eq!(resumed.finish().expect("results"), result);
+        let resumed = BrushRun::resume(&settings, options, state).expect("a state");
+        assert_eq!(finished(resumed), result);
     }
 }
 

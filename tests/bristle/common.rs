@@ -7,10 +7,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bristle::equations::linear::{add, scale};
-use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, RelaxedAngle};
+use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, PolarAxis, RelaxedAngle};
 use bristle::model::filament;
-use bristle::model::settings::{BrushSettings, FilamentSettings, Settings};
-use bristle::simulation::{FilamentState, NoContactArc, Pass};
+use bristle::model::metrics::Metrics;
+use bristle::model::record::Record;
+use bristle::model::settings::{BrushSettings, EdgeSettings, FilamentSettings, Settings, Side, WorkpieceKind};
+use bristle::simulation::{
+    FilamentState, Job, Kind, NoContactArc, Pass, Sampling, Simulation, SimulationError, sample_any_side_by_side,
+    simulate,
+};
 use bristle::tool::{Tool, radial_clamp};
 use bristle::workpiece::{ContactArc, Edge, ProfileCells, Surface, Workpiece};
 use fastrand::Rng;
@@ -46,6 +51,11 @@ pub fn case(segments: usize, velocity: f64, depth: f64) -> Settings {
     settings
 }
 
+/// An edge of a right angle.
+pub fn edge(side: Side, offset_m: f64, edge_radius_m: f64) -> WorkpieceKind {
+    WorkpieceKind::Edge(EdgeSettings { side, offset_m, edge_radius_m, ..EdgeSettings::default() })
+}
+
 /// The cases of a file of reference data.
 pub fn cases<T: DeserializeOwned>(name: &str) -> Vec<T> {
     #[derive(Deserialize)]
@@ -76,12 +86,68 @@ pub fn balance(settings: &Settings) -> (f64, FilamentState) {
     (rise, end)
 }
 
+/// The metrics of a pass.
+pub fn metrics(settings: &Settings) -> Metrics {
+    simulate(settings).unwrap_or_else(|error| panic!("{error}: {settings:?}")).metrics
+}
+
+/// A metric by its key.
+pub fn metric(metrics: &Metrics, key: &str) -> f64 {
+    Metrics::COLUMNS.iter().find(|column| column.key == key).expect(key).get(metrics)
+}
+
+/// What an independent code states of a contact, mostly by the keys of metrics.
+pub type Stated = serde_json::Map<String, serde_json::Value>;
+
+/// A number that is stated.
+pub fn number(stated: &Stated, key: &str) -> f64 {
+    stated[key].as_f64().expect(key)
+}
+
+/// By how much a metric differs from the stated one, over a scale.
+pub fn difference(found: &Metrics, stated: &Stated, key: &'static str, scale: f64) -> (&'static str, f64) {
+    (key, ((metric(found, key) - number(stated, key)) / scale).abs())
+}
+
+/// The results of passes that are simulated side by side, in lanes of equal kinds.
+pub fn side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
+    sampling: Sampling,
+    passes: impl IntoIterator<Item = Pass<T, W>>,
+) -> Vec<Result<Simulation, SimulationError>> {
+    let mut jobs: Vec<Job<T, W>> = passes.into_iter().enumerate().map(|(number, pass)| Job { number, pass }).collect();
+    let mut results = vec![None; jobs.len()];
+    let take = |kind: Option<Kind>| {
+        let position = jobs.iter().rposition(|job| kind.is_none_or(|kind| job.pass.kind() == kind))?;
+        Some(jobs.swap_remove(position))
+    };
+    sample_any_side_by_side(sampling, take, |number, result| {
+        assert!(results[number].replace(result).is_none(), "a pass is reported once");
+    });
+    results.into_iter().map(|result| result.expect("every pass is reported")).collect()
+}
+
 /// A spatial state: a randomly bent, wavy filament of random segments away from the poles, with rates as in a fast brush.
 pub struct RandomState {
     pub chain: Chain<f64>,
     pub clamp: Clamp<f64>,
     pub q: Vec<[f64; 2]>,
     pub v: Vec<[f64; 2]>,
+}
+
+impl RandomState {
+    /// The accelerations by the recursion, without loads, with the segments about the axes of `charts`.
+    pub fn accelerations(&self, charts: &[PolarAxis]) -> Vec<[f64; 2]> {
+        let mut accelerations = vec![[0.0; 2]; self.q.len()];
+        let mut dynamics = Dynamics::new(self.chain.clone());
+        dynamics.set_charts(charts);
+        dynamics.accelerations(self.clamp.holding(&self.q, &self.v), &NoLoads, &mut accelerations);
+        accelerations
+    }
+
+    /// The charts in which the state is drawn.
+    pub fn charts(&self) -> Vec<PolarAxis> {
+        vec![PolarAxis::Z; self.q.len()]
+    }
 }
 
 pub fn random_state(rng: &mut Rng, segments: usize) -> RandomState {

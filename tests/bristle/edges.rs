@@ -6,8 +6,9 @@ use bristle::model::metrics::Metrics;
 use bristle::model::settings::{FilamentSettings, Settings, Turns, WorkpieceSettings};
 use bristle::simulation::{Pass, Sample, simulate_with_history};
 use serde::Deserialize;
+use serde_json::Value;
 
-use crate::common::{case, cases};
+use crate::common::{Stated, case, cases, difference, number};
 
 /// Largest difference of an impulse over `p_n`, of times and work relative to themselves, and of the tip over `l_f`, beyond ten times
 /// the error that the reference states. The solver runs at 1e-9, and they agree to 4e-7, except that the share of an edge differs by up
@@ -30,23 +31,12 @@ struct Reference {
     turns: usize,
     start_angle_rad: f64,
     end_s: f64,
-    contact_time_s: f64,
-    contact_normal_impulse_n_s: f64,
-    contact_impulse_x_n_s: f64,
-    contact_impulse_y_n_s: f64,
-    edge_contact_normal_impulse_n_s: f64,
-    friction_work_j: f64,
-    contact_angular_impulse_n_m_s: f64,
     turn_contact_normal_impulses_n_s: Vec<f64>,
     final_tip_m: [f64; 2],
     largest_edge_penetration_m: f64,
-    /// Where it is stated.
-    peak_contact_normal_force_n: Option<f64>,
-    sliding_work_j: Option<f64>,
-    edge_sliding_work_j: Option<f64>,
-    edge_work_angle_rad: Option<f64>,
-    edge_work_angle_std_rad: Option<f64>,
     own_error: f64,
+    #[serde(flatten)]
+    stated: Stated,
 }
 
 #[derive(Deserialize)]
@@ -87,48 +77,40 @@ impl Reference {
 
     /// The differences of a pass from this, each over its scale.
     fn differences(&self, metrics: &Metrics, end: &Sample) -> Vec<(&'static str, f64)> {
-        let (normal, radius) = (self.contact_normal_impulse_n_s, 0.18);
-        let work = self.friction_work_j.max(1e-6);
         let [x, y] = self.final_tip_m;
-        let numbers = [
+        let motion = [
             ("end_s", end.time_s, self.end_s, self.end_s),
-            ("contact_time_s", metrics.contact_time_s, self.contact_time_s, self.contact_time_s),
-            ("contact_normal_impulse_n_s", metrics.contact_normal_impulse_n_s, normal, normal),
-            ("contact_impulse_x_n_s", metrics.contact_impulse_x_n_s, self.contact_impulse_x_n_s, normal),
-            ("contact_impulse_y_n_s", metrics.contact_impulse_y_n_s, self.contact_impulse_y_n_s, normal),
-            (
-                "edge_contact_normal_impulse_n_s",
-                metrics.edge_contact_normal_impulse_n_s,
-                self.edge_contact_normal_impulse_n_s,
-                normal,
-            ),
-            ("friction_work_j", metrics.friction_work_j, self.friction_work_j, work),
-            (
-                "contact_angular_impulse_n_m_s",
-                metrics.contact_angular_impulse_n_m_s,
-                self.contact_angular_impulse_n_m_s,
-                normal * radius,
-            ),
             ("tip_x_m", end.tip_x_m, x, 0.04),
             ("tip_y_m", end.tip_y_m, y, 0.04),
+        ]
+        .map(|(name, value, expected, scale)| (name, (value - expected).abs() / scale));
+        let stated = |key: &str| number(&self.stated, key);
+        let normal = stated("contact_normal_impulse_n_s");
+        let contact = [
+            ("contact_time_s", stated("contact_time_s")),
+            ("contact_normal_impulse_n_s", normal),
+            ("contact_impulse_x_n_s", normal),
+            ("contact_impulse_y_n_s", normal),
+            ("edge_contact_normal_impulse_n_s", normal),
+            ("friction_work_j", stated("friction_work_j").max(1e-6)),
+            ("contact_angular_impulse_n_m_s", normal * 0.18),
         ];
-        let peak = self
-            .peak_contact_normal_force_n
-            .map(|peak| ("peak_contact_normal_force_n", metrics.peak_contact_normal_force_n, peak, peak));
-        let whole = self.sliding_work_j.unwrap_or(1.0);
+        let where_stated = |key: &str| self.stated.get(key).and_then(Value::as_f64);
+        let peak = where_stated("peak_contact_normal_force_n").unwrap_or(1.0);
+        let whole = where_stated("sliding_work_j").unwrap_or(1.0);
         // An angle is as sure as the part of the work that it is the angle of.
-        let by_work = self.edge_sliding_work_j.map_or(1.0, |work| whole / work.max(f64::MIN_POSITIVE));
-        let sliding = [
-            ("sliding_work_j", metrics.sliding_work_j, self.sliding_work_j, whole),
+        let by_work = where_stated("edge_sliding_work_j").map_or(1.0, |work| whole / work.max(f64::MIN_POSITIVE));
+        let others = [
+            ("peak_contact_normal_force_n", peak),
+            ("sliding_work_j", whole),
             // Onto an edge a tip slides as its share of the impulse says.
-            ("edge_sliding_work_j", metrics.edge_sliding_work_j, self.edge_sliding_work_j, whole),
-            ("edge_work_angle_rad", metrics.edge_work_angle_rad, self.edge_work_angle_rad, by_work),
-            ("edge_work_angle_std_rad", metrics.edge_work_angle_std_rad, self.edge_work_angle_std_rad, by_work),
+            ("edge_sliding_work_j", whole),
+            ("edge_work_angle_rad", by_work),
+            ("edge_work_angle_std_rad", by_work),
         ];
-        let sliding =
-            sliding.into_iter().filter_map(|(name, value, expected, scale)| Some((name, value, expected?, scale)));
-        let all = numbers.into_iter().chain(peak).chain(sliding);
-        all.map(|(name, value, expected, scale)| (name, (value - expected).abs() / scale)).collect()
+        let others = others.into_iter().filter(|(key, _)| where_stated(key).is_some());
+        let of_metrics = contact.into_iter().chain(others);
+        motion.into_iter().chain(of_metrics.map(|(key, scale)| difference(metrics, &self.stated, key, scale))).collect()
     }
 }
 

@@ -1,13 +1,13 @@
 //! A brush of one filament is the pass of that filament: seeded random settings of all that a brush can have.
 
 use bristle::brush::simulate_brush;
-use bristle::model::metrics::Metrics;
-use bristle::model::record::Record;
 use bristle::model::settings::{
     BrushSettings, ChamferSettings, EdgeSettings, Ends, Pattern, ProfileSettings, Settings, Side, Turns, WorkpieceKind,
 };
 use bristle::simulation::{Pass, Sampling, simulate};
 use fastrand::Rng;
+
+use crate::common::metric;
 
 /// Settings that `cargo test` tries. `BRISTLE_LONE` states another number (CONTRIBUTING.md).
 const COUNT: usize = 8;
@@ -159,8 +159,7 @@ fn filaments_of_a_tilted_brush_are_those_along_its_trim() {
     for filament in &found.filaments {
         let alone = Pass::at(&settings, filament.root_z_m).simulate(Sampling::default()).expect("a pass").metrics;
         for key in ["contact_normal_impulse_n_s", "contact_impulse_x_n_s", "contact_impulse_z_n_s"] {
-            let column = Metrics::COLUMNS.iter().find(|column| column.key == key).expect(key);
-            let [here, there] = [&filament.metrics, &alone].map(|metrics| column.get(metrics));
+            let [here, there] = [&filament.metrics, &alone].map(|metrics| metric(metrics, key));
             assert!((here - there).abs() <= 1e-3 * largest, "{key} at {}: {here} {there}", filament.root_z_m);
         }
     }

@@ -1,11 +1,11 @@
 //! Is the core open? A tool and a workpiece from outside the crate get the same results as the built-in ones, to the bit.
 
-use crate::common::{AnyTool, AnyWorkpiece, case, pass_with};
+use crate::common::{AnyTool, AnyWorkpiece, case, pass_with, side_by_side};
 use bristle::equations::{Clamp, PolarAxis};
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::{Settings, WorkpieceKind};
-use bristle::simulation::{Job, NoContactArc, Pass, Sampling, Simulation, sample_any_side_by_side, simulate_with};
+use bristle::simulation::{NoContactArc, Pass, Sampling, Simulation, simulate_with};
 use bristle::tool::{RotaryTool, Tool, radial_clamp};
 use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
 
@@ -88,19 +88,10 @@ fn outside_tools_and_workpieces_have_the_bits_of_the_built_in_ones() {
         let simulation = outside(settings).simulate(SAMPLING).expect("the pass ends");
         assert!(simulation == *expected, "{:?} {:?}", simulation.metrics, expected.metrics);
     }
-    let mut jobs: Vec<Job<AnyTool, AnyWorkpiece>> =
-        cases.iter().enumerate().map(|(number, settings)| Job { number, pass: outside(settings) }).collect();
-    let mut done = 0;
-    sample_any_side_by_side(
-        SAMPLING,
-        |_| jobs.pop(),
-        |number, result| {
-            let simulation = result.expect("the pass ends");
-            assert!(simulation == built_in[number], "{:?} {:?}", simulation.metrics, built_in[number].metrics);
-            done += 1;
-        },
-    );
-    assert_eq!(done, cases.len());
+    for (result, expected) in side_by_side(SAMPLING, cases.iter().map(outside)).into_iter().zip(&built_in) {
+        let simulation = result.expect("the pass ends");
+        assert!(simulation == *expected, "{:?} {:?}", simulation.metrics, expected.metrics);
+    }
 }
 
 #[test]

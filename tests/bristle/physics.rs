@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
 
-use crate::common::{case, filament, random_state, residual, tolerance};
+use crate::common::{case, filament, largest, random_state, residual, tolerance};
 use bristle::contact::ContactLaw;
 use bristle::equations::{LaneSet, StepWeights};
 use bristle::integrate::tableau::{ESDIRK43, ESDIRK54, Tableau};
@@ -98,7 +98,7 @@ fn straight_filament_is_exact() {
     assert!(evaluation.potential_energy_j < 1e-30);
     assert!(evaluation.dissipation_w < 1e-28);
     // The torques of 25 joints vanish to one rounding of c ≈ 0.2 N m. Divided by J ≈ 1e-12 kg m², it shows here.
-    assert!(crate::common::largest(&evaluation.accelerations) < 1e-3);
+    assert!(largest(&evaluation.accelerations) < 1e-3);
 }
 
 fn no_contact() -> (ContactLaw, Plane) {

@@ -1,14 +1,12 @@
 //! Is it physics? The result of a pass that is planar by symmetry depends on the settings and on nothing else: not on how the set-up
 //! is turned about `z` or mirrored, nor, beyond the tolerance, on the tolerance.
 
-use crate::common::{AnyTool, AnyWorkpiece, pass_with};
+use crate::common::{AnyTool, AnyWorkpiece, pass_with, side_by_side};
 use bristle::equations::Clamp;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::{Settings, WorkpieceKind};
-use bristle::simulation::{
-    Form, Job, Kind, Pass, Sampling, Simulation, sample_any_side_by_side, simulate_with_history,
-};
+use bristle::simulation::{Form, Pass, Sampling, Simulation, simulate_with_history};
 use bristle::tool::{RotaryTool, Tool};
 use bristle::workpiece::{Plane, Workpiece};
 use fastrand::Rng;
@@ -60,18 +58,8 @@ static DRAWN: LazyLock<(Vec<Settings>, Vec<Metrics>)> = LazyLock::new(|| {
 
 /// The metrics of passes, computed in lanes.
 fn metrics<T: Tool + Clone, W: Workpiece + Clone>(passes: Vec<Pass<T, W>>) -> Vec<Metrics> {
-    let mut results = vec![None; passes.len()];
-    let mut jobs: Vec<Job<T, W>> = passes.into_iter().enumerate().map(|(number, pass)| Job { number, pass }).collect();
-    let take = |kind: Option<Kind>| {
-        let fits = |job: &Job<T, W>| kind.is_none_or(|kind| job.pass.kind() == kind);
-        let position = jobs.iter().rposition(fits)?;
-        Some(jobs.swap_remove(position))
-    };
-    let done = |number: usize, result: Result<Simulation, _>| {
-        results[number] = Some(result.expect("the pass ends").metrics);
-    };
-    sample_any_side_by_side(Sampling::default(), take, done);
-    results.into_iter().map(|metrics| metrics.expect("each pass is reported")).collect()
+    let results = side_by_side(Sampling::default(), passes);
+    results.into_iter().map(|result| result.expect("the pass ends").metrics).collect()
 }
 
 /// The largest relative difference of any metric except the lateral amplification, and that of the amplification.

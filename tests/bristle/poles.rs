@@ -2,12 +2,12 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::agreement::check_solve;
+use crate::agreement::{Coordinates, WEIGHTS, check_joint_tangent, check_solve};
 use crate::common::{RandomState, filament, largest, random_pairs, random_state, tolerance};
 use bristle::contact::ContactLaw;
 use bristle::equations::kernels::{self, JointConstants, Side};
 use bristle::equations::linear::sub;
-use bristle::equations::{Chain, ChainDynamics, Dynamics, NoLoads, POLE, PolarAxis, StepWeights, UniformChain};
+use bristle::equations::{Chain, ChainDynamics, Dynamics, Energies, NoLoads, POLE, PolarAxis, UniformChain};
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Tolerances};
 use bristle::model::filament::{chain, first_natural_frequency};
@@ -55,19 +55,15 @@ fn accelerations_do_not_depend_on_the_charts() {
     let mut rng = Rng::with_seed(21);
     for segments in [1, 2, 3, 5, 8, 13, 25] {
         let state = regular_state(&mut rng, segments);
-        let mut accelerations = vec![[0.0; 2]; segments];
-        let mut dynamics = Dynamics::new(state.chain.clone());
-        dynamics.accelerations(state.clamp.holding(&state.q, &state.v), &NoLoads, &mut accelerations);
+        let accelerations = state.accelerations(&state.charts());
         let bends = |charts: &[PolarAxis], q: &[[f64; 2]], v: &[[f64; 2]], a: &[[f64; 2]]| -> Vec<f64> {
             (0..segments).flat_map(|k| charts[k].direction([q[k], v[k], a[k]])[2]).collect()
         };
         let expected = bends(&vec![PolarAxis::Z; segments], &state.q, &state.v, &accelerations);
         for charts in [vec![PolarAxis::X; segments], random_charts(&mut rng, segments)] {
             let (charts, q, v, _) = converted(charts, &state, &accelerations);
-            let mut dynamics = Dynamics::new(state.chain.clone());
-            dynamics.set_charts(&charts);
-            dynamics.accelerations(state.clamp.holding(&q, &v), &NoLoads, &mut accelerations);
-            let bends = bends(&charts, &q, &v, &accelerations);
+            let there = RandomState { q, v, chain: state.chain.clone(), clamp: state.clamp };
+            let bends = bends(&charts, &there.q, &there.v, &there.accelerations(&charts));
             let error =
                 bends.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest(&expected);
             assert!(error < tolerance::AGREEMENT, "n = {segments}, {charts:?}: {error:.1e}");
@@ -93,14 +89,9 @@ fn energies_nodes_and_the_root_do_not_depend_on_the_charts() {
                     [dynamics.positions()[k], dynamics.velocities()[k], acceleration].concat()
                 })
                 .collect();
-            let energies = [
-                energies.kinetic,
-                energies.spring,
-                energies.gravity,
-                energies.dissipation,
-                energies.clamp_torque_power,
-            ];
-            [energies.to_vec(), dynamics.root_force().to_vec(), nodes].concat()
+            let Energies { kinetic, spring, gravity, dissipation, clamp_torque_power } = energies;
+            let energies = [kinetic, spring, gravity, dissipation, clamp_torque_power];
+            [&energies[..], &dynamics.root_force(), &nodes].concat()
         };
         let expected = results(vec![PolarAxis::Z; segments]);
         for charts in [vec![PolarAxis::X; segments], random_charts(&mut rng, segments)] {
@@ -162,10 +153,7 @@ fn energies(inner: (PolarAxis, Coordinates), outer: (PolarAxis, Coordinates)) ->
     [0.5 * angle * angle, 0.5 * square(sub(cross(next, next_rate), cross(e, e_rate)))]
 }
 
-/// Coordinates and rates of one side of a joint.
-type Coordinates = [[f64; 2]; 2];
-
-/// The same for the kernels.
+/// A side of a joint as the kernels take it.
 fn side([q, rates]: Coordinates) -> Side<f64, 4> {
     Side { angles: trigonometry(q), rates }
 }
@@ -177,10 +165,6 @@ fn crossed_sides() -> [(Coordinates, Coordinates); 2] {
     let inner = PolarAxis::X.coordinates(PolarAxis::Z.direction([[z[0][0], theta], [rest, z[1][1]], [0.0; 2]]));
     [(z, [[0.8, 1.3], [0.6, 0.3]]), ([z[0], [rest, z[1][1]]], [inner[0], inner[1]])]
 }
-
-/// Coordinates and rates, each alone.
-const WEIGHTS: [StepWeights<f64>; 2] =
-    [StepWeights { coordinates: 1.0, rates: 0.0 }, StepWeights { coordinates: 0.0, rates: 1.0 }];
 
 /// Checks the torques of a joint, one per coordinate of its inner and its outer side, against the slopes of its energies.
 fn check_slopes(
@@ -223,33 +207,20 @@ fn joint_about_x_is_the_slope_of_its_energies_and_its_tangents_match_differences
     let constants = JointConstants { stiffness: 0.7, damping: 0.3 };
     let sides: [Coordinates; 2] = [[[0.8, 1.3], [0.6, 0.3]], [[1.2, 0.9], [-0.2, 0.5]]];
     let turn = [RELAXED.sin(), RELAXED.cos()];
-    let joint = |[previous, next]: [Coordinates; 2]| {
+    let step = |[previous, next]: [Coordinates; 2]| {
         let step = previous[0][1] - next[0][1];
-        let joint = kernels::joint_about_x(side(previous), side(next), [step.sin(), step.cos()], turn, constants);
-        [joint.previous, joint.next].concat()
+        [step.sin(), step.cos()]
     };
-    check_slopes(&joint(sides), (PolarAxis::X, sides[0]), (PolarAxis::X, sides[1]), constants);
-    let [previous, next] = sides;
-    let step = previous[0][1] - next[0][1];
+    let joint = |sides: [Coordinates; 2]| {
+        let joint = kernels::joint_about_x(side(sides[0]), side(sides[1]), step(sides), turn, constants);
+        [joint.previous, joint.next]
+    };
+    check_slopes(&joint(sides).concat(), (PolarAxis::X, sides[0]), (PolarAxis::X, sides[1]), constants);
     for weights in WEIGHTS {
-        let step = [step.sin(), step.cos()];
-        let tangent = kernels::joint_about_x_tangent(side(previous), side(next), step, turn, constants, weights);
+        let [previous, next] = sides.map(side);
+        let tangent = kernels::joint_about_x_tangent(previous, next, step(sides), turn, constants, weights);
         let blocks = [[tangent.previous_previous, tangent.previous_next], [tangent.next_previous, tangent.next_next]];
-        let size = 1e-5;
-        for column in 0..4 {
-            let torques = |size: f64| {
-                let mut sides = sides;
-                sides[column / 2][0][column % 2] += weights.coordinates * size;
-                sides[column / 2][1][column % 2] += weights.rates * size;
-                joint(sides)
-            };
-            let (above, below) = (torques(size), torques(-size));
-            for row in 0..4 {
-                let expected = (below[row] - above[row]) / (2.0 * size);
-                let entry = blocks[row / 2][column / 2][row % 2][column % 2];
-                assert!((entry - expected).abs() < 1e-9, "({row}, {column}): {entry} {expected}");
-            }
-        }
+        check_joint_tangent(blocks, joint, sides, weights);
     }
 }
 
@@ -260,23 +231,11 @@ fn crossed_joint_tangents_match_differences() {
         for weights in WEIGHTS {
             let tangent = kernels::crossed_joint_tangent(side(z), side(x), unbent(z[0]), constants, weights);
             let blocks = [[tangent.z_z, tangent.z_x], [tangent.x_z, tangent.x_x]];
-            let size = 1e-5;
-            for column in 0..4 {
-                let torques = |size: f64| {
-                    let mut sides = [z, x];
-                    sides[column / 2][0][column % 2] += weights.coordinates * size;
-                    sides[column / 2][1][column % 2] += weights.rates * size;
-                    let [z, x] = sides;
-                    let joint = kernels::crossed_joint(side(z), side(x), unbent(z[0]), constants);
-                    [joint.z, joint.x].concat()
-                };
-                let (above, below) = (torques(size), torques(-size));
-                for row in 0..4 {
-                    let expected = (below[row] - above[row]) / (2.0 * size);
-                    let entry = blocks[row / 2][column / 2][row % 2][column % 2];
-                    assert!((entry - expected).abs() < 1e-9, "({row}, {column}): {entry} {expected}");
-                }
-            }
+            let torques = |[z, x]: [Coordinates; 2]| {
+                let joint = kernels::crossed_joint(side(z), side(x), unbent(z[0]), constants);
+                [joint.z, joint.x]
+            };
+            check_joint_tangent(blocks, torques, [z, x], weights);
         }
     }
 }
@@ -474,9 +433,9 @@ fn history_of_a_pass_continues_across_chart_changes() {
     settings.process.gravity_m_s2 = [0.0, 0.0, 2e5];
     let simulation = simulate_with_history(&settings, 2001).expect("the pass ends");
     assert!(simulation.statistics.chart_changes > 0, "{:?}", simulation.statistics);
-    let energies = |sample: &Sample| [sample.kinetic_energy_j, sample.potential_energy_j];
-    for i in 0..2 {
-        let energies: Vec<f64> = simulation.history.iter().map(|sample| energies(sample)[i]).collect();
+    let of_energy: [fn(&Sample) -> f64; 2] = [|sample| sample.kinetic_energy_j, |sample| sample.potential_energy_j];
+    for of_energy in of_energy {
+        let energies: Vec<f64> = simulation.history.iter().map(of_energy).collect();
         let jumps: Vec<f64> = energies.windows(2).map(|pair| pair[1] - pair[0]).collect();
         // Coordinates read in the wrong chart would give a completely different shape.
         assert!(largest(&jumps) < 0.05 * largest(&energies));

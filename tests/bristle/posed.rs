@@ -6,7 +6,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 use serde::Deserialize;
 
-use crate::common::cases;
+use crate::common::{Stated, cases, difference, number};
 
 /// Largest difference of an impulse over `p_n`, of an angular impulse over `p_n r_g`, of work and times relative to themselves, beyond the
 /// error that the reference states. The solver runs at 1e-9, and they agree to 2e-7.
@@ -17,34 +17,27 @@ const TOLERANCE: f64 = 1e-6;
 struct Reference {
     name: String,
     input: Settings,
-    contact_normal_impulse_n_s: f64,
-    contact_impulse_x_n_s: f64,
-    contact_impulse_y_n_s: f64,
-    contact_impulse_z_n_s: f64,
-    contact_angular_impulse_n_m_s: f64,
-    friction_work_j: f64,
-    nominal_contact_time_s: f64,
-    contact_time_s: f64,
     own_error: f64,
+    #[serde(flatten)]
+    stated: Stated,
 }
 
 impl Reference {
     fn differences(&self, metrics: &Metrics) -> [(&'static str, f64); 8] {
-        let normal = self.contact_normal_impulse_n_s;
-        let moment = normal * self.input.tool.body_radius_m;
-        // Without friction there is none.
-        let work = self.friction_work_j.max(f64::MIN_POSITIVE);
-        let over = |value: f64, expected: f64, scale: f64| ((value - expected) / scale).abs();
+        let stated = |key: &str| number(&self.stated, key);
+        let normal = stated("contact_normal_impulse_n_s");
         [
-            ("p_n", over(metrics.contact_normal_impulse_n_s, normal, normal)),
-            ("∫ F_x dt", over(metrics.contact_impulse_x_n_s, self.contact_impulse_x_n_s, normal)),
-            ("∫ F_y dt", over(metrics.contact_impulse_y_n_s, self.contact_impulse_y_n_s, normal)),
-            ("∫ F_z dt", over(metrics.contact_impulse_z_n_s, self.contact_impulse_z_n_s, normal)),
-            ("∫ M dt", over(metrics.contact_angular_impulse_n_m_s, self.contact_angular_impulse_n_m_s, moment)),
-            ("friction work", over(metrics.friction_work_j, self.friction_work_j, work)),
-            ("t_d", over(metrics.nominal_contact_time_s, self.nominal_contact_time_s, self.nominal_contact_time_s)),
-            ("t_c", over(metrics.contact_time_s, self.contact_time_s, self.contact_time_s)),
+            ("contact_normal_impulse_n_s", normal),
+            ("contact_impulse_x_n_s", normal),
+            ("contact_impulse_y_n_s", normal),
+            ("contact_impulse_z_n_s", normal),
+            ("contact_angular_impulse_n_m_s", normal * self.input.tool.body_radius_m),
+            // Without friction there is none.
+            ("friction_work_j", stated("friction_work_j").max(f64::MIN_POSITIVE)),
+            ("nominal_contact_time_s", stated("nominal_contact_time_s")),
+            ("contact_time_s", stated("contact_time_s")),
         ]
+        .map(|(key, scale)| difference(metrics, &self.stated, key, scale))
     }
 }
 

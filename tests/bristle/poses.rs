@@ -2,11 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::common::case;
+use crate::common::{case, edge, metric, metrics, side_by_side};
 use bristle::model::filament::{bending_stiffness, cross_section};
 use bristle::model::metrics::Metrics;
-use bristle::model::settings::{EdgeSettings, ProfileSettings, Settings, Side, ToolKind, Turns, WorkpieceKind};
-use bristle::simulation::{Job, Pass, Sampling, simulate, simulate_side_by_side};
+use bristle::model::settings::{ProfileSettings, Settings, Side, ToolKind, Turns, WorkpieceKind};
+use bristle::simulation::{Pass, Sampling, simulate};
 use bristle::tool::Pose;
 
 fn posed(segments: usize, [tilt, skew]: [f64; 2]) -> Settings {
@@ -19,10 +19,6 @@ fn cup(segments: usize) -> Settings {
     let mut settings = case(segments, 10.0, 1e-3);
     (settings.tool.kind, settings.tool.positions) = (ToolKind::Cup, Some(1));
     settings
-}
-
-fn metrics(settings: &Settings) -> Metrics {
-    simulate(settings).unwrap_or_else(|error| panic!("{error}: {settings:?}")).metrics
 }
 
 fn near(found: f64, expected: f64, tolerance: f64) {
@@ -49,11 +45,8 @@ fn a_pose_and_its_workpiece_may_be_turned_together() {
             near(there.contact_angular_impulse_n_m_s, here.contact_angular_impulse_n_m_s, 1e-6);
             near(there.nominal_contact_time_s, here.nominal_contact_time_s, 1e-9);
             let impulse = |metrics: &Metrics, pose: &Pose| {
-                pose.to_tool([
-                    metrics.contact_impulse_x_n_s,
-                    metrics.contact_impulse_y_n_s,
-                    metrics.contact_impulse_z_n_s,
-                ])
+                let keys = ["contact_impulse_x_n_s", "contact_impulse_y_n_s", "contact_impulse_z_n_s"];
+                pose.to_tool(keys.map(|key| metric(metrics, key)))
             };
             for (there, here) in impulse(&there, &other)[2..].iter().zip(&impulse(&here, &pose)[2..]) {
                 assert!((there - here).abs() < 1e-6 * here.abs() + 1e-12, "{there} {here}");
@@ -65,14 +58,11 @@ fn a_pose_and_its_workpiece_may_be_turned_together() {
 /// The way through the frame of a tilted tool does not change what an upright one does, on any workpiece.
 #[test]
 fn a_tilt_that_is_too_small_to_matter_changes_nothing() {
-    let side = Side::Entering;
-    let edge = EdgeSettings { offset_m: -5e-3, edge_radius_m: 0.5e-3, side, ..EdgeSettings::default() };
     let control_points_m =
         [-0.2, -0.05, -0.02, 0.0, 0.02, 0.05, 0.2].map(|x: f64| [x, if x.abs() < 0.01 { 1e-3 } else { 0.0 }]).to_vec();
     let bump = ProfileSettings { control_points_m, ..ProfileSettings::default() };
-    for (kind, feed) in
-        [(WorkpieceKind::Edge(edge), 0.0), (WorkpieceKind::cylinder(0.05), 0.5), (WorkpieceKind::Profile(bump), 0.0)]
-    {
+    let edge = edge(Side::Entering, -5e-3, 0.5e-3);
+    for (kind, feed) in [(edge, 0.0), (WorkpieceKind::cylinder(0.05), 0.5), (WorkpieceKind::Profile(bump), 0.0)] {
         let mut settings = case(8, 10.0, 2e-3);
         (settings.workpiece.kind, settings.workpiece.feed_velocity_m_s) = (kind, feed);
         settings.contact.friction_coefficient = 0.2;
@@ -150,17 +140,10 @@ fn cups_are_the_same_side_by_side() {
         (settings.process.brushing_velocity_m_s, settings.contact.friction_coefficient) = (speed, 0.2);
         Pass::new(&settings)
     };
-    let all: Vec<Pass> = [5.0, 8.0, 12.0, 20.0].map(passes).to_vec();
-    let mut jobs: Vec<Job> = all.iter().cloned().enumerate().map(|(number, pass)| Job { number, pass }).collect();
-    let mut done = 0;
-    simulate_side_by_side(
-        |_| jobs.pop(),
-        |number, result| {
-            let alone = all[number].simulate(Sampling::default());
-            assert!(result == alone, "{number}: {result:?} {alone:?}");
-            assert!(result.is_ok_and(|simulation| simulation.metrics.contact_normal_impulse_n_s > 0.0));
-            done += 1;
-        },
-    );
-    assert_eq!(done, all.len());
+    let all = [5.0, 8.0, 12.0, 20.0].map(passes);
+    for (pass, result) in all.iter().zip(side_by_side(Sampling::default(), all.clone())) {
+        let alone = pass.simulate(Sampling::default());
+        assert!(result == alone, "{result:?} {alone:?}");
+        assert!(result.is_ok_and(|simulation| simulation.metrics.contact_normal_impulse_n_s > 0.0));
+    }
 }

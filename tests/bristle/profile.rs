@@ -1,8 +1,10 @@
 //! Where along the profile of the workpiece the work of a pass is done.
 
-use bristle::model::settings::{ChamferSettings, EdgeSettings, ProfileSettings, Settings, Side, Turns, WorkpieceKind};
+use bristle::model::settings::{ChamferSettings, ProfileSettings, Settings, Side, Turns, WorkpieceKind};
 use bristle::simulation::{Job, Pass, ProfileCell, Sampling, Simulation, sample_side_by_side};
 use bristle::workpiece::Workpiece;
+
+use crate::common;
 
 const PROFILE: Sampling = Sampling { samples: 0, shapes: 0, loads: false, profile: true, alongside: false };
 
@@ -16,7 +18,7 @@ fn settings(kind: WorkpieceKind, friction: f64) -> Settings {
 }
 
 fn edge(side: Side, offset_m: f64) -> WorkpieceKind {
-    WorkpieceKind::Edge(EdgeSettings { offset_m, edge_radius_m: 0.5e-3, side, ..EdgeSettings::default() })
+    common::edge(side, offset_m, 0.5e-3)
 }
 
 fn all() -> impl Iterator<Item = Settings> {

@@ -7,11 +7,11 @@ use bristle::model::filament::{self, relaxed_deflection};
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::{FilamentSettings, Settings};
-use bristle::simulation::{Job, Pass, integral, simulate, simulate_side_by_side};
+use bristle::simulation::{Pass, Sampling, integral};
 use bristle::tool::radial_clamp;
 use fastrand::Rng;
 
-use crate::common::{balance, case, largest, random_state, tolerance};
+use crate::common::{balance, case, largest, metrics, random_state, side_by_side, tolerance};
 
 /// A wavy, tapered filament in a case of the paper.
 fn shaped(segments: usize, velocity: f64, depth: f64) -> Settings {
@@ -40,9 +40,8 @@ fn the_start_is_relaxed_and_follows_the_wave() {
             assert!(tilt != 0.0 || energies.dissipation < 1e-20 * energies.kinetic, "{energies:?}");
         }
         // Across the clamp direction the nodes lie on the wave.
-        let mut system = pass_nodes(&settings);
         let length = settings.filament.length_m;
-        for (k, across) in system.drain(..).enumerate() {
+        for (k, across) in pass_nodes(&settings).into_iter().enumerate() {
             let wave = relaxed_deflection(&settings.filament, (k + 1) as f64 * length / 20.0);
             assert!((across - wave * tilt.cos()).abs() < 1e-16, "node {k}: {across} {wave}");
         }
@@ -109,13 +108,10 @@ fn planar_equations_are_the_spatial_ones_at_random_states() {
         let mut in_space = Dynamics::new(state.chain);
         in_space.place(clamp.holding(&state.q, &state.v));
         in_plane.place(clamp.holding(&state.q, &state.v));
-        let (a, b) = (
-            in_space.energies(clamp.holding(&state.q, &state.v)),
-            in_plane.energies(clamp.holding(&state.q, &state.v)),
-        );
-        for (a, b) in
-            [(a.spring, b.spring), (a.dissipation, b.dissipation), (a.clamp_torque_power, b.clamp_torque_power)]
-        {
+        let at = clamp.holding(&state.q, &state.v);
+        let [a, b] = [in_space.energies(at), in_plane.energies(at)]
+            .map(|energies| [energies.spring, energies.dissipation, energies.clamp_torque_power]);
+        for (a, b) in a.into_iter().zip(b) {
             assert!((a - b).abs() <= tolerance::AGREEMENT * a.abs().max(1e-3), "{a} {b}");
         }
     }
@@ -124,21 +120,11 @@ fn planar_equations_are_the_spatial_ones_at_random_states() {
 #[test]
 fn a_pass_is_the_same_in_the_plane_in_space_and_beside_straight_filaments() {
     let mut settings = shaped(10, 15.0, 2e-3);
-    let alone = simulate(&settings).expect("the pass ends").metrics;
+    let alone = metrics(&settings);
     assert!(alone.contact_normal_impulse_n_s > 0.0);
     let straight = case(10, 15.0, 2e-3);
-    let mut jobs: Vec<Job> =
-        [&straight, &settings, &straight].into_iter().enumerate().map(|(i, s)| Job::new(i, s)).collect();
-    let mut beside = None;
-    simulate_side_by_side(
-        |_| jobs.pop(),
-        |number, result| {
-            if number == 1 {
-                beside = Some(result.expect("the pass ends").metrics);
-            }
-        },
-    );
-    assert_eq!(beside, Some(alone));
+    let beside = side_by_side(Sampling::default(), [&straight, &settings, &straight].map(Pass::new)).swap_remove(1);
+    assert_eq!(beside.expect("the pass ends").metrics, alone);
 
     settings.solver.relative_tolerance = 1e-8;
     let [planar, spatial] = [Pass::new(&settings), Pass::new(&settings).in_space()]

@@ -1,9 +1,9 @@
 //! Passes that once took minutes or failed end with a bounded amount of work.
 
-use bristle::model::settings::{EdgeSettings, Side, WorkpieceKind};
+use bristle::model::settings::{Side, WorkpieceKind};
 use bristle::simulation::{Statistics, simulate};
 
-use crate::common::case;
+use crate::common::{case, edge};
 
 /// Newton iterations of one segment that a pass may take, see `EFFORT` and `EXHAUSTION` in the sources.
 const WORK: f64 = 3.5 * 4e7;
@@ -36,8 +36,7 @@ fn slow_damped_passes_keep_their_tolerance() {
 fn tips_that_touch_where_an_arc_begins_take_no_shorter_steps() {
     for edge_radius_m in [1e-4, 5e-4, 1e-3] {
         let mut settings = case(6, 10.0, 1e-3);
-        settings.workpiece.kind =
-            WorkpieceKind::Edge(EdgeSettings { edge_radius_m, side: Side::Entering, ..EdgeSettings::default() });
+        settings.workpiece.kind = edge(Side::Entering, 0.0, edge_radius_m);
         let Statistics { steps, rejected_steps, .. } = simulate(&settings).expect("the pass ends").statistics;
         assert!(steps + rejected_steps < 450, "{edge_radius_m} m: {steps} steps, {rejected_steps} rejected");
     }

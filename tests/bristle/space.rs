@@ -7,7 +7,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 use serde::Deserialize;
 
-use crate::common::{cases, with};
+use crate::common::{Stated, cases, difference, number, with};
 
 /// Of a brush, which takes fixed steps that impacts do not cut, at the tolerance of [`BRUSH_TOLERANCE`]; impulses over `p_n`, or over the
 /// impulse between the filaments, work relative to itself.
@@ -21,8 +21,9 @@ const PASS: f64 = 5e-6;
 struct Reference {
     name: String,
     input: Settings,
-    filaments: Vec<OfFilament>,
-    neighbours: Vec<OfPair>,
+    /// The metrics of each.
+    filaments: Vec<Stated>,
+    neighbours: Vec<Stated>,
     own_errors: OwnErrors,
 }
 
@@ -32,43 +33,23 @@ struct OwnErrors {
     neighbours: f64,
 }
 
-#[derive(Deserialize)]
-struct OfFilament {
-    contact_normal_impulse_n_s: f64,
-    contact_impulse_x_n_s: f64,
-    contact_impulse_y_n_s: f64,
-    contact_impulse_z_n_s: f64,
-    friction_work_j: f64,
-}
-
-#[derive(Deserialize)]
-struct OfPair {
-    normal_impulse_n_s: f64,
-    impulse_x_n_s: f64,
-    impulse_y_n_s: f64,
-    impulse_z_n_s: f64,
-    friction_work_j: f64,
-}
-
 impl Reference {
     fn subject(&self) -> String {
         format!("{}, {} m/s", self.name, self.input.process.brushing_velocity_m_s)
     }
 }
 
-impl OfFilament {
-    /// The differences of a filament's contact with the workpiece from this.
-    fn differences(&self, metrics: &Metrics) -> [(&'static str, f64); 5] {
-        let (normal, work) = (self.contact_normal_impulse_n_s, self.friction_work_j);
-        let over = |value: f64, expected: f64, scale: f64| ((value - expected) / scale).abs();
-        [
-            ("p_n", over(metrics.contact_normal_impulse_n_s, normal, normal)),
-            ("∫ F_x dt", over(metrics.contact_impulse_x_n_s, self.contact_impulse_x_n_s, normal)),
-            ("∫ F_y dt", over(metrics.contact_impulse_y_n_s, self.contact_impulse_y_n_s, normal)),
-            ("∫ F_z dt", over(metrics.contact_impulse_z_n_s, self.contact_impulse_z_n_s, normal)),
-            ("friction work", over(metrics.friction_work_j, work, work)),
-        ]
-    }
+/// The differences of a filament's contact with the workpiece from what is stated.
+fn differences(metrics: &Metrics, stated: &Stated) -> [(&'static str, f64); 5] {
+    let normal = number(stated, "contact_normal_impulse_n_s");
+    [
+        ("contact_normal_impulse_n_s", normal),
+        ("contact_impulse_x_n_s", normal),
+        ("contact_impulse_y_n_s", normal),
+        ("contact_impulse_z_n_s", normal),
+        ("friction_work_j", number(stated, "friction_work_j")),
+    ]
+    .map(|(key, scale)| difference(metrics, stated, key, scale))
 }
 
 fn references() -> Vec<Reference> {
@@ -96,21 +77,26 @@ fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
         assert_eq!(found.len(), case.filaments.len());
         for (i, (filament, expected)) in found.iter().zip(&case.filaments).enumerate() {
             let tolerance = BRUSH + case.own_errors.filaments;
-            check(&mut failures, &format!("{name}, filament {i}"), &expected.differences(&filament.metrics), tolerance);
+            check(
+                &mut failures,
+                &format!("{name}, filament {i}"),
+                &differences(&filament.metrics, expected),
+                tolerance,
+            );
         }
         assert_eq!(result.pairs.len(), case.neighbours.len());
         for (pair, expected) in result.pairs.iter().zip(&case.neighbours) {
             assert_eq!(pair.filament, [0, 0], "the forces are those on the filament that is ahead");
-            let normal = expected.normal_impulse_n_s;
+            let [normal, work] = ["normal_impulse_n_s", "friction_work_j"].map(|key| number(expected, key));
             let [x, y, z] = pair.vector_impulse_n_s;
-            let differences = [
-                ("∫ F dt", pair.impulse_n_s / normal - 1.0),
-                ("x", (x - expected.impulse_x_n_s) / normal),
-                ("y", (y - expected.impulse_y_n_s) / normal),
-                ("z", (z - expected.impulse_z_n_s) / normal),
-                ("friction work", pair.dissipated_j / expected.friction_work_j - 1.0),
-            ];
-            let sizes = differences.map(|(name, difference)| (name, difference.abs()));
+            let sizes = [
+                ("normal_impulse_n_s", pair.impulse_n_s, normal),
+                ("impulse_x_n_s", x, normal),
+                ("impulse_y_n_s", y, normal),
+                ("impulse_z_n_s", z, normal),
+                ("friction_work_j", pair.dissipated_j, work),
+            ]
+            .map(|(key, value, scale)| (key, ((value - number(expected, key)) / scale).abs()));
             check(&mut failures, &format!("{name}, between them"), &sizes, 10.0 * BRUSH + case.own_errors.neighbours);
         }
     }
@@ -124,7 +110,7 @@ fn a_tilted_filament_agrees_with_casadi_and_cvodes() {
         let mut settings = Settings { brush: None, ..case.input.clone() };
         settings.solver.relative_tolerance = 1e-9;
         let result = simulate(&settings).expect("the settings are valid");
-        let differences = case.filaments[0].differences(&result.metrics);
+        let differences = differences(&result.metrics, &case.filaments[0]);
         check(&mut failures, &case.subject(), &differences, PASS + 10.0 * case.own_errors.filaments);
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
