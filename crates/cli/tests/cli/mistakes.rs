@@ -11,50 +11,53 @@ penetration_depth_m = 1.0e-3
 "
 );
 
+/// Lines of the file that users write otherwise.
+const VELOCITY: &str = "brushing_velocity_m_s = 10.0";
+const DEPTH: &str = "penetration_depth_m = 1.0e-3";
+const LENGTH: &str = "length_m = 0.040";
+const SEGMENTS: &str = "segments = 4";
+const COUNT: &str = "filament_count = 10500";
+
 /// A line of the file, what a user writes instead, and what the message says.
 const REFUSED: &[(&str, &str, &[&str])] = &[
     // Other names.
-    ("brushing_velocity_m_s = 10.0", "rpm = 530", &["did you mean `process.rotational_speed_rpm`?"]),
-    ("brushing_velocity_m_s = 10.0", "speed = 530", &["did you mean `process.rotational_speed_rpm`?"]),
-    ("brushing_velocity_m_s = 10.0", "velocity = 10", &["did you mean `process.brushing_velocity_m_s`?"]),
-    ("brushing_velocity_m_s = 10.0", "v_b = 10", &["did you mean `process.brushing_velocity_m_s`?"]),
-    ("brushing_velocity_m_s = 10.0", "rotational_speed = 530", &["did you mean `process.rotational_speed_rpm`?"]),
-    ("penetration_depth_m = 1.0e-3", "depth = 1e-3", &["did you mean `process.penetration_depth_m`?"]),
-    ("penetration_depth_m = 1.0e-3", "infeed = 1e-3", &["did you mean `process.penetration_depth_m`?"]),
-    ("length_m = 0.040", "length = 0.04", &["did you mean `filament.length_m`?"]),
+    (VELOCITY, "rpm = 530", &["did you mean `process.rotational_speed_rpm`?"]),
+    (VELOCITY, "speed = 530", &["did you mean `process.rotational_speed_rpm`?"]),
+    (VELOCITY, "velocity = 10", &["did you mean `process.brushing_velocity_m_s`?"]),
+    (VELOCITY, "v_b = 10", &["did you mean `process.brushing_velocity_m_s`?"]),
+    (VELOCITY, "rotational_speed = 530", &["did you mean `process.rotational_speed_rpm`?"]),
+    (DEPTH, "depth = 1e-3", &["did you mean `process.penetration_depth_m`?"]),
+    (DEPTH, "infeed = 1e-3", &["did you mean `process.penetration_depth_m`?"]),
+    (LENGTH, "length = 0.04", &["did you mean `filament.length_m`?"]),
     ("diameter_m = 1.18e-3", "diameter = 1.18e-3", &["did you mean `filament.diameter_m`?"]),
-    ("segments = 4", "E = 3e9", &["did you mean `filament.youngs_modulus_pa`?"]),
-    ("segments = 4", "modulus = 3e9", &["did you mean `filament.youngs_modulus_pa`?"]),
-    ("segments = 4", "mu = 0.3", &["did you mean `contact.friction_coefficient`?"]),
-    ("segments = 4", "density = 1110", &["did you mean `filament.density_kg_m3`?"]),
-    ("filament_count = 10500", "filaments = 10500", &["did you mean `tool.filament_count`?"]),
+    (SEGMENTS, "E = 3e9", &["did you mean `filament.youngs_modulus_pa`?"]),
+    (SEGMENTS, "modulus = 3e9", &["did you mean `filament.youngs_modulus_pa`?"]),
+    (SEGMENTS, "mu = 0.3", &["did you mean `contact.friction_coefficient`?"]),
+    (SEGMENTS, "density = 1110", &["did you mean `filament.density_kg_m3`?"]),
+    (COUNT, "filaments = 10500", &["did you mean `tool.filament_count`?"]),
     ("body_radius_m = 0.140", "radius_m = 0.14", &["did you mean `tool.body_radius_m`?"]),
     // Other units in the key.
-    ("length_m = 0.040", "length_m = 0.040\nlength_mm = 40", &["length_mm", "length_m"]),
-    ("length_m = 0.040", "length_furlong = 40", &["length_furlong"]),
+    (LENGTH, "length_m = 0.040\nlength_mm = 40", &["length_mm", "length_m"]),
+    (LENGTH, "length_furlong = 40", &["length_furlong"]),
     // Numbers as people write them.
     (
-        "length_m = 0.040",
+        LENGTH,
         "length_m = 0,03",
         &["error: 0,03 has a decimal comma", "write a decimal point instead of the comma: 0.03"],
     ),
-    ("length_m = 0.040", "length_m = 30 mm", &["error: 30 mm has a unit", "without a unit, in that of the key: 0.03"]),
-    (
-        "penetration_depth_m = 1.0e-3",
-        "penetration_depth_m = 1 mm",
-        &["error: 1 mm has a unit", "without a unit, in that of the key: 0.001"],
-    ),
-    ("segments = 4", "youngs_modulus_pa = 3.3 GPa", &["error: 3.3 GPa has a unit", "in that of the key: 3.3e9"]),
-    ("length_m = 0.040", "length_m = 30mm", &["error: 30mm has a unit", "without a unit, in that of the key: 0.03"]),
-    ("length_m = 0.040", "length_m = \"0.03\"", &["`filament.length_m` is \"0.03\"", "without quotes: 0.03"]),
-    ("length_m = 0.040", "length_m = \"30 mm\"", &["`filament.length_m`", "without a unit, in that of the key: 0.03"]),
-    ("length_m = 0.040", "length_m = \"0,03\"", &["`filament.length_m`", "decimal point"]),
-    ("length_m = 0.040", "length_m = .04", &["write a digit before the decimal point: 0.04"]),
-    ("filament_count = 10500", "filament_count = 10 500", &["write the number without gaps: 10500"]),
-    ("segments = 4", "segments = 4.5", &["`filament.segments` is 4.5", "a whole number"]),
+    (LENGTH, "length_m = 30 mm", &["error: 30 mm has a unit", "without a unit, in that of the key: 0.03"]),
+    (DEPTH, "penetration_depth_m = 1 mm", &["error: 1 mm has a unit", "without a unit, in that of the key: 0.001"]),
+    (SEGMENTS, "youngs_modulus_pa = 3.3 GPa", &["error: 3.3 GPa has a unit", "in that of the key: 3.3e9"]),
+    (LENGTH, "length_m = 30mm", &["error: 30mm has a unit", "without a unit, in that of the key: 0.03"]),
+    (LENGTH, "length_m = \"0.03\"", &["`filament.length_m` is \"0.03\"", "without quotes: 0.03"]),
+    (LENGTH, "length_m = \"30 mm\"", &["`filament.length_m`", "without a unit, in that of the key: 0.03"]),
+    (LENGTH, "length_m = \"0,03\"", &["`filament.length_m`", "decimal point"]),
+    (LENGTH, "length_m = .04", &["write a digit before the decimal point: 0.04"]),
+    (COUNT, "filament_count = 10 500", &["write the number without gaps: 10500"]),
+    (SEGMENTS, "segments = 4.5", &["`filament.segments` is 4.5", "a whole number"]),
     // Both, neither, or impossible.
     (
-        "filament_count = 10500",
+        COUNT,
         "",
         &[
             "`tool.filament_count` is missing",
@@ -62,27 +65,27 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
             "Instead of `filament_count`: `filaments_per_m2` or `fill_factor`.",
         ],
     ),
-    ("filament_count = 10500", "fill_factor = 65", &["`tool.fill_factor` is 65.0", "greater than 0 and of at most 1"]),
-    ("filament_count = 10500", "filament_count = 10500\nfill_factor = 0.5", &["are both given", "give one of them"]),
-    ("filament_count = 10500", "filament_density = 5e5", &["did you mean `tool.filaments_per_m2`?"]),
+    (COUNT, "fill_factor = 65", &["`tool.fill_factor` is 65.0", "greater than 0 and of at most 1"]),
+    (COUNT, "filament_count = 10500\nfill_factor = 0.5", &["are both given", "give one of them"]),
+    (COUNT, "filament_density = 5e5", &["did you mean `tool.filaments_per_m2`?"]),
     (
-        "brushing_velocity_m_s = 10.0",
+        VELOCITY,
         "brushing_velocity_m_s = 10.0\nrotational_speed_rpm = 530",
         &["`process.rotational_speed_rpm` and `process.brushing_velocity_m_s` are both given", "give one of them"],
     ),
     (
-        "brushing_velocity_m_s = 10.0",
+        VELOCITY,
         "",
         &["`process.brushing_velocity_m_s` is missing", "Instead of `brushing_velocity_m_s`: `rotational_speed_rpm`."],
     ),
     (
-        "brushing_velocity_m_s = 10.0",
+        VELOCITY,
         "rotational_speed_rpm = \"1200 rpm\"",
         &["rotational_speed_rpm", "without a unit, in that of the key: 1200"],
     ),
-    ("brushing_velocity_m_s = 10.0", "rotational_speed_rpm = 0", &["from 0.001 to 1e7, in rpm"]),
+    (VELOCITY, "rotational_speed_rpm = 0", &["from 0.001 to 1e7, in rpm"]),
     (
-        "brushing_velocity_m_s = 10.0",
+        VELOCITY,
         "rotational_speed_rpm = 5e6",
         &["`process.rotational_speed_rpm` is 5000000.0", "`process.brushing_velocity_m_s`, which follows from it"],
     ),
@@ -90,29 +93,17 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
 
 /// A line of the file, what a user types instead, and what the warning says: the key, its value, what is usual, the likely slip.
 const UNUSUAL: &[(&str, &str, &[&str])] = &[
-    (
-        "length_m = 0.040",
-        "length_m = 30.0",
-        &["`filament.length_m` is 30 m", "from 0.002 to 0.5 m", "millimetres typed as metres"],
-    ),
+    (LENGTH, "length_m = 30.0", &["`filament.length_m` is 30 m", "from 0.002 to 0.5 m", "millimetres typed as metres"]),
     ("body_radius_m = 0.140", "body_radius_m = 140", &["`tool.body_radius_m` is 140 m", "millimetres typed as metres"]),
-    ("segments = 4", "segments = 1", &["`filament.segments` is 1;", "from 4 to 200"]),
-    (
-        "segments = 4",
-        "segments = 4\nyoungs_modulus_pa = 1e6",
-        &["`filament.youngs_modulus_pa` is 1e6 Pa", "MPa typed as Pa"],
-    ),
-    (
-        "segments = 4",
-        "segments = 4\ndamping_ratio = 5",
-        &["`filament.damping_ratio` is 5;", "per cent typed as a ratio"],
-    ),
-    ("filament_count = 10500", "filament_count = 0", &["`tool.filament_count` is 0;", "from 1 to 1e6"]),
-    ("filament_count = 10500", "filament_count = 1e7", &["`tool.filament_count` is 1e7;", "from 1 to 1e6"]),
-    ("filament_count = 10500", "filament_count = 16000", &["`tool.filament_count` is 16000;", "fit on the body"]),
+    (SEGMENTS, "segments = 1", &["`filament.segments` is 1;", "from 4 to 200"]),
+    (SEGMENTS, "segments = 4\nyoungs_modulus_pa = 1e6", &["`filament.youngs_modulus_pa` is 1e6 Pa", "MPa typed as Pa"]),
+    (SEGMENTS, "segments = 4\ndamping_ratio = 5", &["`filament.damping_ratio` is 5;", "per cent typed as a ratio"]),
+    (COUNT, "filament_count = 0", &["`tool.filament_count` is 0;", "from 1 to 1e6"]),
+    (COUNT, "filament_count = 1e7", &["`tool.filament_count` is 1e7;", "from 1 to 1e6"]),
+    (COUNT, "filament_count = 16000", &["`tool.filament_count` is 16000;", "fit on the body"]),
     ("diameter_m = 1.18e-3", "diameter_m = 8e-3", &["`filament.diameter_m` is 0.008 m", "from 2e-5 to 0.005 m"]),
     (
-        "penetration_depth_m = 1.0e-3",
+        DEPTH,
         "penetration_depth_m = 0.03",
         &["`process.penetration_depth_m` is 0.03 m", "far below filament.length_m = 0.04"],
     ),

@@ -164,25 +164,24 @@ fn options_state_what_a_tool_has() {
     );
 }
 
+/// The setting of a tool.
+const FINE: &str = "filament.diameter_m = 0.6e-3";
+
 /// What stands in place of the setting of a tool, or of its name, and what the message says.
 const REFUSED: &[(&str, &str, &[&str])] = &[
-    ("filament.diameter_m = 0.6e-3", "filament.diametr_m = 0.6e-3", &["did you mean `filament.diameter_m`?"]),
+    (FINE, "filament.diametr_m = 0.6e-3", &["did you mean `filament.diameter_m`?"]),
     (
-        "filament.diameter_m = 0.6e-3",
+        FINE,
         "diameter_m = 0.6e-3",
         &["unknown key `study.tools.fine_2.diameter_m`", "did you mean `filament.diameter_m`?"],
     ),
-    ("filament.diameter_m = 0.6e-3", "filament.diameter_m = -1", &["`filament.diameter_m` is -1.0", "greater than 0"]),
-    ("filament.diameter_m = 0.6e-3", "filament.diameter_m = 0,6", &["write a decimal point"]),
-    (
-        "filament.diameter_m = 0.6e-3",
-        "process.penetration_depth_m = 1e-3",
-        &["all tools share it", "[tool], [filament]"],
-    ),
-    ("filament.diameter_m = 0.6e-3", "contact = 3", &["state its keys, as in contact.… = …"]),
-    ("filament.diameter_m = 0.6e-3", "brush = {}", &["tool `fine_2` touch each other, those of `plain` do not"]),
-    ("filament.diameter_m = 0.6e-3", "tool.fill_factor = 0.3", &["are both given", "give one of them"]),
-    ("filament.diameter_m = 0.6e-3", "filament.material = \"stel\"", &["did you mean `steel`?"]),
+    (FINE, "filament.diameter_m = -1", &["`filament.diameter_m` is -1.0", "greater than 0"]),
+    (FINE, "filament.diameter_m = 0,6", &["write a decimal point"]),
+    (FINE, "process.penetration_depth_m = 1e-3", &["all tools share it", "[tool], [filament]"]),
+    (FINE, "contact = 3", &["state its keys, as in contact.… = …"]),
+    (FINE, "brush = {}", &["tool `fine_2` touch each other, those of `plain` do not"]),
+    (FINE, "tool.fill_factor = 0.3", &["are both given", "give one of them"]),
+    (FINE, "filament.material = \"stel\"", &["did you mean `steel`?"]),
     ("[study.tools.fine_2]", "[study.tools.PLAIN]", &["`PLAIN` and `plain`", "more than capitals and punctuation"]),
     ("[study.tools.fine_2]", "[study.tools.plain]", &["duplicate key", "stands in the file once"]),
     ("[study.tools.fine_2]", "[study.tools.\"=1+1\"]", &["cannot be named `=1+1`", "begins with a letter or digit"]),
