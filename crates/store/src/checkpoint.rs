@@ -8,7 +8,6 @@
 //! ```
 
 use bristle::brush::Checkpoint;
-use bristle::equations::FINGERPRINT;
 use bristle::model::settings::Settings;
 use bristle::simulation::SOLVER_FINGERPRINT;
 use serde::{Deserialize, Serialize};
@@ -16,7 +15,7 @@ use serde_json::Value;
 use thiserror::Error;
 
 use crate::digest::digest;
-use crate::origin;
+use crate::origin::{self, Program};
 
 /// The version of the format.
 const FORMAT: u32 = 2;
@@ -51,11 +50,8 @@ pub enum CheckpointError {
 struct Header<S> {
     checkpoint: String,
     format: u32,
-    version: String,
-    /// SHA-256 of the kernels' expressions.
-    equations: String,
-    /// SHA-256 of the code that solves them.
-    solver: String,
+    #[serde(flatten)]
+    program: Program,
     settings: S,
     /// Number of frames, which are part of the state.
     frames: usize,
@@ -83,9 +79,7 @@ pub fn write_checkpoint(settings: &Settings, frames: usize, state: &Checkpoint) 
     let header = Header {
         checkpoint: KIND.to_owned(),
         format: FORMAT,
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        equations: FINGERPRINT.to_owned(),
-        solver: SOLVER_FINGERPRINT.to_owned(),
+        program: Program::here(SOLVER_FINGERPRINT),
         settings,
         frames,
         state: digest(&state),
@@ -116,7 +110,7 @@ pub fn read_checkpoint(settings: &Settings, frames: usize, bytes: &[u8]) -> Resu
         _ => return Err(CheckpointError::Foreign),
     }
     let header: Header<Value> = origin::unsealed("", line).ok_or(CheckpointError::Damaged)?;
-    let mut differences = origin::programs(&header.version, &header.equations, [&header.solver, SOLVER_FINGERPRINT]);
+    let mut differences = header.program.differences(&Program::here(SOLVER_FINGERPRINT));
     differences.extend(origin::settings(&header.settings, settings, |_| false));
     if header.frames != frames {
         differences.push(format!("frames: {} there, {frames} here", header.frames));
@@ -176,7 +170,7 @@ mod tests {
         let (header, state) = bytes.split_at(end);
         let header = str::from_utf8(header).expect("text");
         let changed = |from: &str, to: &str| read(&[header.replace(from, to).as_bytes(), state].concat());
-        assert_eq!(changed("\"format\":2", "\"format\":3"), CheckpointError::Format { found: 3 });
+        assert_eq!(changed("\"format\":2", "\"format\":3"), CheckpointError::Format(3));
         assert_eq!(changed("10.0", "11.0"), CheckpointError::Damaged);
         for cut in (0..end + 100).chain([bytes.len() / 2, bytes.len() - 1]) {
             let error = read(&bytes[..cut]);

@@ -8,7 +8,6 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
-use bristle::equations::FINGERPRINT;
 use bristle::model::settings::Settings;
 use bristle::simulation::SOLVER_FINGERPRINT;
 use bristle_text::shown_path;
@@ -16,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::digest::digest;
-use crate::origin::{listed, programs, sealed, unsealed};
+use crate::origin::{Program, listed, sealed, unsealed};
 use crate::staged::FileError;
 
 /// Name of the file in the directory of the results.
@@ -53,9 +52,8 @@ pub enum ForceJournalError {
 #[derive(Serialize, Deserialize)]
 struct Header {
     journal: String,
-    version: String,
-    equations: String,
-    solver: String,
+    #[serde(flatten)]
+    program: Program,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -90,7 +88,7 @@ impl ForceJournal {
         if let Some(line) = text.split_inclusive('\n').next() {
             let header: Option<Header> = unsealed("", line).filter(|header: &Header| header.journal == KIND);
             let header = header.ok_or_else(|| ForceJournalError::Foreign(path.clone()))?;
-            let differences = programs(&header.version, &header.equations, [&header.solver, SOLVER_FINGERPRINT]);
+            let differences = header.program.differences(&Program::here(SOLVER_FINGERPRINT));
             if !differences.is_empty() && !restart {
                 return Err(ForceJournalError::Other { path, differences });
             }
@@ -109,12 +107,7 @@ impl ForceJournal {
             file.set_len(intact as u64)?;
             file.seek(SeekFrom::End(0))?;
             if intact == 0 {
-                let header = Header {
-                    journal: KIND.to_owned(),
-                    version: env!("CARGO_PKG_VERSION").to_owned(),
-                    equations: FINGERPRINT.to_owned(),
-                    solver: SOLVER_FINGERPRINT.to_owned(),
-                };
+                let header = Header { journal: KIND.to_owned(), program: Program::here(SOLVER_FINGERPRINT) };
                 file.write_all(sealed("", &header).as_bytes())?;
             }
             Ok(())

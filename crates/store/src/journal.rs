@@ -28,8 +28,7 @@ use serde_json::Value;
 use thiserror::Error;
 
 use crate::digest::digest;
-use crate::origin::{CHECK_DIGITS, LONGEST_PATH, each_difference, listed, programs, sealed, settings, unsealed};
-use bristle::equations::FINGERPRINT;
+use crate::origin::{CHECK_DIGITS, LONGEST_PATH, Program, each_difference, listed, sealed, settings, unsealed};
 use bristle::model::metrics::Metrics;
 use bristle::simulation::SOLVER_FINGERPRINT;
 use bristle::simulation::Statistics;
@@ -113,12 +112,8 @@ pub struct Journal {
 struct Header<S> {
     journal: String,
     format: u32,
-    /// Version of Bristle.
-    version: String,
-    /// SHA-256 of the kernels' expressions.
-    equations: String,
-    /// SHA-256 of the code that solves them.
-    solver: String,
+    #[serde(flatten)]
+    program: Program,
     /// The settings, of the first tool if tools are compared. Those that are swept have their first value.
     settings: S,
     /// The tools that are compared.
@@ -167,9 +162,7 @@ impl Journal {
         let header = Header {
             journal: "bristle study".to_owned(),
             format: FORMAT,
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            equations: FINGERPRINT.to_owned(),
-            solver: SOLVER.clone(),
+            program: Program::here(&SOLVER),
             settings: study.base().clone(),
             tools: study.tool_texts(),
             sweeps: study.sweep_texts(),
@@ -349,10 +342,8 @@ fn tool_differences(there: &[ToolText<Value>], here: &[Tool], is_swept: impl Fn(
         [] => "none".to_owned(),
         _ => names.iter().map(|name| shown(name, LONGEST_PATH)).collect::<Vec<_>>().join(", "),
     };
-    let [names_there, names_here] = [
-        names(there.iter().map(|tool| tool.name.as_str()).collect()),
-        names(here.iter().map(|tool| tool.name.as_str()).collect()),
-    ];
+    let names_there = names(there.iter().map(|tool| tool.name.as_str()).collect());
+    let names_here = names(here.iter().map(|tool| tool.name.as_str()).collect());
     if names_there != names_here {
         return vec![format!("tools: {names_there} there, {names_here} here")];
     }
@@ -370,7 +361,7 @@ fn tool_differences(there: &[ToolText<Value>], here: &[Tool], is_swept: impl Fn(
 
 /// The differences of a journal's header from that of `study`, as sentences.
 fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
-    let mut differences = programs(&there.version, &there.equations, [&there.solver, &*SOLVER]);
+    let mut differences = there.program.differences(&Program::here(&SOLVER));
     let here = study.sweep_texts();
     let named = |sweeps: &[SweepText]| -> BTreeMap<String, Vec<f64>> {
         sweeps.iter().map(|sweep| (sweep.setting.clone(), sweep.values.clone())).collect()
@@ -435,6 +426,24 @@ mod tests {
         journal.header().to_owned() + &entries.collect::<String>()
     }
 
+    /// The study of [`FILE`], its journal, and the text of that with all results.
+    fn whole() -> (Study, Journal, String) {
+        let study = study(FILE);
+        let journal = Journal::new(&study);
+        let text = text(&journal, &results(&study));
+        (study, journal, text)
+    }
+
+    /// The header of a journal with a `change`, sealed anew.
+    fn resealed(journal: &Journal, change: impl FnOnce(&mut Value)) -> String {
+        let line = journal.header().split_once(",\"check\"").expect("a check").0;
+        let mut header: Value = serde_json::from_str(&format!("{line}}}")).expect("JSON");
+        change(&mut header);
+        // Through the structure, so that the keys are in the order of a header.
+        let typed: Header<Value> = serde_json::from_value(header).expect("a header");
+        sealed("", &typed)
+    }
+
     #[test]
     fn what_is_written_is_read_back_to_the_bit() {
         let study = study(FILE);
@@ -467,9 +476,7 @@ mod tests {
 
     #[test]
     fn an_end_that_is_cut_off_anywhere_is_left_out() {
-        let study = study(FILE);
-        let journal = Journal::new(&study);
-        let text = text(&journal, &results(&study));
+        let (study, journal, text) = whole();
         let lines: Vec<&str> = text.split_inclusive('\n').collect();
         for length in 0..text.len() {
             let contents = journal.read(&study, &text.as_bytes()[..length]).expect("the rest is whole");
@@ -487,9 +494,7 @@ mod tests {
 
     #[test]
     fn an_end_that_never_came_to_the_disk_is_left_out() {
-        let study = study(FILE);
-        let journal = Journal::new(&study);
-        let text = text(&journal, &results(&study));
+        let (study, journal, text) = whole();
         let begin = text.len() - 700;
         let mut bytes = text.clone().into_bytes();
         bytes[begin..].fill(0);
@@ -592,13 +597,9 @@ mod tests {
     fn another_build_is_named() {
         let here = study(FILE);
         let journal = Journal::new(&here);
-        let line = journal.header().split_once(",\"check\"").expect("a check").0;
-        for (what, value) in [("version", "\"9.9.9\""), ("equations", "\"abc\""), ("solver", "\"µµµµµµµµ\"")] {
-            let mut header: Value = serde_json::from_str(&format!("{line}}}")).expect("JSON");
-            header[what] = serde_json::from_str(value).expect("JSON");
-            // Through the structure, so that the keys are in the order of a header.
-            let typed: Header<Value> = serde_json::from_value(header).expect("a header");
-            let error = journal.read(&here, sealed("", &typed).as_bytes()).expect_err("another build");
+        for (what, value) in [("version", "9.9.9"), ("equations", "abc"), ("solver", "µµµµµµµµ")] {
+            let header = resealed(&journal, |header| header[what] = Value::from(value));
+            let error = journal.read(&here, header.as_bytes()).expect_err("another build");
             assert!(error.to_string().contains(what), "{error}");
         }
     }
@@ -607,14 +608,13 @@ mod tests {
     fn a_hostile_header_cannot_drive_the_terminal() {
         let here = study(FILE);
         let journal = Journal::new(&here);
-        let line = journal.header().split_once(",\"check\"").expect("a check").0;
         let hostile = "\u{1b}[2J\n\u{9b}\u{202e}".to_owned() + &"x".repeat(10_000);
-        let mut header: Value = serde_json::from_str(&format!("{line}}}")).expect("JSON");
-        header["version"] = Value::from(hostile.clone());
-        header["settings"]["tool"][hostile.as_str()] = Value::from(hostile.clone());
-        header["sweeps"][0]["setting"] = Value::from(hostile);
-        let typed: Header<Value> = serde_json::from_value(header).expect("a header");
-        let error = journal.read(&here, sealed("", &typed).as_bytes()).expect_err("another build").to_string();
+        let header = resealed(&journal, |header| {
+            header["version"] = Value::from(hostile.clone());
+            header["settings"]["tool"][hostile.as_str()] = Value::from(hostile.clone());
+            header["sweeps"][0]["setting"] = Value::from(hostile);
+        });
+        let error = journal.read(&here, header.as_bytes()).expect_err("another build").to_string();
         assert!(error.contains(r"\u{1b}[2J\u{a}\u{9b}\u{202e}") && error.len() < 1500, "{error}");
         assert!(!error.contains(|letter: char| letter != '\n' && bristle_text::is_invisible(letter)), "{error:?}");
         assert!(error.lines().skip(1).all(|line| line.starts_with("  ")), "{error}");

@@ -50,18 +50,37 @@ fn check(seed: &str, object: &str) -> String {
     digits
 }
 
-/// The differences of a program from this one, by its version, its equations, and the hashes of its solver and of this one.
-pub(crate) fn programs(version: &str, equations: &str, [solver_there, solver_here]: [&str; 2]) -> Vec<String> {
-    let programs = [
-        ("version", version, env!("CARGO_PKG_VERSION")),
-        ("equations (SHA-256)", equations, FINGERPRINT),
-        ("solver (SHA-256)", solver_there, solver_here),
-    ];
-    let difference = |(what, there, here): (&str, &str, &str)| {
-        let [there, here] = [there, here].map(|text| shortened(&text.chars().take(12).collect::<String>()));
-        format!("{what}: {there} there, {here} here")
-    };
-    programs.into_iter().filter(|(_, there, here)| there != here).map(difference).collect()
+/// The program that has written a file.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Program {
+    /// Version of Bristle.
+    version: String,
+    /// SHA-256 of the kernels' expressions.
+    equations: String,
+    /// SHA-256 of the code that solves them.
+    solver: String,
+}
+
+impl Program {
+    /// This one, by the hash of its solver.
+    pub(crate) fn here(solver: &str) -> Self {
+        let [version, equations, solver] = [env!("CARGO_PKG_VERSION"), FINGERPRINT, solver].map(str::to_owned);
+        Self { version, equations, solver }
+    }
+
+    /// Its differences from the one `here`, in words.
+    pub(crate) fn differences(&self, here: &Self) -> Vec<String> {
+        let programs = [
+            ("version", &self.version, &here.version),
+            ("equations (SHA-256)", &self.equations, &here.equations),
+            ("solver (SHA-256)", &self.solver, &here.solver),
+        ];
+        let difference = |(what, there, here): (&str, &String, &String)| {
+            let [there, here] = [there, here].map(|text| shortened(&text.chars().take(12).collect::<String>()));
+            format!("{what}: {there} there, {here} here")
+        };
+        programs.into_iter().filter(|(_, there, here)| there != here).map(difference).collect()
+    }
 }
 
 /// The differences of settings from those here, except those that `is_left_out` names by their paths.

@@ -72,7 +72,7 @@ const MAX_STATE_BYTES: u64 = 8 << 30;
 /// # Errors
 /// If it cannot be read, is too long, or is not text.
 pub fn read_input(path: &Path) -> Result<String, FileError> {
-    read_limited(path, MAX_INPUT_BYTES)
+    read_as(path, MAX_INPUT_BYTES, as_text)
 }
 
 /// Reads settings from stdin.
@@ -110,8 +110,7 @@ pub fn read_document<'t>(
 /// # Errors
 /// If it cannot be read, is too long, or is not text.
 pub fn read_table(path: &Path) -> Result<String, FileError> {
-    let text = read_at_most(path, MAX_TABLE_BYTES).and_then(as_table);
-    text.map_err(|error| FileError::new("read", path, error))
+    read_as(path, MAX_TABLE_BYTES, as_table)
 }
 
 /// The text of a table as spreadsheets export it: in UTF-8, in UTF-16 with a byte order mark, or in Latin-1.
@@ -142,7 +141,7 @@ fn as_table(bytes: Vec<u8>) -> io::Result<String> {
 /// # Errors
 /// If it cannot be read, is too long, or is not text.
 pub fn read_results(path: &Path) -> Result<String, FileError> {
-    read_limited(path, MAX_RESULT_BYTES)
+    read_as(path, MAX_RESULT_BYTES, as_text)
 }
 
 /// Reads a file of another kind, if it has at most so many bytes.
@@ -150,7 +149,7 @@ pub fn read_results(path: &Path) -> Result<String, FileError> {
 /// # Errors
 /// If it cannot be read, is longer, or is not text.
 pub fn read_text(path: &Path, limit: usize) -> Result<String, FileError> {
-    read_limited(path, limit as u64)
+    read_as(path, limit as u64, as_text)
 }
 
 /// Reads the state of a brush, whose size grows with the number of filaments.
@@ -158,12 +157,13 @@ pub fn read_text(path: &Path, limit: usize) -> Result<String, FileError> {
 /// # Errors
 /// If it cannot be read, or is too long.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
-    read_at_most(path, MAX_STATE_BYTES).map_err(|error| FileError::new("read", path, error))
+    read_as(path, MAX_STATE_BYTES, Ok)
 }
 
-fn read_limited(path: &Path, limit: u64) -> Result<String, FileError> {
-    let text = read_at_most(path, limit).and_then(as_text);
-    text.map_err(|error| FileError::new("read", path, error))
+/// Reads a file of at most `limit` bytes, which `content` makes something of.
+fn read_as<T>(path: &Path, limit: u64, content: fn(Vec<u8>) -> io::Result<T>) -> Result<T, FileError> {
+    let bytes = check_source(path).and_then(|()| File::open(path)).and_then(|file| read_up_to(file, limit));
+    bytes.and_then(content).map_err(|error| FileError::new("read", path, error))
 }
 
 fn as_text(bytes: Vec<u8>) -> io::Result<String> {
@@ -172,11 +172,6 @@ fn as_text(bytes: Vec<u8>) -> io::Result<String> {
         let line = error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count() + 1;
         io::Error::other(format!("line {line} is not UTF-8 text"))
     })
-}
-
-fn read_at_most(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    check_source(path)?;
-    read_up_to(File::open(path)?, limit)
 }
 
 fn read_up_to(source: impl Read, limit: u64) -> io::Result<Vec<u8>> {
@@ -340,10 +335,8 @@ impl StagedFile {
             file.as_file().sync_all()?;
             Ok(file.into_temp_path())
         };
-        match write() {
-            Ok(file) => Ok(Self { file, target }),
-            Err(error) => Err(FileError::new("write", &target, error)),
-        }
+        let file = write().map_err(|error| FileError::new("write", &target, error))?;
+        Ok(Self { file, target })
     }
 
     /// Writes a text under a temporary name, for the file `name` in a directory.
@@ -376,10 +369,8 @@ impl StagedFile {
     /// If that is not possible.
     pub fn commit(self) -> Result<PathBuf, FileError> {
         let Self { file, target } = self;
-        match file.persist(&target) {
-            Ok(()) => Ok(target),
-            Err(error) => Err(FileError::new("write", &target, error.error)),
-        }
+        file.persist(&target).map_err(|error| FileError::new("write", &target, error.error))?;
+        Ok(target)
     }
 }
 
@@ -388,17 +379,9 @@ const SUFFIX: &str = ".bristle-";
 /// The number of these random characters.
 const RANDOM: usize = 6;
 
-/// The start of all temporary names of a file.
-fn temporary_prefix(name: &OsStr) -> OsString {
-    let mut prefix = OsString::from(".");
-    prefix.push(name);
-    prefix.push(SUFFIX);
-    prefix
-}
-
 /// A temporary file with the permissions that the user's settings give to new files, which it keeps under its final name.
 fn temporary_file(directory: &Path, name: &OsStr) -> io::Result<NamedTempFile> {
-    let prefix = temporary_prefix(name);
+    let prefix: OsString = [OsStr::new("."), name, OsStr::new(SUFFIX)].into_iter().collect();
     let mut builder = Builder::new();
     builder.prefix(&prefix).rand_bytes(RANDOM);
     #[cfg(unix)]

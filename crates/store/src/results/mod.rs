@@ -22,7 +22,10 @@ pub use tables::{
 
 #[cfg(test)]
 mod tests {
+    use std::io;
+
     use bristle::equations::FINGERPRINT;
+    use bristle::model::settings::Settings;
 
     use super::*;
     use crate::digest::digest;
@@ -49,12 +52,21 @@ mod tests {
         "
     );
 
+    /// What is written to memory.
+    fn text(write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> String {
+        let mut text = Vec::new();
+        write(&mut text).expect("a table");
+        String::from_utf8(text).expect("text")
+    }
+
+    fn settings() -> Settings {
+        Document::parse(FILE, "case.toml").and_then(|document| document.settings()).expect("settings")
+    }
+
     fn texts(file: &str) -> (Study, Vec<CaseResult>, String, String) {
         let study = Document::parse(file, "case.toml").and_then(|document| document.study()).expect("a study");
         let results = run_study(&study, None, || {}).expect("threads");
-        let mut runs = Vec::new();
-        write_runs(&mut runs, &study, &results).expect("a table");
-        let runs = String::from_utf8(runs).expect("text");
+        let runs = text(|out| write_runs(out, &study, &results));
         let saved = study_text(&study, runs.as_bytes(), false);
         (study, results, saved, runs)
     }
@@ -88,11 +100,9 @@ mod tests {
 
     #[test]
     fn a_history_is_read_to_the_bit() {
-        let settings = Document::parse(FILE, "case.toml").and_then(|document| document.settings()).expect("settings");
+        let settings = settings();
         let history = simulate_with_history(&settings, 50).expect("a pass").history;
-        let mut text = Vec::new();
-        write_history(&mut text, &history).expect("a table");
-        let text = String::from_utf8(text).expect("text");
+        let text = text(|out| write_history(out, &history));
         assert_eq!(read_history(&text, "history.csv"), Ok(history));
         let files = FileHashes::from([("history.csv".to_owned(), digest(text.as_bytes()))]);
         let case = read_case(&case_text(&settings, &files), "case.json").expect("a case");
@@ -110,34 +120,23 @@ mod tests {
 
     #[test]
     fn profiles_and_shapes_are_read_to_the_bit() {
-        let settings = Document::parse(FILE, "case.toml").and_then(|document| document.settings()).expect("settings");
         let sampling = Sampling { shapes: 7, profile: true, ..Sampling::default() };
-        let Simulation { profile, shapes, .. } = simulate_with(&settings, sampling).expect("a pass");
-        let text = |write: &dyn Fn(&mut Vec<u8>)| {
-            let mut text = Vec::new();
-            write(&mut text);
-            String::from_utf8(text).expect("text")
-        };
-        let table = text(&|out| write_profile(out, &profile).expect("a table"));
-        assert_eq!(read_profile(&table, "profile.csv"), Ok(profile));
-        let table = text(&|out| write_shapes(out, &shapes).expect("a table"));
-        assert_eq!(read_shapes(&table, "shapes.csv"), Ok(shapes));
-        // Without a cell, and without a shape.
-        let empty = text(&|out| write_profile(out, &[]).expect("a heading"));
-        assert_eq!(read_profile(&empty, "profile.csv"), Ok(Vec::new()));
-        let empty = text(&|out| write_shapes(out, &[]).expect("a heading"));
-        assert_eq!(read_shapes(&empty, "shapes.csv"), Ok(Vec::new()));
+        let Simulation { profile, shapes, .. } = simulate_with(&settings(), sampling).expect("a pass");
+        // Also without a cell, and without a shape.
+        for profile in [profile, Vec::new()] {
+            assert_eq!(read_profile(&text(|out| write_profile(out, &profile)), "profile.csv"), Ok(profile));
+        }
+        for shapes in [shapes, Vec::new()] {
+            assert_eq!(read_shapes(&text(|out| write_shapes(out, &shapes)), "shapes.csv"), Ok(shapes));
+        }
     }
 
     #[test]
     fn positions_have_one_row_per_filament_along_the_trim() {
-        let mut settings =
-            Document::parse(FILE, "case.toml").and_then(|document| document.settings()).expect("settings");
+        let mut settings = settings();
         (settings.tool.tilt_rad, settings.tool.positions) = (Some(0.02), Some(3));
         let simulation = simulate_with(&settings, Sampling::default()).expect("a pass");
-        let mut text = Vec::new();
-        write_positions(&mut text, &simulation.positions).expect("a table");
-        let text = String::from_utf8(text).expect("text");
+        let text = text(|out| write_positions(out, &simulation.positions));
         let source = Source { name: "positions.csv", text: &text };
         let table = source.table(AGAIN).expect("a table");
         let place = table.columns(&["position_m", "weight"]).expect("the columns of the place");

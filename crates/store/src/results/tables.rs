@@ -297,10 +297,19 @@ pub fn write_shapes(out: impl Write, shapes: &[Shape]) -> io::Result<()> {
 
 /// Writes a heading, then one row per record.
 pub(super) fn write_records<R: Record>(out: impl Write, records: &[R]) -> io::Result<()> {
+    write_columns(out, R::COLUMNS.iter(), records)
+}
+
+/// [`write_records`] with some columns.
+fn write_columns<R: 'static>(
+    out: impl Write,
+    columns: impl Iterator<Item = &'static Column<R>> + Clone,
+    records: &[R],
+) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record(keys::<R>())?;
+    writer.write_record(keys_of(columns.clone()))?;
     for record in records {
-        writer.write_record(cells(Some(record)).into_iter().map(Cell::into_text))?;
+        writer.write_record(cells_of(columns.clone(), Some(record)).into_iter().map(Cell::into_text))?;
     }
     writer.flush()
 }
@@ -323,23 +332,14 @@ fn of_removal<R: Record>(removal: &Removal) -> impl Iterator<Item = &'static Col
     R::COLUMNS.iter().filter(move |column| !absent.clone().any(|key| key == column.key))
 }
 
-fn write_of_removal<R: Record>(out: impl Write, removal: &Removal, records: &[R]) -> io::Result<()> {
-    let mut writer = csv::Writer::from_writer(out);
-    writer.write_record(keys_of(of_removal::<R>(removal)))?;
-    for record in records {
-        writer.write_record(cells_of(of_removal::<R>(removal), Some(record)).into_iter().map(Cell::into_text))?;
-    }
-    writer.flush()
-}
-
 /// Writes `removal.csv`: a heading, then one row per time, without the columns of edges and bands that the removal does not have.
 pub fn write_removal_rows(out: impl Write, removal: &Removal) -> io::Result<()> {
-    write_of_removal::<RemovalRow>(out, removal, &removal.rows)
+    write_columns::<RemovalRow>(out, of_removal(removal), &removal.rows)
 }
 
 /// Writes `edge_work.csv`: a heading, then one row per simulated radius and length.
 pub fn write_edge_work(out: impl Write, removal: &Removal) -> io::Result<()> {
-    write_of_removal::<SimulatedEdge>(out, removal, &removal.simulated)
+    write_columns::<SimulatedEdge>(out, of_removal(removal), &removal.simulated)
 }
 
 /// Reads `runs.csv` of a study, in the order of the grid. Errors use `name` for the file.
@@ -359,12 +359,12 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
     let having = Having::of_study(study);
     let of_metrics = || metric_columns(having);
     let metrics = table.columns(&keys_of(of_metrics()))?;
-    let scatter = if study.scatters() { Some(table.columns(&keys::<ForceScatter>())?) } else { None };
-    let brush = if study.has_brush() { Some(table.columns(&keys::<Interaction>())?) } else { None };
+    let scatter = study.scatters().then(|| table.columns(&keys::<ForceScatter>())).transpose()?;
+    let brush = study.has_brush().then(|| table.columns(&keys::<Interaction>())).transpose()?;
     let statistics = table.columns(&keys::<Statistics>())?;
-    let turns = if study.takes_turns() { Some(table.column(TURN_IMPULSES)?) } else { None };
+    let turns = study.takes_turns().then(|| table.column(TURN_IMPULSES)).transpose()?;
     let is_checked = table.headings().iter().any(|heading| heading == CHANGE);
-    let change = if is_checked { Some(table.column(CHANGE)?) } else { None };
+    let change = is_checked.then(|| table.column(CHANGE)).transpose()?;
     let status = table.column("status")?;
     if table.rows().len() != study.case_count() {
         let problem = format!("{} rows, but study.json has {} cases", table.rows().len(), study.case_count());
