@@ -100,9 +100,7 @@ fn remove(table: &mut dyn toml_edit::TableLike, key: &str) {
     let is_same = |written: &str| written == key || own_keys(written).any(|(own, _)| own == key);
     let stated: Vec<String> =
         table.iter().map(|(written, _)| written.to_owned()).filter(|written| is_same(written)).collect();
-    stated.iter().for_each(|written| {
-        table.remove(written);
-    });
+    stated.iter().for_each(|written| drop(table.remove(written)));
 }
 
 /// Puts a value in the place of that of a setting.

@@ -25,7 +25,7 @@ pub use edge::Radii;
 use model::Model;
 pub use next::{Next, Reach};
 pub use parameters::{FitError, Fitted};
-pub use problem::{Forces, Observation, Problem, ProblemError, ToolPlace, forces_of};
+pub use problem::{Forces, Observation, Problem, ToolPlace, forces_of};
 pub use search::STARTS;
 use search::{Minimum, Search};
 pub use simulator::{Interrupted, Means, Observer, Unwatched};

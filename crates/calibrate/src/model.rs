@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::parameters::Fitted;
 use crate::problem::{Forces, Observation, Problem, ToolPlace};
 use crate::simulator::{Interrupted, Precision, Simulator};
 
@@ -19,6 +20,11 @@ impl<'a> Model<'a> {
 
     pub fn problem(&self) -> &'a Problem {
         self.simulator.problem
+    }
+
+    /// The bounds of the coordinates.
+    pub fn limits(&self) -> Vec<[f64; 2]> {
+        self.problem().fitted.iter().map(Fitted::limits).collect()
     }
 
     /// The values of the fitted settings at a point of coordinates.

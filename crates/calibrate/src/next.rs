@@ -59,16 +59,12 @@ pub fn next(
         .collect();
     let forces = model.simulator.forces(&evaluations, precision)?;
     // A setting that nothing determines is somewhere in its range.
-    let range = |column: usize| problem.fitted[column].limits();
-    let before = {
-        let information =
-            errors.covariance().try_inverse().unwrap_or_else(|| DMatrix::zeros(values.len(), values.len()));
-        let of_range = DMatrix::from_fn(values.len(), values.len(), |row, column| {
-            let [low, high] = range(row);
-            if row == column { (high - low).powi(-2) } else { 0.0 }
-        });
-        information + of_range
-    };
+    let information = errors.covariance().try_inverse().unwrap_or_else(|| DMatrix::zeros(values.len(), values.len()));
+    let of_range = DMatrix::from_fn(values.len(), values.len(), |row, column| {
+        let [low, high] = problem.fitted[row].limits();
+        if row == column { (high - low).powi(-2) } else { 0.0 }
+    });
+    let before = information + of_range;
     let Some(covariance) = before.clone().try_inverse() else { return Ok(Vec::new()) };
     let mut found: Vec<Next> = Vec::new();
     for (place, forces) in places.into_iter().zip(forces.chunks(1 + points.len())) {

@@ -27,38 +27,18 @@ pub struct Fitted {
     pub bounds: [f64; 2],
 }
 
-/// Why a setting cannot be fitted.
+/// Why something cannot be fitted, in words.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum FitError {
-    /// Not of the form of an option.
-    #[error("`{}` is not a setting, as in filament.youngs_modulus_pa, or one with bounds, as in filament.damping_ratio=0.01..0.2", shown(.0, LONGEST_KEY))]
-    Form(String),
-    /// There is no such setting.
-    #[error("`{}` is no scalar setting of [tool], [filament], [contact] or [brush], nor {PRESTON} or {START}, which radii of an edge tell; `bristle explain` lists them{}", shown(.key, LONGEST_KEY), .meant)]
-    Unknown {
-        /// What was written.
-        key: String,
-        /// What may have been meant, behind a semicolon; empty if nothing is close.
-        meant: String,
-    },
-    /// A count or a seed.
-    #[error("`{0}` is a whole number, which cannot be fitted")]
-    Whole(&'static str),
-    /// It has no usual range.
-    #[error("`{0}` has no usual range: state one, as in --fit {0}=LOW..HIGH")]
-    NoRange(&'static str),
-    /// The bounds are not those of a range.
-    #[error("the bounds {low} and {high} of `{path}` must be {allowed}, the first one lower")]
-    Bounds {
-        /// Path of the setting.
-        path: &'static str,
-        /// The first bound.
-        low: f64,
-        /// The second bound.
-        high: f64,
-        /// The values that the setting can have.
-        allowed: String,
-    },
+#[error("{0}")]
+pub struct FitError(pub(crate) String);
+
+/// The error about a `key` that is none of a setting that can be fitted. `meant` is what may have been meant, behind a semicolon.
+fn unknown(key: &str, meant: &str) -> FitError {
+    FitError(format!(
+        "`{}` is no scalar setting of [tool], [filament], [contact] or [brush], nor {PRESTON} or {START}, which radii of an edge tell; \
+         `bristle explain` lists them{meant}",
+        shown(key, LONGEST_KEY)
+    ))
 }
 
 impl Fitted {
@@ -68,15 +48,20 @@ impl Fitted {
     /// If it cannot be fitted between them.
     pub fn new(parameter: &'static Parameter, bounds: Option<[f64; 2]>) -> Result<Self, FitError> {
         if !SECTIONS.contains(&parameter.section()) && !OF_EDGES.contains(&parameter.path) {
-            return Err(FitError::Unknown { key: parameter.path.to_owned(), meant: String::new() });
+            return Err(unknown(parameter.path, ""));
         }
+        let path = parameter.path;
         if parameter.range.whole {
-            return Err(FitError::Whole(parameter.path));
+            return Err(FitError(format!("`{path}` is a whole number, which cannot be fitted")));
         }
         let usual = parameter.usual.map(|usual| [usual.least, usual.largest]);
-        let [low, high] = bounds.or(usual).ok_or(FitError::NoRange(parameter.path))?;
+        let no_range = || FitError(format!("`{path}` has no usual range: state one, as in --fit {path}=LOW..HIGH"));
+        let [low, high] = bounds.or(usual).ok_or_else(no_range)?;
         if !(low < high && parameter.range.contains(low) && parameter.range.contains(high)) {
-            return Err(FitError::Bounds { path: parameter.path, low, high, allowed: parameter.allowed() });
+            let allowed = parameter.allowed();
+            return Err(FitError(format!(
+                "the bounds {low} and {high} of `{path}` must be {allowed}, the first one lower"
+            )));
         }
         Ok(Self { parameter, bounds: [low, high] })
     }
@@ -94,9 +79,14 @@ impl Fitted {
         let Some((parameter, unit)) = found else {
             let meant = bristle_input::document::setting_meant(key);
             let meant = if meant.is_empty() { meant } else { format!("; {meant}") };
-            return Err(FitError::Unknown { key: key.to_owned(), meant });
+            return Err(unknown(key, &meant));
         };
-        let form = || FitError::Form(text.to_owned());
+        let form = || {
+            FitError(format!(
+                "`{}` is not a setting, as in filament.youngs_modulus_pa, or one with bounds, as in filament.damping_ratio=0.01..0.2",
+                shown(text, LONGEST_KEY)
+            ))
+        };
         let bounds = bounds.map(|bounds| {
             let (low, high) = bounds.split_once("..").ok_or_else(form)?;
             // A key without a unit states a number, not per cent.

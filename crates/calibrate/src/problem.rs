@@ -1,18 +1,19 @@
 //! What is fitted to what: brushes, settings with their bounds, and measured points with their standard deviations.
 
-use bristle::brush::{BrushError, check_brush};
+use std::fmt::Display;
+
+use bristle::brush::check_brush;
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{Settings, UncertaintySettings};
-use bristle_grid::removal::{RemovalError, edges_of};
+use bristle_grid::removal::edges_of;
 use bristle_grid::uncertainty::check;
 use bristle_grid::{SPEED, VELOCITY};
 use bristle_input::document::StatedBrush;
 use bristle_input::measured::{MeasuredPoint, MeasuredRadius, Quantity, Reading, Speed};
-use thiserror::Error;
 
 use crate::edge::Radii;
-use crate::parameters::{Fitted, PRESTON, START};
+use crate::parameters::{FitError, Fitted, PRESTON, START};
 
 /// What a tool exerts, in the order of [`Quantity::FORCES`].
 pub type Forces = [f64; 4];
@@ -72,156 +73,12 @@ pub struct Problem {
     pub has_std: bool,
 }
 
-/// Why there is nothing to calibrate.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum ProblemError {
-    /// Nothing is to be fitted.
-    #[error("state what is to be fitted, as in --fit filament.youngs_modulus_pa")]
-    NothingToFit,
-    /// A setting is named twice.
-    #[error("`{0}` is to be fitted twice")]
-    Twice(&'static str),
-    /// Two settings of which each follows from the other.
-    #[error("`{path}` and `{other}` cannot both be fitted: each follows from the other")]
-    Both {
-        /// The later one.
-        path: &'static str,
-        /// The other.
-        other: &'static str,
-    },
-    /// The file states in another way what is to be fitted.
-    #[error("the file states `{stated}`, from which `{path}` follows: fit `{stated}`, or state `{path}` instead")]
-    Follows {
-        /// What is to be fitted.
-        path: &'static str,
-        /// What the file states.
-        stated: &'static str,
-    },
-    /// A setting of brushes whose filaments do not touch.
-    #[error("`{0}` is a setting of filaments that touch: add a section [brush], or do not fit it")]
-    NoBrush(&'static str),
-    /// The tools have different values of a setting.
-    #[error("the tools state different values of `{0}`, and a fit is of one value: calibrate them one by one")]
-    Differs(&'static str),
-    /// The table does not say which tool it was measured with.
-    #[error("line {0} of the measured forces does not name its tool: add a column `tool`")]
-    NoTool(u64),
-    /// There are fewer forces than settings.
-    #[error(
-        "{found} measured forces cannot determine {settings} settings: measure at least {} points, better 12, at speeds and depths \
-         that differ",
-        .settings + usize::from(!.has_std)
-    )]
-    TooFew {
-        /// The number of measured forces.
-        found: usize,
-        /// The number of settings.
-        settings: usize,
-        /// Whether they have standard deviations.
-        has_std: bool,
-    },
-    /// A force that says nothing.
-    #[error(
-        "line {line} of the measured forces: `{key}` is {value}: a force that is not above zero tells nothing about the filaments; leave \
-         the cell empty or measure at a greater depth"
-    )]
-    NoForce {
-        /// Its line.
-        line: u64,
-        /// Its key.
-        key: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// A standard deviation of zero.
-    #[error("line {line} of the measured table: the standard deviation of `{key}` is 0: nothing is known exactly")]
-    NoStd {
-        /// Its line.
-        line: u64,
-        /// Its key.
-        key: &'static str,
-    },
-    /// Only some have a standard deviation.
-    #[error(
-        "line {line} of the measured table: `{key}` has no standard deviation, others have: state it, or relative_std = 0.03 under \
-         [measured] for all that have none"
-    )]
-    SomeStd {
-        /// Its line.
-        line: u64,
-        /// Its key.
-        key: &'static str,
-    },
-    /// The filaments of a brush cannot be arranged.
-    #[error("line {line} of the measured forces cannot be simulated: {error}")]
-    Brush {
-        /// Its line.
-        line: u64,
-        /// What is wrong with it.
-        error: BrushError,
-    },
-    /// Forces and radii tell different settings.
-    #[error(
-        "radii of an edge over time do not tell `{0}`: fit it to forces first, then {PRESTON} to radii, with the file that the first fit writes"
-    )]
-    NotOfEdges(&'static str),
-    /// There is no edge that can be followed.
-    #[error("{0}")]
-    Edge(RemovalError),
-    /// The file states what one trial showed.
-    #[error(
-        "`removal.observed` states the radius of one trial: make it a row of the measured table, and leave it out of the file"
-    )]
-    Observed,
-    /// The coefficient is unknown.
-    #[error("state `{PRESTON}`, or fit it, too, as in --fit {PRESTON}")]
-    NoCoefficient,
-    /// There are fewer radii than settings.
-    #[error(
-        "{found} measured radii cannot determine {settings} settings: measure at least {} after some time, better 6, from early to late",
-        .settings + usize::from(!.has_std)
-    )]
-    TooFewRadii {
-        /// The number of measured radii.
-        found: usize,
-        /// The number of settings.
-        settings: usize,
-        /// Whether they have standard deviations.
-        has_std: bool,
-    },
-    /// A radius below that at the start.
-    #[error(
-        "line {line} of the measured table: a radius of {radius:e} m is below that at the start, {start:e} m by `{START}`: an edge only grows \
-         rounder; state a smaller one, or fit it, as in --fit {START}"
-    )]
-    BelowStart {
-        /// Its line.
-        line: u64,
-        /// The radius in m.
-        radius: f64,
-        /// That at the start in m.
-        start: f64,
-    },
-    /// A point that cannot be simulated.
-    #[error("line {line} of the measured forces cannot be simulated: {violation}")]
-    Point {
-        /// Its line.
-        line: u64,
-        /// What is wrong with it.
-        violation: Violation,
-    },
-}
-
 impl Problem {
     /// A calibration of `fitted` settings of `brushes` by measured `points`.
     ///
     /// # Errors
     /// If the points cannot determine the settings, or cannot be simulated.
-    pub fn new(
-        brushes: Vec<StatedBrush>,
-        fitted: Vec<Fitted>,
-        points: Vec<MeasuredPoint>,
-    ) -> Result<Self, ProblemError> {
+    pub fn new(brushes: Vec<StatedBrush>, fitted: Vec<Fitted>, points: Vec<MeasuredPoint>) -> Result<Self, FitError> {
         check_fitted(&brushes, &fitted)?;
         let readings = points.iter().enumerate().flat_map(|(position, point)| {
             let readings = point.readings.iter().enumerate();
@@ -232,26 +89,37 @@ impl Problem {
         let observation = |&(position, point, force, reading): &(usize, &MeasuredPoint, usize, Reading)| {
             let (key, line, value) = (Quantity::FORCES[force].key(), point.line, reading.value);
             if value <= 0.0 {
-                return Err(ProblemError::NoForce { line, key, value });
+                return Err(FitError(format!(
+                    "line {line} of the measured forces: `{key}` is {value}: a force that is not above zero tells nothing about the \
+                     filaments; leave the cell empty or measure at a greater depth"
+                )));
             }
             let std = std_of(reading, has_std, key, line)?;
             Ok(Observation { point: position, force, value, std })
         };
         let observations = readings.iter().map(observation).collect::<Result<Vec<_>, _>>()?;
-        let needed = fitted.len() + usize::from(!has_std);
-        if observations.len() < needed {
-            return Err(ProblemError::TooFew { found: observations.len(), settings: fitted.len(), has_std });
+        let (found, settings, needed) = (observations.len(), fitted.len(), fitted.len() + usize::from(!has_std));
+        if found < needed {
+            return Err(FitError(format!(
+                "{found} measured forces cannot determine {settings} settings: measure at least {needed} points, better 12, at speeds \
+                 and depths that differ"
+            )));
         }
         if let Some(point) = points.iter().find(|point| brushes.len() > 1 && point.tool.is_none()) {
-            return Err(ProblemError::NoTool(point.line));
+            let line = point.line;
+            return Err(FitError(format!(
+                "line {line} of the measured forces does not name its tool: add a column `tool`"
+            )));
         }
         let problem = Self { brushes, fitted, points, observations, radii: None, has_std };
         let start = problem.stated();
         for point in &problem.points {
-            let wrong = |violation| ProblemError::Point { line: point.line, violation };
-            let settings = problem.settings(&ToolPlace::of(point), &start).map_err(wrong)?;
+            let wrong = |error: &dyn Display| {
+                FitError(format!("line {} of the measured forces cannot be simulated: {error}", point.line))
+            };
+            let settings = problem.settings(&ToolPlace::of(point), &start).map_err(|violation| wrong(&violation))?;
             if settings.brush.is_some() {
-                check_brush(&settings, None).map_err(|error| ProblemError::Brush { line: point.line, error })?;
+                check_brush(&settings, None).map_err(|error| wrong(&error))?;
             }
         }
         Ok(problem)
@@ -261,25 +129,26 @@ impl Problem {
     ///
     /// # Errors
     /// If the radii cannot determine the settings, or there is no such edge.
-    pub fn of_radii(
-        settings: Settings,
-        mut fitted: Vec<Fitted>,
-        radii: Vec<MeasuredRadius>,
-    ) -> Result<Self, ProblemError> {
+    pub fn of_radii(settings: Settings, mut fitted: Vec<Fitted>, radii: Vec<MeasuredRadius>) -> Result<Self, FitError> {
         if let Some(other) = fitted.iter().find(|fitted| !fitted.is_of_edges()) {
-            return Err(ProblemError::NotOfEdges(other.parameter.path));
+            return Err(FitError(format!(
+                "radii of an edge over time do not tell `{}`: fit it to forces first, then {PRESTON} to radii, with the file that the \
+                 first fit writes",
+                other.parameter.path
+            )));
         }
         let brushes = vec![StatedBrush { name: String::new(), settings, followed: Vec::new() }];
         check_fitted(&brushes, &fitted)?;
         let settings = &brushes[0].settings;
-        edges_of(settings).map_err(ProblemError::Edge)?;
+        edges_of(settings).map_err(|error| FitError(error.to_string()))?;
         let removal = settings.removal_or_default();
         if removal.observed.is_some() {
-            return Err(ProblemError::Observed);
+            let words = "`removal.observed` states the radius of one trial: make it a row of the measured table, and leave it out of the file";
+            return Err(FitError(words.to_owned()));
         }
         let fits = |path: &str| fitted.iter().any(|fitted| fitted.parameter.path == path);
         if !fits(PRESTON) && removal.preston_m2_n.is_none() {
-            return Err(ProblemError::NoCoefficient);
+            return Err(FitError(format!("state `{PRESTON}`, or fit it, too, as in --fit {PRESTON}")));
         }
         let (has_std, start) =
             (radii.iter().any(|own| own.radius.std.is_some()), settings.workpiece.kind.edge_radius_m());
@@ -287,17 +156,23 @@ impl Problem {
             let (line, value) = (own.line, own.radius.value);
             let std = std_of(own.radius, has_std, Quantity::EdgeRadius.key(), line)?;
             if !fits(START) && value + BELOW * std < start {
-                return Err(ProblemError::BelowStart { line, radius: value, start });
+                return Err(FitError(format!(
+                    "line {line} of the measured table: a radius of {value:e} m is below that at the start, {start:e} m by `{START}`: an \
+                     edge only grows rounder; state a smaller one, or fit it, as in --fit {START}"
+                )));
             }
             Ok(Observation { point, force: Quantity::FORCES.len(), value, std })
         };
         let observations = radii.iter().enumerate().map(observation).collect::<Result<Vec<_>, _>>()?;
         let radii = Radii::new(radii, settings);
-        let found = observations.len();
+        let (found, settings, needed) = (observations.len(), fitted.len(), fitted.len() + usize::from(!has_std));
         let has_grown =
             observations.iter().any(|own| radii.turns[own.point] > 0.0 && own.value > start * f64::from(!fits(START)));
-        if found < fitted.len() + usize::from(!has_std) || !has_grown {
-            return Err(ProblemError::TooFewRadii { found, settings: fitted.len(), has_std });
+        if found < needed || !has_grown {
+            return Err(FitError(format!(
+                "{found} measured radii cannot determine {settings} settings: measure at least {needed} after some time, better 6, from \
+                 early to late"
+            )));
         }
         // The radius at the start is below the largest one.
         let largest = observations.iter().map(|own| own.value).fold(0.0, f64::max);
@@ -400,37 +275,49 @@ impl ToolPlace {
 }
 
 /// The standard deviation of a reading, or a share of its value if none `has_std`.
-fn std_of(reading: Reading, has_std: bool, key: &'static str, line: u64) -> Result<f64, ProblemError> {
+fn std_of(reading: Reading, has_std: bool, key: &str, line: u64) -> Result<f64, FitError> {
+    let wrong = |what: String| Err(FitError(format!("line {line} of the measured table: {what}")));
     match reading.std {
-        Some(0.0) => Err(ProblemError::NoStd { line, key }),
-        None if has_std => Err(ProblemError::SomeStd { line, key }),
+        Some(0.0) => wrong(format!("the standard deviation of `{key}` is 0: nothing is known exactly")),
+        None if has_std => wrong(format!(
+            "`{key}` has no standard deviation, others have: state it, or relative_std = 0.03 under [measured] for all that have none"
+        )),
         std => Ok(std.unwrap_or(ASSUMED_STD * reading.value)),
     }
 }
 
 /// Checks that the settings can be fitted together, and to all brushes.
-fn check_fitted(brushes: &[StatedBrush], fitted: &[Fitted]) -> Result<(), ProblemError> {
+fn check_fitted(brushes: &[StatedBrush], fitted: &[Fitted]) -> Result<(), FitError> {
+    let wrong = |what: String| Err(FitError(what));
     if fitted.is_empty() {
-        return Err(ProblemError::NothingToFit);
+        return wrong("state what is to be fitted, as in --fit filament.youngs_modulus_pa".to_owned());
     }
     for (position, Fitted { parameter, .. }) in fitted.iter().enumerate() {
         let path = parameter.path;
         if fitted[..position].iter().any(|other| other.parameter.path == path) {
-            return Err(ProblemError::Twice(path));
+            return wrong(format!("`{path}` is to be fitted twice"));
         }
         let is_same = |other: &&Fitted| parameter.group().any(|same| same.path == other.parameter.path);
         if let Some(other) = fitted[..position].iter().find(is_same) {
-            return Err(ProblemError::Both { path, other: other.parameter.path });
+            let other = other.parameter.path;
+            return wrong(format!("`{path}` and `{other}` cannot both be fitted: each follows from the other"));
         }
         for StatedBrush { settings, followed, .. } in brushes {
             if let Some((stated, _)) = followed.iter().find(|(stated, _)| stated.instead_of == path) {
-                return Err(ProblemError::Follows { path, stated: stated.path });
+                let stated = stated.path;
+                return wrong(format!(
+                    "the file states `{stated}`, from which `{path}` follows: fit `{stated}`, or state `{path}` instead"
+                ));
             }
             if parameter.section() == "brush" && settings.brush.is_none() {
-                return Err(ProblemError::NoBrush(path));
+                return wrong(format!(
+                    "`{path}` is a setting of filaments that touch: add a section [brush], or do not fit it"
+                ));
             }
             if parameter.get(settings) != parameter.get(&brushes[0].settings) {
-                return Err(ProblemError::Differs(path));
+                return wrong(format!(
+                    "the tools state different values of `{path}`, and a fit is of one value: calibrate them one by one"
+                ));
             }
         }
     }

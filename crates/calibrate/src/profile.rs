@@ -35,7 +35,7 @@ pub fn intervals(
     settings: &[usize],
     precision: Precision,
 ) -> Result<Vec<[f64; 2]>, Interrupted> {
-    let limits: Vec<[f64; 2]> = model.problem().fitted.iter().map(|fitted| fitted.limits()).collect();
+    let limits = model.limits();
     let best = DVector::from_column_slice(&minimum.x);
     let forces = model.forces(std::slice::from_ref(&minimum.x), precision)?;
     let least = model.residuals(&forces[0]).norm_squared();

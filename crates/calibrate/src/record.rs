@@ -33,7 +33,7 @@ struct UndeterminedRecord {
     direction: Vec<f64>,
 }
 
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct ResidualRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     tool: Option<String>,
@@ -154,52 +154,28 @@ impl Calibration {
         let mut writer = csv::Writer::from_writer(out);
         let records: Vec<ResidualRecord> =
             (0..self.forces.len()).map(|observation| self.residual_record(observation)).collect();
-        if self.problem.radii.is_some() {
-            let heading =
-                ["time_s", "turns", "quantity", "measured", "std", "fitted", "residual", "square_root", "line"];
-            writer.write_record(heading)?;
-            for own in records {
-                let number = |number: f64| format!("{number:?}");
-                let [time, turns, root] =
-                    [own.time_s, own.turns, own.square_root].map(|own| own.map_or_else(String::new, number));
-                let [measured, std, fitted, residual] = [own.measured, own.std, own.fitted, own.residual].map(number);
-                let quantity = own.quantity.to_owned();
-                writer.write_record([
-                    time,
-                    turns,
-                    quantity,
-                    measured,
-                    std,
-                    fitted,
-                    residual,
-                    root,
-                    own.line.to_string(),
-                ])?;
-            }
-            return writer.flush();
-        }
-        let speed = if records.iter().any(|record| record.brushing_velocity_m_s.is_some()) {
-            "brushing_velocity_m_s"
-        } else {
-            "rotational_speed_rpm"
+        let is_stated = |has: fn(&ResidualRecord) -> bool| records.iter().any(has);
+        // Where it was measured: the tool, its speed and its depth, or the time.
+        let place: &[&str] = match (self.problem.radii.is_some(), is_stated(|own| own.brushing_velocity_m_s.is_some()))
+        {
+            (true, _) => &["time_s", "turns"],
+            (false, true) => &["brushing_velocity_m_s", "penetration_depth_m"],
+            (false, false) => &["rotational_speed_rpm", "penetration_depth_m"],
         };
-        let tool = records.iter().any(|record| record.tool.is_some()).then_some("tool");
-        let heading = [speed, "penetration_depth_m", "quantity", "measured", "std", "fitted", "residual", "line"];
-        writer.write_record(tool.into_iter().chain(heading))?;
-        for record in records {
+        let tool = is_stated(|own| own.tool.is_some()).then_some("tool");
+        let root = self.square_root.as_ref().map(|_| "square_root");
+        let values = ["quantity", "measured", "std", "fitted", "residual"];
+        writer.write_record(tool.iter().chain(place).chain(&values).chain(&root).chain(&["line"]))?;
+        for own in records {
             let number = |number: f64| format!("{number:?}");
-            let speed = record.brushing_velocity_m_s.or(record.rotational_speed_rpm).unwrap_or_default();
-            let row = [
-                number(speed),
-                number(record.penetration_depth_m.unwrap_or_default()),
-                record.quantity.to_owned(),
-                number(record.measured),
-                number(record.std),
-                number(record.fitted),
-                number(record.residual),
-                record.line.to_string(),
-            ];
-            writer.write_record(record.tool.into_iter().chain(row))?;
+            let place = match self.problem.radii {
+                Some(_) => [own.time_s, own.turns],
+                None => [own.brushing_velocity_m_s.or(own.rotational_speed_rpm), own.penetration_depth_m],
+            };
+            let place = place.map(|place| place.map_or_else(String::new, number));
+            let values = [own.measured, own.std, own.fitted, own.residual].map(number);
+            let row = own.tool.into_iter().chain(place).chain([own.quantity.to_owned()]).chain(values);
+            writer.write_record(row.chain(own.square_root.map(number)).chain([own.line.to_string()]))?;
         }
         writer.flush()
     }
@@ -231,19 +207,13 @@ impl Calibration {
     fn residual_record(&self, observation: usize) -> ResidualRecord {
         let own = self.problem.observations[observation];
         let record = ResidualRecord {
-            tool: None,
-            line: 0,
-            brushing_velocity_m_s: None,
-            rotational_speed_rpm: None,
-            penetration_depth_m: None,
-            time_s: None,
-            turns: None,
             quantity: own.quantity().key(),
             measured: own.value,
             std: own.std * self.errors.scale.sqrt(),
             fitted: self.forces[observation],
             residual: self.residual(observation),
             square_root: self.square_root.as_ref().map(|root| root.radii[observation]),
+            ..ResidualRecord::default()
         };
         if let Some(radii) = &self.problem.radii {
             let (line, turns) = (radii.points[own.point].line, Some(radii.turns[own.point]));

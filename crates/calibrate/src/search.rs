@@ -93,19 +93,17 @@ struct Step {
 
 impl Descent {
     fn from(at: Minimum) -> Self {
-        let is_blind = at.jacobian.ncols() == 0;
-        let is_underway = at.squares.is_finite();
         Self {
-            at,
             damping: DAMPING,
             growth: GROWTH,
             promise: f64::INFINITY,
             is_fresh: false,
-            is_blind,
-            is_underway,
+            is_blind: at.jacobian.ncols() == 0,
+            is_underway: at.squares.is_finite(),
             is_stopped: false,
             steps: 0,
             misses: 0,
+            at,
         }
     }
 
@@ -174,7 +172,7 @@ impl Descent {
 
 /// Goes one step further in all descents that are under way, side by side. False if none is.
 fn advance(model: &Model<'_>, descents: &mut [Descent], precision: Precision) -> Result<bool, Interrupted> {
-    let limits: Vec<[f64; 2]> = model.problem().fitted.iter().map(|fitted| fitted.limits()).collect();
+    let limits = model.limits();
     let mut blind: Vec<&mut Descent> =
         descents.iter_mut().filter(|descent| descent.is_underway && descent.is_blind).collect();
     let at: Vec<(&[f64], &[f64])> = blind.iter().map(|descent| (&descent.at.x[..], &descent.at.forces[..])).collect();
@@ -318,7 +316,7 @@ pub fn lower(
     const DESCENTS: usize = 4;
     /// Least relative fall of the sum of squares that counts.
     const FALL: f64 = 1e-3;
-    let limits: Vec<[f64; 2]> = model.problem().fitted.iter().map(|fitted| fitted.limits()).collect();
+    let limits = model.limits();
     let errors = Errors::of(jacobian, 1.0);
     let point = |index: u32| -> Vec<f64> {
         let coordinate = |(dimension, [low, high]): (usize, &[f64; 2])| {

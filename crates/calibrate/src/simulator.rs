@@ -165,17 +165,15 @@ impl<'a> Simulator<'a> {
             let done = |number: usize, result: CaseResult| {
                 let case = own[number];
                 let forces = result.as_ref().ok().map(|summary| forces_of(&summary.metrics));
-                if let (Err(error), true) = (result, cases[case].brush.is_some()) {
+                found.lock().expect(UNBROKEN)[case] = forces;
+                if cases[case].brush.is_none() {
+                    return ControlFlow::Continue(());
+                }
+                if let Err(error) = result {
                     *self.failure.lock().expect(UNBROKEN) = Some(error);
                 }
-                let kept = match forces {
-                    Some(forces) if cases[case].brush.is_some() => observer.keep(&cases[case], &forces),
-                    _ => ControlFlow::Continue(()),
-                };
-                found.lock().expect(UNBROKEN)[case] = forces;
-                if cases[case].brush.is_some() {
-                    self.count();
-                }
+                let kept = forces.map_or(ControlFlow::Continue(()), |forces| observer.keep(&cases[case], &forces));
+                self.count();
                 if kept.is_break() {
                     *flow.lock().expect(UNBROKEN) = kept;
                 }

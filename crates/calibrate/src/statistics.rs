@@ -83,8 +83,8 @@ pub struct Undetermined {
 pub fn undetermined(problem: &Problem, values: &[f64], errors: &Errors) -> Vec<Undetermined> {
     let count = values.len();
     let is_meaningless = |column: usize| {
-        let Fitted { bounds: [low, high], .. } = problem.fitted[column];
         let fitted = &problem.fitted[column];
+        let [low, high] = fitted.bounds;
         let error = errors.standard_error(column) * fitted.slope(values[column]);
         let size =
             if fitted.is_logarithmic() { values[column] } else { values[column].abs().max(SMALL * (high - low)) };
@@ -116,32 +116,27 @@ fn described(problem: &Problem, values: &[f64], errors: &Errors, settings: Vec<u
     let direction: Vec<f64> = (&vector / vector[vector.iamax()]).iter().copied().collect();
     let fitted: Vec<&Fitted> = settings.iter().map(|&column| &problem.fitted[column]).collect();
     let symbol = |fitted: &Fitted| fitted.setting().symbol().into_owned();
-    let (mut product, statement) = (
-        None,
-        match &fitted[..] {
-            [only] => format!(
-                "{} is not determined: it could be anywhere between {} and {}",
-                symbol(only),
-                only.setting().text(only.bounds[0]),
-                only.setting().text(only.bounds[1])
-            ),
-            _ => {
-                let change = |(fitted, direction): (&&Fitted, &f64)| match fitted.is_logarithmic() {
-                    true => format!("{} by {:+.0} %", symbol(fitted), 100.0 * ((0.1 * direction).exp() - 1.0)),
-                    false => format!("{} by {:+.3}", symbol(fitted), 0.1 * direction * fitted.slope(0.0)),
-                };
-                let changes: Vec<String> = fitted.iter().zip(&direction).map(change).collect();
-                let symbols: Vec<String> = fitted.iter().map(|fitted| symbol(fitted)).collect();
-                format!(
-                    "{} are not determined one by one: {} stay the same if one changes {}",
-                    symbols.join(" and "),
-                    problem.measured(),
-                    changes.join(" and ")
-                )
-            }
-        },
-    );
-    let mut statement = statement;
+    let mut product = None;
+    let mut statement = match &fitted[..] {
+        [only] => {
+            let [low, high] = only.bounds.map(|bound| only.setting().text(bound));
+            format!("{} is not determined: it could be anywhere between {low} and {high}", symbol(only))
+        }
+        _ => {
+            let change = |(fitted, direction): (&&Fitted, &f64)| match fitted.is_logarithmic() {
+                true => format!("{} by {:+.0} %", symbol(fitted), 100.0 * ((0.1 * direction).exp() - 1.0)),
+                false => format!("{} by {:+.3}", symbol(fitted), 0.1 * direction * fitted.slope(0.0)),
+            };
+            let changes: Vec<String> = fitted.iter().zip(&direction).map(change).collect();
+            let symbols: Vec<String> = fitted.iter().map(|fitted| symbol(fitted)).collect();
+            format!(
+                "{} are not determined one by one: {} stay the same if one changes {}",
+                symbols.join(" and "),
+                problem.measured(),
+                changes.join(" and ")
+            )
+        }
+    };
     if let ([a, b], [change_a, change_b]) = (&fitted[..], &direction[..])
         && a.is_logarithmic()
         && b.is_logarithmic()
@@ -152,15 +147,8 @@ fn described(problem: &Problem, values: &[f64], errors: &Errors, settings: Vec<u
         let error = (weights.transpose() * &block * &weights)[(0, 0)].max(0.0).sqrt();
         let value = values[settings[0]] * values[settings[1]].powf(exponent);
         product = Some(([1.0, exponent], error)).filter(|_| value.is_finite());
-        statement = format!(
-            "{} and {}: only {} {}{} (known to {})",
-            symbol(a),
-            symbol(b),
-            symbol(a),
-            symbol(b),
-            power(exponent),
-            percent(error)
-        );
+        let [a, b] = [a, b].map(|fitted| symbol(fitted));
+        statement = format!("{a} and {b}: only {a} {b}{} (known to {})", power(exponent), percent(error));
     }
     Undetermined { settings, direction, product, statement }
 }

@@ -27,17 +27,16 @@ pub fn summary(calibration: &Calibration, width: usize) -> String {
 /// The statements of [`summary`].
 #[must_use]
 pub fn lines(calibration: &Calibration) -> Vec<String> {
-    let mut lines = Vec::new();
-    let mut line = |words: &str| lines.push(words.to_owned());
-    line(&format!("{}{}; {}", values(calibration), correlation(calibration), fit(calibration)));
+    let mut lines = vec![format!("{}{}; {}", values(calibration), correlation(calibration), fit(calibration))];
+    let mut line = |words: String| lines.push(words);
     for group in &calibration.undetermined {
-        line(&format!("not determined: {}", group.statement));
+        line(format!("not determined: {}", group.statement));
     }
     for (setting, fitted) in calibration.problem.fitted.iter().enumerate() {
         if let Some(end) = fitted.end(calibration.values[setting])
             && calibration.is_determined(setting)
         {
-            line(&format!(
+            line(format!(
                 "{} is at the {end} end of its range; --fit {}=LOW..HIGH states another",
                 fitted.setting().symbol(),
                 fitted.parameter.path
@@ -45,7 +44,7 @@ pub fn lines(calibration: &Calibration) -> Vec<String> {
         }
     }
     if let Some(probability) = calibration.probability().filter(|probability| *probability < NOT_NOISE) {
-        line(&format!(
+        line(format!(
             "noise alone explains such residuals with a probability of {}: look at residuals.csv for what they have in common, or \
              state larger standard deviations",
             if probability < 5e-4 { "less than 0.1 %".to_owned() } else { percent(probability) }
@@ -53,16 +52,16 @@ pub fn lines(calibration: &Calibration) -> Vec<String> {
     }
     match (&calibration.square_root, &calibration.problem.radii) {
         (Some(root), Some(radii)) => {
-            line(&square_root_words(calibration, root));
+            line(square_root_words(calibration, root));
             if radii.change_when_refined() >= CONVERGED {
                 let change = percent(radii.change_when_refined());
-                line(&format!("the simulated radius still changes by {change} as more passes are added"));
+                line(format!("the simulated radius still changes by {change} as more passes are added"));
             }
         }
-        _ => line(&minima(calibration)),
+        _ => line(minima(calibration)),
     }
     if let Some(next) = calibration.next.first() {
-        line(&next_words(calibration, next));
+        line(format!("measure next at {}", place_words(calibration, next)));
     }
     lines
 }
@@ -177,8 +176,8 @@ pub fn minima(calibration: &Calibration) -> String {
     let here = minima[0].1;
     let starts = minima.iter().map(|(_, starts)| starts).sum::<usize>() + stopped_starts + failed_starts;
     if here == starts {
-        return if starts == 1 { "one start leads to this minimum" } else { "all starts lead to this minimum" }
-            .to_owned();
+        let lead = if starts == 1 { "one start leads" } else { "all starts lead" };
+        return format!("{lead} to this minimum");
     }
     let others = match minima.len() - 1 {
         0 => String::new(),
@@ -199,11 +198,6 @@ pub fn minima(calibration: &Calibration) -> String {
     );
     let lead = if here == 1 { "leads" } else { "lead" };
     format!("{here} of {starts} starts {lead} to this minimum{others}{stopped}{failed}{rival}")
-}
-
-/// Where to measure next, and what for.
-fn next_words(calibration: &Calibration, next: &Next) -> String {
-    format!("measure next at {}", place_words(calibration, next))
 }
 
 /// A place, and what a measurement there is good for.
