@@ -3,7 +3,7 @@
 
 use std::num::NonZeroUsize;
 
-use bristle::brush::{BrushError, check_brush};
+use bristle::brush::check_brush;
 use bristle::model::metrics::{Metrics, RemovalLaw};
 use bristle::model::record::{Column, Needs, Record};
 use bristle::model::settings::{Settings, WorkpieceKind};
@@ -13,34 +13,10 @@ use crate::case::tentative;
 use crate::grid::Study;
 use crate::scheduler::thread_count;
 
-/// Why a study of brushes is not begun.
+/// Why a study of brushes is not begun, in words.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum BrushStudyError {
-    /// The brush of one case cannot be simulated.
-    #[error("case {} of the study: {error}", .case + 1)]
-    Case {
-        /// Number of the case, counted from 0.
-        case: usize,
-        /// What is wrong with it.
-        error: BrushError,
-    },
-    /// The cases that are simulated at once need more memory than they may.
-    #[error(
-        "{threads} cases at once need up to {} MB of memory, case {} the most, but {} MB are available: choose fewer `--threads`, \
-         `brush.columns`, `brush.rows` or `filament.segments`",
-        .needed.div_ceil(1_000_000), .case + 1, .limit / 1_000_000
-    )]
-    Memory {
-        /// Number of cases that are simulated at once.
-        threads: usize,
-        /// Bytes that they need, if they are those that need the most.
-        needed: u64,
-        /// Bytes allowed.
-        limit: u64,
-        /// Number of the case that needs the most, counted from 0.
-        case: usize,
-    },
-}
+#[error("{0}")]
+pub struct BrushStudyError(String);
 
 /// Checks that the filaments of each case can be arranged, before any of them is simulated, and that the cases which so many `threads`
 /// simulate at once need at most `memory` (bytes) together.
@@ -54,16 +30,22 @@ pub fn check_brushes(study: &Study, threads: Option<NonZeroUsize>, memory: Optio
             (Ok(needed), Some(limit)) if needed > limit => check_brush(&tentative(study.settings(case)), memory),
             (needed, _) => needed,
         };
-        needed.map(|needed| (needed, case)).map_err(|error| BrushStudyError::Case { case, error })
+        let wrong = |error| BrushStudyError(format!("case {} of the study: {error}", case + 1));
+        needed.map(|needed| (needed, case)).map_err(wrong)
     });
     let mut needs = needs.collect::<Result<Vec<(u64, usize)>, _>>()?;
     needs.sort_unstable();
     let at_once = &needs[needs.len().saturating_sub(thread_count(threads))..];
     let needed = at_once.iter().fold(0_u64, |sum, (needed, _)| sum.saturating_add(*needed));
     match (memory, at_once) {
-        (Some(limit), [.., (_, case)]) if needed > limit => {
-            Err(BrushStudyError::Memory { threads: at_once.len(), needed, limit, case: *case })
-        }
+        (Some(limit), [.., (_, case)]) if needed > limit => Err(BrushStudyError(format!(
+            "{} cases at once need up to {} MB of memory, case {} the most, but {} MB are available: choose fewer `--threads`, \
+             `brush.columns`, `brush.rows` or `filament.segments`",
+            at_once.len(),
+            needed.div_ceil(1_000_000),
+            case + 1,
+            limit / 1_000_000
+        ))),
         _ => Ok(()),
     }
 }

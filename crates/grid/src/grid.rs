@@ -26,11 +26,8 @@ pub const BRUSH: &str = "brush";
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StudyError {
     /// Two sweeps name the same setting.
-    #[error("`{path}` is swept twice")]
-    SweptTwice {
-        /// Dotted path of the setting.
-        path: &'static str,
-    },
+    #[error("`{0}` is swept twice")]
+    SweptTwice(&'static str),
     /// Two sweeps name settings that state the same.
     #[error("`{path}` and `{other}` cannot both be given: each follows from the other")]
     BothSwept {
@@ -49,12 +46,9 @@ pub enum StudyError {
     #[error(
         "a tool cannot be named `{}`: a name begins with a letter or digit, has at most {LONGEST_NAME} characters, and neither \
          control characters nor a space at its end",
-        shown(name, LONGEST_NAME)
+        shown(.0, LONGEST_NAME)
     )]
-    ToolName {
-        /// The name.
-        name: String,
-    },
+    ToolName(String),
     /// Two tools whose names are mistaken for each other.
     #[error("the tools `{name}` and `{other}` need names that differ by more than capitals and punctuation")]
     ToolsAlike {
@@ -130,7 +124,7 @@ impl Study {
     pub fn of_tools(tools: Vec<Tool>, mut sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
         for (position, Tool { name, .. }) in tools.iter().enumerate() {
             if !is_name(name) {
-                return Err(StudyError::ToolName { name: name.clone() });
+                return Err(StudyError::ToolName(name.clone()));
             }
             if let Some(other) = tools[..position].iter().find(|other| are_alike(name, &other.name)) {
                 return Err(StudyError::ToolsAlike { name: name.clone(), other: other.name.clone() });
@@ -157,7 +151,7 @@ impl Study {
         for (index, sweep) in sweeps.iter().enumerate() {
             let path = sweep.path();
             if sweeps[..index].iter().any(|other| other.path() == path) {
-                return Err(StudyError::SweptTwice { path });
+                return Err(StudyError::SweptTwice(path));
             }
             let states_same = |other: &&Sweep| {
                 let parameter = sweep.setting().parameter();
@@ -186,12 +180,10 @@ impl Study {
             }
         }
         for case in 0..case_count {
-            let tool = || study.tool(case).map(|tool| tool.name.clone());
             let settings = study.settings(case);
-            study
-                .check_presence(case, &settings)
-                .and_then(|()| check(&settings))
-                .map_err(|violation| StudyError::Case { case, tool: tool(), violation })?;
+            let checked = study.check_presence(case, &settings).and_then(|()| check(&settings));
+            let tool = || study.tool(case).map(|tool| tool.name.clone());
+            checked.map_err(|violation| StudyError::Case { case, tool: tool(), violation })?;
         }
         Ok(study)
     }
@@ -326,8 +318,7 @@ impl Study {
 
     /// Whether filaments may touch the workpiece during the whole turn: on tools that are tilted or whose filaments are not radial.
     fn may_touch_all_round(&self) -> bool {
-        let swept =
-            self.sweeps.iter().any(|sweep| ["tool.tilt_rad", "tool.filament_angle_rad"].contains(&sweep.path()));
+        let swept = self.sweep("tool.tilt_rad").or(self.sweep("tool.filament_angle_rad")).is_some();
         let tilted = |settings: &Settings| {
             settings.process.turns.is_none() && (settings.tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial())
         };

@@ -122,7 +122,7 @@ mod tests {
         assert!(matches!(error, StudyError::Case { case: 1, .. }));
         let twice = vec![list(DEPTH, &[1e-3]), list(DEPTH, &[2e-3])];
         let error = Study::new(base(), twice).expect_err("swept twice");
-        assert_eq!(error, StudyError::SweptTwice { path: DEPTH });
+        assert_eq!(error, StudyError::SweptTwice(DEPTH));
         let thousand = |path| Sweep::range(parameter(path), 1.0, 1001.0, 1.0).expect("a long range");
         let many = vec![thousand(VELOCITY), thousand("filament.density_kg_m3")];
         let error = Study::new(base(), many).expect_err("too many cases");
@@ -146,7 +146,7 @@ mod tests {
             Study::of_tools(tools, vec![list(VELOCITY, &[5.0])]).expect_err("no names of tools")
         };
         for name in ["", " a", "a ", "=1", "a\nb", "a\u{202e}", &"a".repeat(41)] {
-            assert_eq!(refused(&["fine", name]), StudyError::ToolName { name: name.to_owned() });
+            assert_eq!(refused(&["fine", name]), StudyError::ToolName(name.to_owned()));
         }
         for (name, other) in [("a b", "A_b"), ("a,b", "a;b"), ("fine", "fine")] {
             assert!(matches!(refused(&[other, name]), StudyError::ToolsAlike { .. }), "{name}");

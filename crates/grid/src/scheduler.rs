@@ -303,8 +303,6 @@ fn complete_one_by_one(
 ) -> io::Result<()> {
     let waiting = each_in_order_of_work(study, cases);
     let threads = thread_count(threads).min(waiting.len());
-    info!(cases = study.case_count(), to_simulate = waiting.len(), threads, "study started");
-    let start = Instant::now();
     let waiting = Mutex::new(waiting);
     let queued = || waiting.lock().expect("nothing panics with the queue in hand");
     let work = || {
@@ -319,9 +317,16 @@ fn complete_one_by_one(
             }
         }
     };
+    in_threads(study, cases.len(), threads, work)
+}
+
+/// Simulates so many cases of a study by `work` in each of some `threads`, this one included.
+fn in_threads(study: &Study, to_simulate: usize, threads: usize, work: impl Fn() + Sync) -> io::Result<()> {
+    info!(cases = study.case_count(), to_simulate, threads, "study started");
+    let start = Instant::now();
     thread::scope(|scope| {
         for _ in 1..threads {
-            thread::Builder::new().spawn_scoped(scope, work)?;
+            thread::Builder::new().spawn_scoped(scope, &work)?;
         }
         work();
         Ok::<_, io::Error>(())
@@ -344,6 +349,7 @@ pub fn thread_count(asked: Option<NonZeroUsize>) -> usize {
 }
 
 /// The passes that wait for simulation, and those being simulated.
+#[derive(Default)]
 struct Queue {
     /// The cases to begin. The first one is last.
     waiting: Vec<(Kind, usize)>,
@@ -411,10 +417,9 @@ impl Inquiry {
         if found.is_none() {
             self.begin_round();
         }
-        Ok(found.map(|found| {
-            let mut simulation = found.result;
-            simulation.metrics.force_stiffness_n_m = found.stiffness;
-            simulation
+        Ok(found.map(|Found { mut result, stiffness, .. }| {
+            result.metrics.force_stiffness_n_m = stiffness;
+            result
         }))
     }
 
@@ -487,9 +492,7 @@ impl BegunCase {
                     metrics: simulation.metrics,
                     turn_contact_normal_impulses_n_s: simulation.turn_contact_normal_impulses_n_s,
                     statistics: simulation.statistics,
-                    scatter: None,
-                    brush: None,
-                    change_when_checked: None,
+                    ..CaseSummary::default()
                 }));
             }
             Run::Finer => self.finer = result.ok().map(|simulation| simulation.metrics),
@@ -515,18 +518,6 @@ impl BegunCase {
 }
 
 impl Queue {
-    fn new(waiting: Vec<(Kind, usize)>) -> Self {
-        Self {
-            waiting,
-            begun: BTreeMap::new(),
-            inquiries: BTreeMap::new(),
-            ready: Vec::new(),
-            running: BTreeMap::new(),
-            asked: 0,
-            given: 0,
-        }
-    }
-
     /// The next pass of this kind, or of any kind.
     fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Job> {
         let fits = |of: Kind| kind.is_none_or(|kind| kind == of);
@@ -564,20 +555,17 @@ impl Queue {
         let Some((asked, place)) = self.running.remove(&number) else { return Taken::default() };
         let Some(inquiry) = self.inquiries.get_mut(&asked) else { return Taken::default() };
         let (case, run) = (inquiry.case, inquiry.run);
-        let answer = match result.map_err(|error| error.to_string()).and_then(|result| inquiry.take(place, result)) {
-            Ok(None) => {
-                if inquiry.is_fresh() {
-                    self.make_ready(asked);
-                }
-                return Taken::default();
+        let answer = result.map_err(|error| error.to_string()).and_then(|result| inquiry.take(place, result));
+        let Some(answer) = answer.transpose() else {
+            if inquiry.is_fresh() {
+                self.make_ready(asked);
             }
-            Ok(Some(simulation)) => Ok(simulation),
-            Err(error) => Err(error),
+            return Taken::default();
         };
         self.inquiries.remove(&asked);
         self.ready.retain(|(_, other, _)| *other != asked);
         let Some(begun) = self.begun.get_mut(&case) else { return Taken::default() };
-        let nominal = matches!((run, &answer), (Run::Nominal, Ok(_))).then(|| answer.clone().ok()).flatten();
+        let nominal = matches!(run, Run::Nominal).then(|| answer.clone().ok()).flatten();
         let mut taken = Taken { nominal: nominal.map(|simulation| (case, simulation)), complete: None };
         if begun.take(run, answer) {
             let inquiries = &mut self.inquiries;
@@ -613,10 +601,8 @@ pub(super) fn complete_cases<E: Display>(
     let along = cases.first().map_or(1, |&case| places(&study.settings(case)).len());
     let passes = waiting.len().saturating_mul(tools * along);
     let threads = threads.min(passes);
-    info!(cases = study.case_count(), to_simulate = waiting.len(), threads, "study started");
-    let start = Instant::now();
 
-    let queue = Mutex::new(Queue::new(waiting));
+    let queue = Mutex::new(Queue { waiting, ..Queue::default() });
     let queued = || queue.lock().expect("nothing panics with the queue in hand");
     let take = |kind: Option<Kind>| queued().give_out(study, kind);
     let done = |number: usize, result: Result<Simulation, E>| {
@@ -634,15 +620,7 @@ pub(super) fn complete_cases<E: Display>(
             queue.ready.clear();
         }
     };
-    thread::scope(|scope| {
-        for _ in 1..threads {
-            thread::Builder::new().spawn_scoped(scope, || simulate(&take, &done))?;
-        }
-        simulate(&take, &done);
-        Ok::<_, io::Error>(())
-    })?;
-    info!(seconds = start.elapsed().as_secs_f64(), "study ended");
-    Ok(())
+    in_threads(study, cases.len(), threads, || simulate(&take, &done))
 }
 
 /// Logs a case. The seconds are counted from its start and include time shared with other cases.
@@ -660,13 +638,11 @@ fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
 /// The cases with their kinds, in reverse order of simulation. They are simulated kind by kind, and within a kind the longest
 /// passes first, so that threads and lanes finish at the same time.
 pub(super) fn in_order_of_work(study: &Study, cases: &[usize]) -> Vec<(Kind, usize)> {
-    let mut cases: Vec<(Kind, f64, usize)> = cases
-        .iter()
-        .map(|&number| {
-            let pass = Pass::new(&tentative(study.settings(number)));
-            (pass.kind(), pass.end_time(), number)
-        })
-        .collect();
+    let of_case = |&number: &usize| {
+        let pass = Pass::new(&tentative(study.settings(number)));
+        (pass.kind(), pass.end_time(), number)
+    };
+    let mut cases: Vec<(Kind, f64, usize)> = cases.iter().map(of_case).collect();
     cases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
     cases.into_iter().map(|(kind, _, number)| (kind, number)).collect()
 }

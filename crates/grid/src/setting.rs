@@ -48,19 +48,13 @@ impl Setting {
     /// Dotted path of a number in the input file, or [`TOOL`].
     #[must_use]
     pub fn path(&self) -> &'static str {
-        match self {
-            Self::Number(parameter) => parameter.path,
-            Self::Tool(_) => TOOL,
-        }
+        self.parameter().map_or(TOOL, |parameter| parameter.path)
     }
 
     /// The section of the input file to which it belongs.
     #[must_use]
     pub fn section(&self) -> &'static str {
-        match self {
-            Self::Number(parameter) => parameter.section(),
-            Self::Tool(_) => TOOL,
-        }
+        self.parameter().map_or(TOOL, Parameter::section)
     }
 
     /// The number of the input file; `None` if it is not one.

@@ -34,12 +34,8 @@ pub fn read_control_points(text: &str, name: &str) -> Result<Vec<[f64; 2]>, Data
     let columns = table.columns(&names.each_ref().map(String::as_str))?;
     if let Some(row) = table.rows().get(MOST_CONTROL_POINTS) {
         let problem = format!("more than {MOST_CONTROL_POINTS} control points");
-        return Err(source.error(
-            table.line(row),
-            None,
-            problem,
-            "leave some out: a spline is smooth between its points",
-        ));
+        let advice = "leave some out: a spline is smooth between its points";
+        return Err(source.error(table.line(row), None, problem, advice));
     }
     let has_comma = has_decimal_comma(&table, &columns, separator)?;
     let mut points = Vec::new();

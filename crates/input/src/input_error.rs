@@ -37,17 +37,11 @@ fn advice_line(advice: &str) -> String {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Problem {
     /// The text is not TOML, or cannot be interpreted.
-    #[error("cannot be read: {}", shown(message, LONGEST_MESSAGE))]
-    Unreadable {
-        /// The parser's message.
-        message: String,
-    },
-    /// A number as people write it, not as TOML has it.
-    #[error("{what}")]
-    Number {
-        /// The number, and what is wrong with it.
-        what: String,
-    },
+    #[error("cannot be read: {}", shown(.0, LONGEST_MESSAGE))]
+    Unreadable(String),
+    /// A number as people write it, not as TOML has it, and what is wrong with it.
+    #[error("{0}")]
+    Number(String),
     /// A key that does not name a setting.
     #[error("unknown key `{}`: expected {expected}", shown(key, LONGEST_KEY))]
     UnknownKey {
@@ -65,11 +59,8 @@ pub enum Problem {
         allowed: String,
     },
     /// Sections with required keys that are missing.
-    #[error("{}", missing_sections(sections))]
-    MissingSections {
-        /// Names of the sections.
-        sections: Vec<&'static str>,
-    },
+    #[error("{}", missing_sections(.0))]
+    MissingSections(Vec<&'static str>),
     /// Two keys that state the same.
     #[error("`{}` and `{}` are both given", shown(key, LONGEST_KEY), shown(other, LONGEST_KEY))]
     Both {
@@ -87,11 +78,8 @@ pub enum Problem {
         swept: &'static str,
     },
     /// An option for a key that each named tool of the study states.
-    #[error("`{key}` has no effect, because each tool of the study states it")]
-    OfEachTool {
-        /// Dotted path of the key.
-        key: &'static str,
-    },
+    #[error("`{0}` has no effect, because each tool of the study states it")]
+    OfEachTool(&'static str),
     /// A value that is not allowed for the key.
     #[error("`{}` is {value}, but must be {allowed}", shown(key, LONGEST_KEY))]
     NotAllowed {
@@ -120,18 +108,18 @@ impl Problem {
     #[must_use]
     pub fn key(&self) -> Option<&str> {
         match self {
-            Self::Unreadable { .. } | Self::Number { .. } => None,
+            Self::Unreadable(_) | Self::Number(_) => None,
             Self::UnknownKey { key, .. }
             | Self::Missing { key, .. }
             | Self::Both { key, .. }
             | Self::NotAllowed { key, .. }
             | Self::Sweep { key, .. } => Some(key),
-            Self::MissingSections { sections } => sections.first().copied(),
-            Self::Swept { key, .. } | Self::OfEachTool { key } => Some(key),
+            Self::MissingSections(sections) => sections.first().copied(),
+            Self::Swept { key, .. } | Self::OfEachTool(key) => Some(key),
             Self::Study(error) => match error {
-                StudyError::SweptTwice { path } | StudyError::BothSwept { path, .. } => Some(path),
+                StudyError::SweptTwice(path) | StudyError::BothSwept { path, .. } => Some(path),
                 StudyError::Case { violation, .. } => Some(violation.path),
-                StudyError::ToolName { .. } | StudyError::ToolsAlike { .. } | StudyError::SomeBrushes { .. } => {
+                StudyError::ToolName(_) | StudyError::ToolsAlike { .. } | StudyError::SomeBrushes { .. } => {
                     Some("study.tools")
                 }
                 StudyError::TooManyCases | StudyError::TooManyTools => None,
@@ -178,7 +166,7 @@ impl Display for Location {
 }
 
 /// An input file's name and text, in which errors are located, and the options that add to it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Source<'t> {
     pub(crate) name: &'t str,
     pub(crate) text: &'t str,

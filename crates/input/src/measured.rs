@@ -6,6 +6,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use bristle::model::settings::Settings;
 use bristle_text::shortened;
 use bristle_text::units::Unit;
 use csv::StringRecord;
@@ -57,6 +58,23 @@ impl Speed {
         match self {
             Self::Velocity(_) => Quantity::Velocity,
             Self::Rotational(_) => Quantity::RotationalSpeed,
+        }
+    }
+
+    /// The same of a tool with these `settings`, stated by the other quantity if that is asked for.
+    #[must_use]
+    pub fn stated_by(self, quantity: Quantity, settings: &Settings) -> Self {
+        let mut settings = settings.clone();
+        match (self, quantity) {
+            (Self::Velocity(velocity), Quantity::RotationalSpeed) => {
+                settings.process.brushing_velocity_m_s = velocity;
+                Self::Rotational(settings.rotational_speed_rpm())
+            }
+            (Self::Rotational(speed), Quantity::Velocity) => {
+                settings.set_rotational_speed_rpm(speed);
+                Self::Velocity(settings.process.brushing_velocity_m_s)
+            }
+            _ => self,
         }
     }
 }
@@ -344,15 +362,12 @@ fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<M
                 Quantity::Velocity => point.speed = Speed::Velocity(number),
                 Quantity::RotationalSpeed => point.speed = Speed::Rotational(number),
                 Quantity::Depth => point.penetration_depth_m = number,
-                _ => {
-                    let reading = quantity.force().map(|force| &mut point.readings[force]);
-                    match (reading, quantity.is_std()) {
-                        // A deviation follows what it is one of.
-                        (Some(Some(reading)), true) => reading.std = Some(number),
-                        (Some(reading), false) => *reading = Some(Reading { value: number, std: None }),
-                        _ => {}
-                    }
-                }
+                _ => match (quantity.force().map(|force| &mut point.readings[force]), quantity.is_std()) {
+                    // A deviation follows what it is one of.
+                    (Some(Some(reading)), true) => reading.std = Some(number),
+                    (Some(reading), false) => *reading = Some(Reading { value: number, std: None }),
+                    _ => {}
+                },
             }
         }
         if point.readings == [None; 4] {
@@ -367,11 +382,9 @@ fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<M
             let line = table.line(&table.rows()[first]);
             let of = if matches!(point.speed, Speed::Velocity(_)) { "velocity" } else { "speed" };
             let tool = if tool.is_some() { "tool, " } else { "" };
-            return Err(table.wrong(
-                row,
-                columns[0].position,
-                format!("the same {tool}{of} and depth as in line {line}: state the mean of repeated measurements"),
-            ));
+            let problem =
+                format!("the same {tool}{of} and depth as in line {line}: state the mean of repeated measurements");
+            return Err(table.wrong(row, columns[0].position, problem));
         }
         points.push(point);
     }

@@ -9,8 +9,8 @@ use bristle::model::parameters::Parameter;
 use bristle_text::shown;
 use thiserror::Error;
 
-use bristle_grid::{CaseResult, DEPTH, Setting, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
-use bristle_input::measured::{Measurement, Speed, same};
+use bristle_grid::{CaseResult, DEPTH, Setting, Study, StudyError, Sweep, TOOL, Tool, VELOCITY};
+use bristle_input::measured::{Measurement, Quantity, Speed, same};
 use bristle_store::results::{Origin, SavedStudy};
 
 /// Longest name of a study in a message, in characters.
@@ -44,55 +44,18 @@ pub struct Joined {
     pub origin: Origin,
 }
 
-/// Why studies cannot be compared.
+/// Why studies cannot be compared, in words.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum JoinError {
-    /// There are fewer than two.
-    #[error("one study alone cannot be compared: name at least two")]
-    Alone,
-    /// They have no value of a setting in common.
-    #[error(
-        "the studies have no {name} in common: {}\n   = help: simulate cases that all of them have, by the same values of `{path}` under \
-         [study]",
-        ranges.join(", ")
-    )]
-    NothingShared {
-        /// Dotted path of the setting.
-        path: &'static str,
-        /// The setting in words.
-        name: &'static str,
-        /// The values of each study.
-        ranges: Vec<String>,
-    },
-    /// The values of a setting depend on others that are swept.
-    #[error(
-        "`{path}` of {} is another in each case, because it follows from other swept settings: the studies have no common axis\n   = help: \
-         state the speed, or the number of filaments, alike in all studies",
-        shown(study, LONGEST_NAME)
-    )]
-    Follows {
-        /// Dotted path of the setting.
-        path: &'static str,
-        /// The name of the study.
-        study: String,
-    },
-    /// The whole is not a study.
-    #[error("{error}{}", naming(.error))]
-    Study {
-        /// What is wrong with it.
-        #[from]
-        error: StudyError,
-    },
-    /// The shared values do not form a sweep.
-    #[error(transparent)]
-    Sweep(#[from] SweepError),
-}
+#[error("{0}")]
+pub struct JoinError(String);
 
-/// How studies are given other names, if their names are wrong.
-fn naming(error: &StudyError) -> &'static str {
-    match error {
-        StudyError::ToolName { .. } | StudyError::ToolsAlike { .. } => "\n   = help: give a name, as in fine=results/3",
-        _ => "",
+impl From<StudyError> for JoinError {
+    fn from(error: StudyError) -> Self {
+        let help = match error {
+            StudyError::ToolName(_) | StudyError::ToolsAlike { .. } => "\n   = help: give a name, as in fine=results/3",
+            _ => "",
+        };
+        Self(format!("{error}{help}"))
     }
 }
 
@@ -189,20 +152,10 @@ impl<'a> JoinedTool<'a> {
         Tool { name: self.name.clone(), settings: self.study.settings(self.first), held }
     }
 
-    /// The forces that were measured with it, with their speeds of the same `kind`, as those of the tool `number`.
-    fn measured(&self, number: usize, kind: Speed) -> impl Iterator<Item = Measurement> {
-        let mut settings = self.study.settings(self.first);
-        let mut of_kind = move |speed: Speed| match (speed, kind) {
-            (Speed::Velocity(velocity), Speed::Rotational(_)) => {
-                settings.process.brushing_velocity_m_s = velocity;
-                Speed::Rotational(settings.rotational_speed_rpm())
-            }
-            (Speed::Rotational(speed), Speed::Velocity(_)) => {
-                settings.set_rotational_speed_rpm(speed);
-                Speed::Velocity(settings.process.brushing_velocity_m_s)
-            }
-            _ => speed,
-        };
+    /// The forces that were measured with it, with their speeds by the quantity `kind`, as those of the tool `number`.
+    fn measured(&self, number: usize, kind: Quantity) -> impl Iterator<Item = Measurement> {
+        let settings = self.study.settings(self.first);
+        let of_kind = move |speed: Speed| speed.stated_by(kind, &settings);
         let own = self.measured.iter().filter(|point| point.tool.is_none_or(|tool| tool == self.position));
         own.map(move |point| Measurement { speed: of_kind(point.speed), tool: Some(number), ..*point })
     }
@@ -253,8 +206,12 @@ fn shared_axis(parts: &[JoinedTool<'_>], ways: &[&'static Parameter]) -> Result<
         let of_parts = match of_parts {
             Ok(of_parts) => of_parts,
             Err(part) => {
-                let study = part.name.clone();
-                refusal.get_or_insert(JoinError::Follows { path: parameter.path, study });
+                refusal.get_or_insert(JoinError(format!(
+                    "`{}` of {} is another in each case, because it follows from other swept settings: the studies have no common \
+                     axis\n   = help: state the speed, or the number of filaments, alike in all studies",
+                    parameter.path,
+                    shown(&part.name, LONGEST_NAME)
+                )));
                 continue;
             }
         };
@@ -263,8 +220,14 @@ fn shared_axis(parts: &[JoinedTool<'_>], ways: &[&'static Parameter]) -> Result<
         if !values.is_empty() {
             return Ok(Some(Shared { parameter, values, of_parts }));
         }
-        let ranges = parts.iter().zip(&of_parts).map(|(part, own)| part.range(parameter, &own.values)).collect();
-        refusal.get_or_insert(JoinError::NothingShared { path: parameter.path, name: parameter.name, ranges });
+        let ranges = parts.iter().zip(&of_parts).map(|(part, own)| part.range(parameter, &own.values));
+        refusal.get_or_insert(JoinError(format!(
+            "the studies have no {} in common: {}\n   = help: simulate cases that all of them have, by the same values of `{}` under \
+             [study]",
+            parameter.name,
+            ranges.collect::<Vec<_>>().join(", "),
+            parameter.path
+        )));
     }
     // What no part sweeps over several values is a property of each tool.
     let is_of_group = |sweep: &Sweep| ways.iter().any(|way| way.path == sweep.path());
@@ -294,7 +257,7 @@ fn left_out(part: &JoinedTool<'_>, number: usize, shared: &[Shared]) -> Option<S
 pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
     let parts: Vec<JoinedTool<'_>> = studies.iter().flat_map(JoinedTool::all).collect();
     if studies.len() < 2 {
-        return Err(JoinError::Alone);
+        return Err(JoinError("one study alone cannot be compared: name at least two".to_owned()));
     }
     let axes = candidates(&parts).into_iter().map(|ways| shared_axis(&parts, &ways));
     let axes: Vec<Shared> = axes.filter_map(Result::transpose).collect::<Result<_, _>>()?;
@@ -303,8 +266,9 @@ pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
         |axis: &Shared| parts.iter().flat_map(JoinedTool::axes).any(|(sweep, _)| sweep.path() == axis.parameter.path);
     let shared: Vec<Shared> = axes.into_iter().filter(is_swept).collect();
     let tools = parts.iter().map(|part| part.tool(&shared)).collect();
-    let sweeps = shared.iter().map(|axis| Sweep::list(axis.parameter, axis.values.clone()));
-    let study = Study::of_tools(tools, sweeps.collect::<Result<_, _>>()?)?;
+    let sweep =
+        |axis: &Shared| Sweep::list(axis.parameter, axis.values.clone()).map_err(|error| JoinError(error.to_string()));
+    let study = Study::of_tools(tools, shared.iter().map(sweep).collect::<Result<_, _>>()?)?;
     let of_tool = study.case_count() / parts.len();
     let result = |case: usize| {
         let number = case / of_tool;
@@ -318,7 +282,7 @@ pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
         part.results[part.first + steps].clone()
     };
     let results = (0..study.case_count()).map(result).collect();
-    let kind = parts.iter().flat_map(|part| part.measured).map(|point| point.speed).next();
+    let kind = parts.iter().flat_map(|part| part.measured).map(|point| point.speed.quantity()).next();
     let measured =
         kind.map(|kind| parts.iter().enumerate().flat_map(move |(number, part)| part.measured(number, kind)));
     let measured = measured.into_iter().flatten().collect();
@@ -421,7 +385,8 @@ mod tests {
         );
         assert!(message.contains("`process.rotational_speed_rpm` of b is another in each case"), "{message}");
         let one = study("a", &format!("{depth}rotational_speed_rpm = [600]"));
-        assert_eq!(join(std::slice::from_ref(&one)).map(|_| ()), Err(JoinError::Alone));
+        let message = join(std::slice::from_ref(&one)).expect_err("one alone").to_string();
+        assert_eq!(message, "one study alone cannot be compared: name at least two");
         let brush = study("b", &format!("{depth}rotational_speed_rpm = [600]\n[brush]"));
         let message = join(&[one, brush]).expect_err("one is a brush").to_string();
         assert!(message.contains("the filaments of the tool `b` touch each other, those of `a` do not"), "{message}");

@@ -4,7 +4,7 @@
 
 use bristle::model::parameters::Parameter;
 use bristle_grid::{DEPTH, FORCE, OFFSET, SPEED, Setting, Study, Sweep, TOOL};
-use bristle_input::measured::Speed;
+use bristle_input::measured::{Quantity, Speed};
 
 /// One of the two settings that vary.
 #[derive(Clone, Debug)]
@@ -63,21 +63,11 @@ impl Varied {
 impl Slice {
     /// Where the speed of a tool lies along the horizontal side of a slice of [`process_slices`].
     pub fn at_speed(&self, study: &Study, speed: Speed) -> f64 {
-        let is_rotational = self.x.setting.path() == SPEED;
-        let settings = || study.settings(self.case(0, 0));
-        match speed {
-            Speed::Velocity(velocity) if is_rotational => {
-                let mut settings = settings();
-                settings.process.brushing_velocity_m_s = velocity;
-                settings.rotational_speed_rpm()
-            }
-            Speed::Rotational(speed) if !is_rotational => {
-                let mut settings = settings();
-                settings.set_rotational_speed_rpm(speed);
-                settings.process.brushing_velocity_m_s
-            }
-            Speed::Velocity(value) | Speed::Rotational(value) => value,
+        let quantity = if self.x.setting.path() == SPEED { Quantity::RotationalSpeed } else { Quantity::Velocity };
+        if speed.quantity() == quantity {
+            return speed.value();
         }
+        speed.stated_by(quantity, &study.settings(self.case(0, 0))).value()
     }
 
     /// The number of the case at these positions along the sides.
@@ -209,6 +199,7 @@ pub fn spread(count: usize, limit: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::brush;
     use bristle_grid::VELOCITY;
     use bristle_input::document::Document;
 
@@ -219,10 +210,8 @@ mod tests {
     }
 
     fn study(sweeps: &str) -> Study {
-        let text = format!(
-            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n\
-             [process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1.0e-3\n[study]\n{sweeps}"
-        );
+        let process = "[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1.0e-3\n";
+        let text = format!("{}{process}[study]\n{sweeps}", brush!(25));
         Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")
     }
 

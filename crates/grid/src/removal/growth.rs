@@ -3,7 +3,7 @@
 use bristle::model::filament::cross_section;
 use bristle::model::settings::Settings;
 
-use super::table::Table;
+use super::table::{Nodes, Table};
 
 /// By what part of itself, and of the least that matters, an area grows in a step at most.
 const LARGEST_GROWTH: f64 = 0.02;
@@ -30,6 +30,13 @@ pub struct Stage {
     pub loss: f64,
 }
 
+impl Stage {
+    /// Radius of the larger edge in m.
+    pub fn larger(&self) -> f64 {
+        self.radii[0].max(self.radii[1])
+    }
+}
+
 /// When the growth is followed no further.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
@@ -39,6 +46,13 @@ pub enum End {
     Turns(f64),
     /// When the force is this part of that at the start, or after all that can be lost.
     Force(f64),
+}
+
+impl End {
+    /// The radius at which it ends, if it does at one.
+    pub fn radius(self) -> Option<f64> {
+        if let Self::Radius(radius) = self { Some(radius) } else { None }
+    }
 }
 
 /// Why it ended.
@@ -73,22 +87,15 @@ pub struct Rates {
 
 impl Rates {
     /// Those of a tool with `count` filaments and this `preston` coefficient (m²/N).
-    pub fn new(
-        settings: &Settings,
-        count: f64,
-        preston: f64,
-        factors: [f64; 2],
-        radii: &[f64],
-        losses: &[f64],
-    ) -> Self {
+    pub fn new(settings: &Settings, count: f64, preston: f64, factors: [f64; 2], nodes: &Nodes) -> Self {
         let wear = settings.removal_or_default().filament_wear_m2_n.unwrap_or(0.0);
         Self {
             factors,
             radius: settings.workpiece.kind.edge_radius_m(),
             area_per_work: preston * count / settings.tool.width_m,
             loss_per_work: wear / cross_section(settings.filament.tip_diameter_m()),
-            largest: [losses[losses.len() - 1], radii[radii.len() - 1]],
-            least_radius: radii[0],
+            largest: [nodes.losses[nodes.losses.len() - 1], nodes.radii[nodes.radii.len() - 1]],
+            least_radius: nodes.radii[0],
         }
     }
 
@@ -120,7 +127,7 @@ pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
         };
         [grown(0), grown(1), worn]
     };
-    let force = |stage: &Stage| table.at(stage.radii[0].max(stage.radii[1]).max(rates.least_radius), stage.loss).force;
+    let force = |stage: &Stage| table.at(stage.larger().max(rates.least_radius), stage.loss).force;
     let (first_force, least_area) =
         (force(&stages[0]), rates.factors.map(|factor| factor * rates.least_radius.powi(2)));
     let mut fastest = 0.0_f64;
@@ -142,11 +149,11 @@ pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
         }
         let ended = match end {
             End::Turns(turns) if last.turns >= turns => Some(Ended::Done),
-            End::Radius(goal) if last.radii[0].max(last.radii[1]) >= goal => Some(Ended::Done),
+            End::Radius(goal) if last.larger() >= goal => Some(Ended::Done),
             End::Force(part) if force(&last) <= part * first_force => Some(Ended::Done),
             End::Radius(_) if !is_growing => Some(Ended::Stopped),
             _ if largest_loss > 0.0 && last.loss >= largest_loss * (1.0 - 1e-12) => Some(Ended::Worn),
-            End::Turns(_) | End::Radius(_) if last.radii[0].max(last.radii[1]) > largest_radius => Some(Ended::Largest),
+            End::Turns(_) | End::Radius(_) if last.larger() > largest_radius => Some(Ended::Largest),
             End::Force(_) if now[2] <= 0.0 => Some(Ended::Stopped),
             _ => None,
         };
@@ -158,10 +165,7 @@ pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
         }
         let mut next = advance(&rate, state, now, step);
         let reaches = |next: [f64; 3]| match end {
-            End::Radius(goal) => {
-                let [first, second] = rates.radii([next[0], next[1]]);
-                first.max(second) >= goal
-            }
+            End::Radius(goal) => stage(last.turns, next).larger() >= goal,
             End::Force(part) => force(&stage(last.turns + step, next)) <= part * first_force,
             End::Turns(_) => false,
         };
@@ -242,6 +246,16 @@ mod tests {
         bend: f64,
     }
 
+    /// Nothing grows or wears.
+    const RATES: Rates = Rates {
+        factors: [0.0; 2],
+        radius: 0.0,
+        area_per_work: 0.0,
+        loss_per_work: 0.0,
+        largest: [0.0, 1.0],
+        least_radius: 1e-5,
+    };
+
     #[test]
     fn edges_grow_as_an_integrator_of_scipy_says() {
         let text = include_str!("../../../../tests/data/reference_removal.json");
@@ -260,9 +274,7 @@ mod tests {
                 factors: [factor, 0.0],
                 radius: constants.start_radius_m,
                 area_per_work: constants.preston_m2_n * constants.filament_count / constants.width_m,
-                loss_per_work: 0.0,
-                largest: [0.0, 1.0],
-                least_radius: radii[0],
+                ..RATES
             };
             for (turns, expected) in case.turns.iter().zip(&case.radii_m) {
                 let (stages, ended) = grow(&table, &rates, End::Turns(*turns));
@@ -299,14 +311,7 @@ mod tests {
     #[test]
     fn constant_work_makes_the_square_of_the_radius_grow_evenly() {
         let table = Table::of_work(&[1e-5, 1e-2], |_| 1e-4);
-        let rates = Rates {
-            factors: [0.25, 0.0],
-            radius: 0.0,
-            area_per_work: 1e-7,
-            loss_per_work: 0.0,
-            largest: [0.0, 1.0],
-            least_radius: 1e-5,
-        };
+        let rates = Rates { factors: [0.25, 0.0], area_per_work: 1e-7, ..RATES };
         let (stages, _) = grow(&table, &rates, End::Turns(1e3));
         for stage in &stages {
             let expected = (1e-11 * stage.turns / 0.25).sqrt();
@@ -323,14 +328,7 @@ mod tests {
         let curves = |work: f64| [0.0, 0.0, work, 10.0].map(|value| Curve::through(vec![0.0], vec![value]));
         // Work that falls in proportion to the loss decays exponentially.
         let table = Table::of_rows(vec![0.0, 1e-3], vec![curves(1e-3), curves(0.0)]);
-        let rates = Rates {
-            factors: [0.0; 2],
-            radius: 1e-4,
-            area_per_work: 0.0,
-            loss_per_work: 1e-3,
-            largest: [1e-3, 1.0],
-            least_radius: 1e-4,
-        };
+        let rates = Rates { radius: 1e-4, loss_per_work: 1e-3, largest: [1e-3, 1.0], least_radius: 1e-4, ..RATES };
         let (stages, _) = grow(&table, &rates, End::Turns(2e3));
         let last = stages[stages.len() - 1];
         assert!((last.loss / (1e-3 * (1.0 - (-2.0_f64).exp())) - 1.0).abs() < 1e-6, "{last:?}");

@@ -22,7 +22,7 @@ pub use growth::area_factor;
 pub use table::SimulatedEdge;
 
 use growth::{End, Ended, Rates, Stage, grow, stage_at};
-use table::{Passes, Table};
+use table::{Nodes, Passes, Table};
 
 /// The radius changes by less when more radii are simulated, over itself (MODEL).
 const CONVERGED: f64 = 5e-3;
@@ -128,7 +128,7 @@ pub fn remove(
     let removal = settings.removal_or_default();
     let angles = edges_of(settings)?;
     if removal.preston_m2_n.is_none() && removal.observed.is_none() {
-        return Err(RemovalError::NoCoefficient);
+        return Err(no_coefficient());
     }
     let goal = goal_of(settings, &removal)?;
     let radius = settings.workpiece.kind.edge_radius_m();
@@ -136,12 +136,20 @@ pub fn remove(
         [("removal.until", goal.radius()), ("removal.observed", removal.observed.map(|edge| edge.edge_radius_m))]
     {
         if let Some(goal) = goal.filter(|goal| *goal <= radius) {
-            return Err(RemovalError::Backwards { path, goal, radius });
+            return Err(RemovalError::Settings(format!(
+                "`{path}` is {goal:e} m, but the edge has a radius of {radius:e} m at the start, by `workpiece.edge_radius_m`: choose a \
+                 larger one"
+            )));
         }
     }
     let mut search = Search { settings, removal, angles, goal, passes: Passes::new(settings, resources, stop, tell) };
     let (growth, nodes, change) = search.refined()?;
     search.conclude(&growth, &nodes, change)
+}
+
+fn no_coefficient() -> RemovalError {
+    let words = "state `removal.preston_m2_n`, or what one trial showed: `removal.observed = { edge_radius_m = …, time_s = … }`";
+    RemovalError::Settings(words.to_owned())
 }
 
 /// The included angles in rad of the edges that can be followed.
@@ -150,9 +158,14 @@ pub fn remove(
 /// If there is none, or their work is not known.
 pub fn edges_of(settings: &Settings) -> Result<Vec<f64>, RemovalError> {
     let angles = included_angles(settings);
+    let wrong = |words: &str| Err(RemovalError::Settings(words.to_owned()));
     match angles.len() {
-        0 => Err(RemovalError::NoEdge),
-        2 if settings.brush.is_some() => Err(RemovalError::ChamferOfBrush),
+        0 => wrong("`workpiece.kind` has no edge that grows round: choose \"edge\" or \"chamfer\""),
+        // It would take the work along the profile.
+        2 if settings.brush.is_some() => wrong(
+            "the work of filaments that touch is not divided between the two edges of a chamfer: leave [brush] out, or choose \
+             `workpiece.kind = \"edge\"`",
+        ),
         _ => Ok(angles),
     }
 }
@@ -183,13 +196,13 @@ impl Course {
         let angles = edges_of(settings)?;
         let removal = RemovalSettings { preston_m2_n: None, observed: Some(observed), ..settings.removal_or_default() };
         let passes = Passes::new(settings, resources, stop, tell);
-        let mut search = Search { settings, removal, angles, goal: Goal::Radius(observed.edge_radius_m), passes };
+        let mut search = Search { settings, removal, angles, goal: End::Radius(observed.edge_radius_m), passes };
         let (Growth { preston, .. }, nodes, change_when_refined) = search.refined()?;
         let count = settings.tool.filament_count;
-        let rates = Rates::new(settings, count, preston, search.factors(), &nodes.radii, &nodes.losses);
+        let rates = Rates::new(settings, count, preston, search.factors(), &nodes);
         let [loss, _] = rates.largest;
         Ok(Self {
-            table: search.passes.table(None, &nodes.radii, &nodes.losses),
+            table: search.passes.table(None, &nodes),
             // Edges that grow faster go beyond the table, where their work is that at its end.
             rates: Rates { largest: [loss, f64::INFINITY], ..rates },
             preston,
@@ -210,47 +223,24 @@ impl Course {
         let rates = Rates { radius: start_m, area_per_work, ..self.rates };
         let end = turns.last().copied().unwrap_or(0.0);
         let (stages, _) = grow(&self.table, &rates, End::Turns(end));
-        let larger = |turns: &f64| stage_at(&stages, *turns).radii.into_iter().fold(0.0, f64::max);
-        turns.iter().map(larger).collect()
+        turns.iter().map(|turns| stage_at(&stages, *turns).larger()).collect()
     }
 }
 
-/// When the removal ends, in turns of the tool.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Goal {
-    Radius(f64),
-    Turns(f64),
-}
-
-impl Goal {
-    fn radius(self) -> Option<f64> {
-        if let Self::Radius(radius) = self { Some(radius) } else { None }
-    }
-
-    fn end(self) -> End {
-        match self {
-            Self::Radius(radius) => End::Radius(radius),
-            Self::Turns(turns) => End::Turns(turns),
-        }
-    }
-}
-
-fn goal_of(settings: &Settings, removal: &RemovalSettings) -> Result<Goal, RemovalError> {
+/// When the removal ends.
+fn goal_of(settings: &Settings, removal: &RemovalSettings) -> Result<End, RemovalError> {
     let turns_per_second = settings.angular_velocity_rad_s() / TAU;
     match (removal.until, removal.edge_feed_velocity_m_s) {
-        (Some(RemovalGoal::EdgeRadiusM(radius)), _) => Ok(Goal::Radius(radius)),
-        (Some(RemovalGoal::Turns(turns)), _) => Ok(Goal::Turns(turns)),
-        (Some(RemovalGoal::TimeS(time)), _) => Ok(Goal::Turns(time * turns_per_second)),
-        (None, Some(feed)) => Ok(Goal::Turns(settings.tool.width_m / feed * turns_per_second)),
-        (None, None) => Err(RemovalError::NoGoal),
+        (Some(RemovalGoal::EdgeRadiusM(radius)), _) => Ok(End::Radius(radius)),
+        (Some(RemovalGoal::Turns(turns)), _) => Ok(End::Turns(turns)),
+        (Some(RemovalGoal::TimeS(time)), _) => Ok(End::Turns(time * turns_per_second)),
+        (None, Some(feed)) => Ok(End::Turns(settings.tool.width_m / feed * turns_per_second)),
+        (None, None) => Err(RemovalError::Settings(
+            "state when to end: `removal.until = { edge_radius_m = … }`, or `turns`, or `time_s`; or \
+             `removal.edge_feed_velocity_m_s`, for one pass along the edge"
+                .to_owned(),
+        )),
     }
-}
-
-/// Where work is known: radii and losses of length in m, ascending.
-#[derive(Clone, Debug)]
-struct Nodes {
-    radii: Vec<f64>,
-    losses: Vec<f64>,
 }
 
 impl Nodes {
@@ -274,7 +264,7 @@ struct Search<'a> {
     settings: &'a Settings,
     removal: RemovalSettings,
     angles: Vec<f64>,
-    goal: Goal,
+    goal: End,
     passes: Passes<'a>,
 }
 
@@ -283,6 +273,13 @@ struct Growth {
     preston: f64,
     stages: Vec<Stage>,
     ended: Ended,
+}
+
+impl Growth {
+    /// Its last stage.
+    fn end(&self) -> Stage {
+        self.stages[self.stages.len() - 1]
+    }
 }
 
 impl Search<'_> {
@@ -367,7 +364,7 @@ impl Search<'_> {
         // Filaments dip through an edge whose radius is below their penetration.
         let most = self.possible(least, largest)?;
         let new = Nodes::new([least, most], 0.0, LEVELS[1]);
-        let mut least = self.passes.first_possible(&new.radii, &new.losses)?;
+        let mut least = self.passes.first_possible(&new)?;
         largest = largest.max(least);
         let most = self.largest_loss();
         let mut loss = 0.0;
@@ -376,11 +373,10 @@ impl Search<'_> {
             if loss > 0.0 {
                 // Shorter filaments strike elsewhere, and may dip through a larger one.
                 let worn = Nodes::new([least, possible], loss, LEVELS[1]);
-                least = self.passes.first_possible(&worn.radii, &worn.losses)?;
+                least = self.passes.first_possible(&worn)?;
             }
             let nodes = Nodes::new([least, possible], loss, LEVELS[0]);
             let growth = self.follow(None, &nodes)?;
-            let end = growth.stages[growth.stages.len() - 1];
             if growth.ended == Ended::Largest && possible == largest && self.goal.radius().is_none() {
                 largest *= RAISE;
                 continue;
@@ -388,7 +384,7 @@ impl Search<'_> {
             if self.removal.filament_wear_m2_n.is_some() {
                 // What would be lost with new filaments, and half as much again, because the first guess has no loss.
                 let lost = match loss == 0.0 {
-                    true => 1.5 * self.loss_of(&nodes, end.turns),
+                    true => 1.5 * self.loss_of(&nodes, growth.end().turns),
                     false if growth.ended == Ended::Worn => 2.0 * loss,
                     false => 0.0,
                 };
@@ -403,24 +399,23 @@ impl Search<'_> {
 
     /// The length in m that new filaments lose in so many turns.
     fn loss_of(&self, nodes: &Nodes, turns: f64) -> f64 {
-        let table = self.passes.table(None, &nodes.radii, &nodes.losses);
+        let table = self.passes.table(None, nodes);
         let work = nodes.radii.iter().map(|radius| table.at(*radius, 0.0).whole).fold(0.0, f64::max);
-        turns * work * Rates::new(self.settings, 0.0, 0.0, self.factors(), &nodes.radii, &nodes.losses).loss_per_work
+        turns * work * Rates::new(self.settings, 0.0, 0.0, self.factors(), nodes).loss_per_work
     }
 
     /// Simulates what is missing at the nodes, and follows the growth of one tool, or of the mean of all.
     fn follow(&mut self, member: Option<usize>, nodes: &Nodes) -> Result<Growth, RemovalError> {
-        self.passes.simulate(&nodes.radii, &nodes.losses)?;
-        let table = self.passes.table(member, &nodes.radii, &nodes.losses);
+        self.passes.simulate(nodes)?;
+        let table = self.passes.table(member, nodes);
         let count = member.map_or(self.settings.tool.filament_count, |member| self.passes.count(member));
-        let rates =
-            |preston: f64| Rates::new(self.settings, count, preston, self.factors(), &nodes.radii, &nodes.losses);
+        let rates = |preston: f64| Rates::new(self.settings, count, preston, self.factors(), nodes);
         let preston = match (self.removal.preston_m2_n, self.removal.observed) {
             (Some(preston), _) => preston,
             (None, Some(observed)) => self.preston_of(&table, observed, &rates)?,
-            (None, None) => return Err(RemovalError::NoCoefficient),
+            (None, None) => return Err(no_coefficient()),
         };
-        let (stages, ended) = grow(&table, &rates(preston), self.goal.end());
+        let (stages, ended) = grow(&table, &rates(preston), self.goal);
         Ok(Growth { preston, stages, ended })
     }
 
@@ -436,19 +431,18 @@ impl Search<'_> {
         // Without wear, the dose decides: it takes so many turns with a coefficient of one.
         let unit = Rates { loss_per_work: 0.0, ..rates(1.0) };
         let (stages, ended) = grow(table, &unit, End::Radius(goal));
-        let last = stages[stages.len() - 1];
+        let growth = Growth { preston: 1.0, stages, ended };
         if ended != Ended::Done {
-            return Err(self.unreached(goal, &Growth { preston: 1.0, stages, ended }));
+            return Err(self.unreached(goal, &growth));
         }
-        let mut preston = last.turns / turns;
+        let mut preston = growth.end().turns / turns;
         if rates(1.0).loss_per_work == 0.0 {
             return Ok(preston);
         }
         // With wear, the radius rises with the coefficient.
         let radius = |preston: f64| {
             let (stages, _) = grow(table, &rates(preston), End::Turns(turns));
-            let [first, second] = stages[stages.len() - 1].radii;
-            first.max(second)
+            stages[stages.len() - 1].larger()
         };
         let (mut low, mut high) = (preston, preston);
         for _ in 0..40 {
@@ -465,7 +459,7 @@ impl Search<'_> {
     }
 
     fn unreached(&self, goal: f64, growth: &Growth) -> RemovalError {
-        let last = growth.stages[growth.stages.len() - 1];
+        let last = growth.end();
         let why = match growth.ended {
             // Where they missed it from the start, nothing is lost yet.
             Ended::Worn | Ended::Stopped if last.loss > 0.0 => {
@@ -474,12 +468,15 @@ impl Search<'_> {
             Ended::Largest => "a rounder one does not fit the workpiece, or is a face for filaments of so many segments".to_owned(),
             _ => "filaments do no work on it there; check `workpiece.offset_m`, `workpiece.side` and the penetration depth".to_owned(),
         };
-        RemovalError::Unreached { goal, largest: last.radii[0].max(last.radii[1]), why }
+        let largest = last.larger();
+        RemovalError::Settings(format!(
+            "an edge radius of {goal:e} m is never reached; the largest is {largest:.3e} m: {why}"
+        ))
     }
 
     fn conclude(&mut self, growth: &Growth, nodes: &Nodes, change: f64) -> Result<Removal, RemovalError> {
-        let end = growth.stages[growth.stages.len() - 1].turns;
-        let table = self.passes.table(None, &nodes.radii, &nodes.losses);
+        let end = growth.end().turns;
+        let table = self.passes.table(None, nodes);
         let (factors, least) = (self.factors(), nodes.radii[0]);
         let start: f64 =
             factors.iter().map(|factor| factor * self.settings.workpiece.kind.edge_radius_m().powi(2)).sum();
@@ -527,11 +524,11 @@ impl Search<'_> {
         if self.passes.members() == 1 {
             return Ok(Vec::new());
         }
-        let end = End::Turns(growth.stages[growth.stages.len() - 1].turns);
+        let end = End::Turns(growth.end().turns);
         let all = (0..self.passes.members()).map(|member| {
-            let table = self.passes.table(Some(member), &nodes.radii, &nodes.losses);
+            let table = self.passes.table(Some(member), nodes);
             let count = self.passes.count(member);
-            let rates = Rates::new(self.settings, count, growth.preston, self.factors(), &nodes.radii, &nodes.losses);
+            let rates = Rates::new(self.settings, count, growth.preston, self.factors(), nodes);
             // Edges that grow faster than those of the mean go beyond the table, where their work is that at its end.
             let [loss, _] = rates.largest;
             grow(&table, &Rates { largest: [loss, f64::INFINITY], ..rates }, end).0
@@ -547,9 +544,9 @@ impl Search<'_> {
         let radii = vec![nodes.radii[nodes.radii.len() - 1]];
         let Nodes { losses, .. } = Nodes::new([radii[0]; 2], self.largest_loss(), [2, LOSSES_OF_LIFE]);
         let own = Nodes { radii, losses };
-        self.passes.simulate(&own.radii, &own.losses)?;
-        let table = self.passes.table(None, &own.radii, &own.losses);
-        let rates = Rates::new(self.settings, 0.0, 0.0, [0.0; 2], &own.radii, &own.losses);
+        self.passes.simulate(&own)?;
+        let table = self.passes.table(None, &own);
+        let rates = Rates::new(self.settings, 0.0, 0.0, [0.0; 2], &own);
         let (stages, ended) = grow(&table, &rates, End::Force(1.0 - self.removal.force_loss));
         Ok((ended == Ended::Done).then(|| stages[stages.len() - 1].turns))
     }
@@ -564,7 +561,7 @@ fn has_edges(settings: &Settings, count: usize) -> bool {
 /// The largest change of the radius from a coarse to a fine growth, over itself, at the same turns of both.
 fn change_of(coarse: &Growth, fine: &Growth) -> f64 {
     const LOOKS: usize = 50;
-    let end = fine.stages[fine.stages.len() - 1].turns;
+    let end = fine.end().turns;
     let changes = (1..=LOOKS).map(|i| {
         let turns = end * (i as f64 / LOOKS as f64).powi(2);
         let [a, b] = [coarse, fine].map(|growth| stage_at(&growth.stages, turns).radii);

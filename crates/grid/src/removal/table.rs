@@ -16,6 +16,13 @@ use crate::{CaseResult, CaseSummary, Resources, Study, simulate_cases};
 /// A depth that is nothing, as a part of that of new filaments.
 const NEGLIGIBLE_DEPTH: f64 = 1e-9;
 
+/// Where work is known: radii and losses of length in m, ascending.
+#[derive(Clone, Debug)]
+pub struct Nodes {
+    pub radii: Vec<f64>,
+    pub losses: Vec<f64>,
+}
+
 /// The number of quantities that are interpolated.
 const NUMBERS: usize = 4;
 
@@ -170,28 +177,24 @@ impl<'a> Passes<'a> {
         self.members[member].count
     }
 
-    /// Simulates what is missing of the passes over edges of the `radii` (m) by filaments that have lost the lengths `losses` (m).
-    pub fn simulate(&mut self, radii: &[f64], losses: &[f64]) -> Result<(), RemovalError> {
-        self.attempt(radii, losses)?.into_iter().next().map_or(Ok(()), Err)
+    /// Simulates what is missing of the passes at the `nodes`.
+    pub fn simulate(&mut self, nodes: &Nodes) -> Result<(), RemovalError> {
+        self.attempt(nodes)?.into_iter().next().map_or(Ok(()), |(_, failure)| Err(failure))
     }
 
-    /// The same where some passes may fail: the first of the ascending `radii` from which on all can be simulated, or the failure at the last one.
-    pub fn first_possible(&mut self, radii: &[f64], losses: &[f64]) -> Result<f64, RemovalError> {
-        let mut failures = self.attempt(radii, losses)?;
-        let failed = |error: &RemovalError| matches!(error, RemovalError::Case { radius, .. } if *radius == radii[radii.len() - 1]);
-        if let Some(last) = failures.iter().position(failed) {
-            return Err(failures.swap_remove(last));
+    /// The same where some passes may fail: the first of the radii from which on all can be simulated, or the failure at the last one.
+    pub fn first_possible(&mut self, nodes: &Nodes) -> Result<f64, RemovalError> {
+        let mut failures = self.attempt(nodes)?;
+        let last = nodes.radii[nodes.radii.len() - 1];
+        if let Some(at_last) = failures.iter().position(|(radius, _)| *radius == last) {
+            return Err(failures.swap_remove(at_last).1);
         }
-        let largest = failures.iter().filter_map(|error| match error {
-            RemovalError::Case { radius, .. } => Some(*radius),
-            _ => None,
-        });
-        let largest = largest.fold(0.0, f64::max);
-        Ok(*radii.iter().find(|radius| **radius > largest).expect("the last one can be simulated"))
+        let largest = failures.iter().map(|(radius, _)| *radius).fold(0.0, f64::max);
+        Ok(*nodes.radii.iter().find(|radius| **radius > largest).expect("the last one can be simulated"))
     }
 
-    /// Simulates what is missing, and returns what failed.
-    fn attempt(&mut self, radii: &[f64], losses: &[f64]) -> Result<Vec<RemovalError>, RemovalError> {
+    /// Simulates what is missing, and returns what failed, with the radius of each.
+    fn attempt(&mut self, Nodes { radii, losses }: &Nodes) -> Result<Vec<(f64, RemovalError)>, RemovalError> {
         let (mut found, mut keys, mut cases, mut failures) = (BTreeMap::new(), Vec::new(), Vec::new(), Vec::new());
         for (member, own) in self.members.iter().enumerate() {
             for (&radius, &loss) in radii.iter().flat_map(|radius| losses.iter().map(move |loss| (radius, loss))) {
@@ -208,7 +211,7 @@ impl<'a> Passes<'a> {
                         settings.uncertainty = UncertaintySettings::default();
                     }
                     if let Err(error) = settings.check() {
-                        failures.push(RemovalError::Case { radius, loss, error: error.to_string() });
+                        failures.push((radius, RemovalError::Case { radius, loss, error: error.to_string() }));
                         found.remove(&key);
                         break;
                     }
@@ -217,24 +220,23 @@ impl<'a> Passes<'a> {
                 }
             }
         }
-        if !cases.is_empty() {
-            for ((key, direction), work) in keys.into_iter().zip(self.run(cases)?) {
-                let (member, radius, loss) = key;
-                match work {
-                    Ok(mut work) => {
-                        if self.has_two_edges && direction == 1 {
-                            work.edges.reverse();
-                        }
-                        let part = 1.0 / self.members[member].directions.len() as f64;
-                        if let Some(sum) = found.get_mut(&key) {
-                            *sum = sum.plus(part, &work);
-                        }
+        let works = if cases.is_empty() { Vec::new() } else { self.run(cases)? };
+        for ((key, direction), work) in keys.into_iter().zip(works) {
+            let (member, radius, loss) = key;
+            match work {
+                Ok(mut work) => {
+                    if self.has_two_edges && direction == 1 {
+                        work.edges.reverse();
                     }
-                    Err(error) => {
-                        let [radius, loss] = [radius, loss].map(f64::from_bits);
-                        failures.push(RemovalError::Case { radius, loss, error });
-                        found.remove(&key);
+                    let part = 1.0 / self.members[member].directions.len() as f64;
+                    if let Some(sum) = found.get_mut(&key) {
+                        *sum = sum.plus(part, &work);
                     }
+                }
+                Err(error) => {
+                    let [radius, loss] = [radius, loss].map(f64::from_bits);
+                    failures.push((radius, RemovalError::Case { radius, loss, error }));
+                    found.remove(&key);
                 }
             }
         }
@@ -274,8 +276,8 @@ impl<'a> Passes<'a> {
             .collect())
     }
 
-    /// What was simulated, as curves over edges of the `radii` (m) and losses of length `losses` (m): of one tool, or the mean of all.
-    pub fn table(&self, member: Option<usize>, radii: &[f64], losses: &[f64]) -> Table {
+    /// What was simulated at the `nodes`, as curves: of one tool, or the mean of all.
+    pub fn table(&self, member: Option<usize>, Nodes { radii, losses }: &Nodes) -> Table {
         let members = member.map_or(0..self.members(), |member| member..member + 1);
         let part = 1.0 / members.len() as f64;
         let at = |radius: f64, loss: f64| {
@@ -287,7 +289,7 @@ impl<'a> Passes<'a> {
             let works: Vec<[f64; NUMBERS]> = radii.iter().map(|&radius| at(radius, loss).numbers()).collect();
             std::array::from_fn(|i| Curve::through(x.clone(), works.iter().map(|numbers| numbers[i]).collect()))
         };
-        Table { losses: losses.to_vec(), rows: losses.iter().map(row).collect() }
+        Table { losses: losses.clone(), rows: losses.iter().map(row).collect() }
     }
 
     /// All that was simulated, the mean of all tools, by radius and loss.

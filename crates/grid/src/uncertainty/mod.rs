@@ -303,23 +303,14 @@ impl Scatter {
         let own = INPUTS.iter().position(|input| input.mean == violation.path).filter(|&input| self.stds[input] > 0.0);
         let cure = || (0..MOVING).find(|&input| self.stds[input] > 0.0 && self.check_moving(tool, Some(input)).is_ok());
         let any = || (0..INPUT_COUNT).find(|&input| self.stds[input] > 0.0);
-        let Violation { path, value, allowed } = violation;
-        let Some(input) = own.or_else(cure).or_else(any) else {
-            return Violation {
-                path: calibration::PATH,
-                value: "of errors so large".to_owned(),
-                allowed: format!(
-                    "such that each sampled tool is possible: `{path}` of one tool is {value}, not {allowed}"
-                ),
-            };
+        let (blamed, such, so) = match own.or_else(cure).or_else(any) {
+            Some(input) => (INPUTS[input].std, format!("{:?}", self.stds[input]), "so small"),
+            None => (calibration::PATH, "of errors so large".to_owned(), "such"),
         };
-        Violation {
-            path: INPUTS[input].std,
-            value: format!("{:?}", self.stds[input]),
-            allowed: format!(
-                "so small that each sampled tool is possible: `{path}` of one tool is {value}, not {allowed}"
-            ),
-        }
+        let Violation { path, value, allowed } = violation;
+        let allowed =
+            format!("{so} that each sampled tool is possible: `{path}` of one tool is {value}, not {allowed}");
+        Violation { path: blamed, value: such, allowed }
     }
 
     /// An input of a tool.
@@ -514,9 +505,8 @@ mod tests {
             let text =
                 format!("friction_coefficient_std = {std}\nsamples = 16384\n[contact]\nfriction_coefficient = {mean}");
             let scatter = Scatter::of(&settings(&text)).expect("tools");
-            let tools =
-                (0..scatter.count()).map(|tool| scatter.settings(tool).expect("a tool").contact.friction_coefficient);
-            let values: Vec<f64> = tools.collect();
+            let friction = |tool| scatter.settings(tool).expect("a tool").contact.friction_coefficient;
+            let values: Vec<f64> = (0..scatter.count()).map(friction).collect();
             assert!(values.iter().all(|&value| value >= 0.0));
             let ratio = mean / std;
             let hazard = (-0.5 * ratio * ratio).exp() / std::f64::consts::TAU.sqrt() / ndtr(ratio);
@@ -527,12 +517,9 @@ mod tests {
         }
         let text =
             |contact: &str| scatter_text(&settings(&format!("friction_coefficient_std = 0.1\n[contact]\n{contact}")));
-        assert!(
-            text("friction_coefficient = 0.4").starts_with("µ ± 25 %, N_f"),
-            "{}",
-            text("friction_coefficient = 0.4")
-        );
-        assert!(text("").starts_with("µ ± 0.1, N_f"), "{}", text(""));
+        for (contact, beginning) in [("friction_coefficient = 0.4", "µ ± 25 %, N_f"), ("", "µ ± 0.1, N_f")] {
+            assert!(text(contact).starts_with(beginning), "{}", text(contact));
+        }
     }
 
     #[test]

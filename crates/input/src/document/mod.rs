@@ -12,7 +12,6 @@ mod units;
 mod workpiece;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use bristle_text::{shortened, shown};
@@ -120,20 +119,7 @@ impl<'t> Document<'t> {
     /// [`Document::parse`] with `options`, each `KEY=VALUE`, that state settings or sweeps as if the file did. Errors about them name
     /// the option `--set` as their place.
     pub fn parse_with(text: &'t str, name: &'t str, options: &'t [String]) -> Result<Self, InputError> {
-        let mut document = Self {
-            source: Source { name, text, options },
-            table: DeTable::new(),
-            study_span: 0..0,
-            sweeps: Vec::new(),
-            tools: Vec::new(),
-            measured: None,
-            goal: None,
-            control_points_file: None,
-            control_points: Vec::new(),
-            material: None,
-            other_units: BTreeMap::new(),
-            is_alone: false,
-        };
+        let mut document = Self { source: Source { name, text, options }, ..Self::default() };
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
             let span = error.span().unwrap_or(document.end());
@@ -185,7 +171,7 @@ impl<'t> Document<'t> {
             let option = &self.source.options[number];
             let there = |span: &Range<usize>| start + span.start..start + span.end;
             let Some(assignment) = Assignment::of(option).filter(|assignment| assignment.is_whole()) else {
-                let problem = Problem::Unreadable { message: "an option needs a key and a value".to_owned() };
+                let problem = Problem::Unreadable("an option needs a key and a value".to_owned());
                 let advice = "as in --set process.rotational_speed_rpm=1200";
                 return Err(self.error(problem, there(&(0..option.len())), advice));
             };
@@ -234,20 +220,20 @@ impl<'t> Document<'t> {
         for (number, option) in self.source.options.iter().enumerate() {
             let Some(assignment) = Assignment::of(option) else { continue };
             let Some(parameter) = Parameter::find(&assignment.path()) else { continue };
-            let key_span = &assignment.key_span;
             let start = self.source.start_of_option(number);
+            let place = start + assignment.key_span.start..start + assignment.key_span.end;
             if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {
                 let problem = Problem::Swept { key: parameter.path, swept: swept.path };
                 let advice = format!("sweep other values, as in --set 'study.{}=[…]'", parameter.path);
-                return Err(self.error(problem, start + key_span.start..start + key_span.end, &advice));
+                return Err(self.error(problem, place, &advice));
             }
             if let Some(first) = self.tools.first()
                 && self.tools.iter().all(|tool| parameter.group().any(|same| tool.states(same.path)))
             {
-                let problem = Problem::OfEachTool { key: parameter.path };
+                let problem = Problem::OfEachTool(parameter.path);
                 let advice =
                     format!("state it of a tool, as in --set study.tools.\"{}\".{}=…", first.name, parameter.path);
-                return Err(self.error(problem, start + key_span.start..start + key_span.end, &advice));
+                return Err(self.error(problem, place, &advice));
             }
         }
         Ok(())
@@ -266,9 +252,7 @@ impl<'t> Document<'t> {
 
     /// Takes the path of a table of control points out of the tree.
     fn take_control_points_file(&mut self) -> Result<Option<(String, Range<usize>)>, InputError> {
-        let Some(section) = self.table.get_mut(WORKPIECE) else { return Ok(None) };
-        let DeValue::Table(entries) = section.get_mut() else { return Ok(None) };
-        let Some(value) = entries.remove(CONTROL_POINTS_FILE) else { return Ok(None) };
+        let Some(value) = taken(&mut self.table, WORKPIECE, CONTROL_POINTS_FILE) else { return Ok(None) };
         if let DeValue::String(path) = value.get_ref()
             && !path.trim().is_empty()
             && find(&self.table, CONTROL_POINTS).is_none()
@@ -286,10 +270,7 @@ impl<'t> Document<'t> {
 
     /// Takes the name of a material out of the tree.
     fn take_material(&mut self) -> Result<Option<LocatedMaterial>, InputError> {
-        let Some(section) = self.table.get_mut(FILAMENT) else { return Ok(None) };
-        let DeValue::Table(entries) = section.get_mut() else { return Ok(None) };
-        let Some(value) = entries.remove(MATERIAL_KEY) else { return Ok(None) };
-        self.read_material(&value).map(Some)
+        taken(&mut self.table, FILAMENT, MATERIAL_KEY).map(|value| self.read_material(&value)).transpose()
     }
 
     /// The material of the filaments, which states what the file does not.
@@ -331,15 +312,16 @@ impl<'t> Document<'t> {
 
     /// The settings for evaluating a state without contact. The file need not state velocity, depth and number of filaments.
     pub fn settings_without_process(&self) -> Result<Settings, InputError> {
-        // The evaluation does not depend on them: any values that pass the checks will do.
-        const ANY: [(&str, &str); 3] = [(VELOCITY, "1.0"), (DEPTH, "1e-300"), (FILAMENT_COUNT, "1.0")];
-        let is_absent = |parameter: &&Parameter| stated(&self.table, parameter).next().is_none();
-        let absent = |path| Parameter::find(path).filter(is_absent);
-        let overrides: Vec<Override<'_>> = ANY
-            .into_iter()
-            .filter_map(|(path, text)| absent(path).map(|parameter| Override { parameter, text, span: self.end() }))
-            .collect();
+        let overrides = self.any_for(&[VELOCITY, DEPTH, FILAMENT_COUNT]);
         self.build(None, &overrides).map(|built| built.settings)
+    }
+
+    /// Values of settings that do not matter, where the file does not state them: any that pass the checks will do.
+    fn any_for(&self, paths: &[&str]) -> Vec<Override<'static>> {
+        let parameters = paths.iter().filter_map(|path| Parameter::find(path));
+        let absent = parameters.filter(|parameter| stated(&self.table, parameter).next().is_none());
+        let any = |parameter: &Parameter| if parameter.path == DEPTH { "1e-300" } else { "1.0" };
+        absent.map(|parameter| Override { parameter, text: any(parameter), span: self.end() }).collect()
     }
 
     /// Whether the file states the setting at a dotted path, regardless of its sweeps.
@@ -400,22 +382,20 @@ impl<'t> Document<'t> {
             let problem = Problem::NotAllowed { key: parameter.path.to_owned(), value, allowed };
             return Err(self.error(problem, span.clone(), ""));
         }
-        let any = [(VELOCITY, "1.0"), (DEPTH, "1e-300")].map(|(path, text)| (Parameter::find(path), text));
-        let absent = any.into_iter().filter_map(|(parameter, text)| Some((parameter?, text)));
-        let absent = absent.filter(|(parameter, _)| stated(&self.table, parameter).next().is_none());
-        let overrides: Vec<Override<'_>> =
-            absent.map(|(parameter, text)| Override { parameter, text, span: self.end() }).collect();
+        let overrides = self.any_for(&[VELOCITY, DEPTH]);
         let brush = |tool: Option<&LocatedTool<'t>>| {
             let Built { settings, followed, .. } = self.build(tool, &overrides)?;
             let followed = followed.into_iter().filter(|(parameter, _)| !MEASURED_AT.contains(&parameter.path));
             let name = tool.map_or_else(String::new, |tool| tool.name.clone());
             Ok(StatedBrush { name, settings, followed: followed.collect() })
         };
-        if self.tools.is_empty() {
-            Ok(vec![brush(None)?])
-        } else {
-            self.tools.iter().map(|tool| brush(Some(tool))).collect()
-        }
+        self.each_tool().map(brush).collect()
+    }
+
+    /// The named tools, or none once if there are none: what a file describes.
+    fn each_tool(&self) -> impl Iterator<Item = Option<&LocatedTool<'t>>> {
+        let alone = self.tools.is_empty().then_some(None);
+        self.tools.iter().map(Some).chain(alone)
     }
 
     /// The study that the file states. All its cases are checked.
@@ -430,24 +410,17 @@ impl<'t> Document<'t> {
         }
         self.check_options()?;
         // The first value of each sweep fills in the settings that the file leaves to the study.
-        let first_values: Vec<String> = self
-            .sweeps
-            .iter()
-            .map(|LocatedSweep { parameter, sweep, .. }| parameter.format(sweep.values()[0]))
-            .collect();
-        let overrides: Vec<Override<'_>> = self
-            .sweeps
-            .iter()
-            .zip(&first_values)
+        let first = |LocatedSweep { parameter, sweep, .. }: &LocatedSweep| parameter.format(sweep.values()[0]);
+        let first_values: Vec<String> = self.sweeps.iter().map(first).collect();
+        let replaced = self.sweeps.iter().zip(&first_values);
+        let overrides: Vec<Override<'_>> = replaced
             .map(|(LocatedSweep { parameter, span, .. }, text)| Override { parameter, text, span: span.clone() })
             .collect();
-        let tools = self.tools.iter().map(|tool| self.build(Some(tool), &overrides)).collect::<Result<Vec<_>, _>>()?;
-        let built = if tools.is_empty() { vec![self.build(None, &overrides)?] } else { tools };
+        let built = self.each_tool().map(|tool| self.build(tool, &overrides)).collect::<Result<Vec<_>, _>>()?;
         let mut sweeps: Vec<Sweep> = self.sweeps.iter().map(|located| located.sweep.clone()).collect();
         // What follows from other settings does so in each case: what all tools state alike as an axis of one value.
-        let held = |built: &Built<'_>| {
-            let held = built.followed.iter().copied().filter(|(parameter, _)| !self.sweeps(parameter));
-            held.collect::<Vec<_>>()
+        let held = |built: &Built<'_>| -> Vec<_> {
+            built.followed.iter().copied().filter(|(parameter, _)| !self.sweeps(parameter)).collect()
         };
         let is_common = |&(parameter, value): &(&'static Parameter, f64)| {
             let is_same = |(other, own): &(&'static Parameter, f64)| std::ptr::eq(*other, parameter) && *own == value;
@@ -469,14 +442,12 @@ impl<'t> Document<'t> {
         study.map_err(|error| {
             let place = |path: &str| place(&built[0].table, path);
             let span = match &error {
-                StudyError::SweptTwice { path } | StudyError::BothSwept { path, .. } => place(path),
+                StudyError::SweptTwice(path) | StudyError::BothSwept { path, .. } => place(path),
                 StudyError::Case { tool, violation, .. } => {
-                    let of_tool =
-                        self.tools.iter().zip(&built).find(|(located, _)| Some(&located.name) == tool.as_ref());
-                    of_tool
-                        .map_or_else(|| place(violation.path), |(_, built)| self::place(&built.table, violation.path))
+                    let number = self.tools.iter().position(|located| Some(&located.name) == tool.as_ref());
+                    self::place(&built[number.unwrap_or(0)].table, violation.path)
                 }
-                StudyError::ToolName { name }
+                StudyError::ToolName(name)
                 | StudyError::ToolsAlike { name, .. }
                 | StudyError::SomeBrushes { with: name, .. } => self.named(Some(name)).map(|tool| tool.span.clone()),
                 StudyError::TooManyCases | StudyError::TooManyTools => None,
@@ -854,7 +825,7 @@ impl<'t> Document<'t> {
     fn unreadable(&self, table: &DeTable<'_>, error: &toml::de::Error) -> InputError {
         // An error without a place is about the file as a whole.
         let Some(span) = error.span() else {
-            return self.error(Problem::Unreadable { message: error.message().to_owned() }, self.end(), "");
+            return self.error(Problem::Unreadable(error.message().to_owned()), self.end(), "");
         };
         let unknown = |key: String, advice: String| {
             let message = error.message();
@@ -897,7 +868,7 @@ impl<'t> Document<'t> {
                 }
             }
         }
-        self.error(Problem::Unreadable { message: error.message().to_owned() }, span, "")
+        self.error(Problem::Unreadable(error.message().to_owned()), span, "")
     }
 
     /// The error about required keys that are missing: whole sections first, otherwise the keys of one section. `None` if
@@ -917,7 +888,7 @@ impl<'t> Document<'t> {
             (problem, self.table[first.section()].span(), place)
         } else {
             let place = "at the end of the file".to_owned();
-            (Problem::MissingSections { sections: sections.clone() }, self.end(), place)
+            (Problem::MissingSections(sections.clone()), self.end(), place)
         };
         let is_named =
             |section: &str| if sections.is_empty() { section == first.section() } else { sections.contains(&section) };
@@ -950,8 +921,8 @@ impl<'t> Document<'t> {
 /// What is wrong with a `line` that is not TOML, and what to do: `message` and `usual` unless it is one of the usual mistakes.
 fn not_toml(line: &str, message: String, usual: &str) -> (Problem, String) {
     match value_mistake(line) {
-        Some(Mistake { what, instead }) => (Problem::Number { what }, instead),
-        None => (Problem::Unreadable { message }, usual.to_owned()),
+        Some(Mistake { what, instead }) => (Problem::Number(what), instead),
+        None => (Problem::Unreadable(message), usual.to_owned()),
     }
 }
 
@@ -973,6 +944,12 @@ fn allowed_by(message: &str) -> String {
     let kinds = message.strip_prefix("unknown variant ").and_then(|message| message.rsplit_once(", expected "));
     kinds
         .map_or_else(|| format!("of another type ({})", shown(message, LONGEST_MESSAGE)), |(_, kinds)| kinds.to_owned())
+}
+
+/// Takes the value of a key of a section out of a tree.
+fn taken<'t>(table: &mut DeTable<'t>, section: &str, key: &str) -> Option<Spanned<DeValue<'t>>> {
+    let DeValue::Table(entries) = table.get_mut(section)?.get_mut() else { return None };
+    entries.remove(key)
 }
 
 /// The value at a dotted path.

@@ -24,12 +24,9 @@ const TABLE: &str = "a table of settings, as in { filament.diameter_m = 0.6e-3, 
 impl<'t> Document<'t> {
     /// Reads the named tools in the order of the file.
     pub(super) fn read_tools(&self, tools: &Spanned<DeValue<'t>>) -> Result<Vec<LocatedTool<'t>>, InputError> {
-        let DeValue::Table(entries) = tools.get_ref() else {
+        let Some(entries) = tools.get_ref().as_table().filter(|entries| !entries.is_empty()) else {
             return Err(self.not_allowed(format!("{STUDY}.{TOOLS}"), tools, TABLES.to_owned()));
         };
-        if entries.is_empty() {
-            return Err(self.not_allowed(format!("{STUDY}.{TOOLS}"), tools, TABLES.to_owned()));
-        }
         let mut read = Vec::new();
         for (name, value) in entries {
             let span = name.span();
@@ -90,8 +87,7 @@ impl<'t> Document<'t> {
             match (name.split_once('.'), value.get_ref()) {
                 (Some((section, own)), _) => entries.push(entry(section, own, key.span(), value)),
                 (None, DeValue::Table(own)) => {
-                    let all = own.iter().map(|(own, value)| entry(section, own.get_ref(), own.span(), value));
-                    entries.extend(all);
+                    entries.extend(own.iter().map(|(own, value)| entry(section, own.get_ref(), own.span(), value)));
                 }
                 (None, _) => {}
             }

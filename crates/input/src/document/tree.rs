@@ -14,7 +14,7 @@ use crate::input_error::{InputError, Problem, Source};
 use crate::measured::Format;
 
 /// An input file whose TOML and sweeps have been read.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Document<'t> {
     pub(super) source: Source<'t>,
     /// The sections of [`Settings`](bristle::model::settings::Settings).

@@ -144,14 +144,14 @@ impl EdgeAdvice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bristle_grid::CaseSummary;
+    use crate::testing::brush;
     use bristle_input::document::Document;
 
     fn study() -> Study {
-        let text = "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 10500\nfilament_count_uncertainty = 600\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n\
-                    [workpiece]\nkind = \"edge\"\nedge_radius_m = 0.5e-3\n[process]\nbrushing_velocity_m_s = 10.0\n\
-                    [study]\n\"workpiece.offset_m\" = [-0.01, 0.0, 0.01]\npenetration_depth_m = [1e-3, 2e-3]\n";
-        Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study")
+        let sweeps = "[workpiece]\nkind = \"edge\"\nedge_radius_m = 0.5e-3\n[process]\nbrushing_velocity_m_s = 10.0\n\
+                      [study]\n\"workpiece.offset_m\" = [-0.01, 0.0, 0.01]\npenetration_depth_m = [1e-3, 2e-3]\n";
+        let text = brush!(25).to_owned() + sweeps;
+        Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")
     }
 
     /// Results with these tool forces in N, shares and evennesses. `None` is a case that failed.

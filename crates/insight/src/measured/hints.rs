@@ -47,14 +47,9 @@ pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
 
 /// What is unusual about points with a rotational speed that none of the tools that they may belong to has at their velocity.
 fn contradiction(study: &Study, slices: &[Slice], measured: &[Measurement]) -> Option<Unusual> {
-    let speed_of = |slice: &Slice, velocity: f64| {
-        let mut settings = study.settings(slice.case(0, 0));
-        settings.process.brushing_velocity_m_s = velocity;
-        settings.rotational_speed_rpm()
-    };
     let contradicts = |slice: &Slice, point: &Measurement| match (point.speed, point.second_speed_rpm) {
         (Speed::Velocity(velocity), Some(speed)) => {
-            let own = speed_of(slice, velocity);
+            let own = point.speed.stated_by(Quantity::RotationalSpeed, &study.settings(slice.case(0, 0))).value();
             ((speed - own).abs() > ROUNDED * own).then_some((velocity, speed, own))
         }
         _ => None,

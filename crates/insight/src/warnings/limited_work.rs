@@ -2,6 +2,7 @@
 
 use bristle::simulation::Statistics;
 
+use super::cases;
 use bristle_grid::CaseResult;
 use bristle_text::layout::Warning;
 
@@ -13,12 +14,12 @@ const CONSEQUENCE: &str = "The impulse is good to about 1 %, contact times and p
 pub(super) fn of_study(results: &[CaseResult]) -> Option<Warning> {
     let limited = |result: &&CaseResult| result.as_ref().is_ok_and(|summary| summary.statistics.unresolved_steps > 0);
     let count = results.iter().filter(limited).count();
-    let (cases, miss) = (if results.len() == 1 { "case" } else { "cases" }, if count == 1 { "misses" } else { "miss" });
+    let miss = if count == 1 { "misses" } else { "miss" };
     (count > 0).then(|| {
         Warning::new(format!(
-            "{count} of {} {cases} {miss} the relative tolerance in some steps, as the work of a pass is limited (column \
-             unresolved_steps of runs.csv). {CONSEQUENCE}",
-            results.len()
+            "{count} of {} {miss} the relative tolerance in some steps, as the work of a pass is limited (column unresolved_steps of \
+             runs.csv). {CONSEQUENCE}",
+            cases(results)
         ))
     })
 }

@@ -38,6 +38,20 @@ pub fn without_interaction(settings: &Settings) -> Option<Warning> {
     is_packed(settings).then(|| packing::of_contact(settings)).flatten()
 }
 
+/// The number of all cases, as in `of 3 cases`.
+fn cases(results: &[CaseResult]) -> String {
+    format!("{} {}", results.len(), if results.len() == 1 { "case" } else { "cases" })
+}
+
+/// The rows of `runs.csv` of the cases that did not fail and are like this.
+fn rows(study: &Study, results: &[CaseResult], is_so: impl Fn(&Settings, &Metrics) -> bool) -> Vec<usize> {
+    let row = |(case, result): (usize, &CaseResult)| {
+        let metrics = &result.as_ref().ok()?.metrics;
+        is_so(&study.settings(case), metrics).then_some(case + 1)
+    };
+    results.iter().enumerate().filter_map(row).collect()
+}
+
 /// The warnings about the cases of a study.
 #[must_use]
 pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {

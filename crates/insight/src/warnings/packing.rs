@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::cases;
 use bristle::model::filament::first_natural_frequency;
 use bristle::model::settings::Settings;
 use bristle::simulation::Pass;
@@ -71,20 +72,18 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning>
     let settings = results.iter().enumerate().map(|(case, result)| study.settings_found(case, result));
     let packed: Vec<Settings> = settings.filter(is_packed).collect();
     let closest = packed.iter().map(tip_spacing).reduce(f64::min)?;
-    let (total, cases) = (results.len(), if results.len() == 1 { "case" } else { "cases" });
     let statement = format!(
-        "in {} of {total} {cases} filaments touch each other, as their tips are {} diameters apart, but each is simulated alone.",
+        "in {} of {} filaments touch each other, as their tips are {} diameters apart, but each is simulated alone.",
         packed.len(),
+        cases(results),
         short(closest)
     );
     let radial: Vec<&Settings> = packed.iter().filter(|settings| can_interact(settings)).collect();
     let Some(first) = radial.first() else { return Some(Warning::new(format!("{statement} {APART}"))) };
     let lower = radial.iter().filter(|settings| effect(settings) == "lower").count();
-    let others = packed.len() - radial.len();
-    let others = if others > 0 {
-        format!(" The trims of {others} are not radial, and cannot be simulated so.")
-    } else {
-        String::new()
+    let others = match packed.len() - radial.len() {
+        0 => String::new(),
+        others => format!(" The trims of {others} are not radial, and cannot be simulated so."),
     };
     let statement = format!(
         "{statement} Together their force is likely lower in {lower} and higher in {} of them.{others}",

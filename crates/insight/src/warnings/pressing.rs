@@ -1,5 +1,6 @@
 //! Tools that are pressed on with a given force: depths below the roundness of a brush, and forces that jump.
 
+use super::{cases, rows};
 use bristle::model::metrics::Metrics;
 use bristle_grid::{CaseResult, Study};
 use bristle_text::layout::Warning;
@@ -45,19 +46,17 @@ pub fn of_force(asked_n: Option<f64>, metrics: &Metrics) -> Vec<Warning> {
 
 /// The warnings about the cases of a study.
 pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
-    let pressed = results.iter().enumerate().filter_map(|(case, result)| {
-        let asked_n = study.settings(case).process.tool_force_n?;
-        Some((case + 1, asked_n, &result.as_ref().ok()?.metrics))
-    });
-    let (total, cases) = (results.len(), if results.len() == 1 { "case" } else { "cases" });
-    let rows = |is_one: fn(f64, &Metrics) -> bool| -> Vec<usize> {
-        pressed.clone().filter(|(_, asked_n, metrics)| is_one(*asked_n, metrics)).map(|(row, ..)| row).collect()
+    let rows = |is_one: fn(f64, &Metrics) -> bool| {
+        rows(study, results, |settings, metrics| {
+            settings.process.tool_force_n.is_some_and(|asked_n| is_one(asked_n, metrics))
+        })
     };
     let told = |rows: Vec<usize>, statement: &str| {
         let first = *rows.first()?;
         Some(Warning::new(format!(
-            "in {} of {total} {cases}, first in row {first} of runs.csv, {statement}",
-            rows.len()
+            "in {} of {}, first in row {first} of runs.csv, {statement}",
+            rows.len(),
+            cases(results)
         )))
     };
     let shallow = told(

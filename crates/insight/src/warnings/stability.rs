@@ -4,6 +4,7 @@ use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 
+use super::cases;
 use bristle_grid::{CaseResult, DEPTH, FORCE, Study, VELOCITY, equation};
 use bristle_text::layout::Warning;
 use bristle_text::number::spanning;
@@ -24,13 +25,12 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning>
     // Of equal ones the first.
     let worst = unstable.iter().copied().rev().max_by(|a, b| amplification(a).total_cmp(&amplification(b)))?;
     let settings = study.settings(worst);
-    let cases = if results.len() == 1 { "case" } else { "cases" };
     let are = if unstable.len() == 1 { "is" } else { "are" };
     let warning = Warning::new(format!(
-        "{} of {} {cases} {are} laterally unstable (amplification above {UNSTABLE_AMPLIFICATION}): a small \
+        "{} of {} {are} laterally unstable (amplification above {UNSTABLE_AMPLIFICATION}): a small \
          imperfection of the filament can change the force. The largest amplification is {} at {} (row {} of runs.csv).",
         unstable.len(),
-        results.len(),
+        cases(results),
         spanning(amplification(&worst)),
         place_in(study, worst),
         worst + 1

@@ -5,6 +5,7 @@ use bristle::model::settings::Settings;
 use bristle::tool::Trim;
 use bristle::workpiece::{Edge, Part, Workpiece};
 
+use super::{cases, rows};
 use bristle_grid::{CaseResult, Study};
 use bristle_text::layout::Warning;
 use bristle_text::number::short;
@@ -30,46 +31,36 @@ pub(super) fn of_free_contact(settings: &Settings, metrics: &Metrics) -> Option<
 
 /// The warning about the cases of a study in which the tool never touches the workpiece.
 pub(super) fn of_free_cases(study: &Study, results: &[CaseResult]) -> Option<Warning> {
-    let row = |(case, result): (usize, &CaseResult)| {
-        let is_free = result.as_ref().is_ok_and(|summary| is_free(&study.settings(case), &summary.metrics));
-        is_free.then_some(case + 1)
-    };
-    let free: Vec<usize> = results.iter().enumerate().filter_map(row).collect();
-    let (total, cases) = (results.len(), if results.len() == 1 { "case" } else { "cases" });
-    let count = free.len();
+    let free = rows(study, results, is_free);
     free.first().map(|first| {
         Warning::new(format!(
-            "in {count} of {total} {cases}, first in row {first} of runs.csv, the turning tool never touches the workpiece. {SPLAYED}"
+            "in {} of {}, first in row {first} of runs.csv, the turning tool never touches the workpiece. {SPLAYED}",
+            free.len(),
+            cases(results)
         ))
     })
 }
 
 /// The warning about one contact.
 pub(super) fn of_contact(settings: &Settings, metrics: &Metrics) -> Option<Warning> {
-    let radius = edge_radius(settings);
     is_deep(settings, metrics).then(|| {
         Warning::new(format!(
             "the filament penetrates an edge by {} mm, more than half of its radius of {} mm. {DEEP}",
             short(1e3 * metrics.max_edge_penetration_m),
-            short(1e3 * radius)
+            short(1e3 * edge_radius(settings))
         ))
     })
 }
 
 /// The warning about the cases of a study.
 pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning> {
-    let row = |(case, result): (usize, &CaseResult)| {
-        let is_deep = result.as_ref().is_ok_and(|summary| is_deep(&study.settings(case), &summary.metrics));
-        is_deep.then_some(case + 1)
-    };
-    let deep: Vec<usize> = results.iter().enumerate().filter_map(row).collect();
-    let total = results.len();
-    let cases = if total == 1 { "case" } else { "cases" };
+    let deep = rows(study, results, is_deep);
     deep.first().map(|first| {
         Warning::new(format!(
-            "in {} of {total} {cases} the filament penetrates an edge by more than half of its radius, first in row {first} \
-             of runs.csv (column max_edge_penetration_m). {DEEP}",
-            deep.len()
+            "in {} of {} the filament penetrates an edge by more than half of its radius, first in row {first} of runs.csv (column \
+             max_edge_penetration_m). {DEEP}",
+            deep.len(),
+            cases(results)
         ))
     })
 }

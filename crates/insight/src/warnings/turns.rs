@@ -5,10 +5,10 @@
 
 use bristle::model::filament::first_natural_frequency;
 use bristle::model::metrics::Metrics;
-use bristle::model::settings::MAX_TURNS;
-use bristle::model::settings::{Settings, Turns};
+use bristle::model::settings::{MAX_TURNS, Settings, Turns};
 use bristle::simulation::Pass;
 
+use super::cases;
 use super::packing::is_packed;
 use super::stability::place_in;
 use bristle_grid::{CaseResult, Study, TURNS};
@@ -60,12 +60,11 @@ impl Vibrating {
 /// The note of advice about cases among `cases`, counted from 0, in which a single pass leaves out much vibration.
 pub(crate) fn vibrating_note(study: &Study, results: &[CaseResult], cases: &[usize]) -> Option<String> {
     let Vibrating { count, worst, residual } = Vibrating::among(study, results, cases)?;
-    let (of_cases, comes) =
-        (if cases.len() == 1 { "case" } else { "cases" }, "the filament comes back still vibrating");
     Some(format!(
-        "In {count} of {} {of_cases} {comes}, with up to {} of its vibration (row {}): simulate turn after turn with {TURNS} = \
-         \"{}\".",
+        "In {count} of {} {} the filament comes back still vibrating, with up to {} of its vibration (row {}): simulate turn after turn \
+         with {TURNS} = \"{}\".",
         cases.len(),
+        if cases.len() == 1 { "case" } else { "cases" },
         percent(residual),
         worst + 1,
         Turns::STEADY
@@ -76,20 +75,18 @@ pub(crate) fn vibrating_note(study: &Study, results: &[CaseResult], cases: &[usi
 pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let unsteady = results.iter().filter(|result| result.as_ref().is_ok_and(|summary| summary.metrics.unsteady_turns));
-    let (unsteady, cases) = (unsteady.count(), if results.len() == 1 { "case" } else { "cases" });
+    let (unsteady, cases) = (unsteady.count(), cases(results));
     if unsteady > 0 {
         let are = if unsteady == 1 { "is" } else { "are" };
         warnings.push(Warning::new(format!(
-            "{unsteady} of {} {cases} {are} not steady after {MAX_TURNS} turns (column unsteady_turns of runs.csv). {UNSTEADY}",
-            results.len()
+            "{unsteady} of {cases} {are} not steady after {MAX_TURNS} turns (column unsteady_turns of runs.csv). {UNSTEADY}"
         )));
     }
     let solved: Vec<usize> = (0..results.len()).filter(|&case| results[case].is_ok()).collect();
     if let Some(Vibrating { count, worst, residual }) = Vibrating::among(study, results, &solved) {
         let statement = format!(
-            "in {count} of {} {cases} the filament comes back still vibrating, with {} of its vibration at {} (row {} of \
-             runs.csv): its impulse then differs from that of its first pass.",
-            results.len(),
+            "in {count} of {cases} the filament comes back still vibrating, with {} of its vibration at {} (row {} of runs.csv): its \
+             impulse then differs from that of its first pass.",
             percent(residual),
             place_in(study, worst),
             worst + 1
