@@ -90,7 +90,6 @@ fn of_others(jacobian: &DMatrix<f64>, residuals: &DVector<f64>, setting: usize) 
     (step, falls)
 }
 
-/// Coordinates within their limits.
 fn within(x: DVector<f64>, limits: &[[f64; 2]]) -> DVector<f64> {
     DVector::from_iterator(x.len(), x.iter().zip(limits).map(|(x, [low, high])| x.clamp(*low, *high)))
 }

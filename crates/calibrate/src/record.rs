@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use bristle_input::measured::Speed;
 use serde::Serialize;
 
-use crate::words::{place_words, square_root_words};
+use crate::words::square_root_words;
 use crate::{Calibration, Next, SquareRoot, Undetermined};
 
 /// A fitted setting in `calibration.json`.
@@ -252,14 +252,8 @@ impl Calibration {
             penetration_depth_m: next.place.penetration_depth_m,
             determinant_gain: next.gain,
             standard_error_ratios: next.shrinks.clone(),
-            statement: place_words(self, next),
+            statement: self.next_words(next),
         }
-    }
-
-    /// A point to measure at, and what that is good for, in words.
-    #[must_use]
-    pub fn next_words(&self, next: &Next) -> String {
-        place_words(self, next)
     }
 
     /// The name of a tool; none if there is only one.

@@ -63,7 +63,6 @@ const UNDAMPED: f64 = 1e-10;
 /// The most steps of a descent.
 const STEPS: usize = 30;
 
-/// A descent.
 struct Descent {
     at: Minimum,
     damping: f64,

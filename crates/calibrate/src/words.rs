@@ -61,7 +61,7 @@ pub fn lines(calibration: &Calibration) -> Vec<String> {
         _ => line(minima(calibration)),
     }
     if let Some(next) = calibration.next.first() {
-        line(format!("measure next at {}", place_words(calibration, next)));
+        line(format!("measure next at {}", calibration.next_words(next)));
     }
     lines
 }
@@ -200,13 +200,16 @@ pub fn minima(calibration: &Calibration) -> String {
     format!("{here} of {starts} starts {lead} to this minimum{others}{stopped}{failed}{rival}")
 }
 
-/// A place, and what a measurement there is good for.
-pub(crate) fn place_words(calibration: &Calibration, next: &Next) -> String {
-    let best = next.shrinks.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
-    let Some((setting, shrinks)) = best else { return String::new() };
-    let of = calibration.problem.fitted[setting].setting();
-    let tool = calibration.tool_name(next.place.tool).map_or_else(String::new, |name| format!("{name}, "));
-    format!("{tool}{}: it would shrink the error of {} by {}", place(next), of.symbol(), percent(1.0 - shrinks))
+impl Calibration {
+    /// A point to measure at, and what that is good for, in words.
+    #[must_use]
+    pub fn next_words(&self, next: &Next) -> String {
+        let best = next.shrinks.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+        let Some((setting, shrinks)) = best else { return String::new() };
+        let of = self.problem.fitted[setting].setting();
+        let tool = self.tool_name(next.place.tool).map_or_else(String::new, |name| format!("{name}, "));
+        format!("{tool}{}: it would shrink the error of {} by {}", place(next), of.symbol(), percent(1.0 - shrinks))
+    }
 }
 
 /// Speed and depth, as they were measured.

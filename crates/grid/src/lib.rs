@@ -64,16 +64,20 @@ mod tests {
         Sweep::list(parameter(path), values.to_vec()).expect("the values are right")
     }
 
+    fn study(sweeps: Vec<Sweep>) -> Study {
+        Study::new(base(), sweeps).expect("the study is right")
+    }
+
     #[test]
     fn a_range_includes_its_end_and_has_clean_values() {
-        let sweep = Sweep::range(parameter(DEPTH), 0.5e-3, 5.0e-3, 0.5e-3).expect("the range is right");
-        assert_eq!(sweep.values(), [0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005]);
-        let sweep = Sweep::range(parameter(VELOCITY), 1.0, 0.1, -0.3).expect("the range is right");
-        assert_eq!(sweep.values(), [1.0, 0.7, 0.4, 0.1]);
-        let sweep = Sweep::range(parameter(VELOCITY), 1.0, 2.0, 0.3).expect("the range is right");
-        assert_eq!(sweep.values(), [1.0, 1.3, 1.6, 1.9]);
-        let sweep = Sweep::range(parameter(VELOCITY), 1.0, 1.0, 5.0).expect("the range is right");
-        assert_eq!(sweep.values(), [1.0]);
+        let range = |path, start, stop, step| {
+            Sweep::range(parameter(path), start, stop, step).expect("the range is right").values().to_vec()
+        };
+        let depths = [0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005];
+        assert_eq!(range(DEPTH, 0.5e-3, 5.0e-3, 0.5e-3), depths);
+        assert_eq!(range(VELOCITY, 1.0, 0.1, -0.3), [1.0, 0.7, 0.4, 0.1]);
+        assert_eq!(range(VELOCITY, 1.0, 2.0, 0.3), [1.0, 1.3, 1.6, 1.9]);
+        assert_eq!(range(VELOCITY, 1.0, 1.0, 5.0), [1.0]);
     }
 
     #[test]
@@ -93,23 +97,19 @@ mod tests {
 
     #[test]
     fn velocity_changes_fastest_and_further_sweeps_slowest() {
-        let study = Study::new(
-            base(),
-            vec![
-                list(VELOCITY, &[5.0, 10.0]),
-                list("contact.exponent", &[1.0, 1.5]),
-                list(DEPTH, &[1e-3, 2e-3]),
-                list("filament.segments", &[3.0, 4.0]),
-            ],
-        )
-        .expect("the study is right");
-        let cases: Vec<Vec<f64>> = (0..study.case_count()).map(|case| study.values(case).collect()).collect();
-        assert_eq!(cases.len(), 16);
-        assert_eq!(cases[0], [1.0, 3.0, 1e-3, 5.0]);
-        assert_eq!(cases[1], [1.0, 3.0, 1e-3, 10.0]);
-        assert_eq!(cases[2], [1.0, 3.0, 2e-3, 5.0]);
-        assert_eq!(cases[4], [1.0, 4.0, 1e-3, 5.0]);
-        assert_eq!(cases[15], [1.5, 4.0, 2e-3, 10.0]);
+        let study = study(vec![
+            list(VELOCITY, &[5.0, 10.0]),
+            list("contact.exponent", &[1.0, 1.5]),
+            list(DEPTH, &[1e-3, 2e-3]),
+            list("filament.segments", &[3.0, 4.0]),
+        ]);
+        let values = |case| study.values(case).collect::<Vec<_>>();
+        assert_eq!(study.case_count(), 16);
+        assert_eq!(values(0), [1.0, 3.0, 1e-3, 5.0]);
+        assert_eq!(values(1), [1.0, 3.0, 1e-3, 10.0]);
+        assert_eq!(values(2), [1.0, 3.0, 2e-3, 5.0]);
+        assert_eq!(values(4), [1.0, 4.0, 1e-3, 5.0]);
+        assert_eq!(values(15), [1.5, 4.0, 2e-3, 10.0]);
         let settings = study.settings(14);
         assert_eq!(settings.filament.segments, 4);
         assert_eq!(settings.process.brushing_velocity_m_s, 5.0);
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn a_study_without_names_compares_no_tools() {
-        let plain = Study::new(base(), vec![list(VELOCITY, &[5.0])]).expect("the study is right");
+        let plain = study(vec![list(VELOCITY, &[5.0])]);
         assert!(plain.tools().is_empty() && plain.tool(0).is_none());
     }
 
@@ -171,18 +171,24 @@ mod tests {
         complete_cases(study, &cases, threads, |_, _| {}, done, simulate)
     }
 
+    /// Simulates passes of 20 cases, each of which has one, by their velocities.
+    fn one_by_one(
+        of_velocity: impl Fn(f64) -> Result<Simulation, &'static str> + Sync,
+    ) -> impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, &'static str>)) + Sync {
+        move |take, report| {
+            while let Some(Job { number, pass }) = take(None) {
+                assert!(number < 20, "each case has one pass");
+                report(number, of_velocity(pass.nominal().brushing_velocity));
+            }
+        }
+    }
+
     #[test]
     fn a_failed_case_does_not_stop_the_others() {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
-        let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
+        let study = study(vec![list(VELOCITY, &velocities)]);
         let done = AtomicUsize::new(0);
-        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
-                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
-            while let Some(Job { number, pass }) = take(None) {
-                let velocity = pass.nominal().brushing_velocity;
-                report(number, if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
-            }
-        };
+        let simulate = one_by_one(|velocity| if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
         let on_case_done = |number: usize, result: &CaseResult| {
             assert_eq!(result.is_err(), number == 6);
             done.fetch_add(1, Ordering::Relaxed);
@@ -202,26 +208,20 @@ mod tests {
     #[test]
     fn only_what_is_missing_is_simulated_and_a_break_starts_no_further_case() {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
-        let study = Study::new(base(), vec![list(VELOCITY, &velocities)]).expect("the study is right");
-        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
-                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
-            while let Some(Job { number, pass }) = take(None) {
-                assert!(number < 20, "each case has one pass");
-                report(number, Ok(simulation(pass.nominal().brushing_velocity)));
-            }
-        };
+        let study = study(vec![list(VELOCITY, &velocities)]);
+        let simulate = one_by_one(|velocity| Ok(simulation(velocity)));
         let mut results = vec![None; 20];
         results[..5].fill(Some(Err("earlier".to_owned())));
         let done = AtomicUsize::new(0);
         let three = |_: usize, _: &CaseResult| {
             if done.fetch_add(1, Ordering::Relaxed) < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        complete(&study, NonZeroUsize::new(1), &mut results, three, simulate).expect("there is one thread");
+        complete(&study, NonZeroUsize::new(1), &mut results, three, &simulate).expect("there is one thread");
         assert_eq!(results.iter().flatten().count(), 8);
         assert!(results[..5].iter().all(|result| *result == Some(Err("earlier".to_owned()))));
 
         let all = |_: usize, _: &CaseResult| ControlFlow::Continue(());
-        complete(&study, NonZeroUsize::new(2), &mut results, all, simulate).expect("the threads start");
+        complete(&study, NonZeroUsize::new(2), &mut results, all, &simulate).expect("the threads start");
         assert!(results.iter().all(Option::is_some));
         complete(&study, None, &mut results, |_, _| unreachable!("nothing is left"), simulate)
             .expect("nothing is to be done");
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn cases_that_are_stopped_have_no_result() {
-        let study = Study::new(base(), vec![list(VELOCITY, &[5.0, 10.0, 20.0])]).expect("the study is right");
+        let study = study(vec![list(VELOCITY, &[5.0, 10.0, 20.0])]);
         let (stop, results) = (Stop::default(), Mutex::new(Vec::new()));
         let done = |_: usize, result: CaseResult| {
             stop.request();
@@ -245,12 +245,11 @@ mod tests {
 
     #[test]
     fn cases_of_one_kind_are_taken_together_and_the_longest_first() {
-        let sweeps = || {
-            let segments = list("filament.segments", &[3.0, 4.0]);
-            let friction = list("contact.friction_coefficient", &[0.0, 0.2]);
-            vec![segments, friction, list(VELOCITY, &[5.0, 20.0, 10.0])]
-        };
-        let study = Study::new(base(), sweeps()).expect("the study is right");
+        let study = study(vec![
+            list("filament.segments", &[3.0, 4.0]),
+            list("contact.friction_coefficient", &[0.0, 0.2]),
+            list(VELOCITY, &[5.0, 20.0, 10.0]),
+        ]);
         let mut order = in_order_of_work(&study, &Vec::from_iter(0..12));
         order.reverse();
         let settings: Vec<Settings> = order.iter().map(|&(_, number)| study.settings(number)).collect();
@@ -266,8 +265,7 @@ mod tests {
 
     #[test]
     fn some_cases_are_divided_by_kind_and_work() {
-        let sweeps = vec![list("filament.segments", &[3.0, 4.0]), list(VELOCITY, &[5.0, 10.0, 20.0])];
-        let study = Study::new(base(), sweeps).expect("the study is right");
+        let study = study(vec![list("filament.segments", &[3.0, 4.0]), list(VELOCITY, &[5.0, 10.0, 20.0])]);
         let waiting = waiting_cases(&study, &[0, 2, 3, 5]);
         let kinds: Vec<usize> = waiting.iter().map(|waiting| waiting.kind).collect();
         assert_eq!(kinds, [0, 0, 1, 1]);

@@ -26,7 +26,6 @@ pub const FORCE: &str = "process.tool_force_n";
 
 /// The path of the setting that says where the workpiece is.
 pub const OFFSET: &str = "workpiece.offset_m";
-/// The path of the number of segments.
 const SEGMENTS: &str = "filament.segments";
 
 /// What has different values along an axis of a study.

@@ -63,7 +63,6 @@ impl Quantity {
         Self::FORCES.iter().position(|&force| force == self || force.std() == self)
     }
 
-    /// Whether it is a standard deviation.
     pub(crate) fn is_std(self) -> bool {
         self == Self::EdgeRadiusStd || self.force().is_some_and(|force| Self::FORCES[force] != self)
     }

@@ -17,7 +17,6 @@ use bristle_text::number::short;
 
 /// Room for the paths of all keys, in columns.
 const LONGEST_PATH: usize = 40;
-/// The key that names a material.
 const MATERIAL: &str = "filament.material";
 
 /// A key that does not exist.
@@ -67,7 +66,6 @@ pub fn explain(key: &str, width: usize) -> Result<String, UnknownKey> {
     Ok(found.join("\n"))
 }
 
-/// The sections of an input file.
 fn sections(schema: &Value) -> Vec<String> {
     schema["properties"].as_object().into_iter().flat_map(|sections| sections.keys().cloned()).collect()
 }
@@ -228,33 +226,23 @@ mod tests {
     #[test]
     fn keys_are_found_by_their_last_part_and_by_section() {
         assert_eq!(explain("filament.length_m", WIDTH), explain("length_m", WIDTH));
-        let both = explain("friction_coefficient", WIDTH).expect("two keys");
-        assert!(both.contains("contact.friction_coefficient\n") && both.contains("brush.friction_coefficient\n"));
-        assert!(
-            both.contains("\n  ceramics wet  0.05 to 0.4  a guess") && both.matches("[measured]").count() == 1,
-            "{both}"
-        );
-        let modulus = explain("youngs_modulus_pa", WIDTH).expect("a key");
-        assert!(modulus.contains("default  3e9") && modulus.contains("source   chosen"), "{modulus}");
-        let kind = explain("workpiece.kind", WIDTH).expect("a key");
-        assert!(kind.contains("\"edge\"") && kind.contains("default  \"plane\""), "{kind}");
-        let material = explain("filament.material", WIDTH).expect("a key");
-        assert!(material.contains("\n  PA6.12 ") && material.contains("Ultramid A3K"), "{material}");
         // Bounds of Reuss and Voigt: 1/(0.1804/430 + 0.8196/3.31) and 0.1804·430 + 0.8196·3.31.
         let row = "PA6.12 + 40 % SiC        18.0 %        1448      4.87   4.03   80.3";
-        assert!(material.contains(row), "{material}");
-        assert!(material.lines().all(|line| line.chars().count() <= WIDTH), "{material}");
-        let millimetres = explain("length_mm", WIDTH).expect("a key in another unit");
-        assert!(
-            millimetres.starts_with("filament.length_mm: filament.length_m in mm\n\nfilament.length_m\n"),
-            "{millimetres}"
-        );
-        assert!(
-            millimetres.contains("also     filament.length_mm, filament.length_cm, filament.length_um\n"),
-            "{millimetres}"
-        );
-        let section = explain("filament", WIDTH).expect("a section");
-        assert!(section.starts_with("[filament]: ") && section.contains("  filament.diameter_m "), "{section}");
+        let friction = ["brush.friction_coefficient\n", "\n  ceramics wet  0.05 to 0.4  a guess"];
+        let also = "also     filament.length_mm, filament.length_cm, filament.length_um\n";
+        for (key, beginning, parts) in [
+            ("friction_coefficient", "contact.friction_coefficient\n", &friction[..]),
+            ("youngs_modulus_pa", "", &["default  3e9", "source   chosen"]),
+            ("workpiece.kind", "", &["\"edge\"", "default  \"plane\""]),
+            ("filament.material", "", &["\n  PA6.12 ", "Ultramid A3K", row]),
+            ("length_mm", "filament.length_mm: filament.length_m in mm\n\nfilament.length_m\n", &[also]),
+            ("filament", "[filament]: ", &["  filament.diameter_m "]),
+        ] {
+            let text = explain(key, WIDTH).expect(key);
+            assert!(text.starts_with(beginning) && parts.iter().all(|part| text.contains(part)), "{text}");
+            assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+        }
+        assert_eq!(explain("friction_coefficient", WIDTH).expect("two keys").matches("[measured]").count(), 1);
         let unknown = explain("rpm", WIDTH).expect_err("no key").to_string();
         assert!(unknown.contains("did you mean `process.rotational_speed_rpm`?"), "{unknown}");
         assert!(explain("nonsense", WIDTH).expect_err("no key").to_string().contains("lists all keys"));

@@ -26,7 +26,6 @@ pub struct Question {
     pub words: &'static str,
     /// What is taken for an empty answer, if there is a usual one.
     pub default: Option<&'static str>,
-    /// The path of the setting.
     path: &'static str,
     /// The unit of an answer without one.
     unit: &'static str,
@@ -232,7 +231,6 @@ impl Question {
     }
 }
 
-/// The setting at a path.
 fn parameter(path: &str) -> &'static Parameter {
     Parameter::find(path).expect("a question is about a setting")
 }
@@ -400,7 +398,6 @@ const ASSUMED_SHIFT: f64 = 0.05;
 
 /// Longest line of prose, in columns.
 const WIDTH_OF_NOTES: usize = 90;
-/// What makes a line a comment.
 const COMMENT: &str = "# ";
 
 /// A setting with its name and unit as a comment, after a `beginning`.
@@ -497,17 +494,10 @@ mod tests {
             (ToolKind::Cup, 0.030),
             "35 mm less half of the width"
         );
-        assert!(
-            cup.note.contains("so that there is no section [brush]") && !cup.text.contains("\n[brush]"),
-            "{}",
-            cup.text
-        );
-        assert!(
-            cup.text.contains("\n# The tips are 2.242 diameters apart") && cup.text.contains("bristle simulate"),
-            "{}",
-            cup.text
-        );
-        assert!(cup.text.lines().all(|line| line.chars().count() <= 100), "{}", cup.text);
+        let FirstFile { text, note, .. } = cup;
+        assert!(note.contains("so that there is no section [brush]") && !text.contains("\n[brush]"), "{text}");
+        assert!(text.contains("\n# The tips are 2.242 diameters apart") && text.contains("bristle simulate"), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
 
         let angle = Some(30_f64.to_radians());
         let mut of_cone = answers(ToolKind::Cone, angle);

@@ -2,7 +2,6 @@
 
 use serde_json::{Value, json};
 
-/// The section.
 pub(crate) const GOAL: &str = "goal";
 /// Its key for what there is to be most of, and the words for that.
 pub(crate) const MOST: &str = "most";
@@ -29,7 +28,6 @@ pub(crate) fn allowed(key: &str) -> &'static str {
     if largest(key) == 1.0 { "a number greater than 0 and at most 1" } else { "a finite number greater than 0" }
 }
 
-/// The JSON Schema of the section.
 pub(crate) fn goal_schema() -> Value {
     let number = |(key, meaning): (&str, &str)| {
         let mut schema = json!({ "type": "number", "exclusiveMinimum": 0.0, "description": meaning });

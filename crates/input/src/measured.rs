@@ -168,8 +168,14 @@ enum Wanted {
 }
 
 impl Wanted {
+    /// Advice about a table as a whole.
     fn advice(self) -> &'static str {
         if self == Self::Radii { ADVICE_ON_RADII } else { ADVICE }
+    }
+
+    /// Advice about a column that cannot be read.
+    fn advice_on_column(self, table: &Table<'_>, format: &Format) -> Cow<'static, str> {
+        if self == Self::Radii { self.advice().into() } else { lines_to_paste(table, format, ADVICE) }
     }
 }
 
@@ -233,13 +239,6 @@ impl Format {
             self.quantities(headings, wanted).iter().all(|&quantity| self.heading(quantity, headings).is_some())
         };
         self.separator.unwrap_or_else(|| cells::separator_of(source, has_all))
-    }
-
-    /// The column of rotational speeds of a table whose velocities are read.
-    fn second_speed(&self, table: &Table<'_>, source: &Source<'_>, columns: &[Column]) -> Option<Column> {
-        let has_velocity = columns.iter().any(|column| column.quantity == Quantity::Velocity);
-        // Nobody has asked for it: whatever is wrong with it does not matter.
-        has_velocity.then(|| column(Quantity::RotationalSpeed, table, source, self).ok()).flatten()
     }
 }
 
@@ -314,7 +313,9 @@ fn opened<'s>(
         let advice = "`bristle calibrate --fit removal.preston_m2_n` takes radii; for other commands leave [measured] out, or name a table of forces";
         return Err(source.error(1, None, "the table has radii of an edge, not forces", advice));
     }
-    let columns = columns(&table, source, format, wanted)?;
+    let quantities = format.quantities(&table.headings(), wanted).into_iter();
+    let columns = quantities.map(|quantity| column(quantity, &table, source, format, wanted));
+    let columns = columns.collect::<Result<Vec<Column>, _>>()?;
     let has_comma = match format.decimal {
         Some(decimal) => decimal == ',',
         None => {
@@ -328,7 +329,10 @@ fn opened<'s>(
 fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<MeasuredPoint>, DataError> {
     let source = Source { name, text: text.trim_start_matches('\u{feff}') };
     let (table, columns, has_comma) = opened(&source, format, wanted)?;
-    let second_speed = format.second_speed(&table, &source, &columns);
+    // Beside velocities nobody has asked for rotational speeds: whatever is wrong with their column does not matter.
+    let has_velocity = columns.iter().any(|column| column.quantity == Quantity::Velocity);
+    let second_speed = || column(Quantity::RotationalSpeed, &table, &source, format, wanted).ok();
+    let second_speed = has_velocity.then(second_speed).flatten();
     let tool = format.tool_column(&table)?;
     let mut points: Vec<MeasuredPoint> = Vec::new();
     let mut places = Places::default();
@@ -420,26 +424,16 @@ impl Column {
     }
 }
 
-/// The columns to read, in the order of their quantities.
-fn columns(table: &Table<'_>, source: &Source<'_>, format: &Format, wanted: Wanted) -> Result<Vec<Column>, DataError> {
-    let quantities = format.quantities(&table.headings(), wanted);
-    quantities.into_iter().map(|quantity| column(quantity, table, source, format)).collect()
-}
-
-/// Advice about a column that cannot be read.
-fn advice_on(quantity: Quantity, table: &Table<'_>, format: &Format) -> Cow<'static, str> {
-    match quantity {
-        Quantity::Time | Quantity::Turns | Quantity::EdgeRadius | Quantity::EdgeRadiusStd => {
-            Cow::Borrowed(ADVICE_ON_RADII)
-        }
-        _ => lines_to_paste(table, format, ADVICE),
-    }
-}
-
 /// The column of a quantity.
-fn column(quantity: Quantity, table: &Table<'_>, source: &Source<'_>, format: &Format) -> Result<Column, DataError> {
+fn column(
+    quantity: Quantity,
+    table: &Table<'_>,
+    source: &Source<'_>,
+    format: &Format,
+    wanted: Wanted,
+) -> Result<Column, DataError> {
     let headings = table.headings();
-    let with_lines = |error: DataError| DataError { advice: advice_on(quantity, table, format), ..error };
+    let with_lines = |error: DataError| DataError { advice: wanted.advice_on_column(table, format), ..error };
     let named = format.named(quantity);
     let heading = format.heading(quantity, &headings);
     let heading = heading.unwrap_or(named.map_or(quantity.key(), |column| &column.heading));
@@ -550,10 +544,8 @@ mod tests {
         let text = "tool,brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n\
              fine,10.0,0.001,5.0,0.5\n\"steel, short\",10.0,0.001,7.0,\n";
         let points = read_measured(text, "forces.csv", &format(None)).expect("a table");
-        assert_eq!(
-            points.iter().map(|point| (point.tool, point.std_n)).collect::<Vec<_>>(),
-            [(Some(0), Some(0.5)), (Some(1), None)]
-        );
+        let found: Vec<_> = points.iter().map(|point| (point.tool, point.std_n)).collect();
+        assert_eq!(found, [(Some(0), Some(0.5)), (Some(1), None)]);
         assert_eq!(measured_text(&points, &tools), text);
         // The column is of no use where tools are not compared, except that points are then given twice.
         assert!(refusal(text, &Format::default()).contains("the same velocity and depth as in line 2"));
@@ -572,13 +564,9 @@ mod tests {
     #[test]
     fn tables_of_laboratories_are_read_in_their_units() {
         use Quantity::{Depth, Force, RotationalSpeed, Std, Velocity};
-        let rotational = |speed: f64, penetration_depth_m, force_n, std_n| Measurement {
+        let rotational = |speed: f64, depth, force_n, std_n| Measurement {
             speed: Speed::Rotational(speed),
-            second_speed_rpm: None,
-            penetration_depth_m,
-            force_n,
-            std_n,
-            tool: None,
+            ..point(0.0, depth, force_n, std_n)
         };
         let named = format(&[
             (RotationalSpeed, "Drehzahl [1/min]", None),
@@ -587,12 +575,12 @@ mod tests {
             (Std, "s [N]", None),
         ]);
         let text = "\u{feff}Nr.;Drehzahl [1/min];ae [mm];Fz [kN];s [N]\r\n1;600;0,5;0,125;4,5\r\n2;1200;1;0,25;3\r\n";
-        let expected = vec![rotational(600.0, 0.5e-3, 125.0, Some(4.5)), rotational(1200.0, 1e-3, 250.0, Some(3.0))];
-        assert_eq!(read_measured(text, "forces.csv", &named), Ok(expected.clone()));
+        let expected = vec![rotational(600.0, 0.5e-3, 125.0, 4.5), rotational(1200.0, 1e-3, 250.0, 3.0)];
         let tabs = text.replace(';', "\t");
-        assert_eq!(read_measured(&tabs, "forces.csv", &named), Ok(expected.clone()));
         let points = tabs.replace(',', ".").replace('\t', ",");
-        assert_eq!(read_measured(&points, "forces.csv", &named), Ok(expected));
+        for text in [text, &tabs, &points] {
+            assert_eq!(read_measured(text, "forces.csv", &named).as_ref(), Ok(&expected), "{text}");
+        }
         // Units in the input file, and none for what is not named; without a standard deviation.
         let stated = format(&[(Velocity, "v", Some("m/min")), (Depth, "ae", Some("µm")), (Force, "F", None)]);
         let text = "v\tae\tF\n600\t500\t125\n";
@@ -652,21 +640,21 @@ mod tests {
 
     #[test]
     fn columns_that_are_missing_or_have_unknown_units_are_refused() {
-        let named = format(&[(Quantity::Force, "Fz [lbf]", None)]);
+        let force = |heading: &str| format(&[(Quantity::Force, heading, None)]);
         let text = HEADING.replace("force_n", "Fz [lbf]") + "10,1,1,0\n";
-        let message = refusal(&text, &named);
-        assert!(message.contains("column Fz [lbf]: the unit `lbf` is none of N, kN, mN\n"), "{message}");
-        let message = refusal(&text, &format(&[(Quantity::Force, "Fz", None)]));
-        assert!(message.contains("there is no column `Fz`; there are `brushing_velocity_m_s`"), "{message}");
-        let message = refusal("v;F\n1;2\n", &Format::default());
-        assert!(message.contains("there is no column `brushing_velocity_m_s`; there are `v`, `F`"), "{message}");
-        assert!(message.contains("columns.penetration_depth_m = \"…\""), "{message}");
-        // Headings that tell nothing.
-        let message = refusal("a;b\n1;2\n", &Format::default());
-        assert!(message.contains("columns.penetration_depth_m = \"ae [mm]\""), "{message}");
         let twice = HEADING.replace("std_n", "force_kn") + "10,1,1,1\n";
-        let message = refusal(&twice, &Format::default());
-        assert!(message.contains("the columns `force_n` and `force_kn` state the same"), "{message}");
+        for (text, format, part) in [
+            (text.as_str(), force("Fz [lbf]"), "column Fz [lbf]: the unit `lbf` is none of N, kN, mN\n"),
+            (&text, force("Fz"), "there is no column `Fz`; there are `brushing_velocity_m_s`"),
+            ("v;F\n1;2\n", Format::default(), "there is no column `brushing_velocity_m_s`; there are `v`, `F`"),
+            ("v;F\n1;2\n", Format::default(), "columns.penetration_depth_m = \"…\""),
+            // Headings that tell nothing.
+            ("a;b\n1;2\n", Format::default(), "columns.penetration_depth_m = \"ae [mm]\""),
+            (&twice, Format::default(), "the columns `force_n` and `force_kn` state the same"),
+        ] {
+            let message = refusal(text, &format);
+            assert!(message.contains(part), "{message}");
+        }
     }
 
     #[test]

@@ -32,7 +32,6 @@ pub(crate) fn is_stated_elsewhere(section: &str, key: &str) -> bool {
     section == STUDY && key != TOOLS
 }
 
-/// The schema of an input file.
 pub(crate) fn file_schema() -> Value {
     let mut schema = settings_schema();
     schema["title"] = json!("Input file of Bristle");

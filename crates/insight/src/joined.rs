@@ -82,7 +82,6 @@ struct Values {
 }
 
 impl Values {
-    /// The position of a value.
     fn position(&self, value: f64) -> Option<usize> {
         self.values.iter().position(|own| same(*own, value))
     }

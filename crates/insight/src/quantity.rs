@@ -37,7 +37,6 @@ enum Parts {
 }
 
 impl Parts {
-    /// The number of parts.
     fn count(&self) -> usize {
         match self {
             Self::Metric(_) | Self::Interaction(_) => 1,
@@ -83,7 +82,6 @@ impl Quantity {
         shown.map(|column| Self::of(column, Parts::Interaction(column)))
     }
 
-    /// The contact normal force of the tool.
     fn tool_force() -> Self {
         let column = Metrics::COLUMNS.iter().find(|column| column.key == TOOL_FORCE);
         Self::metric(column.expect("the force of the tool is a metric"))
@@ -93,7 +91,6 @@ impl Quantity {
         Self::of(column, Parts::Metric(column))
     }
 
-    /// The quantity of a column.
     fn of<R>(column: &'static Column<R>, parts: Parts) -> Self {
         let &Column { symbol, name, unit, display, .. } = column;
         Self { symbol, name, qualifier: "", unit, scale: display.scale, parts }

@@ -17,7 +17,6 @@ use thiserror::Error;
 use crate::digest::digest;
 use crate::origin::{self, Program};
 
-/// The version of the format.
 const FORMAT: u32 = 2;
 /// What the file says it is.
 const KIND: &str = "bristle brush";
@@ -29,17 +28,11 @@ pub enum CheckpointError {
     #[error("it is not the checkpoint of a brush")]
     Foreign,
     /// It has another version of the format.
-    #[error("it comes from another version of Bristle and has format {found}; this version reads format {FORMAT}")]
-    Format {
-        /// The format's number.
-        found: u32,
-    },
-    /// It belongs to other settings or another program.
-    #[error("it belongs to another simulation or program:{}", origin::listed(.differences))]
-    Other {
-        /// The differences, one sentence each.
-        differences: Vec<String>,
-    },
+    #[error("it comes from another version of Bristle and has format {0}; this version reads format {FORMAT}")]
+    Format(u32),
+    /// It belongs to other settings or another program: the differences, one sentence each.
+    #[error("it belongs to another simulation or program:{}", origin::listed(.0))]
+    Other(Vec<String>),
     /// Its state has changed since it was written.
     #[error("it is damaged")]
     Damaged,
@@ -101,12 +94,9 @@ pub fn read_checkpoint(settings: &Settings, frames: usize, bytes: &[u8]) -> Resu
     let end = bytes.iter().position(|&byte| byte == b'\n').ok_or(CheckpointError::Foreign)? + 1;
     let (line, state) = bytes.split_at(end);
     let line = str::from_utf8(line).map_err(|_| CheckpointError::Foreign)?;
-    match serde_json::from_str::<Beginning>(line) {
-        Ok(Beginning { checkpoint, format }) if checkpoint == KIND => {
-            if format != FORMAT {
-                return Err(CheckpointError::Format { found: format });
-            }
-        }
+    match serde_json::from_str(line) {
+        Ok(Beginning { checkpoint, format: FORMAT }) if checkpoint == KIND => {}
+        Ok(Beginning { checkpoint, format }) if checkpoint == KIND => return Err(CheckpointError::Format(format)),
         _ => return Err(CheckpointError::Foreign),
     }
     let header: Header<Value> = origin::unsealed("", line).ok_or(CheckpointError::Damaged)?;
@@ -116,7 +106,7 @@ pub fn read_checkpoint(settings: &Settings, frames: usize, bytes: &[u8]) -> Resu
         differences.push(format!("frames: {} there, {frames} here", header.frames));
     }
     if !differences.is_empty() {
-        return Err(CheckpointError::Other { differences });
+        return Err(CheckpointError::Other(differences));
     }
     Some(state).filter(|state| digest(state) == header.state).and_then(from_bytes).ok_or(CheckpointError::Damaged)
 }

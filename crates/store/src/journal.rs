@@ -54,23 +54,14 @@ pub enum JournalError {
     #[error("it is not the journal of a study")]
     Foreign,
     /// Its header has another version of the format.
-    #[error("it comes from another version of Bristle and has format {found}; this version writes format {FORMAT}")]
-    Format {
-        /// The format's number.
-        found: u64,
-    },
-    /// Its results do not belong to this study.
-    #[error("it holds results of another study or program:{}", listed(.differences))]
-    Other {
-        /// The differences, one sentence each.
-        differences: Vec<String>,
-    },
-    /// A line is damaged, and not because its writing was interrupted: valid lines follow it.
-    #[error("line {line} is damaged")]
-    Damaged {
-        /// Number of the line, counted from 1.
-        line: u64,
-    },
+    #[error("it comes from another version of Bristle and has format {0}; this version writes format {FORMAT}")]
+    Format(u64),
+    /// Its results do not belong to this study: the differences, one sentence each.
+    #[error("it holds results of another study or program:{}", listed(.0))]
+    Other(Vec<String>),
+    /// A line, counted from 1, is damaged, and not because its writing was interrupted: valid lines follow it.
+    #[error("line {0} is damaged")]
+    Damaged(u64),
     /// It cannot be read.
     #[error(transparent)]
     Unreadable(#[from] io::Error),
@@ -253,7 +244,7 @@ impl Journal {
                     }
                     contents.intact += length;
                 }
-                (Some(_), Some(line)) => return Err(JournalError::Damaged { line }),
+                (Some(_), Some(line)) => return Err(JournalError::Damaged(line)),
                 (None, _) => {
                     damaged.get_or_insert(number);
                     contents.torn += length;
@@ -291,7 +282,6 @@ impl Journal {
     }
 }
 
-/// The check of a sealed line.
 fn check_of(line: &str) -> &str {
     let end = line.len() - "\"}\n".len();
     &line[end - CHECK_DIGITS..end]
@@ -326,13 +316,13 @@ fn unlike(study: &Study, line: &[u8]) -> JournalError {
     // The format comes first, because another format may have another check.
     let digits = rest.find(|character: char| !character.is_ascii_digit()).unwrap_or(rest.len());
     match rest[..digits].parse() {
-        Ok(found) if found != u64::from(FORMAT) => return JournalError::Format { found },
+        Ok(found) if found != u64::from(FORMAT) => return JournalError::Format(found),
         _ => {}
     }
     let line = format!("{BEGINNING}{rest}");
     match unsealed::<Header<Value>>("", &line) {
-        Some(header) => JournalError::Other { differences: differences(study, &header) },
-        None => JournalError::Damaged { line: 1 },
+        Some(header) => JournalError::Other(differences(study, &header)),
+        None => JournalError::Damaged(1),
     }
 }
 
@@ -525,9 +515,9 @@ mod tests {
                     assert!(at >= last - 1, "{at}");
                     assert_eq!(contents.results.iter().flatten().count(), 4 - lost);
                 }
-                Err(JournalError::Damaged { line: found }) => assert_eq!(found, line, "{at}"),
+                Err(JournalError::Damaged(found)) => assert_eq!(found, line, "{at}"),
                 Err(JournalError::Foreign) => assert!(at < BEGINNING.len(), "{at}"),
-                Err(JournalError::Format { .. }) => assert_eq!(at, BEGINNING.len()),
+                Err(JournalError::Format(_)) => assert_eq!(at, BEGINNING.len()),
                 Err(error) => panic!("{at}: {error}"),
             }
         }
@@ -542,7 +532,7 @@ mod tests {
             assert!(matches!(read(text), Err(JournalError::Foreign)), "{text:?}");
         }
         let newer = journal.header().replacen("\"format\":1", "\"format\":27", 1);
-        assert!(matches!(read(&newer), Err(JournalError::Format { found: 27 })));
+        assert!(matches!(read(&newer), Err(JournalError::Format(27))));
     }
 
     #[test]
@@ -565,7 +555,7 @@ mod tests {
         let differences = |file: &str| {
             let there = Journal::new(&study(file));
             match Journal::new(&here).read(&here, there.header().as_bytes()) {
-                Err(JournalError::Other { differences }) => differences.join("; "),
+                Err(JournalError::Other(differences)) => differences.join("; "),
                 other => panic!("{other:?}"),
             }
         };

@@ -36,12 +36,9 @@ pub enum JournalFileError {
     /// Another process has the lock.
     #[error(
         "another study is writing to the directory `{}`: wait until it ends, or choose another directory with --out",
-        shown_path(directory)
+        shown_path(.0)
     )]
-    InUse {
-        /// The directory.
-        directory: PathBuf,
-    },
+    InUse(PathBuf),
     /// The study cannot resume from this journal.
     #[error("cannot resume from `{}`: {error}\n{}", shown_path(path), advice(error))]
     Unusable {
@@ -228,7 +225,7 @@ impl JournalFile {
 fn lock(file: &File, path: &Path, directory: &Path) -> Result<(), JournalFileError> {
     match file.try_lock() {
         Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(JournalFileError::InUse { directory: directory.to_owned() }),
+        Err(TryLockError::WouldBlock) => Err(JournalFileError::InUse(directory.to_owned())),
         Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {
             warn!(path = %shown_path(path), "this file system has no locks: a second study would go unnoticed");
             Ok(())

@@ -102,19 +102,6 @@ impl Removal {
     }
 }
 
-/// The included angles in rad of the edges of a workpiece, in the order in which filaments meet them; none if it has no edge that grows.
-#[must_use]
-pub fn included_angles(settings: &Settings) -> Vec<f64> {
-    match &settings.workpiece.kind {
-        WorkpieceKind::Edge(edge) => vec![edge.included_angle_rad],
-        WorkpieceKind::Chamfer(chamfer) => {
-            let [top, other] = [PI - chamfer.chamfer_angle_rad, chamfer.included_angle_rad + chamfer.chamfer_angle_rad];
-            if chamfer.side == Side::Leaving { vec![top, other] } else { vec![other, top] }
-        }
-        _ => Vec::new(),
-    }
-}
-
 /// Follows the edge of the workpiece that `settings` state until the goal of `[removal]`. `tell` hears how many passes of a batch are simulated.
 ///
 /// # Errors
@@ -152,21 +139,24 @@ fn no_coefficient() -> RemovalError {
     RemovalError::Settings(words.to_owned())
 }
 
-/// The included angles in rad of the edges that can be followed.
+/// The included angles in rad of the edges that can be followed, in the order in which filaments meet them.
 ///
 /// # Errors
 /// If there is none, or their work is not known.
 pub fn edges_of(settings: &Settings) -> Result<Vec<f64>, RemovalError> {
-    let angles = included_angles(settings);
     let wrong = |words: &str| Err(RemovalError::Settings(words.to_owned()));
-    match angles.len() {
-        0 => wrong("`workpiece.kind` has no edge that grows round: choose \"edge\" or \"chamfer\""),
+    match &settings.workpiece.kind {
+        WorkpieceKind::Edge(edge) => Ok(vec![edge.included_angle_rad]),
         // It would take the work along the profile.
-        2 if settings.brush.is_some() => wrong(
+        WorkpieceKind::Chamfer(_) if settings.brush.is_some() => wrong(
             "the work of filaments that touch is not divided between the two edges of a chamfer: leave [brush] out, or choose \
              `workpiece.kind = \"edge\"`",
         ),
-        _ => Ok(angles),
+        WorkpieceKind::Chamfer(chamfer) => {
+            let [top, other] = [PI - chamfer.chamfer_angle_rad, chamfer.included_angle_rad + chamfer.chamfer_angle_rad];
+            Ok(if chamfer.side == Side::Leaving { vec![top, other] } else { vec![other, top] })
+        }
+        _ => wrong("`workpiece.kind` has no edge that grows round: choose \"edge\" or \"chamfer\""),
     }
 }
 

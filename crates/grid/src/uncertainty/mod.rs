@@ -43,7 +43,6 @@ pub struct Input {
     pub std: &'static str,
     /// Its dimension in the sequence of samples. Fixed, so that a further input does not change the samples of the others.
     dimension: u32,
-    /// How it is distributed.
     distribution: Distribution,
 }
 
@@ -424,7 +423,6 @@ pub fn scatter_text(settings: &Settings) -> String {
     INPUTS.iter().filter_map(input).chain(calibrated).collect::<Vec<_>>().join(", ")
 }
 
-/// A number with two significant digits.
 fn two_digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.1e}").parse().unwrap_or(value);
     rounded.to_string()

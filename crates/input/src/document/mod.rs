@@ -45,7 +45,6 @@ use workpiece::{FEED, KIND};
 
 /// The section that names measured forces. All other sections belong to [`Settings`].
 const MEASURED: &str = "measured";
-/// The section of removal.
 const REMOVAL: &str = "removal";
 /// The section of velocity and depth, which a study may sweep instead.
 const PROCESS: &str = "process";
@@ -63,7 +62,6 @@ const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the d
 /// What to do about two keys of which one follows from the other.
 const FOLLOWS: &str = "give one of them: each follows from the other";
 
-/// The path of the number of filaments.
 const FILAMENT_COUNT: &str = "tool.filament_count";
 
 /// The key of a workpiece for a file of control points.
@@ -289,7 +287,6 @@ impl<'t> Document<'t> {
         tool.and_then(|tool| tool.material.as_ref()).or(self.material.as_ref())
     }
 
-    /// The tool of this name.
     fn named(&self, name: Option<&str>) -> Option<&LocatedTool<'t>> {
         self.tools.iter().find(|tool| Some(tool.name.as_str()) == name)
     }

@@ -22,7 +22,6 @@ pub struct Document<'t> {
     /// Place of the heading of `[study]`.
     pub(super) study_span: Range<usize>,
     pub(super) sweeps: Vec<LocatedSweep>,
-    /// The named tools of the study.
     pub(super) tools: Vec<LocatedTool<'t>>,
     /// The file of measured forces, and how it is written.
     pub(super) measured: Option<(String, Format)>,
@@ -32,7 +31,6 @@ pub struct Document<'t> {
     pub(super) goal: Option<Map<String, Value>>,
     /// The control points in it, once they have been read.
     pub(super) control_points: Vec<[f64; 2]>,
-    /// The material of the filaments.
     pub(super) material: Option<LocatedMaterial>,
     /// The keys of the tree that were written in other units than those of their settings, by their places.
     pub(super) other_units: BTreeMap<usize, OtherUnit>,
@@ -99,7 +97,6 @@ fn each_number<'a>(value: &mut Spanned<DeValue<'a>>, visit: &mut impl FnMut(&mut
 }
 
 impl Document<'_> {
-    /// Whether the study sweeps a setting.
     pub(super) fn sweeps(&self, parameter: &Parameter) -> bool {
         self.sweeps.iter().any(|located| std::ptr::eq(located.parameter, parameter))
     }

@@ -55,7 +55,6 @@ const ALONG_TIER: Range<f64> = 0.3..0.6;
 /// Smallest relative fall of the force after a local maximum. The number of segments alone can cause smaller falls.
 const LEAST_FALL: f64 = 0.005;
 
-/// Largest number of cases that are ranked.
 const MOST_RANKED: usize = 5;
 
 /// The note where no suggestion is interpolated.
@@ -292,15 +291,15 @@ impl Adviser<'_> {
             }
             return (advice, notes);
         }
-        let sentence = format!("The highest of {}; it {}.", counted(cells.len()), top.outcome.motion());
-        advice.push(about(Topic::Highest, top, sentence, &[]));
+        let highest_of = |topic: Topic, cells: &[&Cited], top: &Cited| {
+            let sentence = format!("The highest of {}; it {}.", counted(cells.len()), top.outcome.motion());
+            about(topic, top, sentence, &[])
+        };
+        advice.push(highest_of(Topic::Highest, &cells, top));
         if top.outcome.laterally_unstable {
             let stable: Vec<&Cited> = cells.iter().copied().filter(|cell| !cell.outcome.laterally_unstable).collect();
             match highest(&stable, force) {
-                Some(top) => {
-                    let sentence = format!("The highest of {}; it {}.", counted(stable.len()), top.outcome.motion());
-                    advice.push(about(Topic::Stable, top, sentence, &[]));
-                }
+                Some(top) => advice.push(highest_of(Topic::Stable, &stable, top)),
                 None => notes.push("None of these cases is laterally stable.".to_owned()),
             }
         }
@@ -396,12 +395,8 @@ impl Adviser<'_> {
         let top = highest(cells, force).filter(|cell| cells.len() > 1 && force(cell) > 0.0)?;
         let least = highest(cells, |cell| -force(cell))?;
         if force(least) == force(top) {
-            return Some(about(
-                topic,
-                top,
-                format!("It {}; all others have the same force.", top.outcome.motion()),
-                &[],
-            ));
+            let sentence = format!("It {}; all others have the same force.", top.outcome.motion());
+            return Some(about(topic, top, sentence, &[]));
         }
         let place = if topic == Topic::AtVelocity { depth(least) } else { least.speed.clone() };
         let sentence = format!(
@@ -594,7 +589,6 @@ impl Advice {
         }
     }
 
-    /// The line of a sentence.
     fn line(&self, slice: &Slice, Sentence { topic, cell, sentence, .. }: &Sentence) -> TableLine {
         let sides = [&slice.x, &slice.y];
         let [velocity, depth] = [0, 1].map(|side| {
@@ -622,7 +616,6 @@ impl Advice {
         TableLine::new(heading, place, self.force(&cell.outcome), machine, &cell.outcome, sentence.clone())
     }
 
-    /// The line of a suggestion.
     fn line_of_suggestion(&self, slice: &Slice, suggestion: &Suggestion) -> TableLine {
         let machine = self.machine.iter().map(|each| each.text_of(&suggestion.summary)).collect();
         let [velocity, depth] = [&slice.x, &slice.y].map(|side| format!("{} ", suggestion.shown(side)));
@@ -671,7 +664,7 @@ impl TableLine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bristle::model::metrics::{ContactRecord, Metrics};
+    use bristle::model::metrics::{ContactRecord, Metrics, RemovalLaw};
     use bristle::simulation::Pass;
     use bristle_grid::CaseSummary;
     use bristle_grid::uncertainty::ForceScatter;
@@ -694,17 +687,9 @@ mod tests {
     fn results(study: &Study, cases: &[Case]) -> Vec<CaseResult> {
         let nominal = *Pass::new(&study.settings(0)).nominal();
         let result = |case: &Case| {
-            let (force, ratio) = case.ok_or("failed")?;
-            let metrics = Metrics {
-                tool_contact_normal_force_n: force,
-                contact_time_ratio: ratio,
-                ..Metrics::new(
-                    &nominal,
-                    &ContactRecord::default(),
-                    1.0,
-                    &bristle::model::metrics::RemovalLaw::default(),
-                )
-            };
+            let (tool_contact_normal_force_n, contact_time_ratio) = case.ok_or("failed")?;
+            let untouched = Metrics::new(&nominal, &ContactRecord::default(), 1.0, &RemovalLaw::default());
+            let metrics = Metrics { tool_contact_normal_force_n, contact_time_ratio, ..untouched };
             Ok(CaseSummary { metrics, ..CaseSummary::default() })
         };
         assert_eq!(cases.len(), study.case_count());
@@ -839,13 +824,10 @@ mod tests {
     fn a_highest_force_ranks_first_what_is_within_it_with_its_uncertainty() {
         let section = section(SWEEPS, &CASES, Limits { max_force_n: Some(250.0), ..Limits::default() });
         assert_eq!(rows(&section, Topic::WithinLimits), [8, 6, 7]);
-        let ranked: Vec<&Sentence> =
-            section.advice.iter().filter(|sentence| sentence.topic == Topic::WithinLimits).collect();
-        assert_eq!(
-            ranked[0].sentence,
-            "The best of 3 entirely within the limit, of 6 cases with F_n,w ≤ 250 N; it sweeps."
-        );
-        assert_eq!(ranked[2].sentence, "It strikes.");
+        let ranked = section.advice.iter().filter(|sentence| sentence.topic == Topic::WithinLimits);
+        let ranked: Vec<&str> = ranked.map(|ranked| ranked.sentence.as_str()).collect();
+        let best = "The best of 3 entirely within the limit, of 6 cases with F_n,w ≤ 250 N; it sweeps.";
+        assert_eq!([ranked[0], ranked[2]], [best, "It strikes."]);
         // The upper end of the uncertainty reaches 250 N a little deeper.
         assert_eq!(interpolated(&section), [([6, 2], 1.85e-3), ([8, 4], 1.9e-3)]);
         let Outcome { tool_contact_normal_force_n, uncertainty_n, contact_time_ratio, .. } =
@@ -872,12 +854,9 @@ mod tests {
         let none = section(SWEEPS, &CASES, Limits { max_depth_m: Some(1.6e-3), ..limits });
         assert!(none.interpolated.is_empty() && none.notes.iter().any(|note| note == NOTHING_BETWEEN));
 
-        let velocities = "brushing_velocity_m_s = [5.0, 10.0]";
-        let one_depth = section(
-            velocities,
-            &[Some((100.0, 0.9)), Some((200.0, 0.6))],
-            Limits { target_force_n: Some(150.0), ..Limits::default() },
-        );
+        let cases = [(100.0, 0.9), (200.0, 0.6)].map(Some);
+        let limits = Limits { target_force_n: Some(150.0), ..Limits::default() };
+        let one_depth = section("brushing_velocity_m_s = [5.0, 10.0]", &cases, limits);
         assert_eq!(one_depth.interpolated[0].place.brushing_velocity_m_s, 7.5);
     }
 
@@ -892,12 +871,9 @@ mod tests {
             advise(&study, &results, limits).expect("advice").recommendation.expect("a recommendation")
         };
         let with_bands = |results: &mut [CaseResult]| {
-            for (result, [lower, upper]) in results.iter_mut().zip([[51.0, 300.0], [49.0, 139.0]]) {
-                let scatter = ForceScatter {
-                    tool_force_lower_95_n: lower,
-                    tool_force_upper_95_n: upper,
-                    ..ForceScatter::default()
-                };
+            for (result, band) in results.iter_mut().zip([[51.0, 300.0], [49.0, 139.0]]) {
+                let [tool_force_lower_95_n, tool_force_upper_95_n] = band;
+                let scatter = ForceScatter { tool_force_lower_95_n, tool_force_upper_95_n, ..ForceScatter::default() };
                 result.as_mut().expect("a result").scatter = Some(scatter);
             }
         };
@@ -958,17 +934,12 @@ mod tests {
         let row = |fast: &[(f64, f64)]| slow.iter().chain(fast).copied().map(Some).collect::<Vec<_>>();
         let (velocity, sentence, others) = tier(&row(&[(140.0, 0.4), (130.0, 0.3), (180.0, 0.3)])).expect("a maximum");
         assert_eq!(velocity, 4.0);
-        assert_eq!(
-            sentence,
-            "Above this velocity it falls to 130.0 N at 6 m/s (row 6), then exceeds the maximum at 7 m/s (row 7)."
-        );
-        assert_eq!(others, [6, 7]);
+        let falls =
+            "Above this velocity it falls to 130.0 N at 6 m/s (row 6), then exceeds the maximum at 7 m/s (row 7).";
+        assert_eq!((sentence.as_str(), &others[..]), (falls, &[6, 7][..]));
         let (_, sentence, others) = tier(&row(&[(140.0, 0.4), (145.0, 0.3)])).expect("a maximum");
-        assert_eq!(
-            sentence,
-            "Above this velocity it falls to 140.0 N at 5 m/s (row 5); no faster case exceeds the maximum."
-        );
-        assert_eq!(others, [5]);
+        let falls = "Above this velocity it falls to 140.0 N at 5 m/s (row 5); no faster case exceeds the maximum.";
+        assert_eq!((sentence.as_str(), &others[..]), (falls, &[5][..]));
         // Of two maxima, the one nearer to the line counts, although the other is higher.
         let two = tier(&row(&[(140.0, 0.4), (160.0, 0.35), (155.0, 0.3)])).expect("a maximum");
         assert_eq!(two.0, 4.0);
@@ -1023,7 +994,7 @@ mod tests {
     fn friction_is_said_to_lower_the_force() {
         let sweeps = "brushing_velocity_m_s = [5.0, 10.0]\n\"contact.friction_coefficient\" = [0.3, 0.0]";
         let study = study(sweeps);
-        let cases = [Some((60.0, 0.9)), Some((65.0, 0.9)), Some((160.0, 0.9)), Some((165.0, 0.9))];
+        let cases = [60.0, 65.0, 160.0, 165.0].map(|force| Some((force, 0.9)));
         let sections = advise(&study, &results(&study, &cases), Limits::default()).expect("advice").sections;
         let note = |section: &Section| section.notes.last().cloned().unwrap_or_default();
         assert_eq!(
@@ -1036,7 +1007,7 @@ mod tests {
     #[test]
     fn each_further_setting_has_its_section_and_its_uncertainty() {
         let study = study("\"tool.filament_count\" = [1000, 2000]\nbrushing_velocity_m_s = [5.0, 10.0]");
-        let cases = [Some((10.0, 0.9)), Some((20.0, 0.9)), Some((40.0, 0.9)), Some((20.0, 0.9))];
+        let cases = [10.0, 20.0, 40.0, 20.0].map(|force| Some((force, 0.9)));
         let advice = advise(&study, &results(&study, &cases), Limits::default()).expect("advice");
         let top = |section: &Section| (section.advice[0].cell.row, section.advice[0].cell.outcome.uncertainty_n);
         assert_eq!(advice.sections.iter().map(top).collect::<Vec<_>>(), [(2, 2.0), (3, 2.0)]);

@@ -34,12 +34,7 @@ fn effect(settings: &Settings) -> &'static str {
 const SECTION: &str = "simulate the filaments together, by this section; all its keys have defaults:";
 const COMMAND: [&str; 2] = ["simulate the filaments together, by this command:", "bristle brush FILE.toml --out DIR"];
 
-/// Whether filaments that touch can be simulated together.
-fn can_interact(settings: &Settings) -> bool {
-    Trim::of(settings).is_radial()
-}
-
-/// What is said where they cannot.
+/// What is said where they cannot be: on trims that are not radial.
 const APART: &str = "Filaments that touch each other are simulated on radial trims only, so that nothing is known of what they do to the force here.";
 
 /// The section by which filaments are simulated together. Rows of a tilted tool differ.
@@ -56,7 +51,7 @@ pub(super) fn of_contact(settings: &Settings) -> Option<Warning> {
             "the tips are {} diameters apart, so that filaments touch each other, but each is simulated alone.",
             short(spacing)
         );
-        if !can_interact(settings) {
+        if !Trim::of(settings).is_radial() {
             return Warning::new(format!("{statement} {APART}"));
         }
         let statement = format!("{statement} Together their force is likely {} here.", effect(settings));
@@ -78,7 +73,7 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning>
         cases(results),
         short(closest)
     );
-    let radial: Vec<&Settings> = packed.iter().filter(|settings| can_interact(settings)).collect();
+    let radial: Vec<&Settings> = packed.iter().filter(|settings| Trim::of(settings).is_radial()).collect();
     let Some(first) = radial.first() else { return Some(Warning::new(format!("{statement} {APART}"))) };
     let lower = radial.iter().filter(|settings| effect(settings) == "lower").count();
     let others = match packed.len() - radial.len() {

@@ -52,7 +52,6 @@ pub enum Cell {
 }
 
 impl Cell {
-    /// The value of a setting.
     fn setting(setting: &Setting, value: f64) -> Self {
         match setting {
             Setting::Number(parameter) if parameter.range.whole => Self::Count(Some(value as usize)),
@@ -77,7 +76,6 @@ pub fn keys<R: Record>() -> Vec<&'static str> {
     keys_of(R::COLUMNS.iter())
 }
 
-/// The names of some columns.
 pub(super) fn keys_of<R: 'static>(columns: impl Iterator<Item = &'static Column<R>>) -> Vec<&'static str> {
     columns.map(|column| column.key).collect()
 }
@@ -135,7 +133,6 @@ pub fn run_columns(study: &Study, results: &[CaseResult]) -> Vec<&'static str> {
     names.chain(figures).chain(turns).chain(are_checked(results).then_some(CHANGE)).chain(["status"]).collect()
 }
 
-/// Whether some case was checked.
 fn are_checked(results: &[CaseResult]) -> bool {
     results.iter().flatten().any(|summary| summary.change_when_checked.is_some())
 }
