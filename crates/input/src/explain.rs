@@ -228,10 +228,10 @@ mod tests {
         assert_eq!(explain("filament.length_m", WIDTH), explain("length_m", WIDTH));
         // Bounds of Reuss and Voigt: 1/(0.1804/430 + 0.8196/3.31) and 0.1804·430 + 0.8196·3.31.
         let row = "PA6.12 + 40 % SiC        18.0 %        1448      4.87   4.03   80.3";
-        let friction = ["brush.friction_coefficient\n", "\n  ceramics wet  0.05 to 0.4  a guess"];
+        let friction = ["contact.friction_coefficient\n", "\n  ceramics wet  0.05 to 0.4  a guess"];
         let also = "also     filament.length_mm, filament.length_cm, filament.length_um\n";
         for (key, beginning, parts) in [
-            ("friction_coefficient", "contact.friction_coefficient\n", &friction[..]),
+            ("friction_coefficient", "brush.friction_coefficient\n", &friction[..]),
             ("youngs_modulus_pa", "", &["default  3e9", "source   chosen"]),
             ("workpiece.kind", "", &["\"edge\"", "default  \"plane\""]),
             ("filament.material", "", &["\n  PA6.12 ", "Ultramid A3K", row]),

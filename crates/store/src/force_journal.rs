@@ -35,18 +35,9 @@ pub enum ForceJournalError {
     /// It is no journal of a calibration.
     #[error("`{}` is no journal of a calibration: choose another directory with --out", shown_path(.0))]
     Foreign(PathBuf),
-    /// It is of another program.
-    #[error(
-        "`{}` is of another build of Bristle:{}\nhelp: --restart discards it",
-        shown_path(path),
-        listed(differences)
-    )]
-    Other {
-        /// The file.
-        path: PathBuf,
-        /// What differs.
-        differences: Vec<String>,
-    },
+    /// It is of another program, with these differences.
+    #[error("`{}` is of another build of Bristle:{}\nhelp: --restart discards it", shown_path(.0), listed(.1))]
+    Other(PathBuf, Vec<String>),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -90,7 +81,7 @@ impl ForceJournal {
             let header = header.ok_or_else(|| ForceJournalError::Foreign(path.clone()))?;
             let differences = header.program.differences(&Program::here(SOLVER_FINGERPRINT));
             if !differences.is_empty() && !restart {
-                return Err(ForceJournalError::Other { path, differences });
+                return Err(ForceJournalError::Other(path, differences));
             }
             // What follows a damaged line is not read: it is simulated again.
             let entries =

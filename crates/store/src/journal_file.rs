@@ -40,24 +40,11 @@ pub enum JournalFileError {
     )]
     InUse(PathBuf),
     /// The study cannot resume from this journal.
-    #[error("cannot resume from `{}`: {error}\n{}", shown_path(path), advice(error))]
-    Unusable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: JournalError,
-    },
+    #[error("cannot resume from `{}`: {}\n{}", shown_path(.0), .1, advice(.1))]
+    Unusable(PathBuf, JournalError),
     /// The journal of a shard is not one of this study.
-    #[error(
-        "`{}` is no shard of this study: {error}\nhelp: state the file and the options of the shards",
-        shown_path(path)
-    )]
-    OfOther {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: JournalError,
-    },
+    #[error("`{}` is no shard of this study: {}\nhelp: state the file and the options of the shards", shown_path(.0), .1)]
+    OfOther(PathBuf, JournalError),
     /// The file cannot be opened, read or written.
     #[error(transparent)]
     File(#[from] FileError),
@@ -136,7 +123,7 @@ impl JournalFile {
             Err(JournalError::Unreadable(error)) => return Err(FileError::new("read", &path, error).into()),
             // A file that is not a journal belongs to someone else: not even a restart may discard it.
             Err(error) if !restart || matches!(error, JournalError::Foreign) => {
-                return Err(JournalFileError::Unusable { path, error });
+                return Err(JournalFileError::Unusable(path, error));
             }
             Err(_) => (nothing(), true),
         };
@@ -168,7 +155,7 @@ impl JournalFile {
         match Journal::new(study).read(study, BufReader::new(&file)) {
             Ok(Contents { results, .. }) => Ok(results),
             Err(JournalError::Unreadable(error)) => Err(FileError::new("read", &path, error).into()),
-            Err(error) => Err(JournalFileError::OfOther { path, error }),
+            Err(error) => Err(JournalFileError::OfOther(path, error)),
         }
     }
 

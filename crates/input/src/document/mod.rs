@@ -611,13 +611,18 @@ impl<'t> Document<'t> {
             let refused = || self.not_allowed(format!("{MEASURED}.{key}"), value, allowed().join(" or "));
             found.copied().map(Some).ok_or_else(refused)
         };
+        let relative_std = |value| {
+            let number: Option<f64> = read(value).ok().filter(|number| *number > 0.0 && *number <= 1.0);
+            let allowed = "a number greater than 0 and at most 1: 0.03 for 3 %".to_owned();
+            number.ok_or_else(|| self.not_allowed(format!("{MEASURED}.{RELATIVE_STD}"), value, allowed))
+        };
         let format = Format {
             separator: letter(SEPARATOR, &SEPARATORS)?,
             decimal: letter(DECIMAL, &DECIMALS)?,
             columns: entries.get(COLUMNS).map_or(Ok(Vec::new()), |columns| self.read_columns(columns))?,
             tool: entries.get(COLUMNS).map_or(Ok(None), |columns| self.read_tool_column(columns))?,
             tools: Vec::new(),
-            relative_std: entries.get(RELATIVE_STD).map(|value| self.read_relative_std(value)).transpose()?,
+            relative_std: entries.get(RELATIVE_STD).map(relative_std).transpose()?,
         };
         Ok((file, format))
     }
@@ -661,13 +666,6 @@ impl<'t> Document<'t> {
             return Err(self.error(problem, span, "or another key of [goal]: docs/input.md lists them"));
         }
         Ok(goal)
-    }
-
-    /// Reads the relative standard deviation of measured forces.
-    fn read_relative_std(&self, value: &Spanned<DeValue<'_>>) -> Result<f64, InputError> {
-        let number: Option<f64> = read(value).ok().filter(|number| *number > 0.0 && *number <= 1.0);
-        let allowed = "a number greater than 0 and at most 1: 0.03 for 3 %".to_owned();
-        number.ok_or_else(|| self.not_allowed(format!("{MEASURED}.{RELATIVE_STD}"), value, allowed))
     }
 
     /// Reads the names of columns of measured forces.

@@ -45,32 +45,10 @@ pub struct Limits {
     pub most: Option<Most>,
 }
 
-/// Why there is no advice.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-pub enum AdviceError {
-    /// There is nothing to compare.
-    #[error(
-        "the study has only one brushing velocity and one penetration depth, so there are no forces to compare\n   = help: \
-         sweep one of them under [study]"
-    )]
-    NothingVaries,
-    /// No contact time ratio satisfies both limits.
-    #[error("no contact time ratio is at least {min_ratio} and at most {max_ratio}")]
-    Ratios {
-        /// The lower limit.
-        min_ratio: f64,
-        /// The upper limit.
-        max_ratio: f64,
-    },
-    /// The wanted force is above its limit.
-    #[error("the target of {target_force_n} N is above the highest force of {max_force_n} N")]
-    Forces {
-        /// The limit in N.
-        max_force_n: f64,
-        /// The wanted force in N.
-        target_force_n: f64,
-    },
-}
+/// Why there is no advice, in words.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{0}")]
+pub struct AdviceError(pub(super) String);
 
 impl Limits {
     /// What `[goal]` of an input file states.
@@ -101,13 +79,11 @@ impl Limits {
     /// If no case can satisfy all limits, or have the wanted force.
     pub(super) fn check(&self) -> Result<(), AdviceError> {
         match *self {
-            Self { min_ratio: Some(min_ratio), max_ratio: Some(max_ratio), .. } if min_ratio > max_ratio => {
-                Err(AdviceError::Ratios { min_ratio, max_ratio })
+            Self { min_ratio: Some(least), max_ratio: Some(most), .. } if least > most => {
+                Err(AdviceError(format!("no contact time ratio is at least {least} and at most {most}")))
             }
-            Self { max_force_n: Some(max_force_n), target_force_n: Some(target_force_n), .. }
-                if target_force_n > max_force_n =>
-            {
-                Err(AdviceError::Forces { max_force_n, target_force_n })
+            Self { max_force_n: Some(most), target_force_n: Some(target), .. } if target > most => {
+                Err(AdviceError(format!("the target of {target} N is above the highest force of {most} N")))
             }
             _ => Ok(()),
         }

@@ -40,26 +40,18 @@ fn left_out(settings: &Settings) -> Option<f64> {
     (residual > MUCH).then_some(residual)
 }
 
-/// The cases in which a single pass leaves out much vibration, and the one in which it leaves out most.
-struct Vibrating {
-    count: usize,
-    worst: usize,
-    residual: f64,
-}
-
-impl Vibrating {
-    fn among(study: &Study, results: &[CaseResult], cases: &[usize]) -> Option<Self> {
-        let share = |case: usize| left_out(&study.settings_found(case, &results[case]));
-        let all = || cases.iter().filter_map(|&case| Some((case, share(case)?)));
-        // Of equal ones the first.
-        let (worst, residual) = all().reduce(|worst, next| if next.1 > worst.1 { next } else { worst })?;
-        Some(Self { count: all().count(), worst, residual })
-    }
+/// The number of `cases`, counted from 0, in which a single pass leaves out much vibration, the one in which it leaves out most, and that share.
+fn vibrating(study: &Study, results: &[CaseResult], cases: &[usize]) -> Option<(usize, usize, f64)> {
+    let share = |case: usize| left_out(&study.settings_found(case, &results[case]));
+    let all: Vec<(usize, f64)> = cases.iter().filter_map(|&case| Some((case, share(case)?))).collect();
+    // Of equal ones the first.
+    let &(worst, residual) = all.iter().reduce(|worst, next| if next.1 > worst.1 { next } else { worst })?;
+    Some((all.len(), worst, residual))
 }
 
 /// The note of advice about cases among `cases`, counted from 0, in which a single pass leaves out much vibration.
 pub(crate) fn vibrating_note(study: &Study, results: &[CaseResult], cases: &[usize]) -> Option<String> {
-    let Vibrating { count, worst, residual } = Vibrating::among(study, results, cases)?;
+    let (count, worst, residual) = vibrating(study, results, cases)?;
     Some(format!(
         "In {count} of {} {} the filament comes back still vibrating, with up to {} of its vibration (row {}): simulate turn after turn \
          with {TURNS} = \"{}\".",
@@ -83,7 +75,7 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
         )));
     }
     let solved: Vec<usize> = (0..results.len()).filter(|&case| results[case].is_ok()).collect();
-    if let Some(Vibrating { count, worst, residual }) = Vibrating::among(study, results, &solved) {
+    if let Some((count, worst, residual)) = vibrating(study, results, &solved) {
         let statement = format!(
             "in {count} of {cases} the filament comes back still vibrating, with {} of its vibration at {} (row {} of runs.csv): its \
              impulse then differs from that of its first pass.",
