@@ -328,10 +328,8 @@ mod tests {
         let studies = [named("old", &format!("{HEAD}{old}"), 0), named("new", &format!("{HEAD}{new}"), 100)];
         let joined = join(&studies).expect("they share values");
         let study = &joined.study;
-        assert_eq!(
-            study.sweeps().iter().map(Sweep::path).collect::<Vec<_>>()[..],
-            ["tool", "contact.friction_coefficient", DEPTH, SPEED]
-        );
+        let paths: Vec<&str> = study.sweeps().iter().map(Sweep::path).collect();
+        assert_eq!(paths, ["tool", "contact.friction_coefficient", DEPTH, SPEED]);
         assert_eq!(forces(&joined), [0.0, 2.0, 3.0, 5.0, 111.0, 110.0, 109.0, 108.0]);
         for (case, result) in joined.results.iter().enumerate() {
             let own = &studies[study.tool_of(case)];
@@ -353,10 +351,8 @@ mod tests {
         let count = |case: usize| joined.study.settings(case).tool.filament_count;
         assert_eq!([count(0), count(2)], [10500.0; 2]);
         assert!((count(4) / count(6) - 4.0).abs() < 1e-12, "a quarter of the filaments fit");
-        assert_eq!(
-            joined.study.tools()[1].held.iter().map(|(held, _)| held.path).collect::<Vec<_>>(),
-            ["tool.fill_factor"]
-        );
+        let held: Vec<&str> = joined.study.tools()[1].held.iter().map(|(held, _)| held.path).collect();
+        assert_eq!(held, ["tool.fill_factor"]);
     }
 
     #[test]

@@ -389,7 +389,7 @@ impl<'t> Document<'t> {
         self.each_tool().map(brush).collect()
     }
 
-    /// The named tools, or none once if there are none: what a file describes.
+    /// Each named tool; `None` once if the file names none.
     fn each_tool(&self) -> impl Iterator<Item = Option<&LocatedTool<'t>>> {
         let alone = self.tools.is_empty().then_some(None);
         self.tools.iter().map(Some).chain(alone)

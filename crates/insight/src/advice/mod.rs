@@ -844,11 +844,9 @@ mod tests {
         let limits = Limits { target_force_n: Some(220.0), ..Limits::default() };
         let near = section(SWEEPS, &CASES, limits);
         assert_eq!(rows(&near, Topic::NearTarget), [4, 3, 2]);
-        assert_eq!(
-            near.advice[0].sentence,
-            "The best of 8 cases. 10 N above 220 N; it sweeps. The target is within the uncertainty."
-        );
-        assert_eq!(near.advice[2].sentence, "20 N above 220 N; it sweeps. The target is within the uncertainty.");
+        let sure = "it sweeps. The target is within the uncertainty.";
+        assert_eq!(near.advice[0].sentence, format!("The best of 8 cases. 10 N above 220 N; {sure}"));
+        assert_eq!(near.advice[2].sentence, format!("20 N above 220 N; {sure}"));
         assert_eq!(interpolated(&near), [([6, 2], 1.78e-3), ([8, 4], 1.67e-3)]);
         // What is interpolated is within the other limits, too.
         let shallow = section(SWEEPS, &CASES, Limits { max_depth_m: Some(1.7e-3), ..limits });
@@ -1000,10 +998,8 @@ mod tests {
         let cases = [60.0, 65.0, 160.0, 165.0].map(|force| Some((force, 0.9)));
         let sections = advise(&study, &results(&study, &cases), Limits::default()).expect("advice").sections;
         let note = |section: &Section| section.notes.last().cloned().unwrap_or_default();
-        assert_eq!(
-            note(&sections[1]),
-            "With µ = 0 instead of 0.3, velocity and depth of the highest force give 165.0 N (row 4)."
-        );
+        let without = "With µ = 0 instead of 0.3, velocity and depth of the highest force give 165.0 N (row 4).";
+        assert_eq!(note(&sections[1]), without);
         assert!(note(&sections[0]).starts_with("These forces are without friction"), "{:?}", sections[0].notes);
     }
 

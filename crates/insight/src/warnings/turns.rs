@@ -40,7 +40,8 @@ fn left_out(settings: &Settings) -> Option<f64> {
     (residual > MUCH).then_some(residual)
 }
 
-/// The number of `cases`, counted from 0, in which a single pass leaves out much vibration, the one in which it leaves out most, and that share.
+/// The number of `cases`, counted from 0, in which a single pass leaves out much vibration, the one in which it leaves out most, and the
+/// share there.
 fn vibrating(study: &Study, results: &[CaseResult], cases: &[usize]) -> Option<(usize, usize, f64)> {
     let share = |case: usize| left_out(&study.settings_found(case, &results[case]));
     let all: Vec<(usize, f64)> = cases.iter().filter_map(|&case| Some((case, share(case)?))).collect();
