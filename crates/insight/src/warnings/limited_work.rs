@@ -2,7 +2,7 @@
 
 use bristle::simulation::Statistics;
 
-use super::cases;
+use super::count::cases;
 use bristle_grid::CaseResult;
 use bristle_text::layout::Warning;
 

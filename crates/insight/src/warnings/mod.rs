@@ -7,6 +7,7 @@ use bristle_grid::{CaseResult, Study};
 use bristle_text::layout::Warning;
 
 mod brush;
+mod count;
 mod limited_work;
 mod packing;
 mod pressing;
@@ -36,20 +37,6 @@ pub fn of_contact(settings: &Settings, metrics: &Metrics, statistics: &Statistic
 #[must_use]
 pub fn without_interaction(settings: &Settings) -> Option<Warning> {
     is_packed(settings).then(|| packing::of_contact(settings)).flatten()
-}
-
-/// The number of all cases, as in `of 3 cases`.
-fn cases(results: &[CaseResult]) -> String {
-    format!("{} {}", results.len(), if results.len() == 1 { "case" } else { "cases" })
-}
-
-/// The rows of `runs.csv` of the cases that did not fail and are like this.
-fn rows(study: &Study, results: &[CaseResult], is_so: impl Fn(&Settings, &Metrics) -> bool) -> Vec<usize> {
-    let row = |(case, result): (usize, &CaseResult)| {
-        let metrics = &result.as_ref().ok()?.metrics;
-        is_so(&study.settings(case), metrics).then_some(case + 1)
-    };
-    results.iter().enumerate().filter_map(row).collect()
 }
 
 /// The warnings about the cases of a study.

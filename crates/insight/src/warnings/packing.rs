@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::cases;
+use super::count::cases;
 use bristle::model::filament::first_natural_frequency;
 use bristle::model::settings::Settings;
 use bristle::simulation::Pass;

@@ -1,6 +1,6 @@
 //! Tools that are pressed on with a given force: depths below the roundness of a brush, and forces that jump.
 
-use super::{cases, rows};
+use super::count::{cases, rows};
 use bristle::model::metrics::Metrics;
 use bristle_grid::{CaseResult, Study};
 use bristle_text::layout::Warning;

@@ -4,7 +4,7 @@ use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 
-use super::cases;
+use super::count::cases;
 use bristle_grid::{CaseResult, DEPTH, FORCE, Study, VELOCITY, equation};
 use bristle_text::layout::Warning;
 use bristle_text::number::spanning;

@@ -5,7 +5,7 @@ use bristle::model::settings::Settings;
 use bristle::tool::Trim;
 use bristle::workpiece::{Edge, Part, Workpiece};
 
-use super::{cases, rows};
+use super::count::{cases, rows};
 use bristle_grid::{CaseResult, Study};
 use bristle_text::layout::Warning;
 use bristle_text::number::short;

@@ -8,7 +8,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::settings::{MAX_TURNS, Settings, Turns};
 use bristle::simulation::Pass;
 
-use super::cases;
+use super::count::cases;
 use super::packing::is_packed;
 use super::stability::place_in;
 use bristle_grid::{CaseResult, Study, TURNS};
