@@ -171,24 +171,18 @@ mod tests {
         complete_cases(study, &cases, threads, |_, _| {}, done, simulate)
     }
 
-    /// Simulates passes of 20 cases, each of which has one, by their velocities.
-    fn one_by_one(
-        of_velocity: impl Fn(f64) -> Result<Simulation, &'static str> + Sync,
-    ) -> impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, &'static str>)) + Sync {
-        move |take, report| {
-            while let Some(Job { number, pass }) = take(None) {
-                assert!(number < 20, "each case has one pass");
-                report(number, of_velocity(pass.nominal().brushing_velocity));
-            }
-        }
-    }
-
     #[test]
     fn a_failed_case_does_not_stop_the_others() {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
         let study = study(vec![list(VELOCITY, &velocities)]);
         let done = AtomicUsize::new(0);
-        let simulate = one_by_one(|velocity| if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
+                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
+            while let Some(Job { number, pass }) = take(None) {
+                let velocity = pass.nominal().brushing_velocity;
+                report(number, if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
+            }
+        };
         let on_case_done = |number: usize, result: &CaseResult| {
             assert_eq!(result.is_err(), number == 6);
             done.fetch_add(1, Ordering::Relaxed);
@@ -209,19 +203,25 @@ mod tests {
     fn only_what_is_missing_is_simulated_and_a_break_starts_no_further_case() {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
         let study = study(vec![list(VELOCITY, &velocities)]);
-        let simulate = one_by_one(|velocity| Ok(simulation(velocity)));
+        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
+                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
+            while let Some(Job { number, pass }) = take(None) {
+                assert!(number < 20, "each case has one pass");
+                report(number, Ok(simulation(pass.nominal().brushing_velocity)));
+            }
+        };
         let mut results = vec![None; 20];
         results[..5].fill(Some(Err("earlier".to_owned())));
         let done = AtomicUsize::new(0);
         let three = |_: usize, _: &CaseResult| {
             if done.fetch_add(1, Ordering::Relaxed) < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        complete(&study, NonZeroUsize::new(1), &mut results, three, &simulate).expect("there is one thread");
+        complete(&study, NonZeroUsize::new(1), &mut results, three, simulate).expect("there is one thread");
         assert_eq!(results.iter().flatten().count(), 8);
         assert!(results[..5].iter().all(|result| *result == Some(Err("earlier".to_owned()))));
 
         let all = |_: usize, _: &CaseResult| ControlFlow::Continue(());
-        complete(&study, NonZeroUsize::new(2), &mut results, all, &simulate).expect("the threads start");
+        complete(&study, NonZeroUsize::new(2), &mut results, all, simulate).expect("the threads start");
         assert!(results.iter().all(Option::is_some));
         complete(&study, None, &mut results, |_, _| unreachable!("nothing is left"), simulate)
             .expect("nothing is to be done");
