@@ -139,7 +139,7 @@ fn workpiece(settings: &Settings, random: &mut Rng) -> WorkpieceKind {
     }
 }
 
-/// A change that leaves something out, with its name.
+/// A change that leaves something out.
 type Simplification = fn(&mut Settings);
 
 /// What is left out of settings, one after the other, to find out what a failure needs.

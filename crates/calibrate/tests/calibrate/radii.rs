@@ -4,12 +4,12 @@ use bristle::model::settings::{
     EdgeSettings, ObservedEdge, RemovalGoal, RemovalSettings, Settings, Side, WorkpieceKind,
 };
 use bristle::simulation::Stop;
-use bristle_calibrate::{
-    Calibration, Fitted, Interrupted, Means, Problem, Reach, STARTS, Unwatched, calibrate, summary,
-};
+use bristle_calibrate::{Calibration, Interrupted, Means, Problem, Reach, STARTS, Unwatched, calibrate, summary};
 use bristle_grid::Resources;
 use bristle_grid::removal::{Removal, remove};
 use bristle_input::measured::{Brushed, MeasuredRadius, Reading};
+
+use crate::fitted;
 
 const PRESTON: &str = "removal.preston_m2_n";
 const START: &str = "workpiece.edge_radius_m";
@@ -31,10 +31,6 @@ fn brush_at(offset_m: f64) -> Settings {
     let edge = EdgeSettings { side: Side::Entering, offset_m, edge_radius_m: START_M, ..EdgeSettings::default() };
     settings.workpiece.kind = WorkpieceKind::Edge(edge);
     settings
-}
-
-fn fitted(keys: &[&str]) -> Vec<Fitted> {
-    keys.iter().map(|key| Fitted::parse(key).expect("a setting")).collect()
 }
 
 fn point(time: f64, value: f64, std: Option<f64>) -> MeasuredRadius {

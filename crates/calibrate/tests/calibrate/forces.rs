@@ -8,6 +8,8 @@ use bristle_input::document::StatedBrush;
 use bristle_input::measured::{MeasuredPoint, Reading, Speed};
 use serde::Deserialize;
 
+use crate::fitted;
+
 /// The brush of the paper with few segments.
 fn brush() -> Settings {
     let mut settings = Settings::paper(10.0, 1e-3);
@@ -17,10 +19,6 @@ fn brush() -> Settings {
 
 fn stated(settings: Settings) -> Vec<StatedBrush> {
     vec![StatedBrush { name: String::new(), settings, followed: Vec::new() }]
-}
-
-fn fitted(keys: &[&str]) -> Vec<Fitted> {
-    keys.iter().map(|key| Fitted::parse(key).expect("a setting")).collect()
 }
 
 fn point(velocity: f64, penetration_depth_m: f64, value: f64, std: Option<f64>) -> MeasuredPoint {
@@ -116,7 +114,7 @@ struct Constants {
 
 #[test]
 fn forces_of_another_code_give_its_constants() {
-    let text = include_str!("../../../tests/data/reference_calibration.json");
+    let text = include_str!("../../../../tests/data/reference_calibration.json");
     let Reference { cases, constants } = serde_json::from_str(text).expect("a reference");
     assert_eq!(cases.len(), 16);
     let points = cases.iter().map(|case| {
