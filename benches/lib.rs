@@ -19,12 +19,12 @@ pub fn write_page(
 ) -> Result<(), Box<dyn Error>> {
     let directory = PathBuf::from(env::args().nth(1).unwrap_or_else(|| "docs".into()));
     let page = filled(text, values)?;
-    for (figure, svg) in figures {
-        fs::write(directory.join(format!("{name}_{figure}.svg")), svg)?;
-    }
     let wrong: Vec<&str> = claims.into_iter().filter(|(_, holds)| !holds).map(|(claim, _)| claim).collect();
     if !wrong.is_empty() {
         return Err(format!("page.md states what does not hold:\n{}", wrong.join("\n")).into());
+    }
+    for (figure, svg) in figures {
+        fs::write(directory.join(format!("{name}_{figure}.svg")), svg)?;
     }
     Ok(fs::write(directory.join(format!("{name}.md")), page)?)
 }

@@ -807,7 +807,7 @@ def study(setup: Setup) -> list[Group]:
     bristle, cores = setup.bristle, os.cpu_count() or 1
     exact = bristle.impulses(STUDY_REFERENCE)
     cases = list(exact)
-    timed = cases[::STRIDE]
+    sampled = cases[::STRIDE]
 
     def error_of_bristle(tolerance: float) -> float:
         found = bristle.impulses(tolerance)
@@ -821,7 +821,7 @@ def study(setup: Setup) -> list[Group]:
     )
     peers, pools = Peers(), []
     whole = f"all {len(cases)} cases, {cores} processes, the time of the longest"
-    part = f"{len(timed)} of {len(cases)} cases, their sum scaled, divided by {cores} cores"
+    part = f"{len(sampled)} of {len(cases)} cases, their sum scaled, divided by {cores} cores"
 
     def casadi_lines(kind: str) -> list[Measured]:
         from casadi_contact import Contact
@@ -842,12 +842,12 @@ def study(setup: Setup) -> list[Group]:
         def measured(name: str, tolerance: float, note: str, plain: bool = False) -> Measured:
             contacts = []
             if plain or not setup.full:
-                contacts = [Contact(library, c, tolerance, solver, plain=plain) for c in timed]
+                contacts = [Contact(library, c, tolerance, solver, plain=plain) for c in sampled]
 
             def seconds() -> float:
                 if contacts:
                     total = sum(contact.run()[0] for contact in contacts)
-                    return total * len(cases) / len(timed) / cores
+                    return total * len(cases) / len(sampled) / cores
                 # Setting the integrators up is not counted.
                 of_worker: dict[int, float] = {}
                 for worker, own, _ in runs(tolerance):

@@ -100,7 +100,8 @@ def command(group: str) -> str:
 
 def change(metrics: Metrics, others: Metrics) -> float:
     """Relative difference of p_n."""
-    return abs(others[METRICS[0]] / metrics[METRICS[0]] - 1)
+    impulse = "contact_normal_impulse_n_s"
+    return abs(others[impulse] / metrics[impulse] - 1)
 
 
 def mujoco_pass() -> tuple[Metrics, float]:

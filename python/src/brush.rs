@@ -13,7 +13,7 @@ use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings;
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
-use bristle_store::checkpoint::{from_bytes, to_bytes};
+use bristle_store::checkpoint::{state_bytes, state_of};
 use bristle_store::results::{Moment, Pair, Position, Rest, write_brush_metrics};
 use bristle_text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods};
@@ -61,7 +61,7 @@ pub fn brush(
             while run.advance()? {
                 tell(run.done());
             }
-            state = to_bytes(&run.checkpoint());
+            state = state_bytes(&run.checkpoint());
             run.finish()
         })?;
         Ok((settings, result, state))
@@ -128,8 +128,8 @@ impl SimulatedBrush {
         let settings = input.settings()?.at_depth(depth);
         let options = RunOptions { frames, ..RunOptions::default() };
         let result = py.detach(|| {
-            let state = from_bytes(&state).ok_or(BrushError::Checkpoint)?;
-            BrushRun::resume(&settings, options, &state)?.finish()
+            let state = state_of(&state).ok_or(BrushError::Checkpoint)?;
+            BrushRun::resume(&settings, options, state)?.finish()
         });
         let mut result = result.map_err(of_brush)?;
         result.tool.force_stiffness_n_m = stiffness;

@@ -1,7 +1,7 @@
 //! Settings from measured forces.
 
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use bristle::simulation::Stop;
 use bristle_calibrate::{
@@ -10,12 +10,11 @@ use bristle_calibrate::{
 use bristle_grid::Resources;
 use bristle_input::measured::{Format, read_points, read_radii};
 use bristle_run::calibration::{OF_CALIBRATION, calibrated_text, write_calibration};
-use bristle_store::staged::{Occupied, occupy, prepare_directory};
 use bristle_text::layout::WIDTH;
 use pyo3::prelude::*;
 
 use crate::error::{of_file, of_input, of_settings};
-use crate::input::Input;
+use crate::input::{Input, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
 /// Tells how far a calibration is.
@@ -25,15 +24,6 @@ impl Observer for Share<'_> {
     fn done(&self, share: f64) {
         self.0(share);
     }
-}
-
-/// The directory `out`, if there is one, made and occupied for files of these names.
-pub fn occupied(out: Option<&Path>, names: &[&str]) -> PyResult<Option<Occupied>> {
-    let occupied = |out: &Path| {
-        prepare_directory(out)?;
-        occupy(out, &[("", &|name| names.contains(&name))])
-    };
-    out.map(occupied).transpose().map_err(of_file)
 }
 
 /// What `calibration.json` has of a calibration of `input` by the table `measured` and its relative standard deviation, and its text; its files are written to
@@ -62,7 +52,7 @@ pub fn calibrate(
         Problem::new(brushes, fit, points)
     };
     let problem = problem.map_err(of_settings)?;
-    let _occupied = occupied(out.as_deref(), &OF_CALIBRATION)?;
+    let _occupied = occupied_for(out.as_deref(), &OF_CALIBRATION)?;
     let stop = Stop::default();
     let resources = Resources { threads, memory: None };
     let reach = Reach { max_rpm: reach.0, max_depth_m: reach.1 };

@@ -7,7 +7,7 @@ use bristle::model::settings::{Settings, WorkpieceKind};
 use bristle_input::document::Document;
 use bristle_input::input_error::InputError;
 use bristle_input::plausibility::{unusual, unusual_in_study};
-use bristle_store::staged::{read_document, read_input as read_file};
+use bristle_store::staged::{Occupied, occupy, prepare_directory, read_document, read_input as read_file};
 use pyo3::prelude::*;
 
 use crate::error::{of_document, of_file, of_input, of_settings};
@@ -108,4 +108,13 @@ pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Vec<[f64; 2]>>)> {
         _ => None,
     };
     Ok((text, points))
+}
+
+/// The directory `out`, if there is one, made and occupied for files of these names.
+pub fn occupied_for(out: Option<&Path>, names: &[&str]) -> PyResult<Option<Occupied>> {
+    let prepare = |out: &Path| {
+        prepare_directory(out)?;
+        occupy(out, &[("", &|name| names.contains(&name))])
+    };
+    out.map(prepare).transpose().map_err(of_file)
 }

@@ -16,9 +16,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Columns, table};
-use crate::calibration::occupied;
 use crate::error::{of_file, of_settings};
-use crate::input::Input;
+use crate::input::{Input, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
 /// Both tables, numbers of the whole, its text, and its warnings.
@@ -36,7 +35,7 @@ pub fn remove<'py>(
     let (threads, out) = means;
     let settings = input.settings()?.clone();
     check(&settings).map_err(of_settings)?;
-    let _occupied = occupied(out.as_deref(), &OF_REMOVAL)?;
+    let _occupied = occupied_for(out.as_deref(), &OF_REMOVAL)?;
     let stop = Stop::default();
     let resources = Resources { threads, memory: None };
     let removal = on_a_thread_sharing(py, &stop, tell, |tell| {

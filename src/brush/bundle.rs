@@ -340,23 +340,22 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Lets each group do what it did. `None` if the states are not those of such a bundle.
-    pub fn restore(&mut self, states: &[GroupState]) -> Option<()> {
+    pub fn restore(&mut self, states: Vec<GroupState>) -> Option<()> {
         let n = self.layout.segments;
         let fits = |(group, state): (&Group, &GroupState)| {
             let asleep = state.asleep_from.as_ref();
             state.charts.len() == group.equations.charts().len() && asleep.is_none_or(|(_, q)| q.len() == n)
         };
-        if states.len() != self.groups.len() || !self.groups.iter().zip(states).all(fits) {
+        if states.len() != self.groups.len() || !self.groups.iter().zip(&states).all(fits) {
             return None;
         }
         for (group, GroupState { charts, activity, asleep_from }) in self.groups.iter_mut().zip(states) {
-            group.equations.set_charts(charts);
-            group.activity = *activity;
-            group.asleep_from = asleep_from.clone();
+            group.equations.set_charts(&charts);
             self.candidates.set_asleep(group.index, asleep_from.is_some());
-            if *activity == Activity::Left {
+            if activity == Activity::Left {
                 self.candidates.leave_out(group.index);
             }
+            (group.activity, group.asleep_from) = (activity, asleep_from);
         }
         Some(())
     }

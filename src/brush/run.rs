@@ -17,7 +17,7 @@ use super::stretch;
 use super::team::Team;
 use crate::equations::{LANES, lanes_are_compiled};
 use crate::model::metrics::{ContactRecord, Metrics};
-use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
+use crate::model::settings::{BrushSettings, Hold, MAX_TURNS, Settings, Turns};
 use crate::model::trim::differ;
 use crate::simulation::{Form, Pass, Stop, is_steady};
 
@@ -284,7 +284,7 @@ pub struct BrushRun {
     stop: Stop,
 }
 
-/// The state of a [`BrushRun`], from which it can go on.
+/// The state of a [`BrushRun`], from which it can go on. With the feature `serde` it can be written, with every bit.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Checkpoint {
@@ -870,13 +870,13 @@ impl BrushRun {
     ///
     /// # Errors
     /// As for [`BrushRun::new`], or if the state is not that of this brush.
-    pub fn resume(settings: &Settings, options: RunOptions, checkpoint: &Checkpoint) -> Result<Self, BrushError> {
+    pub fn resume(settings: &Settings, options: RunOptions, checkpoint: Checkpoint) -> Result<Self, BrushError> {
         let Checkpoint { columns, precision, refinement, reached } = checkpoint;
-        if !(precision.step > 0.0 && precision.newton > 0.0 && precision.lacking > 0.0) {
+        let is_precise = precision.step > 0.0 && precision.newton > 0.0 && precision.lacking > 0.0;
+        if !is_precise || refinement.coarser.len() > MAX_TURNS || refinement.whole == Some(0) {
             return Err(BrushError::Checkpoint);
         }
-        let mut run = Self::of_columns(settings, options, Some(*columns), Some(*precision))?;
-        run.refinement = refinement.clone();
+        let mut run = Self { refinement, ..Self::of_columns(settings, options, Some(columns), Some(precision))? };
         let restored = match reached {
             Reached::Settling(settling) => run.settling.as_mut().and_then(|own| own.restore(settling)),
             Reached::Moving(state) => run.restore(state),
@@ -885,7 +885,7 @@ impl BrushRun {
     }
 
     /// Goes back to a motion. `None` if it is not one of this brush.
-    fn restore(&mut self, state: &Moving) -> Option<()> {
+    fn restore(&mut self, state: Moving) -> Option<()> {
         let Moving { begin, followed, done, sectors, history, frames } = state;
         let (count, nodes) = (self.arrangement.roots.len(), self.settings.filament.segments + 1);
         let is_whole = |frame: &Frame| {
@@ -893,21 +893,20 @@ impl BrushRun {
             lengths == [count; 3] && frame.nodes_m.iter().all(|filament| filament.len() == nodes)
         };
         let fits = begin.is_finite()
-            && *begin <= self.begin.abs()
-            && *followed <= self.arrangement.columns
+            && begin <= self.begin.abs()
+            && followed <= self.arrangement.columns
             && sectors.len() == self.sectors.len()
             && frames.iter().all(is_whole);
         if !fits {
             return None;
         }
-        (self.settling, self.followed) = (None, *followed);
-        self.begin_at(*begin);
-        self.done = Some(*done).filter(|done| *done <= self.most_steps)?;
+        (self.settling, self.followed) = (None, followed);
+        self.begin_at(begin);
+        self.done = Some(done).filter(|done| *done <= self.most_steps)?;
         for ((_, sector), state) in self.sectors.iter_mut().zip(sectors) {
             sector.restore(state)?;
         }
-        self.history.clone_from(history);
-        self.frames.clone_from(frames);
+        (self.history, self.frames) = (history, frames);
         self.look_whether_settled();
         Some(())
     }

@@ -14,6 +14,7 @@ use super::team;
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{LANES, Lanes, Lanewise, Real};
 use crate::model::metrics::{ContactRecord, tip_deflection};
+use crate::model::settings::MAX_TURNS;
 use crate::simulation::{ContactSum, EdgeWork};
 use crate::tool::{ClampMotion, RotaryTool, Turning};
 use crate::workpiece::Workpiece;
@@ -132,6 +133,7 @@ pub struct SectorState {
     groups: Vec<GroupState>,
     accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
+    /// How filaments press on each other where the last step ended.
     presses: Vec<([usize; 2], PressSum)>,
     statistics: BrushStatistics,
     balance: Balance,
@@ -387,23 +389,26 @@ impl Sector {
     }
 
     /// Goes back to a state. `None` if it is not one of such a sector.
-    pub fn restore(&mut self, state: &SectorState) -> Option<()> {
+    pub fn restore(&mut self, state: SectorState) -> Option<()> {
         let SectorState { motion, groups, accounts, pairs, presses, statistics, balance, share } = state;
         let lengths = |motion: &BrushState| [&motion.q, &motion.v, &motion.accelerations].map(Vec::len);
-        let edges =
-            |accounts: &[Account]| -> Vec<usize> { accounts.iter().map(|account| account.edge_work.edges()).collect() };
+        let is_own = |(account, own): (&Account, &Account)| {
+            account.timetable == own.timetable
+                && account.edge_work.edges() == own.edge_work.edges()
+                && account.impulses.len() <= MAX_TURNS
+        };
         let mut filaments = pairs.keys().chain(presses.iter().map(|(filaments, _)| filaments)).flatten();
-        let fits = lengths(motion) == lengths(&self.motion)
-            && edges(accounts) == edges(&self.accounts)
+        let fits = lengths(&motion) == lengths(&self.motion)
+            && accounts.len() == self.accounts.len()
+            && accounts.iter().zip(&self.accounts).all(is_own)
             && filaments.all(|filament| *filament < accounts.len())
-            && (*share > 0.0 && *share <= 1.0);
+            && (share > 0.0 && share <= 1.0);
         if !fits {
             return None;
         }
         self.bundle.restore(groups)?;
-        (self.motion, self.accounts, self.pairs) = (motion.clone(), accounts.clone(), pairs.clone());
-        self.now.presses.clone_from(presses);
-        (self.statistics, self.balance, self.share) = (*statistics, *balance, *share);
+        (self.motion, self.accounts, self.pairs, self.now.presses) = (motion, accounts, pairs, presses);
+        (self.statistics, self.balance, self.share) = (statistics, balance, share);
         Some(())
     }
 }

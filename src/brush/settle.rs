@@ -118,14 +118,14 @@ impl Settling {
     }
 
     /// Goes back to a state. `None` if it is not one of these filaments.
-    pub fn restore(&mut self, state: &Self) -> Option<()> {
+    pub fn restore(&mut self, state: Self) -> Option<()> {
         let shape = |settling: &Self| -> Vec<Vec<usize>> {
             settling.poses.iter().map(|poses| poses.iter().map(Vec::len).collect()).collect()
         };
-        if shape(state) != shape(self) || state.is_hopeless() {
-            return None;
-        }
-        self.clone_from(state);
+        let fits = (state.growing, state.length) == (self.growing, self.length)
+            && !state.is_hopeless()
+            && shape(&state) == shape(self);
+        *self = Some(state).filter(|_| fits)?;
         Some(())
     }
 }

@@ -171,7 +171,7 @@ fn a_sample_says_how_certain_the_mean_of_differing_filaments_is() {
     // While a sample is simulated, the run still reports the whole brush, and can be resumed.
     let mut run = BrushRun::new(&tilted, RunOptions::default()).expect("a row");
     assert!(run.advance().expect("a step"));
-    let mut resumed = BrushRun::resume(&tilted, RunOptions::default(), &run.checkpoint()).expect("a state");
+    let mut resumed = BrushRun::resume(&tilted, RunOptions::default(), run.checkpoint()).expect("a state");
     assert_eq!([run.columns(), resumed.columns()], [42, 42]);
     let mut done = resumed.done();
     while resumed.advance().expect("a step") {
@@ -261,13 +261,13 @@ fn results_depend_neither_on_threads_nor_on_where_a_run_was_stopped() {
         assert!(run.advance().expect("steps"));
     }
     let state = run.checkpoint();
-    let resumed = BrushRun::resume(&settings, options, &state).expect("a state");
+    let resumed = BrushRun::resume(&settings, options, state.clone()).expect("a state");
     let [whole, resumed] = [run, resumed].map(finished);
     assert!(whole.frames.len() > 2 && whole.pairs.len() > 15);
     assert_eq!(resumed, whole);
     assert_eq!(impulses(&whole), impulses(&expected));
     let other = row(5, 682.0, 9);
-    let error = BrushRun::resume(&other, options, &state).err();
+    let error = BrushRun::resume(&other, options, state).err();
     assert_eq!(error, Some(BrushError::Checkpoint));
 }
 
@@ -412,7 +412,7 @@ fn filaments_that_are_apart_do_not_settle_and_others_resume_while_they_do() {
         assert!(run.advance().expect("a rung"));
     }
     assert!(run.done() > 0.0);
-    let again = BrushRun::resume(&settings, RunOptions::default(), &run.checkpoint()).expect("the state is its own");
+    let again = BrushRun::resume(&settings, RunOptions::default(), run.checkpoint()).expect("the state is its own");
     assert_eq!(again.done(), run.done());
     assert!(finished(run) == finished(again));
 }
@@ -578,7 +578,7 @@ fn a_row_ends_once_its_stretch_has_settled() {
     assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
     // It goes on from any state, also where it has settled, with columns that still rest.
     for state in [&states[1], &states[states.len() / 2], &states[states.len() - 1]] {
-        let resumed = BrushRun::resume(&settings, options, state).expect("a state");
+        let resumed = BrushRun::resume(&settings, options, state.clone()).expect("a state");
         assert_eq!(finished(resumed), result);
     }
 }

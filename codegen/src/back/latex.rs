@@ -48,14 +48,15 @@ fn lowered(character: char) -> Option<char> {
 fn decomposed(text: &str) -> Vec<char> {
     let tables = [(DOTTED, '\u{307}'), (TWICE_DOTTED, '\u{308}'), (BARRED, '\u{304}')];
     let split = |letter: char| {
-        // Each is behind the letter that it is made of.
-        tables.iter().find_map(|(table, mark)| Some([table.split_once(letter)?.0.chars().next_back()?, *mark]))
+        // Each is behind the letter that it is made of, which is one of ASCII.
+        let mut tables = tables.iter().filter(|_| !letter.is_ascii());
+        tables.find_map(|(table, mark)| Some([table.split_once(letter)?.0.chars().next_back()?, *mark]))
     };
     let mut characters = Vec::new();
     for letter in text.chars() {
         match split(letter) {
-            Some(pair) if !letter.is_ascii() => characters.extend(pair),
-            _ => characters.push(letter),
+            Some(pair) => characters.extend(pair),
+            None => characters.push(letter),
         }
     }
     characters

@@ -130,12 +130,14 @@ fn pull_sign(graph: &mut Graph, node: Node) -> Option<NodeId> {
             Node::Sub(b, c) => Some(graph.sub(c, b)),
             _ => None,
         },
-        Node::Mul(a, b) | Node::Div(a, b) => {
-            let (positive_a, positive_b) = (negated(graph, a), negated(graph, b));
-            positive_a.or(positive_b)?;
-            let positive = remake(graph, node, positive_a.unwrap_or(a), positive_b.unwrap_or(b));
-            Some(if positive_a.and(positive_b).is_some() { positive } else { graph.neg(positive) })
-        }
+        Node::Mul(a, b) | Node::Div(a, b) => match (negated(graph, a), negated(graph, b)) {
+            (None, None) => None,
+            (Some(a), Some(b)) => Some(remake(graph, node, a, b)),
+            (positive_a, positive_b) => {
+                let positive = remake(graph, node, positive_a.unwrap_or(a), positive_b.unwrap_or(b));
+                Some(graph.neg(positive))
+            }
+        },
         Node::Add(a, b) => match (negated(graph, a), negated(graph, b)) {
             (_, Some(b)) => Some(graph.sub(a, b)),
             (Some(a), None) => Some(graph.sub(b, a)),

@@ -113,7 +113,7 @@ pub enum CliError {
 }
 
 impl CliError {
-    /// That of a file with an `error`.
+    /// What is wrong in the file at `path`, or with what it states.
     pub fn of(path: &Path, error: impl Into<Box<dyn Error>>) -> Self {
         Self::In { path: path.to_owned(), error: error.into() }
     }

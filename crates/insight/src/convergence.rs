@@ -393,7 +393,7 @@ mod tests {
         // 3/17² is just above one per cent, 3/25² half of it.
         assert_eq!([0.01, 0.001, 0.02].map(|goal| regular.enough(goal)), [Some(25.0), None, Some(17.0)]);
         assert_eq!(series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 1.0 / (n * n))).enough(0.0005), Some(50.0));
-        // What jumps to and fro, or is noise, has no order: the finest value is the reference, and its own error is unknown.
+        // What oscillates, or is noise, has no order: the finest value is the reference, and its own error is unknown.
         for irregular in [
             series(SEGMENTS, 25.0, |n| 100.0 + if n % 2.0 == 0.0 { 1.0 } else { 0.0 }),
             series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 1e-5 / (n * n))),

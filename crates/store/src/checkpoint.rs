@@ -54,13 +54,13 @@ struct Header<S> {
 
 /// The bytes of a state, which keep every bit of it.
 #[must_use]
-pub fn to_bytes(state: &Checkpoint) -> Vec<u8> {
+pub fn state_bytes(state: &Checkpoint) -> Vec<u8> {
     postcard::to_stdvec(state).expect("memory takes all that is written")
 }
 
-/// The state of which [`to_bytes`] gave these `bytes`; `None` if they are others.
+/// The state of which [`state_bytes`] gave these `bytes`; `None` if they are others.
 #[must_use]
-pub fn from_bytes(bytes: &[u8]) -> Option<Checkpoint> {
+pub fn state_of(bytes: &[u8]) -> Option<Checkpoint> {
     let (state, rest) = postcard::take_from_bytes(bytes).ok()?;
     rest.is_empty().then_some(state)
 }
@@ -68,7 +68,7 @@ pub fn from_bytes(bytes: &[u8]) -> Option<Checkpoint> {
 /// The bytes of the file with this `state`.
 #[must_use]
 pub fn write_checkpoint(settings: &Settings, frames: usize, state: &Checkpoint) -> Vec<u8> {
-    let state = to_bytes(state);
+    let state = state_bytes(state);
     let header = Header {
         checkpoint: KIND.to_owned(),
         format: FORMAT,
@@ -108,7 +108,7 @@ pub fn read_checkpoint(settings: &Settings, frames: usize, bytes: &[u8]) -> Resu
     if !differences.is_empty() {
         return Err(CheckpointError::Other(differences));
     }
-    Some(state).filter(|state| digest(state) == header.state).and_then(from_bytes).ok_or(CheckpointError::Damaged)
+    Some(state).filter(|state| digest(state) == header.state).and_then(state_of).ok_or(CheckpointError::Damaged)
 }
 
 #[cfg(test)]
@@ -166,11 +166,11 @@ mod tests {
             let error = read(&bytes[..cut]);
             assert!([CheckpointError::Foreign, CheckpointError::Damaged].contains(&error), "{cut}");
         }
-        // Not even with a digest of its own is another state one.
+        // A state that is cut off, or longer, is refused even if its digest fits.
         let state = &state[1..];
-        assert!(from_bytes(state).is_some());
+        assert!(state_of(state).is_some());
         for other in [&state[..state.len() - 1], &[state, b"\0"].concat(), b""] {
-            assert_eq!(from_bytes(other), None);
+            assert_eq!(state_of(other), None);
         }
     }
 }

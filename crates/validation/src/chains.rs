@@ -221,12 +221,3 @@ pub fn cases_of<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
     let Cases { cases } = serde_json::from_str(text).map_err(Failure::reference)?;
     Ok(cases)
 }
-
-/// Slope of the least-squares line through points in logarithmic coordinates.
-pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
-    let points: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.log10(), y.log10())).collect();
-    let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
-    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
-    points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum::<f64>()
-        / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
-}

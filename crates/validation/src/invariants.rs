@@ -13,12 +13,10 @@ use bristle::tool::FixedClamp;
 use bristle::workpiece::Plane;
 use serde::Deserialize;
 
-use super::chains::{
-    WALL, logarithmic_slope, mechanical_energy, momentum, rods, trajectory_rows, unit_chain, untouched, worse,
-};
+use super::chains::{WALL, mechanical_energy, momentum, rods, trajectory_rows, unit_chain, untouched, worse};
 use super::exact::pendulum::SphericalPendulum;
 use super::group::{Extent, Failure, Group};
-use super::trial::{Axis, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial, logarithmic_slope};
 use super::{sources, tolerances};
 
 /// The group.

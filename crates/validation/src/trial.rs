@@ -4,7 +4,6 @@ use bristle_report::drawing::diagram::Diagram;
 pub use bristle_report::drawing::diagram::{Curve, Look};
 pub use bristle_report::drawing::scale::Axis;
 
-use super::chains::logarithmic_slope;
 use super::sources::{self, Source};
 use super::tolerances::{self, Measure, Tolerance};
 
@@ -191,4 +190,13 @@ impl Figure {
         let Self { title, axes: [x, y], curves, .. } = self.clone();
         Diagram { title, subtitle: String::new(), x, y, curves }.draw().svg()
     }
+}
+
+/// Slope of the least-squares line through points in logarithmic coordinates.
+pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
+    let points: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.log10(), y.log10())).collect();
+    let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
+    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
+    points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum::<f64>()
+        / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
 }

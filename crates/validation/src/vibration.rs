@@ -11,13 +11,13 @@ use bristle::simulation::integrate;
 use bristle::tool::ClampMotion;
 
 use super::chains::{
-    SEGMENTS, WALL, crossing, error_figure, extrapolated, extrapolated_twice, logarithmic_slope, paper_case,
-    unit_chain, untouched, without_stiffness, worse,
+    SEGMENTS, WALL, crossing, error_figure, extrapolated, extrapolated_twice, paper_case, unit_chain, untouched,
+    without_stiffness, worse,
 };
 use super::exact::beam::{cantilever_root, hanging_rope};
 use super::group::{Extent, Failure, Group};
 use super::small_motion::{Direction, modes};
-use super::trial::{Axis, Curve, Figure, Look, Trial};
+use super::trial::{Axis, Curve, Figure, Look, Trial, logarithmic_slope};
 use super::{sources, tolerances};
 
 /// The group.

@@ -166,7 +166,7 @@ impl Walkthrough {
          derived and written by the program; components refer to the inertial frame.",
         );
         page.heading("Symbols and units");
-        let (_, force) = &self.forces[self.forces.len() - 1];
+        let [.., (_, force)] = &self.forces;
         let steps =
             [&self.frames, &self.stated, &self.centres, &self.energies, &self.momenta, &self.mass_matrix, force];
         page.legend(&legend::rows(steps.map(|step| (&step.graph, step.nodes()))));

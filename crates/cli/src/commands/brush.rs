@@ -186,12 +186,13 @@ fn simulate<'a>(
     let pause = Duration::from_secs(arguments.checkpoint_every);
     let (mut checkpoint, state) =
         CheckpointFile::open(&arguments.out, settings, options.frames, pause, arguments.restart)?;
-    let run = match &state {
+    let is_resumed = state.is_some();
+    let run = match state {
         Some(state) => BrushRun::resume(settings, options, state),
         None => BrushRun::new(settings, options),
     };
     let mut run = run.map_err(|error| CliError::of(&arguments.input.file, error))?;
-    if state.is_some() {
+    if is_resumed {
         let (done, path) = (percent(&run), shown_path(checkpoint.path()));
         say(format_args!("{done} % of the brush are in `{path}`, the simulation resumes from there"));
     }

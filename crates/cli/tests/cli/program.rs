@@ -115,6 +115,16 @@ pub fn interrupt(child: &Child) {
     assert!(sent.expect("`kill` is there").success());
 }
 
+/// Whether interrupts are ignored here, and a test of them must be left out. Background jobs of a shell ignore them, and so do the
+/// processes that they start.
+pub fn ignores_interrupts() -> bool {
+    let ignored = Process::new("sh").args(["-c", "kill -INT $$"]).status().expect("there is a shell").success();
+    if ignored {
+        println!("skipped: interrupts are ignored here");
+    }
+    ignored
+}
+
 /// A directory with input files and results, removed at the end of a test.
 pub struct Workspace(TempDir);
 

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use bristle_store::journal::{Contents, Journal, JournalError};
 use serde_json::Value;
 
-use crate::program::{self, brush, has, interrupt, kill};
+use crate::program::{self, brush, has, ignores_interrupts, interrupt, kill};
 
 /// A study that takes some tenths of a second, with two kinds of passes, and cases that fail. Only the velocity has several
 /// values. With several depths each run would draw maps, which would take longer than the simulation.
@@ -432,10 +432,7 @@ mod unix {
 
     #[test]
     fn an_interrupt_tells_how_to_resume() {
-        // Background jobs of a shell ignore interrupts, and so do the processes that they start.
-        let ignored = Command::new("sh").args(["-c", "kill -INT $$"]).status().expect("there is a shell").success();
-        if ignored {
-            println!("skipped: interrupts are ignored here");
+        if ignores_interrupts() {
             return;
         }
         let workspace = Workspace::new();

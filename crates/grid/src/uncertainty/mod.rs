@@ -302,14 +302,14 @@ impl Scatter {
         let own = INPUTS.iter().position(|input| input.mean == violation.path).filter(|&input| self.stds[input] > 0.0);
         let cure = || (0..MOVING).find(|&input| self.stds[input] > 0.0 && self.check_moving(tool, Some(input)).is_ok());
         let any = || (0..INPUT_COUNT).find(|&input| self.stds[input] > 0.0);
-        let (blamed, such, so) = match own.or_else(cure).or_else(any) {
+        let (path, value, degree) = match own.or_else(cure).or_else(any) {
             Some(input) => (INPUTS[input].std, format!("{:?}", self.stds[input]), "so small"),
             None => (calibration::PATH, "of errors so large".to_owned(), "such"),
         };
-        let Violation { path, value, allowed } = violation;
+        let Violation { path: wrong, value: found, allowed } = violation;
         let allowed =
-            format!("{so} that each sampled tool is possible: `{path}` of one tool is {value}, not {allowed}");
-        Violation { path: blamed, value: such, allowed }
+            format!("{degree} that each sampled tool is possible: `{wrong}` of one tool is {found}, not {allowed}");
+        Violation { path, value, allowed }
     }
 
     /// An input of a tool.

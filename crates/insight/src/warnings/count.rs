@@ -4,9 +4,9 @@ use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle_grid::{CaseResult, Study};
 
-/// The number of all cases, as in `of 3 cases`.
-pub(super) fn cases(results: &[CaseResult]) -> String {
-    format!("{} {}", results.len(), if results.len() == 1 { "case" } else { "cases" })
+/// A number of cases, as in `of 3 cases`.
+pub(super) fn cases(count: usize) -> String {
+    format!("{count} {}", if count == 1 { "case" } else { "cases" })
 }
 
 /// The rows of `runs.csv` of the cases that did not fail and are like this.

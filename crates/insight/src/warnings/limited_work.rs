@@ -19,7 +19,7 @@ pub(super) fn of_study(results: &[CaseResult]) -> Option<Warning> {
         Warning::new(format!(
             "{count} of {} {miss} the relative tolerance in some steps, as the work of a pass is limited (column unresolved_steps of \
              runs.csv). {CONSEQUENCE}",
-            cases(results)
+            cases(results.len())
         ))
     })
 }

@@ -70,7 +70,7 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning>
     let statement = format!(
         "in {} of {} filaments touch each other, as their tips are {} diameters apart, but each is simulated alone.",
         packed.len(),
-        cases(results),
+        cases(results.len()),
         short(closest)
     );
     let radial: Vec<&Settings> = packed.iter().filter(|settings| Trim::of(settings).is_radial()).collect();

@@ -46,7 +46,7 @@ pub fn of_force(asked_n: Option<f64>, metrics: &Metrics) -> Vec<Warning> {
 
 /// The warnings about the cases of a study.
 pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
-    let rows = |is_one: fn(f64, &Metrics) -> bool| {
+    let rows_where = |is_one: fn(f64, &Metrics) -> bool| {
         rows(study, results, |settings, metrics| {
             settings.process.tool_force_n.is_some_and(|asked_n| is_one(asked_n, metrics))
         })
@@ -56,15 +56,15 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
         Some(Warning::new(format!(
             "in {} of {}, first in row {first} of runs.csv, {statement}",
             rows.len(),
-            cases(results)
+            cases(results.len())
         )))
     };
     let shallow = told(
-        rows(|_, metrics| is_shallow(metrics)),
+        rows_where(|_, metrics| is_shallow(metrics)),
         &format!("the tool presses with the force at a depth of less than {} mm. {SHALLOW}", short(1e3 * ROUNDNESS_M)),
     );
     let jump =
-        told(rows(jumps), &format!("F_n,w jumps past process.tool_force_n at the depth that was found. {JUMPS}"));
+        told(rows_where(jumps), &format!("F_n,w jumps past process.tool_force_n at the depth that was found. {JUMPS}"));
     shallow.into_iter().chain(jump).collect()
 }
 

@@ -30,7 +30,7 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning>
         "{} of {} {are} laterally unstable (amplification above {UNSTABLE_AMPLIFICATION}): a small \
          imperfection of the filament can change the force. The largest amplification is {} at {} (row {} of runs.csv).",
         unstable.len(),
-        cases(results),
+        cases(results.len()),
         spanning(amplification(&worst)),
         place_in(study, worst),
         worst + 1

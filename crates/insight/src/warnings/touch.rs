@@ -36,7 +36,7 @@ pub(super) fn of_free_cases(study: &Study, results: &[CaseResult]) -> Option<War
         Warning::new(format!(
             "in {} of {}, first in row {first} of runs.csv, the turning tool never touches the workpiece. {SPLAYED}",
             free.len(),
-            cases(results)
+            cases(results.len())
         ))
     })
 }
@@ -60,7 +60,7 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning>
             "in {} of {} the filament penetrates an edge by more than half of its radius, first in row {first} of runs.csv (column \
              max_edge_penetration_m). {DEEP}",
             deep.len(),
-            cases(results)
+            cases(results.len())
         ))
     })
 }

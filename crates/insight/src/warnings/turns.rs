@@ -50,14 +50,13 @@ fn vibrating(study: &Study, results: &[CaseResult], cases: &[usize]) -> Option<(
     Some((all.len(), worst, residual))
 }
 
-/// The note of advice about cases among `cases`, counted from 0, in which a single pass leaves out much vibration.
-pub(crate) fn vibrating_note(study: &Study, results: &[CaseResult], cases: &[usize]) -> Option<String> {
-    let (count, worst, residual) = vibrating(study, results, cases)?;
+/// The note of advice about cases among those `told`, counted from 0, in which a single pass leaves out much vibration.
+pub(crate) fn vibrating_note(study: &Study, results: &[CaseResult], told: &[usize]) -> Option<String> {
+    let (count, worst, residual) = vibrating(study, results, told)?;
     Some(format!(
-        "In {count} of {} {} the filament comes back still vibrating, with up to {} of its vibration (row {}): simulate turn after turn \
+        "In {count} of {} the filament comes back still vibrating, with up to {} of its vibration (row {}): simulate turn after turn \
          with {TURNS} = \"{}\".",
-        cases.len(),
-        if cases.len() == 1 { "case" } else { "cases" },
+        cases(told.len()),
         percent(residual),
         worst + 1,
         Turns::STEADY
@@ -68,17 +67,17 @@ pub(crate) fn vibrating_note(study: &Study, results: &[CaseResult], cases: &[usi
 pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let unsteady = results.iter().filter(|result| result.as_ref().is_ok_and(|summary| summary.metrics.unsteady_turns));
-    let (unsteady, cases) = (unsteady.count(), cases(results));
+    let (unsteady, of_cases) = (unsteady.count(), cases(results.len()));
     if unsteady > 0 {
         let are = if unsteady == 1 { "is" } else { "are" };
         warnings.push(Warning::new(format!(
-            "{unsteady} of {cases} {are} not steady after {MAX_TURNS} turns (column unsteady_turns of runs.csv). {UNSTEADY}"
+            "{unsteady} of {of_cases} {are} not steady after {MAX_TURNS} turns (column unsteady_turns of runs.csv). {UNSTEADY}"
         )));
     }
     let solved: Vec<usize> = (0..results.len()).filter(|&case| results[case].is_ok()).collect();
     if let Some((count, worst, residual)) = vibrating(study, results, &solved) {
         let statement = format!(
-            "in {count} of {cases} the filament comes back still vibrating, with {} of its vibration at {} (row {} of runs.csv): its \
+            "in {count} of {of_cases} the filament comes back still vibrating, with {} of its vibration at {} (row {} of runs.csv): its \
              impulse then differs from that of its first pass.",
             percent(residual),
             place_in(study, worst),

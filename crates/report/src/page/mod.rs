@@ -377,8 +377,8 @@ fn study_settings(study: &Study) -> Vec<Value> {
     merged
 }
 
-/// Path, symbol, name and unit of the settings that are not numbers, each after the path of the number that it precedes. Those that a file
-/// cannot have beside the others are left out.
+/// Path, symbol, name and unit of the settings that are not numbers, each after the path of the number that it precedes. Those that the
+/// settings do not state, as of another kind of workpiece or without a brush, are left out.
 const NOT_NUMBERS: [(&str, [&str; 4]); 11] = [
     ("tool.body_radius_m", ["tool.kind", "", "kind of tool", ""]),
     ("workpiece.feed_velocity_m_s", ["workpiece.kind", "", "kind of workpiece", ""]),

@@ -43,11 +43,9 @@ function showHead() {
   const list = swept.flatMap((parts, k) => [k === 0 ? " over " : ", ", ...parts]);
   const outcome =
     study.failed === 0 ? "" : ` ${number(study.failed, 9)} of them ${study.failed === 1 ? "has" : "have"} failed.`;
-  const shown = number(study.quantities[0].values.length, 9);
+  const shown = study.quantities[0].values.length;
   const selection =
-    study.quantities[0].values.length < study.cases
-      ? ` This page shows ${shown} of them, evenly spread; runs.csv has all.`
-      : "";
+    shown < study.cases ? ` This page shows ${number(shown, 9)} of them, evenly spread; runs.csv has all.` : "";
   byId("summary").replaceChildren(`${cases} ${of}`, ...list, `.${outcome}${selection}`);
 }
 

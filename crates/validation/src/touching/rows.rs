@@ -6,9 +6,9 @@ use bristle::model::settings::{BrushSettings, Ends, Pattern, ProcessSettings, Se
 use bristle::simulation::simulate;
 use serde::Deserialize;
 
-use crate::chains::{cases_of, logarithmic_slope, paper_case, trajectory_rows, worse};
+use crate::chains::{cases_of, paper_case, trajectory_rows, worse};
 use crate::group::{Extent, Failure};
-use crate::trial::{Axis, Curve, Figure, Look, Trial};
+use crate::trial::{Axis, Curve, Figure, Look, Trial, logarithmic_slope};
 use crate::{sources, tolerances};
 
 /// Filaments around of the dense rows.
@@ -510,7 +510,7 @@ pub fn symmetries(extent: Extent) -> Result<Trial, Failure> {
     let options = RunOptions::default();
     let mut stopped = BrushRun::new(&tilted, options)?;
     while stopped.done() < 0.5 && stopped.advance()? {}
-    let mut resumed = BrushRun::resume(&tilted, options, &stopped.checkpoint())?;
+    let mut resumed = BrushRun::resume(&tilted, options, stopped.checkpoint())?;
     while resumed.advance()? {}
     let change = largest_change(&impulses(&resumed.finish()?), &impulses(&expected));
     check("stopped half way and resumed", change, tolerances::SAME);
