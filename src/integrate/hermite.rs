@@ -1,6 +1,8 @@
 //! Quintic Hermite interpolation between two points with first and second derivatives.
 
-use crate::equations::linear::{add, scale, sub};
+use std::array::from_fn;
+
+use crate::equations::linear::{add, sub};
 
 /// Value, first and second derivative of a vector at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,25 +15,50 @@ pub struct Knot<const N: usize> {
     pub acceleration: [f64; N],
 }
 
-/// Value and first derivative at the fraction `s ∈ [0, 1]` of a step of the length `step`.
+/// What the knots at the ends of a step contribute to the value and to the first derivative at one place in it.
 ///
-/// The polynomial of degree five that meets both knots; its error is O(step⁶).
-pub fn interpolate<const N: usize>(start: &Knot<N>, end: &Knot<N>, step: f64, s: f64) -> ([f64; N], [f64; N]) {
-    // In Newton's form around the start: x0 + v0 τ + a0 τ²/2 + s³ (A + B s + C s²), τ = s step.
-    let rise =
-        sub(sub(sub(end.value, start.value), scale(step, start.rate)), scale(step * step / 2.0, start.acceleration));
-    let slope = sub(scale(step, sub(end.rate, start.rate)), scale(step * step, start.acceleration));
-    let bend = scale(step * step, sub(end.acceleration, start.acceleration));
-    let cubic = add(sub(scale(10.0, rise), scale(4.0, slope)), scale(0.5, bend));
-    let quartic = sub(sub(scale(7.0, slope), scale(15.0, rise)), bend);
-    let quintic = add(sub(scale(6.0, rise), scale(3.0, slope)), scale(0.5, bend));
+/// They are those of the polynomial of degree five that meets both knots; its error is O(step⁶).
+#[derive(Clone, Copy, Debug)]
+pub struct Weights {
+    /// Of the rise of the value, the two rates and the two accelerations.
+    value: [f64; 5],
+    rate: [f64; 5],
+}
 
-    let tau = s * step;
-    let smooth = add(start.value, add(scale(tau, start.rate), scale(tau * tau / 2.0, start.acceleration)));
-    let higher = scale(s * s * s, add(cubic, add(scale(s, quartic), scale(s * s, quintic))));
-    let higher_rate =
-        scale(s * s / step, add(scale(3.0, cubic), add(scale(4.0 * s, quartic), scale(5.0 * s * s, quintic))));
-    (add(smooth, higher), add(add(start.rate, scale(tau, start.acceleration)), higher_rate))
+impl Weights {
+    /// The weights at the fraction `s ∈ [0, 1]` of a step of the length `step`.
+    pub fn new(step: f64, s: f64) -> Self {
+        let left = 1.0 - s;
+        let [square, left_square] = [s * s, left * left];
+        let value = [
+            square * s * (10.0 - 15.0 * s + 6.0 * square),
+            step * s * left * left_square * (1.0 + 3.0 * s),
+            -step * square * s * left * (4.0 - 3.0 * s),
+            step * step / 2.0 * square * left * left_square,
+            step * step / 2.0 * square * s * left_square,
+        ];
+        let rate = [
+            30.0 / step * square * left_square,
+            left_square * (1.0 + 2.0 * s - 15.0 * square),
+            -square * (12.0 - 28.0 * s + 15.0 * square),
+            step * s * left_square * (1.0 - 2.5 * s),
+            step * square * left * (1.5 - 2.5 * s),
+        ];
+        Self { value, rate }
+    }
+
+    /// Value and first derivative between two knots.
+    pub fn interpolate<const N: usize>(&self, start: &Knot<N>, end: &Knot<N>) -> ([f64; N], [f64; N]) {
+        let rise = sub(end.value, start.value);
+        let sum = |[a, b, c, d, e]: [f64; 5]| -> [f64; N] {
+            from_fn(|i| {
+                a * rise[i]
+                    + (b * start.rate[i] + c * end.rate[i])
+                    + (d * start.acceleration[i] + e * end.acceleration[i])
+            })
+        };
+        (add(start.value, sum(self.value)), sum(self.rate))
+    }
 }
 
 #[cfg(test)]
@@ -47,7 +74,7 @@ mod tests {
         };
         let (start, end) = (knot(0.5), knot(2.0));
         for s in [0.0, 0.3, 0.8, 1.0] {
-            let (value, rate) = interpolate(&start, &end, 1.5, s);
+            let (value, rate) = Weights::new(1.5, s).interpolate(&start, &end);
             let expected = knot(0.5 + 1.5 * s);
             assert!((value[0] - expected.value[0]).abs() < 1e-12);
             assert!((rate[0] - expected.rate[0]).abs() < 1e-12);

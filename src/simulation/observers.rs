@@ -10,7 +10,7 @@ use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::equations::{Chain, ChainDynamics, Clamp, Energies};
 use crate::integrate::LARGEST_CONTROLLED_VARIATION;
-use crate::integrate::hermite::{Knot, interpolate};
+use crate::integrate::hermite::{Knot, Weights};
 use crate::model::metrics::{ContactRecord, nearest_on_filament, tip_deflection};
 use crate::tool::{ClampMotion, Pose, Tool, Turning};
 use crate::workpiece::{ProfileCells, Workpiece};
@@ -260,7 +260,8 @@ fn largest_variation(step: &Step<'_>, least: f64) -> f64 {
         acceleration: mean(&state.accelerations),
     };
     let (start, end, length) = (knot(step.start), knot(step.end), step.length());
-    let size = |s| (scale * interpolate(&start, &end, length, s).0[0].abs()).min(LARGEST_CONTROLLED_VARIATION);
+    let size =
+        |s| (scale * Weights::new(length, s).interpolate(&start, &end).0[0].abs()).min(LARGEST_CONTROLLED_VARIATION);
     maximum_in_step(size, least)
 }
 
@@ -509,13 +510,15 @@ impl Sampler {
         {
             let s = (time_s - step.start.time) / step.length();
             let root = observer.filament.motion.at(time_s);
-            let mut shape =
-                Shape { time_s, nodes_m: vec![root.position], velocities_m_s: Vec::new(), forces: Vec::new() };
+            let mut nodes_m = Vec::with_capacity(1 + step.start_nodes.len());
+            nodes_m.push(root.position);
+            let mut shape = Shape { time_s, nodes_m, velocities_m_s: Vec::new(), forces: Vec::new() };
             if self.sampling.loads {
                 shape.velocities_m_s.push(root.velocity);
             }
+            let weights = step.weights(s);
             for node in 0..step.start_nodes.len() {
-                let (position, velocity) = step.node(node, s);
+                let (position, velocity) = step.node_at(node, &weights);
                 shape.nodes_m.push(position);
                 if self.sampling.loads {
                     shape.velocities_m_s.push(velocity);

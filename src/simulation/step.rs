@@ -4,7 +4,7 @@ use super::system::integral::COUNT;
 use super::system::{Filament, FilamentState, Touch};
 use crate::equations::linear::{add, scale};
 use crate::equations::{Clamp, PolarAxis};
-use crate::integrate::hermite::{Knot, interpolate};
+use crate::integrate::hermite::{Knot, Weights};
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
@@ -38,7 +38,17 @@ impl Step<'_> {
 
     /// Position and velocity of `node` at the fraction `s` of the step.
     pub fn node(&self, node: usize, s: f64) -> ([f64; 3], [f64; 3]) {
-        interpolate(&self.start_nodes[node], &self.end_nodes[node], self.length(), s)
+        self.node_at(node, &self.weights(s))
+    }
+
+    /// What the ends of the step contribute at the fraction `s` of it.
+    pub(super) fn weights(&self, s: f64) -> Weights {
+        Weights::new(self.length(), s)
+    }
+
+    /// Position and velocity of `node` at the place of the `weights`.
+    pub(super) fn node_at(&self, node: usize, weights: &Weights) -> ([f64; 3], [f64; 3]) {
+        weights.interpolate(&self.start_nodes[node], &self.end_nodes[node])
     }
 
     /// The nodes of the filament at the fraction `s` of the step, by their number from the root.
@@ -77,8 +87,9 @@ impl Step<'_> {
             rate: state.v[k],
             acceleration: state.accelerations[k],
         };
+        let weights = self.weights(s);
         for k in 0..self.start.q.len() {
-            (q[k], v[k]) = interpolate(&knot(self.start, k), &knot(self.end, k), self.length(), s);
+            (q[k], v[k]) = weights.interpolate(&knot(self.start, k), &knot(self.end, k));
         }
     }
 
