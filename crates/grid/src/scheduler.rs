@@ -156,7 +156,7 @@ where
                 },
                 Err(error) => Err(error.to_string()),
             };
-            case.take(run, result);
+            case.take(run, &result);
         }
         Some(case.conclude())
     })
@@ -485,20 +485,19 @@ impl BegunCase {
     }
 
     /// Takes the result of a tool. Returns true if it was the last.
-    fn take(&mut self, run: Run, result: Result<Simulation, String>) -> bool {
+    fn take(&mut self, run: Run, result: &Result<Simulation, String>) -> bool {
+        let metrics = result.as_ref().ok().map(|simulation| &simulation.metrics);
         match run {
             Run::Nominal => {
-                self.nominal = Some(result.map(|simulation| CaseSummary {
-                    metrics: simulation.metrics,
-                    turn_contact_normal_impulses_n_s: simulation.turn_contact_normal_impulses_n_s,
+                self.nominal = Some(result.as_ref().map_err(String::clone).map(|simulation| CaseSummary {
+                    metrics: simulation.metrics.clone(),
+                    turn_contact_normal_impulses_n_s: simulation.turn_contact_normal_impulses_n_s.clone(),
                     statistics: simulation.statistics,
                     ..CaseSummary::default()
                 }));
             }
-            Run::Finer => self.finer = result.ok().map(|simulation| simulation.metrics),
-            Run::Tool(tool) => {
-                self.impulses[tool] = result.ok().map(|simulation| simulation.metrics.contact_normal_impulse_n_s);
-            }
+            Run::Finer => self.finer = metrics.cloned(),
+            Run::Tool(tool) => self.impulses[tool] = metrics.map(|metrics| metrics.contact_normal_impulse_n_s),
         }
         self.left -= 1;
         if matches!(self.nominal, Some(Err(_))) {
@@ -565,13 +564,15 @@ impl Queue {
         self.inquiries.remove(&asked);
         self.ready.retain(|(_, other, _)| *other != asked);
         let Some(begun) = self.begun.get_mut(&case) else { return Taken::default() };
-        let nominal = matches!(run, Run::Nominal).then(|| answer.clone().ok()).flatten();
-        let mut taken = Taken { nominal: nominal.map(|simulation| (case, simulation)), complete: None };
-        if begun.take(run, answer) {
+        let mut taken = Taken::default();
+        if begun.take(run, &answer) {
             let inquiries = &mut self.inquiries;
             inquiries.retain(|_, inquiry| inquiry.case != case);
             self.ready.retain(|(_, asked, _)| inquiries.contains_key(asked));
             taken.complete = self.begun.remove(&case).map(|begun| (case, begun));
+        }
+        if matches!(run, Run::Nominal) {
+            taken.nominal = answer.ok().map(|simulation| (case, simulation));
         }
         taken
     }
