@@ -1,6 +1,6 @@
 //! A canvas as a PNG file.
 
-use png::{BitDepth, ColorType, Compression, Encoder, Info, PixelDimensions, Unit};
+use png::{BitDepth, ColorType, Compression, Encoder, Filter, Info, PixelDimensions, Unit};
 use tiny_skia::{FillRule, LineCap, Paint, Path, PathBuilder, Pixmap, Rect, Transform};
 
 use super::canvas::{Anchor, Canvas, FINE, Level, Point, Shape, TextStyle};
@@ -41,6 +41,8 @@ impl Canvas {
         let mut file = Vec::new();
         let written = Encoder::with_info(&mut file, info).and_then(|mut encoder| {
             encoder.set_compression(Compression::Fast);
+            // To try all filters on each line takes longer and saves 2 % of the file.
+            encoder.set_filter(Filter::Paeth);
             encoder.write_header()?.write_image_data(colors.as_flattened())
         });
         written.expect("the pixels are those of the size, and memory takes them");
@@ -67,8 +69,10 @@ fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
     match shape {
         Shape::Rectangle { corners: [(left, top), (right, bottom)], fill: color } => {
             let [left, top, right, bottom] = [left, top, right, bottom].map(|&coordinate| coordinate as f32);
-            let path = Rect::from_ltrb(left, top, right, bottom).map(PathBuilder::from_rect);
-            fill(path, &paint(*color, 1.0), scale);
+            // In pixels of the bitmap, where rectangles take a twentieth of the time of paths.
+            if let Some(area) = Rect::from_ltrb(left, top, right, bottom).and_then(|area| area.transform(scale)) {
+                pixels.fill_rect(area, &paint(*color, 1.0), Transform::identity(), None);
+            }
         }
         Shape::Polygon { points, fill: color, opacity } => {
             fill(polyline(points, true), &paint(*color, *opacity), scale)

@@ -129,7 +129,7 @@ impl Page<'_> {
             ("subject", subject),
             ("without_scripts", without_scripts),
             ("sections", sections),
-            ("data", &escape_script(&data.to_string())),
+            ("data", &script_data(&data)),
             ("script", script),
         ];
         document(&escape_html(title), STYLE, SCRIPTS, &fill(FRAME, &body))
@@ -146,7 +146,7 @@ fn document(title: &str, style: &str, scripts: &str, body: &str) -> String {
 
 /// Fills the places of a template, `{{name}}`, with texts. Places within these texts are not filled.
 fn fill(template: &str, texts: &[(&str, &str)]) -> String {
-    let mut filled = String::new();
+    let mut filled = String::with_capacity(texts.iter().fold(template.len(), |length, (_, text)| length + text.len()));
     let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {
         filled.push_str(before);
@@ -163,10 +163,11 @@ fn escape_html(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Escapes JSON so that it neither ends a `<script>` nor opens a comment in it. JSON has `<` in strings only, where it may be
-/// escaped.
-fn escape_script(json: &str) -> String {
-    json.replace('<', "\\u003c")
+/// JSON for a `<script>`, which it must neither end nor open a comment in. It has `<` in strings only, where it may be escaped.
+fn script_data(data: &Value) -> String {
+    let json = serde_json::to_string(data).expect("a value of JSON can be written");
+    // A page of megabytes is not copied for nothing.
+    if json.contains('<') { json.replace('<', "\\u003c") } else { json }
 }
 
 /// An axis of the study in the page.

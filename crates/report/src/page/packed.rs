@@ -16,7 +16,6 @@ pub(super) struct Packed {
 impl Packed {
     /// The values must be finite.
     pub(super) fn new(values: &[f64]) -> Self {
-        // A page has a million values, and this crate is hardly optimised: iterators took twice as long as loops.
         let [mut least, mut largest] = [values.first().copied().unwrap_or(0.0); 2];
         for &value in values {
             if value < least {
@@ -30,10 +29,11 @@ impl Packed {
         let step = largest / f64::from(u16::MAX) - least / f64::from(u16::MAX);
         let origin = least / step - 0.5;
         let mut bytes = vec![0; 2 * values.len()];
-        for (pair, &value) in bytes.chunks_exact_mut(2).zip(values) {
+        let (pairs, _) = bytes.as_chunks_mut();
+        for (pair, &value) in pairs.iter_mut().zip(values) {
             // Rounded. Conversion to an integer is to the nearest bound, and to zero where the step is zero.
             let word = (value / step - origin) as u16;
-            pair.copy_from_slice(&word.to_le_bytes());
+            *pair = word.to_le_bytes();
         }
         Self { least, step, words: STANDARD.encode(bytes) }
     }

@@ -7,7 +7,7 @@ use bristle_text::shown;
 use serde_json::json;
 
 use super::brush::figure;
-use super::{LONGEST_NAME, SCRIPTS, STYLE, document, escape_html, escape_script, fill};
+use super::{LONGEST_NAME, SCRIPTS, STYLE, document, escape_html, fill, script_data};
 use crate::drawing::format::Format;
 use crate::figures::{corner_outline, removal_figures, unit_of_time};
 use crate::removal::lines;
@@ -73,7 +73,7 @@ pub fn removal_page(name: &str, settings: &Settings, removal: &Removal) -> Strin
         ("unit", unit),
         ("rows", &rows),
         ("figures", &figures),
-        ("data", &escape_script(&data.to_string())),
+        ("data", &script_data(&data)),
         ("script", SCRIPT),
     ];
     let title = format!("{name}: an edge that grows round");
