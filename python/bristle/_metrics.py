@@ -41,113 +41,132 @@ class ContactMetrics(TypedDict):
     """n_w, rotational speed of the tool, in rpm."""
 
     penetration_depth_m: float
-    """a_e, penetration depth, as stated or found for a given force, in m."""
+    """Penetration depth, a_e in m: as stated, or found for the force with which the
+    tool is pressed on."""
 
     force_stiffness_n_m: float
-    """dF_n,w/da_e of a tool that is pressed on with a given force, in N/m; else zero."""
+    """Stiffness of the force in N/m: dF_n,w/da_e of a tool that is pressed on with a
+    given force; zero where the depth is given."""
 
     contact_angle_rad: float
-    """Ω_c, angle by which the tool turns while the undeformed filament touches, in
-    rad."""
+    """Nominal contact angle, Ω_c in rad: by how much the tool turns while the
+    undeformed filament touches; 2 arccos((R − a_e)/R) on a plane."""
 
     nominal_contact_length_m: float
-    """l_d = R Ω_c, nominal contact length, in m."""
+    """Nominal contact length, l_d in m: R Ω_c."""
 
     nominal_contact_time_s: float
-    """t_d = Ω_c/ω, nominal contact time, in s."""
+    """Nominal contact time, t_d in s: Ω_c/ω."""
 
     contact_time_s: float
-    """t_c, time with F_n > 0, in s."""
+    """Contact time, t_c in s: total time with F_n > 0."""
 
     contact_length_m: float
-    """l_c = v_b t_c, contact length, in m."""
+    """Contact length, l_c in m: v_b t_c."""
 
     contact_time_ratio: float
-    """ε_tc, fraction of t_d with F_n > 0: near 0 the filament strikes, near 1 it
-    sweeps."""
+    """Contact time ratio, ε_tc: fraction of t_d with F_n > 0: near 0 the filament
+    strikes, near 1 it sweeps."""
 
     contact_count: int
-    """Number of intervals with F_n > 0."""
+    """Number of contacts: number of intervals with F_n > 0."""
 
     contact_normal_impulse_n_s: float
-    """p_n, integral of F_n over one pass of one filament, in N s."""
+    """Contact normal impulse of a filament, p_n in N s: ∫ F_n dt of one filament, one
+    pass."""
 
     equivalent_contact_normal_force_n: float
-    """p_n/t_c, mean normal force while it touches, in N; zero without contact."""
+    """Equivalent contact normal force, F̄_n in N: p_n/t_c, zero without contact."""
 
     peak_contact_normal_force_n: float
-    """Largest F_n of all nodes together, in N."""
+    """Peak contact normal force, max F_n in N: largest force of all nodes together."""
 
     max_tip_deflection_m: float
-    """s_n,max, largest distance of the tip from the undeformed filament, in m."""
+    """Largest tip deflection, s_n,max in m: largest distance of the tip from the
+    undeformed filament."""
 
     tool_contact_normal_force_n: float
-    """F_n,w = p_n N_f ω/(2π), normal force of the tool, in N."""
+    """Contact normal force of the tool, F_n,w in N: p_n N_f ω/(2π): each filament
+    passes once per turn."""
 
     contact_impulse_x_n_s: float
-    """Integral of the force on the filament along x, in N s."""
+    """Contact impulse along x in N s: ∫ of the contact force on the filament."""
 
     contact_impulse_y_n_s: float
-    """Integral of the force on the filament along y, in N s."""
+    """Contact impulse along y in N s: ∫ of the contact force on the filament."""
 
     contact_impulse_z_n_s: float
-    """Integral of the force on the filament along z, in N s."""
+    """Contact impulse along z in N s: ∫ of the contact force on the filament."""
 
     edge_contact_normal_impulse_n_s: float
-    """The share of p_n on edges of the workpiece, in N s."""
+    """Contact normal impulse on edges in N s: the share of p_n on edges of the
+    workpiece."""
 
     edge_share: float
-    """The share of p_n on edges, over p_n; zero without contact."""
+    """Share of the impulse on edges: contact normal impulse on edges over p_n, zero
+    without contact."""
 
     edge_evenness: float
-    """Mean over largest value of the work per length around each edge, from 0 to 1;
-    zero if the filament touches no edge."""
+    """Evenness of the work around edges: mean over largest value of ∫ F_n |v_t| dt per
+    length, the friction work over µ, among 24 parts of each edge: 1 if the filament
+    works everywhere alike, near 0 if in one place; zero if it touches no edge."""
 
     max_edge_penetration_m: float
-    """Largest penetration of an edge, in m."""
+    """Largest penetration of an edge in m: the force on an edge is that of a rigid one
+    as long as this is small against its radius."""
 
     friction_work_j: float
-    """Energy taken by friction in one pass of one filament, in J."""
+    """Friction work in J: energy taken by friction in one pass of one filament."""
 
     sliding_work_j: float
-    """W_s, integral of F_n |v_t| over one pass of one filament, in J."""
+    """Sliding work, W_s in J: ∫ F_n |v_t| dt of one filament, one pass, by which it
+    removes material and wears."""
 
     edge_sliding_work_j: float
-    """W_e, the share of W_s on edges of the workpiece, in J."""
+    """Sliding work on edges, W_e in J: the share of W_s on edges of the workpiece."""
 
     edge_work_angle_rad: float
-    """Mean angle of W_e from the bisector of the edge, in rad; positive towards the face
-    that filaments meet last."""
+    """Angle of the edge's work in rad: mean angle of W_e from the bisector of the edge,
+    positive towards the face that filaments meet last; zero without such work."""
 
     edge_work_angle_std_rad: float
-    """Standard deviation of W_e around the edge, in rad."""
+    """Deviation of that angle in rad: standard deviation of W_e around the edge."""
 
     contact_angular_impulse_n_m_s: float
-    """Integral of the moment of the contact force about the tool axis, in N m s."""
+    """Contact angular impulse in N m s: ∫ of the moment of the contact force about the
+    tool axis."""
 
     tool_tangential_force_n: float
-    """F_t,w, force with which the tool drags the workpiece along x, in N."""
+    """Tangential force of the tool, F_t,w in N: −∫ F_x dt N_f ω/(2π): positive where
+    the tool drags the workpiece along x."""
 
     tool_lateral_force_n: float
-    """F_l,w, force with which the tool drags the workpiece along z, in N."""
+    """Lateral force of the tool, F_l,w in N: −∫ F_z dt N_f ω/(2π): positive where the
+    tool drags the workpiece along z."""
 
     tool_torque_n_m: float
-    """M_w, torque of the tool, which the drive must supply, in N m."""
+    """Torque of the tool, M_w in N m: −contact angular impulse N_f ω/(2π): what the
+    drive must supply."""
 
     tool_power_w: float
-    """P_w = M_w ω, what the contact takes from the drive, in W."""
+    """Power of the tool, P_w in W: M_w ω: what the contact takes from the drive."""
 
     turns: int
-    """Turns that were simulated; all metrics are those of the last one."""
+    """Turns: turns of the tool that were simulated; all metrics are those of the last
+    one."""
 
     unsteady_turns: bool
-    """Whether p_n still changes after 50 turns with ``turns = "steady"``."""
+    """Unsteady turns: 1 if p_n still changes from turn to turn after 50 turns with
+    turns = "steady", else 0."""
 
     equilibrium_residual: float
-    """Largest angular acceleration of a segment at the start over ω², seen from the tool."""
+    """Residual of the start: largest angular acceleration of a segment at the start
+    over ω², seen from the tool: filaments that are not radial start in equilibrium."""
 
     energy_residual: float
-    """What is missing in the balance of the energies, relative to the sum of its terms."""
+    """Energy residual: what is missing in the balance of work, energies and losses over
+    all turns, relative to the sum of its terms; above 1e-3, or ten tolerances, the pass
+    is refused."""
 
     turn_contact_normal_impulses_n_s: tuple[float, ...]
     """p_n of each turn, in N s."""
@@ -158,10 +177,13 @@ class Metrics(ContactMetrics, Statistics, TypedDict):
     brush does not have."""
 
     lateral_amplification: float
-    """Growth of a tilt out of the plane of rotation (``docs/stability.md``)."""
+    """Lateral amplification: largest |∂z_tip/∂τ|/l_f of the pass, τ the tilt of the
+    clamp out of the plane of rotation; above 100 the pass is laterally unstable, and
+    1e30 stands for anything larger. In a spatial pass |z_tip|/(l_f sin τ), 0 without a
+    tilt."""
 
     laterally_unstable: bool
-    """Whether ``lateral_amplification`` is above 100."""
+    """Laterally unstable: 1 if the lateral amplification is above 100, else 0."""
 
 
 class BrushMetrics(ContactMetrics, TypedDict):

@@ -1,18 +1,18 @@
 //! One table of metrics: each of its readers shows what it says, so that a new metric is one entry and its computation.
 
 use bristle::model::metrics::Metrics;
-use bristle::model::record::{Column, Prominence, Record, Scope};
+use bristle::model::record::{Column, Needs, Prominence, Record, Scope};
 use bristle_grid::brush::{Having, metric_columns};
-use bristle_grid::{CaseResult, Study, run_study};
+use bristle_grid::{CaseResult, Interaction, Study, run_study};
 use bristle_insight::assumptions::Assumptions;
 use bristle_report::drawing::format::Format;
 use bristle_report::figures::study_figures;
 use bristle_report::page::page;
 use bristle_report::tables::study_tables;
 use bristle_store::results::run_columns;
-use bristle_text::layout::WIDTH;
+use bristle_text::layout::{WIDTH, wrap};
 
-use crate::program::{self, Workspace, brush, documented, page_data, section};
+use crate::program::{self, Workspace, brush, documented, is_derived, page_data};
 
 const FILE: &str = concat!(
     brush!(4, "filament_count_uncertainty = 600\n"),
@@ -120,7 +120,52 @@ fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
 
 #[test]
 fn the_documents_list_every_metric() {
-    let section = section(include_str!("../../../../docs/results.md"), "Metrics");
-    let rows: Vec<&str> = section.lines().filter(|line| line.starts_with("| `")).collect();
-    assert_eq!(rows, Metrics::COLUMNS.iter().map(documented).collect::<Vec<_>>());
+    let rows: String = Metrics::COLUMNS.iter().map(|column| documented(column) + "\n").collect();
+    is_derived(
+        "docs/results.md",
+        ["| column | symbol | unit | meaning |\n|---|---|---|---|\n", "\n`metrics.json` has"],
+        &rows,
+    );
+}
+
+/// Lines of `python/bristle/_metrics.py` before and after what is derived.
+const OF_BOTH: [&str; 2] =
+    ["    \"\"\"n_w, rotational speed of the tool, in rpm.\"\"\"\n", "\n    turn_contact_normal_impulses_n_s:"];
+const OF_ONE_FILAMENT: [&str; 2] = ["and what a\n    brush does not have.\"\"\"\n", "\n\nclass BrushMetrics"];
+
+#[test]
+fn python_has_every_metric() {
+    const FILE: &str = "python/bristle/_metrics.py";
+    let of_one = |column: &&Column<Metrics>| column.display.needs == Needs::OneFilament;
+    let of_every_result = |column: &&Column<Metrics>| {
+        matches!(column.display.needs, Needs::Nothing | Needs::OneFilament | Needs::GivenForce | Needs::Edge)
+    };
+    // A brush has residuals of its own by the same names.
+    let of_brush = |column: &&Column<Metrics>| Interaction::COLUMNS.iter().any(|other| other.key == column.key);
+    let (alone, both): (Vec<&Column<Metrics>>, Vec<&Column<Metrics>>) =
+        Metrics::COLUMNS.iter().filter(of_every_result).partition(|column| of_one(column) && !of_brush(column));
+    is_derived(FILE, OF_BOTH, &typed(&both));
+    is_derived(FILE, OF_ONE_FILAMENT, &typed(&alone));
+}
+
+/// The fields of a Python class that has these metrics.
+fn typed(columns: &[&Column<Metrics>]) -> String {
+    let default = serde_json::to_value(Metrics::default()).expect("metrics are JSON");
+    let mut text = String::new();
+    for &&Column { key, symbol, unit, name, meaning, whole, .. } in columns {
+        let kind = if default[key].is_boolean() {
+            "bool"
+        } else if whole {
+            "int"
+        } else {
+            "float"
+        };
+        let (first, rest) = name.split_at(name.chars().next().map_or(0, char::len_utf8));
+        let symbol = if symbol.is_empty() { String::new() } else { format!(", {symbol}") };
+        let unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
+        let words = format!("\"\"\"{}{rest}{symbol}{unit}: {meaning}.\"\"\"", first.to_uppercase());
+        text.push_str(&format!("\n    {key}: {kind}\n"));
+        wrap(88, &mut text, "    ", &words);
+    }
+    text
 }
