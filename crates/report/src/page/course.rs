@@ -16,7 +16,7 @@ use crate::view::{View, height, is_upright, moved, root, sampled_pass};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::{
-    Job, Kind, Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Stop, sample_side_by_side, simulate_places,
+    Job, Kind, Pass, ProfileCell, Sample, Sampling, Simulation, Stop, sample_side_by_side, simulate_places,
 };
 use bristle::tool::places;
 use bristle::workpiece::{ProfileCells, Workpiece, unit_normal};
@@ -255,16 +255,19 @@ impl Course {
         let pass = sampled_pass(settings);
         let [entry, exit] = pass.nominal_times();
         let view = SideView::new(settings);
-        let along = |point| view.along(point);
-        let above = |point| view.above(point);
         let points = simulation.shapes.first().map_or(0, |shape| shape.nodes_m.len());
         let drawn: Vec<usize> = spread(points, points.min(MAX_POINTS)).collect();
         // Other tools have views of their own.
         let shapes = if is_upright(settings) { &simulation.shapes[..] } else { &[] };
-        let coordinates = |coordinate: &dyn Fn([f64; 3]) -> f64| {
-            let points = |shape: &Shape| drawn.iter().map(|&node| coordinate(shape.nodes_m[node])).collect::<Vec<_>>();
-            Packed::new(&shapes.iter().flat_map(points).collect::<Vec<_>>())
-        };
+        let mut places = [(); 2].map(|()| Vec::with_capacity(shapes.len() * drawn.len()));
+        for shape in shapes {
+            for &node in &drawn {
+                let point = shape.nodes_m[node];
+                places[0].push(view.along(point));
+                places[1].push(view.above(point));
+            }
+        }
+        let [along, above] = places.map(|place| Packed::new(&place));
         let history = &simulation.history;
         let curve = |value: fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
         let [first, last] = worked(&simulation.profile);
@@ -292,8 +295,8 @@ impl Course {
             dissipated: curve(|sample| sample.dissipated_energy_j),
             shapes: simulation.shapes.len(),
             points: drawn.len(),
-            along: coordinates(&along),
-            above: coordinates(&above),
+            along,
+            above,
             posed: Posed::new(settings, &pass, simulation, &drawn, &cells),
         }
     }
