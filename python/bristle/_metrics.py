@@ -1,6 +1,6 @@
 """Keys of ``metrics.json``; ``docs/results.md`` and ``docs/MODEL.md`` define them."""
 
-from typing import TypedDict
+from typing import NotRequired, TypedDict
 
 
 class Statistics(TypedDict):
@@ -32,6 +32,7 @@ class ContactMetrics(TypedDict):
     """Metrics that a contact and a brush have in common, in SI units.
 
     Means over the filaments that count and largest values of extremes, if of a brush.
+    Those that are not required are there if ``[removal]`` states their coefficients.
     """
 
     brushing_velocity_m_s: float
@@ -130,7 +131,8 @@ class ContactMetrics(TypedDict):
     positive towards the face that filaments meet last; zero without such work."""
 
     edge_work_angle_std_rad: float
-    """Deviation of that angle in rad: standard deviation of W_e around the edge."""
+    """Deviation of the angle of the edge's work in rad: standard deviation of W_e
+    around the edge."""
 
     contact_angular_impulse_n_m_s: float
     """Contact angular impulse in N m s: ∫ of the moment of the contact force about the
@@ -151,13 +153,24 @@ class ContactMetrics(TypedDict):
     tool_power_w: float
     """Power of the tool, P_w in W: M_w ω: what the contact takes from the drive."""
 
+    removal_rate_m3_s: NotRequired[float]
+    """Removal rate of the tool in m³/s: k_P W_s N_f ω/(2π) (Preston)."""
+
+    recession_per_pass_m: NotRequired[float]
+    """Recession per pass in m: k_P W_s N_f ω/(2π b v_f): by how much a plane recedes
+    under a brush of the width b that is fed over it once."""
+
+    wear_ratio: NotRequired[float]
+    """Wear ratio: volume removed from the workpiece over volume lost by the filaments,
+    k_P/k_w."""
+
     turns: int
     """Turns: turns of the tool that were simulated; all metrics are those of the last
     one."""
 
     unsteady_turns: bool
-    """Unsteady turns: 1 if p_n still changes from turn to turn after 50 turns with
-    turns = "steady", else 0."""
+    """Unsteady turns: whether p_n still changes from turn to turn after 50 turns with
+    turns = "steady"."""
 
     equilibrium_residual: float
     """Residual of the start: largest angular acceleration of a segment at the start
@@ -183,7 +196,7 @@ class Metrics(ContactMetrics, Statistics, TypedDict):
     tilt."""
 
     laterally_unstable: bool
-    """Laterally unstable: 1 if the lateral amplification is above 100, else 0."""
+    """Laterally unstable: whether the lateral amplification is above 100."""
 
 
 class BrushMetrics(ContactMetrics, TypedDict):

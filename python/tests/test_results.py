@@ -14,7 +14,7 @@ def test_a_contact_has_the_metrics_of_the_program(settings: bristle.Settings) ->
     contact = bristle.simulate(settings)
     metrics = contact.metrics
     assert list(metrics) == [*_speeds(), *list(metrics)[2:]]
-    assert set(metrics) == set(get_type_hints(bristle.Metrics))
+    assert set(metrics) == bristle.Metrics.__required_keys__
     assert metrics["rotational_speed_rpm"] == pytest.approx(530.5, abs=0.1)
     assert metrics["turn_contact_normal_impulses_n_s"] == (
         metrics["contact_normal_impulse_n_s"],
@@ -138,7 +138,7 @@ def test_errors_of_a_simulation_have_time_and_step(settings: bristle.Settings) -
 
 def test_a_brush_has_metrics_and_tables(small_brush: bristle.Settings) -> None:
     brush = bristle.brush(small_brush, frames=4)
-    assert set(brush.metrics) == set(get_type_hints(bristle.BrushMetrics))
+    assert set(brush.metrics) == bristle.BrushMetrics.__required_keys__
     assert (brush.metrics["columns"], brush.metrics["rows"]) == (3, 1)
     assert brush.filaments["column"].tolist() == [0, 1, 2]
     impulses = brush.filaments["contact_normal_impulse_n_s"]

@@ -154,7 +154,7 @@ crate::record! {
             "mean angle of W_e from the bisector of the edge, positive towards the face that filaments meet last; zero without such work"
         ] => needs(Needs::Edge, optional(Display::DETAIL)),
         edge_work_angle_std_rad: f64 =
-            ["", "rad", "deviation of that angle", "standard deviation of W_e around the edge"]
+            ["", "rad", "deviation of the angle of the edge's work", "standard deviation of W_e around the edge"]
             => needs(Needs::Edge, optional(Display::DETAIL)),
         contact_angular_impulse_n_m_s: f64 =
             ["", "N m s", "contact angular impulse", "∫ of the moment of the contact force about the tool axis"],

@@ -53,9 +53,10 @@ impl Step<'_> {
 
     /// The nodes of the filament at the fraction `s` of the step, by their number from the root.
     pub fn nodes<M: ClampMotion, W>(&self, filament: &Filament<M, W>, s: f64) -> impl Fn(usize) -> [[f64; 3]; 2] {
+        let weights = self.weights(s);
         move |index| match index.checked_sub(1) {
             None => root(filament, self.time(s)),
-            Some(node) => self.node(node, s).into(),
+            Some(node) => self.node_at(node, &weights).into(),
         }
     }
 

@@ -120,30 +120,23 @@ fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
 
 #[test]
 fn the_documents_list_every_metric() {
-    let rows: String = Metrics::COLUMNS.iter().map(|column| documented(column) + "\n").collect();
-    is_derived(
-        "docs/results.md",
-        ["| column | symbol | unit | meaning |\n|---|---|---|---|\n", "\n`metrics.json` has"],
-        &rows,
-    );
+    let rows = Metrics::COLUMNS.iter().map(documented).collect::<Vec<_>>().join("\n");
+    is_derived("docs/results.md", ["| column | symbol | unit | meaning |\n|---|---|---|---|\n", "\n\n"], &rows);
 }
 
 /// Lines of `python/bristle/_metrics.py` before and after what is derived.
 const OF_BOTH: [&str; 2] =
     ["    \"\"\"n_w, rotational speed of the tool, in rpm.\"\"\"\n", "\n    turn_contact_normal_impulses_n_s:"];
-const OF_ONE_FILAMENT: [&str; 2] = ["and what a\n    brush does not have.\"\"\"\n", "\n\nclass BrushMetrics"];
+const OF_ONE_FILAMENT: [&str; 2] = ["and what a\n    brush does not have.\"\"\"\n", "\n\nclass "];
 
 #[test]
 fn python_has_every_metric() {
     const FILE: &str = "python/bristle/_metrics.py";
-    let of_one = |column: &&Column<Metrics>| column.display.needs == Needs::OneFilament;
-    let of_every_result = |column: &&Column<Metrics>| {
-        matches!(column.display.needs, Needs::Nothing | Needs::OneFilament | Needs::GivenForce | Needs::Edge)
+    // A brush has some residuals of its own by the same names.
+    let of_one = |column: &&Column<Metrics>| {
+        column.display.needs == Needs::OneFilament && Interaction::COLUMNS.iter().all(|other| other.key != column.key)
     };
-    // A brush has residuals of its own by the same names.
-    let of_brush = |column: &&Column<Metrics>| Interaction::COLUMNS.iter().any(|other| other.key == column.key);
-    let (alone, both): (Vec<&Column<Metrics>>, Vec<&Column<Metrics>>) =
-        Metrics::COLUMNS.iter().filter(of_every_result).partition(|column| of_one(column) && !of_brush(column));
+    let (alone, both): (Vec<&Column<Metrics>>, Vec<&Column<Metrics>>) = Metrics::COLUMNS.iter().partition(of_one);
     is_derived(FILE, OF_BOTH, &typed(&both));
     is_derived(FILE, OF_ONE_FILAMENT, &typed(&alone));
 }
@@ -151,15 +144,16 @@ fn python_has_every_metric() {
 /// The fields of a Python class that has these metrics.
 fn typed(columns: &[&Column<Metrics>]) -> String {
     let default = serde_json::to_value(Metrics::default()).expect("metrics are JSON");
+    // Files have these whether the settings give them a value or not.
+    let always = keys(metric_columns(Having { force: true, edge: true, ..Having::default() }));
     let mut text = String::new();
     for &&Column { key, symbol, unit, name, meaning, whole, .. } in columns {
-        let kind = if default[key].is_boolean() {
-            "bool"
-        } else if whole {
-            "int"
-        } else {
-            "float"
-        };
+        let is_flag = default[key].is_boolean();
+        let kind = ["float", "int", "bool"][usize::from(whole) + usize::from(is_flag)];
+        let kind = if always.contains(&key) { kind.to_owned() } else { format!("NotRequired[{kind}]") };
+        let condition = meaning.strip_prefix("1 if ").and_then(|rest| rest.strip_suffix(", else 0"));
+        let meaning =
+            if is_flag { format!("whether {}", condition.expect("1 if …, else 0")) } else { meaning.to_owned() };
         let (first, rest) = name.split_at(name.chars().next().map_or(0, char::len_utf8));
         let symbol = if symbol.is_empty() { String::new() } else { format!(", {symbol}") };
         let unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };

@@ -105,18 +105,21 @@ pub fn documented<T>(column: &Column<T>) -> String {
     format!("| `{key}` | {symbol} | {unit} | {name}: {meaning} |").replace("|  |", "| |").replace("|  |", "| |")
 }
 
-/// Checks the part of a file between two lines, the first that have these texts, against what is derived from a table. Where
-/// snapshots are updated (`INSTA_UPDATE=always`), the file is written instead.
+/// Checks the part of a file between two texts, the first of their kind, against what is derived from a table. Where snapshots are
+/// updated (`INSTA_UPDATE=always`), that part is written instead.
 pub fn is_derived(path: &str, [before, after]: [&str; 2], derived: &str) {
     let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
     let file = fs::read_to_string(&place).expect(path);
     let start = file.find(before).expect(before) + before.len();
     let end = start + file[start..].find(after).expect(after);
+    let found = &file[start..end];
+    if found == derived {
+        return;
+    }
     if std::env::var("INSTA_UPDATE").is_ok_and(|update| update == "always") {
         fs::write(&place, [&file[..start], derived, &file[end..]].concat()).expect(path);
     } else {
-        let found = &file[start..end];
-        assert!(found == derived, "{path} is stale; INSTA_UPDATE=always writes\n{derived}\nwhere it has\n{found}");
+        panic!("{path} is stale; INSTA_UPDATE=always writes\n{derived}\nwhere it has\n{found}");
     }
 }
 

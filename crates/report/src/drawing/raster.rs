@@ -69,7 +69,7 @@ fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
     match shape {
         Shape::Rectangle { corners: [(left, top), (right, bottom)], fill: color } => {
             let [left, top, right, bottom] = [left, top, right, bottom].map(|&coordinate| coordinate as f32);
-            // In pixels of the bitmap, where rectangles take a twentieth of the time of paths.
+            // In pixels of the bitmap. As paths, rectangles take eight times as long.
             if let Some(area) = Rect::from_ltrb(left, top, right, bottom).and_then(|area| area.transform(scale)) {
                 pixels.fill_rect(area, &paint(*color, 1.0), Transform::identity(), None);
             }

@@ -259,15 +259,13 @@ impl Course {
         let drawn: Vec<usize> = spread(points, points.min(MAX_POINTS)).collect();
         // Other tools have views of their own.
         let shapes = if is_upright(settings) { &simulation.shapes[..] } else { &[] };
-        let mut places = [(); 2].map(|()| Vec::with_capacity(shapes.len() * drawn.len()));
+        let (mut along, mut above) = (Vec::new(), Vec::new());
         for shape in shapes {
             for &node in &drawn {
-                let point = shape.nodes_m[node];
-                places[0].push(view.along(point));
-                places[1].push(view.above(point));
+                along.push(view.along(shape.nodes_m[node]));
+                above.push(view.above(shape.nodes_m[node]));
             }
         }
-        let [along, above] = places.map(|place| Packed::new(&place));
         let history = &simulation.history;
         let curve = |value: fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
         let [first, last] = worked(&simulation.profile);
@@ -295,8 +293,8 @@ impl Course {
             dissipated: curve(|sample| sample.dissipated_energy_j),
             shapes: simulation.shapes.len(),
             points: drawn.len(),
-            along,
-            above,
+            along: Packed::new(&along),
+            above: Packed::new(&above),
             posed: Posed::new(settings, &pass, simulation, &drawn, &cells),
         }
     }

@@ -146,7 +146,7 @@ fn document(title: &str, style: &str, scripts: &str, body: &str) -> String {
 
 /// Fills the places of a template, `{{name}}`, with texts. Places within these texts are not filled.
 fn fill(template: &str, texts: &[(&str, &str)]) -> String {
-    let mut filled = String::with_capacity(texts.iter().fold(template.len(), |length, (_, text)| length + text.len()));
+    let mut filled = String::with_capacity(template.len() + texts.iter().map(|(_, text)| text.len()).sum::<usize>());
     let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {
         filled.push_str(before);
