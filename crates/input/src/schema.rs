@@ -17,6 +17,7 @@ use crate::units::other_paths;
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::settings::{Settings, WorkpieceKind};
 use bristle_grid::{SHORT_NAMES, TOOL};
+use bristle_text::capitalised;
 
 /// The path of a setting that files of results leave out where it is zero.
 const SKEW: &str = "tool.skew_rad";
@@ -120,12 +121,6 @@ pub(crate) fn workpiece_kinds() -> &'static [(String, BTreeMap<String, Value>)] 
         schema["oneOf"].as_array().into_iter().flatten().map(keys).collect()
     });
     &KINDS
-}
-
-/// The words with a capital letter at the beginning.
-fn capitalised(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
 
 /// States that a section has exactly one of the keys that state the same, or at most one if it need not have any.

@@ -49,6 +49,13 @@ pub fn shown(text: &str, most: usize) -> String {
     shown
 }
 
+/// The words with a capital letter at the beginning.
+#[must_use]
+pub fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}
+
 /// The columns that a line of text takes in a terminal: two for a character of Chinese, none for a combining accent.
 #[must_use]
 pub fn columns(line: &str) -> usize {
@@ -111,6 +118,14 @@ mod tests {
         );
         assert_eq!(shortened("µ ä “x” 好 e\u{301}"), "µ ä “x” 好 e\u{301}");
         assert_eq!(Lines("one\n\ttwo\u{1b}").to_string(), "one\n\\u{9}two\\u{1b}");
+    }
+
+    #[test]
+    fn the_first_letter_becomes_a_capital() {
+        assert_eq!(
+            ["tip deflection", "ε_tc", "2 turns", ""].map(capitalised),
+            ["Tip deflection", "Ε_tc", "2 turns", ""]
+        );
     }
 
     #[test]

@@ -10,6 +10,7 @@ use bristle_report::figures::study_figures;
 use bristle_report::page::page;
 use bristle_report::tables::study_tables;
 use bristle_store::results::run_columns;
+use bristle_text::capitalised;
 use bristle_text::layout::{WIDTH, wrap};
 
 use crate::program::{self, Workspace, brush, documented, is_derived, page_data};
@@ -154,10 +155,9 @@ fn typed(columns: &[&Column<Metrics>]) -> String {
         let condition = meaning.strip_prefix("1 if ").and_then(|rest| rest.strip_suffix(", else 0"));
         let meaning =
             if is_flag { format!("whether {}", condition.expect("1 if …, else 0")) } else { meaning.to_owned() };
-        let (first, rest) = name.split_at(name.chars().next().map_or(0, char::len_utf8));
         let symbol = if symbol.is_empty() { String::new() } else { format!(", {symbol}") };
         let unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
-        let words = format!("\"\"\"{}{rest}{symbol}{unit}: {meaning}.\"\"\"", first.to_uppercase());
+        let words = format!("\"\"\"{}{symbol}{unit}: {meaning}.\"\"\"", capitalised(name));
         text.push_str(&format!("\n    {key}: {kind}\n"));
         wrap(88, &mut text, "    ", &words);
     }

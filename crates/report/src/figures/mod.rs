@@ -21,6 +21,7 @@ use bristle_insight::measured::{points_of, relative_uncertainty};
 use bristle_insight::quantity::shown_metrics;
 use bristle_insight::slices::spread;
 use bristle_insight::slices::{Slice, Varied, offset_slices, process_slices, telling_slices, tool_slices};
+use bristle_text::capitalised;
 use bristle_text::number::{short, significant};
 
 mod brush;
@@ -145,9 +146,7 @@ fn families<R>(metric: &Column<R>) -> &'static [Family] {
 
 /// The name of a metric as a title, with its symbol and unit.
 fn title<R>(metric: &Column<R>) -> String {
-    let mut name = metric.name.chars();
-    let first = name.next().map(|first| first.to_uppercase().to_string()).unwrap_or_default();
-    format!("{first}{} {}", name.as_str(), with_unit(metric, metric.symbol)).trim_end().to_owned()
+    format!("{} {}", capitalised(metric.name), with_unit(metric, metric.symbol)).trim_end().to_owned()
 }
 
 /// Symbol and unit of a metric; its name if it has no symbol.
