@@ -3,6 +3,7 @@
 use super::arrangement::{Arrangement, Root};
 use super::error::BrushError;
 use super::plan::{Plan, STRIDE, begin};
+use super::run::Shortcuts;
 use super::sector::Account;
 use super::team::Team;
 use crate::model::metrics::{ContactRecord, Metrics};
@@ -106,6 +107,7 @@ impl Trial {
             begin: begin(pass, &arrangement, &own, &|_| None),
             tolerance,
             lacking,
+            shortcuts: Shortcuts::ALL,
         };
         let impulses = &expected.turn_contact_normal_impulses_n_s;
         let scale = impulses.iter().fold(0.0, |largest: f64, impulse| largest.max(*impulse));

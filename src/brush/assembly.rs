@@ -4,6 +4,7 @@ use super::bundle::{BrushState, Bundle};
 use super::candidates::Layout;
 use super::group::Member;
 use super::presses::PressLaw;
+use super::run::Shortcuts;
 use super::sector::Stepper;
 use crate::simulation::{Filament, Form};
 use crate::tool::ClampMotion;
@@ -47,10 +48,10 @@ impl<M: ClampMotion + Sync> Assembly<M> {
         let radii = filaments.iter().zip(radii).flat_map(of_filament).collect();
         let lengths = filaments.iter().map(|filament| filament.chain.length).collect();
         let layout = Layout::new(lengths, radii, points, None);
-        let contacts = [f64::NEG_INFINITY, f64::INFINITY];
-        let member = |(index, filament)| Member { filament, contacts, start: coordinates(index) };
+        let member = |(index, filament)| Member { filament, last: f64::INFINITY, start: coordinates(index) };
         let members = filaments.into_iter().enumerate().map(member).collect();
-        let (bundle, motion) = Bundle::new(Form::Spatial, members, law, layout, [0.0, 0.0], false);
+        let shortcuts = Shortcuts { sleep: false, ..Shortcuts::ALL };
+        let (bundle, motion) = Bundle::new(Form::Spatial, members, law, layout, [0.0, 0.0], shortcuts);
         Self { stepper: Stepper::new(&motion, tolerance), bundle, motion }
     }
 

@@ -14,6 +14,7 @@ use super::gmres::{self, Coupled, Division, Krylov, Vector};
 use super::group::{Activity, Budget, Group, Member, Surroundings, WorkpieceLoad, larger};
 use super::presses::PressLaw;
 use super::pressing::{Pair, Pressing};
+use super::run::Shortcuts;
 use super::team;
 use crate::equations::{ChainDynamics, LANES, Lanes, Lanewise, PolarAxis, Real};
 use crate::simulation::{Filament, Form};
@@ -78,6 +79,9 @@ pub struct Bundle<M> {
     pressing: Pressing,
     forces: Field,
     linear: Linear,
+    /// `true` once a sleeping group was touched, so that what was computed since the last step does not hold.
+    has_woken: bool,
+    shortcuts: Shortcuts,
 }
 
 /// What a group does, apart from its motion.
@@ -86,7 +90,6 @@ pub struct Bundle<M> {
 pub struct GroupState {
     charts: Vec<PolarAxis>,
     activity: Activity,
-    asleep_from: Option<(f64, Vector)>,
 }
 
 /// Memory of the linear equations.
@@ -108,10 +111,11 @@ pub struct Evaluation<'a> {
 impl Evaluation<'_> {
     /// Takes the forces of the workpiece on each filament, except for those that sleep.
     pub fn take_loads(&self, loads: &mut Vec<WorkpieceLoad>) {
-        for Group { first, loads: new, asleep_from, .. } in self.groups {
+        for group in self.groups {
+            let Group { first, loads: new, .. } = group;
             if loads.len() == *first {
                 loads.extend_from_slice(new);
-            } else if asleep_from.is_none() {
+            } else if !group.is_asleep() {
                 loads[*first..][..new.len()].copy_from_slice(new);
             }
         }
@@ -135,7 +139,7 @@ pub struct NoConvergence;
 
 impl<M: ClampMotion + Sync> Bundle<M> {
     /// Filaments with equations of the given form, that press on each other under `law`, on a body that turns at `rate` (rad/s) about
-    /// `z`, and their motion at `time` (s). If `at_rest`, they turn rigidly with it as long as nothing touches them.
+    /// `z`, and their motion at `time` (s). Only filaments may sleep that turn rigidly with the body as long as nothing touches them.
     ///
     /// # Panics
     /// If there is no filament, or if their numbers of segments differ.
@@ -145,11 +149,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         law: PressLaw,
         layout: Layout,
         [time, rate]: [f64; 2],
-        at_rest: bool,
+        shortcuts: Shortcuts,
     ) -> (Self, BrushState) {
         let n = layout.segments;
         assert!(!members.is_empty() && members.iter().all(|member| member.filament.chain.segments() == n));
-        let activity = if at_rest { Activity::Rests } else { Activity::Solved };
+        let activity = if shortcuts.sleep { Activity::Sleeping } else { Activity::Solved };
         let parts = members.chunks(LANES).enumerate();
         let groups: Vec<Group> =
             parts.map(|(index, members)| Group::new(index, form, members, rate, activity)).collect();
@@ -170,7 +174,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let filaments: Vec<_> = members.into_iter().map(|member| member.filament).collect();
         let mut bundle = Self {
             has_friction: law.friction > 0.0 || filaments.iter().any(|filament| filament.law.friction > 0.0),
-            candidates: Candidates::new(layout.clone()),
+            candidates: Candidates::new(layout.clone(), shortcuts.broad_phase),
             nodes: Nodes { positions: field.clone(), velocities: field.clone() },
             pressing: Pressing::new(law, &layout, form == Form::Planar),
             linear: Linear {
@@ -184,17 +188,16 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             layout,
             groups,
             filaments,
+            has_woken: false,
+            shortcuts,
         };
         bundle.leave_poles(&mut motion);
+        bundle.place_sleeping(&motion);
         bundle.meet(&motion);
-        let Self { groups, forces, candidates, .. } = &mut bundle;
+        let Self { groups, forces, .. } = &mut bundle;
         let parts = forces.0.chunks(n + 1).zip(motion.q.chunks(n).zip(motion.v.chunks(n)));
         for (group, ((forces, (q, v)), a)) in groups.iter_mut().zip(parts.zip(motion.accelerations.chunks_mut(n))) {
-            if group.activity == Activity::Rests {
-                // Nothing touches it, so that nothing is computed of it until it is woken.
-                candidates.set_asleep(group.index, true);
-                group.asleep_from = Some((motion.time, q.to_vec()));
-            } else {
+            if !group.is_asleep() {
                 group.accelerations([q, v], forces, a);
             }
         }
@@ -243,7 +246,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     pub fn begin_step(&mut self, motion: &mut BrushState) -> bool {
         self.fill_lanes(motion);
         self.leave_poles(motion);
-        self.leave_out(motion)
+        self.shortcuts.leave_out && self.leave_out(motion)
     }
 
     /// Leaves out the groups that no longer have a part in what counts: they turn with the body from now on. Returns whether there are
@@ -256,69 +259,60 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let n = self.layout.segments;
         let Self { groups, filaments, candidates, rate, .. } = self;
         let mut any = false;
-        for group in groups.iter_mut() {
+        for group in groups.iter_mut().filter(|group| !group.is_asleep()) {
             let turns = group.equations.charts().iter().all(|chart| *chart == PolarAxis::Z);
-            let stays = matches!(group.activity, Activity::Left | Activity::Rests) || !turns;
-            if stays || !group.is_past(filaments, motion.time, BEHIND / rate.abs()) {
+            if !turns || !group.is_past(filaments, motion.time, BEHIND / rate.abs()) {
                 continue;
             }
             any = true;
             group.activity = Activity::Left;
             let blocks = group.index * n..(group.index + 1) * n;
-            group.asleep_from = Some((motion.time, motion.q[blocks].to_vec()));
+            motion.v[blocks.clone()].fill([Lanes::ZERO, Lanes::from_f64(*rate)]);
+            motion.accelerations[blocks].fill([Lanes::ZERO; 2]);
             candidates.leave_out(group.index);
         }
         any
     }
 
-    /// Wakes the groups that may meet the workpiece until `time` (s), or that others may come near. Returns whether there are any.
-    pub fn wake(&mut self, motion: &mut BrushState, time: f64) -> bool {
-        let Self { groups, candidates, .. } = self;
-        let mut any = candidates.wake_wanted();
-        for group in groups.iter().filter(|group| group.activity == Activity::Rests) {
-            if candidates.is_asleep(group.index) && group.is_due(time) {
-                candidates.set_asleep(group.index, false);
+    /// Wakes the sleeping groups that may meet the workpiece in a step of `h` (s) from `motion`, or in a second one: so that the first step
+    /// with a contact knows the distance at its beginning. Returns whether any has woken since the last step, also because others touched it.
+    pub fn wake(&mut self, motion: &BrushState, h: f64) -> bool {
+        let (end, mut any) = (motion.time + 2.0 * h, std::mem::take(&mut self.has_woken));
+        for index in 0..self.groups.len() {
+            let is_due = |bundle: &Self| {
+                let group = &bundle.groups[index];
+                group.activity == Activity::Sleeping && !group.is_clear(&bundle.candidates, end)
+            };
+            if !is_due(self) {
+                continue;
+            }
+            // The distance that the bound starts from may be an old one.
+            self.place(motion, |group| group.index == index);
+            let n = self.layout.segments;
+            let (groups, around, forces, _) = self.parts(motion.time);
+            let forces = &mut forces.0[index * (n + 1)..][..=n];
+            groups[index].meet_workpiece(&around, &mut GroupField::new(index, n, forces));
+            if is_due(self) {
+                self.groups[index].activity = Activity::Solved;
                 any = true;
             }
-        }
-        if any {
-            self.bring_up_to_date(motion);
-            let Self { groups, candidates, .. } = self;
-            let awake = groups.iter_mut().filter(|group| !candidates.is_asleep(group.index));
-            awake.for_each(|group| group.asleep_from = None);
         }
         any
     }
 
-    /// Brings the groups that sleep, or have just been woken, to where they have turned with the body.
-    pub fn bring_up_to_date(&self, motion: &mut BrushState) {
-        let n = self.layout.segments;
-        for group in &self.groups {
-            let Some((since, q)) = &group.asleep_from else { continue };
-            let angle = Lanes::from_f64(self.rate * (motion.time - since));
-            let blocks = group.index * n..(group.index + 1) * n;
-            for (block, [polar, azimuth]) in motion.q[blocks.clone()].iter_mut().zip(q) {
-                *block = [*polar, *azimuth + angle];
-            }
-            motion.v[blocks.clone()].fill([Lanes::ZERO, Lanes::from_f64(self.rate)]);
-            motion.accelerations[blocks].fill([Lanes::ZERO; 2]);
-        }
+    /// `true` if a sleeping group was touched since the last step.
+    pub fn has_woken(&self) -> bool {
+        self.has_woken
     }
 
-    /// Whether a group sleeps that others may come near.
-    pub fn must_wake(&self) -> bool {
-        self.candidates.is_any_wanted()
-    }
-
-    /// Whether a group sleeps.
+    /// `true` if a group sleeps.
     pub fn is_asleep(&self, group: usize) -> bool {
-        self.candidates.is_asleep(group)
+        self.groups[group].is_asleep()
     }
 
     /// Places the groups that sleep, too.
-    pub fn place_sleeping(&mut self, motion: &mut BrushState) {
-        self.bring_up_to_date(motion);
-        self.place(motion, |group, candidates| candidates.is_asleep(group.index));
+    pub fn place_sleeping(&mut self, motion: &BrushState) {
+        self.place(motion, Group::is_asleep);
     }
 
     /// The charts of the coordinates, group by group.
@@ -330,32 +324,23 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     pub fn states(&self) -> Vec<GroupState> {
         let state = |group: &Group| GroupState {
             charts: group.equations.charts().to_vec(),
-            activity: match group.activity {
-                activity @ (Activity::Rests | Activity::Left) => activity,
-                Activity::Solved | Activity::Alone | Activity::Coupled => Activity::Solved,
-            },
-            asleep_from: group.asleep_from.clone(),
+            activity: if group.is_asleep() { group.activity } else { Activity::Solved },
         };
         self.groups.iter().map(state).collect()
     }
 
     /// Lets each group do what it did. `None` if the states are not those of such a bundle.
     pub fn restore(&mut self, states: Vec<GroupState>) -> Option<()> {
-        let n = self.layout.segments;
-        let fits = |(group, state): (&Group, &GroupState)| {
-            let asleep = state.asleep_from.as_ref();
-            state.charts.len() == group.equations.charts().len() && asleep.is_none_or(|(_, q)| q.len() == n)
-        };
+        let fits = |(group, state): (&Group, &GroupState)| state.charts.len() == group.equations.charts().len();
         if states.len() != self.groups.len() || !self.groups.iter().zip(&states).all(fits) {
             return None;
         }
-        for (group, GroupState { charts, activity, asleep_from }) in self.groups.iter_mut().zip(states) {
+        for (group, GroupState { charts, activity }) in self.groups.iter_mut().zip(states) {
             group.equations.set_charts(&charts);
-            self.candidates.set_asleep(group.index, asleep_from.is_some());
+            group.activity = activity;
             if activity == Activity::Left {
                 self.candidates.leave_out(group.index);
             }
-            (group.activity, group.asleep_from) = (activity, asleep_from);
         }
         Some(())
     }
@@ -381,9 +366,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         /// Above this least sine, a chart is good enough.
         const GOOD: f64 = 0.3;
         let n = self.layout.segments;
-        let Self { groups, candidates, .. } = self;
-        for (index, group) in groups.iter_mut().enumerate() {
-            if group.equations.form() == Form::Planar || candidates.is_asleep(index) {
+        for (index, group) in self.groups.iter_mut().enumerate() {
+            if group.equations.form() == Form::Planar || group.is_asleep() {
                 continue;
             }
             let mut charts = Cow::Borrowed(group.equations.charts());
@@ -424,14 +408,12 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// Places all filaments, and sums the forces of all contacts.
     fn meet(&mut self, motion: &BrushState) {
         self.begin_stage();
-        self.place(motion, |group, candidates| {
-            group.activity != Activity::Solved && !candidates.is_asleep(group.index)
-        });
+        self.place(motion, Group::is_open);
         self.find_presses(motion.time, None, true);
         let n = self.layout.segments;
         let (groups, around, forces, _) = self.parts(motion.time);
         let parts = groups.iter_mut().zip(forces.0.chunks_mut(n + 1));
-        let parts = parts.filter(|(group, _)| !around.candidates.is_asleep(group.index));
+        let parts = parts.filter(|(group, _)| !group.is_asleep());
         team::for_each(parts.map(|part| (part.0.index, part)), |(group, forces)| {
             group.meet(&around, &mut GroupField::new(group.index, n, forces));
         });
@@ -439,42 +421,40 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// The groups, what they meet at `time` (s), their forces, and the linear equations.
     fn parts(&mut self, time: f64) -> (&mut [Group], Surroundings<'_, M>, &mut Field, &mut Linear) {
-        let Self { filaments, groups, has_friction, candidates, nodes, pressing, forces, linear, .. } = self;
+        let Self { filaments, groups, has_friction, candidates, nodes, pressing, forces, linear, shortcuts, .. } = self;
+        let (has_friction, has_bounds) = (*has_friction, shortcuts.clearance);
         (
             groups,
-            Surroundings { filaments, nodes, pressing, candidates, time, has_friction: *has_friction },
+            Surroundings { filaments, nodes, pressing, candidates, time, has_friction, has_bounds },
             forces,
             linear,
         )
     }
 
     fn begin_stage(&mut self) {
-        for group in &mut self.groups {
-            if !matches!(group.activity, Activity::Rests | Activity::Left) {
-                group.activity = Activity::Alone;
-            }
-        }
+        self.groups.iter_mut().filter(|group| !group.is_asleep()).for_each(|group| group.activity = Activity::Alone);
     }
 
-    fn place(&mut self, motion: &BrushState, which: impl Fn(&Group, &Candidates) -> bool) {
+    fn place(&mut self, motion: &BrushState, which: impl Fn(&Group) -> bool) {
         let n = self.layout.segments;
-        let Self { groups, nodes, filaments, candidates, .. } = self;
+        let Self { groups, nodes, filaments, .. } = self;
         let parts = groups.iter_mut().zip(motion.by_group(n)).zip(nodes.by_group(n));
-        let parts = parts.filter(|((group, _), _)| which(group, candidates));
+        let parts = parts.filter(|((group, _), _)| which(group));
         team::for_each(parts.map(|part| (part.0.0.index, part)), |((group, [q, v, _]), nodes)| {
             group.place(filaments, motion.time, [q, v], nodes);
         });
     }
 
     /// Finds where filaments press on each other, where they were placed; with `weights` also how their forces change along a step.
-    /// All groups were placed if these `are_all`, otherwise those that are being solved.
+    /// All groups were placed if these `are_all`, otherwise those that are being solved. Sleeping groups that something presses on wake.
     fn find_presses(&mut self, time: f64, weights: Option<[f64; 2]>, are_all: bool) {
         let Self { candidates, nodes, pressing, groups, layout, .. } = self;
-        let moved = |group: usize| are_all || matches!(groups[group].activity, Activity::Alone | Activity::Coupled);
-        candidates.update(&mut nodes.positions, self.rate * time, moved);
+        let moved = |group: usize| groups[group].is_open() || (are_all && !groups[group].is_asleep());
+        candidates.update(&nodes.positions, self.rate * time, moved);
         // By the motion of the positions: solutions multiply by its weight.
         pressing.find(candidates, nodes, layout, weights.map(|[by_position, by_rate]| [1.0, by_rate / by_position]));
         for group in groups {
+            self.has_woken |= group.activity == Activity::Sleeping && pressing.is_any(group.index);
             group.activity = match group.activity {
                 _ if pressing.is_any(group.index) => Activity::Coupled,
                 Activity::Coupled => Activity::Alone,
@@ -494,7 +474,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(motion.by_group(n))
             .zip(forces.0.chunks(n + 1).zip(linear.residual.chunks_mut(n)))
             .zip(&mut budgets);
-        let parts = parts.enumerate().filter(|(index, _)| !around.candidates.is_asleep(*index));
+        let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| !group.is_asleep());
         team::for_each(parts, |(((group, state), (forces, residual)), budget)| {
             group.residual(state, forces, residual);
             let [q, v, _] = state;
@@ -528,12 +508,12 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         while effort.newton_iterations < MOST {
             effort.newton_iterations += 1;
             let is_first = effort.newton_iterations == 1;
-            self.follow(motion, stage, is_first);
+            self.follow(motion, stage);
             self.find_presses(motion.time, Some(stage.weights), is_first);
-            if self.must_wake() {
+            if self.has_woken {
                 return Err(NoConvergence);
             }
-            effort.factorisations += self.linearise(motion, stage.weights, is_first);
+            effort.factorisations += self.linearise(motion, stage.weights);
             effort.krylov_vectors += self.solve_coupled(by_position, is_first).ok_or(NoConvergence)?;
             let correction = self.correct(motion, by_rate, tolerance);
             // Twice what the linearised motion is.
@@ -545,9 +525,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             if largest <= tolerance {
                 let parts = motion.q.chunks_mut(n).zip(motion.v.chunks_mut(n)).zip(motion.accelerations.chunks(n));
                 for (group, ((q, v), accelerations)) in parts.enumerate() {
-                    if !self.candidates.is_asleep(group) {
-                        stage.follow([q, v], accelerations, group * n);
-                    }
+                    stage.follow([q, v], accelerations, group * n);
                 }
                 return Ok(effort);
             }
@@ -555,17 +533,17 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         Err(NoConvergence)
     }
 
-    /// Places the groups that are not solved yet by their accelerations; those at rest only in the first iteration.
-    fn follow(&mut self, motion: &mut BrushState, stage: Kinematics<'_>, is_first: bool) {
+    /// Places the groups that are not solved yet by their accelerations.
+    fn follow(&mut self, motion: &mut BrushState, stage: Kinematics<'_>) {
         let n = self.layout.segments;
-        let Self { groups, nodes, filaments, candidates, .. } = self;
+        let Self { groups, nodes, filaments, .. } = self;
         let BrushState { time, q, v, accelerations } = motion;
         let parts = groups
             .iter_mut()
             .zip(q.chunks_mut(n).zip(v.chunks_mut(n)))
             .zip(accelerations.chunks(n))
             .zip(nodes.by_group(n));
-        let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| group.goes_on(candidates, is_first));
+        let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| group.is_open());
         team::for_each(parts, |(((group, (q, v)), accelerations), nodes)| {
             stage.follow([q, v], accelerations, group.index * n);
             group.place(filaments, *time, [q, v], nodes);
@@ -574,7 +552,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// Computes the residual, and factorises the matrices of the groups whose filaments have other contacts than those for which it was
     /// done before. Solves the equations of those that are alone. Returns the number of factorisations.
-    fn linearise(&mut self, motion: &BrushState, weights: [f64; 2], is_first: bool) -> usize {
+    fn linearise(&mut self, motion: &BrushState, weights: [f64; 2]) -> usize {
         let n = self.layout.segments;
         let (groups, around, forces, linear) = self.parts(motion.time);
         let factorisations = AtomicUsize::new(0);
@@ -583,7 +561,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(motion.by_group(n))
             .zip(forces.0.chunks_mut(n + 1))
             .zip(linear.residual.chunks_mut(n));
-        let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| group.goes_on(around.candidates, is_first));
+        let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| group.is_open());
         team::for_each(parts, |(((group, state), forces), residual)| {
             let mut forces = GroupField::new(group.index, n, forces);
             if group.linearise(&around, state, weights, &mut forces, residual) {

@@ -1,10 +1,13 @@
 //! Which points may press on which segments: the broad phase.
 //!
+//! Everything here is in the frame of the turning body. A sleeping filament turns with the body, so its nodes stay where they are and
+//! it is a candidate like any other.
+//!
 //! *Pairs* of filaments are found by how far they reach around the tool axis and along it. A list of them is complete until some node has
-//! moved by half a margin, relative to the turning body. A pair *watches* the points of one filament, in blocks of one per lane: how far they
-//! are from the other filament is computed again only once both could have moved that way. For each block it knows a window of segments
-//! of the other filament, outside which there is nothing near. Blocks that are near, or nearly so, are listed: as long as nodes have
-//! hardly moved since, as between the iterations of a stage, no others are looked at.
+//! moved by half a margin. A pair *watches* the points of one filament, in blocks of one per lane: how far they are from the other
+//! filament is computed again only once both could have moved that way. For each block it knows a window of segments of the other
+//! filament, outside which there is nothing near. Blocks that are near, or nearly so, are listed: as long as nodes have hardly moved since,
+//! as between the iterations of a stage, no others are looked at.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -71,6 +74,8 @@ const RESERVE: f64 = 0.03;
 #[derive(Clone, Debug)]
 pub struct Candidates {
     layout: Layout,
+    /// `true` if bounds exclude pairs, blocks and segments from the search.
+    has_bounds: bool,
     margin: f64,
     /// See [`Layout::side`].
     side: usize,
@@ -79,16 +84,12 @@ pub struct Candidates {
     /// Pairs by the group of the filament whose points they watch.
     pairs: Vec<Vec<Pair>>,
     motion: Ways,
-    /// Where the nodes are, filament by filament.
+    /// Positions of the nodes in the frame of the body, filament by filament.
     nodes: Vec<[f64; 3]>,
+    /// Angle of the body in rad.
+    angle: f64,
     /// Which groups nothing touches.
     left_out: Vec<bool>,
-    /// Which groups are not looked at: they turn with the body.
-    asleep: Vec<bool>,
-    /// Scratch: the groups of which a filament may be near one that does not sleep.
-    beside: Vec<bool>,
-    /// Sleeping filaments that others may come near, by the group of the latter.
-    wanted: Vec<Vec<usize>>,
     /// How far each filament had gone when the list was built, by group. Empty before that.
     built: Vec<Lanes>,
     search: Search,
@@ -102,8 +103,6 @@ pub struct Candidates {
 #[derive(Clone, Debug, Default)]
 struct Search {
     bounds: Vec<Bounds>,
-    /// The angle of the body then in rad.
-    angle: f64,
     starts: Vec<Start>,
     /// The pairs that were found, by group: both filaments, and by how much the other is moved.
     found: Vec<Vec<(usize, usize, f64)>>,
@@ -124,9 +123,8 @@ struct Start {
 /// How far nodes have gone relative to the body.
 #[derive(Clone, Debug)]
 struct Ways {
-    /// Where they were last, and the angle of the body then, by group.
+    /// Positions to which they were last followed, in the frame of the body.
     positions: Field,
-    angles: Vec<f64>,
     /// The way of each node, or of the farthest among [`SPREAD`] on either side, in m.
     paths: Vec<Lanes>,
     /// Scratch: the last ways of the nodes of each group, with [`SPREAD`] beyond either end.
@@ -171,12 +169,11 @@ impl Block {
 
 impl Candidates {
     /// An empty list, which is out of date.
-    pub fn new(layout: Layout) -> Self {
+    pub fn new(layout: Layout, has_bounds: bool) -> Self {
         let groups = layout.groups();
         let none = Lanes::ZERO;
         let motion = Ways {
             positions: Field::new(groups, layout.segments),
-            angles: vec![f64::NAN; groups],
             paths: vec![none; groups * (layout.segments + 1)],
             ways: vec![none; groups * (layout.segments + 1 + 2 * SPREAD)],
             farthest: vec![none; groups],
@@ -188,74 +185,56 @@ impl Candidates {
             stations: Stations::all(layout.segments, layout.points),
             pairs: vec![Vec::new(); groups],
             motion,
+            angle: 0.0,
             left_out: vec![false; groups],
-            asleep: vec![false; groups],
-            beside: vec![false; groups],
-            wanted: vec![Vec::new(); groups],
             built: Vec::new(),
             listed: vec![Vec::new(); groups],
             drift: f64::INFINITY,
             search: Search { found: vec![Vec::new(); groups], ..Search::default() },
+            has_bounds,
             layout,
         }
     }
 
-    /// Puts the nodes to `positions`, where the body is at `angle` (rad). Groups that have not `moved` since the last time are where they
-    /// were; those that sleep have turned with the body.
+    /// Puts the nodes to `positions`, where the body is at `angle` (rad). Groups that have not `moved` since the last time have turned with
+    /// the body, if at all.
     ///
     /// Unless what is listed [holds](Self::is_listed), follows how far nodes have gone, and builds the list of pairs again if filaments may
-    /// touch that are not in it. Groups that sleep are put where they are then, too.
-    pub fn update(&mut self, positions: &mut Field, angle: f64, moved: impl Fn(usize) -> bool) {
+    /// touch that are not in it.
+    pub fn update(&mut self, positions: &Field, angle: f64, moved: impl Fn(usize) -> bool) {
         let is_listed = self.is_listed();
-        let Self { motion, layout, asleep, nodes, .. } = self;
-        let moved = |group: usize| !asleep[group] && moved(group);
-        let segments = layout.segments;
-        copy_filaments(positions, segments, moved, nodes);
+        let is_known = !self.built.is_empty();
+        let moved = |group: usize| !is_known || moved(group);
+        let to_body = turned(-angle);
+        self.angle = angle;
+        let Self { motion, layout, nodes, .. } = self;
+        copy_filaments(positions, layout.segments, &to_body, &moved, nodes);
         if is_listed {
             return;
         }
-        let is_known = !self.built.is_empty();
-        if is_known {
-            motion.follow(positions, angle, segments, moved);
-        } else {
-            motion.positions.clone_from(positions);
-            motion.angles.fill(angle);
-        }
-        // Of those that sleep, the places are needed of those that may be near one that does not.
-        self.beside.fill(false);
-        let awake = self.pairs.iter().zip(&self.asleep).filter(|(_, asleep)| !**asleep);
-        awake.flat_map(|(pairs, _)| pairs).for_each(|pair| self.beside[pair.other / LANES] = true);
-        let is_beside = |group: usize| self.asleep[group] && self.beside[group] && !self.left_out[group];
-        for group in (0..self.asleep.len()).filter(|group| is_beside(*group)) {
-            self.motion.turn(positions, angle, segments, group);
-        }
-        copy_filaments(positions, segments, is_beside, &mut self.nodes);
+        motion.follow(positions, layout.segments, &to_body, &moved);
         let gone =
             |now: &Lanes, then: &Lanes| (0..LANES).all(|lane| now.lane(lane) - then.lane(lane) <= 0.5 * self.margin);
         if !is_known || !self.motion.farthest.iter().zip(&self.built).all(|(now, then)| gone(now, then)) {
-            self.build(positions, angle);
+            self.build();
             self.built.clone_from(&self.motion.farthest);
         }
     }
 
     /// Lists the pairs of filaments that may be nearer to each other than the reach and the margin. Keeps what is known of pairs.
-    fn build(&mut self, positions: &Field, angle: f64) {
-        let Self { layout, margin, stations, pairs: lists, left_out, asleep, search, .. } = self;
+    fn build(&mut self) {
+        let Self { layout, has_bounds, margin, stations, pairs: lists, nodes, left_out, search, .. } = self;
         let Layout { filaments, segments, period, .. } = *layout;
-        let Search { bounds, angle: earlier_angle, starts, found, earlier, unused } = search;
+        let Search { bounds, starts, found, earlier, unused } = search;
         let near = layout.largest_reach + *margin;
-        bounds.resize(filaments, Bounds::NOWHERE);
-        for (filament, bounds) in bounds.iter_mut().enumerate() {
-            let group = filament / LANES;
-            *bounds = if left_out[group] {
-                Bounds::NOWHERE
-            } else if asleep[group] {
-                bounds.turned(angle - *earlier_angle)
-            } else {
-                Bounds::of((0..=segments).map(|k| positions.at(Node::new(filament, k, segments))), near)
-            };
-        }
-        *earlier_angle = angle;
+        bounds.clear();
+        bounds.extend(nodes.chunks_exact(segments + 1).take(filaments).enumerate().map(|(filament, nodes)| {
+            match (left_out[filament / LANES], *has_bounds) {
+                (true, _) => Bounds::NOWHERE,
+                (false, true) => Bounds::of(nodes.iter().copied(), near),
+                (false, false) => Bounds::EVERYWHERE,
+            }
+        }));
         found.iter_mut().for_each(Vec::clear);
         let around = period.map(|period| [-period, 0.0, period]);
         let shifts = around.as_ref().map_or(&[0.0][..], |shifts| &shifts[..]);
@@ -295,40 +274,12 @@ impl Candidates {
 
     /// Whether what is listed holds where the nodes are now.
     pub fn is_listed(&self) -> bool {
-        2.0 * self.drift <= RESERVE * self.layout.largest_reach
-    }
-
-    /// Whether a group is not looked at.
-    pub fn is_asleep(&self, group: usize) -> bool {
-        self.asleep[group]
-    }
-
-    /// Sets whether a group is not looked at. While it is not, it turns with the body.
-    pub fn set_asleep(&mut self, group: usize, is_asleep: bool) {
-        self.drift = f64::INFINITY;
-        self.asleep[group] = is_asleep;
-    }
-
-    /// Whether a group sleeps although other filaments may come near.
-    pub fn is_any_wanted(&self) -> bool {
-        self.wanted.iter().any(|filaments| !filaments.is_empty())
-    }
-
-    /// Wakes the groups that sleep although other filaments may come near. Returns whether there are any.
-    pub fn wake_wanted(&mut self) -> bool {
-        let is_any = self.is_any_wanted();
-        for filament in self.wanted.iter_mut().flat_map(|filaments| filaments.drain(..)) {
-            self.asleep[filament / LANES] = false;
-        }
-        if is_any {
-            self.drift = f64::INFINITY;
-        }
-        is_any
+        self.has_bounds && 2.0 * self.drift <= RESERVE * self.layout.largest_reach
     }
 
     /// Leaves out a group: nothing touches it any longer.
     pub fn leave_out(&mut self, group: usize) {
-        self.set_asleep(group, true);
+        self.drift = f64::INFINITY;
         self.left_out[group] = true;
         self.pairs[group].clear();
         for pairs in &mut self.pairs {
@@ -342,16 +293,14 @@ impl Candidates {
         if !is_listed {
             self.drift = 0.0;
         }
-        let Self { layout, motion, nodes, side, stations, pairs, listed, asleep, wanted, .. } = self;
-        let (layout, motion, nodes) = (&*layout, &*motion, &**nodes);
-        let (side, stations, asleep) = (*side, &**stations, &**asleep);
-        let parts = pairs.iter_mut().zip(listed).zip(wanted);
-        parts.map(move |((pairs, listed), wanted)| {
+        let Self { layout, has_bounds, motion, nodes, angle, side, stations, pairs, listed, .. } = self;
+        let (layout, motion, nodes, stations) = (&*layout, &*motion, &**nodes, &**stations);
+        let (has_bounds, side, angle) = (*has_bounds, *side, sin_cos(*angle));
+        pairs.iter_mut().zip(listed).map(move |(pairs, listed)| {
             if !is_listed {
                 listed.clear();
-                wanted.clear();
             }
-            Watched { layout, motion, nodes, side, stations, pairs, listed, is_listed, asleep, wanted }
+            Watched { layout, has_bounds, motion, nodes, angle, side, stations, pairs, listed, is_listed }
         })
     }
 
@@ -362,16 +311,14 @@ impl Candidates {
 }
 
 impl Ways {
-    /// Puts a group where it is if it has turned with the body.
-    fn turn(&self, positions: &mut Field, angle: f64, segments: usize, group: usize) {
-        let nodes = group * (segments + 1)..(group + 1) * (segments + 1);
-        let turn = turned(angle - self.angles[group]);
-        for (now, earlier) in positions.0[nodes.clone()].iter_mut().zip(&self.positions.0[nodes]) {
-            *now = turn(*earlier);
-        }
-    }
-
-    fn follow(&mut self, positions: &Field, angle: f64, segments: usize, moved: impl Fn(usize) -> bool) {
+    /// Adds the ways to these positions of the groups that have `moved`.
+    fn follow(
+        &mut self,
+        positions: &Field,
+        segments: usize,
+        to_body: &(impl Fn([Lanes; 3]) -> [Lanes; 3] + Sync),
+        moved: impl Fn(usize) -> bool,
+    ) {
         let nodes = segments + 1;
         let parts = self
             .positions
@@ -380,22 +327,20 @@ impl Ways {
             .zip(positions.0.chunks(nodes))
             .zip(self.paths.chunks_mut(nodes))
             .zip(self.ways.chunks_mut(nodes + 2 * SPREAD))
-            .zip(&mut self.farthest)
-            .zip(&mut self.angles);
+            .zip(&mut self.farthest);
         let parts = parts.enumerate().filter(|(group, _)| moved(*group));
-        team::for_each(parts, |(((((earlier, now), paths), ways), farthest), before)| {
-            let turn = turned(angle - *before);
-            *before = angle;
+        team::for_each(parts, |((((earlier, now), paths), ways), farthest)| {
             wide(
                 #[inline(always)]
                 || {
                     ways.fill(Lanes::ZERO);
                     let mut most = Lanes::ZERO;
                     for ((earlier, now), way) in earlier.iter_mut().zip(now).zip(&mut ways[SPREAD..]) {
-                        let moved = sub(*now, turn(*earlier));
+                        let now = to_body(*now);
+                        let moved = sub(now, *earlier);
                         *way = dot(moved, moved).sqrt();
                         most = most.max(*way);
-                        *earlier = *now;
+                        *earlier = now;
                     }
                     // The largest of 2, 4, and 8 that follow each other, and then of those within the spread.
                     for ahead in [1, 2, 4] {
@@ -421,16 +366,28 @@ impl Ways {
     }
 }
 
-/// Copies the positions of some groups, filament by filament.
-fn copy_filaments(positions: &Field, segments: usize, groups: impl Fn(usize) -> bool, nodes: &mut [[f64; 3]]) {
+/// Copies the positions of some groups to the frame of the body, filament by filament.
+fn copy_filaments(
+    positions: &Field,
+    segments: usize,
+    to_body: &(impl Fn([Lanes; 3]) -> [Lanes; 3] + Sync),
+    groups: impl Fn(usize) -> bool,
+    nodes: &mut [[f64; 3]],
+) {
     let count = segments + 1;
     let parts = positions.0.chunks(count).zip(nodes.chunks_mut(LANES * count)).enumerate();
     team::for_each(parts.filter(|(group, _)| groups(*group)), |(positions, nodes)| {
-        for (k, [x, y, z]) in positions.iter().enumerate() {
-            for lane in 0..LANES {
-                nodes[lane * count + k] = [x.lane(lane), y.lane(lane), z.lane(lane)];
-            }
-        }
+        wide(
+            #[inline(always)]
+            || {
+                for (k, position) in positions.iter().enumerate() {
+                    let [x, y, z] = to_body(*position);
+                    for lane in 0..LANES {
+                        nodes[lane * count + k] = [x.lane(lane), y.lane(lane), z.lane(lane)];
+                    }
+                }
+            },
+        );
     });
 }
 
@@ -445,24 +402,27 @@ fn turned(angle: f64) -> impl Fn([Lanes; 3]) -> [Lanes; 3] {
 /// The pairs of one group.
 pub struct Watched<'a> {
     layout: &'a Layout,
+    has_bounds: bool,
     motion: &'a Ways,
     nodes: &'a [[f64; 3]],
+    /// Sine and cosine of the angle of the body.
+    angle: (f64, f64),
     side: usize,
     stations: &'a [Stations],
     pairs: &'a mut [Pair],
     listed: &'a mut Vec<[u32; 2]>,
     is_listed: bool,
-    asleep: &'a [bool],
-    wanted: &'a mut Vec<usize>,
 }
 
 impl Watched<'_> {
     /// Calls `take` with every point that is nearer to another filament than the reach, with both filaments.
     pub fn for_each_near(mut self, mut take: impl FnMut([usize; 2], &Near)) {
-        if !self.is_listed {
+        if !self.has_bounds {
+            self.list_all();
+        } else if !self.is_listed {
             self.list();
         }
-        let Self { layout, nodes, stations, pairs, listed, .. } = self;
+        let Self { layout, nodes, angle, stations, pairs, listed, .. } = self;
         let mut lines = None;
         for &[pair, number] in &*listed {
             let Pair { own, other, shift, blocks, .. } = &pairs[pair as usize];
@@ -472,13 +432,27 @@ impl Watched<'_> {
             };
             lines = Some((pair, own_line, line));
             let near = Nearby { own: *own, own_line, line, window: blocks[number as usize].window };
-            near.for_each(number as usize, &stations[number as usize], layout, |near| take([*own, *other], near));
+            near.for_each(number as usize, &stations[number as usize], layout, |near| {
+                let near = near.turned(angle);
+                if near.is_within_reach() {
+                    take([*own, *other], &near);
+                }
+            });
+        }
+    }
+
+    /// Lists all blocks, with windows of all segments.
+    fn list_all(&mut self) {
+        let window = [0, self.layout.segments as u16];
+        for (number, pair) in self.pairs.iter_mut().enumerate() {
+            pair.blocks.fill(Block { window, ..Block::UNKNOWN });
+            self.listed.extend((0..pair.blocks.len()).map(|block| [number as u32, block as u32]));
         }
     }
 
     /// Lists the blocks whose points may be near before nodes have drifted by the reserve.
     fn list(&mut self) {
-        let Self { layout, motion, nodes, side, stations, pairs, listed, asleep, wanted, .. } = self;
+        let Self { layout, motion, nodes, side, stations, pairs, listed, .. } = self;
         let (layout, side, segments) = (*layout, *side, layout.segments);
         let reserve = RESERVE * layout.largest_reach;
         for (pair, Pair { own, other, shift, clear_until, blocks }) in pairs.iter_mut().enumerate() {
@@ -487,11 +461,6 @@ impl Watched<'_> {
             if total < *clear_until {
                 continue;
             }
-            let sleeper = [*own, *other].into_iter().find(|filament| asleep[*filament / LANES]);
-            if asleep[*own / LANES] && asleep[*other / LANES] {
-                continue;
-            }
-            let mut is_near = false;
             let line = Centreline::new(layout, nodes, *other, *shift);
             let own_line = Centreline::new(layout, nodes, *own, 0.0);
             let mut slack = f64::INFINITY;
@@ -516,13 +485,9 @@ impl Watched<'_> {
                 block.clear_until = way - reserve + clear;
                 slack = slack.min(block.slack(way, total));
                 if clear <= reserve {
-                    is_near = true;
-                    if sleeper.is_none() {
-                        listed.push([pair as u32, number as u32]);
-                    }
+                    listed.push([pair as u32, number as u32]);
                 }
             }
-            wanted.extend(sleeper.filter(|_| is_near));
             *clear_until = total + slack;
         }
     }
@@ -550,9 +515,7 @@ impl Nearby<'_> {
             let reach = radius.lane(lane) + line.radii[k];
             let ends = [line.node(k), line.node(k + 1)];
             let near = Near::between(point, x.map(|x| x.lane(lane)), line.segment(k), ends, reach);
-            if near.square() < near.reach * near.reach {
-                take(&near);
-            }
+            take(&near);
         }
     }
 }
@@ -797,6 +760,9 @@ impl Bounds {
     /// Overlaps nothing.
     const NOWHERE: Self = Self { angles: [0.0, -1.0], axial: [f64::INFINITY, f64::NEG_INFINITY] };
 
+    /// Overlaps all others.
+    const EVERYWHERE: Self = Self { angles: [0.0, TAU], axial: [f64::MIN, f64::MAX] };
+
     /// Two filaments can only be nearer to each other than `near` (m) if their bounds overlap.
     fn of(nodes: impl Iterator<Item = [f64; 3]> + Clone, near: f64) -> Self {
         let axial =
@@ -824,11 +790,6 @@ impl Bounds {
         }
         let pad = 0.5 * share.asin();
         Self { angles: [start + angle[0] - pad, start + angle[1] + pad], axial }
-    }
-
-    /// The same after the body has turned by `angle` (rad).
-    fn turned(self, angle: f64) -> Self {
-        Self { angles: self.angles.map(|before| before + angle), ..self }
     }
 
     /// Whether they overlap along `z`, with the other one moved by `shift` (m).
@@ -865,115 +826,190 @@ fn for_each_close(bounds: &[Bounds], starts: &mut Vec<Start>, mut take: impl FnM
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use fastrand::Rng;
 
-    /// A number between -1 and 1 that depends on `seed` alone.
-    fn random(seed: &mut u64) -> f64 {
-        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
+    use super::*;
 
     const REACH: f64 = 1.2e-3;
 
-    /// Filaments whose roots are at `root` on a body that turns, and that tremble. Returns how many points were near, and how often the
-    /// list was built.
-    fn compare(root: impl Fn(usize) -> [f64; 3], outwards: [f64; 3], period: Option<f64>) -> [usize; 2] {
-        let (filaments, segments, points, length) = (12, 6, 2, 2e-3);
-        let radii = vec![0.5 * REACH; filaments * segments];
-        let layout = Layout::new(vec![length; filaments], radii, points, period);
-        let mut seed = 7;
-        let mut nodes = Vec::new();
-        for filament in 0..filaments {
-            let mut position = root(filament);
-            nodes.push((Node::new(filament, 0, segments), position));
-            for k in 1..=segments {
-                let aside = [0, 1, 2].map(|i| if outwards[i] == 0.0 { 0.7 * random(&mut seed) } else { outwards[i] });
-                position = add(position, scale(length / dot(aside, aside).sqrt(), aside));
-                nodes.push((Node::new(filament, k, segments), position));
+    /// A number between −1 and 1.
+    fn about_zero(random: &mut Rng) -> f64 {
+        2.0 * random.f64() - 1.0
+    }
+
+    /// Filaments on a body, by their roots in its frame.
+    struct Scene {
+        layout: Layout,
+        roots: Vec<[f64; 3]>,
+        /// Bend and tilt of each, in rad.
+        shapes: Vec<[f64; 2]>,
+    }
+
+    impl Scene {
+        /// Two rows of filaments on a body of `radius` (m), `pitch` (m) apart.
+        fn new(radius: f64, pitch: f64, segments: usize, period: Option<f64>) -> Self {
+            let (filaments, length) = (21, 6.0 * REACH / segments as f64);
+            let radii = vec![0.5 * REACH; filaments * segments];
+            let root = |filament: usize| {
+                let (sin, cos) = sin_cos(pitch / radius * (filament / 2) as f64);
+                [radius * cos, radius * sin, pitch * (filament % 2) as f64]
+            };
+            Self {
+                layout: Layout::new(vec![length; filaments], radii, 2, period),
+                roots: (0..filaments).map(root).collect(),
+                shapes: vec![[0.0; 2]; filaments],
             }
         }
-        let shifts = period.map_or_else(|| vec![0.0], |period| vec![-period, 0.0, period]);
-        let mut candidates = Candidates::new(layout.clone());
-        let (mut met, mut built) = (0, 0);
-        let mut placed = Field::new(layout.groups(), segments);
-        for step in 0..80 {
-            let angle = 0.01 * f64::from(step / 2);
+
+        /// Puts the nodes of a filament, which bends in a circle, into the frame that the body has left by `angle` (rad).
+        fn place(&self, filament: usize, angle: f64, positions: &mut Field) {
+            let Layout { segments, lengths, .. } = &self.layout;
+            let (root, [bend, tilt]) = (self.roots[filament], self.shapes[filament]);
             let (sin, cos) = sin_cos(angle);
-            let mut random = || [random(&mut seed), random(&mut seed), random(&mut seed)];
-            if step % 2 == 0 {
-                for &(node, position) in &nodes {
-                    let [x, y, z] = add(position, scale(2e-5, random()));
-                    placed.set(node, [cos * x - sin * y, sin * x + cos * y, z]);
-                }
-                let before = candidates.built.clone();
-                candidates.drift(f64::INFINITY);
-                candidates.update(&mut placed, angle, |_| true);
-                built += usize::from(candidates.built != before);
-            } else {
-                // Nodes that hardly move are not followed.
-                let drift = 0.49 * RESERVE * REACH;
-                for &(node, _) in &nodes {
-                    placed.set(node, add(placed.at(node), scale(drift / 3.0_f64.sqrt(), random())));
-                }
-                candidates.drift(drift);
-                assert!(candidates.is_listed());
-                candidates.update(&mut placed, angle, |_| true);
+            let mut position = root;
+            for k in 0..=*segments {
+                let [x, y, z] = position;
+                positions.set(Node::new(filament, k, *segments), [cos * x - sin * y, sin * x + cos * y, z]);
+                let around = root[1].atan2(root[0]) + bend * (k as f64 + 0.5) / *segments as f64;
+                let direction = [tilt.cos() * around.cos(), tilt.cos() * around.sin(), tilt.sin()];
+                position = add(position, scale(lengths[filament], direction));
             }
-            let found = candidates.by_group().map(|watched| {
-                let mut near_ones = Vec::new();
-                watched.for_each_near(|filaments, near| near_ones.push((filaments, *near)));
-                near_ones
-            });
-            let mut found: Vec<([usize; 2], Near)> = found.flatten().collect();
-            let mut expected = Vec::new();
-            for filament in 0..filaments {
-                for segment in (0..segments).map(|k| Node::new(filament, k, segments)) {
-                    for part in 0..points {
-                        let point = FilamentPoint { segment, fraction: (part as f64 + 0.5) / points as f64 };
-                        for other in (0..filaments).filter(|other| *other != filament) {
-                            for &shift in &shifts {
-                                let end = |k: usize| add(placed.at(Node::new(other, k, segments)), [0.0, 0.0, shift]);
-                                let x = point.of(&placed);
-                                let on = |k: usize| {
-                                    Near::between(point, x, Node::new(other, k, segments), [end(k), end(k + 1)], REACH)
-                                };
-                                let all = (0..segments).map(on);
-                                let nearest = all.min_by(|a, b| a.square().total_cmp(&b.square())).expect("segments");
-                                if nearest.square() < REACH * REACH {
-                                    expected.push(([filament, other], nearest));
-                                }
-                            }
-                        }
+        }
+    }
+
+    /// All points within reach, in the order of the search.
+    fn found(candidates: &mut Candidates) -> Vec<([usize; 2], Near)> {
+        let mut found = Vec::new();
+        for watched in candidates.by_group() {
+            watched.for_each_near(|filaments, near| found.push((filaments, *near)));
+        }
+        found
+    }
+
+    /// Moves a scene at random, and compares the search with the one without bounds. Groups wake one after the other, move by a little or a
+    /// lot, and the last one is left out in the end. Returns the numbers of points within reach, and of lists of pairs that were built.
+    fn compare(mut scene: Scene, seed: u64) -> [usize; 2] {
+        let mut random = Rng::with_seed(seed);
+        let Layout { filaments, segments, .. } = scene.layout;
+        let [mut bounded, mut exhaustive] = [true, false].map(|bounds| Candidates::new(scene.layout.clone(), bounds));
+        let mut positions = Field::new(scene.layout.groups(), segments);
+        (0..filaments).for_each(|filament| scene.place(filament, 0.0, &mut positions));
+        let (mut met, mut built, mut before) = (0, 0, Vec::new());
+        for step in 0..100 {
+            let angle = 0.02 * f64::from(step);
+            let is_awake = |group: usize| group < 1 + step as usize / 25 && !(group == 0 && step > 75);
+            if step == 76 {
+                bounded.leave_out(0);
+                exhaustive.leave_out(0);
+            }
+            // Of some groups nothing has moved relative to the body, as that of filaments whose equations are solved.
+            let moving: Vec<bool> =
+                (0..scene.layout.groups()).map(|group| is_awake(group) && random.u8(..4) > 0).collect();
+            let amplitude = random.choice([1e-4, 1e-2, 0.3]).expect("three amplitudes");
+            for filament in (0..filaments).filter(|filament| is_awake(filament / LANES)) {
+                if moving[filament / LANES] {
+                    for angle in &mut scene.shapes[filament] {
+                        *angle = (*angle + amplitude * about_zero(&mut random)).clamp(-1.5, 1.5);
                     }
                 }
+                scene.place(filament, angle, &mut positions);
             }
-            for list in [&mut found, &mut expected] {
-                list.sort_by(|(a, first), (b, second)| {
-                    let key = |near: &Near| (near.point.segment, near.nearest.segment);
-                    let fractions = first.point.fraction.total_cmp(&second.point.fraction);
-                    a.cmp(b).then(key(first).cmp(&key(second))).then(fractions)
-                });
+            for candidates in [&mut bounded, &mut exhaustive] {
+                candidates.drift(f64::INFINITY);
+                candidates.update(&positions, angle, |group| moving[group]);
             }
-            assert_eq!(found, expected);
-            met += found.len();
+            let expected = found(&mut exhaustive);
+            assert!(found(&mut bounded) == expected, "step {step} of seed {seed}");
+            met += expected.len();
+            built += usize::from(bounded.built != before);
+            before.clone_from(&bounded.built);
+            // Within the reserve, the list holds.
+            let drift = 0.49 * RESERVE * REACH;
+            for row in positions
+                .0
+                .chunks_mut(segments + 1)
+                .zip(&moving)
+                .filter(|(_, moving)| **moving)
+                .flat_map(|(rows, _)| rows)
+            {
+                for component in row {
+                    let by = drift / 3.0_f64.sqrt() * about_zero(&mut random);
+                    *component = *component + Lanes::from_f64(by);
+                }
+            }
+            for candidates in [&mut bounded, &mut exhaustive] {
+                candidates.drift(drift);
+                candidates.update(&positions, angle, |group| moving[group]);
+            }
+            assert!(bounded.is_listed());
+            assert!(found(&mut bounded) == found(&mut exhaustive), "step {step} of seed {seed}, within the list");
         }
         [met, built]
     }
 
+    /// Packed and sparse filaments on large and small bodies, of few and many segments, alone and periodic.
     #[test]
-    fn the_list_finds_what_a_search_over_all_pairs_finds() {
-        let mut seed = 3;
-        let heights: Vec<f64> = (0..12).map(|_| 1e-3 * random(&mut seed)).collect();
-        // So near the axis that angles do not tell filaments apart; then on a body, in two rows that repeat.
-        let [met, built] =
-            compare(|filament| [1.3e-3 * filament as f64, 0.0, heights[filament]], [0.0, 1.0, 0.0], None);
-        assert!(met > 1000 && (1..20).contains(&built), "{met} near, built {built} times");
-        let on_body = |filament: usize| {
-            let (sin, cos) = sin_cos(1.3e-3 / 0.14 * (filament / 2) as f64);
-            [0.14 * cos, 0.14 * sin, 1.3e-3 * (filament % 2) as f64]
-        };
-        let [met, built] = compare(on_body, [1.0, 0.0, 0.0], Some(2.6e-3));
-        assert!(met > 1000 && (1..20).contains(&built), "{met} near, built {built} times");
+    fn bounds_exclude_no_contact() {
+        let mut seed = 0;
+        for radius in [2e-3, 0.14] {
+            for pitch in [1.05, 1.6, 4.0] {
+                for segments in [3, 20] {
+                    for period in [None, Some(2.0 * pitch * REACH)] {
+                        seed += 1;
+                        let scene = Scene::new(radius, pitch * REACH, segments, period);
+                        let [met, built] = compare(scene, seed);
+                        let is_out_of_reach = pitch > 3.0 && radius > 0.1;
+                        assert!(met > 100 || is_out_of_reach, "{radius}, {pitch}, {segments}: {met} within reach");
+                        // On the small body, all filaments are always near each other by their angles.
+                        assert!((1..150).contains(&built), "{radius}, {pitch}, {segments}: built {built} times");
+                    }
+                }
+            }
+        }
+    }
+
+    /// The search without bounds, against the definition: the nearest segment of each other filament and image, for each point.
+    #[test]
+    fn the_search_without_bounds_follows_the_definition() {
+        let mut random = Rng::with_seed(1);
+        let period = 2.1 * REACH;
+        let mut scene = Scene::new(0.05, 1.05 * REACH, 7, Some(period));
+        scene.shapes.iter_mut().for_each(|shape| *shape = [0, 1].map(|_| 0.8 * about_zero(&mut random)));
+        let Layout { filaments, segments, points, .. } = scene.layout;
+        let mut placed = Field::new(scene.layout.groups(), segments);
+        (0..filaments).for_each(|filament| scene.place(filament, 0.0, &mut placed));
+        let mut expected = Vec::new();
+        for (own, other) in (0..filaments).flat_map(|own| (0..filaments).map(move |other| (own, other))) {
+            for (segment, part) in (0..segments).flat_map(|k| (0..points).map(move |part| (k, part))) {
+                let segment = Node::new(own, segment, segments);
+                let point = FilamentPoint { segment, fraction: (part as f64 + 0.5) / points as f64 };
+                for shift in [-period, 0.0, period].into_iter().filter(|_| own != other) {
+                    let end = |k: usize| add(placed.at(Node::new(other, k, segments)), [0.0, 0.0, shift]);
+                    let on = |k: usize| {
+                        let (x, ends) = (point.of(&placed), [end(k), end(k + 1)]);
+                        Near::between(point, x, Node::new(other, k, segments), ends, REACH)
+                    };
+                    let nearest = (0..segments).map(on).min_by(|a, b| a.square().total_cmp(&b.square()));
+                    let nearest = nearest.expect("segments");
+                    if nearest.is_within_reach() {
+                        expected.push(([own, other], nearest));
+                    }
+                }
+            }
+        }
+        let mut candidates = Candidates::new(scene.layout.clone(), false);
+        candidates.update(&placed, 0.0, |_| true);
+        let mut found = found(&mut candidates);
+        for list in [&mut found, &mut expected] {
+            list.sort_by(|(a, first), (b, second)| {
+                let key = |near: &Near| (near.point.segment, near.nearest.segment);
+                let fractions = first.point.fraction.total_cmp(&second.point.fraction);
+                let offsets = first.offset[2].total_cmp(&second.offset[2]);
+                a.cmp(b).then(key(first).cmp(&key(second))).then(fractions).then(offsets)
+            });
+        }
+        assert!(expected.len() > 100);
+        assert_eq!(found, expected);
     }
 
     #[test]

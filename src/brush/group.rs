@@ -17,9 +17,8 @@ use crate::workpiece::{Part, Workpiece};
 pub struct Member<M> {
     /// The filament.
     pub filament: Filament<M, Part>,
-    /// Before the first of these times, in s, it does not meet the workpiece; from the second on its contact no longer counts, so that it
-    /// may be left out.
-    pub contacts: [f64; 2],
+    /// Time in s from which its contact no longer counts, so that it may be left out.
+    pub last: f64,
     /// Its coordinates about `z` and its rates at the beginning.
     pub start: [Vec<[f64; 2]>; 2],
 }
@@ -45,8 +44,6 @@ pub struct Group {
     factorised: Option<([f64; 2], Vec<Meeting>)>,
     changes: Changes,
     pub activity: Activity,
-    /// While it sleeps: since when, in s, and its coordinates then. Those of a motion are not kept up to date meanwhile.
-    pub asleep_from: Option<(f64, Vec<[Lanes; 2]>)>,
     /// Largest displacement of a node with the last correction, in m/rad of the accelerations' unit.
     pub largest: f64,
 }
@@ -64,8 +61,8 @@ enum Meeting {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Activity {
-    /// Its straight filaments have not been touched yet: they turn with the body, and have no equations to solve.
-    Rests,
+    /// Its straight filaments turn rigidly with the body, which solves their equations until something touches them.
+    Sleeping,
     /// Its filaments have left the workpiece for good, and those behind them, too: they turn with the body in the shape that they have,
     /// and nothing touches them.
     Left,
@@ -117,6 +114,8 @@ pub struct Surroundings<'a, M> {
     pub time: f64,
     /// Whether there is friction, whose tangents change from iteration to iteration.
     pub has_friction: bool,
+    /// `true` if filaments that are surely clear of the workpiece are not compared with it.
+    pub has_bounds: bool,
 }
 
 /// The force of the workpiece on one filament.
@@ -164,8 +163,8 @@ struct Clearance {
     speed: f64,
     /// Velocity of the workpiece in m/s.
     workpiece_velocity: [f64; 3],
-    /// See [`Member::contacts`].
-    contacts: [f64; 2],
+    /// See [`Member::last`].
+    last: f64,
     /// When it was last looked at, in s.
     time: f64,
     /// How far its nodes had then gone relative to the body, in m.
@@ -180,20 +179,19 @@ impl Clearance {
     const NOTICED: f64 = 1e-3;
 
     /// Unknown.
-    fn new<M: ClampMotion>(Member { filament, contacts, .. }: &Member<M>, rate: f64) -> Self {
+    fn new<M: ClampMotion>(Member { filament, last, .. }: &Member<M>, rate: f64) -> Self {
         let Filament { chain, motion, workpiece, .. } = filament;
         let [x, y, _] = motion.at(0.0).position;
         let radius = x.hypot(y) + chain.length * chain.segments() as f64;
         let workpiece_velocity = workpiece.surface([0.0; 3], 0.0).velocity;
         let along = dot(workpiece_velocity, workpiece_velocity).sqrt();
         let speed = if workpiece.translates() { radius * rate.abs() + along } else { f64::INFINITY };
-        Self { speed, workpiece_velocity, contacts: *contacts, time: 0.0, way: 0.0, gap: f64::NEG_INFINITY }
+        Self { speed, workpiece_velocity, last: *last, time: 0.0, way: 0.0, gap: f64::NEG_INFINITY }
     }
 
-    /// Whether the filament is surely farther away than [`Clearance::NOTICED`] at `time` (s), where it has gone `way` (m).
-    fn is_sure(&self, time: f64, way: f64) -> bool {
-        // A gap changes by at most twice the way.
-        self.gap - 2.0 * ((way - self.way) + self.speed * (time - self.time).abs()) > Self::NOTICED
+    /// Lower bound of the distance in m at `time` (s), where the filament has gone `way` (m).
+    fn bound(&self, time: f64, way: f64) -> f64 {
+        self.gap - (way - self.way) - self.speed * (time - self.time).abs()
     }
 }
 
@@ -253,7 +251,6 @@ impl Group {
             factorised: None,
             changes: Changes::new(filament(0).chain.segments()),
             activity,
-            asleep_from: None,
             largest: 0.0,
         }
     }
@@ -263,15 +260,20 @@ impl Group {
         self.factorised = None;
     }
 
-    /// Whether it has a part in an iteration: one that rests only in the first.
-    pub fn goes_on(&self, candidates: &Candidates, is_first: bool) -> bool {
-        let is_done = self.activity == Activity::Solved || (self.activity == Activity::Rests && !is_first);
-        !is_done && !candidates.is_asleep(self.index)
+    /// `true` if its motion is not computed: it turns with the body.
+    pub fn is_asleep(&self) -> bool {
+        matches!(self.activity, Activity::Sleeping | Activity::Left)
     }
 
-    /// Whether a filament may meet the workpiece until `time` (s).
-    pub fn is_due(&self, time: f64) -> bool {
-        self.clearances.iter().any(|clearance| clearance.contacts[0] <= time)
+    /// `true` if its equations are still to be solved for this stage.
+    pub fn is_open(&self) -> bool {
+        matches!(self.activity, Activity::Alone | Activity::Coupled)
+    }
+
+    /// `true` if all its filaments, which turn with the body, stay clear of the workpiece until `time` (s).
+    pub fn is_clear(&self, candidates: &Candidates, time: f64) -> bool {
+        let mut clearances = self.clearances.iter().enumerate();
+        clearances.all(|(lane, clearance)| clearance.bound(time, candidates.way(self.first + lane)) > 0.0)
     }
 
     /// Whether the contacts of all its filaments no longer count at `time` (s), and none reaches the workpiece then, or did so `behind` (s)
@@ -281,7 +283,7 @@ impl Group {
             let Filament { chain, motion, law, workpiece } = filament;
             let reach = chain.length * chain.segments() as f64 + law.radius;
             let is_away = |time: f64| workpiece.surface(motion.at(time).position, time).gap > reach;
-            time >= clearance.contacts[1] && is_away(time) && is_away(time - behind)
+            time >= clearance.last && is_away(time) && is_away(time - behind)
         })
     }
 
@@ -331,17 +333,17 @@ impl Group {
     }
 
     /// Adds the forces of the workpiece.
-    fn meet_workpiece<M: ClampMotion>(&mut self, around: &Surroundings<'_, M>, forces: &mut GroupField<'_>) {
+    pub fn meet_workpiece<M: ClampMotion>(&mut self, around: &Surroundings<'_, M>, forces: &mut GroupField<'_>) {
         let Self { first, loads, clearances, met, .. } = self;
         for ((number, load), clearance) in (*first..).zip(loads).zip(clearances) {
             let filament = &around.filaments[number];
             *load = WorkpieceLoad::none();
             let (n, time, way) = (filament.chain.segments(), around.time, around.candidates.way(number));
-            if time < clearance.contacts[0] || clearance.is_sure(time, way) {
+            if around.has_bounds && clearance.bound(time, way) > Clearance::NOTICED {
                 continue;
             }
             let node = |k: usize| Node::new(number, k, n);
-            load.pressing = filament.for_each_pressing(
+            let [pressing, gap] = filament.for_each_pressing(
                 |k| around.nodes.at(node(k)),
                 time,
                 |contact, touch| {
@@ -364,7 +366,8 @@ impl Group {
                     met.push(Meeting::Workpiece([number, contact, touch.station.segment]));
                 },
             );
-            *clearance = Clearance { time, way, gap: -load.pressing, ..*clearance };
+            load.pressing = pressing;
+            *clearance = Clearance { time, way, gap, ..*clearance };
         }
     }
 
@@ -379,12 +382,6 @@ impl Group {
         residual: &mut gmres::GroupPart,
     ) -> bool {
         self.meet(around, forces);
-        if self.activity == Activity::Rests {
-            if self.met.is_empty() {
-                return false;
-            }
-            self.activity = Activity::Alone;
-        }
         self.residual(state, forces.vectors(), residual);
         let is_known = self.factorised.as_ref().is_some_and(|(of, met)| *of == weights && *met == self.met);
         let is_stale = !is_known || (around.has_friction && !self.met.is_empty());
@@ -524,7 +521,7 @@ impl Group {
         [by_rate, tolerance]: [f64; 2],
     ) {
         self.largest = 0.0;
-        if matches!(self.activity, Activity::Solved | Activity::Rests | Activity::Left) {
+        if !self.is_open() {
             return;
         }
         self.displace(corrections, displacements);

@@ -47,7 +47,7 @@ pub use presses::PressLaw;
 pub use result::{
     BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, Stretch, ToolSample,
 };
-pub use run::{BrushRun, Checkpoint, RunOptions, check_brush, memory_estimate};
+pub use run::{BrushRun, Checkpoint, RunOptions, Shortcuts, check_brush, memory_estimate};
 
 use crate::model::settings::Settings;
 

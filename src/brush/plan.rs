@@ -8,6 +8,7 @@ use super::candidates::Layout;
 use super::filaments::{self, ToolFilament};
 use super::group::Member;
 use super::presses::PressLaw;
+use super::run::Shortcuts;
 use super::sector::{Sector, Timetable};
 use super::settle::{self, Pose};
 use crate::equations::linear::{add, scale};
@@ -51,7 +52,8 @@ pub(super) fn begin(
             let (sin, cos) = (azimuth + angle).sin_cos();
             let direction = [polar.sin() * cos, polar.sin() * sin, polar.cos()];
             position = add(position, scale(filament.chain.length, direction));
-            filament.law.node_pressing(&filament.workpiece, position, clamp.velocity, time) > 0.0
+            let [pressing, _] = filament.law.node_pressing(&filament.workpiece, position, clamp.velocity, time);
+            pressing > 0.0
         })
     };
     let times = (0..MOST).map(|step| -f64::from(step) * EARLIER / rate);
@@ -75,6 +77,7 @@ pub(super) struct Plan<'a> {
     pub tolerance: f64,
     /// The share of the energy that goes in or out which its balance may lack.
     pub lacking: f64,
+    pub shortcuts: Shortcuts,
 }
 
 impl Plan<'_> {
@@ -103,7 +106,7 @@ impl Plan<'_> {
                     [filament.chain.relaxed(q).collect(), vec![v; filament.chain.segments()]]
                 }
             };
-            Member { filament, contacts: [begin + delay, last], start }
+            Member { filament, last, start }
         };
         let filaments: Vec<Member<_>> = roots().enumerate().map(member).collect();
         let radii = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
@@ -111,8 +114,9 @@ impl Plan<'_> {
         // In its plane a row does not meet its images.
         let period = if form == Form::Planar { None } else { arrangement.period };
         let layout = Layout::new(lengths, radii, points, period);
-        let rests = roots().all(|(_, own)| filaments::rest(own));
-        let (bundle, motion) = Bundle::new(form, filaments, PressLaw::of(settings), layout, [begin, rate], rests);
+        let sleep = self.shortcuts.sleep && roots().all(|(_, own)| filaments::rest(own));
+        let shortcuts = Shortcuts { sleep, ..self.shortcuts };
+        let (bundle, motion) = Bundle::new(form, filaments, PressLaw::of(settings), layout, [begin, rate], shortcuts);
         Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
     }
 }

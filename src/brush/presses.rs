@@ -93,6 +93,19 @@ impl Near {
         Self { point, nearest: FilamentPoint { segment, fraction }, is_inside: fraction == at, along, offset, reach }
     }
 
+    /// Turned about `z` by an angle of this sine and cosine.
+    #[inline]
+    pub fn turned(self, (sin, cos): (f64, f64)) -> Self {
+        let turned = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
+        Self { along: turned(self.along), offset: turned(self.offset), ..self }
+    }
+
+    /// `true` if the point presses on the segment.
+    #[inline]
+    pub fn is_within_reach(&self) -> bool {
+        self.square() < self.reach * self.reach
+    }
+
     /// The square of the distance in m².
     #[inline]
     pub fn square(&self) -> f64 {

@@ -21,6 +21,30 @@ use crate::model::settings::{BrushSettings, Hold, MAX_TURNS, Settings, Turns};
 use crate::model::trim::differ;
 use crate::simulation::{Form, Pass, Stop, is_steady};
 
+/// Shortcuts of a simulation. Each only saves work: results agree without it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shortcuts {
+    /// Straight filaments sleep until something touches them.
+    pub sleep: bool,
+    /// Filaments are left out once neither they nor those behind them can touch the workpiece again.
+    pub leave_out: bool,
+    /// The workpiece is not searched where a bound of the distance excludes contact.
+    pub clearance: bool,
+    /// The broad phase searches only pairs, points and segments that a bound of their distance does not exclude.
+    pub broad_phase: bool,
+}
+
+impl Shortcuts {
+    /// All shortcuts, which is the default.
+    pub const ALL: Self = Self { sleep: true, leave_out: true, clearance: true, broad_phase: true };
+}
+
+impl Default for Shortcuts {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
 /// How a brush is simulated. Results do not depend on it, except for the frames that it requests, and for halved steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunOptions {
@@ -32,11 +56,13 @@ pub struct RunOptions {
     pub memory: Option<u64>,
     /// How many times the steps are halved, to check a result.
     pub halvings: u8,
+    /// Shortcuts, for tests that switch them off.
+    pub shortcuts: Shortcuts,
 }
 
 impl Default for RunOptions {
     fn default() -> Self {
-        Self { threads: 1, frames: 0, memory: None, halvings: 0 }
+        Self { threads: 1, frames: 0, memory: None, halvings: 0, shortcuts: Shortcuts::ALL }
     }
 }
 
@@ -514,6 +540,7 @@ impl BrushRun {
             begin: self.begin,
             tolerance: self.precision.newton * self.settings.process.brushing_velocity_m_s,
             lacking: self.precision.lacking,
+            shortcuts: self.options.shortcuts,
         }
     }
 

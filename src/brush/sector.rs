@@ -198,9 +198,7 @@ impl Sector {
     /// The pose of each filament.
     pub fn poses(&self) -> Vec<Pose> {
         let n = self.bundle.segments();
-        let mut motion = self.motion.clone();
-        self.bundle.bring_up_to_date(&mut motion);
-        let (charts, BrushState { time, q, v, accelerations }) = (self.bundle.charts(), &motion);
+        let (charts, BrushState { time, q, v, accelerations }) = (self.bundle.charts(), &self.motion);
         let segment = |at: usize, lane: usize, angle: f64| {
             let block = |vector: &Vector| vector[at].map(|value| value.lane(lane));
             let [e, rate, _] = charts[at].direction([block(q), block(v), block(accelerations)]);
@@ -226,7 +224,7 @@ impl Sector {
 
     /// The filaments, once those are placed, too, of which nothing is computed now.
     pub fn placed(&mut self) -> &Bundle<Turning<RotaryTool>> {
-        self.bundle.place_sleeping(&mut self.motion);
+        self.bundle.place_sleeping(&self.motion);
         &self.bundle
     }
 
@@ -249,8 +247,7 @@ impl Sector {
         }
         while self.motion.time < end {
             let h = (self.share * length).min(end - self.motion.time);
-            let until = self.motion.time + h;
-            if self.bundle.wake(&mut self.motion, until) {
+            if self.bundle.wake(&self.motion, h) {
                 self.balance.go_on_with(&self.bundle.evaluate(&self.motion).budget);
             }
             let allowed = if h > SHORT * length { self.allowed } else { f64::INFINITY };
@@ -267,7 +264,7 @@ impl Sector {
                         self.share = (2.0 * self.share).min(1.0);
                     }
                 }
-                Err(_) if self.bundle.must_wake() => {}
+                Err(_) if self.bundle.has_woken() => {}
                 Err(_) if h > SHORTEST * length => {
                     self.statistics.halved_steps += 1;
                     self.share = 0.5 * h / length;
@@ -290,7 +287,7 @@ impl Sector {
         let Self { bundle, motion, stepper, accounts, pairs, now, stages: [middle, end], balance, .. } = self;
         let mut effort = stepper.middle_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
         middle.take(bundle, &stepper.middle);
-        if bundle.must_wake() {
+        if bundle.has_woken() {
             return Err(None);
         }
         effort += stepper.end_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
@@ -298,7 +295,7 @@ impl Sector {
             return Err(Some(crossing));
         }
         end.take(bundle, &stepper.end);
-        if bundle.must_wake() {
+        if bundle.has_woken() {
             return Err(None);
         }
         let mut next = *balance;
@@ -662,10 +659,9 @@ impl Stepper {
     ) -> Result<Effort, NoConvergence> {
         let (own, blocks, first) = (OWN * h, bundle.segments(), bundle.first_coordinate());
         let Self { tolerance, middle, base: [base_q, base_v], .. } = self;
-        let is_awake = |group: usize| !bundle.is_asleep(group);
-        set_sum([blocks, first], is_awake, base_v, &start.v, &[(own, &start.accelerations)]);
-        set_sum([blocks, first], is_awake, base_q, &start.q, &[(own, &start.v), (own, base_v)]);
-        set_sum([blocks, 0], is_awake, &mut middle.accelerations, &start.accelerations, &[]);
+        set_sum([blocks, first], base_v, &start.v, &[(own, &start.accelerations)]);
+        set_sum([blocks, first], base_q, &start.q, &[(own, &start.v), (own, base_v)]);
+        set_sum([blocks, 0], &mut middle.accelerations, &start.accelerations, &[]);
         middle.time = start.time + MIDDLE * h;
         bundle.solve_stage(middle, Kinematics { base: [base_q, base_v], weights: [own * own, own], first }, *tolerance)
     }
@@ -680,12 +676,11 @@ impl Stepper {
         let (own, others) = (OWN * h, OTHERS * h);
         let (blocks, first) = (bundle.segments(), bundle.first_coordinate());
         let Self { tolerance, middle, end, base: [base_q, base_v] } = self;
-        let is_awake = |group: usize| !bundle.is_asleep(group);
         let by_accelerations = [(others, &start.accelerations), (others, &middle.accelerations)];
-        set_sum([blocks, first], is_awake, base_v, &start.v, &by_accelerations);
+        set_sum([blocks, first], base_v, &start.v, &by_accelerations);
         let by_velocities = [(others, &start.v), (others, &middle.v), (own, &*base_v)];
-        set_sum([blocks, first], is_awake, base_q, &start.q, &by_velocities);
-        set_sum([blocks, 0], is_awake, &mut end.accelerations, &middle.accelerations, &[]);
+        set_sum([blocks, first], base_q, &start.q, &by_velocities);
+        set_sum([blocks, 0], &mut end.accelerations, &middle.accelerations, &[]);
         end.time = start.time + h;
         bundle.solve_stage(end, Kinematics { base: [base_q, base_v], weights: [own * own, own], first }, *tolerance)
     }
@@ -697,14 +692,8 @@ impl Stepper {
 }
 
 /// `start + Σ factor · vector`, where a group has so many `blocks`, from the coordinate `from` of each on.
-fn set_sum(
-    [blocks, from]: [usize; 2],
-    is_awake: impl Fn(usize) -> bool,
-    result: &mut Vector,
-    start: &Vector,
-    terms: &[(f64, &Vector)],
-) {
-    let groups = result.chunks_mut(blocks).zip(start.chunks(blocks)).enumerate().filter(|(group, _)| is_awake(*group));
+fn set_sum([blocks, from]: [usize; 2], result: &mut Vector, start: &Vector, terms: &[(f64, &Vector)]) {
+    let groups = result.chunks_mut(blocks).zip(start.chunks(blocks)).enumerate();
     team::for_each(groups.map(|(group, parts)| (group, (group * blocks, parts))), |(first, (result, start))| {
         for (k, (block, start)) in result.iter_mut().zip(start).enumerate() {
             for i in from..2 {

@@ -44,6 +44,12 @@ impl Approach {
             margin: surface.margin,
         }
     }
+
+    /// Distance of the point from the surface in m, less the contact radius; negative inside.
+    #[inline]
+    pub fn distance(&self) -> f64 {
+        -self.penetration
+    }
 }
 
 /// Normal and frictional force on a point of the filament.
@@ -136,14 +142,21 @@ impl ContactLaw {
         pressing.min(scale * self.rate_factor(approach.penetration_rate))
     }
 
-    /// [`ContactLaw::pressing`] of a node, computing no more of its approach than that needs.
+    /// [`ContactLaw::pressing`] of a node, and its [`Approach::distance`]. Computes no more of the approach than these need.
     #[inline]
-    pub fn node_pressing(&self, workpiece: &impl Workpiece, position: [f64; 3], velocity: [f64; 3], time: f64) -> f64 {
+    pub fn node_pressing(
+        &self,
+        workpiece: &impl Workpiece,
+        position: [f64; 3],
+        velocity: [f64; 3],
+        time: f64,
+    ) -> [f64; 2] {
         if self.damping == 0.0 {
             let Surface { gap, margin, .. } = workpiece.surface(position, time);
-            return (self.radius - gap).min(margin);
+            return [(self.radius - gap).min(margin), gap - self.radius];
         }
-        self.pressing(&self.approach(workpiece, position, velocity, time))
+        let approach = self.approach(workpiece, position, velocity, time);
+        [self.pressing(&approach), approach.distance()]
     }
 
     /// The normal force of a closed node in N.

@@ -220,33 +220,34 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         }
     }
 
-    /// Calls `take` with each contact that presses, by index. Returns the largest [`ContactLaw::pressing`] of all.
+    /// Calls `take` with each contact that presses, by index. Returns the largest [`ContactLaw::pressing`] of all contacts, and the distance
+    /// in m of the nearest one from the workpiece, which is negative where it penetrates.
     pub fn for_each_pressing(
         &self,
         nodes: impl Fn(usize) -> [[f64; 3]; 2],
         time: f64,
         mut take: impl FnMut(usize, &Touch),
-    ) -> f64 {
-        let mut largest = f64::NEG_INFINITY;
+    ) -> [f64; 2] {
+        let (mut largest, mut nearest) = (f64::NEG_INFINITY, f64::INFINITY);
         for contact in 0..self.contacts() {
             if contact < self.chain.segments() {
                 // Most nodes are far away.
                 let [position, velocity] = nodes(contact + 1);
-                let pressing = self.law.node_pressing(&self.workpiece, position, velocity, time);
-                largest = largest.max(pressing);
+                let [pressing, distance] = self.law.node_pressing(&self.workpiece, position, velocity, time);
+                (largest, nearest) = (largest.max(pressing), nearest.min(distance));
                 if pressing <= 0.0 {
                     continue;
                 }
             }
             let touch = self.touch(contact, &nodes, None, time);
             let pressing = self.law.pressing(&touch.approach);
-            largest = largest.max(pressing);
+            (largest, nearest) = (largest.max(pressing), nearest.min(touch.approach.distance()));
             if pressing <= 0.0 {
                 continue;
             }
             take(contact, &touch);
         }
-        largest
+        [largest, nearest]
     }
 
     fn edge_contact(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> EdgeContact {

@@ -21,6 +21,8 @@ pub enum Run {
     InSpace(Settings),
     /// The brush of the settings.
     Brush(Settings),
+    /// The same without any shortcut: all filaments are solved, and all pairs of points and segments searched.
+    Exhaustive(Settings),
     /// One filament, of which the energy that its joints take before the contact is asked.
     Settled(Settings),
     /// A filament at rest relative to the tool, which takes no energy: the other half of the pair.
@@ -43,9 +45,11 @@ impl Run {
     /// The settings that are simulated.
     pub fn settings(&self) -> Option<&Settings> {
         match self {
-            Self::Alone(settings) | Self::InSpace(settings) | Self::Brush(settings) | Self::Settled(settings) => {
-                Some(settings)
-            }
+            Self::Alone(settings)
+            | Self::InSpace(settings)
+            | Self::Brush(settings)
+            | Self::Exhaustive(settings)
+            | Self::Settled(settings) => Some(settings),
             Self::AtRest => None,
         }
     }
@@ -54,7 +58,11 @@ impl Run {
     pub fn with(&self, change: impl FnOnce(&mut Settings)) -> Self {
         let mut run = self.clone();
         match &mut run {
-            Self::Alone(settings) | Self::InSpace(settings) | Self::Brush(settings) | Self::Settled(settings) => {
+            Self::Alone(settings)
+            | Self::InSpace(settings)
+            | Self::Brush(settings)
+            | Self::Exhaustive(settings)
+            | Self::Settled(settings) => {
                 change(settings);
             }
             Self::AtRest => {}
@@ -76,8 +84,10 @@ impl Display for Run {
         defaults.workpiece = serde_json::from_value(serde_json::json!({ "kind": kind.name() })).expect("a kind");
         defaults.filament = FilamentSettings::new(settings.filament.length_m, settings.filament.diameter_m);
         defaults.process = ProcessSettings::new(0.0, 0.0);
-        if let Self::InSpace(_) = self {
-            writeln!(formatter, "# integrated in space")?;
+        match self {
+            Self::InSpace(_) => writeln!(formatter, "# integrated in space")?,
+            Self::Exhaustive(_) => writeln!(formatter, "# without shortcuts")?,
+            _ => {}
         }
         for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()) {
             let Some(value) = parameter.read(settings) else { continue };
@@ -126,7 +136,7 @@ impl Pair {
 
     /// Whether a brush is simulated.
     pub fn is_of_brush(&self) -> bool {
-        self.runs.iter().any(|run| matches!(run, Run::Brush(_)))
+        self.runs.iter().any(|run| matches!(run, Run::Brush(_) | Run::Exhaustive(_)))
     }
 
     fn new(runs: [Run; 2], tolerance: f64) -> Self {
@@ -173,6 +183,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "brush-of-one-and-turns", count: 2, adapt: several_turns_of_brushes, pair: brush_of_one },
     Kind { name: "brush-far-apart", count: 3, adapt: far_apart, pair: brush_far_apart },
     Kind { name: "brush-tolerances", count: 8, adapt: few_filaments, pair: brush_tolerances },
+    Kind { name: "brush-shortcuts", count: 6, adapt: two_groups, pair: brush_shortcuts },
 ];
 
 /// The settings with another relative tolerance.
@@ -296,8 +307,23 @@ fn far_apart(settings: &mut Settings, random: &mut Rng) {
     }
 }
 
+/// Changes the tool, and as often the filaments, such that they are as often sparse as packed. Returns their distance at the roots in m.
+fn pitch(settings: &mut Settings, random: &mut Rng) -> f64 {
+    let diameter = |settings: &Settings| settings.filament.diameter_m.max(settings.filament.tip_diameter_m());
+    if random.bool() {
+        return diameter(settings) * between(random, 1.05, 1.5);
+    }
+    settings.tool.body_radius_m = settings.tool.body_radius_m.min(between(random, 0.015, 0.08));
+    let thinner = between(random, 0.4, 1.0);
+    settings.filament.diameter_m *= thinner;
+    settings.filament.tip_diameter_m = settings.filament.tip_diameter_m.map(|tip| tip * thinner);
+    let at_tips = diameter(settings) * between(random, 1.5, 6.0);
+    let share = settings.tool.body_radius_m / settings.tool_radius_m();
+    (at_tips * share).max(1.05 * diameter(settings))
+}
+
 fn few_filaments(settings: &mut Settings, random: &mut Rng) {
-    let pitch = settings.filament.diameter_m.max(settings.filament.tip_diameter_m()) * between(random, 1.05, 3.0);
+    let pitch = pitch(settings, random);
     // Periodic rows are as far apart as columns.
     let rows = random.usize(1..4);
     settings.tool.width_m = pitch * rows as f64;
@@ -310,6 +336,23 @@ fn few_filaments(settings: &mut Settings, random: &mut Rng) {
     }
     if once_in(random, 4) {
         brush.lateral_tilt_std_rad = 1e-3;
+    }
+    settings.brush = Some(brush);
+}
+
+/// A row of straight filaments in more than one group of lanes, with few segments, as each pair is searched.
+fn two_groups(settings: &mut Settings, random: &mut Rng) {
+    rests(settings, random);
+    let pitch = pitch(settings, random);
+    settings.filament.segments = settings.filament.segments.min(6);
+    settings.filament.damping_ratio = settings.filament.damping_ratio.max(0.05);
+    settings.tool.width_m = pitch;
+    settings.tool.filament_count = (TAU * settings.tool.body_radius_m / pitch).floor().max(18.0);
+    settings.process.brushing_velocity_m_s = settings.process.brushing_velocity_m_s.max(4.0);
+    let mut brush =
+        BrushSettings { columns: Some(random.usize(9..=17)), rows: Some(1), steady: false, ..BrushSettings::default() };
+    if once_in(random, 2) {
+        brush.friction_coefficient = between(random, 0.05, 0.5);
     }
     settings.brush = Some(brush);
 }
@@ -436,4 +479,8 @@ fn brush_tolerances(settings: &Settings, _: &mut Rng) -> Pair {
         Run::Brush(settings)
     });
     Pair::new(runs, 1.1e-3)
+}
+
+fn brush_shortcuts(settings: &Settings, _: &mut Rng) -> Pair {
+    Pair::new([Run::Brush(settings.clone()), Run::Exhaustive(settings.clone())], 1e-3)
 }

@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use bristle::brush::simulate_brush;
+use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions, Shortcuts};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Kind, Pass, Sampling, simulate_side_by_side};
@@ -51,7 +51,7 @@ fn pass(run: &Run) -> Option<Pass> {
     match run {
         Run::Alone(settings) => Some(Pass::new(settings)),
         Run::InSpace(settings) => Some(Pass::new(settings).in_space()),
-        Run::Brush(_) | Run::Settled(_) | Run::AtRest => None,
+        Run::Brush(_) | Run::Exhaustive(_) | Run::Settled(_) | Run::AtRest => None,
     }
 }
 
@@ -59,8 +59,9 @@ fn pass(run: &Run) -> Option<Pass> {
 fn single(run: &Run) -> Option<Result> {
     match run {
         Run::Alone(_) | Run::InSpace(_) => None,
-        Run::Brush(settings) => {
-            let brush = catch_unwind(AssertUnwindSafe(|| simulate_brush(settings, 1)));
+        Run::Brush(settings) | Run::Exhaustive(settings) => {
+            let is_exhaustive = matches!(run, Run::Exhaustive(_));
+            let brush = catch_unwind(AssertUnwindSafe(|| brush(settings, is_exhaustive)));
             Some(match brush {
                 Ok(Ok(result)) => {
                     let mut turns = result.turn_contact_normal_impulses_n_s;
@@ -78,6 +79,15 @@ fn single(run: &Run) -> Option<Result> {
             Some(Ok(Outcome { metrics: Metrics::default(), turns: Vec::new(), settled: 0.0, stated_error: 0.0 }))
         }
     }
+}
+
+/// The result of a brush, without shortcuts if the search `is_exhaustive`.
+fn brush(settings: &Settings, is_exhaustive: bool) -> std::result::Result<BrushResult, BrushError> {
+    let none = Shortcuts { sleep: false, leave_out: false, clearance: false, broad_phase: false };
+    let shortcuts = if is_exhaustive { none } else { Shortcuts::ALL };
+    let mut run = BrushRun::new(settings, RunOptions { shortcuts, ..RunOptions::default() })?;
+    while run.advance()? {}
+    run.finish()
 }
 
 /// The energy that joints take in the last fifth of the time before the filament touches, relative to that of its springs.

@@ -25,6 +25,7 @@ mod profile;
 mod reference;
 mod resolved;
 mod shape;
+mod shortcuts;
 mod slow;
 #[cfg(feature = "serde")]
 mod space;

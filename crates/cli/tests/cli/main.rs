@@ -4,6 +4,7 @@ mod program;
 
 mod advise;
 mod brush;
+mod catalogue;
 mod check;
 mod commands;
 mod converge;
