@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy
-from cases import DATA, made_by, rounded, write_cases
+from files import DATA, made_by, rounded, write_cases
 from scipy.integrate import quad, solve_ivp
 
 PRESTON_M2_N = 1e-13
@@ -59,7 +59,9 @@ def area_by_quadrature(angle_rad: float) -> float:
     return 2 * quad(between, 0.0, math.cos(half), epsabs=0.0, epsrel=1e-12)[0]
 
 
-def radii_m(angle_rad: float, work: Callable[[float], float], turns: tuple[float, ...]) -> np.ndarray:
+def radii_m(
+    angle_rad: float, work: Callable[[float], float], turns: tuple[float, ...]
+) -> np.ndarray:
     """R(N)."""
     growth = PRESTON_M2_N * FILAMENT_COUNT / WIDTH_M
     square = area_per_square(angle_rad)
