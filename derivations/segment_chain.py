@@ -80,7 +80,7 @@ from fractions import Fraction
 from itertools import count, islice
 from pathlib import Path
 
-from chain_interface import Motion, chain_arguments, chain_functions
+from chain_interface import Motion, chain_arguments
 from graph_format import (
     FormatError,
     Graph,
@@ -459,30 +459,35 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
     )
     force = casadi.substitute(force, root_velocity, SX.zeros(len(motion.axes)))
 
-    values = {
-        "mass_matrix": mass_matrix,
-        "force": force,
-        "kinetic": kinetic,
-        "spring": spring,
-        "gravity": weight,
-        "dissipation": dissipated,
-    }
     arguments = [
         Argument.of_symbols(argument.name, argument.doc, variables[argument.name])
         for argument in chain_arguments(segments, motion)
     ]
+    planar = "planar " if motion is Motion.PLANAR else ""
+    chain = f"a {planar}chain of {segments} segment{'' if segments == 1 else 's'}"
+    coordinates = "φ1, θ1, φ2, …" if motion is Motion.SPATIAL else "θ1, θ2, …"
+    rows = f"{q.numel()} × {q.numel()}"
+    matrix_doc = f"`M`, {rows}, symmetric, rows and columns `{coordinates}`"
+    results = {
+        "mass_matrix": [Result.matrix("mass_matrix", matrix_doc, "kg m^2", mass_matrix)],
+        "force": [Result.vector("force", "`f` of `M q̈ = f + Q`, without contact", "N m", force)],
+        "energies": [
+            Result.scalar("kinetic", "`E_kin`", "J", kinetic),
+            Result.scalar("spring", "`E_spring`", "J", spring),
+            Result.scalar("gravity", "`E_grav`", "J", weight),
+            Result.scalar("dissipation", "`D`", "W", dissipated),
+        ],
+    }
+    summaries = (
+        f"Mass matrix of {chain}: `M = ∂²E_kin/∂q̇²`.",
+        f"Generalised force of {chain}: "
+        "`f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n"
+        "the first term without its part in `q̈`, `E_pot = E_spring + E_grav`.",
+        f"Energies and dissipation function of {chain}.",
+    )
     return [
-        Derived(
-            function.name,
-            function.summary,
-            symbols,
-            arguments,
-            [
-                Result(output.name, output.doc, output.unit, output.shape, values[output.name])
-                for output in function.outputs
-            ],
-        )
-        for function in chain_functions(segments, motion)
+        Derived(motion.named(name), summary, symbols, arguments, of_function)
+        for (name, of_function), summary in zip(results.items(), summaries, strict=True)
     ]
 
 
