@@ -1,8 +1,4 @@
-"""Accelerations of the spatial chain by a rigid-body library, Pinocchio.
-
-What enters: the filament of the paper's case and a seed.
-What leaves: a JSON file of random states with their accelerations φ̈, θ̈. The Rust code is compared
-with them.
+"""Accelerations φ̈, θ̈ of the spatial chain at random states, by Pinocchio.
 
 No energy is differentiated here and no equation of the chain written down. Pinocchio builds the
 chain from rigid bodies and solves for the accelerations by its articulated-body algorithm
@@ -48,16 +44,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 import pinocchio
-from cases import (
-    BODY_RADIUS_M,
-    DAMPING_RATIO,
-    DENSITY_KG_M3,
-    DIAMETER_M,
-    FIRST_CANTILEVER_ROOT,
-    LENGTH_M,
-    YOUNGS_MODULUS_PA,
-    State,
-)
+from cases import BODY_RADIUS_M, YOUNGS_MODULUS_PA, Filament, State
 from files import DATA, made_by, relative_differences, write
 from graph_format import compact, lines
 
@@ -149,20 +136,10 @@ class ChainConstants:
 
 def chain_constants(segments: int, youngs_modulus_pa: float) -> ChainConstants:
     """Lengths, inertias, stiffnesses and dampings from the paper's constants."""
-    area = math.pi * DIAMETER_M**2 / 4
-    bending_stiffness = youngs_modulus_pa * math.pi * DIAMETER_M**4 / 64  # E I in N m²
-    mass_per_length = DENSITY_KG_M3 * area
-    h = LENGTH_M / segments
-    mass = mass_per_length * h
-    # The clamp joint carries only half a segment's compliance.
-    stiffness = [bending_stiffness / h * (2 if joint == 0 else 1) for joint in range(segments)]
-    first_frequency = FIRST_CANTILEVER_ROOT**2 * math.sqrt(
-        bending_stiffness / (mass_per_length * LENGTH_M**4)
-    )
-    damping_time = 2 * DAMPING_RATIO / first_frequency
-    return ChainConstants(
-        h, mass, mass * h**2 / 12, stiffness, [damping_time * c for c in stiffness]
-    )
+    filament = Filament(segments, youngs_modulus_pa=youngs_modulus_pa)
+    h, mass, stiffness = filament.segment_m, filament.masses_kg[0], filament.stiffnesses_n_m
+    damping = [filament.damping_time_s * c for c in stiffness]
+    return ChainConstants(h, mass, mass * h**2 / 12, stiffness, damping)
 
 
 def chain_of_bodies(

@@ -53,9 +53,9 @@ the kernel of q̇_r alone.
 
 In the plane of rotation
 ------------------------
-With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k − Ω along z, and θ_k is the one coordinate of a
-segment. Between two segments α = θ_{k+1} − θ_k − κ is known, so that E_spring = ½ c α². The clamp is
-known by its direction alone; there S(u) stays.
+With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k − Ω along z, and θ_k is the one coordinate of
+a segment. Between two segments α = θ_{k+1} − θ_k − κ is known, so that E_spring = ½ c α². The clamp
+is known by its direction alone; there S(u) stays.
 
 The lateral variation is the motion that a small tilt τ of the clamp out of the plane causes:
 φ_k = π/2 + η_k τ. Its equations are the derivatives of the spatial ones for φ along τ, with
@@ -1377,12 +1377,6 @@ INSTRUCTIONS = {
 }
 
 
-def instruction_name(code: int) -> str:
-    """CasADi's name of an instruction."""
-    names = (name for name in dir(casadi) if name.startswith("OP_"))
-    return next((name for name in names if getattr(casadi, name) == code), f"number {code}")
-
-
 def exported(derived: Derived) -> Kernel:
     """CasADi's instructions in single-assignment form.
 
@@ -1427,10 +1421,8 @@ def exported(derived: Derived) -> Kernel:
             elif code == casadi.OP_INV:
                 operation = graph.operation("div", graph.number(1.0), nodes[0])
             else:
-                raise DerivationError(
-                    f"kernel {derived.name}: the format has no operation for CasADi's instruction "
-                    f"{instruction_name(code)}"
-                )
+                reason = f"the format has no operation for CasADi's instruction {code}"
+                raise DerivationError(f"kernel {derived.name}: {reason}")
         registers[targets[0]] = operation
 
     inputs, outputs = [], []
@@ -1444,54 +1436,28 @@ def exported(derived: Derived) -> Kernel:
     return Kernel(derived.name, derived.summary, graph, tuple(inputs), tuple(outputs))
 
 
-def segment_count(text: str) -> int:
-    """A number of segments from the command line."""
-    try:
-        count = int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"`{text}` is not a whole number") from None
-    if not 1 <= count <= LARGEST_SEGMENT_COUNT:
-        raise argparse.ArgumentTypeError(
-            f"{count} segments; possible are 1 to {LARGEST_SEGMENT_COUNT}"
-        )
-    return count
-
-
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(
         description="Derive equations of motion from the chain's energies with CasADi."
     )
     what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument(
-        "--segments",
-        type=segment_count,
-        help="whole equations of a chain of so many segments: mass_matrix, force, energies",
-    )
-    what.add_argument(
-        "--kernels",
-        action="store_true",
-        help="all kernels of the solver: in space, in the plane, and of the lateral variation",
-    )
+    what.add_argument("--segments", type=int, help="number of segments of the whole equations")
+    what.add_argument("--kernels", action="store_true", help="all kernels of the solver")
     parser.add_argument(
-        "--planar",
-        action="store_true",
-        help="with --segments: the equations in the plane of rotation, one coordinate per segment",
+        "--planar", action="store_true", help="with --segments: in the plane of rotation"
     )
+    parser.add_argument("--out", required=True, metavar="FILE", help="- for the standard output")
     parser.add_argument(
-        "--out", required=True, metavar="FILE", help="file to write; - for the standard output"
-    )
-    parser.add_argument(
-        "--check",
-        action="store_true",
-        help="write nothing; exit with 1 if FILE is not what is derived now, to the byte",
+        "--check", action="store_true", help="exit with 1 if FILE is not what is derived now"
     )
     arguments = parser.parse_args()
     if arguments.check and arguments.out == "-":
         parser.error("--check compares with a file, so --out cannot be -")
-
     if arguments.planar and arguments.kernels:
         parser.error("--kernels derives the planar kernels, too; --planar belongs to --segments")
+    if not arguments.kernels and not 1 <= arguments.segments <= LARGEST_SEGMENT_COUNT:
+        parser.error(f"possible are 1 to {LARGEST_SEGMENT_COUNT} segments")
 
     motion = Motion.PLANAR if arguments.planar else Motion.SPATIAL
     choice = "--kernels" if arguments.kernels else f"--segments {arguments.segments}"

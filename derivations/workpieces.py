@@ -392,17 +392,12 @@ class Spline:
         return list(zip(cuts[::2], cuts[1::2], strict=True))
 
     def symbols(self) -> list[casadi.SX]:
-        """Returns the parameters of nodes, and of the edges' nodes and segments, as columns.
+        """Returns the parameters of all nodes, and of the node and the segment at each edge.
 
-        Of each 1 if it touches, and the coefficients of the curve. Of edges also 1 at the segment
-        with the node or the inner point.
+        They are columns: 1 if it touches, coefficients of the curve, 1 at the segment.
         """
-        size = 1 + 2 * (self._degree + 1)
-        return [
-            casadi.SX.sym("nodes", size, self._n),
-            casadi.SX.sym("at_nodes", size + self._n, self.edge_count),
-            casadi.SX.sym("insides", size + self._n, self.edge_count),
-        ]
+        rows = 1 + 2 * (self._degree + 1) + self._n
+        return [casadi.SX.sym("contacts", rows, self._n + 2 * self.edge_count)]
 
     def _curve(self, polynomial: casadi.SX, place: casadi.SX) -> list[casadi.SX]:
         """Returns a curve and its first two derivatives, by Horner's rule."""
@@ -435,17 +430,15 @@ class Spline:
         self, contact: Contact, nodes: casadi.SX, time: casadi.SX, symbols: list[casadi.SX]
     ) -> None:
         """Adds nodes on faces, and nodes and points of segments on edges."""
-        of_nodes, at_nodes, insides = symbols
-        size = of_nodes.shape[0]
-        for k in range(self._n):
-            gap, normal = self._foot(nodes[:2, k + 1], of_nodes[1:, k])
-            contact.press(at_node(self._n, k + 1), gap, normal, of_nodes[0, k])
-        for i in range(self.edge_count):
-            weights = on_segment(at_nodes[size:, i], casadi.SX(1.0))
-            gap, normal = self._foot(nodes[:2, :] @ weights, at_nodes[1:size, i])
-            contact.press(weights, gap, normal, at_nodes[0, i], True)
-
-            active, polynomial, at_segment = insides[0, i], insides[1:size, i], insides[size:, i]
+        size, feet = 1 + 2 * (self._degree + 1), self._n + self.edge_count
+        for i, column in enumerate(casadi.horzsplit(symbols[0])):
+            active, polynomial, at_segment = casadi.vertsplit(column, [0, 1, size, size + self._n])
+            if i < feet:
+                weights = on_segment(at_segment, casadi.SX(1.0))
+                weights = at_node(self._n, i + 1) if i < self._n else weights
+                gap, normal = self._foot(nodes[:2, :] @ weights, polynomial)
+                contact.press(weights, gap, normal, active, i >= self._n)
+                continue
             inner, outer = nodes[:2, :-1] @ at_segment, nodes[:2, 1:] @ at_segment
             # Where no segment is chosen, any direction is a finite one.
             along = outer - inner + (1 - active) * casadi.SX([1.0, 0.0])
@@ -462,20 +455,18 @@ class Spline:
     def parameters(self, active: np.ndarray) -> np.ndarray:
         """Returns the active set as the equations take it."""
         n, size = self._n, 1 + 2 * (self._degree + 1)
-        nodes = np.zeros((size, n))
-        at_nodes, insides = np.zeros((2, size + n, self.edge_count))
+        found = np.zeros((size + n, n + 2 * self.edge_count))
         # Of what does not touch any curve that makes finite numbers: a line, and a parabola.
-        for each in (nodes, at_nodes, insides):
-            each[2] = 1.0
-        insides[2 + self._degree + 1 + 1] = 1.0
+        found[2] = 1.0
+        found[2 + self._degree + 2, n + self.edge_count :] = 1.0
         for node in np.flatnonzero(active[:n]):
-            nodes[:, node] = [1.0, *self._coefficients[:, active[node] - 1].ravel("F")]
+            found[:size, node] = [1.0, *self._coefficients[:, active[node] - 1].ravel("F")]
         for edge in np.flatnonzero(active[n:]):
             feature, piece = divmod(active[n + edge], MAX_PIECES)
-            column = (at_nodes if feature % 2 == 0 else insides)[:, edge]
+            column = found[:, n + edge + (feature % 2) * self.edge_count]
             column[:size] = [1.0, *self._coefficients[:, piece].ravel("F")]
             column[size + (feature - 1) // 2] = 1.0
-        return np.concatenate([each.ravel("F") for each in (nodes, at_nodes, insides)])
+        return found.ravel("F")
 
     def _feet(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Returns the gaps of points (…, 2), and the parameters of their feet."""
