@@ -945,12 +945,16 @@ def torques_kernel(
 
 def tangent_kernel(
     name: str,
-    summary: str,
+    subject: str,
     joint: Joint,
     blocks: Sequence[tuple[str, str]],
     motion: Motion = Motion.SPATIAL,
+    is_lateral: bool = False,
 ) -> Derived:
-    """The tangent, block by block; `blocks` has the output's name and its words, by rows."""
+    """The tangent of the kernel `name`, block by block.
+
+    `blocks` has the output's name and its words, by rows; `subject` is the joint in words.
+    """
     coordinate_weight, rate_weight, weights = step_weights(joint.symbols)
     tangent = joint.tangent(coordinate_weight, rate_weight)
     size = joint.coordinates.shape[0] // joint.sides
@@ -960,7 +964,17 @@ def tangent_kernel(
         Result.matrix(name_of_block, f"{what} on the {words}", "N m s^2", block)
         for block, (name_of_block, words) in zip(found, blocks, strict=True)
     ]
-    return kernel(motion, name, summary, joint.symbols, [*joint.arguments, *weights], results)
+    x, rate, acceleration = ("η", "η̇", "η̈") if is_lateral else ("q", "q̇", "q̈")
+    torques = "torque" if is_lateral and len(blocks) == 1 else "torques"
+    more = "" if len(blocks) == 1 else f" Each block is {size} × {size}."
+    more = f"\n{ALONG_PLANAR_MOTION}" if is_lateral else more
+    summary = (
+        f"Tangent of {subject}: minus the derivative of the {torques} of "
+        f"[`{motion.named(name)}`] along `{acceleration}`, when\n"
+        f"`δ{x} = w_q δ{acceleration}` and `δ{rate} = w_v δ{acceleration}`.{more}"
+    )
+    arguments = [*joint.arguments, *weights]
+    return kernel(motion, f"{name}_tangent", summary, joint.symbols, arguments, results)
 
 
 # The blocks of the tangent of a joint between two segments.
@@ -986,7 +1000,6 @@ def joint_kernels(motion: Motion) -> list[Derived]:
         energies = "`E_spring = ½ c (θ' − θ − κ)²` and `D = ½ d (θ̇' − θ̇)²`."
         # The torques are linear: their derivative does not depend on the state.
         tangent = replace(planar_joint(), state=[])
-    size = len(motion.angles)
     return [
         torques_kernel(
             "joint",
@@ -996,15 +1009,7 @@ def joint_kernels(motion: Motion) -> list[Derived]:
             [("previous", "previous segment"), ("next", "next segment")],
             motion,
         ),
-        tangent_kernel(
-            "joint_tangent",
-            "Tangent of a joint: minus the derivative of the torques of "
-            f"[`{motion.named('joint')}`] along `q̈`, when\n"
-            f"`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is {size} × {size}.",
-            tangent,
-            BLOCKS,
-            motion,
-        ),
+        tangent_kernel("joint", "a joint", tangent, BLOCKS, motion),
         kernel(
             motion,
             "joint_energy",
@@ -1022,6 +1027,7 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
     power = casadi.dot(casadi.gradient(energy.spring, relaxed), relaxed_rate)
     power_doc = "`∂E_spring/∂ē0·ē̇0`, what the turning clamp puts into the spring"
     rate = Argument.of_symbols("relaxed_direction_rate", "ē̇0 in 1/s", relaxed_rate)
+    block = [("next_next", "first segment along its `q̈`")]
     return [
         torques_kernel(
             "clamp",
@@ -1032,14 +1038,7 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
             [("next", "first segment")],
             motion,
         ),
-        tangent_kernel(
-            "clamp_tangent",
-            "Tangent of the clamp joint: minus the derivative of the torques of "
-            f"[`{motion.named('clamp')}`] along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`.",
-            clamp_joint(motion)[0],
-            [("next_next", "first segment along its `q̈`")],
-            motion,
-        ),
+        tangent_kernel("clamp", "the clamp joint", clamp_joint(motion)[0], block, motion),
         kernel(
             motion,
             "clamp_energy",
@@ -1062,18 +1061,18 @@ def joint_about_x_kernels() -> list[Derived]:
             joint_about_x(),
             [("previous", "previous segment"), ("next", "next segment")],
         ),
-        tangent_kernel(
-            "joint_about_x_tangent",
-            "Tangent of such a joint: minus the derivative of the torques of [`joint_about_x`] "
-            "along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.",
-            joint_about_x(),
-            BLOCKS,
-        ),
+        tangent_kernel("joint_about_x", "such a joint", joint_about_x(), BLOCKS),
     ]
 
 
 def crossed_joint_kernels() -> list[Derived]:
     """`crossed_joint`, `crossed_joint_tangent`."""
+    blocks = [
+        ("z_z", "segment about z along its `q̈`"),
+        ("z_x", "segment about z along the other one's `q̈`"),
+        ("x_z", "segment about x along the other one's `q̈`"),
+        ("x_x", "segment about x along its `q̈`"),
+    ]
     return [
         torques_kernel(
             "crossed_joint",
@@ -1083,18 +1082,7 @@ def crossed_joint_kernels() -> list[Derived]:
             crossed_joint(),
             [("z", "segment about z"), ("x", "segment about x")],
         ),
-        tangent_kernel(
-            "crossed_joint_tangent",
-            "Tangent of a crossed joint: minus the derivative of the torques of [`crossed_joint`] "
-            "along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.",
-            crossed_joint(),
-            [
-                ("z_z", "segment about z along its `q̈`"),
-                ("z_x", "segment about z along the other one's `q̈`"),
-                ("x_z", "segment about x along the other one's `q̈`"),
-                ("x_x", "segment about x along its `q̈`"),
-            ],
-        ),
+        tangent_kernel("crossed_joint", "a crossed joint", crossed_joint(), blocks),
     ]
 
 
@@ -1297,18 +1285,13 @@ def lateral_joint_kernels() -> list[Derived]:
             [*joint.state, *previous_arguments, *next_arguments, *joint.constants],
             results,
         ),
-        tangent_kernel(
-            "lateral_joint_tangent",
-            "Tangent of a joint: minus the derivative of the torques of [`lateral_joint`] along "
-            f"`η̈`, when\n`δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{ALONG_PLANAR_MOTION}",
-            lateral_joint(),
-            BLOCKS,
-        ),
+        tangent_kernel("lateral_joint", "a joint", lateral_joint(), BLOCKS, is_lateral=True),
     ]
 
 
 def lateral_clamp_kernels() -> list[Derived]:
     """`lateral_clamp`, `lateral_clamp_tangent`."""
+    block = [("next_next", "first segment along its `η̈`")]
     joint, height = lateral_clamp()
     (variation, rate), variables = lateral_variables(joint.symbols, "next")
     torque = joint.variation(
@@ -1325,11 +1308,7 @@ def lateral_clamp_kernels() -> list[Derived]:
             [Result.vector("next", "torque on `φ` of the first segment", "N m", torque)],
         ),
         tangent_kernel(
-            "lateral_clamp_tangent",
-            "Tangent of the clamp joint: minus the derivative of the torque of [`lateral_clamp`] "
-            f"along `η̈`, when\n`δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{ALONG_PLANAR_MOTION}",
-            lateral_clamp()[0],
-            [("next_next", "first segment along its `η̈`")],
+            "lateral_clamp", "the clamp joint", lateral_clamp()[0], block, is_lateral=True
         ),
     ]
 
