@@ -831,9 +831,9 @@ def rows_of(name: str, tolerance: float) -> tuple[list[str], np.ndarray]:
 
 
 def run_trajectory(name: str, is_check: bool) -> bool:
-    """Writes or checks a trajectory; `True` if it differs by more than the error that it states.
+    """Writes or checks a trajectory; `True` if it differs by more than is allowed.
 
-    Forces of all kinds have the error of the force that is known worst, and so on.
+    Forces of all kinds have the stated error of the force that is known worst, and so on.
     """
     group_name, index, _ = cases.TRAJECTORIES[name]
     group, path = GROUPS[group_name], files.TRAJECTORY_FOLDER / f"{name}_cvodes.csv"
@@ -847,8 +847,9 @@ def run_trajectory(name: str, is_check: bool) -> bool:
         for column, one, other in zip(columns, rows.T, committed.T, strict=True):
             kind = next(kind for kind in kinds if kind in column)
             limit = max((float(error) for key, error in stated if kind in key), default=1e-13)
-            worst = max(worst, (float(np.max(np.abs(one - other))) / limit, column))
-        print(f"{name}: {worst[0]:.2f} of the error that is stated, in {worst[1]}", flush=True)
+            change = float(np.max(np.abs(one - other)))
+            worst = max(worst, (change / (CHECK_FACTOR * limit), column))
+        print(f"{name}: {worst[0]:.2f} of what is allowed, in {worst[1]}", flush=True)
         return found != columns or not worst[0] <= 1.0
     _, looser = rows_of(name, LOOSER * tolerance)
     comments = [
