@@ -219,7 +219,7 @@ class Between:
         nearest = casadi.dot(nodes @ (own - inner), nodes @ (outer - inner)) / h**2
         place = is_node * node_place + (1 - is_node) * nearest
         weights = own - inner - place * (outer - inner)
-        # Of what is not there, any distance is a finite one.
+        # An empty slot gets a finite distance.
         offset = nodes @ weights + (1 - active) * casadi.SX([1.0, 0.0, 0.0])
         distance = casadi.norm_2(offset)
         normal, relative = offset / distance, velocities @ weights
@@ -233,7 +233,7 @@ class Between:
         sliding = tangential(relative, normal)
         rubbing = friction(brush.friction_coefficient, pressure, sliding)
         force = pressure * normal + rubbing
-        # What is paired with velocities and spins in the power of the force.
+        # The power of the force pairs these with velocities and spins.
         self.on_nodes += force @ weights.T
         self.moments -= lever * casadi.cross(offset, force) @ turning.T
         works = casadi.vertcat(-casadi.dot(rubbing, sliding), (pressure - elastic) * closing)
@@ -386,7 +386,7 @@ class Statics:
             hess=lambda q: scale * np.array(self._potential(q, height_m)[2]),
             options={"gtol": 1e-9, "maxiter": 10_000},
         ).x
-        # What is left is less than energies resolve.
+        # Newton's method removes the rest, which energies do not resolve.
         for _ in range(3):
             _, gradient, hessian = (np.array(each) for each in self._potential(q, height_m))
             q = q - np.linalg.solve(hessian, gradient.ravel())
@@ -398,8 +398,8 @@ class Statics:
 class Pass(motion.Motion):
     """The motion of a case.
 
-    An active set has of every filament that of the workpiece. Then come the points of filaments on
-    their neighbours: 0 in the air, 2 k + 1 nearest to node k, 2 k to the inside of segment k.
+    An active set lists the contacts of every filament with the workpiece. The points of filaments
+    on their neighbours follow: 0 in the air, 2 k + 1 at node k, 2 k inside segment k.
     """
 
     def __init__(self, case: Case, group: Group, tolerance: float) -> None:
@@ -415,10 +415,10 @@ class Pass(motion.Motion):
             self.longest_window_s = LONGEST_WINDOW_ALL_ROUND_S
 
     def _free_start(self) -> tuple[float, np.ndarray]:
-        """Returns how much earlier than others the filaments start, and their coordinates.
+        """Returns the angle by which filaments start earlier, and their coordinates.
 
-        Radial ones are straight along the clamp, or relaxed. Others are in equilibrium; a bent one
-        may touch before an undeformed one would.
+        Radial filaments are straight along the clamp, or relaxed. Others are in equilibrium: a bent
+        filament may touch before an undeformed one would.
         """
         case = self.case
         if case.tool.filament_angle_rad == RIGHT:
@@ -485,7 +485,7 @@ class Pass(motion.Motion):
         return np.concatenate(rows, axis=1).astype(int)
 
     def _near(self, own: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Returns what of lines `other` the points of lines `own` touch, (times, points)."""
+        """Returns the features of lines `other` that points of lines `own` touch, or 0."""
         count = self.case.brush.contact_points
         places = ((np.arange(count) + 0.5) / count)[:, None]
         starts, ends = own[:, :-1, None, :], own[:, 1:, None, :]

@@ -40,7 +40,7 @@ SAMPLES = 500
 LINE_M = 1.0
 # Iterations of Newton's method. It starts within a piece, and converges quadratically.
 ITERATIONS = 8
-# In the number of what meets a spline's edge, more than there are pieces.
+# Factor of the feature in the number that meets a spline's edge: more than there are pieces.
 MAX_PIECES = 100
 
 
@@ -124,7 +124,7 @@ class Contact:
             self._sliding[1] += power
         if bisector is not None:
             x, y = bisector
-            # The normal of what does not touch has any direction.
+            # The normal of an open contact has any direction.
             across = casadi.if_else(active > 0, y * normal[0] - x * normal[1], 0.0)
             along = casadi.if_else(active > 0, x * normal[0] + y * normal[1], 1.0)
             angle = casadi.atan2(across, along)
@@ -317,10 +317,10 @@ class FacesAndArcs:
 
 
 def nearest_of(lines: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns what of polylines (…, n + 1, d) is nearest to points (…, d).
+    """Returns the feature of polylines (…, n + 1, d) that is nearest to points (…, d).
 
-    That is a feature, 2 k at node k and 2 k − 1 inside segment k; the nearest point; and its
-    distance.
+    A feature is 2 k at node k and 2 k − 1 inside segment k. The nearest point and its distance
+    follow.
     """
     inner, pieces = lines[..., :-1, :], np.diff(lines, axis=-2)
     offsets = np.asarray(point)[..., None, :] - inner
@@ -456,7 +456,7 @@ class Spline:
         """Returns the active set as the equations take it."""
         n, size = self._n, 1 + 2 * (self._degree + 1)
         found = np.zeros((size + n, n + 2 * self.edge_count))
-        # Of what does not touch any curve that makes finite numbers: a line, and a parabola.
+        # Open contacts get curves that make finite numbers: a line, and a parabola.
         found[2] = 1.0
         found[2 + self._degree + 2, n + self.edge_count :] = 1.0
         for node in np.flatnonzero(active[:n]):
@@ -487,10 +487,10 @@ class Spline:
         return np.sum((points - self._curves[0](parameters)) * normals, axis=-1)
 
     def _deepest(self, lines: np.ndarray, stretch: int) -> tuple[np.ndarray, np.ndarray]:
-        """Returns what of polylines (…, n + 1, 2) is deepest in a stretch.
+        """Returns the gap of the deepest feature of polylines (…, n + 1, 2) in a stretch.
 
-        That is its gap, and a number: MAX_PIECES times the feature, as in `nearest_of`, and the
-        piece of the curve.
+        A number follows: MAX_PIECES times the feature, as in `nearest_of`, and the piece of the
+        curve.
         """
         start, end = self._stretches[stretch]
         node_gaps, parameters = self._feet(lines)
@@ -522,7 +522,7 @@ class Spline:
         return np.min(all_gaps, axis=-1), numbers[..., 0]
 
     def active_sets(self, lines: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Returns 1 + the piece that a node penetrates, and the numbers of what meets edges."""
+        """Returns 1 + the piece that a node penetrates, and the numbers of features on edges."""
         gaps, parameters = self._feet(lines[:, 1:, :2])
         touches, pieces = gaps < 0.0, self._pieces_of(parameters)
         for start, end in self._stretches:
