@@ -62,6 +62,8 @@ ROWS = 1001
 # Relative differences from committed numbers, beyond three times the error that the file states:
 # the new run has an error, too.
 CHECK_TOLERANCE, CHECK_FACTOR = 1e-7, 3.0
+# Errors of committed cases that tighter tolerances have shown, and that their files do not state.
+KNOWN_ERRORS = {"4 turns": 5e-5}
 # Penetrations are sampled about every microsecond, as the committed peaks of rows are every quarter
 # of one. No error is stated of velocities.
 CHECK_TOLERANCES = {
@@ -771,6 +773,7 @@ def write_group(group_name: str, entries: Sequence[dict[str, object]]) -> None:
 def is_wrong(entry: dict[str, object], committed: dict[str, object], label: str) -> bool:
     """Prints the largest difference from a committed entry, in units of what is allowed."""
     stated = [committed.get("own_error", 0.0), committed.get("own_error_of_sliding", 0.0)]
+    stated.append(KNOWN_ERRORS.get(committed.get("name"), 0.0))
     stated += committed.get("own_errors", {}).values()
     limit = CHECK_TOLERANCE + CHECK_FACTOR * max(stated)
     found = [
