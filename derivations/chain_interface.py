@@ -1,6 +1,6 @@
-"""Names, units and shapes of the whole equations of a chain: what every derivation of them exports.
+"""Names and units of the arguments of the whole equations of a chain.
 
-Nothing here says what the equations are: that is each derivation's own.
+Nothing here says what the equations are.
 """
 
 from collections.abc import Iterable
@@ -39,25 +39,6 @@ class ChainArgument:
     symbols: tuple[tuple[str, str, str], ...]
 
 
-@dataclass(frozen=True)
-class ChainOutput:
-    """A result; `shape` is empty for a scalar."""
-
-    name: str
-    doc: str
-    unit: str
-    shape: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class ChainFunction:
-    """One of the three functions."""
-
-    name: str
-    summary: str
-    outputs: tuple[ChainOutput, ...]
-
-
 def chain_arguments(segments: int, motion: Motion) -> list[ChainArgument]:
     """The arguments that all three functions have, in order."""
     spatial, numbers = motion is Motion.SPATIAL, range(1, segments + 1)
@@ -90,37 +71,4 @@ def chain_arguments(segments: int, motion: Motion) -> list[ChainArgument]:
         each(numbers, "joint_stiffness", "c", "N m", "c1, c2, … in N m"),
         each(numbers, "joint_damping", "d", "N m s", "d1, d2, … in N m s"),
         each(numbers, "relaxed_angle", "κ", "rad", "κ1, κ2, … in rad"),
-    ]
-
-
-def chain_functions(segments: int, motion: Motion) -> list[ChainFunction]:
-    """The functions and their results, in order."""
-    planar = "planar " if motion is Motion.PLANAR else ""
-    chain = f"a {planar}chain of {segments} segment{'' if segments == 1 else 's'}"
-    size = len(motion.angles) * segments
-    coordinates = "φ1, θ1, φ2, …" if motion is Motion.SPATIAL else "θ1, θ2, …"
-    matrix_doc = f"`M`, {size} × {size}, symmetric, rows and columns `{coordinates}`"
-    return [
-        ChainFunction(
-            motion.named("mass_matrix"),
-            f"Mass matrix of {chain}: `M = ∂²E_kin/∂q̇²`.",
-            (ChainOutput("mass_matrix", matrix_doc, "kg m^2", (size, size)),),
-        ),
-        ChainFunction(
-            motion.named("force"),
-            f"Generalised force of {chain}: "
-            "`f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n"
-            "the first term without its part in `q̈`, `E_pot = E_spring + E_grav`.",
-            (ChainOutput("force", "`f` of `M q̈ = f + Q`, without contact", "N m", (size,)),),
-        ),
-        ChainFunction(
-            motion.named("energies"),
-            f"Energies and dissipation function of {chain}.",
-            (
-                ChainOutput("kinetic", "`E_kin`", "J", ()),
-                ChainOutput("spring", "`E_spring`", "J", ()),
-                ChainOutput("gravity", "`E_grav`", "J", ()),
-                ChainOutput("dissipation", "`D`", "W", ()),
-            ),
-        ),
     ]

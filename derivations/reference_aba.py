@@ -1,8 +1,4 @@
-"""Accelerations of the spatial chain by a rigid-body library, Pinocchio.
-
-What enters: the filament of the paper's case and a seed.
-What leaves: a JSON file of random states with their accelerations φ̈, θ̈. The Rust code is compared
-with them.
+"""Accelerations φ̈, θ̈ of the spatial chain at random states, by Pinocchio.
 
 No energy is differentiated here and no equation of the chain written down. Pinocchio builds the
 chain from rigid bodies and solves for the accelerations by its articulated-body algorithm
@@ -45,32 +41,24 @@ import random
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 import pinocchio
-from cases import (
-    BODY_RADIUS_M,
-    DAMPING_RATIO,
-    DATA,
-    DENSITY_KG_M3,
-    DIAMETER_M,
-    FIRST_CANTILEVER_ROOT,
-    LENGTH_M,
-    SOFT_YOUNGS_MODULUS_PA,
-    YOUNGS_MODULUS_PA,
-    State,
-    compact,
-    made_by,
-    write,
-)
+from cases import BODY_RADIUS_M, YOUNGS_MODULUS_PA, Filament, State
+from files import DATA, made_by, relative_differences, write
+from graph_format import compact, lines
 
+FILE = DATA / "reference_aba.json"
+SEED = 20211
+# A millionth of the paper's: at moderate rates inertia, gyroscopic terms, springs and dampers weigh
+# alike.
+SOFT_YOUNGS_MODULUS_PA = 3.0e3
 SEGMENT_COUNTS = (2, 7, 25)
 STATES_PER_COUNT = 3
 # Distance of the segments from the poles of their coordinates.
 LEAST_POLAR_ANGLE_RAD = 0.4
 
-# Of --check, relative to the largest acceleration of a state: other processors round otherwise.
+# Of --check, relative to the accelerations of a state: other processors round otherwise.
 CHECK_TOLERANCE = 1e-11
 
 Array = np.ndarray
@@ -148,20 +136,10 @@ class ChainConstants:
 
 def chain_constants(segments: int, youngs_modulus_pa: float) -> ChainConstants:
     """Lengths, inertias, stiffnesses and dampings from the paper's constants."""
-    area = math.pi * DIAMETER_M**2 / 4
-    bending_stiffness = youngs_modulus_pa * math.pi * DIAMETER_M**4 / 64  # E I in N m²
-    mass_per_length = DENSITY_KG_M3 * area
-    h = LENGTH_M / segments
-    mass = mass_per_length * h
-    # The clamp joint carries only half a segment's compliance.
-    stiffness = [bending_stiffness / h * (2 if joint == 0 else 1) for joint in range(segments)]
-    first_frequency = FIRST_CANTILEVER_ROOT**2 * math.sqrt(
-        bending_stiffness / (mass_per_length * LENGTH_M**4)
-    )
-    damping_time = 2 * DAMPING_RATIO / first_frequency
-    return ChainConstants(
-        h, mass, mass * h**2 / 12, stiffness, [damping_time * c for c in stiffness]
-    )
+    filament = Filament(segments, youngs_modulus_pa=youngs_modulus_pa)
+    h, mass, stiffness = filament.segment_m, filament.masses_kg[0], filament.stiffnesses_n_m
+    damping = [filament.damping_time_s * c for c in stiffness]
+    return ChainConstants(h, mass, mass * h**2 / 12, stiffness, damping)
 
 
 def chain_of_bodies(
@@ -170,7 +148,7 @@ def chain_of_bodies(
     joints: Sequence[object],
     axial_inertia: float,
 ) -> pinocchio.Model:
-    """The chain as Pinocchio's model, with these joints, one after the other, at each inner node."""
+    """The chain as Pinocchio's model, with these joints in turn at each inner node."""
     h, inertia = constants.segment_length_m, constants.segment_inertia_kg_m2
     centre, moments = np.array([0.0, 0.0, h / 2]), np.diag([inertia, inertia, axial_inertia])
     rod = pinocchio.Inertia(constants.segment_mass_kg, centre, moments)
@@ -288,9 +266,9 @@ def random_state(rng: random.Random, segments: int, soft: bool) -> State:
     )
 
 
-def evaluated_states(seed: int) -> list[dict[str, object]]:
-    """All states of the file, in its order, with their accelerations."""
-    rng = random.Random(seed)
+def evaluated_states() -> list[dict[str, object]]:
+    """Returns all states of the file, in its order, with their accelerations."""
+    rng = random.Random(SEED)
     states = [
         random_state(rng, segments, soft)
         for segments in SEGMENT_COUNTS
@@ -300,59 +278,21 @@ def evaluated_states(seed: int) -> list[dict[str, object]]:
     return [{**asdict(state), "accelerations": accelerations(state)} for state in states]
 
 
-def reference_file(seed: int, states: list[dict[str, object]]) -> str:
-    """Text of the JSON file: the header, then one state a line."""
-    origin = made_by(f"reference_aba.py --seed {seed}", pinocchio, np)
-    lines = ",\n".join(compact(state) for state in states)
-    return f'{{"made_by": {compact(origin)},\n"states": [\n{lines}\n]}}\n'
-
-
-def difference(path: Path, states: list[dict[str, object]]) -> str | None:
-    """What the file says otherwise than `states`, or None."""
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))["states"]
-    except (OSError, ValueError, LookupError, TypeError) as error:
-        return f"{path} cannot be read: {error}"
-    if len(found) != len(states):
-        return f"{path} has {len(found)} states, not {len(states)}"
-    for i, (old, new) in enumerate(zip(found, states, strict=True), 1):
-        given = {key: value for key, value in new.items() if key != "accelerations"}
-        if any(old.get(key) != value for key, value in given.items()):
-            return f"{path}: state {i} is another one"
-        old_values, new_values = np.array(old["accelerations"]), np.array(new["accelerations"])
-        if old_values.shape != new_values.shape:
-            return f"{path}: state {i} has {old_values.size} accelerations"
-        error = float(np.max(np.abs(old_values - new_values)) / np.max(np.abs(new_values)))
-        if not error <= CHECK_TOLERANCE:
-            return f"{path}: state {i} differs by {error:.1e}, more than {CHECK_TOLERANCE}"
-    return None
-
-
 def main() -> None:
-    """Command line."""
-    parser = argparse.ArgumentParser(
-        description="Write accelerations of random spatial states, by Pinocchio."
-    )
-    parser.add_argument("--seed", type=int, default=20211, help="of the random states")
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=DATA / "reference_aba.json",
-        help="JSON file to write (default: tests/data/reference_aba.json)",
-    )
-    parser.add_argument(
-        "--check",
-        action="store_true",
-        help="write nothing; exit with 1 if the file has other states, or accelerations that "
-        f"differ by more than {CHECK_TOLERANCE} of the largest",
-    )
-    arguments = parser.parse_args()
-    states = evaluated_states(arguments.seed)
-    if arguments.check:
-        if reason := difference(arguments.output, states):
-            sys.exit(reason)
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(description="Write accelerations of random states.")
+    parser.add_argument("--check", action="store_true", help="compare with the committed file")
+    is_check, states = parser.parse_args().check, evaluated_states()
+    if not is_check:
+        origin = compact(made_by("reference_aba.py", pinocchio, np))
+        write(FILE, f'{{"made_by": {origin},\n"states": [\n{lines(states)}\n]}}\n')
         return
-    write(arguments.output, reference_file(arguments.seed, states))
+    committed = json.loads(FILE.read_text(encoding="utf-8"))
+    found = relative_differences({"states": states}, committed)
+    path, error = max(found, key=lambda each: each[1])
+    print(f"{'/'.join(path)}: {error:.1e}")
+    if not error <= CHECK_TOLERANCE:
+        sys.exit(f"{FILE} differs by {error:.1e}, more than {CHECK_TOLERANCE}")
 
 
 if __name__ == "__main__":

@@ -1,13 +1,9 @@
-"""How an edge grows round under a brush, by SciPy, for a work on the edge that is a made-up function.
-
-What enters: nothing; the cases are those of `cases()` below.
-What leaves: a JSON file with the radius of edges after several numbers of turns, and with the areas
-that rounding removes.
+"""How an edge grows round under a brush, by SciPy, for a made-up work on the edge.
 
 1. Preston's law: per turn of the tool dA/dN = k_P (N_f/b) W_e(R), with W_e = W_0 exp(a x + b x²),
    x = ln(R/R_0). It is given at some radii, too.
-2. A(R) = [cot(Θ/2) − (π − Θ)/2] R² is the area between the faces of a corner and the arc that touches
-   both. It is also integrated from these, across the bisector.
+2. A(R) = [cot(Θ/2) − (π − Θ)/2] R² is the area between the faces of a corner and the arc that
+   touches both. It is also integrated from these, across the bisector.
 3. R(N) from dR/dN = (dA/dN)/(dA/dR), by SciPy's DOP853. With a constant W_e it is known: R² grows
    linearly. This is asserted.
 
@@ -16,20 +12,17 @@ Run from the repository root:
     python derivations/reference_removal.py
 """
 
-import argparse
 import json
 import math
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import scipy
-from cases import DATA, made_by, rounded, write_cases
+from cases import FILAMENT_COUNT, WIDTH_M
+from files import DATA, made_by, rounded, write_cases
 from scipy.integrate import quad, solve_ivp
 
 PRESTON_M2_N = 1e-13
-FILAMENT_COUNT = 10_500
-WIDTH_M = 0.020
 START_RADIUS_M = 1e-5
 # Of W_e, about what the paper's brush does to an edge that it meets.
 WORK_J, WORK_RADIUS_M, SLOPE, BEND = 1.7e-4, 1e-4, 0.02, -0.03
@@ -39,13 +32,13 @@ TOLERANCE = 1e-12
 
 
 def work_j(radius_m: float) -> float:
-    """W_e(R)."""
+    """Returns W_e(R)."""
     x = math.log(radius_m / WORK_RADIUS_M)
     return WORK_J * math.exp(SLOPE * x + BEND * x**2)
 
 
 def area_per_square(angle_rad: float) -> float:
-    """A(R)/R²."""
+    """Returns A(R)/R²."""
     return 1 / math.tan(angle_rad / 2) - (math.pi - angle_rad) / 2
 
 
@@ -59,7 +52,9 @@ def area_by_quadrature(angle_rad: float) -> float:
     return 2 * quad(between, 0.0, math.cos(half), epsabs=0.0, epsrel=1e-12)[0]
 
 
-def radii_m(angle_rad: float, work: Callable[[float], float], turns: tuple[float, ...]) -> np.ndarray:
+def radii_m(
+    angle_rad: float, work: Callable[[float], float], turns: tuple[float, ...]
+) -> np.ndarray:
     """R(N)."""
     growth = PRESTON_M2_N * FILAMENT_COUNT / WIDTH_M
     square = area_per_square(angle_rad)
@@ -93,16 +88,8 @@ def result(angle_rad: float) -> dict[str, object]:
     }
 
 
-def cases() -> list[float]:
-    """The included angles of the file."""
-    return [math.radians(degrees) for degrees in (30, 60, 90, 120, 150)]
-
-
 def main() -> None:
-    """Command line."""
-    parser = argparse.ArgumentParser(description="Write how edges grow round.")
-    output = DATA / "reference_removal.json"
-    parser.add_argument("--output", type=Path, default=output, help="JSON file to write")
+    """Writes the file."""
     constants = {
         "preston_m2_n": PRESTON_M2_N,
         "filament_count": FILAMENT_COUNT,
@@ -118,13 +105,11 @@ def main() -> None:
         "radii_m": RADII_M,
         "edge_sliding_works_j": rounded([work_j(radius) for radius in RADII_M]),
     }
-    command = (
-        f"{made_by('reference_removal.py', np, scipy)}: DOP853, relative tolerance {TOLERANCE:g}"
-    )
+    command = made_by("reference_removal.py", np, scipy)
     write_cases(
-        parser.parse_args().output,
-        command,
-        [result(angle) for angle in cases()],
+        DATA / "reference_removal.json",
+        f"{command}: DOP853, relative tolerance {TOLERANCE:g}",
+        [result(math.radians(degrees)) for degrees in (30, 60, 90, 120, 150)],
         constants=json.dumps(constants),
         work_on_edge=json.dumps(work, ensure_ascii=False),
     )

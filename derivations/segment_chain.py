@@ -53,9 +53,9 @@ the kernel of q̇_r alone.
 
 In the plane of rotation
 ------------------------
-With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k − Ω along z, and θ_k is the one coordinate of a
-segment. Between two segments α = θ_{k+1} − θ_k − κ is known, so that E_spring = ½ c α². The clamp is
-known by its direction alone; there S(u) stays.
+With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k − Ω along z, and θ_k is the one coordinate of
+a segment. Between two segments α = θ_{k+1} − θ_k − κ is known, so that E_spring = ½ c α². The clamp
+is known by its direction alone; there S(u) stays.
 
 The lateral variation is the motion that a small tilt τ of the clamp out of the plane causes:
 φ_k = π/2 + η_k τ. Its equations are the derivatives of the spatial ones for φ along τ, with
@@ -80,7 +80,7 @@ from fractions import Fraction
 from itertools import count, islice
 from pathlib import Path
 
-from chain_interface import Motion, chain_arguments, chain_functions
+from chain_interface import Motion, chain_arguments
 from graph_format import (
     FormatError,
     Graph,
@@ -459,30 +459,35 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
     )
     force = casadi.substitute(force, root_velocity, SX.zeros(len(motion.axes)))
 
-    values = {
-        "mass_matrix": mass_matrix,
-        "force": force,
-        "kinetic": kinetic,
-        "spring": spring,
-        "gravity": weight,
-        "dissipation": dissipated,
-    }
     arguments = [
         Argument.of_symbols(argument.name, argument.doc, variables[argument.name])
         for argument in chain_arguments(segments, motion)
     ]
+    planar = "planar " if motion is Motion.PLANAR else ""
+    chain = f"a {planar}chain of {segments} segment{'' if segments == 1 else 's'}"
+    coordinates = "φ1, θ1, φ2, …" if motion is Motion.SPATIAL else "θ1, θ2, …"
+    rows = f"{q.numel()} × {q.numel()}"
+    matrix_doc = f"`M`, {rows}, symmetric, rows and columns `{coordinates}`"
+    results = {
+        "mass_matrix": [Result.matrix("mass_matrix", matrix_doc, "kg m^2", mass_matrix)],
+        "force": [Result.vector("force", "`f` of `M q̈ = f + Q`, without contact", "N m", force)],
+        "energies": [
+            Result.scalar("kinetic", "`E_kin`", "J", kinetic),
+            Result.scalar("spring", "`E_spring`", "J", spring),
+            Result.scalar("gravity", "`E_grav`", "J", weight),
+            Result.scalar("dissipation", "`D`", "W", dissipated),
+        ],
+    }
+    summaries = (
+        f"Mass matrix of {chain}: `M = ∂²E_kin/∂q̇²`.",
+        f"Generalised force of {chain}: "
+        "`f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n"
+        "the first term without its part in `q̈`, `E_pot = E_spring + E_grav`.",
+        f"Energies and dissipation function of {chain}.",
+    )
     return [
-        Derived(
-            function.name,
-            function.summary,
-            symbols,
-            arguments,
-            [
-                Result(output.name, output.doc, output.unit, output.shape, values[output.name])
-                for output in function.outputs
-            ],
-        )
-        for function in chain_functions(segments, motion)
+        Derived(motion.named(name), summary, symbols, arguments, of_function)
+        for (name, of_function), summary in zip(results.items(), summaries, strict=True)
     ]
 
 
@@ -940,12 +945,16 @@ def torques_kernel(
 
 def tangent_kernel(
     name: str,
-    summary: str,
+    subject: str,
     joint: Joint,
     blocks: Sequence[tuple[str, str]],
     motion: Motion = Motion.SPATIAL,
+    is_lateral: bool = False,
 ) -> Derived:
-    """The tangent, block by block; `blocks` has the output's name and its words, by rows."""
+    """The tangent of the kernel `name`, block by block.
+
+    `blocks` has the output's name and its words, by rows; `subject` is the joint in words.
+    """
     coordinate_weight, rate_weight, weights = step_weights(joint.symbols)
     tangent = joint.tangent(coordinate_weight, rate_weight)
     size = joint.coordinates.shape[0] // joint.sides
@@ -955,7 +964,17 @@ def tangent_kernel(
         Result.matrix(name_of_block, f"{what} on the {words}", "N m s^2", block)
         for block, (name_of_block, words) in zip(found, blocks, strict=True)
     ]
-    return kernel(motion, name, summary, joint.symbols, [*joint.arguments, *weights], results)
+    x, rate, acceleration = ("η", "η̇", "η̈") if is_lateral else ("q", "q̇", "q̈")
+    torques = "torque" if is_lateral and len(blocks) == 1 else "torques"
+    more = "" if len(blocks) == 1 else f" Each block is {size} × {size}."
+    more = f"\n{ALONG_PLANAR_MOTION}" if is_lateral else more
+    summary = (
+        f"Tangent of {subject}: minus the derivative of the {torques} of "
+        f"[`{motion.named(name)}`] along `{acceleration}`, when\n"
+        f"`δ{x} = w_q δ{acceleration}` and `δ{rate} = w_v δ{acceleration}`.{more}"
+    )
+    arguments = [*joint.arguments, *weights]
+    return kernel(motion, f"{name}_tangent", summary, joint.symbols, arguments, results)
 
 
 # The blocks of the tangent of a joint between two segments.
@@ -981,7 +1000,6 @@ def joint_kernels(motion: Motion) -> list[Derived]:
         energies = "`E_spring = ½ c (θ' − θ − κ)²` and `D = ½ d (θ̇' − θ̇)²`."
         # The torques are linear: their derivative does not depend on the state.
         tangent = replace(planar_joint(), state=[])
-    size = len(motion.angles)
     return [
         torques_kernel(
             "joint",
@@ -991,15 +1009,7 @@ def joint_kernels(motion: Motion) -> list[Derived]:
             [("previous", "previous segment"), ("next", "next segment")],
             motion,
         ),
-        tangent_kernel(
-            "joint_tangent",
-            "Tangent of a joint: minus the derivative of the torques of "
-            f"[`{motion.named('joint')}`] along `q̈`, when\n"
-            f"`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is {size} × {size}.",
-            tangent,
-            BLOCKS,
-            motion,
-        ),
+        tangent_kernel("joint", "a joint", tangent, BLOCKS, motion),
         kernel(
             motion,
             "joint_energy",
@@ -1017,6 +1027,7 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
     power = casadi.dot(casadi.gradient(energy.spring, relaxed), relaxed_rate)
     power_doc = "`∂E_spring/∂ē0·ē̇0`, what the turning clamp puts into the spring"
     rate = Argument.of_symbols("relaxed_direction_rate", "ē̇0 in 1/s", relaxed_rate)
+    block = [("next_next", "first segment along its `q̈`")]
     return [
         torques_kernel(
             "clamp",
@@ -1027,14 +1038,7 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
             [("next", "first segment")],
             motion,
         ),
-        tangent_kernel(
-            "clamp_tangent",
-            "Tangent of the clamp joint: minus the derivative of the torques of "
-            f"[`{motion.named('clamp')}`] along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`.",
-            clamp_joint(motion)[0],
-            [("next_next", "first segment along its `q̈`")],
-            motion,
-        ),
+        tangent_kernel("clamp", "the clamp joint", clamp_joint(motion)[0], block, motion),
         kernel(
             motion,
             "clamp_energy",
@@ -1057,18 +1061,18 @@ def joint_about_x_kernels() -> list[Derived]:
             joint_about_x(),
             [("previous", "previous segment"), ("next", "next segment")],
         ),
-        tangent_kernel(
-            "joint_about_x_tangent",
-            "Tangent of such a joint: minus the derivative of the torques of [`joint_about_x`] "
-            "along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.",
-            joint_about_x(),
-            BLOCKS,
-        ),
+        tangent_kernel("joint_about_x", "such a joint", joint_about_x(), BLOCKS),
     ]
 
 
 def crossed_joint_kernels() -> list[Derived]:
     """`crossed_joint`, `crossed_joint_tangent`."""
+    blocks = [
+        ("z_z", "segment about z along its `q̈`"),
+        ("z_x", "segment about z along the other one's `q̈`"),
+        ("x_z", "segment about x along the other one's `q̈`"),
+        ("x_x", "segment about x along its `q̈`"),
+    ]
     return [
         torques_kernel(
             "crossed_joint",
@@ -1078,18 +1082,7 @@ def crossed_joint_kernels() -> list[Derived]:
             crossed_joint(),
             [("z", "segment about z"), ("x", "segment about x")],
         ),
-        tangent_kernel(
-            "crossed_joint_tangent",
-            "Tangent of a crossed joint: minus the derivative of the torques of [`crossed_joint`] "
-            "along `q̈`, when\n`δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.",
-            crossed_joint(),
-            [
-                ("z_z", "segment about z along its `q̈`"),
-                ("z_x", "segment about z along the other one's `q̈`"),
-                ("x_z", "segment about x along the other one's `q̈`"),
-                ("x_x", "segment about x along its `q̈`"),
-            ],
-        ),
+        tangent_kernel("crossed_joint", "a crossed joint", crossed_joint(), blocks),
     ]
 
 
@@ -1292,18 +1285,13 @@ def lateral_joint_kernels() -> list[Derived]:
             [*joint.state, *previous_arguments, *next_arguments, *joint.constants],
             results,
         ),
-        tangent_kernel(
-            "lateral_joint_tangent",
-            "Tangent of a joint: minus the derivative of the torques of [`lateral_joint`] along "
-            f"`η̈`, when\n`δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{ALONG_PLANAR_MOTION}",
-            lateral_joint(),
-            BLOCKS,
-        ),
+        tangent_kernel("lateral_joint", "a joint", lateral_joint(), BLOCKS, is_lateral=True),
     ]
 
 
 def lateral_clamp_kernels() -> list[Derived]:
     """`lateral_clamp`, `lateral_clamp_tangent`."""
+    block = [("next_next", "first segment along its `η̈`")]
     joint, height = lateral_clamp()
     (variation, rate), variables = lateral_variables(joint.symbols, "next")
     torque = joint.variation(
@@ -1320,11 +1308,7 @@ def lateral_clamp_kernels() -> list[Derived]:
             [Result.vector("next", "torque on `φ` of the first segment", "N m", torque)],
         ),
         tangent_kernel(
-            "lateral_clamp_tangent",
-            "Tangent of the clamp joint: minus the derivative of the torque of [`lateral_clamp`] "
-            f"along `η̈`, when\n`δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{ALONG_PLANAR_MOTION}",
-            lateral_clamp()[0],
-            [("next_next", "first segment along its `η̈`")],
+            "lateral_clamp", "the clamp joint", lateral_clamp()[0], block, is_lateral=True
         ),
     ]
 
@@ -1372,12 +1356,6 @@ INSTRUCTIONS = {
 }
 
 
-def instruction_name(code: int) -> str:
-    """CasADi's name of an instruction."""
-    names = (name for name in dir(casadi) if name.startswith("OP_"))
-    return next((name for name in names if getattr(casadi, name) == code), f"number {code}")
-
-
 def exported(derived: Derived) -> Kernel:
     """CasADi's instructions in single-assignment form.
 
@@ -1422,10 +1400,8 @@ def exported(derived: Derived) -> Kernel:
             elif code == casadi.OP_INV:
                 operation = graph.operation("div", graph.number(1.0), nodes[0])
             else:
-                raise DerivationError(
-                    f"kernel {derived.name}: the format has no operation for CasADi's instruction "
-                    f"{instruction_name(code)}"
-                )
+                reason = f"the format has no operation for CasADi's instruction {code}"
+                raise DerivationError(f"kernel {derived.name}: {reason}")
         registers[targets[0]] = operation
 
     inputs, outputs = [], []
@@ -1439,54 +1415,28 @@ def exported(derived: Derived) -> Kernel:
     return Kernel(derived.name, derived.summary, graph, tuple(inputs), tuple(outputs))
 
 
-def segment_count(text: str) -> int:
-    """A number of segments from the command line."""
-    try:
-        count = int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"`{text}` is not a whole number") from None
-    if not 1 <= count <= LARGEST_SEGMENT_COUNT:
-        raise argparse.ArgumentTypeError(
-            f"{count} segments; possible are 1 to {LARGEST_SEGMENT_COUNT}"
-        )
-    return count
-
-
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(
         description="Derive equations of motion from the chain's energies with CasADi."
     )
     what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument(
-        "--segments",
-        type=segment_count,
-        help="whole equations of a chain of so many segments: mass_matrix, force, energies",
-    )
-    what.add_argument(
-        "--kernels",
-        action="store_true",
-        help="all kernels of the solver: in space, in the plane, and of the lateral variation",
-    )
+    what.add_argument("--segments", type=int, help="number of segments of the whole equations")
+    what.add_argument("--kernels", action="store_true", help="all kernels of the solver")
     parser.add_argument(
-        "--planar",
-        action="store_true",
-        help="with --segments: the equations in the plane of rotation, one coordinate per segment",
+        "--planar", action="store_true", help="with --segments: in the plane of rotation"
     )
+    parser.add_argument("--out", required=True, metavar="FILE", help="- for the standard output")
     parser.add_argument(
-        "--out", required=True, metavar="FILE", help="file to write; - for the standard output"
-    )
-    parser.add_argument(
-        "--check",
-        action="store_true",
-        help="write nothing; exit with 1 if FILE is not what is derived now, to the byte",
+        "--check", action="store_true", help="exit with 1 if FILE is not what is derived now"
     )
     arguments = parser.parse_args()
     if arguments.check and arguments.out == "-":
         parser.error("--check compares with a file, so --out cannot be -")
-
     if arguments.planar and arguments.kernels:
         parser.error("--kernels derives the planar kernels, too; --planar belongs to --segments")
+    if not arguments.kernels and not 1 <= arguments.segments <= LARGEST_SEGMENT_COUNT:
+        parser.error(f"possible are 1 to {LARGEST_SEGMENT_COUNT} segments")
 
     motion = Motion.PLANAR if arguments.planar else Motion.SPATIAL
     choice = "--kernels" if arguments.kernels else f"--segments {arguments.segments}"

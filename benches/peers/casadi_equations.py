@@ -9,22 +9,22 @@ pass for each column, ten times as slowly.
 """
 
 import math
-from types import SimpleNamespace
 
 import casadi
-from paper_case import Chain
+from paper_case import SEGMENTS, Chain
 
 # isort: split
 # From derivations, which paper_case puts on the path.
-import reference_contacts as reference
+import cases
 import segment_chain
+from motion import INTEGRAL_UNIT, RATE_UNIT_RAD_S
+from passes import Clamp, chain
 
-SEGMENTS = reference.SEGMENTS
-RATE_UNIT, IMPULSE_UNIT = reference.RATE_UNIT_RAD_S, reference.INTEGRAL_UNIT
+RATE_UNIT, IMPULSE_UNIT = RATE_UNIT_RAD_S, INTEGRAL_UNIT
 
 
-class Planar(reference.PlanarFilament):
-    """The planar chain: one azimuth a segment."""
+class Planar:
+    """The planar chain of derivations/passes.py: one azimuth a segment."""
 
     name = "planar"
     coordinates = SEGMENTS
@@ -32,20 +32,23 @@ class Planar(reference.PlanarFilament):
     def __init__(self) -> None:
         parameters = casadi.SX.sym("p", 3)
         rate, start, depth = (parameters[i] for i in range(3))
-        self.contact_pass = SimpleNamespace(
-            rate_rad_s=rate, start_angle_rad=start, penetration_depth_m=depth
-        )
         instant = casadi.SX.sym("t")
         y = casadi.SX.sym("y", 2 * SEGMENTS + 1)
         angles, rates = casadi.SX.sym("theta", SEGMENTS), casadi.SX.sym("theta_rate", SEGMENTS)
         accelerations = casadi.SX.sym("theta_acceleration", SEGMENTS)
-        kinetic, springs, dissipation, gaps = self._energies_and_gaps(instant, angles, rates)
-        penetrations = casadi.fmax(0, -gaps)
-        contact_energy = reference.CONTACT_STIFFNESS_N_M / 2 * casadi.sumsqr(penetrations)
-        contact_force = reference.CONTACT_STIFFNESS_N_M * casadi.sum1(penetrations)
+        angle = start + rate * instant
+        radial = casadi.vertcat(casadi.cos(angle), casadi.sin(angle), 0)
+        body_rate = casadi.vertcat(0, 0, rate)
+        clamp = Clamp(cases.BODY_RADIUS_M * radial, radial, angle, body_rate)
+        stated = chain((instant, angles, rates), angles, clamp, cases.Filament(SEGMENTS))
+        kinetic, springs, dissipation = stated.kinetic, stated.springs, stated.dissipation
+        penetrations = casadi.fmax(0, depth - cases.TOOL_RADIUS_M - stated.nodes[1, 1:].T)
+        contact_energy = cases.CONTACT_STIFFNESS_N_M / 2 * casadi.sumsqr(penetrations)
+        contact_force = cases.CONTACT_STIFFNESS_N_M * casadi.sum1(penetrations)
         # Inertia by Appell's equations, the same in other words: O(n) operations, where the second
         # derivatives of E_kin take O(n²).
-        appell = self._appell_function(instant, angles, rates, accelerations)
+        motion = angles, rates, accelerations
+        appell = self._appell_function(angle, rate, *motion)
         residual = (
             casadi.gradient(appell, accelerations)
             + casadi.gradient(springs + contact_energy, angles)
@@ -80,16 +83,19 @@ class Planar(reference.PlanarFilament):
             ],
         )
 
+    @staticmethod
     def _appell_function(
-        self, instant: casadi.SX, angles: casadi.SX, rates: casadi.SX, accelerations: casadi.SX
+        body_angle: casadi.SX,
+        rate: casadi.SX,
+        angles: casadi.SX,
+        rates: casadi.SX,
+        accelerations: casadi.SX,
     ) -> casadi.SX:
         """S = Σ ½ m |c̈|² + ½ J θ̈²: its gradient by q̈ is d/dt ∂E_kin/∂q̇ − ∂E_kin/∂q."""
-        h = reference.LENGTH_M / SEGMENTS
-        mass = reference.DENSITY_KG_M3 * casadi.pi * reference.DIAMETER_M**2 / 4 * h
-        rate = self.contact_pass.rate_rad_s
-        body_angle = self.contact_pass.start_angle_rad + rate * instant
+        h = cases.LENGTH_M / SEGMENTS
+        mass = cases.DENSITY_KG_M3 * casadi.pi * cases.DIAMETER_M**2 / 4 * h
         inward = -casadi.vertcat(casadi.cos(body_angle), casadi.sin(body_angle))
-        node, total = reference.BODY_RADIUS_M * rate**2 * inward, 0
+        node, total = cases.BODY_RADIUS_M * rate**2 * inward, 0
         for k in range(SEGMENTS):
             along = casadi.vertcat(casadi.cos(angles[k]), casadi.sin(angles[k]))
             across = casadi.vertcat(-along[1], along[0])
@@ -119,14 +125,14 @@ class Spatial:
         chain = ChainExpressions(body_angle, rate, casadi.SX(0.0), casadi.SX.zeros(3))
         q, v = chain.q, chain.v
 
-        height = reference.BODY_RADIUS_M * casadi.sin(body_angle)
+        height = cases.BODY_RADIUS_M * casadi.sin(body_angle)
         gaps = []
         for k in range(SEGMENTS):
             direction = segment_chain.direction_about_z(q[2 * k], q[2 * k + 1])
-            height += reference.LENGTH_M / SEGMENTS * direction[1]
-            gaps.append(height + reference.TOOL_RADIUS_M - depth)
+            height += cases.LENGTH_M / SEGMENTS * direction[1]
+            gaps.append(height + cases.TOOL_RADIUS_M - depth)
         penetrations = casadi.fmax(0, -casadi.vertcat(*gaps))
-        stiffness = reference.CONTACT_STIFFNESS_N_M
+        stiffness = cases.CONTACT_STIFFNESS_N_M
         contact_force = stiffness * casadi.sum1(penetrations)
         pressing = casadi.gradient(stiffness / 2 * casadi.sumsqr(penetrations), q)
 
@@ -176,7 +182,7 @@ class ChainExpressions:
         }
         radial = casadi.vertcat(casadi.cos(angle), casadi.sin(angle), 0)
         tangential = casadi.vertcat(-casadi.sin(angle), casadi.cos(angle), 0)
-        radius, chain = reference.BODY_RADIUS_M, Chain(SEGMENTS)
+        radius, chain = cases.BODY_RADIUS_M, Chain(SEGMENTS)
         self._values = {
             "root_position": radius * radial,
             "root_acceleration": radius * (acceleration * tangential - rate**2 * radial),

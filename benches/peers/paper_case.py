@@ -22,9 +22,9 @@ from cases import (  # noqa: E402
     LENGTH_M,
     TOOL_RADIUS_M,
     YOUNGS_MODULUS_PA,
-    Passing,
     State,
 )
+from cases import Case as PassOfCase  # noqa: E402
 
 SEGMENTS = 25
 
@@ -71,15 +71,15 @@ class Chain:
         return [2 * DAMPING_RATIO / FIRST_FREQUENCY_RAD_S * c for c in self.stiffness_n_m]
 
 
-class Pass(Passing):
+class Pass(PassOfCase):
     """One pass of a filament over the workpiece, and what follows from v_b and a_e."""
 
     def __init__(self, case: Case) -> None:
-        self.brushing_velocity_m_s, self.penetration_depth_m = case
+        super().__init__("paper", *case)
 
 
 def reference(name: str, case: Case) -> dict[str, str]:
-    """The row of a case in a file of derivations/reference_contacts.py."""
+    """The row of a case in a file of `derivations/passes.py contacts`."""
     lines = (DATA / name).read_text(encoding="utf-8").splitlines()
     for row in csv.DictReader(line for line in lines if not line.startswith("#")):
         if (float(row["brushing_velocity_m_s"]), float(row["penetration_depth_m"])) == case:

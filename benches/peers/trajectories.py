@@ -1,7 +1,7 @@
 """Whole motions by peers: a pass of the paper's case, a row of filaments, a beam that is spun up.
 
 What enters: the constants of paper_case.py and exudyn_cable.py, the input of
-derivations/reference_row.py, and for one row of the metrics the contacts in tests/data.
+derivations/cases.py, and for one row of the metrics the contacts in tests/data.
 What leaves, in benches/peers/trajectories: pass_mujoco.csv, pass_exudyn_ancf.csv, pass_metrics.csv
 and spin_up.csv; in tests/data: reference_row_mujoco.json, a row of filaments that touch each other,
 in the format of reference_row.json. Each has its own error, measured by refining.
@@ -32,9 +32,8 @@ from pass_motion import COLUMNS, PassMotion
 
 # isort: split
 # From derivations, which paper_case puts on the path.
-import reference_row
-from cases import DATA, rounded, write
-from cvodes import differences, table_text
+import cases
+from files import DATA, differences, rounded, table_text, write
 
 FOLDER = Path(__file__).resolve().parent / "trajectories"
 CASE: Case = (10.0, 1e-3)
@@ -199,17 +198,15 @@ def passes() -> None:
 
 def row_input(stiffness_n_m2: float) -> dict[str, dict[str, object]]:
     """Settings of the row, as reference_row.json names them."""
-    brush = reference_row.Brush(
-        ROW_COLUMNS, float(FILAMENTS), stiffness_n_m2, contact_points(ROW_SEGMENTS)
-    )
-    inputs = reference_row.Case("", brush, *CASE, segments=ROW_SEGMENTS).inputs()
+    brush = cases.Brush(ROW_COLUMNS, float(FILAMENTS), stiffness_n_m2, contact_points(ROW_SEGMENTS))
+    inputs = cases.Case("", *CASE, filament=cases.Filament(ROW_SEGMENTS), brush=brush).inputs()
     # MuJoCo's row has no friction.
     return {**inputs, "contact": {"stiffness_n_m": CONTACT_STIFFNESS_N_M}}
 
 
 def row() -> None:
     """The file of the row: what each filament does, with both shapes of filaments."""
-    cases = []
+    entries = []
     for name, touch in (
         ("points", Touch("points")),
         ("points, Hertz's stiffness", Touch("points", stiffness_n_m2=HERTZ_STIFFNESS_N_M2)),
@@ -236,7 +233,7 @@ def row() -> None:
             "contact_time_s": coarse.contact_times_s / fine.contact_times_s - 1,
             "max_tip_deflection_m": coarse.max_deflections_m / fine.max_deflections_m - 1,
         }
-        cases.append(
+        entries.append(
             {
                 "name": name,
                 "input": row_input(touch.stiffness_n_m2),
@@ -252,7 +249,7 @@ def row() -> None:
         "method": f"MuJoCo, implicitfast, steps of {ROW_STEP_S:g} s, contacts as springs; "
         '"points" is the rule of MODEL.md, "capsules" are the shapes of MuJoCo (mujoco_row.py says '
         "more). own_errors: largest relative difference to twice the step.",
-        "cases": cases,
+        "cases": entries,
     }
     text = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
     write(DATA / "reference_row_mujoco.json", text)
