@@ -1,7 +1,9 @@
-//! Derives the kernels and writes them as Rust to `OUT_DIR/kernels.rs`, and the power series that they need to `series.rs`.
+//! Derives the kernels and writes them as Rust to `OUT_DIR/kernels.rs`, and the power series that
+//! they need to `series.rs`.
 //!
-//! `BRISTLE_DERIVATION` chooses the engine: `built-in` (the default) needs nothing but Rust; `casadi` runs
-//! `derivations/segment_chain.py` with the Python of `BRISTLE_PYTHON` (default `python3`).
+//! `BRISTLE_DERIVATION` chooses the engine: `built-in` (the default) needs nothing but Rust;
+//! `casadi` runs `derivations/segment_chain.py` with the Python of `BRISTLE_PYTHON` (default
+//! `python3`).
 
 use std::env::{self, VarError};
 use std::error::Error;
@@ -24,7 +26,12 @@ const SCRIPT: &str = "derivations/segment_chain.py";
 /// The packages that it needs.
 const REQUIREMENTS: &str = "derivations/requirements.txt";
 /// Everything that its graph depends on, except Python itself.
-const SOURCES: [&str; 4] = [SCRIPT, "derivations/chain_interface.py", "derivations/graph_format.py", REQUIREMENTS];
+const SOURCES: [&str; 4] = [
+    SCRIPT,
+    "derivations/chain_interface.py",
+    "derivations/graph_format.py",
+    REQUIREMENTS,
+];
 
 fn main() -> ExitCode {
     match generate() {
@@ -49,16 +56,37 @@ fn generate() -> Result<(), Box<dyn Error>> {
             let (kernels, maker) = casadi_kernels(&directory)?;
             (kernels, maker, "BRISTLE_DERIVATION=casadi cargo build")
         }
-        other => return Err(format!("BRISTLE_DERIVATION is `{other}`; it must be `built-in` or `casadi`").into()),
+        other => {
+            return Err(format!(
+                "BRISTLE_DERIVATION is `{other}`; it must be `built-in` or `casadi`"
+            )
+            .into());
+        }
     };
-    let source = emit(&kernels, Origin { title: "Kernels of the solver.", maker: &maker, again })?;
+    let source = emit(
+        &kernels,
+        Origin {
+            title: "Kernels of the solver.",
+            maker: &maker,
+            again,
+        },
+    )?;
     fs::write(directory.join("kernels.rs"), &source)?;
     let series = series();
     fs::write(directory.join("series.rs"), &series)?;
     // The information in the header, for `bristle::equations`.
-    println!("cargo::rustc-env=BRISTLE_FINGERPRINT={}", json::fingerprint(&kernels)?);
-    println!("cargo::rustc-env=BRISTLE_SOLVER={}", solver_fingerprint(&[&source, &series])?);
-    println!("cargo::rustc-env=BRISTLE_MAKER={}", maker.lines().next().unwrap_or_default());
+    println!(
+        "cargo::rustc-env=BRISTLE_FINGERPRINT={}",
+        json::fingerprint(&kernels)?
+    );
+    println!(
+        "cargo::rustc-env=BRISTLE_SOLVER={}",
+        solver_fingerprint(&[&source, &series])?
+    );
+    println!(
+        "cargo::rustc-env=BRISTLE_MAKER={}",
+        maker.lines().next().unwrap_or_default()
+    );
     Ok(())
 }
 
@@ -79,9 +107,11 @@ fn series() -> String {
 /// The packages whose versions affect results.
 const NUMERICAL_PACKAGES: [&str; 3] = ["fastrand", "pulp", "spec_math"];
 
-/// A hash of the code that turns settings into metrics. The journal of a study uses it to detect results of another build.
+/// A hash of the code that turns settings into metrics. The journal of a study uses it to detect
+/// results of another build.
 ///
-/// The version alone does not change during development. How the kernels were made does not matter: they are hashed themselves.
+/// The version alone does not change during development. How the kernels were made does not matter:
+/// they are hashed themselves.
 fn solver_fingerprint(generated: &[&str]) -> Result<String, Box<dyn Error>> {
     let code = code("src", "Cargo.lock", &NUMERICAL_PACKAGES)?;
     Ok(digest((generated.concat() + &code).as_bytes()))
@@ -101,30 +131,47 @@ fn variable(name: &str) -> Result<Option<String>, String> {
 
 /// The kernels as CasADi derives them, and the name of their generator.
 ///
-/// The graph is stored under a hash of everything that it depends on, so that an unchanged derivation is not run again.
+/// The graph is stored under a hash of everything that it depends on, so that an unchanged
+/// derivation is not run again.
 fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Error>> {
     for input in SOURCES {
         println!("cargo::rerun-if-changed={input}");
     }
     println!("cargo::rerun-if-env-changed=BRISTLE_PYTHON");
-    let python = variable("BRISTLE_PYTHON")?.filter(|path| !path.is_empty()).unwrap_or_else(|| "python3".into());
+    let python = variable("BRISTLE_PYTHON")?
+        .filter(|path| !path.is_empty())
+        .unwrap_or_else(|| "python3".into());
     let inputs = digest(format!("{python} {}", sources(&SOURCES)?).as_bytes());
     let graph = directory.join(format!("casadi-{inputs}.json"));
-    let cached = fs::read_to_string(&graph).ok().and_then(|text| json::from_json(&text).ok());
+    let cached = fs::read_to_string(&graph)
+        .ok()
+        .and_then(|text| json::from_json(&text).ok());
     let file = match cached {
         Some(file) => file,
         None => {
             derive(&python, &graph)?;
             let text = fs::read_to_string(&graph)?;
-            json::from_json(&text).map_err(|error| format!("the graph that {SCRIPT} has written: {error}"))?
+            json::from_json(&text)
+                .map_err(|error| format!("the graph that {SCRIPT} has written: {error}"))?
         }
     };
-    let deviations = compare(&kernels()?, &file.kernels, STATES, States::All, 1)
-        .map_err(|error| format!("{SCRIPT} derives other kernels than the solver needs: {error}"))?;
-    for Deviation { kernel, output, largest, .. } in deviations {
+    let deviations =
+        compare(&kernels()?, &file.kernels, STATES, States::All, 1).map_err(|error| {
+            format!("{SCRIPT} derives other kernels than the solver needs: {error}")
+        })?;
+    for Deviation {
+        kernel,
+        output,
+        largest,
+        ..
+    } in deviations
+    {
         if largest > TOLERANCE {
-            // Not an error: after changing the model in one derivation, you may want to try it first.
-            println!("cargo::warning={output} of {kernel} deviates by {largest:.1e} from the built-in derivation");
+            // Not an error: after changing the model in one derivation, you may want to try it
+            // first.
+            println!(
+                "cargo::warning={output} of {kernel} deviates by {largest:.1e} from the built-in derivation"
+            );
         }
     }
     Ok((file.kernels, file.generator))
@@ -142,10 +189,16 @@ fn derive(python: &str, graph: &Path) -> Result<(), String> {
         .args([SCRIPT, "--kernels", "--out"])
         .arg(graph)
         .output()
-        .map_err(|error| format!("cannot run `{python}` for BRISTLE_DERIVATION=casadi: {error}\n{help}"))?;
+        .map_err(|error| {
+            format!("cannot run `{python}` for BRISTLE_DERIVATION=casadi: {error}\n{help}")
+        })?;
     if output.status.success() {
         return Ok(());
     }
     let message = String::from_utf8_lossy(&output.stderr);
-    Err(format!("`{python} {SCRIPT} --kernels` failed ({}):\n{}\n{help}", output.status, message.trim_end()))
+    Err(format!(
+        "`{python} {SCRIPT} --kernels` failed ({}):\n{}\n{help}",
+        output.status,
+        message.trim_end()
+    ))
 }

@@ -1,6 +1,8 @@
-//! `cargo bench --bench brush [-- row cases space whole]`: how long brushes take whose filaments touch each other, as one table.
+//! `cargo bench --bench brush [-- row cases space whole]`: how long brushes take whose filaments
+//! touch each other, as one table.
 //!
-//! Each simulation is timed once, or as the least of a few if it takes seconds. Ratios are of the same run.
+//! Each simulation is timed once, or as the least of a few if it takes seconds. Ratios are of the
+//! same run.
 
 use std::collections::BTreeSet;
 use std::env;
@@ -13,9 +15,17 @@ use bristle::brush::{BrushResult, simulate_brush};
 use bristle::model::settings::{BrushSettings, ContactSettings, Hold, Settings};
 
 fn main() {
-    let wanted: BTreeSet<String> = env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
+    let wanted: BTreeSet<String> = env::args()
+        .skip(1)
+        .filter(|argument| !argument.starts_with('-'))
+        .collect();
     println!("{:<58} {:>8} {:>12}", "brush", "time", "p_n");
-    let all: [(&str, fn()); 4] = [("row", row), ("cases", cases), ("space", space), ("whole", whole)];
+    let all: [(&str, fn()); 4] = [
+        ("row", row),
+        ("cases", cases),
+        ("space", space),
+        ("whole", whole),
+    ];
     for (name, measure) in all {
         if wanted.is_empty() || wanted.contains(name) {
             measure();
@@ -31,13 +41,22 @@ fn brush(around: f64, rows: usize, columns: Option<usize>) -> Settings {
         settings.tool.width_m = 1.294e-3 * rows as f64;
     }
     let steady = columns.is_none();
-    settings.brush = Some(BrushSettings { columns, rows: Some(rows), steady, ..BrushSettings::default() });
+    settings.brush = Some(BrushSettings {
+        columns,
+        rows: Some(rows),
+        steady,
+        ..BrushSettings::default()
+    });
     settings
 }
 
 /// The same with friction between filaments.
 fn rubbing(mut settings: Settings) -> Settings {
-    settings.brush.as_mut().expect("a brush").friction_coefficient = 0.3;
+    settings
+        .brush
+        .as_mut()
+        .expect("a brush")
+        .friction_coefficient = 0.3;
     settings
 }
 
@@ -50,8 +69,15 @@ fn time(name: &str, times: usize, settings: &Settings, threads: usize) -> (f64, 
     });
     let (seconds, result) = runs.min_by(|a, b| a.0.total_cmp(&b.0)).expect("a run");
     let impulse = 1e3 * result.tool.contact_normal_impulse_n_s;
-    let threads = if threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") };
-    println!("{:<58} {seconds:>6.2} s {impulse:>7.4} mN s", format!("{name}, {threads}"));
+    let threads = if threads == 1 {
+        "1 thread".to_owned()
+    } else {
+        format!("{threads} threads")
+    };
+    println!(
+        "{:<58} {seconds:>6.2} s {impulse:>7.4} mN s",
+        format!("{name}, {threads}")
+    );
     (seconds, result)
 }
 
@@ -64,12 +90,31 @@ fn row() {
         println!("{:<58} {:>8.2}", "    two threads", times[0] / times[1]);
         per_filament.push(times[0] / columns as f64);
     }
-    let contact = ContactSettings { friction_coefficient: 0.3, ..ContactSettings::default() };
-    let rough = Settings { contact, ..brush(682.0, 1, Some(60)) };
+    let contact = ContactSettings {
+        friction_coefficient: 0.3,
+        ..ContactSettings::default()
+    };
+    let rough = Settings {
+        contact,
+        ..brush(682.0, 1, Some(60))
+    };
     time("row of 60 columns, µ = 0.3 on the workpiece", 5, &rough, 1);
-    let (seconds, _) = time("row of 60 columns, µ = 0.3 between filaments", 5, &rubbing(brush(682.0, 1, Some(60))), 1);
-    println!("{:<58} {:>8.2}", "    friction between filaments, to none", seconds / per_filament[0] / 60.0);
-    println!("{:<58} {:>8.2}", "    time per filament, 680 columns to 60", per_filament[2] / per_filament[0]);
+    let (seconds, _) = time(
+        "row of 60 columns, µ = 0.3 between filaments",
+        5,
+        &rubbing(brush(682.0, 1, Some(60))),
+        1,
+    );
+    println!(
+        "{:<58} {:>8.2}",
+        "    friction between filaments, to none",
+        seconds / per_filament[0] / 60.0
+    );
+    println!(
+        "{:<58} {:>8.2}",
+        "    time per filament, 680 columns to 60",
+        per_filament[2] / per_filament[0]
+    );
 }
 
 /// The 120 cases of the paper, each a row long enough for its steady stretch, on all threads.
@@ -94,7 +139,8 @@ fn cases() {
                         Ok(_) => _ = steady.fetch_add(1, Ordering::Relaxed),
                         Err(error) => println!(
                             "{} m/s, {} m: {error}",
-                            settings.process.brushing_velocity_m_s, settings.process.penetration_depth_m
+                            settings.process.brushing_velocity_m_s,
+                            settings.process.penetration_depth_m
                         ),
                     }
                 }
@@ -103,7 +149,10 @@ fn cases() {
     });
     let seconds = start.elapsed().as_secs_f64();
     let steady = steady.into_inner();
-    println!("{:<58} {seconds:>6.1} s", format!("120 steady rows ({steady} found), {threads} threads"));
+    println!(
+        "{:<58} {seconds:>6.1} s",
+        format!("120 steady rows ({steady} found), {threads} threads")
+    );
 }
 
 /// 8 rows of 80 columns in space.
@@ -112,27 +161,50 @@ fn space() {
     tilted.brush.as_mut().expect("a brush").lateral_tilt_std_rad = 1e-3;
     let times = [1, 2].map(|threads| time("8 rows of 80 columns in space", 1, &tilted, threads).0);
     println!("{:<58} {:>8.2}", "    two threads", times[0] / times[1]);
-    let (seconds, _) = time("8 rows of 80 columns in space, µ = 0.3 between filaments", 1, &rubbing(tilted), 2);
-    println!("{:<58} {:>8.2}", "    friction between filaments, to none", seconds / times[1]);
+    let (seconds, _) = time(
+        "8 rows of 80 columns in space, µ = 0.3 between filaments",
+        1,
+        &rubbing(tilted),
+        2,
+    );
+    println!(
+        "{:<58} {:>8.2}",
+        "    friction between filaments, to none",
+        seconds / times[1]
+    );
     if let Some(memory) = peak_memory() {
-        println!("{:<58} {memory:>5.0} MB", "    largest memory of this process so far");
+        println!(
+            "{:<58} {memory:>5.0} MB",
+            "    largest memory of this process so far"
+        );
     }
 }
 
 /// The whole brush, each filament with a length of its own, for one turn.
 fn whole() {
     let mut settings = Settings::paper(10.0, 1e-3);
-    let brush = BrushSettings { columns: Some(700), rows: Some(15), ..BrushSettings::default() };
+    let brush = BrushSettings {
+        columns: Some(700),
+        rows: Some(15),
+        ..BrushSettings::default()
+    };
     settings.brush = Some(brush);
     settings.uncertainty.length_std_m = 2e-4;
     settings.uncertainty.hold = Hold::Machine;
-    time("10 500 filaments of different lengths, one turn", 1, &settings, 2);
+    time(
+        "10 500 filaments of different lengths, one turn",
+        1,
+        &settings,
+        2,
+    );
 }
 
 /// In MB, where the system tells.
 fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kilobytes / 1e3)
 }

@@ -1,4 +1,5 @@
-//! Rust's side of `benches/python.py`: for each line of stdin, `contact`, `shortest` or `batch`, a line with the time that it takes once, in s.
+//! Rust's side of `benches/python.py`: for each line of stdin, `contact`, `shortest` or `batch`, a
+//! line with the time that it takes once, in s.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -19,12 +20,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     let segments = settings.filament.segments;
     let chain = filament::chain(&settings.filament, settings.process.gravity_m_s2);
     let clamp = radial_clamp(settings.tool.body_radius_m, 0.0, 0.0, 0.0);
-    let q: Vec<[f64; 2]> = (0..segments).map(|k| [std::f64::consts::FRAC_PI_2, 0.01 * k as f64]).collect();
+    let q: Vec<[f64; 2]> = (0..segments)
+        .map(|k| [std::f64::consts::FRAC_PI_2, 0.01 * k as f64])
+        .collect();
     let (q, v) = (q.repeat(STATES), vec![[1.0; 2]; segments * STATES]);
     let members: Vec<Member<'_>> = q
         .chunks(segments)
         .zip(v.chunks(segments))
-        .map(|(q, v)| Member { chain: &chain, clamp: &clamp, q, v })
+        .map(|(q, v)| Member {
+            chain: &chain,
+            clamp: &clamp,
+            q,
+            v,
+        })
         .collect();
     let mut shortest = settings.clone();
     shortest.filament.segments = 1;
@@ -36,7 +44,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             "contact" => drop(black_box(simulate(black_box(&settings))?)),
             "shortest" => drop(black_box(simulate(black_box(&shortest))?)),
             "batch" => batch.accelerations(black_box(&members), black_box(&mut accelerations))?,
-            other => return Err(format!("{other} is none of `contact`, `shortest` and `batch`").into()),
+            other => {
+                return Err(format!("{other} is none of `contact`, `shortest` and `batch`").into());
+            }
         }
         println!("{}", start.elapsed().as_secs_f64());
     }

@@ -1,4 +1,5 @@
-//! A workpiece of your own: a filament passes over a cylinder, and the program prints metrics of the contact.
+//! A workpiece of your own: a filament passes over a cylinder, and the program prints metrics of
+//! the contact.
 //!
 //! ```sh
 //! cargo run --release --example workpiece
@@ -23,7 +24,10 @@ impl Workpiece for Cylinder {
         let (along, above) = (x - self.centre[0], y - self.centre[1]);
         let distance = along.hypot(above);
         let normal = [along / distance, above / distance, 0.0];
-        Surface { turn: 1.0 / distance, ..Surface::flat(distance - self.radius, normal, [0.0; 3]) }
+        Surface {
+            turn: 1.0 / distance,
+            ..Surface::flat(distance - self.radius, normal, [0.0; 3])
+        }
     }
 
     /// Nothing depends on `z`: the filament stays in the plane of rotation.
@@ -36,8 +40,12 @@ impl Workpiece for Cylinder {
 fn pass(radius: f64) -> Result<Simulation, Box<dyn std::error::Error>> {
     let settings = Settings::paper(10.0, 1e-3);
     let tool = RotaryTool::of(&settings);
-    let reach = tool.root_radius + settings.filament.length_m - settings.process.penetration_depth_m;
-    let cylinder = Cylinder { centre: [0.0, -reach - radius], radius };
+    let reach =
+        tool.root_radius + settings.filament.length_m - settings.process.penetration_depth_m;
+    let cylinder = Cylinder {
+        centre: [0.0, -reach - radius],
+        radius,
+    };
     Ok(Pass::with(&settings, tool, cylinder)?.simulate(Sampling::default())?)
 }
 
@@ -62,11 +70,16 @@ mod tests {
 
     #[test]
     fn a_large_cylinder_is_a_plane() {
-        let plane = bristle::simulation::simulate(&Settings::paper(10.0, 1e-3)).expect("the pass ends").metrics;
+        let plane = bristle::simulation::simulate(&Settings::paper(10.0, 1e-3))
+            .expect("the pass ends")
+            .metrics;
         let cylinder = pass(1e6).expect("the pass ends").metrics;
         for (cylinder, plane) in [
             (cylinder.contact_angle_rad, plane.contact_angle_rad),
-            (cylinder.contact_normal_impulse_n_s, plane.contact_normal_impulse_n_s),
+            (
+                cylinder.contact_normal_impulse_n_s,
+                plane.contact_normal_impulse_n_s,
+            ),
             (cylinder.contact_time_ratio, plane.contact_time_ratio),
         ] {
             assert!((cylinder / plane - 1.0).abs() < 1e-4, "{cylinder} {plane}");

@@ -14,13 +14,15 @@ const MIN_NORMAL_ACROSS: f64 = 1e-6;
 
 /// The path of the penetration depth.
 const DEPTH: &str = "process.penetration_depth_m";
-/// The depth at which settings with a force in place of the depth are checked, as a part of the free length.
+/// The depth at which settings with a force in place of the depth are checked, as a part of the
+/// free length.
 const FIRST_DEPTH: f64 = 1e-3;
 
 /// Relative rounding error of the difference of two reaches.
 const ROUNDING: f64 = 1e-12;
 
-/// The largest angle of filaments out of the plane of rotation in rad at which they may be wavy in that plane.
+/// The largest angle of filaments out of the plane of rotation in rad at which they may be wavy in
+/// that plane.
 const LARGEST_ELEVATION_OF_WAVES: f64 = 1.0;
 
 /// Largest ratio of the diameters at the ends of a filament.
@@ -46,13 +48,21 @@ impl Settings {
             .iter()
             .filter(|parameter| parameter.instead_of.is_empty())
             .filter(|parameter| self.process.tool_force_n.is_none() || parameter.path != DEPTH)
-            .try_for_each(|parameter| parameter.read(self).map_or(Ok(()), |value| parameter.check(value)))
+            .try_for_each(|parameter| {
+                parameter
+                    .read(self)
+                    .map_or(Ok(()), |value| parameter.check(value))
+            })
     }
 
     fn check_vectors(&self) -> Result<(), Violation> {
         let gravity = self.process.gravity_m_s2;
         if !gravity.iter().all(|component| component.is_finite()) {
-            return Err(Violation::of("process.gravity_m_s2", gravity, "three finite numbers, in m/s²"));
+            return Err(Violation::of(
+                "process.gravity_m_s2",
+                gravity,
+                "three finite numbers, in m/s²",
+            ));
         }
         // If the normal is zero or infinite these are NaN.
         let normal = unit_normal(&self.workpiece);
@@ -90,7 +100,9 @@ impl Settings {
                 ),
             ));
         }
-        if trim.elevation.abs() > LARGEST_ELEVATION_OF_WAVES && self.filament.waviness_amplitude_m != 0.0 {
+        if trim.elevation.abs() > LARGEST_ELEVATION_OF_WAVES
+            && self.filament.waviness_amplitude_m != 0.0
+        {
             return Err(Violation::of(
                 "filament.waviness_amplitude_m",
                 self.filament.waviness_amplitude_m,
@@ -113,26 +125,44 @@ impl Settings {
 
     /// Checks the goal of the removal, and what a trial showed.
     fn check_removal(&self) -> Result<(), Violation> {
-        let Some(removal) = &self.removal else { return Ok(()) };
+        let Some(removal) = &self.removal else {
+            return Ok(());
+        };
         let is_sane = |value: f64| value.is_finite() && value > 0.0;
-        let wrong = |path, value: String, allowed: &str| Err(Violation { path, value, allowed: allowed.to_owned() });
+        let wrong = |path, value: String, allowed: &str| {
+            Err(Violation {
+                path,
+                value,
+                allowed: allowed.to_owned(),
+            })
+        };
         if let Some(observed) = removal.observed {
-            let value = format!("{{ edge_radius_m = {:?}, time_s = {:?} }}", observed.edge_radius_m, observed.time_s);
+            let value = format!(
+                "{{ edge_radius_m = {:?}, time_s = {:?} }}",
+                observed.edge_radius_m, observed.time_s
+            );
             if !is_sane(observed.edge_radius_m) || !is_sane(observed.time_s) {
-                return wrong("removal.observed", value, "two finite numbers greater than 0, in m and s");
+                return wrong(
+                    "removal.observed",
+                    value,
+                    "two finite numbers greater than 0, in m and s",
+                );
             }
             if removal.preston_m2_n.is_some() {
-                let allowed =
-                    "left out beside removal.preston_m2_n: the observed edge is there to find that coefficient";
+                let allowed = "left out beside removal.preston_m2_n: the observed edge is there to find that coefficient";
                 return wrong("removal.observed", value, allowed);
             }
         }
         match removal.until {
-            Some(RemovalGoal::EdgeRadiusM(goal) | RemovalGoal::Turns(goal) | RemovalGoal::TimeS(goal))
-                if !is_sane(goal) =>
-            {
-                wrong("removal.until", format!("{goal:?}"), "a finite number greater than 0")
-            }
+            Some(
+                RemovalGoal::EdgeRadiusM(goal)
+                | RemovalGoal::Turns(goal)
+                | RemovalGoal::TimeS(goal),
+            ) if !is_sane(goal) => wrong(
+                "removal.until",
+                format!("{goal:?}"),
+                "a finite number greater than 0",
+            ),
             _ => Ok(()),
         }
     }
@@ -140,7 +170,11 @@ impl Settings {
     /// Checks the taper and the waviness of the filament.
     fn check_shape(&self) -> Result<(), Violation> {
         let Settings { filament, .. } = self;
-        let (root_m, tip_m, length_m) = (filament.diameter_m, filament.tip_diameter_m(), filament.length_m);
+        let (root_m, tip_m, length_m) = (
+            filament.diameter_m,
+            filament.tip_diameter_m(),
+            filament.length_m,
+        );
         if !(root_m / MAX_TAPER..=root_m * MAX_TAPER).contains(&tip_m) || tip_m >= length_m {
             return Err(Violation::of(
                 "filament.tip_diameter_m",
@@ -151,8 +185,8 @@ impl Settings {
                 ),
             ));
         }
-        let steepest =
-            filament::sines_of_inclinations(filament).fold(0.0, |steepest: f64, sine| steepest.max(sine.abs()));
+        let steepest = filament::sines_of_inclinations(filament)
+            .fold(0.0, |steepest: f64, sine| steepest.max(sine.abs()));
         if steepest >= 1.0 {
             let amplitude_m = filament.waviness_amplitude_m;
             return Err(Violation::of(
@@ -168,12 +202,15 @@ impl Settings {
         Ok(())
     }
 
-    /// Checks the conditions between several settings. Each setting must already be valid on its own.
+    /// Checks the conditions between several settings. Each setting must already be valid on its
+    /// own.
     pub fn check_relations(&self) -> Result<(), Violation> {
         if self.process.tool_force_n.is_some() {
             // A depth at which nothing but the depth itself can be wrong.
             let shallow = FIRST_DEPTH * self.filament.length_m.min(self.clearance_m());
-            return self.at_depth(shallow.max(f64::MIN_POSITIVE)).check_relations();
+            return self
+                .at_depth(shallow.max(f64::MIN_POSITIVE))
+                .check_relations();
         }
         let length_m = self.filament.length_m;
         if self.filament.diameter_m >= length_m {
@@ -206,8 +243,12 @@ impl Settings {
         }
         if penetration_depth_m >= (tips - roots) * (1.0 - ROUNDING) {
             let allowed = match self.tool.tilt_rad() == 0.0 && Trim::of(self).is_radial() {
-                true if penetration_depth_m >= length_m => format!("less than filament.length_m = {length_m:?}"),
-                true => format!("less than {tips:.4e}, the reach of the tips along workpiece.normal"),
+                true if penetration_depth_m >= length_m => {
+                    format!("less than filament.length_m = {length_m:?}")
+                }
+                true => {
+                    format!("less than {tips:.4e}, the reach of the tips along workpiece.normal")
+                }
                 false => format!(
                     "less than {:.4e}, by which the tips are nearer to the workpiece than the body",
                     tips - roots
@@ -221,13 +262,24 @@ impl Settings {
         }
         let nominal_angle_rad = passage.window.angle;
         let angles = [
-            ("process.lead_angle_rad", "lead", self.process.lead_angle_rad),
-            ("process.tail_angle_rad", "tail", self.process.tail_angle_rad),
+            (
+                "process.lead_angle_rad",
+                "lead",
+                self.process.lead_angle_rad,
+            ),
+            (
+                "process.tail_angle_rad",
+                "tail",
+                self.process.tail_angle_rad,
+            ),
         ];
         let free_rad = TAU - nominal_angle_rad;
         // The larger of the two is to blame.
-        let [(path, _, larger), (_, other, smaller)] =
-            if angles[0].2 > angles[1].2 { angles } else { [angles[1], angles[0]] };
+        let [(path, _, larger), (_, other, smaller)] = if angles[0].2 > angles[1].2 {
+            angles
+        } else {
+            [angles[1], angles[0]]
+        };
         if larger >= free_rad - smaller {
             let allowed = format!(
                 "less than {:.4}, one turn less the {other} angle {smaller:?} and the nominal contact angle {nominal_angle_rad:.4}",
@@ -241,11 +293,19 @@ impl Settings {
     /// Checks that the filaments of a brush can differ from each other as `[uncertainty]` states.
     fn check_brush(&self) -> Result<(), Violation> {
         let brush = self.brush_or_default();
-        if self.brush.is_some() && trim::differ(self) && brush.ends == Ends::Periodic && self.brush_rows() > 1 {
-            let allowed = "\"free\" on a tilted tool, whose rows differ: they do not repeat along the axis";
+        if self.brush.is_some()
+            && trim::differ(self)
+            && brush.ends == Ends::Periodic
+            && self.brush_rows() > 1
+        {
+            let allowed =
+                "\"free\" on a tilted tool, whose rows differ: they do not repeat along the axis";
             return Err(Violation::of("brush.ends", "periodic", allowed));
         }
-        if self.brush.is_some() && self.uncertainty.hold != Hold::Machine && self.uncertainty.scatters() {
+        if self.brush.is_some()
+            && self.uncertainty.hold != Hold::Machine
+            && self.uncertainty.scatters()
+        {
             let allowed = "\"machine\" with [brush]: each of its filaments has properties of its own, but all share one axis, \
                            whose speed and distance from the workpiece the machine holds";
             return Err(Violation::of("uncertainty.hold", "process", allowed));

@@ -1,12 +1,14 @@
 //! Bristle simulates the contact of an abrasive brush filament with a workpiece.
 //!
-//! The filament is a chain of rigid segments joined by rotational springs and dampers (Uhlmann and Hoyer, *Modeling
-//! of Contact Forces for Brushing Tools*, Ceramics 2021). This crate is the core: settings in, metrics out. It reads and
-//! writes no files and draws nothing. The modules, in the order in which the data passes them:
+//! The filament is a chain of rigid segments joined by rotational springs and dampers (Uhlmann and
+//! Hoyer, *Modeling of Contact Forces for Brushing Tools*, Ceramics 2021). This crate is the core:
+//! settings in, metrics out. It reads and writes no files and draws nothing. The modules, in the
+//! order in which the data passes them:
 //!
 //! 1. [`model`]: the settings, what each may be, and the metrics that a contact is reduced to;
 //! 2. [`tool`], [`workpiece`], [`contact`]: the physics of the parts;
-//! 3. [`equations`]: kernels that the build step has derived and emitted, and the O(n) loops over them;
+//! 3. [`equations`]: kernels that the build step has derived and emitted, and the O(n) loops over
+//!    them;
 //! 4. [`integrate`]: implicit, error-controlled steps;
 //! 5. [`simulation`]: one pass over the workpiece, through located contact events;
 //! 6. [`brush`]: filaments that touch each other.

@@ -1,5 +1,5 @@
-//! How well measured forces determine Young's modulus, friction and damping: the tables of docs/calibration.md, and how often 95 % intervals
-//! hold the truth.
+//! How well measured forces determine Young's modulus, friction and damping: the tables of
+//! docs/calibration.md, and how often 95 % intervals hold the truth.
 //!
 //! ```text
 //! cargo run --release -p bristle-benches --example calibration            # the tables
@@ -17,14 +17,20 @@ use bristle_input::measured::{MeasuredPoint, Reading, Speed};
 use fastrand::Rng;
 
 /// The settings that are fitted, and their true values.
-const TRUTH: [(&str, f64); 3] =
-    [("filament.youngs_modulus_pa", 2.8e9), ("contact.friction_coefficient", 0.15), ("filament.damping_ratio", 0.03)];
+const TRUTH: [(&str, f64); 3] = [
+    ("filament.youngs_modulus_pa", 2.8e9),
+    ("contact.friction_coefficient", 0.15),
+    ("filament.damping_ratio", 0.03),
+];
 /// Speeds in m/s and depths in m of the points.
 const POINTS: [(&[f64], &[f64]); 4] = [
     (&[10.0, 30.0], &[1e-3, 3e-3]),
     (&[5.0, 10.0, 20.0, 30.0], &[1e-3, 3e-3]),
     (&[5.0, 10.0, 20.0, 30.0], &[0.5e-3, 1e-3, 2e-3, 3e-3]),
-    (&[5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0], &[0.5e-3, 1e-3, 2e-3, 3e-3]),
+    (
+        &[5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0],
+        &[0.5e-3, 1e-3, 2e-3, 3e-3],
+    ),
 ];
 /// Relative standard deviations.
 const NOISE: [f64; 3] = [0.01, 0.03, 0.1];
@@ -45,41 +51,76 @@ fn forces(speeds: &[f64], depths: &[f64]) -> Result<Vec<Point>, Box<dyn Error>> 
         .flat_map(place)
         .map(|(speed, depth)| {
             let mut case = settings.clone();
-            (case.process.brushing_velocity_m_s, case.process.penetration_depth_m) = (speed, depth);
+            (
+                case.process.brushing_velocity_m_s,
+                case.process.penetration_depth_m,
+            ) = (speed, depth);
             case
         })
         .collect();
     let results = run_study(&Study::of_cases(cases.clone()), None, || ())?;
     let force = |(case, result): (Settings, Result<bristle_grid::CaseSummary, String>)| {
         let metrics = result?.metrics;
-        Ok((case, [metrics.tool_contact_normal_force_n, metrics.tool_tangential_force_n]))
+        Ok((
+            case,
+            [
+                metrics.tool_contact_normal_force_n,
+                metrics.tool_tangential_force_n,
+            ],
+        ))
     };
     cases.into_iter().zip(results).map(force).collect()
 }
 
-/// A calibration of normal forces, and of tangential ones too if they are measured, from the true values on.
+/// A calibration of normal forces, and of tangential ones too if they are measured, from the true
+/// values on.
 fn fit(
     forces: &[Point],
     noise: f64,
     tangential: bool,
     mut number: impl FnMut() -> f64,
 ) -> Result<Calibration, Box<dyn Error>> {
-    let mut reading = |force: f64| Some(Reading { value: force * (1.0 + noise * number()), std: Some(noise * force) });
+    let mut reading = |force: f64| {
+        Some(Reading {
+            value: force * (1.0 + noise * number()),
+            std: Some(noise * force),
+        })
+    };
     let point = |(settings, [normal, along]): &Point| MeasuredPoint {
         speed: Speed::Velocity(settings.process.brushing_velocity_m_s),
         second_speed_rpm: None,
         penetration_depth_m: settings.process.penetration_depth_m,
-        readings: [reading(*normal), tangential.then(|| reading(*along)).flatten(), None, None],
+        readings: [
+            reading(*normal),
+            tangential.then(|| reading(*along)).flatten(),
+            None,
+            None,
+        ],
         tool: None,
         line: 0,
     };
     let points = forces.iter().map(point).collect();
-    let settings = Settings { solver: Settings::paper(10.0, 1e-3).solver, ..forces[0].0.clone() };
-    let brush = StatedBrush { name: String::new(), settings, followed: Vec::new() };
-    let fitted = TRUTH.iter().map(|(path, _)| Fitted::parse(path)).collect::<Result<_, _>>()?;
+    let settings = Settings {
+        solver: Settings::paper(10.0, 1e-3).solver,
+        ..forces[0].0.clone()
+    };
+    let brush = StatedBrush {
+        name: String::new(),
+        settings,
+        followed: Vec::new(),
+    };
+    let fitted = TRUTH
+        .iter()
+        .map(|(path, _)| Fitted::parse(path))
+        .collect::<Result<_, _>>()?;
     let problem = Problem::new(vec![brush], fitted, points)?;
     let stop = Stop::default();
-    let means = Means { resources: Resources::default(), stop: &stop, observer: &Unwatched, starts: 0 };
+    let means = Means {
+        resources: Resources::default(),
+        stop: &stop,
+        observer: &Unwatched,
+        starts: 0,
+    };
     calibrate(problem, Reach::default(), means)?.ok_or_else(|| "nothing could be simulated".into())
 }
 
@@ -103,18 +144,27 @@ fn tables() -> Result<(), Box<dyn Error>> {
         for tangential in [false, true] {
             for noise in NOISE {
                 let found = fit(&exact, noise, tangential, || 0.0)?;
-                let relative = |setting: usize| 100.0 * found.standard_error(setting) / TRUTH[setting].1;
+                let relative =
+                    |setting: usize| 100.0 * found.standard_error(setting) / TRUTH[setting].1;
                 println!(
                     "| {} | {} | {:.0} % | {:.1} % | {:.4} | {:.0} % |",
                     exact.len(),
-                    if tangential { "F_n,w and F_t,w" } else { "F_n,w" },
+                    if tangential {
+                        "F_n,w and F_t,w"
+                    } else {
+                        "F_n,w"
+                    },
                     100.0 * noise,
                     relative(0),
                     found.standard_error(1),
                     relative(2)
                 );
                 if noise == NOISE[0] {
-                    eprintln!("{} points: derivatives to {:.1e}", exact.len(), found.derivative_error);
+                    eprintln!(
+                        "{} points: derivatives to {:.1e}",
+                        exact.len(),
+                        found.derivative_error
+                    );
                 }
             }
         }

@@ -5,10 +5,11 @@
 //! cargo bench -p bristle-instructions -- --accept    # writes the present counts
 //! ```
 //!
-//! Times vary with the machine and its load, instruction counts hardly do. Valgrind does not support AVX-512, so lanes are
-//! counted with AVX2. Valgrind 3.19 also lacks one form of `vmovq`, which a compiler may choose or not: a subject with an
-//! instruction that Valgrind does not know is reported as not counted. Each subject runs in a process of its own, twice, with different numbers of repetitions. The
-//! difference excludes the start and the end of the process.
+//! Times vary with the machine and its load, instruction counts hardly do. Valgrind does not
+//! support AVX-512, so lanes are counted with AVX2. Valgrind 3.19 also lacks one form of `vmovq`,
+//! which a compiler may choose or not: a subject with an instruction that Valgrind does not know is
+//! reported as not counted. Each subject runs in a process of its own, twice, with different
+//! numbers of repetitions. The difference excludes the start and the end of the process.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -17,8 +18,8 @@ use std::hint::black_box;
 use std::process::{Command, ExitCode};
 
 use bristle::equations::{
-    Chain, ChainDynamics, ChainState, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads, PlanarDynamics,
-    StepWeights,
+    Chain, ChainDynamics, ChainState, Clamp, Compiled, Dynamics, LANES, LaneSet, Lanes, NoLoads,
+    PlanarDynamics, StepWeights,
 };
 use bristle::model::filament;
 use bristle::model::settings::Settings;
@@ -26,7 +27,8 @@ use bristle::simulation::{Job, simulate, simulate_side_by_side};
 use bristle::tool::radial_clamp;
 use bristle_input::document::Document;
 
-/// Counts may differ by this fraction: another compiler changes some instructions, a relevant edit changes many.
+/// Counts may differ by this fraction: another compiler changes some instructions, a relevant edit
+/// changes many.
 const MARGIN: f64 = 0.05;
 const COUNTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/counts.csv");
 
@@ -62,8 +64,13 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     }
     let mut counts = Vec::new();
     for (subject, (name, repetitions)) in SUBJECTS.iter().enumerate() {
-        match [count(subject, *repetitions)?, count(subject, 3 * repetitions)?] {
-            [Some(few), Some(many)] => counts.push((*name, (many - few) / (2 * repetitions) as u64)),
+        match [
+            count(subject, *repetitions)?,
+            count(subject, 3 * repetitions)?,
+        ] {
+            [Some(few), Some(many)] => {
+                counts.push((*name, (many - few) / (2 * repetitions) as u64))
+            }
             _ => println!("{name:50}  not counted: Valgrind does not know one of its instructions"),
         }
     }
@@ -86,9 +93,16 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     for (name, count) in counts {
         let expected = accepted_count(&accepted, name)?;
         let change = count as f64 / expected as f64 - 1.0;
-        let mark = if change.abs() > MARGIN { "  <- outside the margin" } else { "" };
+        let mark = if change.abs() > MARGIN {
+            "  <- outside the margin"
+        } else {
+            ""
+        };
         off |= change.abs() > MARGIN;
-        println!("{name:50} {count:12} instructions, {:+.1} %{mark}", 100.0 * change);
+        println!(
+            "{name:50} {count:12} instructions, {:+.1} %{mark}",
+            100.0 * change
+        );
     }
     if off {
         eprintln!(
@@ -102,18 +116,25 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
 
 /// The count of the subject `name` in `counts.csv`.
 fn accepted_count(counts: &str, name: &str) -> Result<u64, Box<dyn Error>> {
-    let line = counts.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(','));
-    Ok(line.ok_or_else(|| format!("counts.csv has no line for {name}"))?.parse()?)
+    let line = counts
+        .lines()
+        .find_map(|line| line.strip_prefix(name)?.strip_prefix(','));
+    Ok(line
+        .ok_or_else(|| format!("counts.csv has no line for {name}"))?
+        .parse()?)
 }
 
-/// Instruction count of a process that repeats the subject; none if Valgrind does not know one of its instructions.
+/// Instruction count of a process that repeats the subject; none if Valgrind does not know one of
+/// its instructions.
 fn count(subject: usize, repetitions: usize) -> Result<Option<u64>, Box<dyn Error>> {
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
         .arg(std::env::current_exe()?)
         .args(["--run", &subject.to_string(), &repetitions.to_string()])
         .output()
-        .map_err(|error| format!("cannot run valgrind (on Debian, install the package valgrind): {error}"))?;
+        .map_err(|error| {
+            format!("cannot run valgrind (on Debian, install the package valgrind): {error}")
+        })?;
     let text = String::from_utf8_lossy(&output.stderr);
     let collected = text.lines().find_map(|line| line.split_once("Collected :"));
     match collected {
@@ -156,8 +177,13 @@ fn run(subject: usize, repetitions: usize) {
 
 /// A contact of the paper at a tolerance that gives the impulse to better than 0.1 %.
 fn settings() -> Settings {
-    let document = Document::parse(include_str!("../../examples/zirconia.toml"), "examples/zirconia.toml");
-    let mut settings = document.and_then(|document| document.settings()).expect("the example is right");
+    let document = Document::parse(
+        include_str!("../../examples/zirconia.toml"),
+        "examples/zirconia.toml",
+    );
+    let mut settings = document
+        .and_then(|document| document.settings())
+        .expect("the example is right");
     settings.solver.relative_tolerance = 1e-3;
     settings
 }
@@ -180,26 +206,44 @@ impl<T: Compiled> BentFilament<T> {
         Self {
             chain: Chain::from_lanes(|_| &chain),
             clamp: Clamp::from_lanes(|_| radial_clamp(settings.tool.body_radius_m, 0.3, 50.0, 0.0)),
-            q: (0..n).map(|k| [of(1.5 + 0.01 * k as f64), of(0.3 + 0.03 * k as f64)]).collect(),
-            v: (0..n).map(|k| [of(0.1 * k as f64), of(50.0 + k as f64)]).collect(),
-            weights: StepWeights { coordinates: of(1e-10), rates: of(1e-5) },
+            q: (0..n)
+                .map(|k| [of(1.5 + 0.01 * k as f64), of(0.3 + 0.03 * k as f64)])
+                .collect(),
+            v: (0..n)
+                .map(|k| [of(0.1 * k as f64), of(50.0 + k as f64)])
+                .collect(),
+            weights: StepWeights {
+                coordinates: of(1e-10),
+                rates: of(1e-5),
+            },
         }
     }
 }
 
 fn run_spatial<T: Compiled>(subject: usize, repetitions: usize) {
-    run_loop(subject, repetitions, Dynamics::<T>::new, |dynamics, _, _, _, result| dynamics.solve(result));
+    run_loop(
+        subject,
+        repetitions,
+        Dynamics::<T>::new,
+        |dynamics, _, _, _, result| dynamics.solve(result),
+    );
 }
 
 /// The same with the equations in the plane, which take the polar angles as a variation.
 fn run_planar<T: Compiled>(subject: usize, repetitions: usize) {
-    run_loop(subject, repetitions, PlanarDynamics::<T>::new, |dynamics, at, a, weights, result| {
-        dynamics.correction(at, a, &NoLoads, result);
-        dynamics.solve_variation(at, a, &NoLoads, weights, result);
-    });
+    run_loop(
+        subject,
+        repetitions,
+        PlanarDynamics::<T>::new,
+        |dynamics, at, a, weights, result| {
+            dynamics.correction(at, a, &NoLoads, result);
+            dynamics.solve_variation(at, a, &NoLoads, weights, result);
+        },
+    );
 }
 
-/// What a loop repeats besides residual, factorisation and accelerations: at a state with its accelerations, into the last argument.
+/// What a loop repeats besides residual, factorisation and accelerations: at a state with its
+/// accelerations, into the last argument.
 type Correction<T, D> = fn(&mut D, ChainState<'_, T>, &[[T; 2]], StepWeights<T>, &mut [[T; 2]]);
 
 fn run_loop<T: Compiled, D: ChainDynamics<T>>(
@@ -208,7 +252,13 @@ fn run_loop<T: Compiled, D: ChainDynamics<T>>(
     new: fn(Chain<T>) -> D,
     correct: Correction<T, D>,
 ) {
-    let BentFilament { chain, clamp, q, v, weights } = BentFilament::<T>::new();
+    let BentFilament {
+        chain,
+        clamp,
+        q,
+        v,
+        weights,
+    } = BentFilament::<T>::new();
     let mut dynamics = new(chain);
     let (mut a, mut result) = (q.clone(), q.clone());
     dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut a);

@@ -22,10 +22,12 @@ const AROUND: f64 = FILAMENTS / ROWS as f64;
 const SPATIAL_ROWS: usize = 4;
 /// Tilt of a filament alone in rad.
 pub const TILT: f64 = 1e-3;
-/// Standard deviations of the tilts of brushes in space, in mrad: that of most of them, and those that are compared.
+/// Standard deviations of the tilts of brushes in space, in mrad: that of most of them, and those
+/// that are compared.
 pub const USUAL_TILT: u32 = 1;
 pub const TILTS: [u32; 4] = [USUAL_TILT, 5, 10, 20];
-/// Filaments around in rows of whole brushes with fewer filaments, whose pitch is as equal both ways as it can be.
+/// Filaments around in rows of whole brushes with fewer filaments, whose pitch is as equal both
+/// ways as it can be.
 pub const SPARSE: [u32; 5] = [639, 479, 383, 319, 240];
 /// Coefficient of friction, where there is friction.
 const FRICTION: f64 = 0.3;
@@ -47,7 +49,9 @@ pub struct OperatingPoint {
 
 /// The places at these depths in µm, velocity by velocity.
 pub fn places<const N: usize>(depths: [u32; N]) -> impl Iterator<Item = OperatingPoint> {
-    VELOCITIES.into_iter().flat_map(move |velocity| depths.map(|depth| at(velocity, depth)))
+    VELOCITIES
+        .into_iter()
+        .flat_map(move |velocity| depths.map(|depth| at(velocity, depth)))
 }
 
 /// A place, in m/s and µm.
@@ -104,14 +108,25 @@ impl Scatter {
     }
 
     fn uncertainty(self) -> UncertaintySettings {
-        let none = UncertaintySettings { hold: Hold::Machine, ..UncertaintySettings::default() };
+        let none = UncertaintySettings {
+            hold: Hold::Machine,
+            ..UncertaintySettings::default()
+        };
         match self {
             Self::Nothing => none,
-            Self::Length => UncertaintySettings { length_std_m: 2e-4, ..none },
-            Self::Diameter => UncertaintySettings { diameter_std_m: 2e-5, ..none },
-            Self::Waviness => {
-                UncertaintySettings { waviness_amplitude_std_m: 2e-5, waviness_phase_std_rad: 1.8, ..none }
-            }
+            Self::Length => UncertaintySettings {
+                length_std_m: 2e-4,
+                ..none
+            },
+            Self::Diameter => UncertaintySettings {
+                diameter_std_m: 2e-5,
+                ..none
+            },
+            Self::Waviness => UncertaintySettings {
+                waviness_amplitude_std_m: 2e-5,
+                waviness_phase_std_rad: 1.8,
+                ..none
+            },
         }
     }
 }
@@ -123,14 +138,23 @@ pub enum Case {
     Row(OperatingPoint),
     /// A planar row of filaments with 25 segments.
     Finer(OperatingPoint),
-    /// Staggered rows in space, of filaments whose clamps are tilted, with a standard deviation in mrad.
+    /// Staggered rows in space, of filaments whose clamps are tilted, with a standard deviation in
+    /// mrad.
     Space { place: OperatingPoint, tilt: u32 },
     /// A planar row of so many filaments around.
     Sparse { place: OperatingPoint, around: u32 },
     /// A row with friction on the workpiece, or between filaments, or both.
-    Rough { place: OperatingPoint, workpiece: bool, filaments: bool },
+    Rough {
+        place: OperatingPoint,
+        workpiece: bool,
+        filaments: bool,
+    },
     /// A row of filaments that differ, near each other or too far apart to touch.
-    Differing { place: OperatingPoint, scatter: Scatter, apart: bool },
+    Differing {
+        place: OperatingPoint,
+        scatter: Scatter,
+        apart: bool,
+    },
     /// A row that takes several turns.
     Turning(OperatingPoint),
 }
@@ -162,14 +186,25 @@ impl Case {
                 filaments,
             })
         };
-        let differing = |scatter| [false, true].map(|apart| Self::Differing { place: DIFFERING, scatter, apart });
+        let differing = |scatter| {
+            [false, true].map(|apart| Self::Differing {
+                place: DIFFERING,
+                scatter,
+                apart,
+            })
+        };
         let mut cases: Vec<Self> = TURNING.map(Self::Turning).into();
         let tilts = SPATIAL.into_iter().flat_map(|place| {
-            let tilts = if TILTED.contains(&place) { &TILTS[..] } else { &[USUAL_TILT] };
+            let tilts = if TILTED.contains(&place) {
+                &TILTS[..]
+            } else {
+                &[USUAL_TILT]
+            };
             tilts.iter().map(move |&tilt| Self::Space { place, tilt })
         });
         cases.extend(tilts);
-        let sparse = |around| places(SPARSE_DEPTHS).map(move |place| Self::Sparse { place, around });
+        let sparse =
+            |around| places(SPARSE_DEPTHS).map(move |place| Self::Sparse { place, around });
         cases.extend(SPARSE.into_iter().flat_map(sparse));
         cases.extend(Scatter::ALL.into_iter().flat_map(differing));
         cases.extend(ROUGH.into_iter().flat_map(rough));
@@ -186,7 +221,10 @@ impl Case {
             Self::Space { place, .. } | Self::Sparse { place, .. } => place,
         };
         let mut settings = place.settings();
-        let mut brush = BrushSettings { rows: Some(1), ..BrushSettings::default() };
+        let mut brush = BrushSettings {
+            rows: Some(1),
+            ..BrushSettings::default()
+        };
         match self {
             Self::Row(_) => {}
             Self::Finer(_) => settings.filament.segments = SEGMENTS[1],
@@ -195,9 +233,17 @@ impl Case {
                 settings.tool.filament_count = AROUND * SPATIAL_ROWS as f64;
                 settings.tool.width_m *= SPATIAL_ROWS as f64 / ROWS as f64;
                 let rows = Some(SPATIAL_ROWS);
-                brush = BrushSettings { rows, lateral_tilt_std_rad: 1e-3 * f64::from(tilt), ..brush };
+                brush = BrushSettings {
+                    rows,
+                    lateral_tilt_std_rad: 1e-3 * f64::from(tilt),
+                    ..brush
+                };
             }
-            Self::Rough { workpiece, filaments, .. } => {
+            Self::Rough {
+                workpiece,
+                filaments,
+                ..
+            } => {
                 settings.contact.friction_coefficient = if workpiece { FRICTION } else { 0.0 };
                 brush.friction_coefficient = if filaments { FRICTION } else { 0.0 };
             }
@@ -207,13 +253,22 @@ impl Case {
                 if apart {
                     let (around, columns) = APART;
                     settings.tool.filament_count = around;
-                    brush = BrushSettings { columns: Some(columns), steady: false, ..brush };
+                    brush = BrushSettings {
+                        columns: Some(columns),
+                        steady: false,
+                        ..brush
+                    };
                 }
             }
             Self::Turning(_) => {
                 settings.process.turns = Some(Turns::Count(TURNS));
-                // Turns differ by some per cent along any stretch: `numbers::in_the_middle` takes the mean.
-                brush = BrushSettings { columns: Some(MANY_COLUMNS), steady: false, ..brush };
+                // Turns differ by some per cent along any stretch: `numbers::in_the_middle` takes
+                // the mean.
+                brush = BrushSettings {
+                    columns: Some(MANY_COLUMNS),
+                    steady: false,
+                    ..brush
+                };
             }
         }
         settings.brush = Some(brush);
@@ -222,15 +277,31 @@ impl Case {
 
     fn frames(self) -> usize {
         let is_followed = matches!(self, Self::Row(place) if FOLLOWED.contains(&place));
-        if is_followed || matches!(self, Self::Space { tilt: USUAL_TILT, .. }) { FRAMES } else { 0 }
+        if is_followed
+            || matches!(
+                self,
+                Self::Space {
+                    tilt: USUAL_TILT,
+                    ..
+                }
+            )
+        {
+            FRAMES
+        } else {
+            0
+        }
     }
 
     fn simulate(self) -> Result<BrushResult, BrushError> {
         let mut settings = self.settings();
-        let options = RunOptions { frames: self.frames(), ..RunOptions::default() };
+        let options = RunOptions {
+            frames: self.frames(),
+            ..RunOptions::default()
+        };
         let mut run = BrushRun::new(&settings, options)?;
         if let (Self::Row(_), Some(brush)) = (self, &mut settings.brush) {
-            // Columns that are stated are followed to the end of their contact: a table has the last ones, too.
+            // Columns that are stated are followed to the end of their contact: a table has the
+            // last ones, too.
             brush.columns = Some(run.columns());
             run = BrushRun::new(&settings, options)?;
         }
@@ -251,9 +322,16 @@ impl Results {
         let cases = Case::all();
         let waiting = Mutex::new(cases.iter());
         let work = || -> Result<Vec<(Case, BrushResult)>, String> {
-            let next = || waiting.lock().expect("no thread panics while it takes a case").next();
+            let next = || {
+                waiting
+                    .lock()
+                    .expect("no thread panics while it takes a case")
+                    .next()
+            };
             let simulate = |case: &Case| {
-                let result = case.simulate().map_err(|error| format!("{case:?}: {error}"))?;
+                let result = case
+                    .simulate()
+                    .map_err(|error| format!("{case:?}: {error}"))?;
                 eprintln!("{case:?}");
                 Ok((*case, result))
             };
@@ -261,7 +339,10 @@ impl Results {
         };
         let results: Result<Vec<_>, String> = std::thread::scope(|scope| {
             let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-            threads.into_iter().map(|thread| thread.join().expect("a simulation does not panic")).collect()
+            threads
+                .into_iter()
+                .map(|thread| thread.join().expect("a simulation does not panic"))
+                .collect()
         });
         Ok(Self(results?.into_iter().flatten().collect()))
     }
@@ -273,7 +354,10 @@ impl Results {
 
     /// That of a brush in space with the usual tilts.
     pub fn space(&self, place: OperatingPoint) -> &BrushResult {
-        self.of(Case::Space { place, tilt: USUAL_TILT })
+        self.of(Case::Space {
+            place,
+            tilt: USUAL_TILT,
+        })
     }
 
     /// That of a planar row.

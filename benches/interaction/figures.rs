@@ -13,7 +13,8 @@ use crate::cases::{Case, DEPTHS, FOLLOWED, OperatingPoint, Results, TURNING, VEL
 use crate::numbers::{Tilted, by_column, impulse_alone, lifts, sideways};
 use crate::tables::tool_forces;
 
-/// Where filaments are followed: intervals of the way of the clamp, and its ends in mm before and after the lowest point.
+/// Where filaments are followed: intervals of the way of the clamp, and its ends in mm before and
+/// after the lowest point.
 const INTERVALS: usize = 160;
 const WAY: [f64; 2] = [-50.0, 50.0];
 /// Samples of a filament alone.
@@ -25,8 +26,22 @@ const SAMPLES: usize = 2000;
 /// If a filament alone cannot be simulated.
 pub fn all(results: &Results) -> Result<Vec<(&'static str, Canvas)>, Box<dyn Error>> {
     Ok(vec![
-        ("slow", forces(results, "Force of the tool at 2 and 10 m/s", [VELOCITIES[0], VELOCITIES[1]])),
-        ("fast", forces(results, "Force of the tool at 20 and 30 m/s", [VELOCITIES[2], VELOCITIES[3]])),
+        (
+            "slow",
+            forces(
+                results,
+                "Force of the tool at 2 and 10 m/s",
+                [VELOCITIES[0], VELOCITIES[1]],
+            ),
+        ),
+        (
+            "fast",
+            forces(
+                results,
+                "Force of the tool at 20 and 30 m/s",
+                [VELOCITIES[2], VELOCITIES[3]],
+            ),
+        ),
         ("columns", columns(results)),
         ("lifts", lifted(results)),
         ("way", way(results)?),
@@ -39,7 +54,10 @@ fn forces(results: &Results, title: &str, velocities: [u32; 2]) -> Canvas {
     let curve = |velocity: u32, alone: usize, index: usize| {
         let points = DEPTHS.map(|depth| {
             let place = at(velocity, depth);
-            (place.depth_mm(), tool_forces(place, results.row(velocity, depth))[alone])
+            (
+                place.depth_mm(),
+                tool_forces(place, results.row(velocity, depth))[alone],
+            )
         });
         let name = format!("{velocity} m/s, {}", ["in the row", "alone"][alone]);
         Curve::new(name, Look::Joined, points).with_pen(index)
@@ -47,10 +65,16 @@ fn forces(results: &Results, title: &str, velocities: [u32; 2]) -> Canvas {
     let [slow, fast] = velocities;
     Diagram {
         title: title.to_owned(),
-        subtitle: "planar rows whose filaments touch each other, and the same filaments alone".to_owned(),
+        subtitle: "planar rows whose filaments touch each other, and the same filaments alone"
+            .to_owned(),
         x: Axis::linear("a_e in mm"),
         y: Axis::from_zero("F_n,w in N"),
-        curves: vec![curve(slow, 0, 0), curve(slow, 1, 1), curve(fast, 0, 2), curve(fast, 1, 3)],
+        curves: vec![
+            curve(slow, 0, 0),
+            curve(slow, 1, 1),
+            curve(fast, 0, 2),
+            curve(fast, 1, 3),
+        ],
     }
     .draw()
 }
@@ -59,8 +83,14 @@ fn forces(results: &Results, title: &str, velocities: [u32; 2]) -> Canvas {
 fn columns(results: &Results) -> Canvas {
     let curve = |velocity: u32| {
         let row = results.row(velocity, 1000);
-        let relative = by_column(row).into_iter().map(|impulse| impulse / impulse_alone(row));
-        Curve::new(format!("{velocity} m/s"), Look::Line, (0..).map(f64::from).zip(relative))
+        let relative = by_column(row)
+            .into_iter()
+            .map(|impulse| impulse / impulse_alone(row));
+        Curve::new(
+            format!("{velocity} m/s"),
+            Look::Line,
+            (0..).map(f64::from).zip(relative),
+        )
     };
     Diagram {
         title: "Impulse from column to column, a_e = 1 mm".to_owned(),
@@ -82,15 +112,20 @@ fn lifted(results: &Results) -> Canvas {
     };
     Diagram {
         title: "Where neighbours lift filaments and where they press them down".to_owned(),
-        subtitle: "impulse of both neighbours along the normal, over p_n alone; above zero they lift".to_owned(),
+        subtitle:
+            "impulse of both neighbours along the normal, over p_n alone; above zero they lift"
+                .to_owned(),
         x: Axis::linear("column"),
         y: Axis::linear("impulse along the normal over p_n alone"),
-        curves: [at(2, 1000), at(10, 1000), at(10, 3000), at(30, 1000)].map(curve).into(),
+        curves: [at(2, 1000), at(10, 1000), at(10, 3000), at(30, 1000)]
+            .map(curve)
+            .into(),
     }
     .draw()
 }
 
-/// The mean impulse of the filaments that count up to each place of their clamp's way, in mm and N s.
+/// The mean impulse of the filaments that count up to each place of their clamp's way, in mm and N
+/// s.
 fn followed(place: OperatingPoint, row: &BrushResult) -> Vec<(f64, f64)> {
     let settings = place.settings();
     let [from, to] = WAY;
@@ -98,8 +133,12 @@ fn followed(place: OperatingPoint, row: &BrushResult) -> Vec<(f64, f64)> {
     let mut sums = vec![(0.0, 0); INTERVALS];
     for frame in &row.frames {
         for (filament, force) in row.filaments.iter().zip(&frame.contact_normal_force_n) {
-            let interval = (millimetres(&settings, frame.tool_angle_rad - filament.root_angle_rad) - from) / width;
-            let sum = (interval >= 0.0 && filament.is_counted).then(|| sums.get_mut(interval as usize)).flatten();
+            let interval = (millimetres(&settings, frame.tool_angle_rad - filament.root_angle_rad)
+                - from)
+                / width;
+            let sum = (interval >= 0.0 && filament.is_counted)
+                .then(|| sums.get_mut(interval as usize))
+                .flatten();
             if let Some((sum, count)) = sum {
                 *sum += f64::from(*force);
                 *count += 1;
@@ -111,10 +150,14 @@ fn followed(place: OperatingPoint, row: &BrushResult) -> Vec<(f64, f64)> {
         *impulse += time * sum / f64::from((*count).max(1));
         Some(*impulse)
     });
-    (1..).map(|end| from + width * f64::from(end)).zip(ends).collect()
+    (1..)
+        .map(|end| from + width * f64::from(end))
+        .zip(ends)
+        .collect()
 }
 
-/// How far the tip of an undeformed filament is beyond the lowest point of its circle, in mm along it.
+/// How far the tip of an undeformed filament is beyond the lowest point of its circle, in mm along
+/// it.
 fn millimetres(settings: &bristle::model::settings::Settings, angle: f64) -> f64 {
     1e3 * settings.tool_radius_m() * (angle + FRAC_PI_2)
 }
@@ -124,15 +167,27 @@ fn way(results: &Results) -> Result<Canvas, SimulationError> {
     for (index, place) in FOLLOWED.into_iter().enumerate() {
         let row = results.of(Case::Row(place));
         let settings = place.settings();
-        let alone = Pass::new(&settings).simulate(Sampling { samples: SAMPLES, ..Sampling::default() })?;
+        let alone = Pass::new(&settings).simulate(Sampling {
+            samples: SAMPLES,
+            ..Sampling::default()
+        })?;
         let scale = impulse_alone(row);
         let scaled = |points: Vec<(f64, f64)>| points.into_iter().map(move |(x, y)| (x, y / scale));
         let single = alone.history.iter();
-        let single =
-            single.map(|sample| (millimetres(&settings, sample.base_angle_rad), sample.contact_normal_impulse_n_s));
+        let single = single.map(|sample| {
+            (
+                millimetres(&settings, sample.base_angle_rad),
+                sample.contact_normal_impulse_n_s,
+            )
+        });
         let name = |what: &str| format!("{} m/s, {} mm, {what}", place.velocity, place.depth_mm());
-        curves.push(Curve::new(name("in the row"), Look::Line, scaled(followed(place, row))).with_pen(2 * index));
-        curves.push(Curve::new(name("alone"), Look::Line, scaled(single.collect())).with_pen(2 * index + 1));
+        curves.push(
+            Curve::new(name("in the row"), Look::Line, scaled(followed(place, row)))
+                .with_pen(2 * index),
+        );
+        curves.push(
+            Curve::new(name("alone"), Look::Line, scaled(single.collect())).with_pen(2 * index + 1),
+        );
     }
     let diagram = Diagram {
         title: "Impulse so far along the way of a filament".to_owned(),
@@ -149,9 +204,14 @@ fn buckling(results: &Results) -> Result<Canvas, SimulationError> {
     let mut curves = Vec::new();
     for (index, place) in [at(2, 1000), at(10, 3000)].into_iter().enumerate() {
         let brush = results.space(place);
-        let points = sideways(brush).into_iter().zip(&brush.filaments).filter(|(_, filament)| filament.is_counted);
-        let impulse = |filament: &bristle::brush::FilamentResult| filament.metrics.contact_normal_impulse_n_s;
-        let relative = points.map(|(way, filament)| (1e3 * way, impulse(filament) / impulse_alone(brush)));
+        let points = sideways(brush)
+            .into_iter()
+            .zip(&brush.filaments)
+            .filter(|(_, filament)| filament.is_counted);
+        let impulse =
+            |filament: &bristle::brush::FilamentResult| filament.metrics.contact_normal_impulse_n_s;
+        let relative =
+            points.map(|(way, filament)| (1e3 * way, impulse(filament) / impulse_alone(brush)));
         let name = |what: &str| format!("{} m/s, {} mm, {what}", place.velocity, place.depth_mm());
         curves.push(Curve::new(name("in the brush"), Look::Markers, relative).with_pen(index));
         let tilted = Tilted::at(place)?;
@@ -173,16 +233,37 @@ fn buckling(results: &Results) -> Result<Canvas, SimulationError> {
 fn turns(results: &Results) -> Canvas {
     let place = TURNING[1];
     let [single, turned] = [Case::Row(place), Case::Turning(place)].map(|case| results.of(case));
-    let points = |values: Vec<f64>| (0..).map(f64::from).zip(values.into_iter().map(|value| 1e3 * value));
-    let level = |impulse: f64| vec![(0.0, 1e3 * impulse), (turned.columns as f64 - 1.0, 1e3 * impulse)];
+    let points = |values: Vec<f64>| {
+        (0..)
+            .map(f64::from)
+            .zip(values.into_iter().map(|value| 1e3 * value))
+    };
+    let level = |impulse: f64| {
+        vec![
+            (0.0, 1e3 * impulse),
+            (turned.columns as f64 - 1.0, 1e3 * impulse),
+        ]
+    };
     Diagram {
-        title: format!("Turn after turn at {} m/s, a_e = {} mm", place.velocity, place.depth_mm()),
+        title: format!(
+            "Turn after turn at {} m/s, a_e = {} mm",
+            place.velocity,
+            place.depth_mm()
+        ),
         subtitle: "impulses of the filaments of a row, and of one filament alone".to_owned(),
         x: Axis::linear("column; 0 meets the workpiece first"),
         y: Axis::from_zero("p_n in mN s"),
         curves: vec![
-            Curve::new("alone, first turn", Look::Reference, level(impulse_alone(single))),
-            Curve::new("alone, third turn", Look::Reference, level(impulse_alone(turned))),
+            Curve::new(
+                "alone, first turn",
+                Look::Reference,
+                level(impulse_alone(single)),
+            ),
+            Curve::new(
+                "alone, third turn",
+                Look::Reference,
+                level(impulse_alone(turned)),
+            ),
             Curve::new("row, first turn", Look::Line, points(by_column(single))),
             Curve::new("row, third turn", Look::Line, points(by_column(turned))),
         ],

@@ -17,7 +17,10 @@ pub fn impulse_alone(brush: &BrushResult) -> f64 {
 
 /// The filaments that count.
 pub fn counted(brush: &BrushResult) -> impl Iterator<Item = &FilamentResult> {
-    brush.filaments.iter().filter(|filament| filament.is_counted)
+    brush
+        .filaments
+        .iter()
+        .filter(|filament| filament.is_counted)
 }
 
 /// The standard error of the mean impulse, over the mean, if filaments are independent.
@@ -25,7 +28,8 @@ pub fn standard_error(brush: &BrushResult) -> f64 {
     brush.stretch.scatter / (counted(brush).count() as f64).sqrt()
 }
 
-/// Impulse along the normal of the workpiece with which neighbours lift each filament, in N s; negative where they press it down.
+/// Impulse along the normal of the workpiece with which neighbours lift each filament, in N s;
+/// negative where they press it down.
 pub fn lifts(brush: &BrushResult) -> Vec<f64> {
     let mut lifts = vec![0.0; brush.filaments.len()];
     for pair in &brush.pairs {
@@ -55,8 +59,11 @@ impl Presses {
     /// Those of a brush; none if filaments that count do not touch.
     pub fn of(brush: &BrushResult) -> Option<Self> {
         let counts = |column: usize| (brush.stretch.first..=brush.stretch.last).contains(&column);
-        let pairs: Vec<_> =
-            brush.pairs.iter().filter(|pair| counts(pair.filament[0]) && counts(pair.other[0])).collect();
+        let pairs: Vec<_> = brush
+            .pairs
+            .iter()
+            .filter(|pair| counts(pair.filament[0]) && counts(pair.other[0]))
+            .collect();
         let mean = |value: &dyn Fn(&bristle::brush::PairResult) -> f64| {
             pairs.iter().map(|pair| value(pair)).sum::<f64>() / pairs.len() as f64
         };
@@ -65,9 +72,16 @@ impl Presses {
             impulse,
             lift_ahead: mean(&|pair| {
                 let is_ahead = pair.filament[0] < pair.other[0];
-                if is_ahead { pair.vector_impulse_n_s[1] } else { -pair.vector_impulse_n_s[1] }
+                if is_ahead {
+                    pair.vector_impulse_n_s[1]
+                } else {
+                    -pair.vector_impulse_n_s[1]
+                }
             }),
-            peak: pairs.iter().map(|pair| pair.peak_force_n).fold(0.0, f64::max),
+            peak: pairs
+                .iter()
+                .map(|pair| pair.peak_force_n)
+                .fold(0.0, f64::max),
             time: mean(&|pair| pair.contact_time_s),
             arc_length: mean(&|pair| pair.impulse_n_s * pair.arc_length_m) / impulse,
         })
@@ -76,26 +90,46 @@ impl Presses {
 
 /// Impulses of the columns of a planar row in N s.
 pub fn by_column(row: &BrushResult) -> Vec<f64> {
-    row.filaments.iter().map(|filament| filament.metrics.contact_normal_impulse_n_s).collect()
+    row.filaments
+        .iter()
+        .map(|filament| filament.metrics.contact_normal_impulse_n_s)
+        .collect()
 }
 
-/// How many columns at the beginning and at the end of a row differ by more than a share from the mean of those that count.
+/// How many columns at the beginning and at the end of a row differ by more than a share from the
+/// mean of those that count.
 pub fn unsteady_columns(row: &BrushResult, share: f64) -> [usize; 2] {
     let (impulses, mean) = (by_column(row), impulse(row));
     let differs = |impulse: &f64| (impulse - mean).abs() > share * mean;
     let (first, last) = (row.stretch.first, row.stretch.last);
-    let before = impulses[..first].iter().rposition(differs).map_or(0, |column| column + 1);
-    let after = impulses[last..].iter().position(differs).map_or(0, |column| impulses.len() - last - column);
+    let before = impulses[..first]
+        .iter()
+        .rposition(differs)
+        .map_or(0, |column| column + 1);
+    let after = impulses[last..]
+        .iter()
+        .position(differs)
+        .map_or(0, |column| impulses.len() - last - column);
     [before, after]
 }
 
-/// By filament: how far its tip goes sideways from its root at most, in m, as far as frames show it.
+/// By filament: how far its tip goes sideways from its root at most, in m, as far as frames show
+/// it.
 pub fn sideways(brush: &BrushResult) -> Vec<f64> {
     let largest = |index: usize, filament: &FilamentResult| {
-        let tips = brush.frames.iter().filter_map(|frame| frame.nodes_m[index].last());
-        tips.map(|[_, _, z]| (f64::from(*z) - filament.root_z_m).abs()).fold(0.0, f64::max)
+        let tips = brush
+            .frames
+            .iter()
+            .filter_map(|frame| frame.nodes_m[index].last());
+        tips.map(|[_, _, z]| (f64::from(*z) - filament.root_z_m).abs())
+            .fold(0.0, f64::max)
     };
-    brush.filaments.iter().enumerate().map(|(index, filament)| largest(index, filament)).collect()
+    brush
+        .filaments
+        .iter()
+        .enumerate()
+        .map(|(index, filament)| largest(index, filament))
+        .collect()
 }
 
 /// A filament alone whose clamp is tilted.
@@ -122,10 +156,15 @@ impl Tilted {
     }
 }
 
-/// Mean, least and largest impulse in N s of the third quarter of the columns of a row: far from its beginning, and not at its end.
+/// Mean, least and largest impulse in N s of the third quarter of the columns of a row: far from
+/// its beginning, and not at its end.
 pub fn in_the_middle(row: &BrushResult) -> [f64; 3] {
     let impulses = by_column(row);
     let middle = &impulses[impulses.len() / 2..impulses.len() * 3 / 4];
     let mean = middle.iter().sum::<f64>() / middle.len() as f64;
-    [mean, middle.iter().copied().fold(f64::INFINITY, f64::min), middle.iter().copied().fold(0.0, f64::max)]
+    [
+        mean,
+        middle.iter().copied().fold(f64::INFINITY, f64::min),
+        middle.iter().copied().fold(0.0, f64::max),
+    ]
 }

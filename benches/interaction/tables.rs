@@ -11,11 +11,12 @@ use bristle_benches::{fixed, table};
 use bristle_input::packing::tip_spacing;
 
 use crate::cases::{
-    Case, DEPTHS, DIFFERING, FINER, OperatingPoint, ROUGH, Results, SPARSE, SPARSE_DEPTHS, SPATIAL, Scatter, TILTED,
-    TILTS, TURNING, VELOCITIES, at, places,
+    Case, DEPTHS, DIFFERING, FINER, OperatingPoint, ROUGH, Results, SPARSE, SPARSE_DEPTHS, SPATIAL,
+    Scatter, TILTED, TILTS, TURNING, VELOCITIES, at, places,
 };
 use crate::numbers::{
-    Presses, Tilted, by_column, impulse, impulse_alone, in_the_middle, sideways, standard_error, unsteady_columns,
+    Presses, Tilted, by_column, impulse, impulse_alone, in_the_middle, sideways, standard_error,
+    unsteady_columns,
 };
 
 /// A part of the impulse within which a column is steady.
@@ -70,20 +71,36 @@ fn forces(results: &Results) -> String {
     let cell = |velocity, depth| {
         let row = results.row(velocity, depth);
         let [together, alone] = tool_forces(at(velocity, depth), row);
-        format!("{} / {} ({})", whole(together), whole(alone), fixed(2, together / alone))
+        format!(
+            "{} / {} ({})",
+            whole(together),
+            whole(alone),
+            fixed(2, together / alone)
+        )
     };
     let row = |depth: u32| {
         let head = format!("{} mm", at(2, depth).depth_mm());
-        [head].into_iter().chain(VELOCITIES.map(|velocity| cell(velocity, depth))).collect()
+        [head]
+            .into_iter()
+            .chain(VELOCITIES.map(|velocity| cell(velocity, depth)))
+            .collect()
     };
-    table(&["a_e", "2 m/s", "10 m/s", "20 m/s", "30 m/s"], DEPTHS.map(row))
+    table(
+        &["a_e", "2 m/s", "10 m/s", "20 m/s", "30 m/s"],
+        DEPTHS.map(row),
+    )
 }
 
 fn finer(results: &Results) -> String {
     let row = |place: OperatingPoint| {
         let cells = |brush| tool_forces(place, brush).map(|force| fixed(1, force));
-        let [coarse, fine] = [Case::Row(place), Case::Finer(place)].map(|case| cells(results.of(case)));
-        [place_of(place)].into_iter().chain(coarse).chain(fine).collect()
+        let [coarse, fine] =
+            [Case::Row(place), Case::Finer(place)].map(|case| cells(results.of(case)));
+        [place_of(place)]
+            .into_iter()
+            .chain(coarse)
+            .chain(fine)
+            .collect()
     };
     table(&["", "n = 12", "alone", "n = 25", "alone"], FINER.map(row))
 }
@@ -94,9 +111,24 @@ fn space(results: &Results) -> String {
         let brush = results.space(place);
         let [force, error] = force_in_space(place, brush);
         let in_space = format!("{} ± {}", whole(force), whole(error));
-        vec![place_of(place), whole(alone), whole(planar), in_space, per_cent(brush.stretch.scatter)]
+        vec![
+            place_of(place),
+            whole(alone),
+            whole(planar),
+            in_space,
+            per_cent(brush.stretch.scatter),
+        ]
     };
-    table(&["", "alone", "planar row", "in space", "scatter of p_n in space"], SPATIAL.map(row))
+    table(
+        &[
+            "",
+            "alone",
+            "planar row",
+            "in space",
+            "scatter of p_n in space",
+        ],
+        SPATIAL.map(row),
+    )
 }
 
 /// Force of the whole tool in N of a brush in space, with its standard error.
@@ -115,11 +147,15 @@ fn tilts(results: &Results) -> String {
         [place_of(place), planar].into_iter().chain(cells).collect()
     };
     let heads = TILTS.map(|tilt| format!("{tilt} mrad"));
-    let heads: Vec<&str> = ["", "planar row"].into_iter().chain(heads.iter().map(String::as_str)).collect();
+    let heads: Vec<&str> = ["", "planar row"]
+        .into_iter()
+        .chain(heads.iter().map(String::as_str))
+        .collect();
     table(&heads, TILTED.map(row))
 }
 
-/// The mean distance of the tips over their diameter, of a whole brush with so many filaments around.
+/// The mean distance of the tips over their diameter, of a whole brush with so many filaments
+/// around.
 fn spacing(around: u32) -> f64 {
     let mut settings = at(10, 1000).settings();
     // The pitch is as equal both ways as it can be.
@@ -130,48 +166,115 @@ fn spacing(around: u32) -> f64 {
 
 /// The interaction factors of rows with so many filaments around, at one velocity.
 pub fn sparse_factors(results: &Results, around: u32, velocity: u32) -> [f64; 2] {
-    SPARSE_DEPTHS.map(|depth| results.of(Case::Sparse { place: at(velocity, depth), around }).interaction_factor)
+    SPARSE_DEPTHS.map(|depth| {
+        results
+            .of(Case::Sparse {
+                place: at(velocity, depth),
+                around,
+            })
+            .interaction_factor
+    })
 }
 
 fn sparse(results: &Results) -> String {
     let row = |around: u32| {
-        let cells =
-            VELOCITIES.map(|velocity| sparse_factors(results, around, velocity).map(|each| fixed(2, each)).join(" / "));
-        [fixed(2, spacing(around))].into_iter().chain(cells).collect()
+        let cells = VELOCITIES.map(|velocity| {
+            sparse_factors(results, around, velocity)
+                .map(|each| fixed(2, each))
+                .join(" / ")
+        });
+        [fixed(2, spacing(around))]
+            .into_iter()
+            .chain(cells)
+            .collect()
     };
-    table(&["tips apart by, in d", "2 m/s", "10 m/s", "20 m/s", "30 m/s"], SPARSE.map(row))
+    table(
+        &["tips apart by, in d", "2 m/s", "10 m/s", "20 m/s", "30 m/s"],
+        SPARSE.map(row),
+    )
 }
 
 fn friction(results: &Results) -> Result<String, SimulationError> {
     let mut rows = Vec::new();
     for place in ROUGH {
-        let rough = |workpiece, filaments| results.of(Case::Rough { place, workpiece, filaments });
-        let brushes = [results.of(Case::Row(place)), rough(false, true), rough(true, false), rough(true, true)];
-        let alone = [brushes[0], brushes[2]].map(|brush| whole(place.tool_force(impulse_alone(brush))));
+        let rough = |workpiece, filaments| {
+            results.of(Case::Rough {
+                place,
+                workpiece,
+                filaments,
+            })
+        };
+        let brushes = [
+            results.of(Case::Row(place)),
+            rough(false, true),
+            rough(true, false),
+            rough(true, true),
+        ];
+        let alone =
+            [brushes[0], brushes[2]].map(|brush| whole(place.tool_force(impulse_alone(brush))));
         let cells = brushes.map(|brush| whole(place.tool_force(impulse(brush))));
-        rows.push([place_of(place)].into_iter().chain(alone).chain(cells).collect());
+        rows.push(
+            [place_of(place)]
+                .into_iter()
+                .chain(alone)
+                .chain(cells)
+                .collect(),
+        );
     }
-    let heads = ["", "alone", "alone, µ_w", "row", "row, µ_f", "row, µ_w", "row, µ_w and µ_f"];
+    let heads = [
+        "",
+        "alone",
+        "alone, µ_w",
+        "row",
+        "row, µ_f",
+        "row, µ_w",
+        "row, µ_w and µ_f",
+    ];
     Ok(table(&heads, rows))
 }
 
 fn scatter(results: &Results) -> String {
     let row = |scatter: Scatter| {
-        let [near, apart] = [false, true].map(|apart| results.of(Case::Differing { place: DIFFERING, scatter, apart }));
+        let [near, apart] = [false, true].map(|apart| {
+            results.of(Case::Differing {
+                place: DIFFERING,
+                scatter,
+                apart,
+            })
+        });
         let cells = [near, apart].map(|brush| {
             let force = DIFFERING.tool_force(impulse(brush));
-            [format!("{} ± {}", whole(force), fixed(1, force * standard_error(brush))), per_cent(brush.stretch.scatter)]
+            [
+                format!(
+                    "{} ± {}",
+                    whole(force),
+                    fixed(1, force * standard_error(brush))
+                ),
+                per_cent(brush.stretch.scatter),
+            ]
         });
-        [scatter.name().to_owned()].into_iter().chain(cells.concat()).collect()
+        [scatter.name().to_owned()]
+            .into_iter()
+            .chain(cells.concat())
+            .collect()
     };
-    let heads = ["differs", "in contact: F_n,w", "scatter of p_n", "apart: F_n,w", "scatter of p_n"];
+    let heads = [
+        "differs",
+        "in contact: F_n,w",
+        "scatter of p_n",
+        "apart: F_n,w",
+        "scatter of p_n",
+    ];
     table(&heads, Scatter::ALL.map(row))
 }
 
-/// The share of the filaments that count whose tips go farther sideways than [`BUCKLED`], and how far they go on average, in m.
+/// The share of the filaments that count whose tips go farther sideways than [`BUCKLED`], and how
+/// far they go on average, in m.
 pub fn buckled(brush: &BrushResult) -> [f64; 2] {
     let ways = sideways(brush).into_iter().zip(&brush.filaments);
-    let ways: Vec<f64> = ways.filter_map(|(way, filament)| filament.is_counted.then_some(way)).collect();
+    let ways: Vec<f64> = ways
+        .filter_map(|(way, filament)| filament.is_counted.then_some(way))
+        .collect();
     let count = ways.len() as f64;
     let buckled = ways.iter().filter(|way| **way > BUCKLED).count() as f64;
     [buckled / count, ways.iter().sum::<f64>() / count]
@@ -180,7 +283,10 @@ pub fn buckled(brush: &BrushResult) -> [f64; 2] {
 fn buckling(results: &Results) -> Result<String, SimulationError> {
     let mut rows = Vec::new();
     for place in SPATIAL {
-        let Tilted { impulse: tilted, sideways } = Tilted::at(place)?;
+        let Tilted {
+            impulse: tilted,
+            sideways,
+        } = Tilted::at(place)?;
         let straight = impulse_alone(results.of(Case::Row(place)));
         let [share, way] = buckled(results.space(place));
         rows.push(vec![
@@ -192,8 +298,14 @@ fn buckling(results: &Results) -> Result<String, SimulationError> {
             per_cent(share),
         ]);
     }
-    let heads =
-        ["", "alone, no tilt: N", "alone, tilted: N", "its z in mm", "in the brush: mean z in mm", "above 4 mm"];
+    let heads = [
+        "",
+        "alone, no tilt: N",
+        "alone, tilted: N",
+        "its z in mm",
+        "in the brush: mean z in mm",
+        "above 4 mm",
+    ];
     Ok(table(&heads, rows))
 }
 
@@ -211,7 +323,14 @@ fn spreading(results: &Results) -> String {
             fixed(2, impulses[row.columns - 1] / impulse(row)),
         ]
     };
-    let heads = ["", "columns in a contact", "columns at the front", "columns at the end", "first p_n", "last p_n"];
+    let heads = [
+        "",
+        "columns in a contact",
+        "columns at the front",
+        "columns at the end",
+        "first p_n",
+        "last p_n",
+    ];
     table(&heads, places([1000, 3000]).map(row))
 }
 
@@ -250,7 +369,8 @@ fn presses(results: &Results) -> String {
 
 fn turns(results: &Results) -> String {
     let row = |place: OperatingPoint| {
-        let [single, turned] = [Case::Row(place), Case::Turning(place)].map(|case| results.of(case));
+        let [single, turned] =
+            [Case::Row(place), Case::Turning(place)].map(|case| results.of(case));
         let [mean, least, largest] = in_the_middle(turned);
         vec![
             place_of(place),
@@ -262,16 +382,35 @@ fn turns(results: &Results) -> String {
             fixed(2, mean / impulse(single)),
         ]
     };
-    let heads = ["", "alone: first turn", "third", "ratio", "in the row: first turn", "third, with its range", "ratio"];
+    let heads = [
+        "",
+        "alone: first turn",
+        "third",
+        "ratio",
+        "in the row: first turn",
+        "third, with its range",
+        "ratio",
+    ];
     table(&heads, TURNING.map(row))
 }
 
 fn depth(results: &Results) -> String {
     let row = |velocity: u32| {
-        let [shallow, deep] =
-            [DEPTHS[0], DEPTHS[3]].map(|depth| tool_forces(at(velocity, depth), results.row(velocity, depth)));
+        let [shallow, deep] = [DEPTHS[0], DEPTHS[3]]
+            .map(|depth| tool_forces(at(velocity, depth), results.row(velocity, depth)));
         let ratio = |index: usize| deep[index] / shallow[index];
-        vec![format!("{velocity} m/s"), fixed(2, ratio(1)), fixed(2, ratio(0))]
+        vec![
+            format!("{velocity} m/s"),
+            fixed(2, ratio(1)),
+            fixed(2, ratio(0)),
+        ]
     };
-    table(&["v_b", "F_n,w at 3 mm over that at 0.5 mm: alone", "in the row"], VELOCITIES.map(row))
+    table(
+        &[
+            "v_b",
+            "F_n,w at 3 mm over that at 0.5 mm: alone",
+            "in the row",
+        ],
+        VELOCITIES.map(row),
+    )
 }

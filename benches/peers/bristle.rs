@@ -1,7 +1,8 @@
-//! Bristle's side of `benches/peers/run.py`: reads one request per line and writes one answer per line, as JSON objects.
+//! Bristle's side of `benches/peers/run.py`: reads one request per line and writes one answer per
+//! line, as JSON objects.
 //!
-//! The process stays alive, so the caller can alternate between Bristle and the other codes. Times are wall-clock times in
-//! s.
+//! The process stays alive, so the caller can alternate between Bristle and the other codes. Times
+//! are wall-clock times in s.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -10,7 +11,9 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use bristle::brush::simulate_brush;
-use bristle::equations::{Batch, Chain, ChainDynamics, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights};
+use bristle::equations::{
+    Batch, Chain, ChainDynamics, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights,
+};
 use bristle::model::filament;
 use bristle::model::settings::{BrushSettings, Settings};
 use bristle::simulation::simulate;
@@ -32,11 +35,24 @@ enum Request {
     /// Residual, factorisation and solve of an implicit step, `calls` times.
     Step { state: Posture, calls: u32 },
     /// One contact on one thread.
-    Contact { brushing_velocity_m_s: f64, penetration_depth_m: f64, relative_tolerance: f64 },
+    Contact {
+        brushing_velocity_m_s: f64,
+        penetration_depth_m: f64,
+        relative_tolerance: f64,
+    },
     /// A planar row of filaments that touch each other, in steps in which the tips travel `step_m`.
-    Row { brushing_velocity_m_s: f64, penetration_depth_m: f64, segments: usize, columns: usize, step_m: f64 },
+    Row {
+        brushing_velocity_m_s: f64,
+        penetration_depth_m: f64,
+        segments: usize,
+        columns: usize,
+        step_m: f64,
+    },
     /// The 120 contacts; on all cores if no number of threads is given.
-    Study { relative_tolerance: f64, threads: Option<NonZeroUsize> },
+    Study {
+        relative_tolerance: f64,
+        threads: Option<NonZeroUsize>,
+    },
 }
 
 /// The paper's filament, with one segment per pair of coordinates.
@@ -54,7 +70,12 @@ impl Posture {
     fn problem(&self, mut settings: Settings) -> (Chain<f64>, Clamp<f64>) {
         settings.filament.segments = self.q.len();
         let radius = settings.tool.body_radius_m;
-        let clamp = radial_clamp(radius, self.base_angle, self.base_rate, self.base_acceleration);
+        let clamp = radial_clamp(
+            radius,
+            self.base_angle,
+            self.base_rate,
+            self.base_acceleration,
+        );
         (filament::chain(&settings.filament, self.gravity), clamp)
     }
 }
@@ -75,7 +96,11 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
         Request::Accelerations { state, calls } => accelerations(&state, settings, calls),
         Request::Batch { states, calls } => batch(&states, &settings, calls)?,
         Request::Step { state, calls } => step(&state, settings, calls),
-        Request::Contact { brushing_velocity_m_s, penetration_depth_m, relative_tolerance } => {
+        Request::Contact {
+            brushing_velocity_m_s,
+            penetration_depth_m,
+            relative_tolerance,
+        } => {
             settings.process.brushing_velocity_m_s = brushing_velocity_m_s;
             settings.process.penetration_depth_m = penetration_depth_m;
             settings.solver.relative_tolerance = relative_tolerance;
@@ -84,15 +109,27 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
             let seconds = start.elapsed().as_secs_f64();
             json!({ "seconds": seconds, "impulse": contact.metrics.contact_normal_impulse_n_s, "steps": contact.statistics.steps })
         }
-        Request::Row { brushing_velocity_m_s, penetration_depth_m, segments, columns, step_m } => {
+        Request::Row {
+            brushing_velocity_m_s,
+            penetration_depth_m,
+            segments,
+            columns,
+            step_m,
+        } => {
             settings.process.brushing_velocity_m_s = brushing_velocity_m_s;
             settings.process.penetration_depth_m = penetration_depth_m;
             settings.filament.segments = segments;
             row(&settings, columns, step_m)?
         }
-        Request::Study { relative_tolerance, threads } => {
+        Request::Study {
+            relative_tolerance,
+            threads,
+        } => {
             settings.solver.relative_tolerance = relative_tolerance;
-            study(Study::new(settings, document.study()?.sweeps().to_vec())?, threads)?
+            study(
+                Study::new(settings, document.study()?.sweeps().to_vec())?,
+                threads,
+            )?
         }
     })
 }
@@ -110,7 +147,10 @@ fn accelerations(state: &Posture, settings: Settings, calls: u32) -> Value {
 }
 
 fn batch(states: &[Posture], settings: &Settings, calls: u32) -> Result<Value, Box<dyn Error>> {
-    let problems: Vec<_> = states.iter().map(|state| state.problem(settings.clone())).collect();
+    let problems: Vec<_> = states
+        .iter()
+        .map(|state| state.problem(settings.clone()))
+        .collect();
     let members: Vec<_> = (states.iter().zip(&problems))
         .map(|(Posture { q, v, .. }, (chain, clamp))| Member { chain, clamp, q, v })
         .collect();
@@ -134,12 +174,26 @@ fn step(state: &Posture, settings: Settings, calls: u32) -> Value {
     let mut correction = accelerations.clone();
     // γΔ of a step of 10 µs, as in `cargo bench --bench speed -- implicit_step`.
     let diagonal = 0.248e-5;
-    let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
+    let weights = StepWeights {
+        coordinates: diagonal * diagonal,
+        rates: diagonal,
+    };
     let start = Instant::now();
     for _ in 0..calls {
         let (dynamics, clamp, q, v) = black_box((&mut dynamics, &clamp, q, v));
-        dynamics.residual(clamp.holding(q, v), &accelerations, &NoLoads, &mut correction);
-        dynamics.factorise(clamp.holding(q, v), &accelerations, &NoLoads, weights, LaneSet::first(1));
+        dynamics.residual(
+            clamp.holding(q, v),
+            &accelerations,
+            &NoLoads,
+            &mut correction,
+        );
+        dynamics.factorise(
+            clamp.holding(q, v),
+            &accelerations,
+            &NoLoads,
+            weights,
+            LaneSet::first(1),
+        );
         dynamics.solve(black_box(&mut correction));
     }
     json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls) })
@@ -152,15 +206,26 @@ const FILAMENTS_AROUND: f64 = 682.0;
 fn row(settings: &Settings, columns: usize, step: f64) -> Result<Value, Box<dyn Error>> {
     // Steps of 0.2 mm are those of the default tolerance, and go as its power of two thirds.
     let tolerance = 1e-3 * (step / 2e-4).powf(1.5);
-    let brush =
-        BrushSettings { columns: Some(columns), rows: Some(1), steady: false, tolerance, ..BrushSettings::default() };
-    let mut settings = Settings { brush: Some(brush), ..settings.clone() };
+    let brush = BrushSettings {
+        columns: Some(columns),
+        rows: Some(1),
+        steady: false,
+        tolerance,
+        ..BrushSettings::default()
+    };
+    let mut settings = Settings {
+        brush: Some(brush),
+        ..settings.clone()
+    };
     settings.tool.filament_count = FILAMENTS_AROUND;
     let start = Instant::now();
     let result = simulate_brush(black_box(&settings), 1)?;
     let seconds = start.elapsed().as_secs_f64();
-    let impulses: Vec<_> =
-        result.filaments.iter().map(|filament| filament.metrics.contact_normal_impulse_n_s).collect();
+    let impulses: Vec<_> = result
+        .filaments
+        .iter()
+        .map(|filament| filament.metrics.contact_normal_impulse_n_s)
+        .collect();
     Ok(json!({ "seconds": seconds, "impulses": impulses, "steps": result.statistics.steps }))
 }
 

@@ -6,8 +6,8 @@
 //! cargo bench --bench slow -- 200 7 extreme         # of one sampler
 //! ```
 //!
-//! Each pass runs alone. Times are those of the processor, where Linux counts them, so that other programs do not matter. Two
-//! lines state a pass, its work and its settings; a last line sums up.
+//! Each pass runs alone. Times are those of the processor, where Linux counts them, so that other
+//! programs do not matter. Two lines state a pass, its work and its settings; a last line sums up.
 
 mod sampler;
 
@@ -26,13 +26,19 @@ const LIMIT_S: f64 = 20.0;
 /// A pass is given up after this time.
 const PATIENCE_S: f64 = 25.0;
 
-/// Time of the processor that this thread has used, in s; elsewhere than on Linux, time since the first call.
+/// Time of the processor that this thread has used, in s; elsewhere than on Linux, time since the
+/// first call.
 fn processor_seconds() -> f64 {
     static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
     let begun = *BEGUN;
     let counted = std::fs::read_to_string("/proc/thread-self/schedstat");
-    let nanoseconds = counted.ok().and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(|| begun.elapsed().as_secs_f64(), |nanoseconds| 1e-9 * nanoseconds)
+    let nanoseconds = counted
+        .ok()
+        .and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
+    nanoseconds.map_or_else(
+        || begun.elapsed().as_secs_f64(),
+        |nanoseconds| 1e-9 * nanoseconds,
+    )
 }
 
 /// What became of a pass, in words.
@@ -43,9 +49,17 @@ enum Outcome {
 }
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let count = arguments.first().map_or(60, |text| text.parse().expect("the first argument is a number of passes"));
-    let seed = arguments.get(1).map_or(1, |text| text.parse().expect("the second argument is a seed"));
+    let arguments: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|argument| argument != "--bench")
+        .collect();
+    let count = arguments.first().map_or(60, |text| {
+        text.parse()
+            .expect("the first argument is a number of passes")
+    });
+    let seed = arguments.get(1).map_or(1, |text| {
+        text.parse().expect("the second argument is a seed")
+    });
     for sampler in SAMPLERS {
         if arguments.get(2).is_none_or(|name| name == sampler.name) {
             measure(sampler, count, seed);
@@ -128,7 +142,10 @@ fn brief(settings: &Settings) -> String {
 /// Simulates one pass, with patience.
 fn run(settings: &Settings) -> (Outcome, Statistics) {
     if let Err(violation) = settings.check() {
-        return (Outcome::Refused(format!("refused: {violation}")), Statistics::default());
+        return (
+            Outcome::Refused(format!("refused: {violation}")),
+            Statistics::default(),
+        );
     }
     let pass = Pass::new(settings);
     let mut system = pass.system(false);
@@ -146,7 +163,9 @@ fn run(settings: &Settings) -> (Outcome, Statistics) {
                 system.set_charts(&trajectory.start().charts);
                 trajectory.prepare(0, &mut stepper);
                 stepper.attempt(&mut system, step);
-                if let Err(error) = trajectory.conclude(0, &stepper, &mut system, |step| observer.observe(step)) {
+                if let Err(error) =
+                    trajectory.conclude(0, &stepper, &mut system, |step| observer.observe(step))
+                {
                     return (failed(error), trajectory.statistics());
                 }
             }
@@ -155,14 +174,24 @@ fn run(settings: &Settings) -> (Outcome, Statistics) {
         }
         if processor_seconds() - begun > PATIENCE_S {
             let share = 100.0 * (trajectory.start().time / end);
-            return (Outcome::Failed(format!("GIVEN UP at {share:.1} % of the pass")), trajectory.statistics());
+            return (
+                Outcome::Failed(format!("GIVEN UP at {share:.1} % of the pass")),
+                trajectory.statistics(),
+            );
         }
     }
     let m = pass.metrics(observer.record());
-    let form = if pass.form() == Form::Planar { "planar" } else { "spatial" };
+    let form = if pass.form() == Form::Planar {
+        "planar"
+    } else {
+        "spatial"
+    };
     let text = format!(
         "{form} p_n {:.6e} t/t {:.6e} peak {:.5e} lateral {:.4e}",
-        m.contact_normal_impulse_n_s, m.contact_time_ratio, m.peak_contact_normal_force_n, m.lateral_amplification
+        m.contact_normal_impulse_n_s,
+        m.contact_time_ratio,
+        m.peak_contact_normal_force_n,
+        m.lateral_amplification
     );
     (Outcome::Done(text), trajectory.statistics())
 }

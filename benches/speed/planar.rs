@@ -1,13 +1,15 @@
-//! The planar equations against those in space, and lanes against single states, measured alternately in one run.
+//! The planar equations against those in space, and lanes against single states, measured
+//! alternately in one run.
 //!
-//! A machine's speed varies while it runs. Each subject is therefore run in turn, and the shortest times are compared.
+//! A machine's speed varies while it runs. Each subject is therefore run in turn, and the shortest
+//! times are compared.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use bristle::equations::{
-    Batch, Chain, ChainDynamics, Clamp, Compiled, Dynamics, LANES, Lanes, Member, NoLoads, PlanarDynamics,
-    lanes_are_compiled,
+    Batch, Chain, ChainDynamics, Clamp, Compiled, Dynamics, LANES, Lanes, Member, NoLoads,
+    PlanarDynamics, lanes_are_compiled,
 };
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Pass, simulate_side_by_side};
@@ -26,13 +28,25 @@ pub fn planar(criterion: &mut Criterion) {
     let settings = contacts(|_| ());
     let planar = || study(&settings, std::convert::identity);
     let spatial = || study(&settings, Pass::in_space);
-    compare(&mut group, "study of 120 contacts, one thread: planar against in space", 1, &mut { planar }, &mut {
-        spatial
-    });
+    compare(
+        &mut group,
+        "study of 120 contacts, one thread: planar against in space",
+        1,
+        &mut { planar },
+        &mut { spatial },
+    );
     let motion = BentFilament::planar(SEGMENTS);
-    forms::<f64>(&mut group, "accelerations, one state: planar against in space", &motion);
+    forms::<f64>(
+        &mut group,
+        "accelerations, one state: planar against in space",
+        &motion,
+    );
     if lanes_are_compiled() {
-        forms::<Lanes>(&mut group, "accelerations, eight lanes: planar against in space", &motion);
+        forms::<Lanes>(
+            &mut group,
+            "accelerations, eight lanes: planar against in space",
+            &motion,
+        );
         lanes(&mut group, &motion);
     }
     group.finish();
@@ -40,8 +54,10 @@ pub fn planar(criterion: &mut Criterion) {
 
 /// Simulates the contacts of `settings` in lanes, with equations of the given form.
 pub fn study(settings: &[Settings], form: fn(Pass) -> Pass) {
-    let mut jobs =
-        settings.iter().enumerate().map(|(number, settings)| Job { number, pass: form(Pass::new(settings)) });
+    let mut jobs = settings.iter().enumerate().map(|(number, settings)| Job {
+        number,
+        pass: form(Pass::new(settings)),
+    });
     simulate_side_by_side(
         |_| jobs.next(),
         |_, result| {
@@ -52,9 +68,18 @@ pub fn study(settings: &[Settings], form: fn(Pass) -> Pass) {
 
 /// Both forms of the equations at one state, or at the same one in every lane.
 fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, motion: &BentFilament) {
-    let lanes = |blocks: &[[f64; 2]]| blocks.iter().map(|block| block.map(T::from_f64)).collect::<Vec<_>>();
+    let lanes = |blocks: &[[f64; 2]]| {
+        blocks
+            .iter()
+            .map(|block| block.map(T::from_f64))
+            .collect::<Vec<_>>()
+    };
     let chain = Chain::<T>::from_lanes(|_| motion.dynamics.chain());
-    let (clamp, q, v) = (Clamp::<T>::from_lanes(|_| motion.clamp), lanes(&motion.q), lanes(&motion.v));
+    let (clamp, q, v) = (
+        Clamp::<T>::from_lanes(|_| motion.clamp),
+        lanes(&motion.q),
+        lanes(&motion.v),
+    );
     let (mut planar, mut spatial) = (PlanarDynamics::new(chain.clone()), Dynamics::new(chain));
     let mut results = [(); 2].map(|()| q.clone());
     let [of_planar, of_spatial] = &mut results;
@@ -62,14 +87,32 @@ fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, moti
         group,
         name,
         64,
-        &mut || planar.accelerations(black_box(&clamp).holding(&q, &v), &NoLoads, black_box(of_planar)),
-        &mut || spatial.accelerations(black_box(&clamp).holding(&q, &v), &NoLoads, black_box(of_spatial)),
+        &mut || {
+            planar.accelerations(
+                black_box(&clamp).holding(&q, &v),
+                &NoLoads,
+                black_box(of_planar),
+            )
+        },
+        &mut || {
+            spatial.accelerations(
+                black_box(&clamp).holding(&q, &v),
+                &NoLoads,
+                black_box(of_spatial),
+            )
+        },
     );
 }
 
 /// Eight states in a batch, with the states gathered into lanes, against eight of them one by one.
 fn lanes(group: &mut BenchmarkGroup<'_, WallTime>, motion: &BentFilament) {
-    let BentFilament { clamp, dynamics, q, v, .. } = motion;
+    let BentFilament {
+        clamp,
+        dynamics,
+        q,
+        v,
+        ..
+    } = motion;
     let (mut batch, mut single, chain) = (Batch::new(SEGMENTS), dynamics.clone(), dynamics.chain());
     let members = [Member { chain, clamp, q, v }; LANES];
     let (mut in_lanes, mut alone) = ([[0.0; 2]; LANES * SEGMENTS], [[0.0; 2]; SEGMENTS]);
@@ -77,16 +120,25 @@ fn lanes(group: &mut BenchmarkGroup<'_, WallTime>, motion: &BentFilament) {
         group,
         "accelerations of eight states: in lanes against one by one",
         8,
-        &mut || batch.accelerations(black_box(&members), black_box(&mut in_lanes)).expect("no state is at a pole"),
+        &mut || {
+            batch
+                .accelerations(black_box(&members), black_box(&mut in_lanes))
+                .expect("no state is at a pole")
+        },
         &mut || {
             for _ in 0..LANES {
-                single.accelerations(black_box(clamp).holding(q, v), &NoLoads, black_box(&mut alone));
+                single.accelerations(
+                    black_box(clamp).holding(q, v),
+                    &NoLoads,
+                    black_box(&mut alone),
+                );
             }
         },
     );
 }
 
-/// Measures `fast` by criterion, `repetitions` calls at a time, and prints how much longer `slow` takes.
+/// Measures `fast` by criterion, `repetitions` calls at a time, and prints how much longer `slow`
+/// takes.
 pub fn compare<'a>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     name: &str,
@@ -113,6 +165,11 @@ pub fn compare<'a>(
     // A filter may have left it out.
     if shortest[0] < Duration::MAX {
         let [fast, slow] = shortest.map(|time| time.as_secs_f64());
-        println!("{name}: {:.2} µs against {:.2} µs, ratio {:.2}", 1e6 * fast, 1e6 * slow, slow / fast);
+        println!(
+            "{name}: {:.2} µs against {:.2} µs, ratio {:.2}",
+            1e6 * fast,
+            1e6 * slow,
+            slow / fast
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Other workpieces and friction against a plane without friction, measured alternately in one run, in lanes on one thread.
+//! Other workpieces and friction against a plane without friction, measured alternately in one run,
+//! in lanes on one thread.
 
 use bristle::model::settings::{ProfileSettings, Settings, WorkpieceKind};
 use criterion::Criterion;
@@ -16,19 +17,35 @@ pub fn workpieces(criterion: &mut Criterion) {
     let of_kind = |kind: WorkpieceKind| contacts(|settings| settings.workpiece.kind = kind.clone());
     let middle = f64::from(POINTS - 1) / 2.0;
     // So flat that the motion is that on the plane.
-    let spline = (0..POINTS).map(|i| [5e-3 * (f64::from(i) - middle), 1e-6 * f64::from(i % 2)]).collect();
-    let spline = ProfileSettings { control_points_m: spline, ..ProfileSettings::default() };
+    let spline = (0..POINTS)
+        .map(|i| [5e-3 * (f64::from(i) - middle), 1e-6 * f64::from(i % 2)])
+        .collect();
+    let spline = ProfileSettings {
+        control_points_m: spline,
+        ..ProfileSettings::default()
+    };
     let others = [
-        ("an edge that filaments leave", of_kind(WorkpieceKind::edge(0.2e-3))),
+        (
+            "an edge that filaments leave",
+            of_kind(WorkpieceKind::edge(0.2e-3)),
+        ),
         ("a cylinder", of_kind(WorkpieceKind::cylinder(0.1))),
         ("a bore", of_kind(WorkpieceKind::bore(0.3))),
-        ("a spline of 20 pieces", of_kind(WorkpieceKind::Profile(spline))),
-        ("a plane with friction", contacts(|settings| settings.contact.friction_coefficient = 0.3)),
+        (
+            "a spline of 20 pieces",
+            of_kind(WorkpieceKind::Profile(spline)),
+        ),
+        (
+            "a plane with friction",
+            contacts(|settings| settings.contact.friction_coefficient = 0.3),
+        ),
     ];
     for tolerance in [1e-6, 1e-3] {
         let at = |settings: &[Settings]| -> Vec<Settings> {
             let mut settings = settings.to_vec();
-            settings.iter_mut().for_each(|settings| settings.solver.relative_tolerance = tolerance);
+            settings
+                .iter_mut()
+                .for_each(|settings| settings.solver.relative_tolerance = tolerance);
             settings
         };
         let plane = at(&plane);
@@ -46,8 +63,9 @@ pub fn workpieces(criterion: &mut Criterion) {
 /// The paper's 120 contacts, changed.
 pub fn contacts(change: impl Fn(&mut Settings)) -> Vec<Settings> {
     let velocities = (1..=12).map(|i| 2.5 * f64::from(i));
-    let contacts =
-        velocities.flat_map(|velocity| (1..=10).map(move |j| Settings::paper(velocity, 0.5e-3 * f64::from(j))));
+    let contacts = velocities.flat_map(|velocity| {
+        (1..=10).map(move |j| Settings::paper(velocity, 0.5e-3 * f64::from(j)))
+    });
     let mut contacts: Vec<Settings> = contacts.collect();
     contacts.iter_mut().for_each(change);
     contacts

@@ -1,7 +1,8 @@
 //! Two derivations of the same kernels, compared at random states.
 //!
-//! The result is, for each output, the largest difference between the values of the two. A state gives values to the
-//! symbols, which both sides name alike; neither side sees the expressions of the other.
+//! The result is, for each output, the largest difference between the values of the two. A state
+//! gives values to the symbols, which both sides name alike; neither side sees the expressions of
+//! the other.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -24,12 +25,13 @@ pub struct Deviation {
     pub output: String,
     /// Number of elements of the output.
     pub elements: usize,
-    /// Over all states, the largest difference of an element, relative to the size of the output; infinite where one
-    /// side is not finite.
+    /// Over all states, the largest difference of an element, relative to the size of the output;
+    /// infinite where one side is not finite.
     ///
-    /// The size is that of the largest element at the state, but at least [`LEAST_SHARE`] of that at any state: where an
-    /// output almost vanishes, the terms that cancel in it carry its rounding. The size of an output that vanishes at every
-    /// state is 1, because all quantities are of order one.
+    /// The size is that of the largest element at the state, but at least [`LEAST_SHARE`] of that
+    /// at any state: where an output almost vanishes, the terms that cancel in it carry its
+    /// rounding. The size of an output that vanishes at every state is 1, because all quantities
+    /// are of order one.
     pub largest: f64,
 }
 
@@ -69,7 +71,9 @@ pub enum CompareError {
         symbol: String,
     },
     /// An argument is bound to another quantity.
-    #[error("kernel `{kernel}`: the argument `{element}` stands for another quantity than in the model")]
+    #[error(
+        "kernel `{kernel}`: the argument `{element}` stands for another quantity than in the model"
+    )]
     Binding {
         /// Name of the kernel.
         kernel: String,
@@ -78,8 +82,9 @@ pub enum CompareError {
     },
 }
 
-/// Two derivations agree if no output deviates by more: some thousand roundings, for sums of hundreds of terms and joints
-/// bent by at most 1.8 rad. Over 200 seeds of 1000 states the committed graphs deviate by up to 2.5e-13.
+/// Two derivations agree if no output deviates by more: some thousand roundings, for sums of
+/// hundreds of terms and joints bent by at most 1.8 rad. Over 200 seeds of 1000 states the
+/// committed graphs deviate by up to 2.5e-13.
 pub const TOLERANCE: f64 = 1e-12;
 
 /// Least share of an output's size over all states that it is measured by.
@@ -97,19 +102,22 @@ pub enum States {
     Bent,
 }
 
-/// Least and largest change of a coordinate from one side of a joint to the other, in rad, of the states drawn in turn.
+/// Least and largest change of a coordinate from one side of a joint to the other, in rad, of the
+/// states drawn in turn.
 ///
-/// The series of `S` serves most of the second and third, the closed form most of the last. Smaller bends than these make
-/// the energy of a spring ill-conditioned in the angles; none at all is exact.
+/// The series of `S` serves most of the second and third, the closed form most of the last. Smaller
+/// bends than these make the energy of a spring ill-conditioned in the angles; none at all is
+/// exact.
 const BENDS: [[f64; 2]; 4] = [[0.0, 0.0], [0.0, 0.05], [0.0, 0.3], [0.0, 1.2]];
 
 /// The same for [`States::Bent`]: `½ arccos²(c)` loses `1/α²` roundings.
 const STRONG_BENDS: [[f64; 2]; 2] = [[0.2, 0.4], [0.4, 1.2]];
 
-/// Evaluates `found` and `expected` at `states` random states and returns the deviations in the order of the outputs.
+/// Evaluates `found` and `expected` at `states` random states and returns the deviations in the
+/// order of the outputs.
 ///
-/// Lengths, masses and all other quantities are of order one, so that every term counts. The same seed gives the same
-/// states.
+/// Lengths, masses and all other quantities are of order one, so that every term counts. The same
+/// seed gives the same states.
 ///
 /// # Errors
 /// If the two do not compute the same things.
@@ -125,15 +133,27 @@ pub fn compare(
     let mut deviations = Vec::new();
     for (expected, found) in expected.iter().zip(found) {
         let order = symbol_order(expected, found)?;
-        let bends = if which == States::Bent { &STRONG_BENDS[..] } else { &BENDS };
+        let bends = if which == States::Bent {
+            &STRONG_BENDS[..]
+        } else {
+            &BENDS
+        };
         let mut sizes: Vec<Vec<Size>> = vec![Vec::with_capacity(states); expected.outputs.len()];
         for state in 0..states {
             let point = random_point(expected, bends[state % bends.len()], &mut rng);
             let other: Vec<f64> = order.iter().map(|&symbol| point[symbol]).collect();
-            let values = [expected.graph.evaluate(&point), found.graph.evaluate(&other)];
+            let values = [
+                expected.graph.evaluate(&point),
+                found.graph.evaluate(&other),
+            ];
             check_arguments(expected, &values[0], found, &values[1])?;
             for (i, sizes) in sizes.iter_mut().enumerate() {
-                sizes.push(size(&expected.outputs[i], &values[0], &found.outputs[i], &values[1]));
+                sizes.push(size(
+                    &expected.outputs[i],
+                    &values[0],
+                    &found.outputs[i],
+                    &values[1],
+                ));
             }
         }
         for (output, sizes) in expected.outputs.iter().zip(sizes) {
@@ -159,16 +179,36 @@ pub fn compare(
 /// The first difference.
 pub fn check_signatures(expected: &[Kernel], found: &[Kernel]) -> Result<(), CompareError> {
     let name = |kernel: &Kernel| format!("`{}`", kernel.name);
-    first_difference(expected.iter().map(name), found.iter().map(name))
-        .map_or(Ok(()), |(number, expected, found)| Err(CompareError::Kernels { number, expected, found }))?;
+    first_difference(expected.iter().map(name), found.iter().map(name)).map_or(
+        Ok(()),
+        |(number, expected, found)| {
+            Err(CompareError::Kernels {
+                number,
+                expected,
+                found,
+            })
+        },
+    )?;
     for (expected, found) in expected.iter().zip(found) {
-        let inputs = first_difference(expected.inputs.iter().map(input_text), found.inputs.iter().map(input_text));
-        let outputs = first_difference(expected.outputs.iter().map(output_text), found.outputs.iter().map(output_text));
+        let inputs = first_difference(
+            expected.inputs.iter().map(input_text),
+            found.inputs.iter().map(input_text),
+        );
+        let outputs = first_difference(
+            expected.outputs.iter().map(output_text),
+            found.outputs.iter().map(output_text),
+        );
         for (part, difference) in [("input", inputs), ("output", outputs)] {
             if let Some((number, expected_part, found_part)) = difference {
                 let kernel = expected.name.clone();
                 let (expected, found) = (shown(&expected_part, SHOWN), shown(&found_part, SHOWN));
-                return Err(CompareError::Signature { kernel, part, number, expected, found });
+                return Err(CompareError::Signature {
+                    kernel,
+                    part,
+                    number,
+                    expected,
+                    found,
+                });
             }
         }
     }
@@ -186,15 +226,26 @@ fn first_difference(
     let missing = || "missing".to_owned();
     (1..)
         .map_while(|number| {
-            Some((number, expected.next(), found.next())).filter(|(_, a, b)| a.is_some() || b.is_some())
+            Some((number, expected.next(), found.next()))
+                .filter(|(_, a, b)| a.is_some() || b.is_some())
         })
         .find_map(|(number, expected, found)| {
-            (expected != found).then(|| (number, expected.unwrap_or_else(missing), found.unwrap_or_else(missing)))
+            (expected != found).then(|| {
+                (
+                    number,
+                    expected.unwrap_or_else(missing),
+                    found.unwrap_or_else(missing),
+                )
+            })
         })
 }
 
 fn input_text(input: &Input) -> String {
-    let elements: Vec<&str> = input.elements.iter().map(|(name, _)| name.as_str()).collect();
+    let elements: Vec<&str> = input
+        .elements
+        .iter()
+        .map(|(name, _)| name.as_str())
+        .collect();
     format!("`{}` of {}", input.name, elements.join(", "))
 }
 
@@ -202,7 +253,8 @@ fn output_text(output: &Output) -> String {
     format!("`{}`, {:?} in {}", output.name, output.shape, output.unit)
 }
 
-/// Checks that the arguments of both sides represent the same quantities, which are all that the emitted function sees.
+/// Checks that the arguments of both sides represent the same quantities, which are all that the
+/// emitted function sees.
 fn check_arguments(
     expected: &Kernel,
     values: &[f64],
@@ -210,12 +262,24 @@ fn check_arguments(
     found_values: &[f64],
 ) -> Result<(), CompareError> {
     let elements = |kernel: &Kernel| -> Vec<(String, NodeId)> {
-        kernel.inputs.iter().flat_map(|input| input.elements.iter().cloned()).collect()
+        kernel
+            .inputs
+            .iter()
+            .flat_map(|input| input.elements.iter().cloned())
+            .collect()
     };
-    for ((element, expected_node), (_, found_node)) in elements(expected).into_iter().zip(elements(found)) {
-        let (value, other) = (values[expected_node.index()], found_values[found_node.index()]);
+    for ((element, expected_node), (_, found_node)) in
+        elements(expected).into_iter().zip(elements(found))
+    {
+        let (value, other) = (
+            values[expected_node.index()],
+            found_values[found_node.index()],
+        );
         if (value - other).abs() > SAME_ARGUMENT * value.abs().max(1.0) {
-            return Err(CompareError::Binding { kernel: expected.name.clone(), element });
+            return Err(CompareError::Binding {
+                kernel: expected.name.clone(),
+                element,
+            });
         }
     }
     Ok(())
@@ -226,10 +290,13 @@ fn symbol_order(expected: &Kernel, found: &Kernel) -> Result<Vec<usize>, Compare
     let position = |symbol: &Symbol| {
         let symbols = expected.graph.symbols();
         let same = |other: &Symbol| other.name == symbol.name && other.unit == symbol.unit;
-        symbols.iter().position(same).ok_or_else(|| CompareError::Symbol {
-            kernel: found.name.clone(),
-            symbol: format!("{} ({})", symbol.name, symbol.unit),
-        })
+        symbols
+            .iter()
+            .position(same)
+            .ok_or_else(|| CompareError::Symbol {
+                kernel: found.name.clone(),
+                symbol: format!("{} ({})", symbol.name, symbol.unit),
+            })
     };
     found.graph.symbols().iter().map(position).collect()
 }
@@ -244,11 +311,20 @@ struct Size {
 }
 
 fn size(expected: &Output, expected_values: &[f64], found: &Output, found_values: &[f64]) -> Size {
-    let mut size = Size { largest: 0.0, difference: 0.0 };
+    let mut size = Size {
+        largest: 0.0,
+        difference: 0.0,
+    };
     for (expected, found) in expected.nodes.iter().zip(&found.nodes) {
-        let (expected, found) = (expected_values[expected.index()], found_values[found.index()]);
+        let (expected, found) = (
+            expected_values[expected.index()],
+            found_values[found.index()],
+        );
         if !expected.is_finite() || !found.is_finite() {
-            return Size { largest: 0.0, difference: f64::INFINITY };
+            return Size {
+                largest: 0.0,
+                difference: f64::INFINITY,
+            };
         }
         size.largest = size.largest.max(expected.abs());
         size.difference = size.difference.max((expected - found).abs());
@@ -256,23 +332,36 @@ fn size(expected: &Output, expected_values: &[f64], found: &Output, found_values
     size
 }
 
-/// True if the arguments of `kernel` have no polar angle: it is for motion in the plane of rotation.
+/// True if the arguments of `kernel` have no polar angle: it is for motion in the plane of
+/// rotation.
 fn is_planar(kernel: &Kernel) -> bool {
-    let mut names = kernel.inputs.iter().flat_map(|input| &input.elements).map(|(name, _)| name);
+    let mut names = kernel
+        .inputs
+        .iter()
+        .flat_map(|input| &input.elements)
+        .map(|(name, _)| name);
     names.all(|name| !name.contains("phi") || name.starts_with(VARIATION))
 }
 
 /// How the names of the lateral variations of a planar motion begin.
 const VARIATION: &str = "phi_variation";
 
-/// A state of `kernel`: directions that follow each other with bends of the sizes `bend`, unit clamp vectors, positive
-/// constants.
+/// A state of `kernel`: directions that follow each other with bends of the sizes `bend`, unit
+/// clamp vectors, positive constants.
 fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
     let symbols = kernel.graph.symbols();
     // Off the x axis, where the second chart has its poles, if there is a segment in it.
     let crossed = symbols.iter().any(|symbol| symbol.name == "phi_x");
-    let azimuth = if crossed { 0.5 * PI + symmetric(0.5, rng) } else { symmetric(PI, rng) };
-    let polar = if is_planar(kernel) { 0.5 * PI } else { 0.9 + 1.3 * rng.f64() };
+    let azimuth = if crossed {
+        0.5 * PI + symmetric(0.5, rng)
+    } else {
+        symmetric(PI, rng)
+    };
+    let polar = if is_planar(kernel) {
+        0.5 * PI
+    } else {
+        0.9 + 1.3 * rng.f64()
+    };
     let mut angles = [polar, azimuth];
     // A straight state has no relaxed angles, so that it is straight to the last bit.
     let relaxed = if bend[1] > 0.0 { RELAXED } else { 0.0 };
@@ -283,15 +372,21 @@ fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
     for symbol in symbols {
         let name = symbol.name.as_str();
         let component = |(vector, components): &(&str, [f64; 3])| {
-            let axis = ["_x", "_y", "_z"].iter().position(|axis| name.strip_prefix(vector) == Some(*axis))?;
+            let axis = ["_x", "_y", "_z"]
+                .iter()
+                .position(|axis| name.strip_prefix(vector) == Some(*axis))?;
             Some(components[axis])
         };
         let value = if let Some(component) = clamp.iter().find_map(component) {
             component
         } else if name == "phi_x" {
-            // The same walk as in the first chart, in the coordinates of the second, to the inner side of the joint.
+            // The same walk as in the first chart, in the coordinates of the second, to the inner
+            // side of the joint.
             angles[1] -= relaxed_angles.values().sum::<f64>();
-            angles = [bent(angles, 0, bend, crossed, rng), bent(angles, 1, bend, crossed, rng)];
+            angles = [
+                bent(angles, 0, bend, crossed, rng),
+                bent(angles, 1, bend, crossed, rng),
+            ];
             let [x, y, z] = direction(angles);
             second_azimuth = z.atan2(y);
             x.acos()
@@ -326,9 +421,15 @@ fn symmetric(size: f64, rng: &mut Rng) -> f64 {
 /// Below this a sine is close to that of a pole.
 const LEAST_SINE: f64 = 0.4;
 
-/// A coordinate of `angles`, changed by a bend, the other way where it would come close to a pole of `z` or, if some
-/// segment is in the second chart, of `x`.
-fn bent(angles: [f64; 2], coordinate: usize, [least, most]: [f64; 2], crossed: bool, rng: &mut Rng) -> f64 {
+/// A coordinate of `angles`, changed by a bend, the other way where it would come close to a pole
+/// of `z` or, if some segment is in the second chart, of `x`.
+fn bent(
+    angles: [f64; 2],
+    coordinate: usize,
+    [least, most]: [f64; 2],
+    crossed: bool,
+    rng: &mut Rng,
+) -> f64 {
     let bend = symmetric(most - least, rng);
     let (angle, step) = (angles[coordinate], bend + least.copysign(bend));
     let distance = match coordinate {
@@ -336,26 +437,50 @@ fn bent(angles: [f64; 2], coordinate: usize, [least, most]: [f64; 2], crossed: b
         _ if crossed => (angle + step).sin().abs(),
         _ => 1.0,
     };
-    if distance < LEAST_SINE { angle - step } else { angle + step }
+    if distance < LEAST_SINE {
+        angle - step
+    } else {
+        angle + step
+    }
 }
 
-/// In the order of operations of an expression graph, so that a straight joint is straight to the last bit.
+/// In the order of operations of an expression graph, so that a straight joint is straight to the
+/// last bit.
 fn direction([polar, azimuth]: [f64; 2]) -> [f64; 3] {
-    [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()]
+    [
+        polar.sin() * azimuth.cos(),
+        polar.sin() * azimuth.sin(),
+        polar.cos(),
+    ]
 }
 
 /// Last words of the names of quantities that are positive.
-const POSITIVE: [&str; 6] = ["length", "mass", "inertia", "stiffness", "damping", "weight"];
+const POSITIVE: [&str; 6] = [
+    "length",
+    "mass",
+    "inertia",
+    "stiffness",
+    "damping",
+    "weight",
+];
 
 /// Largest relaxed angle of a joint, in rad.
 const RELAXED: f64 = 0.25;
 
-/// A clamp along the direction of `angles`, which turns, and the same turned about `z` by `relaxed_angle`.
-fn clamp_vectors(angles: [f64; 2], relaxed_angle: f64, rng: &mut Rng) -> [(&'static str, [f64; 3]); 4] {
+/// A clamp along the direction of `angles`, which turns, and the same turned about `z` by
+/// `relaxed_angle`.
+fn clamp_vectors(
+    angles: [f64; 2],
+    relaxed_angle: f64,
+    rng: &mut Rng,
+) -> [(&'static str, [f64; 3]); 4] {
     let direction = direction(angles);
     let [a, b, c] = [0; 3].map(|_| symmetric(1.0, rng));
-    let rate =
-        [b * direction[2] - c * direction[1], c * direction[0] - a * direction[2], a * direction[1] - b * direction[0]];
+    let rate = [
+        b * direction[2] - c * direction[1],
+        c * direction[0] - a * direction[2],
+        a * direction[1] - b * direction[0],
+    ];
     let (sin, cos) = relaxed_angle.sin_cos();
     let turned = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
     [
@@ -366,12 +491,21 @@ fn clamp_vectors(angles: [f64; 2], relaxed_angle: f64, rng: &mut Rng) -> [(&'sta
     ]
 }
 
-/// The number of segments and the motion of whole equations, if `kernels` are such; none for other kernels.
+/// The number of segments and the motion of whole equations, if `kernels` are such; none for other
+/// kernels.
 pub fn whole_chain(kernels: &[Kernel]) -> Option<(usize, Motion)> {
     let names = || kernels.iter().map(|kernel| kernel.name.as_str());
     let named = |motion: &Motion| names().eq(NAMES.map(|name| motion.name_for(name)));
     let motion = [Motion::Spatial, Motion::Planar].into_iter().find(named)?;
-    let [Output { shape: Shape::Matrix(rows, columns), .. }] = kernels.first()?.outputs[..] else { return None };
+    let [
+        Output {
+            shape: Shape::Matrix(rows, columns),
+            ..
+        },
+    ] = kernels.first()?.outputs[..]
+    else {
+        return None;
+    };
     let coordinates = motion.coordinates_per_segment();
     (rows == columns && rows.is_multiple_of(coordinates)).then_some((rows / coordinates, motion))
 }
@@ -393,22 +527,39 @@ mod tests {
         let same = compare(&expected, &expected, 8, States::All, 1).expect("they are the same");
         assert!(same.iter().all(|deviation| deviation.largest == 0.0));
         let mut wrong = expected.clone();
-        let force = wrong.iter_mut().find(|kernel| kernel.name == "force").expect("there is a force");
+        let force = wrong
+            .iter_mut()
+            .find(|kernel| kernel.name == "force")
+            .expect("there is a force");
         let last = force.outputs[0].nodes.len() - 1;
         force.outputs[0].nodes[last] = force.graph.neg(force.outputs[0].nodes[last]);
-        let deviations = compare(&expected, &wrong, 8, States::All, 1).expect("they compute the same things");
-        let force = deviations.iter().find(|deviation| deviation.kernel == "force").expect("there is a force");
+        let deviations =
+            compare(&expected, &wrong, 8, States::All, 1).expect("they compute the same things");
+        let force = deviations
+            .iter()
+            .find(|deviation| deviation.kernel == "force")
+            .expect("there is a force");
         assert!(force.largest > 0.01);
     }
 
     #[test]
     fn other_kernels_are_refused() {
         let (one, two) = (whole(1, Purpose::Computing), whole(2, Purpose::Computing));
-        assert!(matches!(compare(&one, &two, 1, States::All, 1), Err(CompareError::Signature { .. })));
+        assert!(matches!(
+            compare(&one, &two, 1, States::All, 1),
+            Err(CompareError::Signature { .. })
+        ));
         let kernels = kernels().expect("the derivation is sound");
-        assert!(matches!(compare(&one, &kernels, 1, States::All, 1), Err(CompareError::Kernels { .. })));
-        assert_eq!((whole_chain(&two), whole_chain(&kernels)), (Some((2, Motion::Spatial)), None));
-        let planar = whole_kernels(2, Motion::Planar, Purpose::Computing).expect("the derivation is sound");
+        assert!(matches!(
+            compare(&one, &kernels, 1, States::All, 1),
+            Err(CompareError::Kernels { .. })
+        ));
+        assert_eq!(
+            (whole_chain(&two), whole_chain(&kernels)),
+            (Some((2, Motion::Spatial)), None)
+        );
+        let planar =
+            whole_kernels(2, Motion::Planar, Purpose::Computing).expect("the derivation is sound");
         assert_eq!(whole_chain(&planar), Some((2, Motion::Planar)));
     }
 
@@ -417,24 +568,43 @@ mod tests {
         let expected = kernels().expect("the derivation is sound");
         let mut wrong = expected.clone();
         let angles = &mut wrong[0].inputs[0].elements;
-        assert_eq!((angles[0].0.as_str(), angles[1].0.as_str()), ("sin_phi", "cos_phi"));
+        assert_eq!(
+            (angles[0].0.as_str(), angles[1].0.as_str()),
+            ("sin_phi", "cos_phi")
+        );
         let sine = angles[0].1;
         angles[0].1 = angles[1].1;
         angles[1].1 = sine;
         assert_eq!(check_signatures(&expected, &wrong), Ok(()));
         let error = compare(&expected, &wrong, 1, States::All, 1);
-        assert_eq!(error, Err(CompareError::Binding { kernel: "segment".into(), element: "sin_phi".into() }));
+        assert_eq!(
+            error,
+            Err(CompareError::Binding {
+                kernel: "segment".into(),
+                element: "sin_phi".into()
+            })
+        );
     }
 
     /// The joint angle of each of many states, whichever charts its sides are in.
     #[test]
     fn joints_are_straight_slightly_and_strongly_bent_and_never_near_the_fold() {
         let kernels = kernels().expect("the derivation is sound");
-        for (kernel, labels) in [("joint", ["previous", "next"]), ("crossed_joint", ["z", "x"])] {
-            let kernel = kernels.iter().find(|other| other.name == kernel).expect("it is derived");
+        for (kernel, labels) in [
+            ("joint", ["previous", "next"]),
+            ("crossed_joint", ["z", "x"]),
+        ] {
+            let kernel = kernels
+                .iter()
+                .find(|other| other.name == kernel)
+                .expect("it is derived");
             let symbols = kernel.graph.symbols();
             let mut rng = Rng::with_seed(4);
-            for (bend, [least, most]) in BENDS.into_iter().zip([[0.0, 1e-7], [1e-6, 0.08], [1e-6, 0.5], [1e-6, 1.8]]) {
+            for (bend, [least, most]) in
+                BENDS
+                    .into_iter()
+                    .zip([[0.0, 1e-7], [1e-6, 0.08], [1e-6, 0.5], [1e-6, 1.8]])
+            {
                 for _ in 0..1000 {
                     let point = random_point(kernel, bend, &mut rng);
                     let at = |name: String| {
@@ -442,17 +612,31 @@ mod tests {
                         point[symbol.expect("it is a symbol of the kernel")]
                     };
                     // The outer side of a crossed joint is that about z.
-                    let outer_label = if labels[1] == "x" { labels[0] } else { labels[1] };
+                    let outer_label = if labels[1] == "x" {
+                        labels[0]
+                    } else {
+                        labels[1]
+                    };
                     let [inner, mut outer] = labels.map(|label| {
-                        let relaxed = if label == outer_label { at("relaxed_angle".into()) } else { 0.0 };
-                        direction([at(format!("phi_{label}")), at(format!("theta_{label}")) - relaxed])
+                        let relaxed = if label == outer_label {
+                            at("relaxed_angle".into())
+                        } else {
+                            0.0
+                        };
+                        direction([
+                            at(format!("phi_{label}")),
+                            at(format!("theta_{label}")) - relaxed,
+                        ])
                     });
                     if labels[1] == "x" {
                         outer = [outer[2], outer[0], outer[1]];
                     }
                     let cosine: f64 = inner.iter().zip(outer).map(|(a, b)| a * b).sum();
                     let angle = cosine.min(1.0).acos();
-                    assert!((least..=most).contains(&angle) || angle < 1e-6 && least < 1e-5, "{bend:?}: {angle}");
+                    assert!(
+                        (least..=most).contains(&angle) || angle < 1e-6 && least < 1e-5,
+                        "{bend:?}: {angle}"
+                    );
                     assert!(at(format!("phi_{}", labels[1])).sin() > 0.3);
                 }
             }
@@ -467,7 +651,8 @@ mod tests {
         let minus_one = graph.integer(-1);
         let nothing = graph.sqrt(minus_one);
         wrong[0].outputs[0].nodes[0] = nothing;
-        let deviations = compare(&expected, &wrong, 1, States::All, 1).expect("they compute the same things");
+        let deviations =
+            compare(&expected, &wrong, 1, States::All, 1).expect("they compute the same things");
         assert_eq!(deviations[0].largest, f64::INFINITY);
     }
 
@@ -479,18 +664,24 @@ mod tests {
         for (kernel, value) in [(&mut kernel, 0.0), (&mut rounded, 1e-17)] {
             kernel.outputs[0].nodes[0] = kernel.graph.constant(Constant::Float(value));
         }
-        let deviations = compare(&[kernel], &[rounded], 2, States::All, 1).expect("they compute the same things");
+        let deviations = compare(&[kernel], &[rounded], 2, States::All, 1)
+            .expect("they compute the same things");
         assert_eq!(deviations[0].largest, 1e-17);
     }
 
     #[test]
     fn a_straight_state_is_straight_to_the_last_bit() {
         for motion in [Motion::Spatial, Motion::Planar] {
-            let kernel = &whole_kernels(3, motion, Purpose::Computing).expect("the derivation is sound")[2];
+            let kernel =
+                &whole_kernels(3, motion, Purpose::Computing).expect("the derivation is sound")[2];
             let point = random_point(kernel, BENDS[0], &mut Rng::with_seed(2));
             let values = kernel.graph.evaluate(&point);
             assert_eq!(kernel.outputs[1].name, "spring");
-            assert_eq!(values[kernel.outputs[1].nodes[0].index()], 0.0, "{motion:?}");
+            assert_eq!(
+                values[kernel.outputs[1].nodes[0].index()],
+                0.0,
+                "{motion:?}"
+            );
         }
     }
 }

@@ -2,24 +2,29 @@
 //!
 //! Data flows through four layers, each of which uses only those before it:
 //!
-//! 1. [`ir`]: expressions in a [`ir::graph::Graph`], whose constructors apply the rules of [`ir::simplify`], and a
-//!    function over them, [`ir::kernel::Kernel`];
-//! 2. [`passes`]: [`passes::specialise`] puts in what is known, [`passes::calculus`] differentiates expressions,
-//!    [`passes::normal_form`] reduces them, and [`passes::dimension`] checks their SI dimensions;
-//! 3. [`model`]: [`model::chain`] states the energies of a segment and of a joint; [`model::lagrange`] derives the
-//!    dense equations `M q̈ = f` for any number of segments from them, which people read, snapshot and compare
-//!    ([`model::whole`] puts names to them); [`model::kernels`] derives the functions of one segment and one joint,
-//!    from which the solver computes accelerations and implicit steps in O(n), and [`model::lateral`] those of the
+//! 1. [`ir`]: expressions in a [`ir::graph::Graph`], whose constructors apply the rules of
+//!    [`ir::simplify`], and a function over them, [`ir::kernel::Kernel`];
+//! 2. [`passes`]: [`passes::specialise`] puts in what is known, [`passes::calculus`] differentiates
+//!    expressions, [`passes::normal_form`] reduces them, and [`passes::dimension`] checks their SI
+//!    dimensions;
+//! 3. [`model`]: [`model::chain`] states the energies of a segment and of a joint;
+//!    [`model::lagrange`] derives the dense equations `M q̈ = f` for any number of segments from
+//!    them, which people read, snapshot and compare ([`model::whole`] puts names to them);
+//!    [`model::kernels`] derives the functions of one segment and one joint, from which the solver
+//!    computes accelerations and implicit steps in O(n), and [`model::lateral`] those of the
 //!    variation of a planar motion out of its plane;
-//! 4. [`back`]: [`back::languages`] emits either form as Rust, C, MATLAB, NumPy or SymPy, [`back::json`] writes and reads JSON,
-//!    [`back::print`] writes text, LaTeX or Markdown.
+//! 4. [`back`]: [`back::languages`] emits either form as Rust, C, MATLAB, NumPy or SymPy,
+//!    [`back::json`] writes and reads JSON, [`back::print`] writes text, LaTeX or Markdown.
 //!
-//! Two tools complete them: [`fingerprint`] hashes texts and sources and uses no layer, and [`mod@compare`] evaluates two
-//! derivations of the same kernels.
+//! Two tools complete them: [`fingerprint`] hashes texts and sources and uses no layer, and
+//! [`mod@compare`] evaluates two derivations of the same kernels.
 
 /// What this engine is called where its derivations say what made them.
-pub const MAKER: &str =
-    concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"), " from the energies in codegen/src/model/chain.rs");
+pub const MAKER: &str = concat!(
+    "bristle-codegen ",
+    env!("CARGO_PKG_VERSION"),
+    " from the energies in codegen/src/model/chain.rs"
+);
 
 pub mod back;
 pub mod compare;

@@ -1,4 +1,5 @@
-//! Hashes this crate's sources, because they affect results too: sampled tools, their bands, and what a case consists of.
+//! Hashes this crate's sources, because they affect results too: sampled tools, their bands, and
+//! what a case consists of.
 
 use std::io;
 
@@ -9,6 +10,9 @@ const NUMERICAL_PACKAGES: [&str; 3] = ["nalgebra", "sobol_burley", "spec_math"];
 
 fn main() -> io::Result<()> {
     let code = code("src", "../../Cargo.lock", &NUMERICAL_PACKAGES)?;
-    println!("cargo::rustc-env=BRISTLE_GRID_SOURCES={}", digest(code.as_bytes()));
+    println!(
+        "cargo::rustc-env=BRISTLE_GRID_SOURCES={}",
+        digest(code.as_bytes())
+    );
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Records as NumPy arrays, one per column, and back.
 //!
-//! A column is gathered once and then belongs to NumPy; it is not copied again. Arrays cannot be written to.
+//! A column is gathered once and then belongs to NumPy; it is not copied again. Arrays cannot be
+//! written to.
 
 use bristle::model::record::{Column, Record};
 use numpy::ndarray::Dimension;
@@ -11,12 +12,15 @@ use pyo3::types::PyDict;
 use crate::error::of_value;
 
 /// An array that cannot be written to.
-pub fn frozen<'py, T: Element, D: Dimension>(array: Bound<'py, PyArray<T, D>>) -> Bound<'py, PyAny> {
+pub fn frozen<'py, T: Element, D: Dimension>(
+    array: Bound<'py, PyArray<T, D>>,
+) -> Bound<'py, PyAny> {
     let array = array.readwrite().make_nonwriteable();
     array.as_any().clone()
 }
 
-/// The columns of `records` by their keys, added to `table`: whole numbers as integers, all others as floats.
+/// The columns of `records` by their keys, added to `table`: whole numbers as integers, all others
+/// as floats.
 pub fn add_columns<R: Record>(
     table: &Bound<'_, PyDict>,
     columns: impl Iterator<Item = &'static Column<R>>,
@@ -26,7 +30,10 @@ pub fn add_columns<R: Record>(
     for column in columns {
         let values = records.iter().map(|record| column.get(record));
         let array = if column.whole {
-            frozen(PyArray1::from_vec(py, values.map(|value| value as i64).collect()))
+            frozen(PyArray1::from_vec(
+                py,
+                values.map(|value| value as i64).collect(),
+            ))
         } else {
             frozen(PyArray1::from_vec(py, values.collect::<Vec<f64>>()))
         };
@@ -46,11 +53,21 @@ pub fn columns<'py, R: Record>(py: Python<'py>, records: &[R]) -> PyResult<Bound
 pub fn records<R: Record + Clone>(table: &Bound<'_, PyDict>) -> PyResult<Vec<R>> {
     let mut records: Vec<R> = Vec::new();
     for column in R::COLUMNS {
-        let array = table.get_item(column.key)?.ok_or_else(|| of_value(format!("no column `{}`", column.key)))?;
+        let array = table
+            .get_item(column.key)?
+            .ok_or_else(|| of_value(format!("no column `{}`", column.key)))?;
         let values: Vec<f64> = if column.whole {
-            array.extract::<PyReadonlyArray1<'_, i64>>()?.as_array().iter().map(|&value| value as f64).collect()
+            array
+                .extract::<PyReadonlyArray1<'_, i64>>()?
+                .as_array()
+                .iter()
+                .map(|&value| value as f64)
+                .collect()
         } else {
-            array.extract::<PyReadonlyArray1<'_, f64>>()?.as_array().to_vec()
+            array
+                .extract::<PyReadonlyArray1<'_, f64>>()?
+                .as_array()
+                .to_vec()
         };
         records.resize_with(values.len().max(records.len()), R::default);
         for (record, value) in records.iter_mut().zip(values) {

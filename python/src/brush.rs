@@ -35,8 +35,8 @@ pub struct SimulatedBrush {
     state: Vec<u8>,
 }
 
-/// Simulates the brush of `input` on `threads` threads, with at most `frames` frames, in at most `memory` bytes. Calls
-/// `tell` now and then with the share that is done.
+/// Simulates the brush of `input` on `threads` threads, with at most `frames` frames, in at most
+/// `memory` bytes. Calls `tell` now and then with the share that is done.
 #[pyfunction]
 pub fn brush(
     py: Python<'_>,
@@ -52,7 +52,12 @@ pub fn brush(
             "there is no section [brush]; add it, empty if all its defaults are right: `settings.replace(brush={})`",
         ));
     }
-    let options = RunOptions { threads: thread_count(threads), frames, memory, ..RunOptions::default() };
+    let options = RunOptions {
+        threads: thread_count(threads),
+        frames,
+        memory,
+        ..RunOptions::default()
+    };
     let stop = Stop::default();
     let simulated = on_a_thread_sharing(py, &stop, tell, |tell| {
         let mut state = Vec::new();
@@ -67,7 +72,12 @@ pub fn brush(
         Ok((settings, result, state))
     })?;
     let (settings, result, state) = simulated.map_err(of_brush)?;
-    Ok(SimulatedBrush { settings, result, frames, state })
+    Ok(SimulatedBrush {
+        settings,
+        result,
+        frames,
+        state,
+    })
 }
 
 #[pymethods]
@@ -82,35 +92,75 @@ impl SimulatedBrush {
 
     /// What the program warns of.
     fn warnings(&self) -> Vec<String> {
-        warnings::of_brush(&self.settings, &Interaction::of(&self.result)).iter().map(Warning::plain).collect()
+        warnings::of_brush(&self.settings, &Interaction::of(&self.result))
+            .iter()
+            .map(Warning::plain)
+            .collect()
     }
 
     /// The columns of `filaments.csv`, and their units.
     fn filaments<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
         let filaments = &self.result.filaments;
         let (table, all_units) = (PyDict::new(py), PyDict::new(py));
-        add_part(&table, &all_units, Position::COLUMNS.iter(), filaments, |filament| Position::from(filament))?;
-        add_part(&table, &all_units, filament_columns(), filaments, |filament| filament.metrics.clone())?;
-        add_part(&table, &all_units, Rest::COLUMNS.iter(), filaments, |filament| Rest::from(filament))?;
+        add_part(
+            &table,
+            &all_units,
+            Position::COLUMNS.iter(),
+            filaments,
+            |filament| Position::from(filament),
+        )?;
+        add_part(
+            &table,
+            &all_units,
+            filament_columns(),
+            filaments,
+            |filament| filament.metrics.clone(),
+        )?;
+        add_part(
+            &table,
+            &all_units,
+            Rest::COLUMNS.iter(),
+            filaments,
+            |filament| Rest::from(filament),
+        )?;
         Ok((table, all_units))
     }
 
     /// The columns of `history.csv`, and their units.
     fn history<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
-        table(py, &self.result.history.iter().map(Moment::from).collect::<Vec<_>>())
+        table(
+            py,
+            &self
+                .result
+                .history
+                .iter()
+                .map(Moment::from)
+                .collect::<Vec<_>>(),
+        )
     }
 
     /// The columns of `contacts.csv`, and their units.
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
-        table(py, &self.result.pairs.iter().map(Pair::from).collect::<Vec<_>>())
+        table(
+            py,
+            &self.result.pairs.iter().map(Pair::from).collect::<Vec<_>>(),
+        )
     }
 
     /// Times of the frames in s, and the nodes of all filaments in m.
     fn frames<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let frames = &self.result.frames;
         let times = frames.iter().map(|frame| frame.time_s).collect();
-        let nodes = frames.iter().flat_map(|frame| &frame.nodes_m).flat_map(|nodes| nodes.as_flattened());
-        let shape = [frames.len(), self.result.filaments.len(), self.settings.filament.segments + 1, 3];
+        let nodes = frames
+            .iter()
+            .flat_map(|frame| &frame.nodes_m)
+            .flat_map(|nodes| nodes.as_flattened());
+        let shape = [
+            frames.len(),
+            self.result.filaments.len(),
+            self.settings.filament.segments + 1,
+            3,
+        ];
         let nodes = PyArray1::from_vec(py, nodes.copied().collect::<Vec<f32>>()).reshape(shape)?;
         Ok((frozen(PyArray1::from_vec(py, times)), frozen(nodes)))
     }
@@ -118,27 +168,48 @@ impl SimulatedBrush {
     /// Everything but the settings, for [`SimulatedBrush::of_state`].
     fn state<'py>(&self, py: Python<'py>) -> (usize, Bound<'py, PyBytes>, [f64; 2]) {
         let tool = &self.result.tool;
-        (self.frames, PyBytes::new(py, &self.state), [tool.penetration_depth_m, tool.force_stiffness_n_m])
+        (
+            self.frames,
+            PyBytes::new(py, &self.state),
+            [tool.penetration_depth_m, tool.force_stiffness_n_m],
+        )
     }
 
     /// The brush of which [`SimulatedBrush::state`] has told.
     #[staticmethod]
-    fn of_state(py: Python<'_>, input: &Input, state: (usize, Vec<u8>, [f64; 2])) -> PyResult<Self> {
+    fn of_state(
+        py: Python<'_>,
+        input: &Input,
+        state: (usize, Vec<u8>, [f64; 2]),
+    ) -> PyResult<Self> {
         let (frames, state, [depth, stiffness]) = state;
         let settings = input.settings()?.at_depth(depth);
-        let options = RunOptions { frames, ..RunOptions::default() };
+        let options = RunOptions {
+            frames,
+            ..RunOptions::default()
+        };
         let result = py.detach(|| {
             let state = state_of(&state).ok_or(BrushError::Checkpoint)?;
             BrushRun::resume(&settings, options, state)?.finish()
         });
         let mut result = result.map_err(of_brush)?;
         result.tool.force_stiffness_n_m = stiffness;
-        Ok(Self { settings, result, frames, state })
+        Ok(Self {
+            settings,
+            result,
+            frames,
+            state,
+        })
     }
 
     /// The page that `bristle brush` writes, without what the file leaves to its defaults.
     fn page(&self, py: Python<'_>, name: &str) -> String {
-        let BrushResult { filaments, history, pairs, .. } = self.result.clone();
+        let BrushResult {
+            filaments,
+            history,
+            pairs,
+            ..
+        } = self.result.clone();
         let brush = Brush {
             settings: self.settings.clone(),
             interaction: Interaction::of(&self.result),
@@ -147,7 +218,10 @@ impl SimulatedBrush {
             pairs,
         };
         let (unusual, assumptions) = (unusual(&self.settings), Assumptions::default());
-        let notes = Notes { unusual: &unusual, assumptions: &assumptions };
+        let notes = Notes {
+            unusual: &unusual,
+            assumptions: &assumptions,
+        };
         py.detach(|| brush_page(name, &brush, &self.result, notes))
     }
 }
@@ -160,6 +234,12 @@ fn add_part<R: Record>(
     filaments: &[FilamentResult],
     part: impl Fn(&FilamentResult) -> R,
 ) -> PyResult<()> {
-    columns.clone().try_for_each(|column| all_units.set_item(column.key, column.unit))?;
-    add_columns(table, columns, &filaments.iter().map(part).collect::<Vec<R>>())
+    columns
+        .clone()
+        .try_for_each(|column| all_units.set_item(column.key, column.unit))?;
+    add_columns(
+        table,
+        columns,
+        &filaments.iter().map(part).collect::<Vec<R>>(),
+    )
 }

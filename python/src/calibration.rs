@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use bristle::simulation::Stop;
 use bristle_calibrate::{
-    Calibration, FitError, Fitted, Means, Observer, Problem, Reach, STARTS, calibrate as fitted_to, summary,
+    Calibration, FitError, Fitted, Means, Observer, Problem, Reach, STARTS, calibrate as fitted_to,
+    summary,
 };
 use bristle_grid::Resources;
 use bristle_input::measured::{Format, read_points, read_radii};
@@ -26,8 +27,9 @@ impl Observer for Share<'_> {
     }
 }
 
-/// What `calibration.json` has of a calibration of `input` by the table `measured` and its relative standard deviation, and its text; its files are written to
-/// the directory `out`, if there is one. Each of `fit` is a key, or a key and its range.
+/// What `calibration.json` has of a calibration of `input` by the table `measured` and its relative
+/// standard deviation, and its text; its files are written to the directory `out`, if there is one.
+/// Each of `fit` is a key, or a key and its range.
 #[pyfunction]
 pub fn calibrate(
     py: Python<'_>,
@@ -40,8 +42,14 @@ pub fn calibrate(
 ) -> PyResult<(String, String)> {
     let (threads, out) = means;
     let (table, relative_std) = measured;
-    let format = Format { relative_std, ..Format::default() };
-    let fit = fit.iter().map(|option| Fitted::parse(option)).collect::<Result<Vec<_>, FitError>>();
+    let format = Format {
+        relative_std,
+        ..Format::default()
+    };
+    let fit = fit
+        .iter()
+        .map(|option| Fitted::parse(option))
+        .collect::<Result<Vec<_>, FitError>>();
     let fit = fit.map_err(of_settings)?;
     let problem = if fit.iter().any(Fitted::is_of_edges) {
         let radii = read_radii(&table, "measured", &format).map_err(of_settings)?;
@@ -54,19 +62,35 @@ pub fn calibrate(
     let problem = problem.map_err(of_settings)?;
     let _occupied = occupied_for(out.as_deref(), &OF_CALIBRATION)?;
     let stop = Stop::default();
-    let resources = Resources { threads, memory: None };
-    let reach = Reach { max_rpm: reach.0, max_depth_m: reach.1 };
+    let resources = Resources {
+        threads,
+        memory: None,
+    };
+    let reach = Reach {
+        max_rpm: reach.0,
+        max_depth_m: reach.1,
+    };
     let found = on_a_thread_sharing(py, &stop, tell, |tell| {
-        let means = Means { resources, stop: &stop, observer: &Share(tell), starts: STARTS };
+        let means = Means {
+            resources,
+            stop: &stop,
+            observer: &Share(tell),
+            starts: STARTS,
+        };
         fitted_to(problem, reach, means)
     })?;
     let found: Option<Calibration> = found.map_err(of_settings)?;
-    let found = found.ok_or_else(|| of_settings("none of the starts can be simulated: narrow the ranges of `fit`"))?;
+    let found = found.ok_or_else(|| {
+        of_settings("none of the starts can be simulated: narrow the ranges of `fit`")
+    })?;
     if let Some(out) = &out {
-        let restated =
-            found.undetermined.is_empty().then(|| calibrated_text(out, input.text(), &found, &[], &str::to_owned));
+        let restated = found
+            .undetermined
+            .is_empty()
+            .then(|| calibrated_text(out, input.text(), &found, &[], &str::to_owned));
         let restated = restated.transpose().map_err(of_settings)?;
-        write_calibration(out, &input.short_name(), &found, restated.as_deref()).map_err(of_file)?;
+        write_calibration(out, &input.short_name(), &found, restated.as_deref())
+            .map_err(of_file)?;
     }
     Ok((found.json(), summary(&found, WIDTH)))
 }

@@ -28,8 +28,9 @@ pub struct Simulated {
     simulation: Simulation,
 }
 
-/// Simulates the contact of `input`, sampled at `samples` times, with the filament at `shapes` times, and with another `tool` if there is
-/// one. Calls `tell` now and then with the share that is done.
+/// Simulates the contact of `input`, sampled at `samples` times, with the filament at `shapes`
+/// times, and with another `tool` if there is one. Calls `tell` now and then with the share that is
+/// done.
 #[pyfunction]
 pub fn simulate(
     py: Python<'_>,
@@ -40,18 +41,31 @@ pub fn simulate(
     tell: Option<Py<PyAny>>,
 ) -> PyResult<Simulated> {
     let settings = input.settings()?.clone();
-    let sampling = Sampling { samples, shapes, profile: samples > 0, ..Sampling::default() };
+    let sampling = Sampling {
+        samples,
+        shapes,
+        profile: samples > 0,
+        ..Sampling::default()
+    };
     let stop = Stop::default();
     let mut watch = Watch::new(&stop, tell);
     let result = match tool {
-        None => py.detach(|| simulate_places(&settings, sampling, &stop, &mut |share| watch.look(share))),
+        None => py
+            .detach(|| simulate_places(&settings, sampling, &stop, &mut |share| watch.look(share))),
         Some(tool) => {
-            let pass = tool.get().pass(&settings).map_err(of_settings)?.until(&stop);
+            let pass = tool
+                .get()
+                .pass(&settings)
+                .map_err(of_settings)?
+                .until(&stop);
             py.detach(|| pass.simulate_telling(sampling, |share| watch.look(share)))
         }
     };
     watch.end()?;
-    Ok(Simulated { settings, simulation: result.map_err(of_simulation)? })
+    Ok(Simulated {
+        settings,
+        simulation: result.map_err(of_simulation)?,
+    })
 }
 
 #[pymethods]
@@ -79,7 +93,11 @@ impl Simulated {
 
     /// What the program warns of.
     fn warnings(&self) -> Vec<String> {
-        let Simulation { metrics, statistics, .. } = &self.simulation;
+        let Simulation {
+            metrics,
+            statistics,
+            ..
+        } = &self.simulation;
         let at_depth = self.settings.at_depth(metrics.penetration_depth_m);
         let mut warnings = of_contact(&at_depth, metrics, statistics);
         warnings.extend(of_force(self.settings.process.tool_force_n, metrics));
@@ -100,7 +118,11 @@ impl Simulated {
     fn shapes<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let shapes = &self.simulation.shapes;
         let times = shapes.iter().map(|shape| shape.time_s).collect();
-        let nodes: Vec<f64> = shapes.iter().flat_map(|shape| shape.nodes_m.as_flattened()).copied().collect();
+        let nodes: Vec<f64> = shapes
+            .iter()
+            .flat_map(|shape| shape.nodes_m.as_flattened())
+            .copied()
+            .collect();
         let nodes = PyArray1::from_vec(py, nodes);
         let nodes = nodes.reshape([shapes.len(), self.settings.filament.segments + 1, 3])?;
         Ok((frozen(PyArray1::from_vec(py, times)), frozen(nodes)))
@@ -109,11 +131,20 @@ impl Simulated {
     /// The page of the program for a study of this case alone.
     fn page(&self, py: Python<'_>, name: &str) -> PyResult<String> {
         // A filament alone, as it was simulated.
-        let settings = Settings { brush: None, ..self.settings.clone() };
+        let settings = Settings {
+            brush: None,
+            ..self.settings.clone()
+        };
         let velocity = Parameter::find(VELOCITY).ok_or_else(|| of_value("no velocity"))?;
-        let sweep = Sweep::list(velocity, vec![settings.process.brushing_velocity_m_s]).map_err(of_value)?;
+        let sweep = Sweep::list(velocity, vec![settings.process.brushing_velocity_m_s])
+            .map_err(of_value)?;
         let study = Study::new(settings, vec![sweep]).map_err(of_settings)?;
-        let Simulation { metrics, turn_contact_normal_impulses_n_s, statistics, .. } = &self.simulation;
+        let Simulation {
+            metrics,
+            turn_contact_normal_impulses_n_s,
+            statistics,
+            ..
+        } = &self.simulation;
         let summary = CaseSummary {
             metrics: metrics.clone(),
             turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
@@ -128,7 +159,15 @@ impl Simulated {
                 recorder.take(0, &self.simulation);
             }
             let courses = recorder.finish(&results, None)?;
-            Ok(page(name, &study, &results, &courses, &Assumptions::default(), &[], None))
+            Ok(page(
+                name,
+                &study,
+                &results,
+                &courses,
+                &Assumptions::default(),
+                &[],
+                None,
+            ))
         })?
     }
 
@@ -160,7 +199,11 @@ impl Simulated {
     /// The pass of which [`Simulated::state`] has told.
     #[staticmethod]
     fn of_state(input: &Input, state: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let part = |key: &str| state.get_item(key)?.ok_or_else(|| of_value(format!("no `{key}`")));
+        let part = |key: &str| {
+            state
+                .get_item(key)?
+                .ok_or_else(|| of_value(format!("no `{key}`")))
+        };
         let table = |key: &str| Ok::<_, PyErr>(part(key)?.cast_into::<PyDict>()?);
         let nodes = part("nodes")?.extract::<PyReadonlyArray3<'_, f64>>()?;
         let count = nodes.shape()[1];
@@ -172,17 +215,30 @@ impl Simulated {
             velocities_m_s: Vec::new(),
             forces: Vec::new(),
         };
-        let shapes = times.as_slice().map_err(of_value)?.iter().zip(nodes.chunks(count)).map(shape).collect();
+        let shapes = times
+            .as_slice()
+            .map_err(of_value)?
+            .iter()
+            .zip(nodes.chunks(count))
+            .map(shape)
+            .collect();
         let simulation = Simulation {
-            metrics: records::<Metrics>(&table("metrics")?)?.pop().unwrap_or_default(),
+            metrics: records::<Metrics>(&table("metrics")?)?
+                .pop()
+                .unwrap_or_default(),
             turn_contact_normal_impulses_n_s: part("turns")?.extract()?,
             end_time_s: part("end_time_s")?.extract()?,
-            statistics: records::<Statistics>(&table("statistics")?)?.pop().unwrap_or_default(),
+            statistics: records::<Statistics>(&table("statistics")?)?
+                .pop()
+                .unwrap_or_default(),
             history: records(&table("history")?)?,
             shapes,
             profile: records(&table("profile")?)?,
             positions: Vec::new(),
         };
-        Ok(Self { settings: input.settings()?.clone(), simulation })
+        Ok(Self {
+            settings: input.settings()?.clone(),
+            simulation,
+        })
     }
 }

@@ -26,10 +26,14 @@ impl Cases {
     #[new]
     fn new(input: &Input) -> PyResult<Self> {
         let study = input.document()?.study().map_err(of_input)?;
-        Ok(Self { journal: Journal::new(&study), study })
+        Ok(Self {
+            journal: Journal::new(&study),
+            study,
+        })
     }
 
-    /// Simulates some cases on one thread, and returns a journal with their results. Calls `tell` now and then, whose exception stops it.
+    /// Simulates some cases on one thread, and returns a journal with their results. Calls `tell`
+    /// now and then, whose exception stops it.
     fn simulate(&self, py: Python<'_>, cases: Vec<usize>, tell: Py<PyAny>) -> PyResult<String> {
         if cases.iter().any(|&case| case >= self.study.case_count()) {
             return Err(of_value("the study has no such case"));
@@ -38,12 +42,23 @@ impl Cases {
         let tell = |py: Python<'_>| tell.call0(py).map(drop);
         let lines = Mutex::new(self.journal.header().to_owned());
         let done = |case, result: CaseResult| {
-            lines.lock().expect(UNBROKEN).push_str(&self.journal.entry(case, &result));
+            lines
+                .lock()
+                .expect(UNBROKEN)
+                .push_str(&self.journal.entry(case, &result));
             ControlFlow::Continue(())
         };
         let one = NonZeroUsize::new(1);
         let simulated = on_a_thread_telling(py, &stop, tell, || {
-            simulate_cases(&self.study, &cases, one, &stop, Sampling::default(), |_, _| {}, done)
+            simulate_cases(
+                &self.study,
+                &cases,
+                one,
+                &stop,
+                Sampling::default(),
+                |_, _| {},
+                done,
+            )
         })?;
         simulated.map_err(|error| of_run(error.into()))?;
         Ok(lines.into_inner().expect(UNBROKEN))

@@ -11,7 +11,9 @@ use bristle::tool::radial_clamp;
 use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, Shape, derive as derived};
 use bristle_inspect::evaluation;
 use bristle_inspect::state::parse_state;
-use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
+use numpy::{
+    PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 
 use crate::error::of_value;
@@ -21,8 +23,8 @@ use crate::interrupt::{Watch, unseen};
 /// States that are computed at a time: so many that their clamps stay in a cache.
 const CHUNK: usize = 256;
 
-/// `q̈` in rad/s² of the states `q` (rad) and `v` (rad/s), both `(k, n, 2)`, each with its own angle (rad), rate (rad/s) and acceleration
-/// (rad/s²) of the base.
+/// `q̈` in rad/s² of the states `q` (rad) and `v` (rad/s), both `(k, n, 2)`, each with its own
+/// angle (rad), rate (rad/s) and acceleration (rad/s²) of the base.
 #[pyfunction]
 pub fn accelerations<'py>(
     py: Python<'py>,
@@ -33,17 +35,37 @@ pub fn accelerations<'py>(
     gravity: [f64; 3],
 ) -> PyResult<Bound<'py, PyArray3<f64>>> {
     let settings = input.settings()?;
-    let &[count, segments, blocks] = q.shape() else { return Err(of_value("q has three dimensions")) };
-    if blocks != 2 || segments == 0 || v.shape() != q.shape() || base.iter().any(|values| values.len() != count) {
-        return Err(of_value("q and v need the shape (k, n, 2), with at least one segment"));
+    let &[count, segments, blocks] = q.shape() else {
+        return Err(of_value("q has three dimensions"));
+    };
+    if blocks != 2
+        || segments == 0
+        || v.shape() != q.shape()
+        || base.iter().any(|values| values.len() != count)
+    {
+        return Err(of_value(
+            "q and v need the shape (k, n, 2), with at least one segment",
+        ));
     }
-    let filament = FilamentSettings { segments, ..settings.filament.clone() };
-    let (chain, radius) = (filament::chain(&filament, gravity), settings.tool.body_radius_m);
-    let (q, v) = (q.as_slice().map_err(of_value)?, v.as_slice().map_err(of_value)?);
+    let filament = FilamentSettings {
+        segments,
+        ..settings.filament.clone()
+    };
+    let (chain, radius) = (
+        filament::chain(&filament, gravity),
+        settings.tool.body_radius_m,
+    );
+    let (q, v) = (
+        q.as_slice().map_err(of_value)?,
+        v.as_slice().map_err(of_value)?,
+    );
     let (q, v) = (q.as_chunks::<2>().0, v.as_chunks::<2>().0);
     let [angle, rate, acceleration] = [base[0].as_slice(), base[1].as_slice(), base[2].as_slice()];
-    let (angle, rate, acceleration) =
-        (angle.map_err(of_value)?, rate.map_err(of_value)?, acceleration.map_err(of_value)?);
+    let (angle, rate, acceleration) = (
+        angle.map_err(of_value)?,
+        rate.map_err(of_value)?,
+        acceleration.map_err(of_value)?,
+    );
     let stop = Stop::default();
     let mut watch = Watch::new(&stop, None);
     let result = py.detach(|| {
@@ -58,13 +80,20 @@ pub fn accelerations<'py>(
                 .collect();
             let member = |(state, clamp)| {
                 let blocks = state * segments..(state + 1) * segments;
-                Member { chain: &chain, clamp, q: &q[blocks.clone()], v: &v[blocks] }
+                Member {
+                    chain: &chain,
+                    clamp,
+                    q: &q[blocks.clone()],
+                    v: &v[blocks],
+                }
             };
             let members: Vec<Member<'_>> = states.zip(&clamps).map(member).collect();
-            batch.accelerations(&members, results).map_err(|mut error| {
-                error.member += first;
-                error
-            })?;
+            batch
+                .accelerations(&members, results)
+                .map_err(|mut error| {
+                    error.member += first;
+                    error
+                })?;
             watch.look(first as f64 / count as f64);
             if stop.is_requested() {
                 break;
@@ -73,7 +102,8 @@ pub fn accelerations<'py>(
         Ok(result.into_flattened())
     });
     watch.end()?;
-    let result: Vec<f64> = result.map_err(|error: bristle::equations::BatchError| of_value(error))?;
+    let result: Vec<f64> =
+        result.map_err(|error: bristle::equations::BatchError| of_value(error))?;
     PyArray1::from_vec(py, result).reshape([count, segments, 2])
 }
 
@@ -83,11 +113,14 @@ pub fn evaluate(py: Python<'_>, input: &Input, state: String) -> PyResult<String
     let settings = input.settings()?.clone();
     let state = parse_state(&state).map_err(of_value)?;
     let body_radius = settings.tool.body_radius_m;
-    let evaluation = unseen(py, move || evaluation::evaluate(&settings.filament, body_radius, &state))?;
+    let evaluation = unseen(py, move || {
+        evaluation::evaluate(&settings.filament, body_radius, &state)
+    })?;
     serde_json::to_string(&evaluation.map_err(of_value)?).map_err(of_value)
 }
 
-/// What `bristle derive` writes, one text or several files by their names: the equations of so many segments, or the kernels without them.
+/// What `bristle derive` writes, one text or several files by their names: the equations of so many
+/// segments, or the kernels without them.
 #[pyfunction]
 pub fn derive(
     py: Python<'_>,
@@ -96,17 +129,31 @@ pub fn derive(
     format: &str,
 ) -> PyResult<(Option<String>, BTreeMap<String, String>)> {
     if let Some(segments) = segments {
-        let parameter = Parameter::find("filament.segments").ok_or_else(|| of_value("no segments"))?;
-        parameter.check(segments as f64).map_err(|_| of_value(format!("segments must be {}", parameter.allowed())))?;
+        let parameter =
+            Parameter::find("filament.segments").ok_or_else(|| of_value("no segments"))?;
+        parameter
+            .check(segments as f64)
+            .map_err(|_| of_value(format!("segments must be {}", parameter.allowed())))?;
     }
-    let motion = if planar { Motion::Planar } else { Motion::Spatial };
+    let motion = if planar {
+        Motion::Planar
+    } else {
+        Motion::Spatial
+    };
     let equations = match segments {
-        Some(segments) => Equations::Whole { segments, motion, shape: Shape::default() },
+        Some(segments) => Equations::Whole {
+            segments,
+            motion,
+            shape: Shape::default(),
+        },
         None if planar => Equations::PlanarKernels,
         None => Equations::Kernels,
     };
     let format = DeriveFormat::find(format).ok_or_else(|| {
-        let names = DeriveFormat::ALL.iter().map(|known| format!("{:?}", known.name())).collect::<Vec<_>>();
+        let names = DeriveFormat::ALL
+            .iter()
+            .map(|known| format!("{:?}", known.name()))
+            .collect::<Vec<_>>();
         of_value(format!("the format must be one of {}", names.join(", ")))
     })?;
     unseen(py, move || {
@@ -114,9 +161,18 @@ pub fn derive(
             Derived::Text(text) => {
                 let mut written = Vec::new();
                 text.write(&mut written)?;
-                (Some(String::from_utf8(written).map_err(of_value)?), BTreeMap::new())
+                (
+                    Some(String::from_utf8(written).map_err(of_value)?),
+                    BTreeMap::new(),
+                )
             }
-            Derived::Files(files) => (None, files.into_iter().map(|file| (file.name, file.text)).collect()),
+            Derived::Files(files) => (
+                None,
+                files
+                    .into_iter()
+                    .map(|file| (file.name, file.text))
+                    .collect(),
+            ),
         })
     })?
 }

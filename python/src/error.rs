@@ -54,13 +54,17 @@ pub fn of_settings(error: impl ToString) -> PyErr {
 /// That of a simulation, with time and step in s.
 pub fn of_simulation(error: SimulationError) -> PyErr {
     let (time, step) = match &error {
-        SimulationError::Integration(IntegrationError::Step(StepError::StepTooSmall { time, step, .. })) => {
-            (Some(*time), Some(*step))
-        }
+        SimulationError::Integration(IntegrationError::Step(StepError::StepTooSmall {
+            time,
+            step,
+            ..
+        })) => (Some(*time), Some(*step)),
         SimulationError::Integration(IntegrationError::Step(
             StepError::NotFinite { time } | StepError::Refused { time, .. },
         )) => (Some(*time), None),
-        SimulationError::Integration(IntegrationError::TooManySteps { step, .. }) => (None, Some(*step)),
+        SimulationError::Integration(IntegrationError::TooManySteps { step, .. }) => {
+            (None, Some(*step))
+        }
         SimulationError::Integration(IntegrationError::Jump { time, .. }) => (Some(*time), None),
         SimulationError::Integration(IntegrationError::NotFree | IntegrationError::Stopped)
         | SimulationError::NotFinite
@@ -70,12 +74,17 @@ pub fn of_simulation(error: SimulationError) -> PyErr {
     failed(error, time, step)
 }
 
-/// That of a brush. Its settings are to blame if there is no such brush, or no steady stretch of columns.
+/// That of a brush. Its settings are to blame if there is no such brush, or no steady stretch of
+/// columns.
 pub fn of_brush(error: BrushError) -> PyErr {
     match error {
-        BrushError::NoConvergence { time, .. } | BrushError::Crossing { time, .. } => failed(error, Some(time), None),
+        BrushError::NoConvergence { time, .. } | BrushError::Crossing { time, .. } => {
+            failed(error, Some(time), None)
+        }
         BrushError::Alone(alone) => of_simulation(alone),
-        BrushError::Threads | BrushError::Stopped | BrushError::NoLanes => failed(error, None, None),
+        BrushError::Threads | BrushError::Stopped | BrushError::NoLanes => {
+            failed(error, None, None)
+        }
         _ => of_settings(error),
     }
 }

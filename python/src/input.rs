@@ -7,7 +7,9 @@ use bristle::model::settings::{Settings, WorkpieceKind};
 use bristle_input::document::Document;
 use bristle_input::input_error::InputError;
 use bristle_input::plausibility::{unusual, unusual_in_study};
-use bristle_store::staged::{Occupied, occupy, prepare_directory, read_document, read_input as read_file};
+use bristle_store::staged::{
+    Occupied, occupy, prepare_directory, read_document, read_input as read_file,
+};
 use pyo3::prelude::*;
 
 use crate::error::{of_document, of_file, of_input, of_settings};
@@ -31,13 +33,17 @@ impl Input {
 
     /// The settings of a single contact.
     pub fn settings(&self) -> PyResult<&Settings> {
-        self.missing.as_ref().map_or(Ok(&self.settings), |error| Err(of_input(error.clone())))
+        self.missing
+            .as_ref()
+            .map_or(Ok(&self.settings), |error| Err(of_input(error.clone())))
     }
 
     /// What the file is called, without its directory.
     pub fn short_name(&self) -> Cow<'_, str> {
         let path = Path::new(&self.name);
-        path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
+        path.file_name()
+            .unwrap_or(path.as_os_str())
+            .to_string_lossy()
     }
 
     /// What the text states.
@@ -46,7 +52,8 @@ impl Input {
     }
 }
 
-/// The settings that a document states, and what is missing of them for a single contact, because `[study]` states it.
+/// The settings that a document states, and what is missing of them for a single contact, because
+/// `[study]` states it.
 fn settings_of(document: &Document<'_>) -> PyResult<(Settings, Option<InputError>)> {
     let missing = match document.settings() {
         Ok(settings) => return Ok((settings, None)),
@@ -62,9 +69,19 @@ impl Input {
     fn new(text: String, name: String) -> PyResult<Self> {
         let document = Document::parse(&text, &name).map_err(of_input)?;
         let (settings, missing) = settings_of(&document)?;
-        let found = if missing.is_some() { Vec::new() } else { unusual(&settings) };
+        let found = if missing.is_some() {
+            Vec::new()
+        } else {
+            unusual(&settings)
+        };
         let unusual = found.into_iter().map(|unusual| unusual.statement).collect();
-        Ok(Self { text, name, settings, missing, unusual })
+        Ok(Self {
+            text,
+            name,
+            settings,
+            missing,
+            unusual,
+        })
     }
 
     /// The values of all settings, as JSON.
@@ -85,18 +102,23 @@ impl Input {
     /// Warnings of what is unusual in the study.
     fn unusual_in_study(&self) -> PyResult<Vec<String>> {
         let study = self.document()?.study().map_err(of_input)?;
-        Ok(unusual_in_study(&study).into_iter().map(|unusual| unusual.statement).collect())
+        Ok(unusual_in_study(&study)
+            .into_iter()
+            .map(|unusual| unusual.statement)
+            .collect())
     }
 }
 
-/// All settings of the brush of Uhlmann and Hoyer (2021) at a velocity (m/s) and a depth (m), as JSON.
+/// All settings of the brush of Uhlmann and Hoyer (2021) at a velocity (m/s) and a depth (m), as
+/// JSON.
 #[pyfunction]
 pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> PyResult<String> {
     let settings = Settings::paper(brushing_velocity_m_s, penetration_depth_m);
     serde_json::to_string(&settings).map_err(of_settings)
 }
 
-/// The text of an input file, once it has been checked, and the control points in m that it takes from another file.
+/// The text of an input file, once it has been checked, and the control points in m that it takes
+/// from another file.
 #[pyfunction]
 pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Vec<[f64; 2]>>)> {
     let text = read_file(&path).map_err(of_file)?;
@@ -104,7 +126,9 @@ pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Vec<[f64; 2]>>)> {
     let document = read_document(&path, &text, &name, &[]).map_err(of_document)?;
     let (settings, _) = settings_of(&document)?;
     let points = match settings.workpiece.kind {
-        WorkpieceKind::Profile(profile) if document.control_points_file().is_some() => Some(profile.control_points_m),
+        WorkpieceKind::Profile(profile) if document.control_points_file().is_some() => {
+            Some(profile.control_points_m)
+        }
         _ => None,
     };
     Ok((text, points))

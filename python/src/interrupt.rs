@@ -23,9 +23,16 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// A watch that requests `stop` when there is a signal, or an exception of `tell`, which takes the share that is done.
+    /// A watch that requests `stop` when there is a signal, or an exception of `tell`, which takes
+    /// the share that is done.
     pub fn new(stop: &Stop, tell: Option<Py<PyAny>>) -> Self {
-        Self { stop: stop.clone(), tell, calls: 0, looked: Instant::now(), raised: None }
+        Self {
+            stop: stop.clone(),
+            tell,
+            calls: 0,
+            looked: Instant::now(),
+            raised: None,
+        }
     }
 
     /// To be called in each round of the loop, with the `share` that is done.
@@ -33,8 +40,10 @@ impl Watch {
         self.calls += 1;
         if self.calls.is_multiple_of(CALLS) && self.looked.elapsed() >= PAUSE {
             self.looked = Instant::now();
-            let looked =
-                Python::attach(|py| py.check_signals().and_then(|()| tell_share(py, self.tell.as_ref(), share)));
+            let looked = Python::attach(|py| {
+                py.check_signals()
+                    .and_then(|()| tell_share(py, self.tell.as_ref(), share))
+            });
             if let Err(error) = looked {
                 self.stop.request();
                 self.raised = Some(error);
@@ -53,8 +62,13 @@ fn tell_share(py: Python<'_>, tell: Option<&Py<PyAny>>, share: f64) -> PyResult<
     tell.map_or(Ok(()), |tell| tell.call1(py, (share,)).map(drop))
 }
 
-/// Does `work` on a thread of its own, without Python's lock. A signal requests `stop`, at which `work` has to end early.
-pub fn on_a_thread<R: Send>(py: Python<'_>, stop: &Stop, work: impl FnOnce() -> R + Send) -> PyResult<R> {
+/// Does `work` on a thread of its own, without Python's lock. A signal requests `stop`, at which
+/// `work` has to end early.
+pub fn on_a_thread<R: Send>(
+    py: Python<'_>,
+    stop: &Stop,
+    work: impl FnOnce() -> R + Send,
+) -> PyResult<R> {
     on_a_thread_telling(py, stop, |_| Ok(()), work)
 }
 
@@ -84,14 +98,17 @@ pub fn on_a_thread_telling<R: Send>(
                     }
                     Err(RecvTimeoutError::Timeout) => {}
                     // The thread has panicked, and so does the scope.
-                    Err(RecvTimeoutError::Disconnected) => panic!("the thread ended without a result"),
+                    Err(RecvTimeoutError::Disconnected) => {
+                        panic!("the thread ended without a result")
+                    }
                 }
             }
         })
     })
 }
 
-/// [`on_a_thread`], which calls `tell`, if there is one, now and then with the share that is done. `work` tells it what that is.
+/// [`on_a_thread`], which calls `tell`, if there is one, now and then with the share that is done.
+/// `work` tells it what that is.
 pub fn on_a_thread_sharing<R: Send>(
     py: Python<'_>,
     stop: &Stop,
@@ -99,12 +116,24 @@ pub fn on_a_thread_sharing<R: Send>(
     work: impl FnOnce(&(dyn Fn(f64) + Sync)) -> R + Send,
 ) -> PyResult<R> {
     let done = AtomicU64::default();
-    let tell = |py: Python<'_>| tell_share(py, tell.as_ref(), f64::from_bits(done.load(Ordering::Relaxed)));
-    on_a_thread_telling(py, stop, tell, || work(&|share: f64| done.store(share.to_bits(), Ordering::Relaxed)))
+    let tell = |py: Python<'_>| {
+        tell_share(
+            py,
+            tell.as_ref(),
+            f64::from_bits(done.load(Ordering::Relaxed)),
+        )
+    };
+    on_a_thread_telling(py, stop, tell, || {
+        work(&|share: f64| done.store(share.to_bits(), Ordering::Relaxed))
+    })
 }
 
-/// Does `work`, which cannot be stopped, on a thread of its own without Python's lock. After a signal it ends unseen.
-pub fn unseen<R: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> R + Send + 'static) -> PyResult<R> {
+/// Does `work`, which cannot be stopped, on a thread of its own without Python's lock. After a
+/// signal it ends unseen.
+pub fn unseen<R: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> R + Send + 'static,
+) -> PyResult<R> {
     py.detach(|| {
         let (done, result) = channel();
         thread::Builder::new().spawn(move || {

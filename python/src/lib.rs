@@ -1,7 +1,8 @@
 //! The compiled part of the Python package `bristle`.
 //!
-//! It joins Python to the libraries: settings go in as the text of an input file, results come out as NumPy arrays and as JSON with the
-//! keys of the result files. What users call is in `bristle/*.py`, with its documentation.
+//! It joins Python to the libraries: settings go in as the text of an input file, results come out
+//! as NumPy arrays and as JSON with the keys of the result files. What users call is in
+//! `bristle/*.py`, with its documentation.
 
 mod arrays;
 mod brush;
@@ -22,7 +23,10 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("MOST_CONTROL_POINTS", bristle_input::control_points::MOST_CONTROL_POINTS)?;
+    module.add(
+        "MOST_CONTROL_POINTS",
+        bristle_input::control_points::MOST_CONTROL_POINTS,
+    )?;
     module.add_class::<input::Input>()?;
     module.add_class::<contact::Simulated>()?;
     module.add_class::<tool::SampledTool>()?;

@@ -21,10 +21,17 @@ use crate::input::{Input, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
 /// Both tables, numbers of the whole, its text, and its warnings.
-type Followed<'py> = (Columns<'py>, Columns<'py>, Bound<'py, PyDict>, String, Vec<String>);
+type Followed<'py> = (
+    Columns<'py>,
+    Columns<'py>,
+    Bound<'py, PyDict>,
+    String,
+    Vec<String>,
+);
 
-/// Follows the edge of the workpiece of `input` on some threads: the columns of `removal.csv` and of `edge_work.csv`, numbers of the whole, its
-/// text, and its warnings. Its files are written to the directory `out`, if there is one.
+/// Follows the edge of the workpiece of `input` on some threads: the columns of `removal.csv` and
+/// of `edge_work.csv`, numbers of the whole, its text, and its warnings. Its files are written to
+/// the directory `out`, if there is one.
 #[pyfunction]
 pub fn remove<'py>(
     py: Python<'py>,
@@ -37,9 +44,14 @@ pub fn remove<'py>(
     check(&settings).map_err(of_settings)?;
     let _occupied = occupied_for(out.as_deref(), &OF_REMOVAL)?;
     let stop = Stop::default();
-    let resources = Resources { threads, memory: None };
+    let resources = Resources {
+        threads,
+        memory: None,
+    };
     let removal = on_a_thread_sharing(py, &stop, tell, |tell| {
-        followed(&settings, resources, &stop, &|passes, of| tell(passes as f64 / of as f64))
+        followed(&settings, resources, &stop, &|passes, of| {
+            tell(passes as f64 / of as f64)
+        })
     })?;
     let removal = removal.map_err(of_settings)?;
     if let Some(out) = &out {
@@ -53,13 +65,24 @@ pub fn remove<'py>(
     let history = present(py, &removal, &removal.rows)?;
     let edge_work = present(py, &removal, &removal.simulated)?;
     let warnings = warnings(&removal).iter().map(Warning::plain).collect();
-    Ok((history, edge_work, numbers, removal_text(&settings, &removal, WIDTH), warnings))
+    Ok((
+        history,
+        edge_work,
+        numbers,
+        removal_text(&settings, &removal, WIDTH),
+        warnings,
+    ))
 }
 
 /// The columns of records that a removal has.
-fn present<'py, R: Record>(py: Python<'py>, removal: &Removal, records: &[R]) -> PyResult<Columns<'py>> {
+fn present<'py, R: Record>(
+    py: Python<'py>,
+    removal: &Removal,
+    records: &[R],
+) -> PyResult<Columns<'py>> {
     let (table, units) = table(py, records)?;
-    for key in absent_from(removal).filter(|key| R::COLUMNS.iter().any(|column| column.key == *key)) {
+    for key in absent_from(removal).filter(|key| R::COLUMNS.iter().any(|column| column.key == *key))
+    {
         table.del_item(key)?;
         units.del_item(key)?;
     }

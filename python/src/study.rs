@@ -15,8 +15,8 @@ use bristle::simulation::{Statistics, Stop};
 use bristle_grid::brush::check_brushes;
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{
-    CaseResult, Interaction, SPEED, Setting, Study, VELOCITY, Waiting, simulate_cases_with, waiting_cases,
-    without_result,
+    CaseResult, Interaction, SPEED, Setting, Study, VELOCITY, Waiting, simulate_cases_with,
+    waiting_cases, without_result,
 };
 use bristle_insight::advice::{Limits, advise};
 use bristle_insight::assumptions::Assumptions;
@@ -25,7 +25,8 @@ use bristle_report::page::Recorder;
 use bristle_run::{Means, Observer, RunError, StudyRun, Subject, page_of};
 use bristle_store::journal::Journal;
 use bristle_store::results::{
-    Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text, write_runs,
+    Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text,
+    write_runs,
 };
 use bristle_store::staged::StagedFile;
 use bristle_store::study_files::{RUNS, STUDY};
@@ -57,7 +58,8 @@ struct Progress {
 impl Observer for Progress {
     fn case_done(&self, _: usize, failed: bool) {
         self.done.fetch_add(1, Ordering::Relaxed);
-        self.failed.fetch_add(usize::from(failed), Ordering::Relaxed);
+        self.failed
+            .fetch_add(usize::from(failed), Ordering::Relaxed);
     }
 }
 
@@ -83,8 +85,8 @@ pub struct PendingStudy {
 
 #[pymethods]
 impl PendingStudy {
-    /// The study that `input` states, once it is known to be possible with so many threads, so much memory and a `tool`. Results go to the
-    /// directory `out`, from whose journal it goes on.
+    /// The study that `input` states, once it is known to be possible with so many threads, so much
+    /// memory and a `tool`. Results go to the directory `out`, from whose journal it goes on.
     #[new]
     fn new(
         input: Py<Input>,
@@ -102,10 +104,20 @@ impl PendingStudy {
             check_brushes(&study, threads, memory).map_err(of_settings)?;
         }
         let run = match out {
-            Some(out) => StudyRun::open(study.clone(), &out, &[], restart).map_err(of_journal)?.0,
+            Some(out) => {
+                StudyRun::open(study.clone(), &out, &[], restart)
+                    .map_err(of_journal)?
+                    .0
+            }
             None => StudyRun::new(study.clone()),
         };
-        Ok(Self { journal: Journal::new(&study), input, study, tool, run: Mutex::new(Some(run)) })
+        Ok(Self {
+            journal: Journal::new(&study),
+            input,
+            study,
+            tool,
+            run: Mutex::new(Some(run)),
+        })
     }
 
     /// The numbers of cases that are done, of all cases, and of those that failed.
@@ -119,11 +131,14 @@ impl PendingStudy {
         self.study.has_brush()
     }
 
-    /// The cases that are still to be simulated, with the numbers of their kinds and the work that each takes.
+    /// The cases that are still to be simulated, with the numbers of their kinds and the work that
+    /// each takes.
     fn waiting(&self) -> PyResult<Vec<(usize, usize, f64)>> {
         let cases = without_result(&self.study, open(&mut self.run())?.results());
         let waiting = waiting_cases(&self.study, &cases).into_iter();
-        Ok(waiting.map(|Waiting { case, kind, work }| (case, kind, work)).collect())
+        Ok(waiting
+            .map(|Waiting { case, kind, work }| (case, kind, work))
+            .collect())
     }
 
     /// Takes a journal of cases that were simulated elsewhere. A case that has a result keeps it.
@@ -131,20 +146,23 @@ impl PendingStudy {
         let mut guard = self.run();
         let run = open(&mut guard)?;
         let mut written = Ok(());
-        let read = self.journal.read_each(&self.study, lines.as_bytes(), |case, result| {
-            if written.is_ok() {
-                written = run.take(case, result);
-            }
-        });
+        let read = self
+            .journal
+            .read_each(&self.study, lines.as_bytes(), |case, result| {
+                if written.is_ok() {
+                    written = run.take(case, result);
+                }
+            });
         if read.map_err(of_value)?.torn > 0 {
             return Err(of_value("they are damaged"));
         }
         written.map_err(of_run)
     }
 
-    /// Simulates the cases without a result, and writes the files if they go anywhere. Calls `tell` now and then with the numbers of cases
-    /// that are done, of all, and of those that failed. After its exception, or a signal, the results so far are in the journal or, without
-    /// one, still here.
+    /// Simulates the cases without a result, and writes the files if they go anywhere. Calls `tell`
+    /// now and then with the numbers of cases that are done, of all, and of those that failed.
+    /// After its exception, or a signal, the results so far are in the journal or, without one,
+    /// still here.
     fn finish(
         &self,
         py: Python<'_>,
@@ -152,15 +170,25 @@ impl PendingStudy {
         tell: Option<Py<PyAny>>,
     ) -> PyResult<SimulatedStudy> {
         let (done, total, failed) = self.counts()?;
-        let progress = Progress { done: done.into(), failed: failed.into() };
+        let progress = Progress {
+            done: done.into(),
+            failed: failed.into(),
+        };
         let tell = |py: Python<'_>| {
             let Some(tell) = &tell else { return Ok(()) };
-            let (done, failed) = (progress.done.load(Ordering::Relaxed), progress.failed.load(Ordering::Relaxed));
+            let (done, failed) = (
+                progress.done.load(Ordering::Relaxed),
+                progress.failed.load(Ordering::Relaxed),
+            );
             tell.call1(py, (done, total, failed)).map(drop)
         };
         tell(py)?;
         let stop = Stop::default();
-        let means = Means { resources: threads.into(), stop: &stop, observer: &progress };
+        let means = Means {
+            resources: threads.into(),
+            stop: &stop,
+            observer: &progress,
+        };
         let mut run = self.run().take().ok_or_else(|| of_value(CLOSED))?;
         let results = if run.journal().is_some() {
             let input = self.input.get();
@@ -170,7 +198,8 @@ impl PendingStudy {
             };
             on_a_thread_telling(py, &stop, tell, finish)??
         } else {
-            let simulated = on_a_thread_telling(py, &stop, tell, || self.simulate(&mut run, &means));
+            let simulated =
+                on_a_thread_telling(py, &stop, tell, || self.simulate(&mut run, &means));
             let results = run.results().iter().cloned().collect();
             *self.run() = Some(run);
             simulated??;
@@ -178,7 +207,10 @@ impl PendingStudy {
         };
         tell(py)?;
         let results = results.ok_or_else(|| of_run(RunError::Stopped))?;
-        Ok(SimulatedStudy { study: self.study.clone(), results })
+        Ok(SimulatedStudy {
+            study: self.study.clone(),
+            results,
+        })
     }
 
     /// Closes the journal. Its directory is free after that.
@@ -211,7 +243,14 @@ impl PendingStudy {
             }
         };
         let pass_of = |settings: &Settings| tool.get().pass(settings);
-        let simulated = simulate_cases_with(&self.study, &cases, means.resources.threads, means.stop, pass_of, done);
+        let simulated = simulate_cases_with(
+            &self.study,
+            &cases,
+            means.resources.threads,
+            means.stop,
+            pass_of,
+            done,
+        );
         simulated.map_err(|error| of_run(error.into()))
     }
 }
@@ -228,14 +267,22 @@ fn check_tool(study: &Study) -> Result<(), String> {
         );
     }
     let differs = |path: &&&str| {
-        let value = |case| Parameter::find(path).map(|parameter| parameter.get(&study.settings(case)));
+        let value =
+            |case| Parameter::find(path).map(|parameter| parameter.get(&study.settings(case)));
         (1..study.case_count()).any(|case| value(case) != value(0))
     };
-    if let Some(path) = ["tool.body_radius_m", "filament.lateral_tilt_rad"].iter().find(differs) {
-        return Err(format!("the cases differ in `{path}`, but `tool=` is one tool: make a study of each"));
+    if let Some(path) = ["tool.body_radius_m", "filament.lateral_tilt_rad"]
+        .iter()
+        .find(differs)
+    {
+        return Err(format!(
+            "the cases differ in `{path}`, but `tool=` is one tool: make a study of each"
+        ));
     }
     if study.sweep(SPEED).is_some() {
-        return Err(format!("`{SPEED}` is that of the round tool of the settings: with `tool=`, sweep `{VELOCITY}`"));
+        return Err(format!(
+            "`{SPEED}` is that of the round tool of the settings: with `tool=`, sweep `{VELOCITY}`"
+        ));
     }
     Ok(())
 }
@@ -245,9 +292,15 @@ impl SimulatedStudy {
     /// The columns of `runs.csv`. What a failed case lacks is NaN, in a column of floats.
     fn runs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let names = run_columns(&self.study, &self.results);
-        let mut columns: Vec<Vec<Cell>> = names.iter().map(|_| Vec::with_capacity(self.results.len())).collect();
+        let mut columns: Vec<Vec<Cell>> = names
+            .iter()
+            .map(|_| Vec::with_capacity(self.results.len()))
+            .collect();
         for row in run_rows(&self.study, &self.results) {
-            columns.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell));
+            columns
+                .iter_mut()
+                .zip(row)
+                .for_each(|(column, cell)| column.push(cell));
         }
         let runs = PyDict::new(py);
         for (name, column) in names.into_iter().zip(columns) {
@@ -264,13 +317,17 @@ impl SimulatedStudy {
         Ok(runs)
     }
 
-    /// What settings and columns of `runs.csv` are: their units and names in words, and their labels and factors to the units of figures.
+    /// What settings and columns of `runs.csv` are: their units and names in words, and their
+    /// labels and factors to the units of figures.
     fn descriptions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
         for parameter in PARAMETERS {
             let setting = Setting::Number(parameter);
             let (label, factor) = (setting.label(), setting.factor());
-            all.set_item(parameter.path, description(py, parameter.unit, parameter.name, label, factor)?)?;
+            all.set_item(
+                parameter.path,
+                description(py, parameter.unit, parameter.name, label, factor)?,
+            )?;
         }
         for (name, path) in FIXED_COLUMNS {
             all.set_item(name, all.get_item(path)?)?;
@@ -287,13 +344,18 @@ impl SimulatedStudy {
         Ok(all)
     }
 
-    /// The axes of the grid, from the slowest to the fastest: the columns of `runs.csv` that they are, and the numbers of their values.
+    /// The axes of the grid, from the slowest to the fastest: the columns of `runs.csv` that they
+    /// are, and the numbers of their values.
     fn axes(&self) -> Vec<(&'static str, usize)> {
         let name = |path: &'static str| {
             let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
             fixed.map_or(path, |(name, _)| *name)
         };
-        self.study.sweeps().iter().map(|sweep| (name(sweep.path()), sweep.values().len())).collect()
+        self.study
+            .sweeps()
+            .iter()
+            .map(|sweep| (name(sweep.path()), sweep.values().len()))
+            .collect()
     }
 
     /// The number of cases that failed.
@@ -303,7 +365,10 @@ impl SimulatedStudy {
 
     /// What the program warns of.
     fn warnings(&self) -> Vec<String> {
-        of_study(&self.study, &self.results).iter().map(Warning::plain).collect()
+        of_study(&self.study, &self.results)
+            .iter()
+            .map(Warning::plain)
+            .collect()
     }
 
     /// Writes the page.
@@ -313,17 +378,29 @@ impl SimulatedStudy {
             let recorder = Recorder::new(&self.study).until(&stop);
             let assumptions = Assumptions::of_study(&self.study, &self.results, &input.document()?);
             let (name, origin) = (input.short_name(), Origin::here());
-            let subject =
-                Subject { name: &name, origin: &origin, assumptions: &assumptions, answer: None, measured: &[] };
+            let subject = Subject {
+                name: &name,
+                origin: &origin,
+                assumptions: &assumptions,
+                answer: None,
+                measured: &[],
+            };
             let page = page_of(recorder, &self.study, &self.results, &subject, None, &stop);
             let (page, _) = page.map_err(of_run)?;
-            let file = StagedFile::write(path, |out| out.write_all(page.as_bytes())).map_err(of_file)?;
+            let file =
+                StagedFile::write(path, |out| out.write_all(page.as_bytes())).map_err(of_file)?;
             file.commit().map(drop).map_err(of_file)
         })?
     }
 
-    /// What `bristle advise` says, as text and as JSON, after it has simulated its recommendation if it is to `verify` it.
-    fn advise(&self, py: Python<'_>, limits: BTreeMap<String, f64>, verify: bool) -> PyResult<(String, String)> {
+    /// What `bristle advise` says, as text and as JSON, after it has simulated its recommendation
+    /// if it is to `verify` it.
+    fn advise(
+        &self,
+        py: Python<'_>,
+        limits: BTreeMap<String, f64>,
+        verify: bool,
+    ) -> PyResult<(String, String)> {
         let limit = |name: &str| limits.get(name).copied();
         let limits = Limits {
             max_velocity_m_s: limit("max_velocity_m_s"),
@@ -341,7 +418,10 @@ impl SimulatedStudy {
             let stop = Stop::default();
             on_a_thread(py, &stop, || advice.verify(None, &stop))??;
         }
-        Ok((advice.text(WIDTH), serde_json::to_string(&advice).map_err(of_value)?))
+        Ok((
+            advice.text(WIDTH),
+            serde_json::to_string(&advice).map_err(of_value)?,
+        ))
     }
 
     /// `study.json` and `runs.csv`, for [`SimulatedStudy::of_state`].
@@ -358,7 +438,10 @@ impl SimulatedStudy {
         let (study, runs) = state;
         let saved = read_study(&study, STUDY).map_err(of_value)?;
         let results = read_runs(&runs, RUNS, &saved).map_err(of_value)?;
-        Ok(Self { study: saved.study, results })
+        Ok(Self {
+            study: saved.study,
+            results,
+        })
     }
 }
 
@@ -394,10 +477,19 @@ fn describe<R: Record>(all: &Bound<'_, PyDict>) -> PyResult<()> {
             "" => (column.unit, 1.0),
             unit => (unit, column.display.factor),
         };
-        let unit = if shown.is_empty() { String::new() } else { format!("in {shown}") };
-        let label = [column.name, column.symbol, &unit].into_iter().filter(|part| !part.is_empty());
+        let unit = if shown.is_empty() {
+            String::new()
+        } else {
+            format!("in {shown}")
+        };
+        let label = [column.name, column.symbol, &unit]
+            .into_iter()
+            .filter(|part| !part.is_empty());
         let label = label.collect::<Vec<_>>().join(" ");
-        all.set_item(column.key, description(all.py(), column.unit, column.name, label, factor)?)
+        all.set_item(
+            column.key,
+            description(all.py(), column.unit, column.name, label, factor)?,
+        )
     })
 }
 

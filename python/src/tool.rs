@@ -17,9 +17,13 @@ pub struct SampledTool {
 
 #[pymethods]
 impl SampledTool {
-    /// The tool through samples of its clamp: positions in m and directions, both of the shape `(k, 3)`.
+    /// The tool through samples of its clamp: positions in m and directions, both of the shape `(k,
+    /// 3)`.
     #[new]
-    fn new(positions: PyReadonlyArray2<'_, f64>, directions: PyReadonlyArray2<'_, f64>) -> PyResult<Self> {
+    fn new(
+        positions: PyReadonlyArray2<'_, f64>,
+        directions: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Self> {
         let rows = |array: &PyReadonlyArray2<'_, f64>| -> PyResult<Vec<[f64; 3]>> {
             let (rows, rest) = array.as_slice().map_err(of_value)?.as_chunks::<3>();
             match rest {
@@ -28,13 +32,19 @@ impl SampledTool {
             }
         };
         let tool = bristle::tool::SampledTool::new(&rows(&positions)?, &rows(&directions)?);
-        Ok(Self { tool: tool.map_err(of_value)? })
+        Ok(Self {
+            tool: tool.map_err(of_value)?,
+        })
     }
 }
 
 impl SampledTool {
-    /// The pass of the tool over the workpiece, which lies where the settings place it for the round tool.
-    pub fn pass(&self, settings: &Settings) -> Result<Pass<bristle::tool::SampledTool, Part>, String> {
+    /// The pass of the tool over the workpiece, which lies where the settings place it for the
+    /// round tool.
+    pub fn pass(
+        &self,
+        settings: &Settings,
+    ) -> Result<Pass<bristle::tool::SampledTool, Part>, String> {
         if Pose::of(&settings.tool) != Pose::UPRIGHT || settings.process.tool_force_n.is_some() {
             return Err("a tool of your own states its pose by its samples and needs a depth: leave out tool.tilt_rad, tool.skew_rad, \
                         tool.kind and process.tool_force_n"

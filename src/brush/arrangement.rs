@@ -8,12 +8,14 @@ use crate::model::settings::{BrushSettings, Ends, Pattern, Settings};
 
 use super::error::BrushError;
 
-/// A standard normal number of filament `[column, row]`, which does not depend on how many others there are.
+/// A standard normal number of filament `[column, row]`, which does not depend on how many others
+/// there are.
 pub fn random_of(seed: u32, [column, row]: [usize; 2]) -> impl FnMut() -> f64 {
     // Seeds of neighbours differ in a few bits: each drawn number spreads them further.
-    let mut random = [column, row].into_iter().fold(fastrand::Rng::with_seed(u64::from(seed)), |mut random, place| {
-        fastrand::Rng::with_seed(random.u64(..).wrapping_add(place as u64))
-    });
+    let mut random = [column, row].into_iter().fold(
+        fastrand::Rng::with_seed(u64::from(seed)),
+        |mut random, place| fastrand::Rng::with_seed(random.u64(..).wrapping_add(place as u64)),
+    );
     move || ndtri(random.f64().max(f64::MIN_POSITIVE))
 }
 
@@ -52,7 +54,8 @@ pub struct Arrangement {
     pub period: Option<f64>,
 }
 
-/// Whether no filament that stays in its plane can touch one in another plane: all rows are regular, and farther apart than `reach` (m).
+/// Whether no filament that stays in its plane can touch one in another plane: all rows are
+/// regular, and farther apart than `reach` (m).
 pub fn has_separate_rows(settings: &Settings, reach: f64) -> bool {
     let (pattern, rows) = (settings.brush_or_default().pattern, settings.brush_rows());
     rows == 1 || (pattern != Pattern::Random && settings.tool.width_m / rows as f64 > reach)
@@ -63,7 +66,11 @@ struct Ring(Vec<(f64, usize)>);
 
 impl Ring {
     fn new(roots: &[Root]) -> Self {
-        let mut order: Vec<_> = roots.iter().map(|root| root.angle.rem_euclid(TAU)).zip(0..).collect();
+        let mut order: Vec<_> = roots
+            .iter()
+            .map(|root| root.angle.rem_euclid(TAU))
+            .zip(0..)
+            .collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
         Self(order)
     }
@@ -73,7 +80,9 @@ impl Ring {
         let from = from.rem_euclid(TAU);
         let (before, behind) = self.0.split_at(self.place(from));
         let order = behind.iter().chain(before);
-        order.take_while(move |(angle, _)| (angle - from).rem_euclid(TAU) <= width).map(|(_, index)| *index)
+        order
+            .take_while(move |(angle, _)| (angle - from).rem_euclid(TAU) <= width)
+            .map(|(_, index)| *index)
     }
 
     /// Where the first one from an angle on is.
@@ -85,7 +94,11 @@ impl Ring {
     fn turn(&mut self, index: usize, angles: [f64; 2]) {
         let [from, to] = angles.map(|angle| angle.rem_euclid(TAU));
         let [first, new] = [from, to].map(|angle| self.place(angle));
-        let old = first + self.0[first..].iter().take_while(|(_, other)| *other != index).count();
+        let old = first
+            + self.0[first..]
+                .iter()
+                .take_while(|(_, other)| *other != index)
+                .count();
         self.0[old].0 = to;
         if old < new {
             self.0[old..new].rotate_left(1);
@@ -99,35 +112,73 @@ impl Ring {
 fn window(radius: f64, reach: f64) -> f64 {
     /// So much wider than needed, because of rounding.
     const WIDER: f64 = 1.0 + 1e-9;
-    if reach < 2.0 * radius { WIDER * 2.0 * (0.5 * reach / radius).asin() } else { TAU }
+    if reach < 2.0 * radius {
+        WIDER * 2.0 * (0.5 * reach / radius).asin()
+    } else {
+        TAU
+    }
 }
 
 impl Arrangement {
     /// The roots of a sector of `columns` columns of the brush that `settings` state.
     ///
     /// # Errors
-    /// If there are more columns than the brush has, or if two roots are closer than `reach` (m), the least distance of filaments that do
-    /// not overlap.
+    /// If there are more columns than the brush has, or if two roots are closer than `reach` (m),
+    /// the least distance of filaments that do not overlap.
     pub fn new(settings: &Settings, columns: usize, reach: f64) -> Result<Self, BrushError> {
-        let BrushSettings { pattern, ends, seed, root_std_m, .. } = settings.brush_or_default();
+        let BrushSettings {
+            pattern,
+            ends,
+            seed,
+            root_std_m,
+            ..
+        } = settings.brush_or_default();
         let rows = settings.brush_rows();
         let around = settings.tool.filament_count / rows as f64;
         if columns as f64 > around.floor() {
-            return Err(BrushError::TooManyColumns { columns, around: around.floor() as usize });
+            return Err(BrushError::TooManyColumns {
+                columns,
+                around: around.floor() as usize,
+            });
         }
         let (angle, height) = (TAU / around, settings.tool.width_m / rows as f64);
         let regular = (0..columns).flat_map(|column| {
             (0..rows).map(move |row| {
-                let shift = if pattern == Pattern::Aligned || row % 2 == 0 { 0.0 } else { 0.5 };
-                let z = if rows == 1 { 0.0 } else { (row as f64 + 0.5 - 0.5 * rows as f64) * height };
-                Root { column, row, angle: (column as f64 + shift) * angle, z }
+                let shift = if pattern == Pattern::Aligned || row % 2 == 0 {
+                    0.0
+                } else {
+                    0.5
+                };
+                let z = if rows == 1 {
+                    0.0
+                } else {
+                    (row as f64 + 0.5 - 0.5 * rows as f64) * height
+                };
+                Root {
+                    column,
+                    row,
+                    angle: (column as f64 + shift) * angle,
+                    z,
+                }
             })
         });
         let period = (ends == Ends::Periodic).then_some(settings.tool.width_m);
-        let mut arrangement = Self { columns, rows, around, roots: regular.collect(), period };
+        let mut arrangement = Self {
+            columns,
+            rows,
+            around,
+            roots: regular.collect(),
+            period,
+        };
         let radius = settings.tool.body_radius_m;
         if pattern == Pattern::Random {
-            arrangement.shake(radius, columns as f64 * angle, settings.tool.width_m, reach, u64::from(seed));
+            arrangement.shake(
+                radius,
+                columns as f64 * angle,
+                settings.tool.width_m,
+                reach,
+                u64::from(seed),
+            );
         }
         arrangement.check(radius, reach)?;
         if root_std_m > 0.0 {
@@ -144,7 +195,8 @@ impl Arrangement {
 
     /// The shifts along `z` under which others are met.
     fn shifts(&self) -> Vec<f64> {
-        self.period.map_or_else(|| vec![0.0], |period| vec![-period, 0.0, period])
+        self.period
+            .map_or_else(|| vec![0.0], |period| vec![-period, 0.0, period])
     }
 
     /// Checks that no two roots are closer than `reach` (m).
@@ -160,21 +212,31 @@ impl Arrangement {
         }
         for &(angle, index) in &ring.0 {
             let a = &self.roots[index];
-            for b in ring.within(angle, window).filter(|other| *other != index).map(|other| &self.roots[other]) {
-                let nearest =
-                    shifts.iter().map(|shift| Self::distance(a, b, radius, *shift)).fold(f64::INFINITY, f64::min);
+            for b in ring
+                .within(angle, window)
+                .filter(|other| *other != index)
+                .map(|other| &self.roots[other])
+            {
+                let nearest = shifts
+                    .iter()
+                    .map(|shift| Self::distance(a, b, radius, *shift))
+                    .fold(f64::INFINITY, f64::min);
                 // A brush whose filaments just touch is one that can be built.
                 if nearest < reach * (1.0 - 1e-9) {
                     let pair = [a.place(), b.place()];
-                    return Err(BrushError::Overlap { distance: nearest, reach, pair });
+                    return Err(BrushError::Overlap {
+                        distance: nearest,
+                        reach,
+                        pair,
+                    });
                 }
             }
         }
         Ok(())
     }
 
-    /// Shifts each root by normally distributed ways with the standard deviation `std` (m), drawn anew while it would be closer than
-    /// `reach` (m) to another.
+    /// Shifts each root by normally distributed ways with the standard deviation `std` (m), drawn
+    /// anew while it would be closer than `reach` (m) to another.
     fn scatter(&mut self, std: f64, radius: f64, reach: f64, seed: u32) {
         /// Draws before a root stays where it is.
         const DRAWS: usize = 100;
@@ -186,14 +248,24 @@ impl Arrangement {
             let root = self.roots[index];
             let mut normal = random_of(seed ^ STREAM, root.place());
             let is_free = |new: &Root| {
-                let mut others = ring.within(new.angle - window, 2.0 * window).filter(|other| *other != index);
-                let near = |other: &Root| shifts.iter().any(|shift| Self::distance(new, other, radius, *shift) < reach);
+                let mut others = ring
+                    .within(new.angle - window, 2.0 * window)
+                    .filter(|other| *other != index);
+                let near = |other: &Root| {
+                    shifts
+                        .iter()
+                        .any(|shift| Self::distance(new, other, radius, *shift) < reach)
+                };
                 others.all(|other| !near(&self.roots[other]))
             };
             let drawn = std::iter::repeat_with(|| {
                 let [around, along] = [std * normal(), std * normal()];
                 let z = if is_in_plane { root.z } else { root.z + along };
-                Root { angle: root.angle + around / radius, z, ..root }
+                Root {
+                    angle: root.angle + around / radius,
+                    z,
+                    ..root
+                }
             });
             if let Some(new) = drawn.take(DRAWS).find(is_free) {
                 self.roots[index] = new;
@@ -202,18 +274,25 @@ impl Arrangement {
         }
     }
 
-    /// Shakes regular roots until they are random: a Markov chain of Metropolis et al. (1953) for hard discs, on the developed cylinder
-    /// over the angle `sector` (rad) and the `width` (m), which both repeat as far as the rows do. Its steady distribution is uniform over
-    /// all arrangements in which no two are closer than `reach` (m).
+    /// Shakes regular roots until they are random: a Markov chain of Metropolis et al. (1953) for
+    /// hard discs, on the developed cylinder over the angle `sector` (rad) and the `width` (m),
+    /// which both repeat as far as the rows do. Its steady distribution is uniform over all
+    /// arrangements in which no two are closer than `reach` (m).
     fn shake(&mut self, radius: f64, sector: f64, width: f64, reach: f64, seed: u64) {
         /// Times that each root is tried. The order of the start is gone after some ten.
         const SWEEPS: usize = 400;
         let mut random = fastrand::Rng::with_seed(seed);
         let count = self.roots.len();
         // Discs in cells not smaller than the reach meet those of neighbouring cells only.
-        let cells = [(sector * radius / reach).floor().max(1.0) as usize, (width / reach).floor().max(1.0) as usize];
+        let cells = [
+            (sector * radius / reach).floor().max(1.0) as usize,
+            (width / reach).floor().max(1.0) as usize,
+        ];
         let cell = |angle: f64, z: f64| {
-            let share = [(angle / sector).rem_euclid(1.0), (z / width + 0.5).rem_euclid(1.0)];
+            let share = [
+                (angle / sector).rem_euclid(1.0),
+                (z / width + 0.5).rem_euclid(1.0),
+            ];
             [0, 1].map(|i| ((share[i] * cells[i] as f64) as usize).min(cells[i] - 1))
         };
         let number = |[i, j]: [usize; 2]| i * cells[1] + j;
@@ -244,14 +323,22 @@ impl Arrangement {
             };
             let is_free = around(i, cells[0]).into_iter().all(|i| {
                 around(j, cells[1]).into_iter().all(|j| {
-                    members[number([i, j])].iter().filter(|&&other| other != index).all(|&other| {
-                        let other = &self.roots[other];
-                        // The sector repeats, so that its density is even up to its ends.
-                        [-sector, 0.0, sector].iter().all(|turn| {
-                            let other = Root { angle: other.angle + turn, ..*other };
-                            shifts.iter().all(|shift| Self::distance(&new, &other, radius, *shift) >= reach)
+                    members[number([i, j])]
+                        .iter()
+                        .filter(|&&other| other != index)
+                        .all(|&other| {
+                            let other = &self.roots[other];
+                            // The sector repeats, so that its density is even up to its ends.
+                            [-sector, 0.0, sector].iter().all(|turn| {
+                                let other = Root {
+                                    angle: other.angle + turn,
+                                    ..*other
+                                };
+                                shifts.iter().all(|shift| {
+                                    Self::distance(&new, &other, radius, *shift) >= reach
+                                })
+                            })
                         })
-                    })
                 })
             });
             if is_free {
@@ -263,7 +350,8 @@ impl Arrangement {
                 self.roots[index] = new;
             }
         }
-        // Columns and rows are names here: in the order in which they meet the workpiece, and along the axis.
+        // Columns and rows are names here: in the order in which they meet the workpiece, and along
+        // the axis.
         self.roots.sort_by(|a, b| a.angle.total_cmp(&b.angle));
         for (column, roots) in self.roots.chunks_mut(self.rows).enumerate() {
             roots.sort_by(|a, b| a.z.total_cmp(&b.z));
@@ -296,12 +384,14 @@ mod tests {
 
     use super::*;
 
-    /// Columns and rows of the sector, which is so small that drawing all roots anew is a sampler, too.
+    /// Columns and rows of the sector, which is so small that drawing all roots anew is a sampler,
+    /// too.
     const COLUMNS: usize = 3;
     const ROWS: usize = 2;
     /// Least distance of two roots in m.
     const REACH: f64 = 1e-3;
-    /// The share of the sector that discs of this diameter cover: most of what a brush of wires has.
+    /// The share of the sector that discs of this diameter cover: most of what a brush of wires
+    /// has.
     const COVERED: f64 = 0.3;
 
     /// A brush of the radius 0.14 m whose sector is a square of the side (m) that is returned, too.
@@ -309,15 +399,22 @@ mod tests {
         let mut settings = Settings::paper(10.0, 1e-3);
         let side = REACH * ((COLUMNS * ROWS) as f64 * 0.125 * TAU / COVERED).sqrt();
         settings.tool.width_m = side;
-        settings.tool.filament_count = (COLUMNS * ROWS) as f64 * TAU * settings.tool.body_radius_m / side;
-        let brush =
-            BrushSettings { rows: Some(ROWS), pattern: Pattern::Random, ends, seed, ..BrushSettings::default() };
+        settings.tool.filament_count =
+            (COLUMNS * ROWS) as f64 * TAU * settings.tool.body_radius_m / side;
+        let brush = BrushSettings {
+            rows: Some(ROWS),
+            pattern: Pattern::Random,
+            ends,
+            seed,
+            ..BrushSettings::default()
+        };
         settings.brush = Some(brush);
         (settings, side)
     }
 
-    /// Of places on the developed sector, in m: the mean distance of a place to its nearest neighbour over the reach, the numbers of
-    /// pairs within three distances, and the mean distance from the middle of the rows over the side.
+    /// Of places on the developed sector, in m: the mean distance of a place to its nearest
+    /// neighbour over the reach, the numbers of pairs within three distances, and the mean distance
+    /// from the middle of the rows over the side.
     fn statistics(places: &[[f64; 2]], side: f64, is_periodic: bool) -> [f64; 5] {
         let distance = |a: &[f64; 2], b: &[f64; 2]| {
             let [x, z] = [a[0] - b[0], a[1] - b[1]];
@@ -326,12 +423,19 @@ mod tests {
         };
         let mut result = [0.0; 5];
         for (index, a) in places.iter().enumerate() {
-            let others = places.iter().enumerate().filter(|(other, _)| *other != index);
+            let others = places
+                .iter()
+                .enumerate()
+                .filter(|(other, _)| *other != index);
             let distances: Vec<f64> = others.map(|(_, b)| distance(a, b)).collect();
             let share = 1.0 / places.len() as f64;
             result[0] += share * distances.iter().copied().fold(f64::INFINITY, f64::min);
             for (within, limit) in result[1..4].iter_mut().zip([1.1, 1.3, 1.6]) {
-                *within += 0.5 * distances.iter().filter(|&&distance| distance < limit).count() as f64;
+                *within += 0.5
+                    * distances
+                        .iter()
+                        .filter(|&&distance| distance < limit)
+                        .count() as f64;
             }
             result[4] += share * a[1].abs() / side;
         }
@@ -342,12 +446,16 @@ mod tests {
     fn mean(values: &[[f64; 5]], of: usize) -> [f64; 2] {
         let count = values.len() as f64;
         let mean = values.iter().map(|value| value[of]).sum::<f64>() / count;
-        let variance = values.iter().map(|value| (value[of] - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        let variance = values
+            .iter()
+            .map(|value| (value[of] - mean).powi(2))
+            .sum::<f64>()
+            / (count - 1.0);
         [mean, variance / count]
     }
 
-    /// Random roots are uniform over all arrangements without overlap. So are places that are all drawn anew until none overlap, which
-    /// needs no chain, no start and no cells.
+    /// Random roots are uniform over all arrangements without overlap. So are places that are all
+    /// drawn anew until none overlap, which needs no chain, no start and no cells.
     #[test]
     fn random_roots_have_the_statistics_of_hard_discs() {
         const CHAINS: u32 = 600;
@@ -357,9 +465,14 @@ mod tests {
             let shaken: Vec<[f64; 5]> = (0..CHAINS)
                 .map(|seed| {
                     let (settings, side) = settings(ends, seed);
-                    let roots = Arrangement::new(&settings, COLUMNS, REACH).expect("there is room").roots;
+                    let roots = Arrangement::new(&settings, COLUMNS, REACH)
+                        .expect("there is room")
+                        .roots;
                     let radius = settings.tool.body_radius_m;
-                    let places: Vec<[f64; 2]> = roots.iter().map(|root| [root.angle * radius, root.z]).collect();
+                    let places: Vec<[f64; 2]> = roots
+                        .iter()
+                        .map(|root| [root.angle * radius, root.z])
+                        .collect();
                     statistics(&places, side, is_periodic)
                 })
                 .collect();
@@ -367,8 +480,9 @@ mod tests {
             let mut random = Rng::with_seed(1);
             let mut drawn = Vec::new();
             while drawn.len() < DRAWN {
-                let places: Vec<[f64; 2]> =
-                    (0..COLUMNS * ROWS).map(|_| [random.f64() * side, (random.f64() - 0.5) * side]).collect();
+                let places: Vec<[f64; 2]> = (0..COLUMNS * ROWS)
+                    .map(|_| [random.f64() * side, (random.f64() - 0.5) * side])
+                    .collect();
                 let nearest = |a: usize, b: usize| {
                     let [x, z] = [0, 1].map(|i| places[a][i] - places[b][i]);
                     let [x, image] = [x, z].map(|d| d - side * (d / side).round());
@@ -378,14 +492,29 @@ mod tests {
                     drawn.push(statistics(&places, side, is_periodic));
                 }
             }
-            for (of, name) in
-                ["nearest neighbour", "within 1.1", "within 1.3", "within 1.6", "height"].iter().enumerate()
+            for (of, name) in [
+                "nearest neighbour",
+                "within 1.1",
+                "within 1.3",
+                "within 1.6",
+                "height",
+            ]
+            .iter()
+            .enumerate()
             {
-                let [[own, own_error], [exact, exact_error]] = [mean(&shaken, of), mean(&drawn, of)];
-                // Seeds are fixed; of ten means one is farther than 3.5 standard errors off by chance in one of 200 tries.
+                let [[own, own_error], [exact, exact_error]] =
+                    [mean(&shaken, of), mean(&drawn, of)];
+                // Seeds are fixed; of ten means one is farther than 3.5 standard errors off by
+                // chance in one of 200 tries.
                 let error = (own_error + exact_error).sqrt();
-                assert!((own - exact).abs() < 3.5 * error, "{ends:?}, {name}: {own} and {exact} ± {error}");
-                assert!(error < 0.05 * exact, "{ends:?}, {name}: {exact} ± {error} tells nothing");
+                assert!(
+                    (own - exact).abs() < 3.5 * error,
+                    "{ends:?}, {name}: {own} and {exact} ± {error}"
+                );
+                assert!(
+                    error < 0.05 * exact,
+                    "{ends:?}, {name}: {exact} ± {error} tells nothing"
+                );
             }
         }
     }

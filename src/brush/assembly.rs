@@ -10,7 +10,8 @@ use crate::simulation::{Filament, Form};
 use crate::tool::ClampMotion;
 use crate::workpiece::Part;
 
-/// Filaments in space with clamps of any motion, which touch each other and the workpiece: for experiments that are not a brush.
+/// Filaments in space with clamps of any motion, which touch each other and the workpiece: for
+/// experiments that are not a brush.
 pub struct Assembly<M> {
     bundle: Bundle<M>,
     motion: BrushState,
@@ -30,9 +31,10 @@ impl std::fmt::Display for StepError {
 }
 
 impl<M: ClampMotion + Sync> Assembly<M> {
-    /// Uniform filaments of the given `radii` (m), with equal numbers of segments, that press on each other under `law` with `points`
-    /// contact points a segment. At time zero they have the `coordinates` about `z` and the rates of each segment, in rad and rad/s. Stages
-    /// are solved once velocities change by less than `tolerance` (m/s).
+    /// Uniform filaments of the given `radii` (m), with equal numbers of segments, that press on
+    /// each other under `law` with `points` contact points a segment. At time zero they have the
+    /// `coordinates` about `z` and the rates of each segment, in rad and rad/s. Stages are solved
+    /// once velocities change by less than `tolerance` (m/s).
     ///
     /// # Panics
     /// If there is no filament, or if their numbers of segments differ.
@@ -44,15 +46,32 @@ impl<M: ClampMotion + Sync> Assembly<M> {
         coordinates: impl Fn(usize) -> [Vec<[f64; 2]>; 2],
         tolerance: f64,
     ) -> Self {
-        let of_filament = |(filament, radius): (&Filament<M, Part>, &f64)| vec![*radius; filament.chain.segments()];
+        let of_filament = |(filament, radius): (&Filament<M, Part>, &f64)| {
+            vec![*radius; filament.chain.segments()]
+        };
         let radii = filaments.iter().zip(radii).flat_map(of_filament).collect();
-        let lengths = filaments.iter().map(|filament| filament.chain.length).collect();
+        let lengths = filaments
+            .iter()
+            .map(|filament| filament.chain.length)
+            .collect();
         let layout = Layout::new(lengths, radii, points, None);
-        let member = |(index, filament)| Member { filament, last: f64::INFINITY, start: coordinates(index) };
+        let member = |(index, filament)| Member {
+            filament,
+            last: f64::INFINITY,
+            start: coordinates(index),
+        };
         let members = filaments.into_iter().enumerate().map(member).collect();
-        let shortcuts = Shortcuts { sleep: false, ..Shortcuts::ALL };
-        let (bundle, motion) = Bundle::new(Form::Spatial, members, law, layout, [0.0, 0.0], shortcuts);
-        Self { stepper: Stepper::new(&motion, tolerance), bundle, motion }
+        let shortcuts = Shortcuts {
+            sleep: false,
+            ..Shortcuts::ALL
+        };
+        let (bundle, motion) =
+            Bundle::new(Form::Spatial, members, law, layout, [0.0, 0.0], shortcuts);
+        Self {
+            stepper: Stepper::new(&motion, tolerance),
+            bundle,
+            motion,
+        }
     }
 
     /// Goes on by `h` (s).
@@ -61,8 +80,12 @@ impl<M: ClampMotion + Sync> Assembly<M> {
     /// If the step is too long.
     pub fn step(&mut self, h: f64) -> Result<(), StepError> {
         self.bundle.begin_step(&mut self.motion);
-        self.stepper.middle_stage(&mut self.bundle, &self.motion, h).map_err(|_| StepError)?;
-        self.stepper.end_stage(&mut self.bundle, &self.motion, h).map_err(|_| StepError)?;
+        self.stepper
+            .middle_stage(&mut self.bundle, &self.motion, h)
+            .map_err(|_| StepError)?;
+        self.stepper
+            .end_stage(&mut self.bundle, &self.motion, h)
+            .map_err(|_| StepError)?;
         self.stepper.finish(&mut self.motion);
         Ok(())
     }
@@ -77,11 +100,12 @@ impl<M: ClampMotion + Sync> Assembly<M> {
         self.bundle.node(filament, k)
     }
 
-    /// Forces with which filaments press on each other in N: at each contact point, that on the first of both filaments, with the
-    /// distances of both points from the roots in m.
+    /// Forces with which filaments press on each other in N: at each contact point, that on the
+    /// first of both filaments, with the distances of both points from the roots in m.
     pub fn presses(&self) -> impl Iterator<Item = ([usize; 2], [f64; 3], [f64; 2])> {
         self.bundle.presses().map(|(filaments, press)| {
-            let places = [&press.near.point, &press.near.nearest].map(|place| self.bundle.arc_length(place));
+            let places =
+                [&press.near.point, &press.near.nearest].map(|place| self.bundle.arc_length(place));
             (*filaments, press.force(), places)
         })
     }

@@ -1,8 +1,10 @@
-//! Filaments in contact with the workpiece and with each other: their equations at one instant, and their solution.
+//! Filaments in contact with the workpiece and with each other: their equations at one instant, and
+//! their solution.
 //!
-//! Filaments are in groups, one per lane. Everything is done group by group, on as many threads as there are: each group takes the forces
-//! of its own points on other filaments, and of the points of others on its own. Sums have an order of their own, so that results do not
-//! depend on the number of threads.
+//! Filaments are in groups, one per lane. Everything is done group by group, on as many threads as
+//! there are: each group takes the forces of its own points on other filaments, and of the points
+//! of others on its own. Sums have an order of their own, so that results do not depend on the
+//! number of threads.
 
 use std::borrow::Cow;
 use std::ops::AddAssign;
@@ -41,7 +43,11 @@ pub struct BrushState {
 impl BrushState {
     /// Coordinates, rates and accelerations of each group of filaments of `n` segments.
     fn by_group(&self, n: usize) -> impl Iterator<Item = [&gmres::GroupPart; 3]> {
-        self.q.chunks(n).zip(self.v.chunks(n)).zip(self.accelerations.chunks(n)).map(|((q, v), a)| [q, v, a])
+        self.q
+            .chunks(n)
+            .zip(self.v.chunks(n))
+            .zip(self.accelerations.chunks(n))
+            .map(|((q, v), a)| [q, v, a])
     }
 }
 
@@ -79,7 +85,8 @@ pub struct Bundle<M> {
     pressing: Pressing,
     forces: Field,
     linear: Linear,
-    /// `true` once a sleeping group was touched, so that what was computed since the last step does not hold.
+    /// `true` once a sleeping group was touched, so that what was computed since the last step does
+    /// not hold.
     has_woken: bool,
     shortcuts: Shortcuts,
 }
@@ -112,7 +119,9 @@ impl Evaluation<'_> {
     /// Takes the forces of the workpiece on each filament, except for those that sleep.
     pub fn take_loads(&self, loads: &mut Vec<WorkpieceLoad>) {
         for group in self.groups {
-            let Group { first, loads: new, .. } = group;
+            let Group {
+                first, loads: new, ..
+            } = group;
             if loads.len() == *first {
                 loads.extend_from_slice(new);
             } else if !group.is_asleep() {
@@ -138,8 +147,9 @@ pub struct Kinematics<'a> {
 pub struct NoConvergence;
 
 impl<M: ClampMotion + Sync> Bundle<M> {
-    /// Filaments with equations of the given form, that press on each other under `law`, on a body that turns at `rate` (rad/s) about
-    /// `z`, and their motion at `time` (s). Only filaments may sleep that turn rigidly with the body as long as nothing touches them.
+    /// Filaments with equations of the given form, that press on each other under `law`, on a body
+    /// that turns at `rate` (rad/s) about `z`, and their motion at `time` (s). Only filaments may
+    /// sleep that turn rigidly with the body as long as nothing touches them.
     ///
     /// # Panics
     /// If there is no filament, or if their numbers of segments differ.
@@ -152,14 +162,29 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         shortcuts: Shortcuts,
     ) -> (Self, BrushState) {
         let n = layout.segments;
-        assert!(!members.is_empty() && members.iter().all(|member| member.filament.chain.segments() == n));
-        let activity = if shortcuts.sleep { Activity::Sleeping } else { Activity::Solved };
+        assert!(
+            !members.is_empty()
+                && members
+                    .iter()
+                    .all(|member| member.filament.chain.segments() == n)
+        );
+        let activity = if shortcuts.sleep {
+            Activity::Sleeping
+        } else {
+            Activity::Solved
+        };
         let parts = members.chunks(LANES).enumerate();
-        let groups: Vec<Group> =
-            parts.map(|(index, members)| Group::new(index, form, members, rate, activity)).collect();
+        let groups: Vec<Group> = parts
+            .map(|(index, members)| Group::new(index, form, members, rate, activity))
+            .collect();
         let field = Field::new(groups.len(), n);
         let none = vec![[Lanes::ZERO; 2]; groups.len() * n];
-        let mut motion = BrushState { time, q: none.clone(), v: none.clone(), accelerations: none.clone() };
+        let mut motion = BrushState {
+            time,
+            q: none.clone(),
+            v: none.clone(),
+            accelerations: none.clone(),
+        };
         for group in &groups {
             for lane in 0..LANES {
                 let [q, v] = &members[group.first + lane.min(group.count - 1)].start;
@@ -173,9 +198,13 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
         let filaments: Vec<_> = members.into_iter().map(|member| member.filament).collect();
         let mut bundle = Self {
-            has_friction: law.friction > 0.0 || filaments.iter().any(|filament| filament.law.friction > 0.0),
+            has_friction: law.friction > 0.0
+                || filaments.iter().any(|filament| filament.law.friction > 0.0),
             candidates: Candidates::new(layout.clone(), shortcuts.broad_phase),
-            nodes: Nodes { positions: field.clone(), velocities: field.clone() },
+            nodes: Nodes {
+                positions: field.clone(),
+                velocities: field.clone(),
+            },
             pressing: Pressing::new(law, &layout, form == Form::Planar),
             linear: Linear {
                 residual: none,
@@ -195,8 +224,14 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         bundle.place_sleeping(&motion);
         bundle.meet(&motion);
         let Self { groups, forces, .. } = &mut bundle;
-        let parts = forces.0.chunks(n + 1).zip(motion.q.chunks(n).zip(motion.v.chunks(n)));
-        for (group, ((forces, (q, v)), a)) in groups.iter_mut().zip(parts.zip(motion.accelerations.chunks_mut(n))) {
+        let parts = forces
+            .0
+            .chunks(n + 1)
+            .zip(motion.q.chunks(n).zip(motion.v.chunks(n)));
+        for (group, ((forces, (q, v)), a)) in groups
+            .iter_mut()
+            .zip(parts.zip(motion.accelerations.chunks_mut(n)))
+        {
             if !group.is_asleep() {
                 group.accelerations([q, v], forces, a);
             }
@@ -221,7 +256,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// Position of a node in m, where it was last placed; 0 is the root.
     pub fn node(&self, filament: usize, k: usize) -> [f64; 3] {
-        self.nodes.positions.at(Node::new(filament, k, self.layout.segments))
+        self.nodes
+            .positions
+            .at(Node::new(filament, k, self.layout.segments))
     }
 
     /// Where filaments press on each other, in the last evaluation or iteration.
@@ -236,31 +273,44 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         (place.segment.index(n) as f64 + place.fraction) * length
     }
 
-    /// Forgets factorisations, so that what follows does not depend on where they were made. Neither does it depend on anything else that
-    /// is kept: how far filaments may go before they touch only saves work.
+    /// Forgets factorisations, so that what follows does not depend on where they were made.
+    /// Neither does it depend on anything else that is kept: how far filaments may go before they
+    /// touch only saves work.
     pub fn forget(&mut self) {
         self.groups.iter_mut().for_each(Group::forget);
     }
 
-    /// Prepares the next step from `motion`. Returns whether fewer filaments have a part in it than before.
+    /// Prepares the next step from `motion`. Returns whether fewer filaments have a part in it than
+    /// before.
     pub fn begin_step(&mut self, motion: &mut BrushState) -> bool {
         self.fill_lanes(motion);
         self.leave_poles(motion);
         self.shortcuts.leave_out && self.leave_out(motion)
     }
 
-    /// Leaves out the groups that no longer have a part in what counts: they turn with the body from now on. Returns whether there are
-    /// new ones.
+    /// Leaves out the groups that no longer have a part in what counts: they turn with the body
+    /// from now on. Returns whether there are new ones.
     ///
-    /// A filament reaches no farther than its length, so that one whose root is farther from the workpiece does not touch it, whatever
-    /// its shape. It is left out once the body has turned on by [`BEHIND`], so that those behind it, on which it might press, do not touch it
-    /// either. Whether it is left out depends on the time alone, and so does a run that is resumed.
+    /// A filament reaches no farther than its length, so that one whose root is farther from the
+    /// workpiece does not touch it, whatever its shape. It is left out once the body has turned on
+    /// by [`BEHIND`], so that those behind it, on which it might press, do not touch it either.
+    /// Whether it is left out depends on the time alone, and so does a run that is resumed.
     fn leave_out(&mut self, motion: &mut BrushState) -> bool {
         let n = self.layout.segments;
-        let Self { groups, filaments, candidates, rate, .. } = self;
+        let Self {
+            groups,
+            filaments,
+            candidates,
+            rate,
+            ..
+        } = self;
         let mut any = false;
         for group in groups.iter_mut().filter(|group| !group.is_asleep()) {
-            let turns = group.equations.charts().iter().all(|chart| *chart == PolarAxis::Z);
+            let turns = group
+                .equations
+                .charts()
+                .iter()
+                .all(|chart| *chart == PolarAxis::Z);
             if !turns || !group.is_past(filaments, motion.time, BEHIND / rate.abs()) {
                 continue;
             }
@@ -274,8 +324,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         any
     }
 
-    /// Wakes the sleeping groups that may meet the workpiece in a step of `h` (s) from `motion`, or in a second one: so that the first step
-    /// with a contact knows the distance at its beginning. Returns whether any has woken since the last step, also because others touched it.
+    /// Wakes the sleeping groups that may meet the workpiece in a step of `h` (s) from `motion`, or
+    /// in a second one: so that the first step with a contact knows the distance at its beginning.
+    /// Returns whether any has woken since the last step, also because others touched it.
     pub fn wake(&mut self, motion: &BrushState, h: f64) -> bool {
         let (end, mut any) = (motion.time + 2.0 * h, std::mem::take(&mut self.has_woken));
         for index in 0..self.groups.len() {
@@ -317,21 +368,30 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// The charts of the coordinates, group by group.
     pub fn charts(&self) -> Vec<PolarAxis> {
-        self.groups.iter().flat_map(|group| group.equations.charts().iter().copied()).collect()
+        self.groups
+            .iter()
+            .flat_map(|group| group.equations.charts().iter().copied())
+            .collect()
     }
 
     /// What each group does, for [`Bundle::restore`].
     pub fn states(&self) -> Vec<GroupState> {
         let state = |group: &Group| GroupState {
             charts: group.equations.charts().to_vec(),
-            activity: if group.is_asleep() { group.activity } else { Activity::Solved },
+            activity: if group.is_asleep() {
+                group.activity
+            } else {
+                Activity::Solved
+            },
         };
         self.groups.iter().map(state).collect()
     }
 
     /// Lets each group do what it did. `None` if the states are not those of such a bundle.
     pub fn restore(&mut self, states: Vec<GroupState>) -> Option<()> {
-        let fits = |(group, state): (&Group, &GroupState)| state.charts.len() == group.equations.charts().len();
+        let fits = |(group, state): (&Group, &GroupState)| {
+            state.charts.len() == group.equations.charts().len()
+        };
         if states.len() != self.groups.len() || !self.groups.iter().zip(&states).all(fits) {
             return None;
         }
@@ -345,10 +405,16 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         Some(())
     }
 
-    /// Puts the lanes that are left over where the filament is that they repeat: nothing is solved for them, so that they would leave it.
+    /// Puts the lanes that are left over where the filament is that they repeat: nothing is solved
+    /// for them, so that they would leave it.
     fn fill_lanes(&self, motion: &mut BrushState) {
         let n = self.layout.segments;
-        for (index, group) in self.groups.iter().enumerate().filter(|(_, group)| group.count < LANES) {
+        for (index, group) in self
+            .groups
+            .iter()
+            .enumerate()
+            .filter(|(_, group)| group.count < LANES)
+        {
             for vector in [&mut motion.q, &mut motion.v, &mut motion.accelerations] {
                 for value in vector[index * n..][..n].iter_mut().flatten() {
                     let last = value.lane(group.count - 1);
@@ -358,8 +424,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
     }
 
-    /// Switches segments near a pole of their coordinates to their other chart, all those of a group together, where that is better for
-    /// the one that is nearest to a pole.
+    /// Switches segments near a pole of their coordinates to their other chart, all those of a
+    /// group together, where that is better for the one that is nearest to a pole.
     fn leave_poles(&mut self, motion: &mut BrushState) {
         /// By how much the least sine must be larger in the other chart.
         const BETTER: f64 = 2.0;
@@ -380,16 +446,24 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 }
                 let turned: [_; LANES] = std::array::from_fn(|lane| {
                     let block = |vector: &Vector| vector[at].map(|value| value.lane(lane));
-                    let blocks = [block(&motion.q), block(&motion.v), block(&motion.accelerations)];
+                    let blocks = [
+                        block(&motion.q),
+                        block(&motion.v),
+                        block(&motion.accelerations),
+                    ];
                     chart.other().coordinates(chart.direction(blocks))
                 });
-                let other = turned.iter().map(|[q, ..]| q[0].sin().abs()).fold(f64::INFINITY, f64::min);
+                let other = turned
+                    .iter()
+                    .map(|[q, ..]| q[0].sin().abs())
+                    .fold(f64::INFINITY, f64::min);
                 if other < BETTER * least {
                     continue;
                 }
                 for (lane, blocks) in turned.iter().enumerate() {
-                    for (vector, block) in
-                        [&mut motion.q, &mut motion.v, &mut motion.accelerations].into_iter().zip(blocks)
+                    for (vector, block) in [&mut motion.q, &mut motion.v, &mut motion.accelerations]
+                        .into_iter()
+                        .zip(blocks)
                     {
                         for (value, turned) in vector[at].iter_mut().zip(block) {
                             value.set_lane(lane, *turned);
@@ -421,38 +495,85 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// The groups, what they meet at `time` (s), their forces, and the linear equations.
     fn parts(&mut self, time: f64) -> (&mut [Group], Surroundings<'_, M>, &mut Field, &mut Linear) {
-        let Self { filaments, groups, has_friction, candidates, nodes, pressing, forces, linear, shortcuts, .. } = self;
+        let Self {
+            filaments,
+            groups,
+            has_friction,
+            candidates,
+            nodes,
+            pressing,
+            forces,
+            linear,
+            shortcuts,
+            ..
+        } = self;
         let (has_friction, has_bounds) = (*has_friction, shortcuts.clearance);
         (
             groups,
-            Surroundings { filaments, nodes, pressing, candidates, time, has_friction, has_bounds },
+            Surroundings {
+                filaments,
+                nodes,
+                pressing,
+                candidates,
+                time,
+                has_friction,
+                has_bounds,
+            },
             forces,
             linear,
         )
     }
 
     fn begin_stage(&mut self) {
-        self.groups.iter_mut().filter(|group| !group.is_asleep()).for_each(|group| group.activity = Activity::Alone);
+        self.groups
+            .iter_mut()
+            .filter(|group| !group.is_asleep())
+            .for_each(|group| group.activity = Activity::Alone);
     }
 
     fn place(&mut self, motion: &BrushState, which: impl Fn(&Group) -> bool) {
         let n = self.layout.segments;
-        let Self { groups, nodes, filaments, .. } = self;
-        let parts = groups.iter_mut().zip(motion.by_group(n)).zip(nodes.by_group(n));
+        let Self {
+            groups,
+            nodes,
+            filaments,
+            ..
+        } = self;
+        let parts = groups
+            .iter_mut()
+            .zip(motion.by_group(n))
+            .zip(nodes.by_group(n));
         let parts = parts.filter(|((group, _), _)| which(group));
-        team::for_each(parts.map(|part| (part.0.0.index, part)), |((group, [q, v, _]), nodes)| {
-            group.place(filaments, motion.time, [q, v], nodes);
-        });
+        team::for_each(
+            parts.map(|part| (part.0.0.index, part)),
+            |((group, [q, v, _]), nodes)| {
+                group.place(filaments, motion.time, [q, v], nodes);
+            },
+        );
     }
 
-    /// Finds where filaments press on each other, where they were placed; with `weights` also how their forces change along a step.
-    /// All groups were placed if these `are_all`, otherwise those that are being solved. Sleeping groups that something presses on wake.
+    /// Finds where filaments press on each other, where they were placed; with `weights` also how
+    /// their forces change along a step. All groups were placed if these `are_all`, otherwise those
+    /// that are being solved. Sleeping groups that something presses on wake.
     fn find_presses(&mut self, time: f64, weights: Option<[f64; 2]>, are_all: bool) {
-        let Self { candidates, nodes, pressing, groups, layout, .. } = self;
-        let moved = |group: usize| groups[group].is_open() || (are_all && !groups[group].is_asleep());
+        let Self {
+            candidates,
+            nodes,
+            pressing,
+            groups,
+            layout,
+            ..
+        } = self;
+        let moved =
+            |group: usize| groups[group].is_open() || (are_all && !groups[group].is_asleep());
         candidates.update(&nodes.positions, self.rate * time, moved);
         // By the motion of the positions: solutions multiply by its weight.
-        pressing.find(candidates, nodes, layout, weights.map(|[by_position, by_rate]| [1.0, by_rate / by_position]));
+        pressing.find(
+            candidates,
+            nodes,
+            layout,
+            weights.map(|[by_position, by_rate]| [1.0, by_rate / by_position]),
+        );
         for group in groups {
             self.has_woken |= group.activity == Activity::Sleeping && pressing.is_any(group.index);
             group.activity = match group.activity {
@@ -463,7 +584,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
     }
 
-    /// Evaluates all contacts, what the filaments have that do not sleep, and what they exchange with their surroundings.
+    /// Evaluates all contacts, what the filaments have that do not sleep, and what they exchange
+    /// with their surroundings.
     pub fn evaluate(&mut self, motion: &BrushState) -> Evaluation<'_> {
         let n = self.layout.segments;
         self.meet(motion);
@@ -474,7 +596,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(motion.by_group(n))
             .zip(forces.0.chunks(n + 1).zip(linear.residual.chunks_mut(n)))
             .zip(&mut budgets);
-        let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| !group.is_asleep());
+        let parts = parts
+            .enumerate()
+            .filter(|(_, (((group, _), _), _))| !group.is_asleep());
         team::for_each(parts, |(((group, state), (forces, residual)), budget)| {
             group.residual(state, forces, residual);
             let [q, v, _] = state;
@@ -482,12 +606,16 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         });
         let mut budget = Budget::default();
         budgets.iter().for_each(|of_group| budget.add(of_group));
-        Evaluation { groups: &self.groups, budget }
+        Evaluation {
+            groups: &self.groups,
+            budget,
+        }
     }
 
     /// Solves the equations of a stage for `motion.accelerations`.
     ///
-    /// The solution is good enough once the last correction of any node's velocity is below `tolerance` (m/s).
+    /// The solution is good enough once the last correction of any node's velocity is below
+    /// `tolerance` (m/s).
     ///
     /// # Errors
     /// If Newton's method does not converge.
@@ -514,7 +642,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 return Err(NoConvergence);
             }
             effort.factorisations += self.linearise(motion, stage.weights);
-            effort.krylov_vectors += self.solve_coupled(by_position, is_first).ok_or(NoConvergence)?;
+            effort.krylov_vectors += self
+                .solve_coupled(by_position, is_first)
+                .ok_or(NoConvergence)?;
             let correction = self.correct(motion, by_rate, tolerance);
             // Twice what the linearised motion is.
             self.candidates.drift(2.0 * by_position * correction);
@@ -523,7 +653,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 return Err(NoConvergence);
             }
             if largest <= tolerance {
-                let parts = motion.q.chunks_mut(n).zip(motion.v.chunks_mut(n)).zip(motion.accelerations.chunks(n));
+                let parts = motion
+                    .q
+                    .chunks_mut(n)
+                    .zip(motion.v.chunks_mut(n))
+                    .zip(motion.accelerations.chunks(n));
                 for (group, ((q, v), accelerations)) in parts.enumerate() {
                     stage.follow([q, v], accelerations, group * n);
                 }
@@ -536,22 +670,35 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// Places the groups that are not solved yet by their accelerations.
     fn follow(&mut self, motion: &mut BrushState, stage: Kinematics<'_>) {
         let n = self.layout.segments;
-        let Self { groups, nodes, filaments, .. } = self;
-        let BrushState { time, q, v, accelerations } = motion;
+        let Self {
+            groups,
+            nodes,
+            filaments,
+            ..
+        } = self;
+        let BrushState {
+            time,
+            q,
+            v,
+            accelerations,
+        } = motion;
         let parts = groups
             .iter_mut()
             .zip(q.chunks_mut(n).zip(v.chunks_mut(n)))
             .zip(accelerations.chunks(n))
             .zip(nodes.by_group(n));
-        let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| group.is_open());
+        let parts = parts
+            .enumerate()
+            .filter(|(_, (((group, _), _), _))| group.is_open());
         team::for_each(parts, |(((group, (q, v)), accelerations), nodes)| {
             stage.follow([q, v], accelerations, group.index * n);
             group.place(filaments, *time, [q, v], nodes);
         });
     }
 
-    /// Computes the residual, and factorises the matrices of the groups whose filaments have other contacts than those for which it was
-    /// done before. Solves the equations of those that are alone. Returns the number of factorisations.
+    /// Computes the residual, and factorises the matrices of the groups whose filaments have other
+    /// contacts than those for which it was done before. Solves the equations of those that are
+    /// alone. Returns the number of factorisations.
     fn linearise(&mut self, motion: &BrushState, weights: [f64; 2]) -> usize {
         let n = self.layout.segments;
         let (groups, around, forces, linear) = self.parts(motion.time);
@@ -561,7 +708,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(motion.by_group(n))
             .zip(forces.0.chunks_mut(n + 1))
             .zip(linear.residual.chunks_mut(n));
-        let parts = parts.enumerate().filter(|(_, (((group, _), _), _))| group.is_open());
+        let parts = parts
+            .enumerate()
+            .filter(|(_, (((group, _), _), _))| group.is_open());
         team::for_each(parts, |(((group, state), forces), residual)| {
             let mut forces = GroupField::new(group.index, n, forces);
             if group.linearise(&around, state, weights, &mut forces, residual) {
@@ -571,40 +720,96 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         factorisations.into_inner()
     }
 
-    /// Solves the equations of the coupled groups for the residual, in place. Returns the number of vectors.
+    /// Solves the equations of the coupled groups for the residual, in place. Returns the number of
+    /// vectors.
     fn solve_coupled(&mut self, by_position: f64, is_first: bool) -> Option<usize> {
-        /// Share of the residual that the solution may leave, in space, where filaments that buckle amplify it so that mirror images would
-        /// differ, and in the plane.
+        /// Share of the residual that the solution may leave, in space, where filaments that buckle
+        /// amplify it so that mirror images would differ, and in the plane.
         const FORCING: [f64; 2] = [0.02, 0.1];
         /// In the first iteration, at most: the residual is largest there.
         const FIRST: f64 = 0.03;
-        let Self { groups, layout, forces, pressing, linear, .. } = self;
-        let Linear { residual, displacements, krylov, coupled } = linear;
+        let Self {
+            groups,
+            layout,
+            forces,
+            pressing,
+            linear,
+            ..
+        } = self;
+        let Linear {
+            residual,
+            displacements,
+            krylov,
+            coupled,
+        } = linear;
         let first = first_coordinate(groups);
-        let forcing = if is_first { FORCING[first].min(FIRST) } else { FORCING[first] };
+        let forcing = if is_first {
+            FORCING[first].min(FIRST)
+        } else {
+            FORCING[first]
+        };
         coupled.clear();
-        coupled.extend(groups.iter().map(|group| group.activity == Activity::Coupled));
+        coupled.extend(
+            groups
+                .iter()
+                .map(|group| group.activity == Activity::Coupled),
+        );
         if !coupled.contains(&true) {
             return Some(0);
         }
         let (n, factor) = (layout.segments, Lanes::from_f64(-by_position));
-        let mut coupling = Coupling { groups, displacements, forces, pressing, segments: n, factor };
-        gmres::solve(&mut coupling, residual, forcing, krylov, Division { blocks: n, coupled, first })
+        let mut coupling = Coupling {
+            groups,
+            displacements,
+            forces,
+            pressing,
+            segments: n,
+            factor,
+        };
+        gmres::solve(
+            &mut coupling,
+            residual,
+            forcing,
+            krylov,
+            Division {
+                blocks: n,
+                coupled,
+                first,
+            },
+        )
     }
 
-    /// Corrects the accelerations. Returns the largest displacement of a node with it, in m/rad of the accelerations' unit. Groups by
-    /// themselves whose nodes' velocities change by less than `tolerance` (m/s) are solved.
+    /// Corrects the accelerations. Returns the largest displacement of a node with it, in m/rad of
+    /// the accelerations' unit. Groups by themselves whose nodes' velocities change by less than
+    /// `tolerance` (m/s) are solved.
     fn correct(&mut self, motion: &mut BrushState, by_rate: f64, tolerance: f64) -> f64 {
         let n = self.layout.segments;
-        let Self { groups, linear: Linear { residual, displacements, .. }, .. } = self;
+        let Self {
+            groups,
+            linear:
+                Linear {
+                    residual,
+                    displacements,
+                    ..
+                },
+            ..
+        } = self;
         let parts = groups
             .iter_mut()
             .zip(residual.chunks(n))
             .zip(displacements.0.chunks_mut(n + 1))
             .zip(motion.accelerations.chunks_mut(n));
-        team::for_each(parts.enumerate(), |(((group, corrections), displacements), accelerations)| {
-            group.correct(corrections, accelerations, displacements, [by_rate, tolerance]);
-        });
+        team::for_each(
+            parts.enumerate(),
+            |(((group, corrections), displacements), accelerations)| {
+                group.correct(
+                    corrections,
+                    accelerations,
+                    displacements,
+                    [by_rate, tolerance],
+                );
+            },
+        );
         groups.iter().map(|group| group.largest).fold(0.0, larger)
     }
 }
@@ -616,7 +821,12 @@ fn first_coordinate(groups: &[Group]) -> usize {
 
 impl Kinematics<'_> {
     /// Puts coordinates and rates, from the block `first` on, where accelerations bring them.
-    fn follow(&self, [q, v]: [&mut gmres::GroupPart; 2], accelerations: &gmres::GroupPart, first: usize) {
+    fn follow(
+        &self,
+        [q, v]: [&mut gmres::GroupPart; 2],
+        accelerations: &gmres::GroupPart,
+        first: usize,
+    ) {
         let [by_position, by_rate] = self.weights;
         let [base_q, base_v] = self.base.map(|base| &base[first..][..accelerations.len()]);
         wide(
@@ -653,13 +863,20 @@ impl Coupled for Coupling<'_> {
         prepare: impl Fn(usize, &mut gmres::GroupPart, &mut gmres::GroupPart) + Sync,
     ) {
         let vectors = x.chunks_mut(self.segments).zip(y.chunks_mut(self.segments));
-        let parts = self.groups.iter_mut().zip(vectors).zip(self.displacements.0.chunks_mut(self.segments + 1));
+        let parts = self
+            .groups
+            .iter_mut()
+            .zip(vectors)
+            .zip(self.displacements.0.chunks_mut(self.segments + 1));
         let parts = parts.filter(|((group, _), _)| group.activity == Activity::Coupled);
-        team::for_each(parts.map(|part| (part.0.0.index, part)), |((group, (x, y)), displacements)| {
-            prepare(group.index, x, y);
-            group.equations.solve(x);
-            group.displace(x, displacements);
-        });
+        team::for_each(
+            parts.map(|part| (part.0.0.index, part)),
+            |((group, (x, y)), displacements)| {
+                prepare(group.index, x, y);
+                group.equations.solve(x);
+                group.displace(x, displacements);
+            },
+        );
     }
 
     fn couple(
@@ -668,24 +885,37 @@ impl Coupled for Coupling<'_> {
         sums: &mut [Vec<f64>],
         combine: impl Fn(usize, &mut gmres::GroupPart, &mut Vec<f64>) + Sync,
     ) {
-        let Self { groups, displacements, forces, pressing, segments, factor } = self;
+        let Self {
+            groups,
+            displacements,
+            forces,
+            pressing,
+            segments,
+            factor,
+        } = self;
         let vectors = image.chunks_mut(*segments).zip(sums);
-        let parts = groups.iter_mut().zip(vectors).zip(forces.0.chunks_mut(*segments + 1));
+        let parts = groups
+            .iter_mut()
+            .zip(vectors)
+            .zip(forces.0.chunks_mut(*segments + 1));
         let parts = parts.filter(|((group, _), _)| group.activity == Activity::Coupled);
-        team::for_each(parts.map(|part| (part.0.0.index, part)), |((group, (image, sums)), forces)| {
-            let mut forces = GroupField::new(group.index, *segments, forces);
-            forces.clear();
-            pressing.couple(group.index, displacements, &mut forces);
-            group.equations.torques(&forces.vectors()[1..], image);
-            wide(
-                #[inline(always)]
-                || {
-                    for block in &mut *image {
-                        *block = [block[0] * *factor, block[1] * *factor];
-                    }
-                },
-            );
-            combine(group.index, image, sums);
-        });
+        team::for_each(
+            parts.map(|part| (part.0.0.index, part)),
+            |((group, (image, sums)), forces)| {
+                let mut forces = GroupField::new(group.index, *segments, forces);
+                forces.clear();
+                pressing.couple(group.index, displacements, &mut forces);
+                group.equations.torques(&forces.vectors()[1..], image);
+                wide(
+                    #[inline(always)]
+                    || {
+                        for block in &mut *image {
+                            *block = [block[0] * *factor, block[1] * *factor];
+                        }
+                    },
+                );
+                combine(group.index, image, sums);
+            },
+        );
     }
 }

@@ -1,13 +1,15 @@
 //! Which points may press on which segments: the broad phase.
 //!
-//! Everything here is in the frame of the turning body. A sleeping filament turns with the body, so its nodes stay where they are and
-//! it is a candidate like any other.
+//! Everything here is in the frame of the turning body. A sleeping filament turns with the body, so
+//! its nodes stay where they are and it is a candidate like any other.
 //!
-//! *Pairs* of filaments are found by how far they reach around the tool axis and along it. A list of them is complete until some node has
-//! moved by half a margin. A pair *watches* the points of one filament, in blocks of one per lane: how far they are from the other
-//! filament is computed again only once both could have moved that way. For each block it knows a window of segments of the other
-//! filament, outside which there is nothing near. Blocks that are near, or nearly so, are listed: as long as nodes have hardly moved since,
-//! as between the iterations of a stage, no others are looked at.
+//! *Pairs* of filaments are found by how far they reach around the tool axis and along it. A list
+//! of them is complete until some node has moved by half a margin. A pair *watches* the points of
+//! one filament, in blocks of one per lane: how far they are from the other filament is computed
+//! again only once both could have moved that way. For each block it knows a window of segments of
+//! the other filament, outside which there is nothing near. Blocks that are near, or nearly so, are
+//! listed: as long as nodes have hardly moved since, as between the iterations of a stage, no
+//! others are looked at.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -41,9 +43,20 @@ pub struct Layout {
 impl Layout {
     /// With these lengths and radii, as in the fields.
     pub fn new(lengths: Vec<f64>, radii: Vec<f64>, points: usize, period: Option<f64>) -> Self {
-        let largest_reach = 2.0 * radii.iter().fold(0.0_f64, |largest, radius| largest.max(*radius));
+        let largest_reach = 2.0
+            * radii
+                .iter()
+                .fold(0.0_f64, |largest, radius| largest.max(*radius));
         let (filaments, segments) = (lengths.len(), radii.len() / lengths.len());
-        Self { filaments, segments, points, lengths, radii, largest_reach, period }
+        Self {
+            filaments,
+            segments,
+            points,
+            lengths,
+            radii,
+            largest_reach,
+            period,
+        }
     }
 
     /// Number of groups.
@@ -56,9 +69,13 @@ impl Layout {
         self.lengths[filament] / self.points as f64
     }
 
-    /// Number of segments in a window on either side of those that are nearest: what lies within the reach.
+    /// Number of segments in a window on either side of those that are nearest: what lies within
+    /// the reach.
     fn side(&self) -> usize {
-        let shortest = self.lengths.iter().fold(f64::INFINITY, |shortest, length| shortest.min(*length));
+        let shortest = self
+            .lengths
+            .iter()
+            .fold(f64::INFINITY, |shortest, length| shortest.min(*length));
         (1.2 * self.largest_reach / shortest).ceil() as usize
     }
 }
@@ -150,7 +167,8 @@ struct Pair {
 struct Block {
     /// The window: the first segment, and that behind the last.
     window: [u16; 2],
-    /// No point of the block is within reach of the window until the ways there add up to this, in m.
+    /// No point of the block is within reach of the window until the ways there add up to this, in
+    /// m.
     clear_until: f64,
     /// Nothing is within reach next to the window until the ways there add up to this, in m.
     next_until: f64,
@@ -190,51 +208,95 @@ impl Candidates {
             built: Vec::new(),
             listed: vec![Vec::new(); groups],
             drift: f64::INFINITY,
-            search: Search { found: vec![Vec::new(); groups], ..Search::default() },
+            search: Search {
+                found: vec![Vec::new(); groups],
+                ..Search::default()
+            },
             has_bounds,
             layout,
         }
     }
 
-    /// Puts the nodes to `positions`, where the body is at `angle` (rad). Groups that have not `moved` since the last time have turned with
-    /// the body, if at all.
+    /// Puts the nodes to `positions`, where the body is at `angle` (rad). Groups that have not
+    /// `moved` since the last time have turned with the body, if at all.
     ///
-    /// Unless what is listed [holds](Self::is_listed), follows how far nodes have gone, and builds the list of pairs again if filaments may
-    /// touch that are not in it.
+    /// Unless what is listed [holds](Self::is_listed), follows how far nodes have gone, and builds
+    /// the list of pairs again if filaments may touch that are not in it.
     pub fn update(&mut self, positions: &Field, angle: f64, moved: impl Fn(usize) -> bool) {
         let is_listed = self.is_listed();
         let is_known = !self.built.is_empty();
         let moved = |group: usize| !is_known || moved(group);
         let to_body = turned(-angle);
         self.angle = angle;
-        let Self { motion, layout, nodes, .. } = self;
+        let Self {
+            motion,
+            layout,
+            nodes,
+            ..
+        } = self;
         copy_filaments(positions, layout.segments, &to_body, &moved, nodes);
         if is_listed {
             return;
         }
         motion.follow(positions, layout.segments, &to_body, &moved);
-        let gone =
-            |now: &Lanes, then: &Lanes| (0..LANES).all(|lane| now.lane(lane) - then.lane(lane) <= 0.5 * self.margin);
-        if !is_known || !self.motion.farthest.iter().zip(&self.built).all(|(now, then)| gone(now, then)) {
+        let gone = |now: &Lanes, then: &Lanes| {
+            (0..LANES).all(|lane| now.lane(lane) - then.lane(lane) <= 0.5 * self.margin)
+        };
+        if !is_known
+            || !self
+                .motion
+                .farthest
+                .iter()
+                .zip(&self.built)
+                .all(|(now, then)| gone(now, then))
+        {
             self.build();
             self.built.clone_from(&self.motion.farthest);
         }
     }
 
-    /// Lists the pairs of filaments that may be nearer to each other than the reach and the margin. Keeps what is known of pairs.
+    /// Lists the pairs of filaments that may be nearer to each other than the reach and the margin.
+    /// Keeps what is known of pairs.
     fn build(&mut self) {
-        let Self { layout, has_bounds, margin, stations, pairs: lists, nodes, left_out, search, .. } = self;
-        let Layout { filaments, segments, period, .. } = *layout;
-        let Search { bounds, starts, found, earlier, unused } = search;
+        let Self {
+            layout,
+            has_bounds,
+            margin,
+            stations,
+            pairs: lists,
+            nodes,
+            left_out,
+            search,
+            ..
+        } = self;
+        let Layout {
+            filaments,
+            segments,
+            period,
+            ..
+        } = *layout;
+        let Search {
+            bounds,
+            starts,
+            found,
+            earlier,
+            unused,
+        } = search;
         let near = layout.largest_reach + *margin;
         bounds.clear();
-        bounds.extend(nodes.chunks_exact(segments + 1).take(filaments).enumerate().map(|(filament, nodes)| {
-            match (left_out[filament / LANES], *has_bounds) {
-                (true, _) => Bounds::NOWHERE,
-                (false, true) => Bounds::of(nodes.iter().copied(), near),
-                (false, false) => Bounds::EVERYWHERE,
-            }
-        }));
+        bounds.extend(
+            nodes
+                .chunks_exact(segments + 1)
+                .take(filaments)
+                .enumerate()
+                .map(
+                    |(filament, nodes)| match (left_out[filament / LANES], *has_bounds) {
+                        (true, _) => Bounds::NOWHERE,
+                        (false, true) => Bounds::of(nodes.iter().copied(), near),
+                        (false, false) => Bounds::EVERYWHERE,
+                    },
+                ),
+        );
         found.iter_mut().for_each(Vec::clear);
         let around = period.map(|period| [-period, 0.0, period]);
         let shifts = around.as_ref().map_or(&[0.0][..], |shifts| &shifts[..]);
@@ -255,13 +317,23 @@ impl Candidates {
                 while let Some(pair) = known.next_if(|pair| key(pair) < wanted) {
                     unused.push(pair.blocks);
                 }
-                pairs.push(known.next_if(|pair| key(pair) == wanted).unwrap_or_else(|| {
-                    let mut blocks = unused.pop().unwrap_or_default();
-                    blocks.clear();
-                    blocks.resize(stations.len(), Block::UNKNOWN);
-                    let (own, other, shift) = wanted;
-                    Pair { own, other, shift, clear_until: f64::NEG_INFINITY, blocks }
-                }));
+                pairs.push(
+                    known
+                        .next_if(|pair| key(pair) == wanted)
+                        .unwrap_or_else(|| {
+                            let mut blocks = unused.pop().unwrap_or_default();
+                            blocks.clear();
+                            blocks.resize(stations.len(), Block::UNKNOWN);
+                            let (own, other, shift) = wanted;
+                            Pair {
+                                own,
+                                other,
+                                shift,
+                                clear_until: f64::NEG_INFINITY,
+                                blocks,
+                            }
+                        }),
+                );
             }
             unused.extend(known.map(|pair| pair.blocks));
         }
@@ -287,24 +359,48 @@ impl Candidates {
         }
     }
 
-    /// The pairs of each group, to be looked at where the nodes were put; lists the blocks that are near if that is [not done](Self::is_listed).
+    /// The pairs of each group, to be looked at where the nodes were put; lists the blocks that are
+    /// near if that is [not done](Self::is_listed).
     pub fn by_group(&mut self) -> impl ExactSizeIterator<Item = Watched<'_>> + Send {
         let is_listed = self.is_listed();
         if !is_listed {
             self.drift = 0.0;
         }
-        let Self { layout, has_bounds, motion, nodes, angle, side, stations, pairs, listed, .. } = self;
+        let Self {
+            layout,
+            has_bounds,
+            motion,
+            nodes,
+            angle,
+            side,
+            stations,
+            pairs,
+            listed,
+            ..
+        } = self;
         let (layout, motion, nodes, stations) = (&*layout, &*motion, &**nodes, &**stations);
         let (has_bounds, side, angle) = (*has_bounds, *side, sin_cos(*angle));
         pairs.iter_mut().zip(listed).map(move |(pairs, listed)| {
             if !is_listed {
                 listed.clear();
             }
-            Watched { layout, has_bounds, motion, nodes, angle, side, stations, pairs, listed, is_listed }
+            Watched {
+                layout,
+                has_bounds,
+                motion,
+                nodes,
+                angle,
+                side,
+                stations,
+                pairs,
+                listed,
+                is_listed,
+            }
         })
     }
 
-    /// How far the nodes of a filament have gone relative to the body since the start, in m: that of the farthest at each time.
+    /// How far the nodes of a filament have gone relative to the body since the start, in m: that
+    /// of the farthest at each time.
     pub fn way(&self, filament: usize) -> f64 {
         self.motion.farthest(filament)
     }
@@ -335,14 +431,17 @@ impl Ways {
                 || {
                     ways.fill(Lanes::ZERO);
                     let mut most = Lanes::ZERO;
-                    for ((earlier, now), way) in earlier.iter_mut().zip(now).zip(&mut ways[SPREAD..]) {
+                    for ((earlier, now), way) in
+                        earlier.iter_mut().zip(now).zip(&mut ways[SPREAD..])
+                    {
                         let now = to_body(*now);
                         let moved = sub(now, *earlier);
                         *way = dot(moved, moved).sqrt();
                         most = most.max(*way);
                         *earlier = now;
                     }
-                    // The largest of 2, 4, and 8 that follow each other, and then of those within the spread.
+                    // The largest of 2, 4, and 8 that follow each other, and then of those within
+                    // the spread.
                     for ahead in [1, 2, 4] {
                         for k in 0..ways.len() - ahead {
                             ways[k] = ways[k].max(ways[k + ahead]);
@@ -375,20 +474,27 @@ fn copy_filaments(
     nodes: &mut [[f64; 3]],
 ) {
     let count = segments + 1;
-    let parts = positions.0.chunks(count).zip(nodes.chunks_mut(LANES * count)).enumerate();
-    team::for_each(parts.filter(|(group, _)| groups(*group)), |(positions, nodes)| {
-        wide(
-            #[inline(always)]
-            || {
-                for (k, position) in positions.iter().enumerate() {
-                    let [x, y, z] = to_body(*position);
-                    for lane in 0..LANES {
-                        nodes[lane * count + k] = [x.lane(lane), y.lane(lane), z.lane(lane)];
+    let parts = positions
+        .0
+        .chunks(count)
+        .zip(nodes.chunks_mut(LANES * count))
+        .enumerate();
+    team::for_each(
+        parts.filter(|(group, _)| groups(*group)),
+        |(positions, nodes)| {
+            wide(
+                #[inline(always)]
+                || {
+                    for (k, position) in positions.iter().enumerate() {
+                        let [x, y, z] = to_body(*position);
+                        for lane in 0..LANES {
+                            nodes[lane * count + k] = [x.lane(lane), y.lane(lane), z.lane(lane)];
+                        }
                     }
-                }
-            },
-        );
-    });
+                },
+            );
+        },
+    );
 }
 
 /// Turns a vector by `angle` (rad) about `z`.
@@ -415,29 +521,58 @@ pub struct Watched<'a> {
 }
 
 impl Watched<'_> {
-    /// Calls `take` with every point that is nearer to another filament than the reach, with both filaments.
+    /// Calls `take` with every point that is nearer to another filament than the reach, with both
+    /// filaments.
     pub fn for_each_near(mut self, mut take: impl FnMut([usize; 2], &Near)) {
         if !self.has_bounds {
             self.list_all();
         } else if !self.is_listed {
             self.list();
         }
-        let Self { layout, nodes, angle, stations, pairs, listed, .. } = self;
+        let Self {
+            layout,
+            nodes,
+            angle,
+            stations,
+            pairs,
+            listed,
+            ..
+        } = self;
         let mut lines = None;
         for &[pair, number] in &*listed {
-            let Pair { own, other, shift, blocks, .. } = &pairs[pair as usize];
+            let Pair {
+                own,
+                other,
+                shift,
+                blocks,
+                ..
+            } = &pairs[pair as usize];
             let (_, own_line, line) = match lines {
                 Some(lines @ (last, _, _)) if last == pair => lines,
-                _ => (pair, Centreline::new(layout, nodes, *own, 0.0), Centreline::new(layout, nodes, *other, *shift)),
+                _ => (
+                    pair,
+                    Centreline::new(layout, nodes, *own, 0.0),
+                    Centreline::new(layout, nodes, *other, *shift),
+                ),
             };
             lines = Some((pair, own_line, line));
-            let near = Nearby { own: *own, own_line, line, window: blocks[number as usize].window };
-            near.for_each(number as usize, &stations[number as usize], layout, |near| {
-                let near = near.turned(angle);
-                if near.is_within_reach() {
-                    take([*own, *other], &near);
-                }
-            });
+            let near = Nearby {
+                own: *own,
+                own_line,
+                line,
+                window: blocks[number as usize].window,
+            };
+            near.for_each(
+                number as usize,
+                &stations[number as usize],
+                layout,
+                |near| {
+                    let near = near.turned(angle);
+                    if near.is_within_reach() {
+                        take([*own, *other], &near);
+                    }
+                },
+            );
         }
     }
 
@@ -445,17 +580,40 @@ impl Watched<'_> {
     fn list_all(&mut self) {
         let window = [0, self.layout.segments as u16];
         for (number, pair) in self.pairs.iter_mut().enumerate() {
-            pair.blocks.fill(Block { window, ..Block::UNKNOWN });
-            self.listed.extend((0..pair.blocks.len()).map(|block| [number as u32, block as u32]));
+            pair.blocks.fill(Block {
+                window,
+                ..Block::UNKNOWN
+            });
+            self.listed
+                .extend((0..pair.blocks.len()).map(|block| [number as u32, block as u32]));
         }
     }
 
     /// Lists the blocks whose points may be near before nodes have drifted by the reserve.
     fn list(&mut self) {
-        let Self { layout, motion, nodes, side, stations, pairs, listed, .. } = self;
+        let Self {
+            layout,
+            motion,
+            nodes,
+            side,
+            stations,
+            pairs,
+            listed,
+            ..
+        } = self;
         let (layout, side, segments) = (*layout, *side, layout.segments);
         let reserve = RESERVE * layout.largest_reach;
-        for (pair, Pair { own, other, shift, clear_until, blocks }) in pairs.iter_mut().enumerate() {
+        for (
+            pair,
+            Pair {
+                own,
+                other,
+                shift,
+                clear_until,
+                blocks,
+            },
+        ) in pairs.iter_mut().enumerate()
+        {
             // What is known must hold for as long as the list does.
             let total = motion.farthest(*own) + motion.farthest(*other) + reserve;
             if total < *clear_until {
@@ -466,7 +624,9 @@ impl Watched<'_> {
             let mut slack = f64::INFINITY;
             for (number, (block, station)) in blocks.iter_mut().zip(*stations).enumerate() {
                 let own_path = motion.path(Node::new(*own, station.middle(), segments)) + reserve;
-                let path = |block: &Block| own_path + motion.path(Node::new(*other, middle(block.window), segments));
+                let path = |block: &Block| {
+                    own_path + motion.path(Node::new(*other, middle(block.window), segments))
+                };
                 let mut way = path(block);
                 let in_window = way < block.next_until && total < block.else_until;
                 if in_window && way < block.clear_until {
@@ -474,14 +634,27 @@ impl Watched<'_> {
                     continue;
                 }
                 if !in_window {
-                    let scan = Scan { own_line, station, line, side };
+                    let scan = Scan {
+                        own_line,
+                        station,
+                        line,
+                        side,
+                    };
                     let [next, others];
                     (block.window, [next, others]) = dispatch(scan);
                     way = path(block);
-                    (block.next_until, block.else_until) = (way - reserve + next, total - reserve + others);
+                    (block.next_until, block.else_until) =
+                        (way - reserve + next, total - reserve + others);
                 }
-                let Nearest { beyond, .. } = dispatch(Windows { own_line, station, line, window: block.window });
-                let clear = (0..LANES).map(|lane| beyond.lane(lane)).fold(f64::INFINITY, f64::min);
+                let Nearest { beyond, .. } = dispatch(Windows {
+                    own_line,
+                    station,
+                    line,
+                    window: block.window,
+                });
+                let clear = (0..LANES)
+                    .map(|lane| beyond.lane(lane))
+                    .fold(f64::INFINITY, f64::min);
                 block.clear_until = way - reserve + clear;
                 slack = slack.min(block.slack(way, total));
                 if clear <= reserve {
@@ -503,14 +676,40 @@ struct Nearby<'a> {
 
 impl Nearby<'_> {
     /// Calls `take` with every point that is nearer to the window than the reach.
-    fn for_each(&self, number: usize, station: &Stations, layout: &Layout, mut take: impl FnMut(&Near)) {
-        let &Self { own, own_line, line, window } = self;
-        let Layout { segments, points, .. } = *layout;
-        let Nearest { x, radius, beyond, segment } = dispatch(Windows { own_line, station, line, window });
+    fn for_each(
+        &self,
+        number: usize,
+        station: &Stations,
+        layout: &Layout,
+        mut take: impl FnMut(&Near),
+    ) {
+        let &Self {
+            own,
+            own_line,
+            line,
+            window,
+        } = self;
+        let Layout {
+            segments, points, ..
+        } = *layout;
+        let Nearest {
+            x,
+            radius,
+            beyond,
+            segment,
+        } = dispatch(Windows {
+            own_line,
+            station,
+            line,
+            window,
+        });
         let present = LANES.min(segments * points - number * LANES);
         for lane in (0..present).filter(|lane| beyond.lane(*lane) < 0.0) {
             let own = Node::new(own, station.segments[lane].into(), segments);
-            let point = FilamentPoint { segment: own, fraction: station.fractions.lane(lane) };
+            let point = FilamentPoint {
+                segment: own,
+                fraction: station.fractions.lane(lane),
+            };
             let k = segment.lane(lane) as usize;
             let reach = radius.lane(lane) + line.radii[k];
             let ends = [line.node(k), line.node(k + 1)];
@@ -577,11 +776,18 @@ impl<'a> Centreline<'a> {
     /// The points of a block, and the radii there.
     #[inline(always)]
     fn points(&self, station: &Stations) -> ([Lanes; 3], Lanes) {
-        let (inner, outer) = (self.nodes(&station.segments, 0), self.nodes(&station.segments, 1));
-        let (outer_share, inner_share) = (station.fractions, Lanes::from_f64(1.0) - station.fractions);
+        let (inner, outer) = (
+            self.nodes(&station.segments, 0),
+            self.nodes(&station.segments, 1),
+        );
+        let (outer_share, inner_share) =
+            (station.fractions, Lanes::from_f64(1.0) - station.fractions);
         // As `Place::of` computes it.
         let x = add(scale(inner_share, inner), scale(outer_share, outer));
-        (x, Lanes::from_lanes(|lane| self.radii[usize::from(station.segments[lane])]))
+        (
+            x,
+            Lanes::from_lanes(|lane| self.radii[usize::from(station.segments[lane])]),
+        )
     }
 }
 
@@ -589,17 +795,22 @@ impl Centreline<'_> {
     /// The squares of the distances of points from a segment in m².
     #[inline(always)]
     fn squares(&self, x: [Lanes; 3], segment: usize) -> Lanes {
-        let splat = |[x, y, z]: [f64; 3]| [Lanes::from_f64(x), Lanes::from_f64(y), Lanes::from_f64(z)];
+        let splat =
+            |[x, y, z]: [f64; 3]| [Lanes::from_f64(x), Lanes::from_f64(y), Lanes::from_f64(z)];
         let (inner, outer) = (self.node(segment), self.node(segment + 1));
         let along = sub(outer, inner);
         let share = Lanes::from_f64(1.0 / dot(along, along));
         let (along, from) = (splat(along), sub(x, splat(inner)));
-        let fraction = min((dot(along, from) * share).max(Lanes::ZERO), Lanes::from_f64(1.0));
+        let fraction = min(
+            (dot(along, from) * share).max(Lanes::ZERO),
+            Lanes::from_f64(1.0),
+        );
         let offset = sub(from, scale(fraction, along));
         dot(offset, offset)
     }
 
-    /// The squares of the distances of points from the nearest of some segments in m², and its number.
+    /// The squares of the distances of points from the nearest of some segments in m², and its
+    /// number.
     #[inline(always)]
     fn nearest(&self, x: [Lanes; 3], segments: Range<usize>) -> (Lanes, Lanes) {
         let at = |k: usize| Lanes::from_f64(k as f64);
@@ -616,7 +827,11 @@ impl Centreline<'_> {
     /// The largest radius of some segments in m.
     #[inline(always)]
     fn largest_radius(&self, segments: Range<usize>) -> Lanes {
-        Lanes::from_f64(self.radii[segments].iter().fold(0.0, |largest, radius| radius.max(largest)))
+        Lanes::from_f64(
+            self.radii[segments]
+                .iter()
+                .fold(0.0, |largest, radius| radius.max(largest)),
+        )
     }
 }
 
@@ -635,7 +850,9 @@ impl Stations {
             let at = |lane: usize| (first + lane).min(count - 1);
             Self {
                 segments: std::array::from_fn(|lane| (at(lane) / points) as u16),
-                fractions: Lanes::from_lanes(|lane| ((at(lane) % points) as f64 + 0.5) / points as f64),
+                fractions: Lanes::from_lanes(|lane| {
+                    ((at(lane) % points) as f64 + 0.5) / points as f64
+                }),
             }
         };
         (0..count).step_by(LANES).map(block).collect()
@@ -651,8 +868,9 @@ impl Stations {
     }
 }
 
-/// Chooses the window of a block: the segments that are nearest to its points, and so many on either `side`. Returns the window, and how
-/// far the segments outside are out of reach in m, at least: those for which the path of the middle holds, and all others.
+/// Chooses the window of a block: the segments that are nearest to its points, and so many on
+/// either `side`. Returns the window, and how far the segments outside are out of reach in m, at
+/// least: those for which the path of the middle holds, and all others.
 struct Scan<'a> {
     own_line: Centreline<'a>,
     station: &'a Stations,
@@ -667,14 +885,25 @@ impl Loop for Scan<'_> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Self { own_line, station, line, side } = self;
+        let Self {
+            own_line,
+            station,
+            line,
+            side,
+        } = self;
         let ((x, radius), own_spread) = (own_line.points(station), station.spread());
         let count = line.radii.len();
         let (_, nearest) = line.nearest(x, 0..count);
         // NaN is no index: the cast saturates.
         let nearest: [usize; LANES] = std::array::from_fn(|lane| nearest.lane(lane) as usize);
-        let ends = nearest.iter().fold([count, 0], |[first, last], &k| [first.min(k), last.max(k)]);
-        let window = [ends[0].saturating_sub(side), (ends[1] + side + 1).min(count)].map(|k| k as u16);
+        let ends = nearest
+            .iter()
+            .fold([count, 0], |[first, last], &k| [first.min(k), last.max(k)]);
+        let window = [
+            ends[0].saturating_sub(side),
+            (ends[1] + side + 1).min(count),
+        ]
+        .map(|k| k as u16);
         let middle = middle(window);
         let mut outside = [Lanes::from_f64(f64::INFINITY); 2];
         for k in 0..count {
@@ -688,7 +917,9 @@ impl Loop for Scan<'_> {
         let reach = radius + line.largest_radius(0..count);
         let beyond = |squares: Lanes| {
             let beyond = squares.sqrt() - reach;
-            (0..LANES).map(|lane| beyond.lane(lane)).fold(f64::INFINITY, f64::min)
+            (0..LANES)
+                .map(|lane| beyond.lane(lane))
+                .fold(f64::INFINITY, f64::min)
         };
         (window, outside.map(beyond))
     }
@@ -739,11 +970,21 @@ impl Loop for Windows<'_> {
 
     #[inline(always)]
     fn run(self) -> Nearest {
-        let Self { own_line, station, line, window } = self;
+        let Self {
+            own_line,
+            station,
+            line,
+            window,
+        } = self;
         let (x, radius) = own_line.points(station);
         let (squares, segment) = line.nearest(x, segments(window));
         let beyond = squares.sqrt() - (radius + line.largest_radius(segments(window)));
-        Nearest { x, radius, beyond, segment }
+        Nearest {
+            x,
+            radius,
+            beyond,
+            segment,
+        }
     }
 }
 
@@ -758,15 +999,23 @@ struct Bounds {
 
 impl Bounds {
     /// Overlaps nothing.
-    const NOWHERE: Self = Self { angles: [0.0, -1.0], axial: [f64::INFINITY, f64::NEG_INFINITY] };
+    const NOWHERE: Self = Self {
+        angles: [0.0, -1.0],
+        axial: [f64::INFINITY, f64::NEG_INFINITY],
+    };
 
     /// Overlaps all others.
-    const EVERYWHERE: Self = Self { angles: [0.0, TAU], axial: [f64::MIN, f64::MAX] };
+    const EVERYWHERE: Self = Self {
+        angles: [0.0, TAU],
+        axial: [f64::MIN, f64::MAX],
+    };
 
     /// Two filaments can only be nearer to each other than `near` (m) if their bounds overlap.
     fn of(nodes: impl Iterator<Item = [f64; 3]> + Clone, near: f64) -> Self {
-        let axial =
-            nodes.clone().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [_, _, z]| [low.min(z), high.max(z)]);
+        let axial = nodes.clone().fold(
+            [f64::INFINITY, f64::NEG_INFINITY],
+            |[low, high], [_, _, z]| [low.min(z), high.max(z)],
+        );
         let axial = [axial[0] - 0.5 * near, axial[1] + 0.5 * near];
         let mut nodes_around = nodes.clone();
         let [x, y, _] = nodes_around.next().expect("a filament has nodes");
@@ -775,21 +1024,30 @@ impl Bounds {
         for [x, y, _] in nodes_around {
             // The axis may be nearest to the inside of a segment.
             let along = [x - before[0], y - before[1]];
-            let fraction = -(before[0] * along[0] + before[1] * along[1]) / (along[0].powi(2) + along[1].powi(2));
+            let fraction = -(before[0] * along[0] + before[1] * along[1])
+                / (along[0].powi(2) + along[1].powi(2));
             let fraction = fraction.clamp(0.0, 1.0);
-            least = least.min((before[0] + fraction * along[0]).hypot(before[1] + fraction * along[1]));
+            least =
+                least.min((before[0] + fraction * along[0]).hypot(before[1] + fraction * along[1]));
             turned += (before[0] * y - before[1] * x).atan2(before[0] * x + before[1] * y);
             (angle[0], angle[1]) = (angle[0].min(turned), angle[1].max(turned));
             before = [x, y];
         }
-        // Where two points are nearer than this, the sine of the angle between them is less than its share of the smaller radius.
-        // Not a number, where a vertical filament stands, has no finite comparison.
+        // Where two points are nearer than this, the sine of the angle between them is less than
+        // its share of the smaller radius. Not a number, where a vertical filament stands, has no
+        // finite comparison.
         let share = near / least;
         if !(share < 0.9 && angle[1] - angle[0] < std::f64::consts::PI) {
-            return Self { angles: [0.0, TAU], axial };
+            return Self {
+                angles: [0.0, TAU],
+                axial,
+            };
         }
         let pad = 0.5 * share.asin();
-        Self { angles: [start + angle[0] - pad, start + angle[1] + pad], axial }
+        Self {
+            angles: [start + angle[0] - pad, start + angle[1] + pad],
+            axial,
+        }
     }
 
     /// Whether they overlap along `z`, with the other one moved by `shift` (m).
@@ -801,11 +1059,26 @@ impl Bounds {
 /// Calls `take` once with all pairs whose angles overlap.
 fn for_each_close(bounds: &[Bounds], starts: &mut Vec<Start>, mut take: impl FnMut(usize, usize)) {
     starts.clear();
-    starts.extend(bounds.iter().enumerate().map(|(filament, Bounds { angles: [from, to], .. })| {
-        let width = to - from;
-        Start { angle: from.rem_euclid(TAU), width: if width < TAU { width } else { TAU }, filament }
-    }));
-    starts.sort_unstable_by(|a, b| a.angle.total_cmp(&b.angle).then(a.filament.cmp(&b.filament)));
+    starts.extend(bounds.iter().enumerate().map(
+        |(
+            filament,
+            Bounds {
+                angles: [from, to], ..
+            },
+        )| {
+            let width = to - from;
+            Start {
+                angle: from.rem_euclid(TAU),
+                width: if width < TAU { width } else { TAU },
+                filament,
+            }
+        },
+    ));
+    starts.sort_unstable_by(|a, b| {
+        a.angle
+            .total_cmp(&b.angle)
+            .then(a.filament.cmp(&b.filament))
+    });
     let count = starts.len();
     for (index, start) in starts.iter().enumerate() {
         for ahead in 1..count {
@@ -861,17 +1134,27 @@ mod tests {
             }
         }
 
-        /// Puts the nodes of a filament, which bends in a circle, into the frame that the body has left by `angle` (rad).
+        /// Puts the nodes of a filament, which bends in a circle, into the frame that the body has
+        /// left by `angle` (rad).
         fn place(&self, filament: usize, angle: f64, positions: &mut Field) {
-            let Layout { segments, lengths, .. } = &self.layout;
+            let Layout {
+                segments, lengths, ..
+            } = &self.layout;
             let (root, [bend, tilt]) = (self.roots[filament], self.shapes[filament]);
             let (sin, cos) = sin_cos(angle);
             let mut position = root;
             for k in 0..=*segments {
                 let [x, y, z] = position;
-                positions.set(Node::new(filament, k, *segments), [cos * x - sin * y, sin * x + cos * y, z]);
+                positions.set(
+                    Node::new(filament, k, *segments),
+                    [cos * x - sin * y, sin * x + cos * y, z],
+                );
                 let around = root[1].atan2(root[0]) + bend * (k as f64 + 0.5) / *segments as f64;
-                let direction = [tilt.cos() * around.cos(), tilt.cos() * around.sin(), tilt.sin()];
+                let direction = [
+                    tilt.cos() * around.cos(),
+                    tilt.cos() * around.sin(),
+                    tilt.sin(),
+                ];
                 position = add(position, scale(lengths[filament], direction));
             }
         }
@@ -886,25 +1169,34 @@ mod tests {
         found
     }
 
-    /// Moves a scene at random, and compares the search with the one without bounds. Groups wake one after the other, move by a little or a
-    /// lot, and the last one is left out in the end. Returns the numbers of points within reach, and of lists of pairs that were built.
+    /// Moves a scene at random, and compares the search with the one without bounds. Groups wake
+    /// one after the other, move by a little or a lot, and the last one is left out in the end.
+    /// Returns the numbers of points within reach, and of lists of pairs that were built.
     fn compare(mut scene: Scene, seed: u64) -> [usize; 2] {
         let mut random = Rng::with_seed(seed);
-        let Layout { filaments, segments, .. } = scene.layout;
-        let [mut bounded, mut exhaustive] = [true, false].map(|bounds| Candidates::new(scene.layout.clone(), bounds));
+        let Layout {
+            filaments,
+            segments,
+            ..
+        } = scene.layout;
+        let [mut bounded, mut exhaustive] =
+            [true, false].map(|bounds| Candidates::new(scene.layout.clone(), bounds));
         let mut positions = Field::new(scene.layout.groups(), segments);
         (0..filaments).for_each(|filament| scene.place(filament, 0.0, &mut positions));
         let (mut met, mut built, mut before) = (0, 0, Vec::new());
         for step in 0..100 {
             let angle = 0.02 * f64::from(step);
-            let is_awake = |group: usize| group < 1 + step as usize / 25 && !(group == 0 && step > 75);
+            let is_awake =
+                |group: usize| group < 1 + step as usize / 25 && !(group == 0 && step > 75);
             if step == 76 {
                 bounded.leave_out(0);
                 exhaustive.leave_out(0);
             }
-            // Of some groups nothing has moved relative to the body, as that of filaments whose equations are solved.
-            let moving: Vec<bool> =
-                (0..scene.layout.groups()).map(|group| is_awake(group) && random.u8(..4) > 0).collect();
+            // Of some groups nothing has moved relative to the body, as that of filaments whose
+            // equations are solved.
+            let moving: Vec<bool> = (0..scene.layout.groups())
+                .map(|group| is_awake(group) && random.u8(..4) > 0)
+                .collect();
             let amplitude = random.choice([1e-4, 1e-2, 0.3]).expect("three amplitudes");
             for filament in (0..filaments).filter(|filament| is_awake(filament / LANES)) {
                 if moving[filament / LANES] {
@@ -919,7 +1211,10 @@ mod tests {
                 candidates.update(&positions, angle, |group| moving[group]);
             }
             let expected = found(&mut exhaustive);
-            assert!(found(&mut bounded) == expected, "step {step} of seed {seed}");
+            assert!(
+                found(&mut bounded) == expected,
+                "step {step} of seed {seed}"
+            );
             met += expected.len();
             built += usize::from(bounded.built != before);
             before.clone_from(&bounded.built);
@@ -942,12 +1237,16 @@ mod tests {
                 candidates.update(&positions, angle, |group| moving[group]);
             }
             assert!(bounded.is_listed());
-            assert!(found(&mut bounded) == found(&mut exhaustive), "step {step} of seed {seed}, within the list");
+            assert!(
+                found(&mut bounded) == found(&mut exhaustive),
+                "step {step} of seed {seed}, within the list"
+            );
         }
         [met, built]
     }
 
-    /// Packed and sparse filaments on large and small bodies, of few and many segments, alone and periodic.
+    /// Packed and sparse filaments on large and small bodies, of few and many segments, alone and
+    /// periodic.
     #[test]
     fn bounds_exclude_no_contact() {
         let mut seed = 0;
@@ -959,37 +1258,63 @@ mod tests {
                         let scene = Scene::new(radius, pitch * REACH, segments, period);
                         let [met, built] = compare(scene, seed);
                         let is_out_of_reach = pitch > 3.0 && radius > 0.1;
-                        assert!(met > 100 || is_out_of_reach, "{radius}, {pitch}, {segments}: {met} within reach");
-                        // On the small body, all filaments are always near each other by their angles.
-                        assert!((1..150).contains(&built), "{radius}, {pitch}, {segments}: built {built} times");
+                        assert!(
+                            met > 100 || is_out_of_reach,
+                            "{radius}, {pitch}, {segments}: {met} within reach"
+                        );
+                        // On the small body, all filaments are always near each other by their
+                        // angles.
+                        assert!(
+                            (1..150).contains(&built),
+                            "{radius}, {pitch}, {segments}: built {built} times"
+                        );
                     }
                 }
             }
         }
     }
 
-    /// The search without bounds, against the definition: the nearest segment of each other filament and image, for each point.
+    /// The search without bounds, against the definition: the nearest segment of each other
+    /// filament and image, for each point.
     #[test]
     fn the_search_without_bounds_follows_the_definition() {
         let mut random = Rng::with_seed(1);
         let period = 2.1 * REACH;
         let mut scene = Scene::new(0.05, 1.05 * REACH, 7, Some(period));
-        scene.shapes.iter_mut().for_each(|shape| *shape = [0, 1].map(|_| 0.8 * about_zero(&mut random)));
-        let Layout { filaments, segments, points, .. } = scene.layout;
+        scene
+            .shapes
+            .iter_mut()
+            .for_each(|shape| *shape = [0, 1].map(|_| 0.8 * about_zero(&mut random)));
+        let Layout {
+            filaments,
+            segments,
+            points,
+            ..
+        } = scene.layout;
         let mut placed = Field::new(scene.layout.groups(), segments);
         (0..filaments).for_each(|filament| scene.place(filament, 0.0, &mut placed));
         let mut expected = Vec::new();
-        for (own, other) in (0..filaments).flat_map(|own| (0..filaments).map(move |other| (own, other))) {
-            for (segment, part) in (0..segments).flat_map(|k| (0..points).map(move |part| (k, part))) {
+        for (own, other) in
+            (0..filaments).flat_map(|own| (0..filaments).map(move |other| (own, other)))
+        {
+            for (segment, part) in
+                (0..segments).flat_map(|k| (0..points).map(move |part| (k, part)))
+            {
                 let segment = Node::new(own, segment, segments);
-                let point = FilamentPoint { segment, fraction: (part as f64 + 0.5) / points as f64 };
+                let point = FilamentPoint {
+                    segment,
+                    fraction: (part as f64 + 0.5) / points as f64,
+                };
                 for shift in [-period, 0.0, period].into_iter().filter(|_| own != other) {
-                    let end = |k: usize| add(placed.at(Node::new(other, k, segments)), [0.0, 0.0, shift]);
+                    let end =
+                        |k: usize| add(placed.at(Node::new(other, k, segments)), [0.0, 0.0, shift]);
                     let on = |k: usize| {
                         let (x, ends) = (point.of(&placed), [end(k), end(k + 1)]);
                         Near::between(point, x, Node::new(other, k, segments), ends, REACH)
                     };
-                    let nearest = (0..segments).map(on).min_by(|a, b| a.square().total_cmp(&b.square()));
+                    let nearest = (0..segments)
+                        .map(on)
+                        .min_by(|a, b| a.square().total_cmp(&b.square()));
                     let nearest = nearest.expect("segments");
                     if nearest.is_within_reach() {
                         expected.push(([own, other], nearest));
@@ -1005,7 +1330,10 @@ mod tests {
                 let key = |near: &Near| (near.point.segment, near.nearest.segment);
                 let fractions = first.point.fraction.total_cmp(&second.point.fraction);
                 let offsets = first.offset[2].total_cmp(&second.offset[2]);
-                a.cmp(b).then(key(first).cmp(&key(second))).then(fractions).then(offsets)
+                a.cmp(b)
+                    .then(key(first).cmp(&key(second)))
+                    .then(fractions)
+                    .then(offsets)
             });
         }
         assert!(expected.len() > 100);
@@ -1014,10 +1342,20 @@ mod tests {
 
     #[test]
     fn a_ring_closes() {
-        let around = |angles: [f64; 2]| Bounds { angles, axial: [0.0; 2] };
+        let around = |angles: [f64; 2]| Bounds {
+            angles,
+            axial: [0.0; 2],
+        };
         let mut pairs = Vec::new();
-        let bounds = [around([-0.1, 0.1]), around([0.05, 0.2]), around([TAU - 0.15, TAU - 0.05]), around([3.0, 3.1])];
-        for_each_close(&bounds, &mut Vec::new(), |a, b| pairs.push([a.min(b), a.max(b)]));
+        let bounds = [
+            around([-0.1, 0.1]),
+            around([0.05, 0.2]),
+            around([TAU - 0.15, TAU - 0.05]),
+            around([3.0, 3.1]),
+        ];
+        for_each_close(&bounds, &mut Vec::new(), |a, b| {
+            pairs.push([a.min(b), a.max(b)])
+        });
         pairs.sort_unstable();
         assert_eq!(pairs, [[0, 1], [0, 2]]);
     }

@@ -81,7 +81,8 @@ pub enum BrushError {
         needed: usize,
         /// Columns of the brush.
         around: usize,
-        /// By how much the mean impulse still changes along the best stretch, over the mean; `None` if there are too few for any.
+        /// By how much the mean impulse still changes along the best stretch, over the mean; `None`
+        /// if there are too few for any.
         drift: Option<f64>,
     },
     /// A filament alone cannot be simulated.
@@ -96,17 +97,28 @@ impl Display for BrushError {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let name = |[column, row]: &[usize; 2]| format!("column {column}, row {row}");
         match self {
-            Self::NoFilament => write!(f, "there is no filament: `tool.filament_count` is less than one per row"),
+            Self::NoFilament => write!(
+                f,
+                "there is no filament: `tool.filament_count` is less than one per row"
+            ),
             Self::TooManyColumns { columns, around } => write!(
                 f,
                 "`brush.columns` is {columns}, but a row of the brush has {around} filaments around: `tool.filament_count` over \
                  `brush.rows`"
             ),
-            Self::Overlap { distance, reach, pair: [a, b] } if a == b => write!(
+            Self::Overlap {
+                distance,
+                reach,
+                pair: [a, b],
+            } if a == b => write!(
                 f,
                 "rows repeat after {distance} m, less than the diameter of {reach} m: widen `tool.width_m`, or set `brush.ends` to \"free\""
             ),
-            Self::Overlap { distance, reach, pair: [a, b] } => write!(
+            Self::Overlap {
+                distance,
+                reach,
+                pair: [a, b],
+            } => write!(
                 f,
                 "filaments overlap: the roots of {} and {} are {distance:.6} m apart, less than the diameter of {reach:.6} m. Fewer \
                  filaments (`tool.filament_count`) fit, or a number of rows (`brush.rows`) for which the pitch is equal both ways",
@@ -119,12 +131,23 @@ impl Display for BrushError {
                  choose a smaller `brush.lateral_tilt_std_rad`, a smaller waviness, or filaments farther apart"
             ),
             Self::NoLanes => {
-                write!(f, "brushes are simulated with AVX2 instructions, which this machine does not have")
+                write!(
+                    f,
+                    "brushes are simulated with AVX2 instructions, which this machine does not have"
+                )
             }
             Self::Hold => {
-                write!(f, "filaments of one brush differ on one machine: set `uncertainty.hold` to \"machine\"")
+                write!(
+                    f,
+                    "filaments of one brush differ on one machine: set `uncertainty.hold` to \"machine\""
+                )
             }
-            Self::Memory { needed, limit, filaments, segments } => write!(
+            Self::Memory {
+                needed,
+                limit,
+                filaments,
+                segments,
+            } => write!(
                 f,
                 "{filaments} filaments of {segments} segments need about {} MB of memory, but {} MB are available: choose fewer \
                  `brush.columns`, `brush.rows` or `filament.segments`",
@@ -142,7 +165,11 @@ impl Display for BrushError {
                 f,
                 "at {time:.6} s no step converges, however short: a smaller `brush.tolerance` or a lower `brush.stiffness_n_m2` may help"
             ),
-            Self::Unresolved { quantity, residual, allowed } => write!(
+            Self::Unresolved {
+                quantity,
+                residual,
+                allowed,
+            } => write!(
                 f,
                 "the contact was not resolved: the {quantity} balances to {residual:.1e} only, where {allowed:.1e} is allowed. Choose a \
                  smaller `brush.tolerance`"
@@ -154,19 +181,38 @@ impl Display for BrushError {
                 name(a),
                 name(b)
             ),
-            Self::TooFewColumns { columns, needed, around, drift } => {
-                let columns = if *columns == 1 { "1 column is".to_owned() } else { format!("{columns} columns are") };
+            Self::TooFewColumns {
+                columns,
+                needed,
+                around,
+                drift,
+            } => {
+                let columns = if *columns == 1 {
+                    "1 column is".to_owned()
+                } else {
+                    format!("{columns} columns are")
+                };
                 write!(f, "{columns} too few for a steady stretch")?;
                 if let Some(drift) = drift {
-                    write!(f, ": the mean impulse still changes by {:.1} % along it", 100.0 * drift)?;
+                    write!(
+                        f,
+                        ": the mean impulse still changes by {:.1} % along it",
+                        100.0 * drift
+                    )?;
                 }
                 f.write_str(". ")?;
                 if needed <= around {
                     write!(f, "Set `brush.columns` to {needed} or more, or ")?;
                 } else {
-                    write!(f, "{needed} may be needed, of which a row has only {around}: set `process.turns`, or ")?;
+                    write!(
+                        f,
+                        "{needed} may be needed, of which a row has only {around}: set `process.turns`, or "
+                    )?;
                 }
-                write!(f, "`brush.steady` to false for the metrics of the sector as it is")
+                write!(
+                    f,
+                    "`brush.steady` to false for the metrics of the sector as it is"
+                )
             }
             Self::Alone(error) => write!(f, "a filament alone: {error}"),
             Self::Stopped => write!(f, "the simulation was asked to stop"),
@@ -180,14 +226,29 @@ mod tests {
 
     #[test]
     fn messages_fit_the_number_of_filaments() {
-        let told = |filaments| BrushError::NoConvergence { time: 1e-3, filaments }.to_string();
+        let told = |filaments| {
+            BrushError::NoConvergence {
+                time: 1e-3,
+                filaments,
+            }
+            .to_string()
+        };
         assert!(
-            told(1).contains("`contact.stiffness_n_m`") && !told(1).contains("brush.stiffness_n_m2"),
+            told(1).contains("`contact.stiffness_n_m`")
+                && !told(1).contains("brush.stiffness_n_m2"),
             "{}",
             told(1)
         );
         assert!(told(2).contains("`brush.stiffness_n_m2`"), "{}", told(2));
-        let told = |columns| BrushError::TooFewColumns { columns, needed: 5, around: 9, drift: Some(0.1) }.to_string();
+        let told = |columns| {
+            BrushError::TooFewColumns {
+                columns,
+                needed: 5,
+                around: 9,
+                drift: Some(0.1),
+            }
+            .to_string()
+        };
         assert!(told(1).starts_with("1 column is too few"), "{}", told(1));
         assert!(told(2).starts_with("2 columns are too few"), "{}", told(2));
     }

@@ -23,7 +23,8 @@ impl<R, F: FnOnce() -> R> Loop for Wide<F> {
     }
 }
 
-/// A node: filaments are in groups of [`LANES`], whose nodes follow each other from the root to the tip.
+/// A node: filaments are in groups of [`LANES`], whose nodes follow each other from the root to the
+/// tip.
 ///
 /// A segment has the number of its inner end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -128,8 +129,14 @@ impl Nodes {
 
     /// The positions and the velocities of each group.
     pub fn by_group(&mut self, segments: usize) -> impl Iterator<Item = [&mut [[Lanes; 3]]; 2]> {
-        let Self { positions, velocities } = self;
-        let groups = positions.0.chunks_mut(segments + 1).zip(velocities.0.chunks_mut(segments + 1));
+        let Self {
+            positions,
+            velocities,
+        } = self;
+        let groups = positions
+            .0
+            .chunks_mut(segments + 1)
+            .zip(velocities.0.chunks_mut(segments + 1));
         groups.map(|(positions, velocities)| [positions, velocities])
     }
 }
@@ -144,7 +151,10 @@ pub struct GroupField<'a> {
 impl<'a> GroupField<'a> {
     /// The part of a field that belongs to `group`, in `vectors`.
     pub fn new(group: usize, segments: usize, vectors: &'a mut [[Lanes; 3]]) -> Self {
-        Self { first: group * (segments + 1), vectors }
+        Self {
+            first: group * (segments + 1),
+            vectors,
+        }
     }
 
     /// Zero everywhere.
@@ -155,7 +165,11 @@ impl<'a> GroupField<'a> {
     /// Adds to the vector at a node, whose other components stay as they are.
     #[inline]
     pub fn add<const D: usize>(&mut self, node: Node, vector: [f64; D]) {
-        add_in_lane(&mut self.vectors[node.row() - self.first], node.lane(), vector);
+        add_in_lane(
+            &mut self.vectors[node.row() - self.first],
+            node.lane(),
+            vector,
+        );
     }
 
     /// All nodes.
@@ -164,7 +178,8 @@ impl<'a> GroupField<'a> {
     }
 }
 
-/// How the forces on both ends of each segment of a group change with the motion of these ends: `[force][motion]`.
+/// How the forces on both ends of each segment of a group change with the motion of these ends:
+/// `[force][motion]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Changes {
     /// Row of the group's root in a field.
@@ -181,7 +196,11 @@ impl Changes {
     /// Memory for groups of so many segments; the tip counts as one.
     pub fn new(segments: usize) -> Self {
         let blocks = vec![[[[[Lanes::ZERO; 3]; 3]; 2]; 2]; segments + 1];
-        Self { first: 0, present: vec![false; blocks.len()], blocks }
+        Self {
+            first: 0,
+            present: vec![false; blocks.len()],
+            blocks,
+        }
     }
 
     /// Zero everywhere, for `group`.
@@ -192,7 +211,11 @@ impl Changes {
 
     /// Adds to the blocks of a segment, by `[force, motion]`.
     #[inline(always)]
-    pub fn add_blocks<const D: usize>(&mut self, segment: Node, change: impl Fn(usize, usize) -> [[f64; D]; D]) {
+    pub fn add_blocks<const D: usize>(
+        &mut self,
+        segment: Node,
+        change: impl Fn(usize, usize) -> [[f64; D]; D],
+    ) {
         let (index, lane) = (segment.row() - self.first, segment.lane());
         let blocks = &mut self.blocks[index];
         if !std::mem::replace(&mut self.present[index], true) {
@@ -207,15 +230,22 @@ impl Changes {
         }
     }
 
-    /// Adds to all blocks of a segment the change of the force at a point of it with that point, by the `shares` of its ends.
+    /// Adds to all blocks of a segment the change of the force at a point of it with that point, by
+    /// the `shares` of its ends.
     #[inline(always)]
     pub fn add_at(&mut self, segment: Node, shares: [f64; 2], change: &Matrix) {
-        self.add_blocks(segment, |force, motion| change.map(|row| scale(shares[force] * shares[motion], row)));
+        self.add_blocks(segment, |force, motion| {
+            change.map(|row| scale(shares[force] * shares[motion], row))
+        });
     }
 
     /// The segments that have any, from the root.
     pub fn blocks(&self) -> impl Iterator<Item = (usize, &Blocks)> {
-        self.blocks.iter().enumerate().zip(&self.present).filter_map(|(block, present)| present.then_some(block))
+        self.blocks
+            .iter()
+            .enumerate()
+            .zip(&self.present)
+            .filter_map(|(block, present)| present.then_some(block))
     }
 }
 
@@ -250,7 +280,10 @@ impl FilamentPoint {
     #[inline]
     pub fn of(&self, field: &Field) -> [f64; 3] {
         let [inner, outer] = self.shares();
-        add(scale(inner, field.at(self.segment)), scale(outer, field.at(self.segment.outer())))
+        add(
+            scale(inner, field.at(self.segment)),
+            scale(outer, field.at(self.segment.outer())),
+        )
     }
 
     /// Adds a force there to those on the ends.

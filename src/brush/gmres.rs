@@ -1,4 +1,5 @@
-//! Linear equations of the coupled brush: the filaments' own matrices, and the coupling between them.
+//! Linear equations of the coupled brush: the filaments' own matrices, and the coupling between
+//! them.
 
 use std::iter;
 use std::ops::Range;
@@ -15,7 +16,8 @@ pub type GroupPart = [[Lanes; 2]];
 
 /// `(M + C) x = b`, where `M` is block-diagonal, with a block for each filament.
 pub trait Coupled {
-    /// `M⁻¹ x`, in place, once `prepare` has put the part of each coupled group into `x`, with that of `y`.
+    /// `M⁻¹ x`, in place, once `prepare` has put the part of each coupled group into `x`, with that
+    /// of `y`.
     fn precondition(
         &mut self,
         x: &mut Vector,
@@ -23,7 +25,8 @@ pub trait Coupled {
         prepare: impl Fn(usize, &mut GroupPart, &mut GroupPart) + Sync,
     );
 
-    /// `C x` of the `x` that was preconditioned last. `combine` gets the part of each coupled group, and one of `sums`.
+    /// `C x` of the `x` that was preconditioned last. `combine` gets the part of each coupled
+    /// group, and one of `sums`.
     fn couple(
         &mut self,
         image: &mut Vector,
@@ -69,15 +72,26 @@ impl Division<'_> {
         others: impl Iterator<Item = T>,
         work: impl Fn(usize, &mut GroupPart, T) + Sync,
     ) {
-        let parts = vector.chunks_mut(self.blocks).zip(others).enumerate().filter(|(group, _)| self.coupled[*group]);
-        team::for_each(parts.map(|(group, part)| (group, (group, part))), |(group, (part, other))| {
-            work(group, part, other);
-        });
+        let parts = vector
+            .chunks_mut(self.blocks)
+            .zip(others)
+            .enumerate()
+            .filter(|(group, _)| self.coupled[*group]);
+        team::for_each(
+            parts.map(|(group, part)| (group, (group, part))),
+            |(group, (part, other))| {
+                work(group, part, other);
+            },
+        );
     }
 
     /// The sum over the coupled groups of their `index`-th sums.
     fn sum(self, sums: &[Vec<f64>], index: usize) -> f64 {
-        sums.iter().zip(self.coupled).filter(|(_, coupled)| **coupled).map(|(sums, _)| sums[index]).sum()
+        sums.iter()
+            .zip(self.coupled)
+            .filter(|(_, coupled)| **coupled)
+            .map(|(sums, _)| sums[index])
+            .sum()
     }
 
     /// Where the part of a group is.
@@ -97,7 +111,14 @@ impl Division<'_> {
 
     /// Takes the projections on the vectors of the basis off the part of a group.
     #[inline(always)]
-    fn subtract(self, group: usize, part: &mut GroupPart, projections: &[f64], factors: &[f64], basis: &[Vector]) {
+    fn subtract(
+        self,
+        group: usize,
+        part: &mut GroupPart,
+        projections: &[f64],
+        factors: &[f64],
+        basis: &[Vector],
+    ) {
         for ((vector, factor), projection) in basis.iter().zip(factors).zip(projections) {
             self.add_scaled(group, part, -projection * factor, vector);
         }
@@ -120,13 +141,15 @@ const CANCELLED: f64 = 1e-2;
 /// The most vectors of the Krylov space.
 const MAX_VECTORS: usize = 60;
 
-/// Solves for `right_side`, in place, until the residual is less than `tolerance` of it, by the generalised minimal residual method of
-/// Saad and Schultz (1986), preconditioned on the right by `M`. Returns the number of vectors, or none if it did not converge.
+/// Solves for `right_side`, in place, until the residual is less than `tolerance` of it, by the
+/// generalised minimal residual method of Saad and Schultz (1986), preconditioned on the right by
+/// `M`. Returns the number of vectors, or none if it did not converge.
 ///
-/// `(M + C) M⁻¹ y = y + C M⁻¹ y`, so that a vector costs one solution with `M` and one product with `C`. Vectors are made orthogonal by
-/// the classical method of Gram and Schmidt, which is as good for the few that are needed, and goes over them once: what remains of one is
-/// known by Pythagoras' theorem, and is subtracted when it is needed. Sums go over groups in their order, so that they do not depend on
-/// the number of threads.
+/// `(M + C) M⁻¹ y = y + C M⁻¹ y`, so that a vector costs one solution with `M` and one product with
+/// `C`. Vectors are made orthogonal by the classical method of Gram and Schmidt, which is as good
+/// for the few that are needed, and goes over them once: what remains of one is known by
+/// Pythagoras' theorem, and is subtracted when it is needed. Sums go over groups in their order, so
+/// that they do not depend on the number of threads.
 pub fn solve(
     system: &mut impl Coupled,
     right_side: &mut Vector,
@@ -135,9 +158,14 @@ pub fn solve(
     division: Division<'_>,
 ) -> Option<usize> {
     krylov.begin(right_side, division);
-    let size = norm(&mut krylov.basis[0], &mut krylov.sums, division, |group, part| {
-        part.copy_from_slice(&right_side[division.part(group)]);
-    });
+    let size = norm(
+        &mut krylov.basis[0],
+        &mut krylov.sums,
+        division,
+        |group, part| {
+            part.copy_from_slice(&right_side[division.part(group)]);
+        },
+    );
     if size == 0.0 {
         return Some(0);
     }
@@ -148,20 +176,36 @@ pub fn solve(
     let mut rest = size;
     for step in 0..MAX_VECTORS {
         krylov.reserve(step);
-        let Krylov { basis, factors, preconditioned, sums, triangle, rotations, remaining, projections } = krylov;
+        let Krylov {
+            basis,
+            factors,
+            preconditioned,
+            sums,
+            triangle,
+            rotations,
+            remaining,
+            projections,
+        } = krylov;
         let factor = 1.0 / rest;
         let (earlier, newest) = basis.split_at_mut(step);
-        system.precondition(&mut preconditioned[step], &mut newest[0], |group, part, newest| {
-            wide(
-                #[inline(always)]
-                || {
-                    division.subtract(group, newest, projections, factors, earlier);
-                    for (value, newest) in part.iter_mut().zip(newest) {
-                        *value = [newest[0] * Lanes::from_f64(factor), newest[1] * Lanes::from_f64(factor)];
-                    }
-                },
-            );
-        });
+        system.precondition(
+            &mut preconditioned[step],
+            &mut newest[0],
+            |group, part, newest| {
+                wide(
+                    #[inline(always)]
+                    || {
+                        division.subtract(group, newest, projections, factors, earlier);
+                        for (value, newest) in part.iter_mut().zip(newest) {
+                            *value = [
+                                newest[0] * Lanes::from_f64(factor),
+                                newest[1] * Lanes::from_f64(factor),
+                            ];
+                        }
+                    },
+                );
+            },
+        );
         factors.push(factor);
         let (basis, image) = basis.split_at_mut(step + 1);
         let image = &mut image[0];
@@ -172,9 +216,9 @@ pub fn solve(
                     division.add_scaled(group, part, factor, &basis[step]);
                     sums.clear();
                     let vectors = basis.iter().zip(&*factors);
-                    sums.extend(
-                        vectors.map(|(vector, factor)| factor * division.dot(&vector[division.part(group)], part)),
-                    );
+                    sums.extend(vectors.map(|(vector, factor)| {
+                        factor * division.dot(&vector[division.part(group)], part)
+                    }));
                     sums.push(division.dot(part, part));
                 },
             );
@@ -182,7 +226,11 @@ pub fn solve(
         projections.clear();
         projections.extend((0..=step).map(|index| division.sum(sums, index)));
         let square = division.sum(sums, step + 1);
-        let left = square - projections.iter().map(|projection| projection * projection).sum::<f64>();
+        let left = square
+            - projections
+                .iter()
+                .map(|projection| projection * projection)
+                .sum::<f64>();
         let column = &mut triangle[step];
         column.clone_from(projections);
         rest = if left > CANCELLED * square {
@@ -233,7 +281,9 @@ fn combine(
     division: Division<'_>,
 ) {
     for row in (0..weights.len()).rev() {
-        let known: f64 = (row + 1..weights.len()).map(|column| triangle[column][row] * weights[column]).sum();
+        let known: f64 = (row + 1..weights.len())
+            .map(|column| triangle[column][row] * weights[column])
+            .sum();
         weights[row] = (weights[row] - known) / triangle[row][row];
     }
     division.for_each(solution, iter::repeat(()), |group, part, ()| {
@@ -314,7 +364,10 @@ mod tests {
 
     fn folded(values: &[f64]) -> Vector {
         let lanes = |values: &[f64]| Lanes::from_lanes(|lane| values[lane]);
-        values.chunks(2 * LANES).map(|block| [lanes(&block[..LANES]), lanes(&block[LANES..])]).collect()
+        values
+            .chunks(2 * LANES)
+            .map(|block| [lanes(&block[..LANES]), lanes(&block[LANES..])])
+            .collect()
     }
 
     impl Coupled for Dense {
@@ -326,7 +379,11 @@ mod tests {
         ) {
             let parts = x.chunks_mut(BLOCKS).zip(y.chunks_mut(BLOCKS)).enumerate();
             parts.for_each(|(group, (x, y))| prepare(group, x, y));
-            self.solved = flat(x).iter().zip(&self.diagonal).map(|(x, diagonal)| x / diagonal).collect();
+            self.solved = flat(x)
+                .iter()
+                .zip(&self.diagonal)
+                .map(|(x, diagonal)| x / diagonal)
+                .collect();
             *x = folded(&self.solved);
         }
 
@@ -347,17 +404,37 @@ mod tests {
     fn a_system_without_symmetry_is_solved() {
         let size = 4 * LANES;
         let entry = |row: usize, column: usize| ((7 * row + 13 * column) % 11) as f64 / 11.0 - 0.4;
-        let coupling: Vec<Vec<f64>> = (0..size).map(|i| (0..size).map(|j| 0.1 * entry(i, j)).collect()).collect();
+        let coupling: Vec<Vec<f64>> = (0..size)
+            .map(|i| (0..size).map(|j| 0.1 * entry(i, j)).collect())
+            .collect();
         let diagonal: Vec<f64> = (0..size).map(|i| 1.0 + i as f64).collect();
         let expected: Vec<f64> = (0..size).map(|i| (i as f64).sin()).collect();
         let right_side: Vec<f64> = (0..size)
-            .map(|i| diagonal[i] * expected[i] + (0..size).map(|j| coupling[i][j] * expected[j]).sum::<f64>())
+            .map(|i| {
+                diagonal[i] * expected[i]
+                    + (0..size).map(|j| coupling[i][j] * expected[j]).sum::<f64>()
+            })
             .collect();
         let coupled = vec![true; right_side.len() / (2 * LANES * BLOCKS)];
-        let division = Division { blocks: BLOCKS, coupled: &coupled, first: 0 };
+        let division = Division {
+            blocks: BLOCKS,
+            coupled: &coupled,
+            first: 0,
+        };
         let mut solution = folded(&right_side);
-        let mut system = Dense { diagonal, coupling, solved: Vec::new() };
-        let vectors = solve(&mut system, &mut solution, 1e-12, &mut Krylov::default(), division).expect("it converges");
+        let mut system = Dense {
+            diagonal,
+            coupling,
+            solved: Vec::new(),
+        };
+        let vectors = solve(
+            &mut system,
+            &mut solution,
+            1e-12,
+            &mut Krylov::default(),
+            division,
+        )
+        .expect("it converges");
         assert!(vectors > 3 && vectors <= size, "{vectors}");
         for (value, expected) in flat(&solution).iter().zip(&expected) {
             assert!((value - expected).abs() < 1e-10, "{value} for {expected}");

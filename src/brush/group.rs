@@ -6,8 +6,8 @@ use super::gmres;
 use super::pressing::Pressing;
 use crate::equations::linear::{add, dot, scale, sub, zero};
 use crate::equations::{
-    Chain, ChainDynamics, Clamp, LANES, LaneSet, Lanes, Lanewise, NodeLoads, NodeMotion, NodeTangent, PointTangent,
-    Real, StepWeights,
+    Chain, ChainDynamics, Clamp, LANES, LaneSet, Lanes, Lanewise, NodeLoads, NodeMotion,
+    NodeTangent, PointTangent, Real, StepWeights,
 };
 use crate::simulation::{ContactSum, Equations, Filament, Form};
 use crate::tool::ClampMotion;
@@ -23,7 +23,8 @@ pub struct Member<M> {
     pub start: [Vec<[f64; 2]>; 2],
 }
 
-/// Filaments side by side in lanes. Lanes that are left over repeat the last filament, without loads.
+/// Filaments side by side in lanes. Lanes that are left over repeat the last filament, without
+/// loads.
 pub struct Group {
     /// Its number.
     pub index: usize,
@@ -44,7 +45,8 @@ pub struct Group {
     factorised: Option<([f64; 2], Vec<Meeting>)>,
     changes: Changes,
     pub activity: Activity,
-    /// Largest displacement of a node with the last correction, in m/rad of the accelerations' unit.
+    /// Largest displacement of a node with the last correction, in m/rad of the accelerations'
+    /// unit.
     pub largest: f64,
 }
 
@@ -61,10 +63,11 @@ enum Meeting {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Activity {
-    /// Its straight filaments turn rigidly with the body, which solves their equations until something touches them.
+    /// Its straight filaments turn rigidly with the body, which solves their equations until
+    /// something touches them.
     Sleeping,
-    /// Its filaments have left the workpiece for good, and those behind them, too: they turn with the body in the shape that they have,
-    /// and nothing touches them.
+    /// Its filaments have left the workpiece for good, and those behind them, too: they turn with
+    /// the body in the shape that they have, and nothing touches them.
     Left,
     /// Its equations are solved for this stage.
     Solved,
@@ -91,8 +94,14 @@ impl NodeLoads<Lanes> for GroupLoads<'_> {
         let none = [zero(); 3];
         for (segment, ends) in self.changes.iter().flat_map(|changes| changes.blocks()) {
             let [[a, b], [c, d]] = ends;
-            let at = |position: &[[Lanes; 3]; 3]| NodeTangent { position: *position, velocity: none };
-            add(PointTangent { segment, ends: [[at(a), at(b)], [at(c), at(d)]] });
+            let at = |position: &[[Lanes; 3]; 3]| NodeTangent {
+                position: *position,
+                velocity: none,
+            };
+            add(PointTangent {
+                segment,
+                ends: [[at(a), at(b)], [at(c), at(d)]],
+            });
         }
     }
 
@@ -128,8 +137,8 @@ pub struct WorkpieceLoad {
     pub moving_power: f64,
     /// Energy stored in J.
     pub energy: f64,
-    /// The deepest penetration of its possible contacts in m; negative where there is none. Not known far from the workpiece: minus
-    /// infinity.
+    /// The deepest penetration of its possible contacts in m; negative where there is none. Not
+    /// known far from the workpiece: minus infinity.
     pub pressing: f64,
     /// The deepest penetration of an edge in m.
     pub edge_penetration: f64,
@@ -140,7 +149,10 @@ pub struct WorkpieceLoad {
 impl WorkpieceLoad {
     /// Far from the workpiece.
     pub fn none() -> Self {
-        Self { pressing: f64::NEG_INFINITY, ..Self::default() }
+        Self {
+            pressing: f64::NEG_INFINITY,
+            ..Self::default()
+        }
     }
 }
 
@@ -159,7 +171,8 @@ pub struct WorkedEdge {
 /// How far a filament is from the workpiece.
 #[derive(Clone, Copy, Debug)]
 struct Clearance {
-    /// How fast it can go relative to the workpiece in m/s, if it turns with the body; infinite where a workpiece does not only translate.
+    /// How fast it can go relative to the workpiece in m/s, if it turns with the body; infinite
+    /// where a workpiece does not only translate.
     speed: f64,
     /// Velocity of the workpiece in m/s.
     workpiece_velocity: [f64; 3],
@@ -174,19 +187,35 @@ struct Clearance {
 }
 
 impl Clearance {
-    /// Filaments that are nearer than this to the workpiece are always looked at, in m: when their contact begins is found from how near
-    /// they were before.
+    /// Filaments that are nearer than this to the workpiece are always looked at, in m: when their
+    /// contact begins is found from how near they were before.
     const NOTICED: f64 = 1e-3;
 
     /// Unknown.
     fn new<M: ClampMotion>(Member { filament, last, .. }: &Member<M>, rate: f64) -> Self {
-        let Filament { chain, motion, workpiece, .. } = filament;
+        let Filament {
+            chain,
+            motion,
+            workpiece,
+            ..
+        } = filament;
         let [x, y, _] = motion.at(0.0).position;
         let radius = x.hypot(y) + chain.length * chain.segments() as f64;
         let workpiece_velocity = workpiece.surface([0.0; 3], 0.0).velocity;
         let along = dot(workpiece_velocity, workpiece_velocity).sqrt();
-        let speed = if workpiece.translates() { radius * rate.abs() + along } else { f64::INFINITY };
-        Self { speed, workpiece_velocity, last: *last, time: 0.0, way: 0.0, gap: f64::NEG_INFINITY }
+        let speed = if workpiece.translates() {
+            radius * rate.abs() + along
+        } else {
+            f64::INFINITY
+        };
+        Self {
+            speed,
+            workpiece_velocity,
+            last: *last,
+            time: 0.0,
+            way: 0.0,
+            gap: f64::NEG_INFINITY,
+        }
     }
 
     /// Lower bound of the distance in m at `time` (s), where the filament has gone `way` (m).
@@ -208,7 +237,12 @@ pub struct Budget {
 
 impl Budget {
     pub fn add(&mut self, other: &Self) {
-        let Exchange { work, taken, force, strength } = other.exchange;
+        let Exchange {
+            work,
+            taken,
+            force,
+            strength,
+        } = other.exchange;
         self.energy += other.energy;
         self.momentum = add(self.momentum, other.momentum);
         let exchange = &mut self.exchange;
@@ -235,7 +269,13 @@ pub struct Exchange {
 
 impl Group {
     /// The group of the number `index`, on a body that turns at `rate` (rad/s).
-    pub fn new<M: ClampMotion>(index: usize, form: Form, members: &[Member<M>], rate: f64, activity: Activity) -> Self {
+    pub fn new<M: ClampMotion>(
+        index: usize,
+        form: Form,
+        members: &[Member<M>],
+        rate: f64,
+        activity: Activity,
+    ) -> Self {
         let (first, count) = (index * LANES, members.len());
         let filament = |lane: usize| &members[lane.min(count - 1)].filament;
         Self {
@@ -246,7 +286,10 @@ impl Group {
             first,
             count,
             loads: vec![WorkpieceLoad::none(); count],
-            clearances: members.iter().map(|member| Clearance::new(member, rate)).collect(),
+            clearances: members
+                .iter()
+                .map(|member| Clearance::new(member, rate))
+                .collect(),
             met: Vec::new(),
             factorised: None,
             changes: Changes::new(filament(0).chain.segments()),
@@ -270,21 +313,37 @@ impl Group {
         matches!(self.activity, Activity::Alone | Activity::Coupled)
     }
 
-    /// `true` if all its filaments, which turn with the body, stay clear of the workpiece until `time` (s).
+    /// `true` if all its filaments, which turn with the body, stay clear of the workpiece until
+    /// `time` (s).
     pub fn is_clear(&self, candidates: &Candidates, time: f64) -> bool {
         let mut clearances = self.clearances.iter().enumerate();
-        clearances.all(|(lane, clearance)| clearance.bound(time, candidates.way(self.first + lane)) > 0.0)
+        clearances
+            .all(|(lane, clearance)| clearance.bound(time, candidates.way(self.first + lane)) > 0.0)
     }
 
-    /// Whether the contacts of all its filaments no longer count at `time` (s), and none reaches the workpiece then, or did so `behind` (s)
-    /// before.
-    pub fn is_past<M: ClampMotion>(&self, filaments: &[Filament<M, Part>], time: f64, behind: f64) -> bool {
-        filaments[self.first..].iter().zip(&self.clearances).all(|(filament, clearance)| {
-            let Filament { chain, motion, law, workpiece } = filament;
-            let reach = chain.length * chain.segments() as f64 + law.radius;
-            let is_away = |time: f64| workpiece.surface(motion.at(time).position, time).gap > reach;
-            time >= clearance.last && is_away(time) && is_away(time - behind)
-        })
+    /// Whether the contacts of all its filaments no longer count at `time` (s), and none reaches
+    /// the workpiece then, or did so `behind` (s) before.
+    pub fn is_past<M: ClampMotion>(
+        &self,
+        filaments: &[Filament<M, Part>],
+        time: f64,
+        behind: f64,
+    ) -> bool {
+        filaments[self.first..]
+            .iter()
+            .zip(&self.clearances)
+            .all(|(filament, clearance)| {
+                let Filament {
+                    chain,
+                    motion,
+                    law,
+                    workpiece,
+                } = filament;
+                let reach = chain.length * chain.segments() as f64 + law.radius;
+                let is_away =
+                    |time: f64| workpiece.surface(motion.at(time).position, time).gap > reach;
+                time >= clearance.last && is_away(time) && is_away(time - behind)
+            })
     }
 
     /// Puts its nodes where the coordinates are.
@@ -302,7 +361,8 @@ impl Group {
         }
         self.equations.place(self.clamp.holding(q, v));
         (positions[0], velocities[0]) = (self.clamp.position, self.clamp.velocity);
-        self.equations.nodes_in_lanes(&mut positions[1..], &mut velocities[1..]);
+        self.equations
+            .nodes_in_lanes(&mut positions[1..], &mut velocities[1..]);
         if self.equations.form() == Form::Planar {
             // Each filament moves in its own plane.
             for position in &mut positions[1..] {
@@ -318,27 +378,50 @@ impl Group {
         forces: &[[Lanes; 3]],
         accelerations: &mut gmres::GroupPart,
     ) {
-        let loads = GroupLoads { forces, changes: None };
-        self.equations.accelerations(self.clamp.holding(q, v), &loads, accelerations);
+        let loads = GroupLoads {
+            forces,
+            changes: None,
+        };
+        self.equations
+            .accelerations(self.clamp.holding(q, v), &loads, accelerations);
     }
 
     /// Sums the forces on the filaments.
-    pub fn meet<M: ClampMotion>(&mut self, around: &Surroundings<'_, M>, forces: &mut GroupField<'_>) {
+    pub fn meet<M: ClampMotion>(
+        &mut self,
+        around: &Surroundings<'_, M>,
+        forces: &mut GroupField<'_>,
+    ) {
         forces.clear();
         self.met.clear();
         self.meet_workpiece(around, forces);
         around.pressing.load(self.index, forces, |near| {
-            self.met.push(Meeting::Filament(near.point.key(), near.nearest.segment));
+            self.met
+                .push(Meeting::Filament(near.point.key(), near.nearest.segment));
         });
     }
 
     /// Adds the forces of the workpiece.
-    pub fn meet_workpiece<M: ClampMotion>(&mut self, around: &Surroundings<'_, M>, forces: &mut GroupField<'_>) {
-        let Self { first, loads, clearances, met, .. } = self;
+    pub fn meet_workpiece<M: ClampMotion>(
+        &mut self,
+        around: &Surroundings<'_, M>,
+        forces: &mut GroupField<'_>,
+    ) {
+        let Self {
+            first,
+            loads,
+            clearances,
+            met,
+            ..
+        } = self;
         for ((number, load), clearance) in (*first..).zip(loads).zip(clearances) {
             let filament = &around.filaments[number];
             *load = WorkpieceLoad::none();
-            let (n, time, way) = (filament.chain.segments(), around.time, around.candidates.way(number));
+            let (n, time, way) = (
+                filament.chain.segments(),
+                around.time,
+                around.candidates.way(number),
+            );
             if around.has_bounds && clearance.bound(time, way) > Clearance::NOTICED {
                 continue;
             }
@@ -352,27 +435,37 @@ impl Group {
                     load.energy += filament.law.stored_energy(&touch.approach);
                     load.moving_power += dot(sum.force, clearance.workpiece_velocity);
                     if touch.on_edge.is_some() {
-                        load.edge_penetration = load.edge_penetration.max(touch.approach.penetration);
+                        load.edge_penetration =
+                            load.edge_penetration.max(touch.approach.penetration);
                         let power = sum.sliding_power;
                         if load.worked.is_none_or(|worked| power > worked.power) {
                             let edge = contact - n;
-                            let place = filament.workpiece.edges()[edge].part_before(touch.position, time);
+                            let place =
+                                filament.workpiece.edges()[edge].part_before(touch.position, time);
                             load.worked = Some(WorkedEdge { edge, place, power });
                         }
                     }
-                    let place =
-                        FilamentPoint { segment: node(touch.station.segment), fraction: touch.station.fraction };
+                    let place = FilamentPoint {
+                        segment: node(touch.station.segment),
+                        fraction: touch.station.fraction,
+                    };
                     place.load(sum.force, forces);
                     met.push(Meeting::Workpiece([number, contact, touch.station.segment]));
                 },
             );
             load.pressing = pressing;
-            *clearance = Clearance { time, way, gap, ..*clearance };
+            *clearance = Clearance {
+                time,
+                way,
+                gap,
+                ..*clearance
+            };
         }
     }
 
-    /// Computes the residual, and factorises the matrix if the filaments have other contacts than those for which this was done before.
-    /// Solves the equations of a group that is alone. Returns whether it factorised.
+    /// Computes the residual, and factorises the matrix if the filaments have other contacts than
+    /// those for which this was done before. Solves the equations of a group that is alone. Returns
+    /// whether it factorised.
     pub fn linearise<M: ClampMotion>(
         &mut self,
         around: &Surroundings<'_, M>,
@@ -383,7 +476,10 @@ impl Group {
     ) -> bool {
         self.meet(around, forces);
         self.residual(state, forces.vectors(), residual);
-        let is_known = self.factorised.as_ref().is_some_and(|(of, met)| *of == weights && *met == self.met);
+        let is_known = self
+            .factorised
+            .as_ref()
+            .is_some_and(|(of, met)| *of == weights && *met == self.met);
         let is_stale = !is_known || (around.has_friction && !self.met.is_empty());
         if is_stale {
             self.factorise(around, state, weights, forces.vectors());
@@ -401,7 +497,10 @@ impl Group {
         forces: &[[Lanes; 3]],
         residual: &mut gmres::GroupPart,
     ) {
-        let loads = GroupLoads { forces, changes: None };
+        let loads = GroupLoads {
+            forces,
+            changes: None,
+        };
         let at = self.clamp.holding(q, v);
         self.equations.residual(at, accelerations, &loads, residual);
         let is_planar = self.equations.form() == Form::Planar;
@@ -414,15 +513,24 @@ impl Group {
                         block[0] = Lanes::ZERO;
                     }
                     if self.count < LANES {
-                        *block = [block[0].select(present, Lanes::ZERO), block[1].select(present, Lanes::ZERO)];
+                        *block = [
+                            block[0].select(present, Lanes::ZERO),
+                            block[1].select(present, Lanes::ZERO),
+                        ];
                     }
                 }
             },
         );
     }
 
-    /// What its filaments have and exchange, once the residual was computed, with forces on the `roots`, which the clamps hold.
-    pub fn budget<M>(&self, around: &Surroundings<'_, M>, [q, v]: [&gmres::GroupPart; 2], roots: [Lanes; 3]) -> Budget {
+    /// What its filaments have and exchange, once the residual was computed, with forces on the
+    /// `roots`, which the clamps hold.
+    pub fn budget<M>(
+        &self,
+        around: &Surroundings<'_, M>,
+        [q, v]: [&gmres::GroupPart; 2],
+        roots: [Lanes; 3],
+    ) -> Budget {
         let n = self.equations.segments();
         let energies = self.equations.energies(self.clamp.holding(q, v));
         let root_force = sub(self.equations.root_force(), roots);
@@ -435,18 +543,33 @@ impl Group {
                 let Chain { links, gravity, .. } = self.equations.chain();
                 let (mut momentum, mut mass) = (zero(), Lanes::ZERO);
                 for (link, ends) in links.iter().zip(velocities.windows(2)) {
-                    momentum = add(momentum, scale(Lanes::from_f64(0.5) * link.mass, add(ends[0], ends[1])));
+                    momentum = add(
+                        momentum,
+                        scale(Lanes::from_f64(0.5) * link.mass, add(ends[0], ends[1])),
+                    );
                     mass = mass + link.mass;
                 }
                 (momentum, scale(mass, *gravity))
             },
         );
         let mut budget = Budget::default();
-        let Budget { energy: sum, momentum, exchange: Exchange { work, taken, force, strength } } = &mut budget;
+        let Budget {
+            energy: sum,
+            momentum,
+            exchange:
+                Exchange {
+                    work,
+                    taken,
+                    force,
+                    strength,
+                },
+        } = &mut budget;
         for (lane, load) in self.loads.iter().enumerate() {
             *sum += energy.lane(lane) + load.energy;
             *work += power.lane(lane) + load.moving_power;
-            *taken += 2.0 * energies.dissipation.lane(lane) + load.sum.friction_power + load.sum.damped_power;
+            *taken += 2.0 * energies.dissipation.lane(lane)
+                + load.sum.friction_power
+                + load.sum.damped_power;
             *momentum = add(*momentum, of_nodes.map(|component| component.lane(lane)));
             let root = root_force.map(|component| component.lane(lane));
             let outside = add(load.sum.force, weight.map(|component| component.lane(lane)));
@@ -471,9 +594,13 @@ impl Group {
         self.add_workpiece_changes(around, weights);
         around.pressing.add_changes(self.index, &mut self.changes);
         let [coordinates, rates] = weights.map(Lanes::from_f64);
-        let loads = GroupLoads { forces, changes: Some(&self.changes) };
+        let loads = GroupLoads {
+            forces,
+            changes: Some(&self.changes),
+        };
         let (at, step) = (self.clamp.holding(q, v), StepWeights { coordinates, rates });
-        self.equations.factorise(at, accelerations, &loads, step, LaneSet::first(LANES));
+        self.equations
+            .factorise(at, accelerations, &loads, step, LaneSet::first(LANES));
         let (of, met) = self.factorised.get_or_insert_default();
         *of = weights;
         met.clone_from(&self.met);
@@ -485,7 +612,12 @@ impl Group {
         around: &Surroundings<'_, M>,
         [by_position, by_rate]: [f64; 2],
     ) {
-        let Self { first, loads, changes, .. } = self;
+        let Self {
+            first,
+            loads,
+            changes,
+            ..
+        } = self;
         for (number, load) in (*first..).zip(loads) {
             if load.pressing <= 0.0 {
                 continue;
@@ -498,8 +630,9 @@ impl Group {
                 |_, touch| {
                     let NodeTangent { position, velocity } = filament.law.tangent(&touch.approach);
                     // The recursion multiplies by the weight of the positions.
-                    let change =
-                        std::array::from_fn(|row| add(position[row], scale(by_rate / by_position, velocity[row])));
+                    let change = std::array::from_fn(|row| {
+                        add(position[row], scale(by_rate / by_position, velocity[row]))
+                    });
                     changes.add_at(node(touch.station.segment), touch.station.shares(), &change);
                 },
             );
@@ -508,11 +641,12 @@ impl Group {
 
     /// Displacements of all nodes with a change of the coordinates.
     pub fn displace(&mut self, change: &gmres::GroupPart, displacements: &mut [[Lanes; 3]]) {
-        self.equations.displacements(change, &mut displacements[1..]);
+        self.equations
+            .displacements(change, &mut displacements[1..]);
     }
 
-    /// Takes the corrections off the accelerations. If the group is alone and the velocities of its nodes change by less than `tolerance`
-    /// (m/s) with them, it is solved.
+    /// Takes the corrections off the accelerations. If the group is alone and the velocities of its
+    /// nodes change by less than `tolerance` (m/s) with them, it is solved.
     pub fn correct(
         &mut self,
         corrections: &gmres::GroupPart,

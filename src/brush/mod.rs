@@ -1,9 +1,10 @@
 //! Filaments that touch each other and the workpiece (docs/MODEL.md, "Filaments that touch").
 //!
-//! [`simulate_brush`] simulates a sector of a brush; [`BrushRun`] does so in parts, which can be stopped and resumed. Contact is ten
-//! thousand times as stiff as a filament in bending, so that all filaments are solved together, implicitly: Newton's method, whose linear
-//! equations are solved by the generalised minimal residual method, with each filament's own O(n) factorisation as preconditioner.
-//! docs/design.md says why.
+//! [`simulate_brush`] simulates a sector of a brush; [`BrushRun`] does so in parts, which can be
+//! stopped and resumed. Contact is ten thousand times as stiff as a filament in bending, so that
+//! all filaments are solved together, implicitly: Newton's method, whose linear equations are
+//! solved by the generalised minimal residual method, with each filament's own O(n) factorisation
+//! as preconditioner. docs/design.md says why.
 //!
 //! ```
 //! use bristle::brush::simulate_brush;
@@ -45,7 +46,8 @@ pub use bundle::Effort;
 pub use error::BrushError;
 pub use presses::PressLaw;
 pub use result::{
-    BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, Stretch, ToolSample,
+    BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals,
+    Stretch, ToolSample,
 };
 pub use run::{BrushRun, Checkpoint, RunOptions, Shortcuts, check_brush, memory_estimate};
 
@@ -56,7 +58,13 @@ use crate::model::settings::Settings;
 /// # Errors
 /// See [`BrushError`].
 pub fn simulate_brush(settings: &Settings, threads: usize) -> Result<BrushResult, BrushError> {
-    let mut run = BrushRun::new(settings, RunOptions { threads, ..RunOptions::default() })?;
+    let mut run = BrushRun::new(
+        settings,
+        RunOptions {
+            threads,
+            ..RunOptions::default()
+        },
+    )?;
     while run.advance()? {}
     run.finish()
 }

@@ -19,8 +19,8 @@ use crate::tool::{ClampMotion, Tool, Turning};
 /// Steps between two states that can be restored.
 pub(super) const STRIDE: usize = 32;
 
-/// When the motion begins, in s: before any filament touches the workpiece. Filaments are undeformed, unless `settled` has their
-/// coordinates when the tool is at the angle zero.
+/// When the motion begins, in s: before any filament touches the workpiece. Filaments are
+/// undeformed, unless `settled` has their coordinates when the tool is at the angle zero.
 pub(super) fn begin(
     pass: &Pass,
     arrangement: &Arrangement,
@@ -34,15 +34,24 @@ pub(super) fn begin(
     const FIRST: f64 = FRAC_PI_2;
     let rate = pass.tool().rate;
     let is_first = |(_, root): &(usize, &Root)| root.angle < FIRST;
-    let first = arrangement.roots.iter().enumerate().filter(is_first).map(|(number, root)| {
-        let filament = filaments::filament(&own[number], pass, root);
-        let Turning { tool, initial_angle, .. } = filament.motion;
-        let coordinates = settled(number).unwrap_or_else(|| {
-            let [direction, _] = tool.undeformed(initial_angle, rate);
-            filament.chain.relaxed(direction).collect()
+    let first = arrangement
+        .roots
+        .iter()
+        .enumerate()
+        .filter(is_first)
+        .map(|(number, root)| {
+            let filament = filaments::filament(&own[number], pass, root);
+            let Turning {
+                tool,
+                initial_angle,
+                ..
+            } = filament.motion;
+            let coordinates = settled(number).unwrap_or_else(|| {
+                let [direction, _] = tool.undeformed(initial_angle, rate);
+                filament.chain.relaxed(direction).collect()
+            });
+            (filament, coordinates)
         });
-        (filament, coordinates)
-    });
     let first: Vec<_> = first.collect();
     let touches = |(filament, coordinates): &(ToolFilament, Vec<[f64; 2]>), time: f64| {
         let angle = filament.motion.angle(time) - filament.motion.initial_angle;
@@ -52,7 +61,10 @@ pub(super) fn begin(
             let (sin, cos) = (azimuth + angle).sin_cos();
             let direction = [polar.sin() * cos, polar.sin() * sin, polar.cos()];
             position = add(position, scale(filament.chain.length, direction));
-            let [pressing, _] = filament.law.node_pressing(&filament.workpiece, position, clamp.velocity, time);
+            let [pressing, _] =
+                filament
+                    .law
+                    .node_pressing(&filament.workpiece, position, clamp.velocity, time);
             pressing > 0.0
         })
     };
@@ -81,42 +93,98 @@ pub(super) struct Plan<'a> {
 }
 
 impl Plan<'_> {
-    /// A sector of some filaments, by their numbers in the arrangement: undeformed, unless they have poses.
+    /// A sector of some filaments, by their numbers in the arrangement: undeformed, unless they
+    /// have poses.
     pub fn sector(&self, members: &[usize], poses: Option<&[Pose]>) -> Sector {
-        let Self { settings, pass, arrangement, own, form, points, begin, .. } = *self;
+        let Self {
+            settings,
+            pass,
+            arrangement,
+            own,
+            form,
+            points,
+            begin,
+            ..
+        } = *self;
         let rate = pass.tool().rate;
         let timetable = |root: &Root| {
             let delay = root.angle / rate;
-            let touches = pass.touches().iter().map(|touch| touch.map(|time| time + delay)).collect();
-            Timetable { begin: delay, turn: pass.turn_time(), touches }
+            let touches = pass
+                .touches()
+                .iter()
+                .map(|touch| touch.map(|time| time + delay))
+                .collect();
+            Timetable {
+                begin: delay,
+                turn: pass.turn_time(),
+                touches,
+            }
         };
-        let roots = || members.iter().map(|&member| (&arrangement.roots[member], &own[member]));
+        let roots = || {
+            members
+                .iter()
+                .map(|&member| (&arrangement.roots[member], &own[member]))
+        };
         let timetables: Vec<Timetable> = roots().map(|(root, _)| timetable(root)).collect();
-        // Around the tool the first columns follow the last ones, which meet those that come to the workpiece before the end.
+        // Around the tool the first columns follow the last ones, which meet those that come to the
+        // workpiece before the end.
         let nearest = arrangement.latest() + rate * pass.end_time() + BEHIND;
         let stays = |root: &Root| pass.turns() != Turns::Count(1) || TAU + root.angle < nearest;
         let member = |(index, (root, own)): (usize, (&Root, &Settings))| {
             let filament = filaments::filament(own, pass, root);
             let delay = root.angle / rate;
-            let last = if stays(root) { f64::INFINITY } else { pass.end_time() + delay };
+            let last = if stays(root) {
+                f64::INFINITY
+            } else {
+                pass.end_time() + delay
+            };
             let start = match poses {
                 Some(poses) => settle::coordinates(&poses[index], rate * begin),
                 None => {
-                    let [q, v] = filament.motion.tool.undeformed(filament.motion.angle(begin), rate);
-                    [filament.chain.relaxed(q).collect(), vec![v; filament.chain.segments()]]
+                    let [q, v] = filament
+                        .motion
+                        .tool
+                        .undeformed(filament.motion.angle(begin), rate);
+                    [
+                        filament.chain.relaxed(q).collect(),
+                        vec![v; filament.chain.segments()],
+                    ]
                 }
             };
-            Member { filament, last, start }
+            Member {
+                filament,
+                last,
+                start,
+            }
         };
         let filaments: Vec<Member<_>> = roots().enumerate().map(member).collect();
-        let radii = roots().flat_map(|(_, own)| filaments::radii(&own.filament)).collect();
-        let lengths = filaments.iter().map(|member| member.filament.chain.length).collect();
+        let radii = roots()
+            .flat_map(|(_, own)| filaments::radii(&own.filament))
+            .collect();
+        let lengths = filaments
+            .iter()
+            .map(|member| member.filament.chain.length)
+            .collect();
         // In its plane a row does not meet its images.
-        let period = if form == Form::Planar { None } else { arrangement.period };
+        let period = if form == Form::Planar {
+            None
+        } else {
+            arrangement.period
+        };
         let layout = Layout::new(lengths, radii, points, period);
         let sleep = self.shortcuts.sleep && roots().all(|(_, own)| filaments::rest(own));
-        let shortcuts = Shortcuts { sleep, ..self.shortcuts };
-        let (bundle, motion) = Bundle::new(form, filaments, PressLaw::of(settings), layout, [begin, rate], shortcuts);
+        let shortcuts = Shortcuts {
+            sleep,
+            ..self.shortcuts
+        };
+        let (bundle, motion) = Bundle::new(
+            form,
+            filaments,
+            PressLaw::of(settings),
+            layout,
+            [begin, rate],
+            shortcuts,
+        );
         Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
     }
 }

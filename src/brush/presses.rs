@@ -1,14 +1,18 @@
 //! Contact of filaments with each other (docs/MODEL.md, "Filaments that touch").
 //!
-//! Filaments are capsules of radius `d/2` about their centrelines. Each integral of the energy is a midpoint rule: every segment has
-//! `N_q` points, and each point is pressed off the nearest point of the other filament's polyline. A force at a point of a segment acts
-//! on both its ends, in proportion to their share of the point's displacement.
+//! Filaments are capsules of radius `d/2` about their centrelines. Each integral of the energy is a
+//! midpoint rule: every segment has `N_q` points, and each point is pressed off the nearest point
+//! of the other filament's polyline. A force at a point of a segment acts on both its ends, in
+//! proportion to their share of the point's displacement.
 //!
-//! Friction acts midway between both points, where the surfaces touch. So a brush that turns rigidly does not rub, and in the plane
-//! the moments of both filaments balance. (In space a segment takes no torque about itself.)
+//! Friction acts midway between both points, where the surfaces touch. So a brush that turns
+//! rigidly does not rub, and in the plane the moments of both filaments balance. (In space a
+//! segment takes no torque about itself.)
 
 use super::field::{Changes, Field, FilamentPoint, GroupField, Matrix, Node, Nodes};
-use crate::equations::linear::{add, dot, mul, mul_transposed, product, scale, sub, transposed_product};
+use crate::equations::linear::{
+    add, dot, mul, mul_transposed, product, scale, sub, transposed_product,
+};
 use crate::model::settings::Settings;
 
 /// The law of contact between filaments.
@@ -37,13 +41,16 @@ impl PressLaw {
     }
 }
 
-/// How the velocities of both ends of a segment add up to that of a point that the segment carries at `arm` (m) from `place`.
+/// How the velocities of both ends of a segment add up to that of a point that the segment carries
+/// at `arm` (m) from `place`.
 fn carried(place: &FilamentPoint, along: [f64; 3], arm: [f64; 3]) -> [Matrix; 2] {
     let (projection, square) = (dot(along, arm), dot(along, along));
-    let turn: Matrix =
-        std::array::from_fn(|i| std::array::from_fn(|j| (identity(i, j) * projection - along[i] * arm[j]) / square));
-    let [inner, outer]: [Matrix; 2] =
-        place.shares().map(|share| std::array::from_fn(|i| std::array::from_fn(|j| share * identity(i, j))));
+    let turn: Matrix = std::array::from_fn(|i| {
+        std::array::from_fn(|j| (identity(i, j) * projection - along[i] * arm[j]) / square)
+    });
+    let [inner, outer]: [Matrix; 2] = place
+        .shares()
+        .map(|share| std::array::from_fn(|i| std::array::from_fn(|j| share * identity(i, j))));
     [difference(&inner, &turn), sum(&outer, &turn)]
 }
 
@@ -90,14 +97,25 @@ impl Near {
         let at = dot(along, from) / dot(along, along);
         let fraction = at.clamp(0.0, 1.0);
         let offset = sub(from, scale(fraction, along));
-        Self { point, nearest: FilamentPoint { segment, fraction }, is_inside: fraction == at, along, offset, reach }
+        Self {
+            point,
+            nearest: FilamentPoint { segment, fraction },
+            is_inside: fraction == at,
+            along,
+            offset,
+            reach,
+        }
     }
 
     /// Turned about `z` by an angle of this sine and cosine.
     #[inline]
     pub fn turned(self, (sin, cos): (f64, f64)) -> Self {
         let turned = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
-        Self { along: turned(self.along), offset: turned(self.offset), ..self }
+        Self {
+            along: turned(self.along),
+            offset: turned(self.offset),
+            ..self
+        }
     }
 
     /// `true` if the point presses on the segment.
@@ -138,7 +156,8 @@ pub struct Press {
 /// Friction of a press.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rub {
-    /// How the velocities of the ends of both segments add up to that of the surface of `x`'s filament relative to the other.
+    /// How the velocities of the ends of both segments add up to that of the surface of `x`'s
+    /// filament relative to the other.
     carried: [Matrix; 4],
     /// That velocity across the normal in m/s.
     sliding: [f64; 3],
@@ -151,9 +170,18 @@ struct Rub {
 }
 
 impl Press {
-    /// A point of a filament that is nearer to another one than the law's reach, and stands for the length `length` (m) of its segment.
+    /// A point of a filament that is nearer to another one than the law's reach, and stands for the
+    /// length `length` (m) of its segment.
     #[inline(always)]
-    pub fn new(law: &PressLaw, near: &Near, length: f64, Nodes { positions, velocities }: &Nodes) -> Self {
+    pub fn new(
+        law: &PressLaw,
+        near: &Near,
+        length: f64,
+        Nodes {
+            positions,
+            velocities,
+        }: &Nodes,
+    ) -> Self {
         let distance = near.square().sqrt();
         let normal = scale(1.0 / distance, near.offset);
         let (overlap, stiffness) = (near.reach - distance, 0.5 * law.stiffness * length);
@@ -169,41 +197,64 @@ impl Press {
             rub: None,
         };
         if law.damping > 0.0 {
-            let rate = -dot(normal, sub(near.point.of(velocities), near.nearest.of(velocities)));
+            let rate = -dot(
+                normal,
+                sub(near.point.of(velocities), near.nearest.of(velocities)),
+            );
             press.rate_factor = (1.0 + law.damping * rate).max(0.0);
             press.normal_force *= press.rate_factor;
             press.dissipated = (press.normal_force - stiffness * overlap) * rate;
         }
         if law.friction > 0.0 {
             let segment = near.point.segment;
-            let (own, half) = (sub(positions.at(segment.outer()), positions.at(segment)), scale(0.5, near.offset));
+            let (own, half) = (
+                sub(positions.at(segment.outer()), positions.at(segment)),
+                scale(0.5, near.offset),
+            );
             let [a, b] = carried(&near.point, own, scale(-1.0, half));
-            let [c, d] = carried(&near.nearest, near.along, half).map(|matrix| scaled(-1.0, &matrix));
+            let [c, d] =
+                carried(&near.nearest, near.along, half).map(|matrix| scaled(-1.0, &matrix));
             let carried = [a, b, c, d];
             let relative = press
                 .nodes()
                 .iter()
                 .zip(&carried)
-                .fold([0.0; 3], |sum, (&node, matrix)| add(sum, mul(matrix, velocities.at(node))));
+                .fold([0.0; 3], |sum, (&node, matrix)| {
+                    add(sum, mul(matrix, velocities.at(node)))
+                });
             let sliding = sub(relative, scale(dot(normal, relative), normal));
             let speed = (dot(sliding, sliding) + law.regularisation.powi(2)).sqrt();
             let direction = scale(1.0 / speed, sliding);
             let force = scale(-law.friction * press.normal_force, direction);
             press.dissipated -= dot(force, sliding);
-            press.rub = Some(Box::new(Rub { carried, sliding, speed, force, direction }));
+            press.rub = Some(Box::new(Rub {
+                carried,
+                sliding,
+                speed,
+                force,
+                direction,
+            }));
         }
         press
     }
 
-    /// Takes the direction of sliding for the tangent from the iteration before, in which the point had the press `before`.
+    /// Takes the direction of sliding for the tangent from the iteration before, in which the point
+    /// had the press `before`.
     ///
-    /// Friction changes its sign over so small a speed that Newton’s method would oscillate across it. Therefore the direction `w` is
-    /// an unknown of its own, of the equation `|v|_reg w = v` (Chan, Golub and Mulet 1999), whose linearisation about `before` gives `w`
-    /// here. The tangent has `(I − w vᵀ/|v|_reg)/|v|_reg`, and the force is that of `v` alone, so that solutions do not depend on `w`.
+    /// Friction changes its sign over so small a speed that Newton’s method would oscillate across
+    /// it. Therefore the direction `w` is an unknown of its own, of the equation `|v|_reg w = v`
+    /// (Chan, Golub and Mulet 1999), whose linearisation about `before` gives `w` here. The tangent
+    /// has `(I − w vᵀ/|v|_reg)/|v|_reg`, and the force is that of `v` alone, so that solutions do
+    /// not depend on `w`.
     pub fn follow(&mut self, before: &Self) {
-        let (Some(rub), Some(before)) = (&mut self.rub, &before.rub) else { return };
+        let (Some(rub), Some(before)) = (&mut self.rub, &before.rub) else {
+            return;
+        };
         let along = dot(before.sliding, sub(rub.sliding, before.sliding)) / before.speed;
-        let direction = scale(1.0 / before.speed, sub(rub.sliding, scale(along, before.direction)));
+        let direction = scale(
+            1.0 / before.speed,
+            sub(rub.sliding, scale(along, before.direction)),
+        );
         let size = dot(direction, direction).sqrt();
         rub.direction = scale(1.0 / size.max(1.0), direction);
     }
@@ -223,27 +274,36 @@ impl Press {
     /// The force on `x`'s filament in N.
     pub fn force(&self) -> [f64; 3] {
         let normal = scale(self.normal_force, self.normal);
-        self.rub.as_ref().map_or(normal, |rub| add(normal, rub.force))
+        self.rub
+            .as_ref()
+            .map_or(normal, |rub| add(normal, rub.force))
     }
 
     /// Adds the force on `x`'s filament.
     #[inline]
     pub fn load_point(&self, forces: &mut GroupField<'_>) {
-        self.near.point.load(scale(self.normal_force, self.normal), forces);
+        self.near
+            .point
+            .load(scale(self.normal_force, self.normal), forces);
         self.rub_ends(0, self.near.point.segment, forces);
     }
 
     /// Adds the force on `y`'s filament.
     #[inline]
     pub fn load_nearest(&self, forces: &mut GroupField<'_>) {
-        self.near.nearest.load(scale(-self.normal_force, self.normal), forces);
+        self.near
+            .nearest
+            .load(scale(-self.normal_force, self.normal), forces);
         self.rub_ends(2, self.near.nearest.segment, forces);
     }
 
-    /// Adds the friction on the ends of one of both segments, the first of which is the end `first`.
+    /// Adds the friction on the ends of one of both segments, the first of which is the end
+    /// `first`.
     #[inline]
     fn rub_ends(&self, first: usize, segment: Node, forces: &mut GroupField<'_>) {
-        let Some(Rub { carried, force, .. }) = self.rub.as_deref() else { return };
+        let Some(Rub { carried, force, .. }) = self.rub.as_deref() else {
+            return;
+        };
         forces.add(segment, mul_transposed(&carried[first], *force));
         forces.add(segment.outer(), mul_transposed(&carried[first + 1], *force));
     }
@@ -253,11 +313,19 @@ impl Press {
         0.5 * self.stiffness * self.overlap * self.overlap
     }
 
-    /// How the forces change with the accelerations of the ends, where a step moves these by `w_q` and their velocities by `w_v`.
+    /// How the forces change with the accelerations of the ends, where a step moves these by `w_q`
+    /// and their velocities by `w_v`.
     #[inline(always)]
     pub fn tangent(&self, law: &PressLaw, weights: [f64; 2]) -> PressTangent {
         let [by_position, by_rate] = weights;
-        let &Self { normal, distance, overlap, stiffness, rate_factor, .. } = self;
+        let &Self {
+            normal,
+            distance,
+            overlap,
+            stiffness,
+            rate_factor,
+            ..
+        } = self;
         let elastic = stiffness * overlap;
         let damping = if rate_factor > 0.0 { law.damping } else { 0.0 };
         // How the normal force falls as `x` moves away from `y`.
@@ -265,36 +333,68 @@ impl Press {
         // (I − n nᵀ)/r is the curvature of the distance from a fixed point.
         let across = by_position * elastic * rate_factor / distance;
         let shares = self.shares();
-        let rub = self.rub.as_deref().map(|&Rub { carried, sliding, speed, direction, .. }| {
-            let viscous = law.friction * self.normal_force * by_rate / speed;
-            let by_velocity: Matrix = std::array::from_fn(|i| {
-                std::array::from_fn(|j| {
-                    let turning = direction[i] * sliding[j] / speed;
-                    -viscous * (identity(i, j) - normal[i] * normal[j] - turning)
+        let rub = self.rub.as_deref().map(
+            |&Rub {
+                 carried,
+                 sliding,
+                 speed,
+                 direction,
+                 ..
+             }| {
+                let viscous = law.friction * self.normal_force * by_rate / speed;
+                let by_velocity: Matrix = std::array::from_fn(|i| {
+                    std::array::from_fn(|j| {
+                        let turning = direction[i] * sliding[j] / speed;
+                        -viscous * (identity(i, j) - normal[i] * normal[j] - turning)
+                    })
+                });
+                let by_normal = scale(law.friction * fall, direction);
+                let by_end = |end: usize| {
+                    let mut change = product(&by_velocity, &carried[end]);
+                    for (row, by_normal) in change.iter_mut().zip(by_normal) {
+                        *row = add(*row, scale(by_normal * shares[end], normal));
+                    }
+                    change
+                };
+                Box::new(RubTangent {
+                    carried,
+                    by_ends: std::array::from_fn(by_end),
                 })
-            });
-            let by_normal = scale(law.friction * fall, direction);
-            let by_end = |end: usize| {
-                let mut change = product(&by_velocity, &carried[end]);
-                for (row, by_normal) in change.iter_mut().zip(by_normal) {
-                    *row = add(*row, scale(by_normal * shares[end], normal));
-                }
-                change
-            };
-            Box::new(RubTangent { carried, by_ends: std::array::from_fn(by_end) })
-        });
-        let Near { point, nearest, is_inside, along, .. } = self.near;
-        // The point `y` moves along its segment, which takes `g gᵀ r/|u|²` off the curvature of the distance.
-        let shifting = if is_inside { -across / dot(along, along) } else { 0.0 };
+            },
+        );
+        let Near {
+            point,
+            nearest,
+            is_inside,
+            along,
+            ..
+        } = self.near;
+        // The point `y` moves along its segment, which takes `g gᵀ r/|u|²` off the curvature of the
+        // distance.
+        let shifting = if is_inside {
+            -across / dot(along, along)
+        } else {
+            0.0
+        };
         let arm = scale(distance, normal);
         let [a, b, c, d] = shares.map(|share| scale(-share, along));
         let slopes = [a, b, add(c, arm), sub(d, arm)];
         let segments = [point.segment, nearest.segment];
-        PressTangent { segments, shares, normal, across, along_normal: -(across + fall), shifting, slopes, rub }
+        PressTangent {
+            segments,
+            shares,
+            normal,
+            across,
+            along_normal: -(across + fall),
+            shifting,
+            slopes,
+            rub,
+        }
     }
 }
 
-/// How the forces of a press on the ends of both segments change with the displacements of these ends; see [`Press::tangent`].
+/// How the forces of a press on the ends of both segments change with the displacements of these
+/// ends; see [`Press::tangent`].
 #[derive(Clone, Debug)]
 pub struct PressTangent {
     /// Those of `x` and of `y`.
@@ -302,11 +402,12 @@ pub struct PressTangent {
     /// See [`Press::shares`].
     shares: [f64; 4],
     normal: [f64; 3],
-    /// How the force changes with the displacement of `x` relative to that of `y`: across the normal, and what is added along it.
+    /// How the force changes with the displacement of `x` relative to that of `y`: across the
+    /// normal, and what is added along it.
     across: f64,
     along_normal: f64,
-    /// The factor of `g gᵀ`, which is added to it. At the ends of `y`'s segment `g` is `s u + r n` and `s' u − r n`, at those of `x`'s it is
-    /// `−s u`, with the shares of the ends.
+    /// The factor of `g gᵀ`, which is added to it. At the ends of `y`'s segment `g` is `s u + r n`
+    /// and `s' u − r n`, at those of `x`'s it is `−s u`, with the shares of the ends.
     shifting: f64,
     slopes: [[f64; 3]; 4],
     rub: Option<Box<RubTangent>>,
@@ -321,36 +422,53 @@ struct RubTangent {
 }
 
 impl PressTangent {
-    /// The change of the force on the end `force` with the displacement of the end `motion`, of both segments' ends: those of `x`'s come
-    /// first.
+    /// The change of the force on the end `force` with the displacement of the end `motion`, of
+    /// both segments' ends: those of `x`'s come first.
     #[inline(always)]
     fn block<const D: usize>(&self, force: usize, motion: usize) -> [[f64; D]; D] {
-        let Self { shares, normal, across, along_normal, shifting, slopes, rub, .. } = self;
+        let Self {
+            shares,
+            normal,
+            across,
+            along_normal,
+            shifting,
+            slopes,
+            rub,
+            ..
+        } = self;
         let share = shares[force] * shares[motion];
         let (diagonal, along_normal) = (share * across, share * along_normal);
         let (on, by) = (slopes[force], slopes[motion]);
         let mut block: [[f64; D]; D] = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
-                identity(i, j) * diagonal + along_normal * normal[i] * normal[j] + shifting * on[i] * by[j]
+                identity(i, j) * diagonal
+                    + along_normal * normal[i] * normal[j]
+                    + shifting * on[i] * by[j]
             })
         });
         if let Some(rub) = rub {
             let friction = transposed_product(&rub.carried[force], &rub.by_ends[motion]);
             for (row, friction) in block.iter_mut().zip(friction) {
-                row.iter_mut().zip(friction).for_each(|(value, friction)| *value += friction);
+                row.iter_mut()
+                    .zip(friction)
+                    .for_each(|(value, friction)| *value += friction);
             }
         }
         block
     }
 
-    /// Adds how the forces on the ends of a segment, `x`'s (0) or `y`'s (1), change with its own motion.
+    /// Adds how the forces on the ends of a segment, `x`'s (0) or `y`'s (1), change with its own
+    /// motion.
     #[inline(always)]
     pub fn add_changes<const D: usize>(&self, side: usize, changes: &mut Changes) {
-        changes.add_blocks::<D>(self.segments[side], |force, motion| self.block(2 * side + force, 2 * side + motion));
+        changes.add_blocks::<D>(self.segments[side], |force, motion| {
+            self.block(2 * side + force, 2 * side + motion)
+        });
     }
 }
 
-/// How the forces on the ends of one segment change with the displacements of the ends of another one, in so many dimensions.
+/// How the forces on the ends of one segment change with the displacements of the ends of another
+/// one, in so many dimensions.
 #[derive(Clone, Debug)]
 pub struct Coupling<const D: usize> {
     /// The segment that the forces are on, and that which is displaced.
@@ -362,7 +480,10 @@ pub struct Coupling<const D: usize> {
 impl<const D: usize> Coupling<D> {
     /// None yet of the second of both `segments` on the first.
     pub fn new(segments: [Node; 2]) -> Self {
-        Self { segments, columns: [[[[0.0; D]; 2]; D]; 2] }
+        Self {
+            segments,
+            columns: [[[[0.0; D]; 2]; D]; 2],
+        }
     }
 
     /// Adds that of a press on `x`'s segment (0) or on `y`'s (1).
@@ -425,13 +546,29 @@ mod tests {
     use super::*;
     use crate::equations::Lanewise;
 
-    const LAW: PressLaw = PressLaw { stiffness: 6e7, damping: 0.1, friction: 0.2, regularisation: 1e-3 };
+    const LAW: PressLaw = PressLaw {
+        stiffness: 6e7,
+        damping: 0.1,
+        friction: 0.2,
+        regularisation: 1e-3,
+    };
     const REACH: f64 = 1.2e-3;
     /// Two segments that cross, and the velocities of their ends.
-    const POSITIONS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [2e-3, 1e-4, 0.0], [8e-4, -9e-4, 1e-3], [1.1e-3, 9e-4, 1.2e-3]];
-    const VELOCITIES: [[f64; 3]; 4] = [[1.0, 0.2, 0.3], [0.8, -0.4, 0.7], [0.1, 0.5, -0.2], [-0.3, 0.2, 0.4]];
+    const POSITIONS: [[f64; 3]; 4] = [
+        [0.0, 0.0, 0.0],
+        [2e-3, 1e-4, 0.0],
+        [8e-4, -9e-4, 1e-3],
+        [1.1e-3, 9e-4, 1.2e-3],
+    ];
+    const VELOCITIES: [[f64; 3]; 4] = [
+        [1.0, 0.2, 0.3],
+        [0.8, -0.4, 0.7],
+        [0.1, 0.5, -0.2],
+        [-0.3, 0.2, 0.4],
+    ];
 
-    /// The ends of the first segment, which is of one filament, and of the second, which is of another.
+    /// The ends of the first segment, which is of one filament, and of the second, which is of
+    /// another.
     fn nodes() -> [Node; 4] {
         [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(filament, k)| Node::new(filament, k, 1))
     }
@@ -447,9 +584,25 @@ mod tests {
     fn press(law: &PressLaw, positions: &[[f64; 3]; 4], velocities: &[[f64; 3]; 4]) -> Press {
         let (positions, velocities) = (field(positions), field(velocities));
         let [first, _, second, _] = nodes();
-        let near = Near::on_segment(FilamentPoint { segment: first, fraction: 0.4 }, second, &positions, REACH);
+        let near = Near::on_segment(
+            FilamentPoint {
+                segment: first,
+                fraction: 0.4,
+            },
+            second,
+            &positions,
+            REACH,
+        );
         assert!(near.is_inside && near.square() < REACH * REACH);
-        Press::new(law, &near, 4e-4, &Nodes { positions, velocities })
+        Press::new(
+            law,
+            &near,
+            4e-4,
+            &Nodes {
+                positions,
+                velocities,
+            },
+        )
     }
 
     /// The forces that `load` adds.
@@ -459,7 +612,11 @@ mod tests {
         nodes().map(|node| field.at(node))
     }
 
-    fn forces(law: &PressLaw, positions: &[[f64; 3]; 4], velocities: &[[f64; 3]; 4]) -> [[f64; 3]; 4] {
+    fn forces(
+        law: &PressLaw,
+        positions: &[[f64; 3]; 4],
+        velocities: &[[f64; 3]; 4],
+    ) -> [[f64; 3]; 4] {
         let press = press(law, positions, velocities);
         in_group(|forces| {
             press.load_point(forces);
@@ -469,7 +626,11 @@ mod tests {
 
     #[test]
     fn forces_are_the_gradient_of_the_energy() {
-        let law = PressLaw { damping: 0.0, friction: 0.0, ..LAW };
+        let law = PressLaw {
+            damping: 0.0,
+            friction: 0.0,
+            ..LAW
+        };
         let forces = forces(&law, &POSITIONS, &VELOCITIES);
         let step = 1e-8;
         for end in 0..4 {
@@ -488,44 +649,98 @@ mod tests {
     #[test]
     fn forces_and_moments_balance() {
         let in_plane = |vectors: [[f64; 3]; 4]| vectors.map(|[x, y, _]| [x, y, 0.0]);
-        let beside = [[0.0, 0.0, 0.0], [2e-3, 1e-4, 0.0], [1e-4, 1e-3, 0.0], [2.1e-3, 1.2e-3, 0.0]];
-        // A segment takes no torque about itself, so that friction in space lacks the moment that twists it.
-        let smooth = PressLaw { friction: 0.0, ..LAW };
-        for (law, positions, velocities) in [(smooth, POSITIONS, VELOCITIES), (LAW, beside, in_plane(VELOCITIES))] {
+        let beside = [
+            [0.0, 0.0, 0.0],
+            [2e-3, 1e-4, 0.0],
+            [1e-4, 1e-3, 0.0],
+            [2.1e-3, 1.2e-3, 0.0],
+        ];
+        // A segment takes no torque about itself, so that friction in space lacks the moment that
+        // twists it.
+        let smooth = PressLaw {
+            friction: 0.0,
+            ..LAW
+        };
+        for (law, positions, velocities) in [
+            (smooth, POSITIONS, VELOCITIES),
+            (LAW, beside, in_plane(VELOCITIES)),
+        ] {
             let forces = forces(&law, &positions, &velocities);
             let force = forces.iter().fold([0.0; 3], |sum, force| add(sum, *force));
-            let moment = forces.iter().zip(positions).fold([0.0; 3], |sum, ([fx, fy, fz], [x, y, z])| {
-                add(sum, [y * fz - z * fy, z * fx - x * fz, x * fy - y * fx])
-            });
-            assert!(dot(force, force).sqrt() < 1e-15 && dot(moment, moment).sqrt() < 1e-17, "{force:?} {moment:?}");
+            let moment =
+                forces
+                    .iter()
+                    .zip(positions)
+                    .fold([0.0; 3], |sum, ([fx, fy, fz], [x, y, z])| {
+                        add(sum, [y * fz - z * fy, z * fx - x * fz, x * fy - y * fx])
+                    });
+            assert!(
+                dot(force, force).sqrt() < 1e-15 && dot(moment, moment).sqrt() < 1e-17,
+                "{force:?} {moment:?}"
+            );
         }
     }
 
     #[test]
     fn a_rigid_rotation_does_not_rub() {
         let spin = [3.0, -2.0, 5.0];
-        let turning = POSITIONS
-            .map(|[x, y, z]| [spin[1] * z - spin[2] * y, spin[2] * x - spin[0] * z, spin[0] * y - spin[1] * x]);
+        let turning = POSITIONS.map(|[x, y, z]| {
+            [
+                spin[1] * z - spin[2] * y,
+                spin[2] * x - spin[0] * z,
+                spin[0] * y - spin[1] * x,
+            ]
+        });
         // A segment does not turn about itself: across it, the rotation is that of its ends.
         let planar = POSITIONS.map(|[x, y, _]| [x, y, 0.0]);
-        let planar = [planar[0], planar[1], add(planar[0], [2e-4, 1.1e-3, 0.0]), add(planar[1], [-2e-4, 1.1e-3, 0.0])];
+        let planar = [
+            planar[0],
+            planar[1],
+            add(planar[0], [2e-4, 1.1e-3, 0.0]),
+            add(planar[1], [-2e-4, 1.1e-3, 0.0]),
+        ];
         let about_z = planar.map(|[x, y, _]| [-5.0 * y, 5.0 * x, 0.0]);
         assert!(press(&LAW, &planar, &about_z).dissipated.abs() < 1e-15);
-        assert!(press(&PressLaw { friction: 0.0, ..LAW }, &POSITIONS, &turning).dissipated.abs() < 1e-12);
+        assert!(
+            press(
+                &PressLaw {
+                    friction: 0.0,
+                    ..LAW
+                },
+                &POSITIONS,
+                &turning
+            )
+            .dissipated
+            .abs()
+                < 1e-12
+        );
     }
 
     #[test]
     fn tangents_are_derivatives_of_the_forces() {
-        let elastic = PressLaw { damping: 0.0, friction: 0.0, ..LAW };
-        let damped = PressLaw { friction: 0.0, ..LAW };
-        // A step that moves by its velocities alone leaves out how the surfaces turn with the positions, as the tangent does.
-        for (law, weights) in [(elastic, [1.0, 0.0]), (damped, [0.0, 1.0]), (LAW, [0.0, 1.0])] {
+        let elastic = PressLaw {
+            damping: 0.0,
+            friction: 0.0,
+            ..LAW
+        };
+        let damped = PressLaw {
+            friction: 0.0,
+            ..LAW
+        };
+        // A step that moves by its velocities alone leaves out how the surfaces turn with the
+        // positions, as the tangent does.
+        for (law, weights) in [
+            (elastic, [1.0, 0.0]),
+            (damped, [0.0, 1.0]),
+            (LAW, [0.0, 1.0]),
+        ] {
             let tangent = press(&law, &POSITIONS, &VELOCITIES).tangent(&law, weights);
             let mut own = Changes::new(1);
             own.clear(0);
             let couplings = [0, 1].map(|side| {
                 tangent.add_changes::<3>(side, &mut own);
-                let mut coupling = Coupling::<3>::new([tangent.segments[side], tangent.segments[1 - side]]);
+                let mut coupling =
+                    Coupling::<3>::new([tangent.segments[side], tangent.segments[1 - side]]);
                 coupling.add(&tangent, side);
                 coupling
             });
@@ -541,19 +756,26 @@ mod tests {
                     let (above, below) = (at(step), at(-step));
                     let mut moved = [[0.0; 3]; 4];
                     moved[end][component] = 1.0;
-                    let mut change =
-                        in_group(|forces| couplings.iter().for_each(|coupling| coupling.apply(&field(&moved), forces)));
+                    let mut change = in_group(|forces| {
+                        couplings
+                            .iter()
+                            .for_each(|coupling| coupling.apply(&field(&moved), forces))
+                    });
                     let (first, side) = (end / 2 * 2, end % 2);
                     for force in 0..2 {
                         let (_, blocks) = own.blocks().next().expect("a segment");
-                        let block = blocks[force][side].map(|row| row.map(|value| value.lane(first / 2)));
+                        let block =
+                            blocks[force][side].map(|row| row.map(|value| value.lane(first / 2)));
                         change[first + force] = add(change[first + force], mul(&block, moved[end]));
                     }
                     for (node, change) in change.iter().enumerate() {
                         for i in 0..3 {
                             let slope = (above[node][i] - below[node][i]) / (2.0 * step);
                             let scale = law.stiffness * 4e-4 * weights[0] + 1e3 * weights[1];
-                            assert!((slope - change[i]).abs() < 1e-6 * scale, "{slope} {change:?}");
+                            assert!(
+                                (slope - change[i]).abs() < 1e-6 * scale,
+                                "{slope} {change:?}"
+                            );
                         }
                     }
                 }

@@ -7,11 +7,18 @@ use super::team;
 use crate::equations::LANES;
 
 /// Sums those of all groups.
-fn fill<const D: usize>(all: &mut [OfGroup<D>], tangents: &[Vec<PressTangent>], incoming: &[Vec<[u32; 2]>]) {
+fn fill<const D: usize>(
+    all: &mut [OfGroup<D>],
+    tangents: &[Vec<PressTangent>],
+    incoming: &[Vec<[u32; 2]>],
+) {
     let groups = all.iter_mut().zip(incoming).enumerate();
-    team::for_each(groups.map(|(group, part)| (group, (group, part))), |(group, (of_group, incoming))| {
-        of_group.fill(group, tangents, incoming);
-    });
+    team::for_each(
+        groups.map(|(group, part)| (group, (group, part))),
+        |(group, (of_group, incoming))| {
+            of_group.fill(group, tangents, incoming);
+        },
+    );
 }
 
 /// A press, with both filaments: that of the point first.
@@ -39,7 +46,8 @@ enum Couplings {
 #[derive(Clone)]
 struct OfGroup<const D: usize> {
     couplings: Vec<Coupling<D>>,
-    /// By node of the group: the last one with forces on its segment; and by coupling, the one before that on the same segment.
+    /// By node of the group: the last one with forces on its segment; and by coupling, the one
+    /// before that on the same segment.
     last: Vec<Option<u32>>,
     before: Vec<Option<u32>>,
 }
@@ -47,7 +55,11 @@ struct OfGroup<const D: usize> {
 impl<const D: usize> OfGroup<D> {
     /// None, on a group of so many nodes.
     fn new(nodes: usize) -> Self {
-        Self { couplings: Vec::new(), last: vec![None; nodes], before: Vec::new() }
+        Self {
+            couplings: Vec::new(),
+            last: vec![None; nodes],
+            before: Vec::new(),
+        }
     }
 
     /// Sums those of the presses on `group`.
@@ -55,17 +67,27 @@ impl<const D: usize> OfGroup<D> {
         self.couplings.clear();
         self.before.clear();
         self.last.fill(None);
-        tangents[group].iter().for_each(|tangent| self.add(tangent, 0));
-        incoming.iter().for_each(|&[from, index]| self.add(&tangents[from as usize][index as usize], 1));
+        tangents[group]
+            .iter()
+            .for_each(|tangent| self.add(tangent, 0));
+        incoming
+            .iter()
+            .for_each(|&[from, index]| self.add(&tangents[from as usize][index as usize], 1));
     }
 
     fn add(&mut self, tangent: &PressTangent, side: usize) {
-        let Self { couplings, last, before } = self;
+        let Self {
+            couplings,
+            last,
+            before,
+        } = self;
         let segments = [tangent.segments[side], tangent.segments[1 - side]];
         let node = segments[0].within(last.len());
         let last = &mut last[node];
         let mut known = *last;
-        while let Some(index) = known.filter(|index| couplings[*index as usize].segments != segments) {
+        while let Some(index) =
+            known.filter(|index| couplings[*index as usize].segments != segments)
+        {
             known = before[index as usize];
         }
         let index = known.unwrap_or_else(|| {
@@ -80,7 +102,11 @@ impl<const D: usize> OfGroup<D> {
     fn apply(&self, displacements: &Field, forces: &mut GroupField<'_>) {
         wide(
             #[inline(always)]
-            || self.couplings.iter().for_each(|coupling| coupling.apply(displacements, forces)),
+            || {
+                self.couplings
+                    .iter()
+                    .for_each(|coupling| coupling.apply(displacements, forces))
+            },
         );
     }
 }
@@ -125,32 +151,61 @@ impl Pressing {
         self.presses.iter_mut().for_each(Vec::clear);
     }
 
-    /// Finds them among the `candidates`, whose nodes are at `nodes`; with `weights` of positions and rates also how their forces change.
-    pub fn find(&mut self, candidates: &mut Candidates, nodes: &Nodes, layout: &Layout, weights: Option<[f64; 2]>) {
-        let Self { law, presses, earlier, tangents, incoming, couplings } = self;
+    /// Finds them among the `candidates`, whose nodes are at `nodes`; with `weights` of positions
+    /// and rates also how their forces change.
+    pub fn find(
+        &mut self,
+        candidates: &mut Candidates,
+        nodes: &Nodes,
+        layout: &Layout,
+        weights: Option<[f64; 2]>,
+    ) {
+        let Self {
+            law,
+            presses,
+            earlier,
+            tangents,
+            incoming,
+            couplings,
+        } = self;
         std::mem::swap(presses, earlier);
-        let parts = candidates.by_group().zip(&mut *presses).zip(&*earlier).zip(&mut *tangents);
-        team::for_each(parts.enumerate(), |(((watched, presses), earlier), tangents)| {
-            presses.clear();
-            // Friction alone follows what was there.
-            let mut earlier = earlier.iter().filter(|_| law.friction > 0.0).peekable();
-            watched.for_each_near(|filaments, near| {
-                let mut press = Press::new(law, near, layout.part_length(filaments[0]), nodes);
-                let key = (filaments, near.point.key());
-                while earlier.next_if(|(filaments, before)| (*filaments, before.near.point.key()) < key).is_some() {}
-                let before = earlier.next_if(|(filaments, before)| (*filaments, before.near.point.key()) == key);
-                before.into_iter().for_each(|(_, before)| press.follow(before));
-                presses.push((filaments, press));
-            });
-            tangents.clear();
-            if let Some(weights) = weights {
-                tangents.extend(presses.iter().map(|(_, press)| press.tangent(law, weights)));
-            }
-        });
+        let parts = candidates
+            .by_group()
+            .zip(&mut *presses)
+            .zip(&*earlier)
+            .zip(&mut *tangents);
+        team::for_each(
+            parts.enumerate(),
+            |(((watched, presses), earlier), tangents)| {
+                presses.clear();
+                // Friction alone follows what was there.
+                let mut earlier = earlier.iter().filter(|_| law.friction > 0.0).peekable();
+                watched.for_each_near(|filaments, near| {
+                    let mut press = Press::new(law, near, layout.part_length(filaments[0]), nodes);
+                    let key = (filaments, near.point.key());
+                    while earlier
+                        .next_if(|(filaments, before)| (*filaments, before.near.point.key()) < key)
+                        .is_some()
+                    {}
+                    let before = earlier.next_if(|(filaments, before)| {
+                        (*filaments, before.near.point.key()) == key
+                    });
+                    before
+                        .into_iter()
+                        .for_each(|(_, before)| press.follow(before));
+                    presses.push((filaments, press));
+                });
+                tangents.clear();
+                if let Some(weights) = weights {
+                    tangents.extend(presses.iter().map(|(_, press)| press.tangent(law, weights)));
+                }
+            },
+        );
         incoming.iter_mut().for_each(Vec::clear);
         for (own, presses) in presses.iter().enumerate() {
             for (index, (_, press)) in presses.iter().enumerate() {
-                incoming[press.near.nearest.segment.group(layout.segments)].push([own as u32, index as u32]);
+                incoming[press.near.nearest.segment.group(layout.segments)]
+                    .push([own as u32, index as u32]);
             }
         }
         if weights.is_some() {
@@ -184,7 +239,9 @@ impl Pressing {
     }
 
     fn add_changes_in<const D: usize>(&self, group: usize, changes: &mut Changes) {
-        self.tangents[group].iter().for_each(|tangent| tangent.add_changes::<D>(0, changes));
+        self.tangents[group]
+            .iter()
+            .for_each(|tangent| tangent.add_changes::<D>(0, changes));
         for &[from, index] in &self.incoming[group] {
             self.tangents[from as usize][index as usize].add_changes::<D>(1, changes);
         }

@@ -94,7 +94,8 @@ pub struct Stretch {
     pub scatter: f64,
     /// How much the mean of its first half differs from that of its last half, over the mean.
     pub drift: f64,
-    /// Estimate of how much the mean would change with a quarter more columns, over the mean: if the trend along the stretch went on.
+    /// Estimate of how much the mean would change with a quarter more columns, over the mean: if
+    /// the trend along the stretch went on.
     pub change_with_more_columns: f64,
 }
 
@@ -131,8 +132,9 @@ pub struct BrushResult {
     pub energies: EnergyBalance,
     /// By how much energy and momentum fail to balance.
     pub residuals: Residuals,
-    /// By how much the impulse of one filament by itself, in the steps of the brush, differs from that of its error-controlled pass, over
-    /// it: the largest of all turns. Of several filaments also what halved steps change, where that is larger.
+    /// By how much the impulse of one filament by itself, in the steps of the brush, differs from
+    /// that of its error-controlled pass, over it: the largest of all turns. Of several filaments
+    /// also what halved steps change, where that is larger.
     pub step_error: f64,
 }
 
@@ -141,8 +143,9 @@ pub struct BrushResult {
 pub struct Residuals {
     /// The energy that is lacking over that which was put in and taken, in either direction.
     pub energy: f64,
-    /// The momentum that is lacking over that of the filaments and the impulse of the workpiece on them. Forces between filaments are not
-    /// part of the sum: what one does to the other must be opposite.
+    /// The momentum that is lacking over that of the filaments and the impulse of the workpiece on
+    /// them. Forces between filaments are not part of the sum: what one does to the other must be
+    /// opposite.
     pub momentum: f64,
 }
 

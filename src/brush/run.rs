@@ -9,7 +9,8 @@ use super::error::BrushError;
 use super::filaments;
 use super::plan::{Plan, STRIDE, begin};
 use super::result::{
-    BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals, ToolSample,
+    BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals,
+    ToolSample,
 };
 use super::sector::{Account, Balance, Sector, SectorState};
 use super::settle::{self, Settling};
@@ -26,17 +27,24 @@ use crate::simulation::{Form, Pass, Stop, is_steady};
 pub struct Shortcuts {
     /// Straight filaments sleep until something touches them.
     pub sleep: bool,
-    /// Filaments are left out once neither they nor those behind them can touch the workpiece again.
+    /// Filaments are left out once neither they nor those behind them can touch the workpiece
+    /// again.
     pub leave_out: bool,
     /// The workpiece is not searched where a bound of the distance excludes contact.
     pub clearance: bool,
-    /// The broad phase searches only pairs, points and segments that a bound of their distance does not exclude.
+    /// The broad phase searches only pairs, points and segments that a bound of their distance does
+    /// not exclude.
     pub broad_phase: bool,
 }
 
 impl Shortcuts {
     /// All shortcuts, which is the default.
-    pub const ALL: Self = Self { sleep: true, leave_out: true, clearance: true, broad_phase: true };
+    pub const ALL: Self = Self {
+        sleep: true,
+        leave_out: true,
+        clearance: true,
+        broad_phase: true,
+    };
 }
 
 impl Default for Shortcuts {
@@ -45,7 +53,8 @@ impl Default for Shortcuts {
     }
 }
 
-/// How a brush is simulated. Results do not depend on it, except for the frames that it requests, and for halved steps.
+/// How a brush is simulated. Results do not depend on it, except for the frames that it requests,
+/// and for halved steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunOptions {
     /// Number of threads.
@@ -62,7 +71,13 @@ pub struct RunOptions {
 
 impl Default for RunOptions {
     fn default() -> Self {
-        Self { threads: 1, frames: 0, memory: None, halvings: 0, shortcuts: Shortcuts::ALL }
+        Self {
+            threads: 1,
+            frames: 0,
+            memory: None,
+            halvings: 0,
+            shortcuts: Shortcuts::ALL,
+        }
     }
 }
 
@@ -76,24 +91,28 @@ struct Precision {
     newton: f64,
     /// The share of the energy that goes in or out which its balance may lack.
     lacking: f64,
-    /// The largest relative difference of an impulse of a filament alone from that of its error-controlled pass.
+    /// The largest relative difference of an impulse of a filament alone from that of its
+    /// error-controlled pass.
     error: f64,
 }
 
 impl Precision {
-    /// The first one that is tried: shorter where the nominal contact is short against the filament, because fast filaments bounce
-    /// there, and where filaments rub on each other. Longer steps than those of a tolerance of 1e-3 are not faster: they take more
-    /// iterations (docs/integrators.md).
+    /// The first one that is tried: shorter where the nominal contact is short against the
+    /// filament, because fast filaments bounce there, and where filaments rub on each other. Longer
+    /// steps than those of a tolerance of 1e-3 are not faster: they take more iterations
+    /// (docs/integrators.md).
     fn first(settings: &Settings, pass: &Pass) -> Self {
         /// In tolerances: a fifth of what is an error at the end.
         const LACKING: f64 = 2.0;
-        /// Steps are no longer at looser tolerances: the way of the tips then, in m, and the correction that may be the last, as a share.
+        /// Steps are no longer at looser tolerances: the way of the tips then, in m, and the
+        /// correction that may be the last, as a share.
         const LOOSEST: f64 = 1e-3;
         const STEP: f64 = 2e-4;
         const NEWTON: f64 = 3e-4;
         /// The power of the tolerance with which these fall.
         const BY_TOLERANCE: f64 = 2.0 / 3.0;
-        /// A contact is short below this multiple of the filament. Steps fall with this power of it, down to the least share.
+        /// A contact is short below this multiple of the filament. Steps fall with this power of
+        /// it, down to the least share.
         const SHORT: f64 = 0.9;
         const BY_CONTACT: f64 = 1.5;
         const LEAST: f64 = 0.3;
@@ -103,8 +122,14 @@ impl Precision {
         let nominal = pass.nominal();
         let contact_length = nominal.tool_radius * nominal.contact_angle;
         let share = (brush.tolerance / LOOSEST).min(1.0).powf(BY_TOLERANCE);
-        let short = (contact_length / (SHORT * settings.filament.length_m)).clamp(LEAST, 1.0).powf(BY_CONTACT);
-        let rubbing = if brush.friction_coefficient > 0.0 { RUBBING } else { 1.0 };
+        let short = (contact_length / (SHORT * settings.filament.length_m))
+            .clamp(LEAST, 1.0)
+            .powf(BY_CONTACT);
+        let rubbing = if brush.friction_coefficient > 0.0 {
+            RUBBING
+        } else {
+            1.0
+        };
         Self {
             step: STEP * share * short * rubbing,
             newton: NEWTON * share,
@@ -113,22 +138,27 @@ impl Precision {
         }
     }
 
-    /// The longest steps, by halves of the first ones, in which a filament alone has the impulses of its error-controlled pass to the
-    /// relative `brush.tolerance`. If there are none, those with the smallest error.
+    /// The longest steps, by halves of the first ones, in which a filament alone has the impulses
+    /// of its error-controlled pass to the relative `brush.tolerance`. If there are none, those
+    /// with the smallest error.
     ///
     /// Where filaments have tilts of their own, it has a tilt of one standard deviation.
     ///
     /// # Errors
     /// If its pass cannot be simulated.
     fn find(settings: &Settings) -> Result<Self, BrushError> {
-        /// The share of the tolerance that this may take: where filaments touch each other, they take other steps.
+        /// The share of the tolerance that this may take: where filaments touch each other, they
+        /// take other steps.
         const SHARE: f64 = 0.5;
         /// Halves that are tried.
         const MOST: usize = 7;
         /// Tolerance of the pass, as a share of that of the brush.
         const CLOSER: f64 = 0.01;
         let brush = settings.brush_or_default();
-        let mut typical = Settings { brush: None, ..settings.clone() };
+        let mut typical = Settings {
+            brush: None,
+            ..settings.clone()
+        };
         typical.filament.lateral_tilt_rad += brush.lateral_tilt_std_rad;
         let tolerance = &mut typical.solver.relative_tolerance;
         *tolerance = tolerance.min(CLOSER * brush.tolerance);
@@ -144,21 +174,37 @@ impl Precision {
             if next.error <= SHARE * brush.tolerance {
                 break;
             }
-            next = Self { step: 0.5 * next.step, newton: 0.5 * next.newton, ..next };
+            next = Self {
+                step: 0.5 * next.step,
+                newton: 0.5 * next.newton,
+                ..next
+            };
         }
-        if best.error.is_finite() { Ok(best) } else { Err(BrushError::NoConvergence { time: 0.0, filaments: 1 }) }
+        if best.error.is_finite() {
+            Ok(best)
+        } else {
+            Err(BrushError::NoConvergence {
+                time: 0.0,
+                filaments: 1,
+            })
+        }
     }
 
-    /// Half the step, so many times, or twice the step if they are negative. The energy that a step lacks falls with the third power of
-    /// its length.
+    /// Half the step, so many times, or twice the step if they are negative. The energy that a step
+    /// lacks falls with the third power of its length.
     fn halved(self, times: i32) -> Self {
         let share = 0.5_f64.powi(times);
-        Self { step: share * self.step, newton: share * self.newton, lacking: share * share * self.lacking, ..self }
+        Self {
+            step: share * self.step,
+            newton: share * self.newton,
+            lacking: share * share * self.lacking,
+            ..self
+        }
     }
 }
 
-/// How the steps of a brush follow from what its filaments do to each other: errors grow with each strike, and where filaments rub on each
-/// other. A [`Trial`] shows nothing of that.
+/// How the steps of a brush follow from what its filaments do to each other: errors grow with each
+/// strike, and where filaments rub on each other. A [`Trial`] shows nothing of that.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Refinement {
@@ -168,42 +214,74 @@ struct Refinement {
     whole: Option<usize>,
     /// The columns of the brush that are expected to count.
     counted: usize,
-    /// The changes of its impulses by all times that it has ended so far. The first one is infinite.
+    /// The changes of its impulses by all times that it has ended so far. The first one is
+    /// infinite.
     changes: Vec<f64>,
-    /// Impulses of its filaments in N s, by turn, in steps twice as long. Empty before it has been simulated in such.
+    /// Impulses of its filaments in N s, by turn, in steps twice as long. Empty before it has been
+    /// simulated in such.
     coarser: Vec<Vec<f64>>,
 }
 
 impl Refinement {
-    /// The most filaments that are solved for a brush that is its own sample. Means over more of them differ less, and take longer.
+    /// The most filaments that are solved for a brush that is its own sample. Means over more of
+    /// them differ less, and take longer.
     const FEW: usize = 5 * LANES;
     /// The share of the tolerance by which its impulses may change.
     const SHARE: f64 = 0.2;
-    /// Halves that are tried, and of a sample whose filaments differ, or whose changes do not fall by half: such may be small by chance.
+    /// Halves that are tried, and of a sample whose filaments differ, or whose changes do not fall
+    /// by half: such may be small by chance.
     const MOST: usize = 4;
     const MOST_OF_SAMPLE: usize = 2;
 
     /// Of a brush that is simulated for the first time.
     fn new(goes_on: bool, counted: usize) -> Self {
-        Self { goes_on, whole: None, counted, changes: Vec::new(), coarser: Vec::new() }
+        Self {
+            goes_on,
+            whole: None,
+            counted,
+            changes: Vec::new(),
+            coarser: Vec::new(),
+        }
     }
 
     /// The columns of a sample of a brush that solves so many filaments in `columns`.
     fn sample(solved: usize, columns: usize) -> usize {
         /// At least: what the first ones do to each other is less than what comes later.
         const LEAST: usize = 12;
-        (Self::FEW * columns).div_ceil(solved).max(LEAST).min(columns)
+        (Self::FEW * columns)
+            .div_ceil(solved)
+            .max(LEAST)
+            .min(columns)
     }
 
-    /// After these `impulses` in N s, by turn and filament, of `columns`, to the relative `tolerance`. Whether filaments `are_equal` in a plane
-    /// decides how often a sample is tried.
-    fn after(&self, impulses: Vec<Vec<f64>>, columns: usize, tolerance: f64, are_equal: bool) -> Self {
+    /// After these `impulses` in N s, by turn and filament, of `columns`, to the relative
+    /// `tolerance`. Whether filaments `are_equal` in a plane decides how often a sample is tried.
+    fn after(
+        &self,
+        impulses: Vec<Vec<f64>>,
+        columns: usize,
+        tolerance: f64,
+        are_equal: bool,
+    ) -> Self {
         let change = self.change(&impulses, columns as f64 / self.counted as f64);
         let changes: Vec<f64> = self.changes.iter().copied().chain([change]).collect();
-        let helps = are_equal && self.changes.last().is_some_and(|before| change <= 0.5 * before);
-        let most = if self.whole.is_some() && !helps { Self::MOST_OF_SAMPLE } else { Self::MOST };
+        let helps = are_equal
+            && self
+                .changes
+                .last()
+                .is_some_and(|before| change <= 0.5 * before);
+        let most = if self.whole.is_some() && !helps {
+            Self::MOST_OF_SAMPLE
+        } else {
+            Self::MOST
+        };
         let goes_on = !Self::is_small(change, tolerance) && changes.len() <= most;
-        Self { goes_on, changes, coarser: impulses, ..*self }
+        Self {
+            goes_on,
+            changes,
+            coarser: impulses,
+            ..*self
+        }
     }
 
     /// Whether a change is small enough to end with.
@@ -211,14 +289,23 @@ impl Refinement {
         change <= Self::SHARE * tolerance
     }
 
-    /// After the last impulses. From here on only the number of runs before counts, for the progress: a sample is one.
+    /// After the last impulses. From here on only the number of runs before counts, for the
+    /// progress: a sample is one.
     fn ended(&self) -> Self {
-        let times = if self.whole.is_some() { 1 } else { self.changes.len().max(1) };
-        Self { changes: vec![0.0; times], ..Self::new(false, self.counted) }
+        let times = if self.whole.is_some() {
+            1
+        } else {
+            self.changes.len().max(1)
+        };
+        Self {
+            changes: vec![0.0; times],
+            ..Self::new(false, self.counted)
+        }
     }
 
-    /// By how many halves the steps of the whole are longer than the last ones of its sample. If its last change is small, the steps before
-    /// were short enough. If shorter ones do not help and a warning is due anyway, the first ones are as right, and faster.
+    /// By how many halves the steps of the whole are longer than the last ones of its sample. If
+    /// its last change is small, the steps before were short enough. If shorter ones do not help
+    /// and a warning is due anyway, the first ones are as right, and faster.
     fn back(&self, tolerance: f64) -> usize {
         let [before, last] = [2, 1].map(|back| self.changes[self.changes.len() - back]);
         let has_helped = before <= tolerance || last <= 0.5 * before;
@@ -231,8 +318,8 @@ impl Refinement {
         }
     }
 
-    /// The error that is expected at the end: the last change. That may be small by chance where changes do not fall, or were only two:
-    /// then the largest of the later half.
+    /// The error that is expected at the end: the last change. That may be small by chance where
+    /// changes do not fall, or were only two: then the largest of the later half.
     fn error(&self, tolerance: f64) -> f64 {
         let (count, last) = (self.changes.len(), self.changes[self.changes.len() - 1]);
         let falls = self.changes.is_sorted_by(|before, after| before > after);
@@ -241,13 +328,19 @@ impl Refinement {
         self.changes[later..].iter().copied().fold(last, f64::max)
     }
 
-    /// The largest relative change of a turn's mean from coarser steps to these `impulses`: the change that it has, or, if that is larger,
-    /// the one that it would have if single filaments changed with random signs. Means of two runs may agree where filaments do not.
-    /// `share` is the number of columns over the number of those that count, over which random changes average. Infinite if there were no
-    /// coarser steps.
+    /// The largest relative change of a turn's mean from coarser steps to these `impulses`: the
+    /// change that it has, or, if that is larger, the one that it would have if single filaments
+    /// changed with random signs. Means of two runs may agree where filaments do not. `share` is
+    /// the number of columns over the number of those that count, over which random changes
+    /// average. Infinite if there were no coarser steps.
     fn change(&self, impulses: &[Vec<f64>], share: f64) -> f64 {
         let change = |(coarser, finer): (&Vec<f64>, &Vec<f64>)| {
-            let changes = || coarser.iter().zip(finer).map(|(coarser, finer)| finer - coarser);
+            let changes = || {
+                coarser
+                    .iter()
+                    .zip(finer)
+                    .map(|(coarser, finer)| finer - coarser)
+            };
             let random: f64 = changes().map(|change| change * change).sum();
             let common = (changes().sum::<f64>().powi(2) - random).max(0.0);
             let change = (common + share * random).sqrt();
@@ -255,7 +348,11 @@ impl Refinement {
             if change == 0.0 { 0.0 } else { change / whole }
         };
         let changes = self.coarser.iter().zip(impulses).map(change);
-        if self.coarser.is_empty() { f64::INFINITY } else { changes.fold(0.0, f64::max) }
+        if self.coarser.is_empty() {
+            f64::INFINITY
+        } else {
+            changes.fold(0.0, f64::max)
+        }
     }
 }
 
@@ -288,8 +385,8 @@ pub struct BrushRun {
     points: usize,
     /// The settings of each filament.
     own: Vec<Settings>,
-    /// What is left to do before the motion begins, where undeformed filaments are in each other, and the steps that it was expected to
-    /// need.
+    /// What is left to do before the motion begins, where undeformed filaments are in each other,
+    /// and the steps that it was expected to need.
     settling: Option<Settling>,
     settling_steps: usize,
     /// The time of a step in s.
@@ -310,7 +407,8 @@ pub struct BrushRun {
     stop: Stop,
 }
 
-/// The state of a [`BrushRun`], from which it can go on. With the feature `serde` it can be written, with every bit.
+/// The state of a [`BrushRun`], from which it can go on. With the feature `serde` it can be
+/// written, with every bit.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Checkpoint {
@@ -357,8 +455,13 @@ struct Draft {
 }
 
 impl Draft {
-    /// The sector that `settings` state, with another number of columns if one is given. It may need `memory` (bytes).
-    fn new(settings: &Settings, columns: Option<usize>, memory: Option<u64>) -> Result<Self, BrushError> {
+    /// The sector that `settings` state, with another number of columns if one is given. It may
+    /// need `memory` (bytes).
+    fn new(
+        settings: &Settings,
+        columns: Option<usize>,
+        memory: Option<u64>,
+    ) -> Result<Self, BrushError> {
         if !lanes_are_compiled() {
             return Err(BrushError::NoLanes);
         }
@@ -370,41 +473,64 @@ impl Draft {
         let rows = settings.brush_rows();
         let n = settings.filament.segments;
         let length = settings.filament.length_m / n as f64;
-        let points =
-            brush.contact_points.unwrap_or_else(|| (length / settings.filament.diameter_m).ceil().max(1.0) as usize);
-        let diameter = settings.filament.diameter_m.max(settings.filament.tip_diameter_m());
+        let points = brush
+            .contact_points
+            .unwrap_or_else(|| (length / settings.filament.diameter_m).ceil().max(1.0) as usize);
+        let diameter = settings
+            .filament
+            .diameter_m
+            .max(settings.filament.tip_diameter_m());
         let is_planar = pass.form() == Form::Planar
             && brush.lateral_tilt_std_rad == 0.0
             && (brush.root_std_m == 0.0 || rows == 1)
             && arrangement::has_separate_rows(settings, diameter);
         let are_equal = is_planar && !filaments::differ(settings);
-        let ends_when_settled = are_equal && brush.steady && brush.columns.is_none() && pass.turns() == Turns::Count(1);
+        let ends_when_settled =
+            are_equal && brush.steady && brush.columns.is_none() && pass.turns() == Turns::Count(1);
         // Rows that are alike are simulated once.
         let distinct = if are_equal { rows.min(2) } else { rows };
-        let memory_of = |columns: usize| memory_estimate(columns.saturating_mul(distinct), n, points);
+        let memory_of =
+            |columns: usize| memory_estimate(columns.saturating_mul(distinct), n, points);
         let columns = columns.or(brush.columns).unwrap_or_else(|| {
             let expected = stretch::default_columns(settings, &pass, rows);
-            // Columns that are not needed rest, which costs little. They are far from closing the ring.
+            // Columns that are not needed rest, which costs little. They are far from closing the
+            // ring.
             let around = settings.tool.filament_count / rows as f64;
             let is_possible = |columns: &usize| {
-                2.0 * *columns as f64 <= around && memory.is_none_or(|limit| memory_of(*columns) <= limit)
+                2.0 * *columns as f64 <= around
+                    && memory.is_none_or(|limit| memory_of(*columns) <= limit)
             };
-            Some(2 * expected).filter(|columns| ends_when_settled && is_possible(columns)).unwrap_or(expected)
+            Some(2 * expected)
+                .filter(|columns| ends_when_settled && is_possible(columns))
+                .unwrap_or(expected)
         });
         if columns == 0 {
             return Err(BrushError::NoFilament);
         }
         let (count, needed) = (columns.saturating_mul(distinct), memory_of(columns));
         if let Some(limit) = memory.filter(|limit| needed > *limit) {
-            return Err(BrushError::Memory { needed, limit, filaments: count, segments: n });
+            return Err(BrushError::Memory {
+                needed,
+                limit,
+                filaments: count,
+                segments: n,
+            });
         }
         let arrangement = Arrangement::new(settings, columns, diameter)?;
-        Ok(Self { pass, arrangement, is_planar, ends_when_settled, points, memory: needed })
+        Ok(Self {
+            pass,
+            arrangement,
+            is_planar,
+            ends_when_settled,
+            points,
+            memory: needed,
+        })
     }
 }
 
-/// Checks that the filaments of the brush that `settings` state can be arranged, without simulating them, and that the simulation needs
-/// at most `memory` (bytes). Returns the memory that it needs at most, in bytes, without frames.
+/// Checks that the filaments of the brush that `settings` state can be arranged, without simulating
+/// them, and that the simulation needs at most `memory` (bytes). Returns the memory that it needs
+/// at most, in bytes, without frames.
 ///
 /// # Errors
 /// Those of [`BrushRun::new`].
@@ -430,25 +556,46 @@ impl BrushRun {
     /// A sample of its columns, if one shows which steps it needs.
     fn or_sample(self) -> Result<Self, BrushError> {
         let columns = self.arrangement.columns;
-        let solved = self.sectors.iter().map(|(group, _)| group.members.len()).sum();
+        let solved = self
+            .sectors
+            .iter()
+            .map(|(group, _)| group.members.len())
+            .sum();
         let sample = Refinement::sample(solved, columns);
         if !self.refinement.goes_on || sample == columns {
             return Ok(self);
         }
-        let refinement = Refinement { whole: Some(columns), ..self.refinement.clone() };
+        let refinement = Refinement {
+            whole: Some(columns),
+            ..self.refinement.clone()
+        };
         self.again(sample, self.precision, refinement)
     }
 
     /// The same with so many columns and in other steps, from the beginning.
-    fn again(&self, columns: usize, precision: Precision, refinement: Refinement) -> Result<Self, BrushError> {
+    fn again(
+        &self,
+        columns: usize,
+        precision: Precision,
+        refinement: Refinement,
+    ) -> Result<Self, BrushError> {
         let run = Self::of_columns(&self.settings, self.options, Some(columns), Some(precision))?;
-        let followed = if refinement.whole.is_some() { columns } else { run.followed };
-        let mut run = Self { refinement, followed, ..run.until(&self.stop) };
+        let followed = if refinement.whole.is_some() {
+            columns
+        } else {
+            run.followed
+        };
+        let mut run = Self {
+            refinement,
+            followed,
+            ..run.until(&self.stop)
+        };
         run.begin_at(run.begin);
         Ok(run)
     }
 
-    /// The same with another number of columns than that which the settings state, or the default, and with a precision that is known.
+    /// The same with another number of columns than that which the settings state, or the default,
+    /// and with a precision that is known.
     fn of_columns(
         settings: &Settings,
         options: RunOptions,
@@ -456,12 +603,22 @@ impl BrushRun {
         precision: Option<Precision>,
     ) -> Result<Self, BrushError> {
         let brush = settings.brush_or_default();
-        let Draft { pass, arrangement, is_planar, ends_when_settled, points, .. } =
-            Draft::new(settings, columns, options.memory)?;
+        let Draft {
+            pass,
+            arrangement,
+            is_planar,
+            ends_when_settled,
+            points,
+            ..
+        } = Draft::new(settings, columns, options.memory)?;
         if columns.is_none() && brush.columns.is_some() {
             stretch::check_columns(settings, &pass, &arrangement)?;
         }
-        let own: Vec<Settings> = arrangement.roots.iter().map(|root| filaments::settings_of(settings, root)).collect();
+        let own: Vec<Settings> = arrangement
+            .roots
+            .iter()
+            .map(|root| filaments::settings_of(settings, root))
+            .collect();
         let (groups, places) = coupled(&arrangement, is_planar, filaments::differ(settings));
         let solved: usize = groups.iter().map(|group| group.members.len()).sum();
         let is_refined = solved > 1;
@@ -476,10 +633,21 @@ impl BrushRun {
                 Precision::find(settings)?.halved(halvings.into())
             }
         };
-        let form = if is_planar { Form::Planar } else { Form::Spatial };
+        let form = if is_planar {
+            Form::Planar
+        } else {
+            Form::Spatial
+        };
         let begin = begin(&pass, &arrangement, &own, &|_| None);
-        let team = Team::new(options.threads, groups.iter().map(|group| group.members.len().div_ceil(LANES)).sum());
-        // In a single turn, the columns behind those that may count need not come to the end of their contact, unless they were asked for.
+        let team = Team::new(
+            options.threads,
+            groups
+                .iter()
+                .map(|group| group.members.len().div_ceil(LANES))
+                .sum(),
+        );
+        // In a single turn, the columns behind those that may count need not come to the end of
+        // their contact, unless they were asked for.
         let followed = match pass.turns() {
             _ if ends_when_settled => stretch::expected_to_count(settings, &pass, &arrangement),
             Turns::Count(1) if brush.columns.is_none() => {
@@ -519,7 +687,10 @@ impl BrushRun {
         let sector = |group: &Group| run.plan(&run.own).sector(&group.members, None);
         let sectors: Vec<Sector> = groups.iter().map(sector).collect();
         // Filaments that undeformed are in each other settle first.
-        if sectors.iter().any(|sector| sector.bundle().presses().next().is_some()) {
+        if sectors
+            .iter()
+            .any(|sector| sector.bundle().presses().next().is_some())
+        {
             let settling = run.settling(&groups, &sectors);
             run.settling_steps = settling.steps()[1];
             run.settling = Some(settling);
@@ -553,11 +724,15 @@ impl BrushRun {
         self.most_steps = self.steps + (TAU / rate / self.length).ceil() as usize;
     }
 
-    /// What is left to do before the motion begins, if undeformed filaments are in each other in these `sectors`.
+    /// What is left to do before the motion begins, if undeformed filaments are in each other in
+    /// these `sectors`.
     fn settling(&self, groups: &[Group], sectors: &[Sector]) -> Settling {
         let n = self.settings.filament.segments;
         let common = vec![self.settings.clone(); self.own.len()];
-        let regular: Vec<Sector> = groups.iter().map(|group| self.plan(&common).sector(&group.members, None)).collect();
+        let regular: Vec<Sector> = groups
+            .iter()
+            .map(|group| self.plan(&common).sector(&group.members, None))
+            .collect();
         // How far tips are from where they would be without deviations of their own.
         let way = |(regular, sector): (&Sector, &Sector)| {
             let tips = (0..sector.bundle().filaments().len()).map(|index| {
@@ -568,26 +743,53 @@ impl BrushRun {
             tips.fold(0.0, f64::max)
         };
         let way = regular.iter().zip(sectors).map(way).fold(0.0, f64::max);
-        Settling::new(&self.settings, way, regular.iter().map(Sector::poses).collect())
+        Settling::new(
+            &self.settings,
+            way,
+            regular.iter().map(Sector::poses).collect(),
+        )
     }
 
     /// Lets filaments settle for a rung. The motion begins with their pose once they are at rest.
     fn settle(&mut self, mut settling: Settling) -> Result<(), BrushError> {
         let calm = Settling::calm(&self.settings);
-        let grown: Vec<Settings> = self.own.iter().map(|own| settling.grown(&calm, own)).collect();
+        let grown: Vec<Settings> = self
+            .own
+            .iter()
+            .map(|own| settling.grown(&calm, own))
+            .collect();
         let start = self.begin - settle::STEPS as f64 * settling.length;
-        let plan = Plan { settings: &calm, begin: start, lacking: f64::INFINITY, ..self.plan(&grown) };
+        let plan = Plan {
+            settings: &calm,
+            begin: start,
+            lacking: f64::INFINITY,
+            ..self.plan(&grown)
+        };
         let sectors = self.sectors.iter().zip(&settling.poses);
-        let sectors: Vec<Sector> =
-            sectors.map(|((group, _), poses)| plan.sector(&group.members, Some(poses))).collect();
-        self.sectors.iter_mut().zip(sectors).for_each(|((_, sector), calm)| *sector = calm);
+        let sectors: Vec<Sector> = sectors
+            .map(|((group, _), poses)| plan.sector(&group.members, Some(poses)))
+            .collect();
+        self.sectors
+            .iter_mut()
+            .zip(sectors)
+            .for_each(|((_, sector), calm)| *sector = calm);
         self.advance_sectors(start, settling.length, 1..=settle::STEPS)?;
-        let poses = self.sectors.iter().map(|(_, sector)| sector.poses()).collect();
-        let segment = |group: usize, index: usize| self.sectors[group].1.bundle().filaments()[index].chain.length;
+        let poses = self
+            .sectors
+            .iter()
+            .map(|(_, sector)| sector.poses())
+            .collect();
+        let segment = |group: usize, index: usize| {
+            self.sectors[group].1.bundle().filaments()[index]
+                .chain
+                .length
+        };
         let is_at_rest = settling.take(poses, segment, self.pass.tool().rate, &self.settings);
         if !is_at_rest {
             if settling.is_hopeless() {
-                return Err(BrushError::Restless { speed: settling.speed });
+                return Err(BrushError::Restless {
+                    speed: settling.speed,
+                });
             }
             self.settling = Some(settling);
             return Ok(());
@@ -600,17 +802,25 @@ impl BrushRun {
         self.begin_at(begin(&self.pass, &self.arrangement, &self.own, &pose));
         let plan = self.plan(&self.own);
         let sectors = self.sectors.iter().enumerate();
-        let sectors: Vec<Sector> =
-            sectors.map(|(number, (group, _))| plan.sector(&group.members, Some(&settling.poses[number]))).collect();
-        self.sectors.iter_mut().zip(sectors).for_each(|((_, sector), settled)| *sector = settled);
+        let sectors: Vec<Sector> = sectors
+            .map(|(number, (group, _))| plan.sector(&group.members, Some(&settling.poses[number])))
+            .collect();
+        self.sectors
+            .iter_mut()
+            .zip(sectors)
+            .for_each(|((_, sector), settled)| *sector = settled);
         Ok(())
     }
 
-    /// The same brush, which ends early with [`BrushError::Stopped`] once `stop` is requested. It cannot go on then, and has no state
-    /// to resume from.
+    /// The same brush, which ends early with [`BrushError::Stopped`] once `stop` is requested. It
+    /// cannot go on then, and has no state to resume from.
     #[must_use]
     pub fn until(self, stop: &Stop) -> Self {
-        Self { stop: stop.clone(), pass: self.pass.until(stop), ..self }
+        Self {
+            stop: stop.clone(),
+            pass: self.pass.until(stop),
+            ..self
+        }
     }
 
     /// Number of columns of the brush, also while a sample of them is simulated.
@@ -623,14 +833,29 @@ impl BrushRun {
         self.arrangement.rows
     }
 
-    /// What share of the steps is done, from 0 to 1. Of a brush that may begin anew in shorter steps, which is not known before, each
-    /// time takes half of what is left, and a sample half of all.
+    /// What share of the steps is done, from 0 to 1. Of a brush that may begin anew in shorter
+    /// steps, which is not known before, each time takes half of what is left, and a sample half of
+    /// all.
     pub fn done(&self) -> f64 {
-        let settled = self.settling.as_ref().map_or(self.settling_steps, |settling| settling.steps()[0]);
-        let done = ((settled + self.done) as f64 / (self.settling_steps + self.steps) as f64).min(1.0);
+        let settled = self
+            .settling
+            .as_ref()
+            .map_or(self.settling_steps, |settling| settling.steps()[0]);
+        let done =
+            ((settled + self.done) as f64 / (self.settling_steps + self.steps) as f64).min(1.0);
         let left = 0.5_f64.powi(self.refinement.changes.len() as i32);
-        let done = 1.0 - left + left * if self.refinement.goes_on { 0.5 * done } else { done };
-        if self.refinement.whole.is_some() { 0.5 * done } else { done }
+        let done = 1.0 - left
+            + left
+                * if self.refinement.goes_on {
+                    0.5 * done
+                } else {
+                    done
+                };
+        if self.refinement.whole.is_some() {
+            0.5 * done
+        } else {
+            done
+        }
     }
 
     /// Goes on for some steps. Returns false at the end.
@@ -650,7 +875,9 @@ impl BrushRun {
             Turns::Count(1) if self.done >= self.steps && self.is_touching() => self.most_steps,
             Turns::Count(_) => self.steps,
             // Each turn may be the last.
-            Turns::Steady => self.end_of_turn(self.turn_impulses().len() + 1).min(self.steps),
+            Turns::Steady => self
+                .end_of_turn(self.turn_impulses().len() + 1)
+                .min(self.steps),
         };
         let to = ((self.done / STRIDE + 1) * STRIDE).min(end);
         if self.done >= to {
@@ -664,7 +891,9 @@ impl BrushRun {
                 self.frames.push(frame);
             }
         }
-        self.sectors.iter_mut().for_each(|(_, sector)| sector.forget());
+        self.sectors
+            .iter_mut()
+            .for_each(|(_, sector)| sector.forget());
         self.look_whether_settled();
         Ok(true)
     }
@@ -703,8 +932,15 @@ impl BrushRun {
             let end = self.pass.end_time() + root.angle / self.pass.tool().rate;
             time < end || self.sectors[number].1.accounts()[index].is_touching()
         };
-        let next = self.arrangement.roots.iter().zip(&self.places).position(is_on_its_way);
-        next.map_or(self.arrangement.columns, |filament| self.arrangement.roots[filament].column)
+        let next = self
+            .arrangement
+            .roots
+            .iter()
+            .zip(&self.places)
+            .position(is_on_its_way);
+        next.map_or(self.arrangement.columns, |filament| {
+            self.arrangement.roots[filament].column
+        })
     }
 
     /// Goes on to a step.
@@ -715,7 +951,8 @@ impl BrushRun {
         Ok(())
     }
 
-    /// Lets all sectors go on by `steps` of `length` (s), counted from `begin` (s), and returns the forces at the end of each.
+    /// Lets all sectors go on by `steps` of `length` (s), counted from `begin` (s), and returns the
+    /// forces at the end of each.
     fn advance_sectors(
         &mut self,
         begin: f64,
@@ -725,11 +962,14 @@ impl BrushRun {
         let stop = &self.stop;
         let advance = |(_, sector): &mut (Group, Sector)| -> Result<Vec<ToolSample>, _> {
             let steps = steps.clone().take_while(|_| !stop.is_requested());
-            steps.map(|step| sector.advance(begin + step as f64 * length, length)).collect()
+            steps
+                .map(|step| sector.advance(begin + step as f64 * length, length))
+                .collect()
         };
         let mut results: Vec<_> = self.sectors.iter().map(|_| Ok(Vec::new())).collect();
         let parts = self.sectors.iter_mut().zip(&mut results);
-        self.team.run(parts, |(sector, result)| *result = advance(sector));
+        self.team
+            .run(parts, |(sector, result)| *result = advance(sector));
         if self.stop.is_requested() {
             return Err(BrushError::Stopped);
         }
@@ -738,24 +978,37 @@ impl BrushRun {
             let samples = result.map_err(|failure| {
                 let place = |index: usize| self.arrangement.roots[group.members[index]].place();
                 match failure.crossing {
-                    Some(pair) => BrushError::Crossing { time: failure.time, pair: pair.map(place) },
-                    None => BrushError::NoConvergence { time: failure.time, filaments: self.arrangement.roots.len() },
+                    Some(pair) => BrushError::Crossing {
+                        time: failure.time,
+                        pair: pair.map(place),
+                    },
+                    None => BrushError::NoConvergence {
+                        time: failure.time,
+                        filaments: self.arrangement.roots.len(),
+                    },
                 }
             })?;
             sum.resize_with(samples.len(), ToolSample::default);
-            sum.iter_mut().zip(&samples).for_each(|(sum, sample)| sum.add(sample, group.weight()));
+            sum.iter_mut()
+                .zip(&samples)
+                .for_each(|(sum, sample)| sum.add(sample, group.weight()));
         }
         Ok(sum)
     }
 
-    /// At the end: begins anew with more columns if there are too few for a steady stretch, and the settings do not state how many, or in
-    /// shorter steps where its own were not short enough. Returns false otherwise.
+    /// At the end: begins anew with more columns if there are too few for a steady stretch, and the
+    /// settings do not state how many, or in shorter steps where its own were not short enough.
+    /// Returns false otherwise.
     fn begin_anew(&mut self) -> Result<bool, BrushError> {
         if let Some(columns) = self.missing_columns() {
             let precision = (!self.refinement.goes_on).then_some(self.precision);
-            let again = Self::of_columns(&self.settings, self.options, Some(columns), precision)?.until(&self.stop);
+            let again = Self::of_columns(&self.settings, self.options, Some(columns), precision)?
+                .until(&self.stop);
             *self = match precision {
-                Some(_) => Self { refinement: self.refinement.clone(), ..again },
+                Some(_) => Self {
+                    refinement: self.refinement.clone(),
+                    ..again
+                },
                 None => again.or_sample()?,
             };
             return Ok(true);
@@ -766,7 +1019,9 @@ impl BrushRun {
         let (columns, tolerance) = (self.arrangement.columns, self.brush.tolerance);
         let whole = self.refinement.whole;
         let are_equal = self.form == Form::Planar && !filaments::differ(&self.settings);
-        let refinement = self.refinement.after(self.turns(), columns, tolerance, are_equal);
+        let refinement = self
+            .refinement
+            .after(self.turns(), columns, tolerance, are_equal);
         if refinement.goes_on {
             *self = self.again(columns, self.precision.halved(1), refinement)?;
             return Ok(true);
@@ -784,16 +1039,26 @@ impl BrushRun {
         Ok(true)
     }
 
-    /// The number of columns that a steady stretch is expected to need, if there are too few and the settings do not state how many.
+    /// The number of columns that a steady stretch is expected to need, if there are too few and
+    /// the settings do not state how many.
     fn missing_columns(&self) -> Option<usize> {
         if self.brush.columns.is_some() || self.has_settled || self.refinement.whole.is_some() {
             return None;
         }
         let filaments = self.filaments(self.arrangement.columns);
-        match stretch::find(&filaments, self.may_count(), &self.settings, &self.pass, &self.arrangement) {
-            Err(BrushError::TooFewColumns { columns, needed, around, .. }) if columns < around => {
-                Some(needed.min(around))
-            }
+        match stretch::find(
+            &filaments,
+            self.may_count(),
+            &self.settings,
+            &self.pass,
+            &self.arrangement,
+        ) {
+            Err(BrushError::TooFewColumns {
+                columns,
+                needed,
+                around,
+                ..
+            }) if columns < around => Some(needed.min(around)),
             _ => None,
         }
     }
@@ -804,7 +1069,8 @@ impl BrushRun {
         ((latest + turns as f64 * self.pass.turn_time() - self.begin) / self.length).ceil() as usize
     }
 
-    /// Mean contact normal impulses of the turns so far in N s, as far as all filaments have ended them.
+    /// Mean contact normal impulses of the turns so far in N s, as far as all filaments have ended
+    /// them.
     fn turn_impulses(&self) -> Vec<f64> {
         let of = |turn: usize| self.impulses(|account| account.impulses.get(turn).copied());
         let mean = |impulses: Vec<f64>| impulses.iter().sum::<f64>() / self.places.len() as f64;
@@ -814,16 +1080,24 @@ impl BrushRun {
     /// The contact normal impulses of filaments in N s, by turn, at the end.
     fn turns(&self) -> Vec<Vec<f64>> {
         let is_single = self.pass.turns() == Turns::Count(1);
-        (0..).map_while(|turn| self.impulses(|account| account.turns(is_single).get(turn).copied())).collect()
+        (0..)
+            .map_while(|turn| self.impulses(|account| account.turns(is_single).get(turn).copied()))
+            .collect()
     }
 
-    /// Impulses of all solved filaments in N s, which `of` reads, each times the number of filaments like it. `None` if one has none.
+    /// Impulses of all solved filaments in N s, which `of` reads, each times the number of
+    /// filaments like it. `None` if one has none.
     fn impulses(&self, of: impl Fn(&Account) -> Option<f64>) -> Option<Vec<f64>> {
         let accounts = self.sectors.iter().flat_map(|(group, sector)| {
             let weight = group.weight() as f64;
-            sector.accounts().iter().map(move |account| (weight, account))
+            sector
+                .accounts()
+                .iter()
+                .map(move |account| (weight, account))
         });
-        accounts.map(|(weight, account)| of(account).map(|impulse| weight * impulse)).collect()
+        accounts
+            .map(|(weight, account)| of(account).map(|impulse| weight * impulse))
+            .collect()
     }
 
     /// Whether the turns, which were to become steady, have done so.
@@ -834,9 +1108,14 @@ impl BrushRun {
 
     /// Whether a filament that is followed to the end of its contact still touches.
     fn is_touching(&self) -> bool {
-        self.arrangement.roots.iter().zip(&self.places).any(|(root, &[number, index])| {
-            root.column < self.followed && self.sectors[number].1.accounts()[index].is_touching()
-        })
+        self.arrangement
+            .roots
+            .iter()
+            .zip(&self.places)
+            .any(|(root, &[number, index])| {
+                root.column < self.followed
+                    && self.sectors[number].1.accounts()[index].is_touching()
+            })
     }
 
     /// The next step after `step` at which a frame is taken.
@@ -844,22 +1123,39 @@ impl BrushRun {
         let nodes = self.arrangement.roots.len() * (self.settings.filament.segments + 1);
         let frames = self.options.frames.min(MOST_NODES / nodes);
         let stride = self.steps.div_ceil(frames.max(1)).max(1);
-        (frames > 0).then(|| (step / stride + 1) * stride).filter(|next| *next <= self.steps)
+        (frames > 0)
+            .then(|| (step / stride + 1) * stride)
+            .filter(|next| *next <= self.steps)
     }
 
     fn frame(&mut self) -> Frame {
         let roots = &self.arrangement.roots;
         let n = self.settings.filament.segments;
-        let forces: Vec<[Vec<f64>; 2]> = self.sectors.iter().map(|(_, sector)| sector.forces()).collect();
-        let force =
-            |kind: usize| self.places.iter().map(|&[number, index]| forces[number][kind][index] as f32).collect();
-        let placed: Vec<_> = self.sectors.iter_mut().map(|(group, sector)| (group, sector.placed())).collect();
+        let forces: Vec<[Vec<f64>; 2]> = self
+            .sectors
+            .iter()
+            .map(|(_, sector)| sector.forces())
+            .collect();
+        let force = |kind: usize| {
+            self.places
+                .iter()
+                .map(|&[number, index]| forces[number][kind][index] as f32)
+                .collect()
+        };
+        let placed: Vec<_> = self
+            .sectors
+            .iter_mut()
+            .map(|(group, sector)| (group, sector.placed()))
+            .collect();
         let nodes = |(filament, &[number, index]): (usize, &[usize; 2])| {
             let (group, bundle) = &placed[number];
             let height = roots[filament].z - roots[group.members[index]].z;
             let node = |k| {
                 let [x, y, z] = bundle.node(index, k);
-                self.pass.pose().from_tool([x, y, z + height]).map(|component| component as f32)
+                self.pass
+                    .pose()
+                    .from_tool([x, y, z + height])
+                    .map(|component| component as f32)
             };
             (0..=n).map(node).collect()
         };
@@ -880,7 +1176,11 @@ impl BrushRun {
                 begin: self.begin,
                 followed: self.followed,
                 done: self.done,
-                sectors: self.sectors.iter().map(|(_, sector)| sector.state()).collect(),
+                sectors: self
+                    .sectors
+                    .iter()
+                    .map(|(_, sector)| sector.state())
+                    .collect(),
                 history: self.history.clone(),
                 frames: self.frames.clone(),
             })
@@ -897,15 +1197,29 @@ impl BrushRun {
     ///
     /// # Errors
     /// As for [`BrushRun::new`], or if the state is not that of this brush.
-    pub fn resume(settings: &Settings, options: RunOptions, checkpoint: Checkpoint) -> Result<Self, BrushError> {
-        let Checkpoint { columns, precision, refinement, reached } = checkpoint;
+    pub fn resume(
+        settings: &Settings,
+        options: RunOptions,
+        checkpoint: Checkpoint,
+    ) -> Result<Self, BrushError> {
+        let Checkpoint {
+            columns,
+            precision,
+            refinement,
+            reached,
+        } = checkpoint;
         let is_precise = precision.step > 0.0 && precision.newton > 0.0 && precision.lacking > 0.0;
         if !is_precise || refinement.coarser.len() > MAX_TURNS || refinement.whole == Some(0) {
             return Err(BrushError::Checkpoint);
         }
-        let mut run = Self { refinement, ..Self::of_columns(settings, options, Some(columns), Some(precision))? };
+        let mut run = Self {
+            refinement,
+            ..Self::of_columns(settings, options, Some(columns), Some(precision))?
+        };
         let restored = match reached {
-            Reached::Settling(settling) => run.settling.as_mut().and_then(|own| own.restore(settling)),
+            Reached::Settling(settling) => {
+                run.settling.as_mut().and_then(|own| own.restore(settling))
+            }
             Reached::Moving(state) => run.restore(state),
         };
         restored.map(|()| run).ok_or(BrushError::Checkpoint)
@@ -913,10 +1227,24 @@ impl BrushRun {
 
     /// Goes back to a motion. `None` if it is not one of this brush.
     fn restore(&mut self, state: Moving) -> Option<()> {
-        let Moving { begin, followed, done, sectors, history, frames } = state;
-        let (count, nodes) = (self.arrangement.roots.len(), self.settings.filament.segments + 1);
+        let Moving {
+            begin,
+            followed,
+            done,
+            sectors,
+            history,
+            frames,
+        } = state;
+        let (count, nodes) = (
+            self.arrangement.roots.len(),
+            self.settings.filament.segments + 1,
+        );
         let is_whole = |frame: &Frame| {
-            let lengths = [frame.nodes_m.len(), frame.contact_normal_force_n.len(), frame.press_force_n.len()];
+            let lengths = [
+                frame.nodes_m.len(),
+                frame.contact_normal_force_n.len(),
+                frame.press_force_n.len(),
+            ];
             lengths == [count; 3] && frame.nodes_m.iter().all(|filament| filament.len() == nodes)
         };
         let fits = begin.is_finite()
@@ -941,7 +1269,8 @@ impl BrushRun {
     /// The results.
     ///
     /// # Errors
-    /// If the metrics of a steady stretch are requested and there is none, or if a filament alone cannot be simulated.
+    /// If the metrics of a steady stretch are requested and there is none, or if a filament alone
+    /// cannot be simulated.
     pub fn finish(mut self) -> Result<BrushResult, BrushError> {
         if self.has_settled {
             self.leave_out_resting();
@@ -965,7 +1294,11 @@ impl BrushRun {
                         vector_impulse_n_s: account.vector_impulse,
                         peak_force_n: account.peak,
                         contact_time_s: account.time,
-                        arc_length_m: if account.impulse > 0.0 { account.moment / account.impulse } else { 0.0 },
+                        arc_length_m: if account.impulse > 0.0 {
+                            account.moment / account.impulse
+                        } else {
+                            0.0
+                        },
                         dissipated_j: account.dissipated,
                     }
                 }));
@@ -983,20 +1316,34 @@ impl BrushRun {
         let mut filaments = self.filaments(self.arrangement.columns);
         for pair in &pairs {
             for [column, row] in [pair.filament, pair.other] {
-                filaments[column * self.arrangement.rows + row].press_impulse_n_s += pair.impulse_n_s;
+                filaments[column * self.arrangement.rows + row].press_impulse_n_s +=
+                    pair.impulse_n_s;
             }
         }
-        let stretch = stretch::find(&filaments, self.may_count(), &self.settings, &self.pass, &self.arrangement)?;
+        let stretch = stretch::find(
+            &filaments,
+            self.may_count(),
+            &self.settings,
+            &self.pass,
+            &self.arrangement,
+        )?;
         for filament in &mut filaments {
             filament.is_counted = (stretch.first..=stretch.last).contains(&filament.column);
         }
-        let counted: Vec<Metrics> =
-            filaments.iter().filter(|filament| filament.is_counted).map(|filament| filament.metrics.clone()).collect();
+        let counted: Vec<Metrics> = filaments
+            .iter()
+            .filter(|filament| filament.is_counted)
+            .map(|filament| filament.metrics.clone())
+            .collect();
         let tool = Metrics::combined(&counted).ok_or(BrushError::NoFilament)?;
         let alone = self.alone(&filaments)?;
         let impulse = alone.contact_normal_impulse_n_s;
         Ok(BrushResult {
-            interaction_factor: if impulse > 0.0 { tool.contact_normal_impulse_n_s / impulse } else { 0.0 },
+            interaction_factor: if impulse > 0.0 {
+                tool.contact_normal_impulse_n_s / impulse
+            } else {
+                0.0
+            },
             filaments,
             tool,
             alone,
@@ -1015,7 +1362,8 @@ impl BrushRun {
         })
     }
 
-    /// Leaves out the columns that were laid out in case that the stretch needs them, and that nothing has reached.
+    /// Leaves out the columns that were laid out in case that the stretch needs them, and that
+    /// nothing has reached.
     fn leave_out_resting(&mut self) {
         let touching = self
             .filaments(self.arrangement.columns)
@@ -1025,7 +1373,10 @@ impl BrushRun {
             let filaments = sector.pairs().keys().flatten();
             filaments.map(|index| self.arrangement.roots[group.members[*index]].column)
         });
-        let reached = touching.map(|filament| filament.column).chain(pressed).max();
+        let reached = touching
+            .map(|filament| filament.column)
+            .chain(pressed)
+            .max();
         let arrangement = &mut self.arrangement;
         arrangement.columns = reached.map_or(0, |last| last + 1).max(self.followed);
         let count = arrangement.columns * arrangement.rows;
@@ -1042,11 +1393,19 @@ impl BrushRun {
     /// The mean metrics of the filaments that count, each alone. Equal ones are simulated once.
     fn alone(&self, filaments: &[FilamentResult]) -> Result<Metrics, BrushError> {
         let roots = self.arrangement.roots.iter().map(|root| root.z);
-        let counted = self.own.iter().cloned().zip(roots).zip(filaments).filter(|(_, filament)| filament.is_counted);
+        let counted = self
+            .own
+            .iter()
+            .cloned()
+            .zip(roots)
+            .zip(filaments)
+            .filter(|(_, filament)| filament.is_counted);
         let mut own: Vec<(Settings, f64)> = counted.map(|(own, _)| own).collect();
         if !filaments::differ(&self.settings) {
             let along_trim = differ(&self.settings);
-            own.iter_mut().filter(|_| !along_trim).for_each(|(_, z)| *z = 0.0);
+            own.iter_mut()
+                .filter(|_| !along_trim)
+                .for_each(|(_, z)| *z = 0.0);
             own.sort_by(|(_, a), (_, b)| a.total_cmp(b));
             own.dedup_by(|(_, a), (_, b)| a == b);
         }
@@ -1067,13 +1426,22 @@ impl BrushRun {
             }
             if whole > 0.0 { lack / whole } else { 0.0 }
         };
-        let residuals =
-            Residuals { energy: relative(&Balance::energy_defect), momentum: relative(&Balance::momentum_defect) };
+        let residuals = Residuals {
+            energy: relative(&Balance::energy_defect),
+            momentum: relative(&Balance::momentum_defect),
+        };
         let allowed = allowed_residual(&self.brush);
-        for (quantity, residual) in [("energy", residuals.energy), ("momentum", residuals.momentum)] {
+        for (quantity, residual) in [
+            ("energy", residuals.energy),
+            ("momentum", residuals.momentum),
+        ] {
             // What is not a number is not resolved either.
             if residual.is_nan() || residual > allowed {
-                return Err(BrushError::Unresolved { quantity, residual, allowed });
+                return Err(BrushError::Unresolved {
+                    quantity,
+                    residual,
+                    allowed,
+                });
             }
         }
         Ok(residuals)
@@ -1084,7 +1452,10 @@ impl BrushRun {
         let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_steady_turns();
         let metrics = |&[number, index]: &[usize; 2]| {
             let (_, sector) = &self.sectors[number];
-            self.pass.metrics(&ContactRecord { is_unsteady, ..*sector.accounts()[index].last() })
+            self.pass.metrics(&ContactRecord {
+                is_unsteady,
+                ..*sector.accounts()[index].last()
+            })
         };
         self.arrangement
             .roots
@@ -1108,7 +1479,8 @@ impl BrushRun {
 struct Group {
     /// Their numbers in the arrangement, column by column.
     members: Vec<usize>,
-    /// By how many rows the filaments are behind these that are like them; zero for these themselves.
+    /// By how many rows the filaments are behind these that are like them; zero for these
+    /// themselves.
     shifts: Vec<usize>,
 }
 
@@ -1119,11 +1491,19 @@ impl Group {
     }
 }
 
-/// The filaments that are solved together, and the place of each filament in them: the number of a group, and of its filament in it.
-fn coupled(arrangement: &Arrangement, is_planar: bool, differ: bool) -> (Vec<Group>, Vec<[usize; 2]>) {
+/// The filaments that are solved together, and the place of each filament in them: the number of a
+/// group, and of its filament in it.
+fn coupled(
+    arrangement: &Arrangement,
+    is_planar: bool,
+    differ: bool,
+) -> (Vec<Group>, Vec<[usize; 2]>) {
     let (count, rows) = (arrangement.roots.len(), arrangement.rows);
     if !is_planar {
-        let all = Group { members: (0..count).collect(), shifts: vec![0] };
+        let all = Group {
+            members: (0..count).collect(),
+            shifts: vec![0],
+        };
         return (vec![all], (0..count).map(|index| [0, index]).collect());
     }
     // Rows of equal filaments at equal angles are alike.
@@ -1132,19 +1512,32 @@ fn coupled(arrangement: &Arrangement, is_planar: bool, differ: bool) -> (Vec<Gro
     let mut numbers = Vec::new();
     for row in 0..rows {
         let is_like = |group: &Group| angle(group.members[0]) == angle(row);
-        let like = if differ { None } else { groups.iter().position(is_like) };
+        let like = if differ {
+            None
+        } else {
+            groups.iter().position(is_like)
+        };
         let number = like.unwrap_or(groups.len());
         if number == groups.len() {
-            groups.push(Group { members: (row..count).step_by(rows).collect(), shifts: Vec::new() });
+            groups.push(Group {
+                members: (row..count).step_by(rows).collect(),
+                shifts: Vec::new(),
+            });
         }
         let first = groups[number].members[0];
         groups[number].shifts.push(row - first);
         numbers.push(number);
     }
-    (groups, (0..count).map(|index| [numbers[index % rows], index / rows]).collect())
+    (
+        groups,
+        (0..count)
+            .map(|index| [numbers[index % rows], index / rows])
+            .collect(),
+    )
 }
 
-/// The memory in bytes that a simulation needs at most, without frames: a linear function of what was measured.
+/// The memory in bytes that a simulation needs at most, without frames: a linear function of what
+/// was measured.
 pub fn memory_estimate(filaments: usize, segments: usize, points: usize) -> u64 {
     /// Of a segment.
     const SEGMENT: u64 = 4000;
@@ -1165,7 +1558,12 @@ mod tests {
     fn the_whole_takes_the_longest_steps_that_its_sample_allows() {
         let back = |changes: &[f64]| {
             let changes = [&[f64::INFINITY], changes].concat();
-            Refinement { whole: Some(80), changes, ..Refinement::new(false, 80) }.back(1e-3)
+            Refinement {
+                whole: Some(80),
+                changes,
+                ..Refinement::new(false, 80)
+            }
+            .back(1e-3)
         };
         // Halving them changed little.
         assert_eq!([back(&[1e-4]), back(&[1.3e-3, 1.5e-4])], [1, 1]);

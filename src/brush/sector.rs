@@ -19,7 +19,8 @@ use crate::simulation::{ContactSum, EdgeWork};
 use crate::tool::{ClampMotion, RotaryTool, Turning};
 use crate::workpiece::Workpiece;
 
-/// The middle stage of TR-BDF2 is at `γ = 2 − √2` of the step (Bank et al. 1985; Hosea and Shampine 1996).
+/// The middle stage of TR-BDF2 is at `γ = 2 − √2` of the step (Bank et al. 1985; Hosea and Shampine
+/// 1996).
 const MIDDLE: f64 = 2.0 - SQRT_2;
 /// Weight of a stage in itself.
 const OWN: f64 = 0.5 * MIDDLE;
@@ -141,8 +142,9 @@ pub struct SectorState {
 }
 
 impl Sector {
-    /// Filaments at the start of their motion, with their timetables. A stage is solved once velocities change by less than `tolerance`
-    /// (m/s). The balance of the energies may lack the share `allowed` of what went in or out.
+    /// Filaments at the start of their motion, with their timetables. A stage is solved once
+    /// velocities change by less than `tolerance` (m/s). The balance of the energies may lack the
+    /// share `allowed` of what went in or out.
     pub fn new(
         mut bundle: Bundle<Turning<RotaryTool>>,
         motion: BrushState,
@@ -198,7 +200,15 @@ impl Sector {
     /// The pose of each filament.
     pub fn poses(&self) -> Vec<Pose> {
         let n = self.bundle.segments();
-        let (charts, BrushState { time, q, v, accelerations }) = (self.bundle.charts(), &self.motion);
+        let (
+            charts,
+            BrushState {
+                time,
+                q,
+                v,
+                accelerations,
+            },
+        ) = (self.bundle.charts(), &self.motion);
         let segment = |at: usize, lane: usize, angle: f64| {
             let block = |vector: &Vector| vector[at].map(|value| value.lane(lane));
             let [e, rate, _] = charts[at].direction([block(q), block(v), block(accelerations)]);
@@ -207,7 +217,9 @@ impl Sector {
         let filaments = self.bundle.filaments().iter().enumerate();
         let pose = |(index, filament): (usize, &ToolFilament)| {
             let angle = filament.motion.rate * time;
-            (0..n).map(|k| segment(index / LANES * n + k, index % LANES, angle)).collect()
+            (0..n)
+                .map(|k| segment(index / LANES * n + k, index % LANES, angle))
+                .collect()
         };
         filaments.map(pose).collect()
     }
@@ -233,24 +245,32 @@ impl Sector {
         self.bundle.forget();
     }
 
-    /// Goes on to `end` (s), in one step of `length` (s) or, where that fails or misses the energy by too much, in shorter ones.
+    /// Goes on to `end` (s), in one step of `length` (s) or, where that fails or misses the energy
+    /// by too much, in shorter ones.
     ///
     /// # Errors
     /// If the shortest step fails.
     pub fn advance(&mut self, end: f64, length: f64) -> Result<ToolSample, Failure> {
         /// The shortest step, as a share of the whole.
         const SHORTEST: f64 = 1e-4;
-        /// The same for steps that only miss the energy: the balance of the whole motion tells where that is not enough.
+        /// The same for steps that only miss the energy: the balance of the whole motion tells
+        /// where that is not enough.
         const SHORT: f64 = 1.0 / 256.0;
         if self.bundle.begin_step(&mut self.motion) {
-            self.balance.go_on_with(&self.bundle.evaluate(&self.motion).budget);
+            self.balance
+                .go_on_with(&self.bundle.evaluate(&self.motion).budget);
         }
         while self.motion.time < end {
             let h = (self.share * length).min(end - self.motion.time);
             if self.bundle.wake(&self.motion, h) {
-                self.balance.go_on_with(&self.bundle.evaluate(&self.motion).budget);
+                self.balance
+                    .go_on_with(&self.bundle.evaluate(&self.motion).budget);
             }
-            let allowed = if h > SHORT * length { self.allowed } else { f64::INFINITY };
+            let allowed = if h > SHORT * length {
+                self.allowed
+            } else {
+                f64::INFINITY
+            };
             match self.attempt(h, allowed) {
                 Ok((effort, is_calm)) => {
                     self.statistics.steps += 1;
@@ -269,28 +289,49 @@ impl Sector {
                     self.statistics.halved_steps += 1;
                     self.share = 0.5 * h / length;
                 }
-                Err(crossing) => return Err(Failure { time: self.motion.time, crossing }),
+                Err(crossing) => {
+                    return Err(Failure {
+                        time: self.motion.time,
+                        crossing,
+                    });
+                }
             }
         }
         Ok(self.sample())
     }
 
-    /// Tries a step of `h` (s), after which the balance of the energies may lack the share `allowed`. Returns whether steps may be longer.
-    /// If the step is not possible, returns the filaments that cross each other, if that is why.
+    /// Tries a step of `h` (s), after which the balance of the energies may lack the share
+    /// `allowed`. Returns whether steps may be longer. If the step is not possible, returns the
+    /// filaments that cross each other, if that is why.
     fn attempt(&mut self, h: f64, allowed: f64) -> Result<(Effort, bool), Option<[usize; 2]>> {
-        /// Of what the balance may still lack: a step of twice the length lacks about eight times as much.
+        /// Of what the balance may still lack: a step of twice the length lacks about eight times
+        /// as much.
         const CALM: f64 = 0.1;
-        /// While so few filaments have touched, a step may lack this share of what one of them may: their mean does not hide an impact that
-        /// is badly resolved.
+        /// While so few filaments have touched, a step may lack this share of what one of them may:
+        /// their mean does not hide an impact that is badly resolved.
         const FEW: usize = 3;
         const OF_ONE: f64 = 0.3;
-        let Self { bundle, motion, stepper, accounts, pairs, now, stages: [middle, end], balance, .. } = self;
-        let mut effort = stepper.middle_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
+        let Self {
+            bundle,
+            motion,
+            stepper,
+            accounts,
+            pairs,
+            now,
+            stages: [middle, end],
+            balance,
+            ..
+        } = self;
+        let mut effort = stepper
+            .middle_stage(bundle, motion, h)
+            .map_err(|NoConvergence| None)?;
         middle.take(bundle, &stepper.middle);
         if bundle.has_woken() {
             return Err(None);
         }
-        effort += stepper.end_stage(bundle, motion, h).map_err(|NoConvergence| None)?;
+        effort += stepper
+            .end_stage(bundle, motion, h)
+            .map_err(|NoConvergence| None)?;
         if let Some(crossing) = crossing(bundle) {
             return Err(Some(crossing));
         }
@@ -302,8 +343,16 @@ impl Sector {
         next.add(&middle.budget, &end.budget, h);
         let lack = next.energy_lack() - balance.energy_lack();
         let whole = allowed * next.energy_defect()[1];
-        let touched = accounts.iter().filter(|account| account.has_touched()).take(FEW + 1).count();
-        let most = if touched > FEW { whole } else { OF_ONE * whole / touched.max(1) as f64 };
+        let touched = accounts
+            .iter()
+            .filter(|account| account.has_touched())
+            .take(FEW + 1)
+            .count();
+        let most = if touched > FEW {
+            whole
+        } else {
+            OF_ONE * whole / touched.max(1) as f64
+        };
         let left = (whole - next.energy_lack().abs()).min(most - lack.abs());
         // What earlier steps lack too much is not for this one to make good.
         let own = allowed * (next.turnover - balance.turnover) + next.rounding();
@@ -323,15 +372,26 @@ impl Sector {
             let tip = bundle.node(index, n);
             let length = filament.chain.length * n as f64;
             let deflection = tip_deflection(tip, clamp.position, clamp.direction, length);
-            account.observe([&middle.loads[index], &end.loads[index]], [begin, h], deflection);
+            account.observe(
+                [&middle.loads[index], &end.loads[index]],
+                [begin, h],
+                deflection,
+            );
             if end.loads[index].worked.is_some() {
-                account.record.edge_evenness = account.edge_work.evenness(filament.workpiece.edges());
+                account.record.edge_evenness =
+                    account.edge_work.evenness(filament.workpiece.edges());
             }
             account.end_turn(begin + h, h);
         };
-        let groups = accounts.chunks_mut(LANES).enumerate().map(|(group, accounts)| (group, (group, accounts)));
+        let groups = accounts
+            .chunks_mut(LANES)
+            .enumerate()
+            .map(|(group, accounts)| (group, (group, accounts)));
         team::for_each(groups, |(group, accounts)| {
-            accounts.iter_mut().enumerate().for_each(|(lane, account)| observe(group * LANES + lane, account));
+            accounts
+                .iter_mut()
+                .enumerate()
+                .for_each(|(lane, account)| observe(group * LANES + lane, account));
         });
         for (stage, weight) in [&*now, middle, end].into_iter().zip(WEIGHTS) {
             for (filaments, press) in &stage.presses {
@@ -345,7 +405,10 @@ impl Sector {
 
     /// The forces where the last step ended.
     fn sample(&self) -> ToolSample {
-        let mut sample = ToolSample { time_s: self.motion.time, ..ToolSample::default() };
+        let mut sample = ToolSample {
+            time_s: self.motion.time,
+            ..ToolSample::default()
+        };
         for account in &self.accounts {
             sample.contact_normal_force_n += account.load.sum.normal;
             sample.contact_force_n = add(sample.contact_force_n, account.load.sum.force);
@@ -359,9 +422,14 @@ impl Sector {
         sample
     }
 
-    /// By filament, where the last step ended: normal force on the workpiece, and of other filaments, in N.
+    /// By filament, where the last step ended: normal force on the workpiece, and of other
+    /// filaments, in N.
     pub fn forces(&self) -> [Vec<f64>; 2] {
-        let workpiece: Vec<f64> = self.accounts.iter().map(|account| account.load.sum.normal).collect();
+        let workpiece: Vec<f64> = self
+            .accounts
+            .iter()
+            .map(|account| account.load.sum.normal)
+            .collect();
         let mut others = vec![0.0; workpiece.len()];
         for (filaments, press) in &self.now.presses {
             for &filament in filaments {
@@ -387,14 +455,27 @@ impl Sector {
 
     /// Goes back to a state. `None` if it is not one of such a sector.
     pub fn restore(&mut self, state: SectorState) -> Option<()> {
-        let SectorState { motion, groups, accounts, pairs, presses, statistics, balance, share } = state;
-        let lengths = |motion: &BrushState| [&motion.q, &motion.v, &motion.accelerations].map(Vec::len);
+        let SectorState {
+            motion,
+            groups,
+            accounts,
+            pairs,
+            presses,
+            statistics,
+            balance,
+            share,
+        } = state;
+        let lengths =
+            |motion: &BrushState| [&motion.q, &motion.v, &motion.accelerations].map(Vec::len);
         let is_own = |(account, own): (&Account, &Account)| {
             account.timetable == own.timetable
                 && account.edge_work.edges() == own.edge_work.edges()
                 && account.impulses.len() <= MAX_TURNS
         };
-        let mut filaments = pairs.keys().chain(presses.iter().map(|(filaments, _)| filaments)).flatten();
+        let mut filaments = pairs
+            .keys()
+            .chain(presses.iter().map(|(filaments, _)| filaments))
+            .flatten();
         let fits = lengths(&motion) == lengths(&self.motion)
             && accounts.len() == self.accounts.len()
             && accounts.iter().zip(&self.accounts).all(is_own)
@@ -404,7 +485,8 @@ impl Sector {
             return None;
         }
         self.bundle.restore(groups)?;
-        (self.motion, self.accounts, self.pairs, self.now.presses) = (motion, accounts, pairs, presses);
+        (self.motion, self.accounts, self.pairs, self.now.presses) =
+            (motion, accounts, pairs, presses);
         (self.statistics, self.balance, self.share) = (statistics, balance, share);
         Some(())
     }
@@ -418,7 +500,10 @@ impl Account {
 
     /// Whether it has touched the workpiece, in any turn.
     fn has_touched(&self) -> bool {
-        self.impulses.iter().chain([&self.record.impulse]).any(|impulse| *impulse > 0.0)
+        self.impulses
+            .iter()
+            .chain([&self.record.impulse])
+            .any(|impulse| *impulse > 0.0)
     }
 
     /// The last turn that has ended, or the first one.
@@ -426,45 +511,68 @@ impl Account {
         self.completed.as_ref().unwrap_or(&self.record)
     }
 
-    /// The impulses of its turns in N s at the end. A single turn may not have been closed by another: `is_single` takes it as it is.
+    /// The impulses of its turns in N s at the end. A single turn may not have been closed by
+    /// another: `is_single` takes it as it is.
     pub fn turns(&self, is_single: bool) -> &[f64] {
-        if is_single { std::slice::from_ref(&self.last().impulse) } else { &self.impulses }
+        if is_single {
+            std::slice::from_ref(&self.last().impulse)
+        } else {
+            &self.impulses
+        }
     }
 
     /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and at its end.
-    fn observe(&mut self, [middle, end]: [&WorkpieceLoad; 2], [begin, h]: [f64; 2], deflection: f64) {
+    fn observe(
+        &mut self,
+        [middle, end]: [&WorkpieceLoad; 2],
+        [begin, h]: [f64; 2],
+        deflection: f64,
+    ) {
         let Timetable { turn, touches, .. } = &self.timetable;
         let turned = (self.record.turn - 1) as f64 * turn;
         let start = self.load;
-        let mean =
-            |of: &dyn Fn(&ContactSum) -> f64| h * (OTHERS * (of(&start.sum) + of(&middle.sum)) + OWN * of(&end.sum));
+        let mean = |of: &dyn Fn(&ContactSum) -> f64| {
+            h * (OTHERS * (of(&start.sum) + of(&middle.sum)) + OWN * of(&end.sum))
+        };
         let record = &mut self.record;
         record.impulse += mean(&|sum| sum.normal);
-        record.vector_impulse = std::array::from_fn(|i| record.vector_impulse[i] + mean(&|sum| sum.force[i]));
+        record.vector_impulse =
+            std::array::from_fn(|i| record.vector_impulse[i] + mean(&|sum| sum.force[i]));
         record.angular_impulse += mean(&|sum| sum.moment);
         record.edge_impulse += mean(&|sum| sum.on_edges);
         record.friction_work += mean(&|sum| sum.friction_power);
         record.sliding_work += mean(&|sum| sum.sliding_power);
-        record.edge_work = std::array::from_fn(|order| record.edge_work[order] + mean(&|sum| sum.edge_power[order]));
+        record.edge_work = std::array::from_fn(|order| {
+            record.edge_work[order] + mean(&|sum| sum.edge_power[order])
+        });
         record.peak_force = record.peak_force.max(middle.sum.normal).max(end.sum.normal);
         record.edge_penetration = record.edge_penetration.max(end.edge_penetration);
         let part = contact_part(start.pressing, end.pressing);
         if part[1] > part[0] {
-            record.add_time(h * (part[1] - part[0]), part.map(|part| begin + part * h), touches, turned);
+            record.add_time(
+                h * (part[1] - part[0]),
+                part.map(|part| begin + part * h),
+                touches,
+                turned,
+            );
             record.count += usize::from(part[0] > 0.0 || start.pressing <= 0.0);
         }
         for (load, weight) in [(&start, OTHERS), (middle, OTHERS), (end, OWN)] {
             let Some(worked) = load.worked else { continue };
-            // Work is spread over the way along an edge, and stays in place where the step begins or ends off it.
-            let here = |other: &WorkpieceLoad| other.worked.filter(|other| other.edge == worked.edge);
+            // Work is spread over the way along an edge, and stays in place where the step begins
+            // or ends off it.
+            let here =
+                |other: &WorkpieceLoad| other.worked.filter(|other| other.edge == worked.edge);
             let places = [&start, end].map(|other| here(other).unwrap_or(worked).place);
-            self.edge_work.add(worked.edge, places, h * weight * worked.power);
+            self.edge_work
+                .add(worked.edge, places, h * weight * worked.power);
         }
         record.max_deflection = record.max_deflection.max(deflection);
         self.load = *end;
     }
 
-    /// Ends the turn if a step of `h` (s) that ends at `end` (s) is the first to reach its end: so the last turn ends with the simulation.
+    /// Ends the turn if a step of `h` (s) that ends at `end` (s) is the first to reach its end: so
+    /// the last turn ends with the simulation.
     fn end_turn(&mut self, end: f64, h: f64) {
         let Timetable { begin, turn, .. } = &self.timetable;
         if end < begin + self.record.turn as f64 * turn - NEGLIGIBLE * h {
@@ -477,13 +585,28 @@ impl Account {
     }
 }
 
-/// Between which parts of a step a filament touches that presses by `start` and `end` (m) at its ends.
+/// Between which parts of a step a filament touches that presses by `start` and `end` (m) at its
+/// ends.
 fn contact_part(start: f64, end: f64) -> [f64; 2] {
     match (start > 0.0, end > 0.0) {
         (true, true) => [0.0, 1.0],
         (false, false) => [0.0, 0.0],
-        (false, true) => [if start.is_finite() { start / (start - end) } else { 1.0 }, 1.0],
-        (true, false) => [0.0, if end.is_finite() { start / (start - end) } else { 0.0 }],
+        (false, true) => [
+            if start.is_finite() {
+                start / (start - end)
+            } else {
+                1.0
+            },
+            1.0,
+        ],
+        (true, false) => [
+            0.0,
+            if end.is_finite() {
+                start / (start - end)
+            } else {
+                0.0
+            },
+        ],
     }
 }
 
@@ -521,7 +644,12 @@ impl PairAccount {
 impl Balance {
     fn new(budget: &Budget) -> Self {
         let begin = budget.stock();
-        Self { begin, now: begin, rates: budget.exchange, ..Self::default() }
+        Self {
+            begin,
+            now: begin,
+            rates: budget.exchange,
+            ..Self::default()
+        }
     }
 
     /// Goes on with other filaments of the sector.
@@ -536,7 +664,11 @@ impl Balance {
     fn add(&mut self, middle: &Budget, end: &Budget, h: f64) {
         let rates = [self.rates, middle.exchange, end.exchange];
         let sum = |of: &dyn Fn(&Exchange) -> f64| {
-            h * rates.iter().zip(WEIGHTS).map(|(rates, weight)| weight * of(rates)).sum::<f64>()
+            h * rates
+                .iter()
+                .zip(WEIGHTS)
+                .map(|(rates, weight)| weight * of(rates))
+                .sum::<f64>()
         };
         let [work, taken] = [sum(&|rates| rates.work), sum(&|rates| rates.taken)];
         self.work += work;
@@ -559,7 +691,8 @@ impl Balance {
         work - dissipated - gain
     }
 
-    /// What a step may lack because energies are rounded, in J: while nothing touches, that can be more than is turned over.
+    /// What a step may lack because energies are rounded, in J: while nothing touches, that can be
+    /// more than is turned over.
     fn rounding(&self) -> f64 {
         /// Of the last digit.
         const DIGITS: f64 = 64.0;
@@ -569,12 +702,16 @@ impl Balance {
     /// What the balance of the energies lacks, and what it is compared with, in J.
     pub fn energy_defect(&self) -> [f64; 2] {
         // What turns freely has no turnover but that of rounding.
-        [self.energy_lack().abs(), self.turnover + NEGLIGIBLE * self.begin[0].abs()]
+        [
+            self.energy_lack().abs(),
+            self.turnover + NEGLIGIBLE * self.begin[0].abs(),
+        ]
     }
 
     /// What the balance of the momentum lacks, and what it is compared with, in N s.
     pub fn momentum_defect(&self) -> [f64; 2] {
-        let lack: [f64; 3] = std::array::from_fn(|i| self.now[i + 1] - self.begin[i + 1] - self.impulse[i]);
+        let lack: [f64; 3] =
+            std::array::from_fn(|i| self.now[i + 1] - self.begin[i + 1] - self.impulse[i]);
         let [_, own @ ..] = self.begin;
         [dot(lack, lack).sqrt(), self.contact + dot(own, own).sqrt()]
     }
@@ -588,13 +725,17 @@ impl Budget {
     }
 }
 
-/// Two filaments one of which is so deep in the other that they may cross in the next step, or have crossed in the last one. A step is so
-/// short that filaments that were apart before it cannot have passed each other beyond that.
+/// Two filaments one of which is so deep in the other that they may cross in the next step, or have
+/// crossed in the last one. A step is so short that filaments that were apart before it cannot have
+/// passed each other beyond that.
 fn crossing(bundle: &Bundle<Turning<RotaryTool>>) -> Option<[usize; 2]> {
     /// The least distance of the centrelines, as a share of the reach.
     const LEAST: f64 = 0.5;
     let is_deep = |(_, press): &&Pair| press.near.square() < (LEAST * press.near.reach).powi(2);
-    bundle.presses().find(is_deep).map(|(filaments, _)| *filaments)
+    bundle
+        .presses()
+        .find(is_deep)
+        .map(|(filaments, _)| *filaments)
 }
 
 /// What a stage ended with.
@@ -613,17 +754,23 @@ impl Stage {
         self.budget = found.budget;
         found.take_loads(&mut self.loads);
         self.presses.clear();
-        self.presses.extend(bundle.presses().map(|([own, other], press)| {
-            let (pair, sign) = if own < other { ([*own, *other], 1.0) } else { ([*other, *own], -1.0) };
-            let [point, nearest] = [&press.near.point, &press.near.nearest].map(|place| bundle.arc_length(place));
-            let sum = PressSum {
-                normal: press.normal_force,
-                force: scale(sign, press.force()),
-                moment: press.normal_force * 0.5 * (point + nearest),
-                dissipated: press.dissipated,
-            };
-            (pair, sum)
-        }));
+        self.presses
+            .extend(bundle.presses().map(|([own, other], press)| {
+                let (pair, sign) = if own < other {
+                    ([*own, *other], 1.0)
+                } else {
+                    ([*other, *own], -1.0)
+                };
+                let [point, nearest] =
+                    [&press.near.point, &press.near.nearest].map(|place| bundle.arc_length(place));
+                let sum = PressSum {
+                    normal: press.normal_force,
+                    force: scale(sign, press.force()),
+                    moment: press.normal_force * 0.5 * (point + nearest),
+                    dissipated: press.dissipated,
+                };
+                (pair, sum)
+            }));
         self.presses.sort_unstable_by_key(|(pair, _)| *pair);
         self.presses.dedup_by(|(pair, sum), (last, total)| {
             let is_same = pair == last;
@@ -644,10 +791,16 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// Memory for steps from `motion`, whose stages are solved once velocities change by less than `tolerance` (m/s).
+    /// Memory for steps from `motion`, whose stages are solved once velocities change by less than
+    /// `tolerance` (m/s).
     pub fn new(motion: &BrushState, tolerance: f64) -> Self {
         let base = [motion.q.clone(), motion.v.clone()];
-        Self { tolerance, middle: motion.clone(), end: motion.clone(), base }
+        Self {
+            tolerance,
+            middle: motion.clone(),
+            end: motion.clone(),
+            base,
+        }
     }
 
     /// The middle stage of a step of `h` (s) from `start`.
@@ -658,12 +811,40 @@ impl Stepper {
         h: f64,
     ) -> Result<Effort, NoConvergence> {
         let (own, blocks, first) = (OWN * h, bundle.segments(), bundle.first_coordinate());
-        let Self { tolerance, middle, base: [base_q, base_v], .. } = self;
-        set_sum([blocks, first], base_v, &start.v, &[(own, &start.accelerations)]);
-        set_sum([blocks, first], base_q, &start.q, &[(own, &start.v), (own, base_v)]);
-        set_sum([blocks, 0], &mut middle.accelerations, &start.accelerations, &[]);
+        let Self {
+            tolerance,
+            middle,
+            base: [base_q, base_v],
+            ..
+        } = self;
+        set_sum(
+            [blocks, first],
+            base_v,
+            &start.v,
+            &[(own, &start.accelerations)],
+        );
+        set_sum(
+            [blocks, first],
+            base_q,
+            &start.q,
+            &[(own, &start.v), (own, base_v)],
+        );
+        set_sum(
+            [blocks, 0],
+            &mut middle.accelerations,
+            &start.accelerations,
+            &[],
+        );
         middle.time = start.time + MIDDLE * h;
-        bundle.solve_stage(middle, Kinematics { base: [base_q, base_v], weights: [own * own, own], first }, *tolerance)
+        bundle.solve_stage(
+            middle,
+            Kinematics {
+                base: [base_q, base_v],
+                weights: [own * own, own],
+                first,
+            },
+            *tolerance,
+        )
     }
 
     /// The stage at its end.
@@ -675,14 +856,35 @@ impl Stepper {
     ) -> Result<Effort, NoConvergence> {
         let (own, others) = (OWN * h, OTHERS * h);
         let (blocks, first) = (bundle.segments(), bundle.first_coordinate());
-        let Self { tolerance, middle, end, base: [base_q, base_v] } = self;
-        let by_accelerations = [(others, &start.accelerations), (others, &middle.accelerations)];
+        let Self {
+            tolerance,
+            middle,
+            end,
+            base: [base_q, base_v],
+        } = self;
+        let by_accelerations = [
+            (others, &start.accelerations),
+            (others, &middle.accelerations),
+        ];
         set_sum([blocks, first], base_v, &start.v, &by_accelerations);
         let by_velocities = [(others, &start.v), (others, &middle.v), (own, &*base_v)];
         set_sum([blocks, first], base_q, &start.q, &by_velocities);
-        set_sum([blocks, 0], &mut end.accelerations, &middle.accelerations, &[]);
+        set_sum(
+            [blocks, 0],
+            &mut end.accelerations,
+            &middle.accelerations,
+            &[],
+        );
         end.time = start.time + h;
-        bundle.solve_stage(end, Kinematics { base: [base_q, base_v], weights: [own * own, own], first }, *tolerance)
+        bundle.solve_stage(
+            end,
+            Kinematics {
+                base: [base_q, base_v],
+                weights: [own * own, own],
+                first,
+            },
+            *tolerance,
+        )
     }
 
     /// Puts the end of the step into `motion`.
@@ -691,18 +893,30 @@ impl Stepper {
     }
 }
 
-/// `start + Σ factor · vector`, where a group has so many `blocks`, from the coordinate `from` of each on.
-fn set_sum([blocks, from]: [usize; 2], result: &mut Vector, start: &Vector, terms: &[(f64, &Vector)]) {
-    let groups = result.chunks_mut(blocks).zip(start.chunks(blocks)).enumerate();
-    team::for_each(groups.map(|(group, parts)| (group, (group * blocks, parts))), |(first, (result, start))| {
-        for (k, (block, start)) in result.iter_mut().zip(start).enumerate() {
-            for i in from..2 {
-                let mut value = start[i];
-                for (factor, vector) in terms {
-                    value = value + Lanes::from_f64(*factor) * vector[first + k][i];
+/// `start + Σ factor · vector`, where a group has so many `blocks`, from the coordinate `from` of
+/// each on.
+fn set_sum(
+    [blocks, from]: [usize; 2],
+    result: &mut Vector,
+    start: &Vector,
+    terms: &[(f64, &Vector)],
+) {
+    let groups = result
+        .chunks_mut(blocks)
+        .zip(start.chunks(blocks))
+        .enumerate();
+    team::for_each(
+        groups.map(|(group, parts)| (group, (group * blocks, parts))),
+        |(first, (result, start))| {
+            for (k, (block, start)) in result.iter_mut().zip(start).enumerate() {
+                for i in from..2 {
+                    let mut value = start[i];
+                    for (factor, vector) in terms {
+                        value = value + Lanes::from_f64(*factor) * vector[first + k][i];
+                    }
+                    block[i] = value;
                 }
-                block[i] = value;
             }
-        }
-    });
+        },
+    );
 }

@@ -1,8 +1,9 @@
 //! Filaments that lean on their neighbours before they meet anything.
 //!
-//! Tilts, waves and lengths of their own would put undeformed filaments into each other. From the regular arrangement these deviations
-//! grow to their values, in rungs, with contact between filaments on, strong damping, and neither workpiece nor gravity, while the brush
-//! turns. Once the filaments are at rest relative to the body, their pose is where the motion begins.
+//! Tilts, waves and lengths of their own would put undeformed filaments into each other. From the
+//! regular arrangement these deviations grow to their values, in rungs, with contact between
+//! filaments on, strong damping, and neither workpiece nor gravity, while the brush turns. Once the
+//! filaments are at rest relative to the body, their pose is where the motion begins.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +12,8 @@ use crate::equations::linear::{add, scale, sub};
 use crate::model::filament::first_natural_frequency;
 use crate::model::settings::{FilamentSettings, Settings};
 
-/// `e` and `ė` of each segment of a filament, from the root on, turned back by the angle of the tool.
+/// `e` and `ė` of each segment of a filament, from the root on, turned back by the angle of the
+/// tool.
 pub type Pose = Vec<[[f64; 3]; 2]>;
 
 /// Steps of a rung.
@@ -23,8 +25,9 @@ const MOST_GROWING: usize = 40;
 const MOST_RESTING: usize = 100;
 /// Those that a brush is expected to need.
 const USUAL_RESTING: usize = 6;
-/// The largest speed of a node relative to the body that counts as rest, over the brushing velocity and over that of a vibration in the
-/// first mode by a diameter: where points press on kinks of a polyline, some of it remains.
+/// The largest speed of a node relative to the body that counts as rest, over the brushing velocity
+/// and over that of a vibration in the first mode by a diameter: where points press on kinks of a
+/// polyline, some of it remains.
 const REST: [f64; 2] = [3e-4, 3e-3];
 
 /// How far filaments have settled.
@@ -43,7 +46,8 @@ pub struct Settling {
 }
 
 impl Settling {
-    /// Filaments with these poses, without deviations of their own, by which undeformed tips move by at most `way` (m).
+    /// Filaments with these poses, without deviations of their own, by which undeformed tips move
+    /// by at most `way` (m).
     pub fn new(settings: &Settings, way: f64, poses: Vec<Vec<Pose>>) -> Self {
         let period = TAU / first_natural_frequency(&settings.filament);
         let growing = (way / (WAY * settings.filament.diameter_m)).ceil().max(2.0) as usize;
@@ -82,17 +86,24 @@ impl Settling {
         let filament = FilamentSettings {
             length_m: between(from.length_m, to.length_m),
             diameter_m: between(from.diameter_m, to.diameter_m),
-            tip_diameter_m: from.tip_diameter_m.zip(to.tip_diameter_m).map(|(a, b)| between(a, b)),
+            tip_diameter_m: from
+                .tip_diameter_m
+                .zip(to.tip_diameter_m)
+                .map(|(a, b)| between(a, b)),
             waviness_amplitude_m: between(from.waviness_amplitude_m, to.waviness_amplitude_m),
             waviness_phase_rad: between(from.waviness_phase_rad, to.waviness_phase_rad),
             lateral_tilt_rad: between(from.lateral_tilt_rad, to.lateral_tilt_rad),
             damping_ratio: to.damping_ratio.max(1.0),
             ..to.clone()
         };
-        Settings { filament, ..calm.clone() }
+        Settings {
+            filament,
+            ..calm.clone()
+        }
     }
 
-    /// Takes the poses at the end of a rung, on a body that turns at `rate` (rad/s). Returns whether the filaments are at rest.
+    /// Takes the poses at the end of a rung, on a body that turns at `rate` (rad/s). Returns
+    /// whether the filaments are at rest.
     pub fn take(
         &mut self,
         poses: Vec<Vec<Pose>>,
@@ -120,7 +131,11 @@ impl Settling {
     /// Goes back to a state. `None` if it is not one of these filaments.
     pub fn restore(&mut self, state: Self) -> Option<()> {
         let shape = |settling: &Self| -> Vec<Vec<usize>> {
-            settling.poses.iter().map(|poses| poses.iter().map(Vec::len).collect()).collect()
+            settling
+                .poses
+                .iter()
+                .map(|poses| poses.iter().map(Vec::len).collect())
+                .collect()
         };
         let fits = (state.growing, state.length) == (self.growing, self.length)
             && !state.is_hopeless()
@@ -133,7 +148,8 @@ impl Settling {
 /// Coordinates about `z` and rates of the segments of a pose when the tool is at `angle` (rad).
 pub fn coordinates(pose: &Pose, angle: f64) -> [Vec<[f64; 2]>; 2] {
     let segments = pose.iter().map(|[e, rate]| {
-        let [q, v, _] = PolarAxis::Z.coordinates([turned(*e, angle), turned(*rate, angle), [0.0; 3]]);
+        let [q, v, _] =
+            PolarAxis::Z.coordinates([turned(*e, angle), turned(*rate, angle), [0.0; 3]]);
         (q, v)
     });
     let (q, v) = segments.unzip();
@@ -146,13 +162,18 @@ pub fn turned([x, y, z]: [f64; 3], angle: f64) -> [f64; 3] {
     [cos * x - sin * y, sin * x + cos * y, z]
 }
 
-/// The largest speed of a node relative to a body that turns about `z` at `rate` (rad/s), with segments of `length` (m).
+/// The largest speed of a node relative to a body that turns about `z` at `rate` (rad/s), with
+/// segments of `length` (m).
 fn fastest(pose: &Pose, length: f64, rate: f64) -> f64 {
     let mut velocity = [0.0; 3];
     let speeds = pose.iter().map(|[e, own]| {
         let rigid = [-rate * e[1], rate * e[0], 0.0];
         velocity = add(velocity, scale(length, sub(*own, rigid)));
-        velocity.iter().map(|component| component * component).sum::<f64>().sqrt()
+        velocity
+            .iter()
+            .map(|component| component * component)
+            .sum::<f64>()
+            .sqrt()
     });
     speeds.fold(0.0, f64::max)
 }

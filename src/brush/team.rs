@@ -1,8 +1,9 @@
 //! Threads that share the work on a brush.
 //!
-//! A step consists of about a hundred loops over groups of filaments, many of which take less time than it takes to wake up a thread.
-//! Therefore threads do not sleep in between: they look for work, and only those that have found none for a while sleep, a little at a
-//! time. There are never more of them than processors, because one that looks for work would keep another from doing it.
+//! A step consists of about a hundred loops over groups of filaments, many of which take less time
+//! than it takes to wake up a thread. Therefore threads do not sleep in between: they look for
+//! work, and only those that have found none for a while sleep, a little at a time. There are never
+//! more of them than processors, because one that looks for work would keep another from doing it.
 
 use std::cell::Cell;
 use std::num::NonZeroUsize;
@@ -15,7 +16,8 @@ use std::{hint, iter, mem};
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder, Yield};
 
 thread_local! {
-    /// The number of threads of the [`Team`] that this one belongs to. A thread of somebody else's pool belongs to none.
+    /// The number of threads of the [`Team`] that this one belongs to. A thread of somebody else's
+    /// pool belongs to none.
     static THREADS: Cell<usize> = const { Cell::new(1) };
 }
 
@@ -23,7 +25,8 @@ thread_local! {
 pub struct Team(Option<ThreadPool>);
 
 impl Team {
-    /// So many threads, but not more than there are processors, or `parts` of the work that can be done at the same time.
+    /// So many threads, but not more than there are processors, or `parts` of the work that can be
+    /// done at the same time.
     ///
     /// # Errors
     /// If the system refuses them.
@@ -33,14 +36,27 @@ impl Team {
     }
 
     fn of(threads: usize) -> Result<Self, ThreadPoolBuildError> {
-        let builder = || ThreadPoolBuilder::new().num_threads(threads).start_handler(move |_| THREADS.set(threads));
-        (threads > 1).then(|| builder().build()).transpose().map(Self)
+        let builder = || {
+            ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .start_handler(move |_| THREADS.set(threads))
+        };
+        (threads > 1)
+            .then(|| builder().build())
+            .transpose()
+            .map(Self)
     }
 
-    /// Does `work` on all items: on each with all threads, which share the loops of [`for_each`] in it, or, if there are enough items, on
-    /// each with a thread of its own.
-    pub fn run<T: Send>(&self, mut items: impl ExactSizeIterator<Item = T> + Send, work: impl Fn(T) + Sync) {
-        let Some(pool) = &self.0 else { return items.for_each(work) };
+    /// Does `work` on all items: on each with all threads, which share the loops of [`for_each`] in
+    /// it, or, if there are enough items, on each with a thread of its own.
+    pub fn run<T: Send>(
+        &self,
+        mut items: impl ExactSizeIterator<Item = T> + Send,
+        work: impl Fn(T) + Sync,
+    ) {
+        let Some(pool) = &self.0 else {
+            return items.for_each(work);
+        };
         let threads = pool.current_num_threads();
         if items.len() < 2 * threads {
             return pool.install(|| awake(|| items.for_each(&work)));
@@ -82,7 +98,8 @@ fn awake<R: Send>(work: impl FnOnce() -> R + Send) -> R {
 fn help_until_none(left: &AtomicUsize) {
     /// Short waits before another program may have the processor.
     const SPINS: usize = 64;
-    /// The same before the thread sleeps, which is long after the loops of a step have found it waiting.
+    /// The same before the thread sleeps, which is long after the loops of a step have found it
+    /// waiting.
     const YIELDS: usize = 2000;
     /// Loops follow each other more quickly than this.
     const NAP: Duration = Duration::from_micros(100);
@@ -103,8 +120,9 @@ fn help_until_none(left: &AtomicUsize) {
     }
 }
 
-/// Does `work` on all items, in an order that is not determined, on all threads of the [`Team`] that this is called in. Items come with the
-/// number of their group, so that a group stays with one thread, whose caches know it.
+/// Does `work` on all items, in an order that is not determined, on all threads of the [`Team`]
+/// that this is called in. Items come with the number of their group, so that a group stays with
+/// one thread, whose caches know it.
 pub fn for_each<T: Send>(items: impl Iterator<Item = (usize, T)>, work: impl Fn(T) + Sync) {
     let threads = THREADS.get();
     if threads == 1 {
@@ -163,7 +181,10 @@ mod tests {
 
     #[test]
     fn threads_of_other_pools_are_left_alone() {
-        let pool = ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(2)
+            .build()
+            .expect("threads");
         let own = Mutex::new(Vec::new());
         pool.install(|| {
             let team = Team::of(1).expect("a thread");
@@ -184,7 +205,10 @@ mod tests {
     fn there_are_no_more_threads_than_work_and_processors() {
         let threads = |team: Team| team.0.map_or(1, |pool| pool.current_num_threads());
         let processors = thread::available_parallelism().map_or(1, NonZeroUsize::get);
-        assert_eq!(threads(Team::new(1000, 1000).expect("threads")), processors.min(1000));
+        assert_eq!(
+            threads(Team::new(1000, 1000).expect("threads")),
+            processors.min(1000)
+        );
         assert_eq!(threads(Team::new(1000, 1).expect("threads")), 1);
     }
 

@@ -1,14 +1,17 @@
-//! Contact of the centreline with an edge: at the point of the filament's polyline that is nearest to the centre of its arc.
+//! Contact of the centreline with an edge: at the point of the filament's polyline that is nearest
+//! to the centre of its arc.
 //!
-//! The point lies at a fraction `ξ` of a segment. A force `F` there acts on both ends of the segment, with `(1 − ξ) F` and
-//! `ξ F`: the virtual displacement of a point of a rigid segment is that mean of those of its ends.
+//! The point lies at a fraction `ξ` of a segment. A force `F` there acts on both ends of the
+//! segment, with `(1 − ξ) F` and `ξ F`: the virtual displacement of a point of a rigid segment is
+//! that mean of those of its ends.
 
 use super::{Approach, ContactLaw};
 use crate::equations::NodeTangent;
 use crate::equations::linear::{add, dot, mul, scale, sub};
 use crate::workpiece::Edge;
 
-/// Position in m and velocity in m/s of the filament's nodes by their number `0 … n`; `0` is the root.
+/// Position in m and velocity in m/s of the filament's nodes by their number `0 … n`; `0` is the
+/// root.
 pub type Nodes<'a> = dyn Fn(usize) -> [[f64; 3]; 2] + 'a;
 
 /// The same positions in the plane of the profile.
@@ -24,15 +27,23 @@ pub struct Station {
 }
 
 impl Station {
-    /// The point of the polyline of `segments` segments that is nearest to the line of `centre` along the extrusion.
+    /// The point of the polyline of `segments` segments that is nearest to the line of `centre`
+    /// along the extrusion.
     fn nearest(segments: usize, nodes: &InProfile<'_>, centre: [f64; 2]) -> Self {
         let square = |&station: &Self| Projection::at(station.segment, nodes, centre).square;
         let all = (0..segments).map(|segment| Projection::at(segment, nodes, centre).station);
-        all.min_by(|a, b| square(a).total_cmp(&square(b))).expect("a filament has a segment")
+        all.min_by(|a, b| square(a).total_cmp(&square(b)))
+            .expect("a filament has a segment")
     }
 
-    /// The same, reached from a segment nearby: a point that is nearer than all others on its own and the adjacent segments.
-    fn nearest_from(start: usize, segments: usize, nodes: &InProfile<'_>, centre: [f64; 2]) -> Self {
+    /// The same, reached from a segment nearby: a point that is nearer than all others on its own
+    /// and the adjacent segments.
+    fn nearest_from(
+        start: usize,
+        segments: usize,
+        nodes: &InProfile<'_>,
+        centre: [f64; 2],
+    ) -> Self {
         let mut here = Projection::at(start, nodes, centre);
         loop {
             let Self { segment, fraction } = here.station;
@@ -49,9 +60,17 @@ impl Station {
         }
     }
 
-    /// The point of the polyline that is nearest to `edge` at `time` (s). The search begins at the segment `start`, or goes over all.
-    pub fn nearest_to(edge: &Edge, start: Option<usize>, segments: usize, nodes: &Nodes<'_>, time: f64) -> Self {
-        /// The nearest points of curve and polyline are found by turns, which converges quadratically.
+    /// The point of the polyline that is nearest to `edge` at `time` (s). The search begins at the
+    /// segment `start`, or goes over all.
+    pub fn nearest_to(
+        edge: &Edge,
+        start: Option<usize>,
+        segments: usize,
+        nodes: &Nodes<'_>,
+        time: f64,
+    ) -> Self {
+        /// The nearest points of curve and polyline are found by turns, which converges
+        /// quadratically.
         const TURNS: usize = 12;
         let in_profile = |index: usize| edge.in_profile(nodes(index)[0], time);
         let at = |centre| match start {
@@ -68,23 +87,39 @@ impl Station {
             let surface = edge.surface(position, time);
             surface.gap.max(-surface.margin)
         };
-        let tip = Self { segment: segments - 1, fraction: 1.0 };
+        let tip = Self {
+            segment: segments - 1,
+            fraction: 1.0,
+        };
         for _ in 0..TURNS {
             let [position, _] = here.motion(nodes);
             let next = at(edge.centre(Some(edge.in_profile(position, time)), time));
-            let moved = next.segment != here.segment || (next.fraction - here.fraction).abs() > 4.0 * f64::EPSILON;
+            let moved = next.segment != here.segment
+                || (next.fraction - here.fraction).abs() > 4.0 * f64::EPSILON;
             here = next;
             if !moved {
                 break;
             }
         }
-        if start.is_none() && away(&tip) < away(&here) { tip } else { here }
+        if start.is_none() && away(&tip) < away(&here) {
+            tip
+        } else {
+            here
+        }
     }
 
-    /// The distance in m of the polyline from a `point` (m) in the plane of the profile of `edge`, at `time` (s).
-    pub fn distance_from(point: [f64; 2], edge: &Edge, segments: usize, nodes: &Nodes<'_>, time: f64) -> f64 {
+    /// The distance in m of the polyline from a `point` (m) in the plane of the profile of `edge`,
+    /// at `time` (s).
+    pub fn distance_from(
+        point: [f64; 2],
+        edge: &Edge,
+        segments: usize,
+        nodes: &Nodes<'_>,
+        time: f64,
+    ) -> f64 {
         let in_profile = |index: usize| edge.in_profile(nodes(index)[0], time);
-        let squares = (0..segments).map(|segment| Projection::at(segment, &in_profile, point).square);
+        let squares =
+            (0..segments).map(|segment| Projection::at(segment, &in_profile, point).square);
         squares.fold(f64::INFINITY, f64::min).sqrt()
     }
 
@@ -95,9 +130,13 @@ impl Station {
 
     /// Position and velocity of the filament's material there.
     pub fn motion(&self, nodes: &Nodes<'_>) -> [[f64; 3]; 2] {
-        let ([inner, inner_rate], [outer, outer_rate]) = (nodes(self.segment), nodes(self.segment + 1));
+        let ([inner, inner_rate], [outer, outer_rate]) =
+            (nodes(self.segment), nodes(self.segment + 1));
         let [a, b] = self.shares();
-        [add(scale(a, inner), scale(b, outer)), add(scale(a, inner_rate), scale(b, outer_rate))]
+        [
+            add(scale(a, inner), scale(b, outer)),
+            add(scale(a, inner_rate), scale(b, outer_rate)),
+        ]
     }
 }
 
@@ -114,7 +153,10 @@ impl Projection {
         let (along, from) = ([x_b - x_a, y_b - y_a], [x - x_a, y - y_a]);
         let fraction = (dot(along, from) / dot(along, along)).clamp(0.0, 1.0);
         let offset = sub(from, scale(fraction, along));
-        Self { station: Station { segment, fraction }, square: dot(offset, offset) }
+        Self {
+            station: Station { segment, fraction },
+            square: dot(offset, offset),
+        }
     }
 }
 
@@ -130,20 +172,40 @@ pub struct EdgeContact {
 }
 
 impl EdgeContact {
-    /// The contact at `time` (s) of the point of the filament at `station` with `edge`, under `law`.
-    pub fn new(law: &ContactLaw, edge: &Edge, station: Station, nodes: &Nodes<'_>, time: f64) -> Self {
+    /// The contact at `time` (s) of the point of the filament at `station` with `edge`, under
+    /// `law`.
+    pub fn new(
+        law: &ContactLaw,
+        edge: &Edge,
+        station: Station,
+        nodes: &Nodes<'_>,
+        time: f64,
+    ) -> Self {
         let [position, velocity] = station.motion(nodes);
         let approach = Approach::new(&edge.surface(position, time), velocity, law.radius);
-        Self { station, position, approach }
+        Self {
+            station,
+            position,
+            approach,
+        }
     }
 
-    /// How the forces on both ends of the segment change with the motion of these ends: `[force][motion]`, inner end first.
-    pub fn tangent(&self, law: &ContactLaw, edge: &Edge, nodes: &Nodes<'_>) -> [[NodeTangent<f64>; 2]; 2] {
-        let Self { station, approach, .. } = self;
+    /// How the forces on both ends of the segment change with the motion of these ends:
+    /// `[force][motion]`, inner end first.
+    pub fn tangent(
+        &self,
+        law: &ContactLaw,
+        edge: &Edge,
+        nodes: &Nodes<'_>,
+    ) -> [[NodeTangent<f64>; 2]; 2] {
+        let Self {
+            station, approach, ..
+        } = self;
         let force = law.force(approach).total(approach);
         let at_point = law.tangent_without_turn(approach);
         let turned = law.turned(approach);
-        let ([inner, inner_rate], [outer_end, outer_rate]) = (nodes(station.segment), nodes(station.segment + 1));
+        let ([inner, inner_rate], [outer_end, outer_rate]) =
+            (nodes(station.segment), nodes(station.segment + 1));
         let along = edge.across_extrusion(sub(outer_end, inner));
         let shares = station.shares();
         // How the normal's angle and the fraction change with the positions of the ends.
@@ -151,22 +213,39 @@ impl EdgeContact {
             let square = dot(along, along);
             let from_centre = scale(1.0 / approach.turn, approach.normal);
             let turn = scale(-dot(approach.across, along) / square, approach.normal);
-            let slip = |share: f64, sign: f64| scale(-1.0 / square, add(scale(share, along), scale(sign, from_centre)));
-            ([scale(-1.0, turn), turn], [slip(shares[0], -1.0), slip(shares[1], 1.0)])
+            let slip = |share: f64, sign: f64| {
+                scale(
+                    -1.0 / square,
+                    add(scale(share, along), scale(sign, from_centre)),
+                )
+            };
+            (
+                [scale(-1.0, turn), turn],
+                [slip(shares[0], -1.0), slip(shares[1], 1.0)],
+            )
         } else {
             // The nearest point is a node.
             let turn = scale(approach.turn, approach.across);
-            ([scale(shares[0], turn), scale(shares[1], turn)], [[0.0; 3]; 2])
+            (
+                [scale(shares[0], turn), scale(shares[1], turn)],
+                [[0.0; 3]; 2],
+            )
         };
         // The material at the point changes with the fraction.
         let by_fraction = mul(&at_point.velocity, sub(outer_rate, inner_rate));
-        let mut tangent = [[NodeTangent { position: [[0.0; 3]; 3], velocity: [[0.0; 3]; 3] }; 2]; 2];
+        let mut tangent = [[NodeTangent {
+            position: [[0.0; 3]; 3],
+            velocity: [[0.0; 3]; 3],
+        }; 2]; 2];
         for end in 0..2 {
             let of_force = add_outer(
                 at_point.position.map(|row| scale(shares[end], row)),
                 [(by_fraction, fractions[end]), (turned, angles[end])],
             );
-            for (target, (share, sign)) in [(shares[0], -1.0), (shares[1], 1.0)].into_iter().enumerate() {
+            for (target, (share, sign)) in [(shares[0], -1.0), (shares[1], 1.0)]
+                .into_iter()
+                .enumerate()
+            {
                 let scaled = of_force.map(|row| scale(share, row));
                 tangent[target][end] = NodeTangent {
                     position: add_outer(scaled, [(scale(sign, force), fractions[end])]),
@@ -179,8 +258,13 @@ impl EdgeContact {
 }
 
 /// The sum of a matrix and of products of a column and a row.
-fn add_outer<const N: usize>(matrix: [[f64; 3]; 3], products: [([f64; 3], [f64; 3]); N]) -> [[f64; 3]; 3] {
-    products.iter().fold(matrix, |sum, &(column, row)| std::array::from_fn(|i| add(sum[i], scale(column[i], row))))
+fn add_outer<const N: usize>(
+    matrix: [[f64; 3]; 3],
+    products: [([f64; 3], [f64; 3]); N],
+) -> [[f64; 3]; 3] {
+    products.iter().fold(matrix, |sum, &(column, row)| {
+        std::array::from_fn(|i| add(sum[i], scale(column[i], row)))
+    })
 }
 
 #[cfg(test)]
@@ -218,23 +302,38 @@ mod tests {
             let forces = |number: usize, step: f64| {
                 let nodes = moved(number, step);
                 let station = Station::nearest_to(&edge, Some(1), 2, &nodes, 0.0);
-                let EdgeContact { approach, .. } = EdgeContact::new(&law, &edge, station, &nodes, 0.0);
-                assert!(approach.penetration > 0.0 && (station.fraction > 0.0) == inside && station.segment == 1);
-                station.shares().map(|share| scale(share, law.force(&approach).total(&approach)))
+                let EdgeContact { approach, .. } =
+                    EdgeContact::new(&law, &edge, station, &nodes, 0.0);
+                assert!(
+                    approach.penetration > 0.0
+                        && (station.fraction > 0.0) == inside
+                        && station.segment == 1
+                );
+                station
+                    .shares()
+                    .map(|share| scale(share, law.force(&approach).total(&approach)))
             };
             let nodes = moved(0, 0.0);
             let station = Station::nearest_to(&edge, Some(1), 2, &nodes, 0.0);
-            let tangent = EdgeContact::new(&law, &edge, station, &nodes, 0.0).tangent(&law, &edge, &nodes);
+            let tangent =
+                EdgeContact::new(&law, &edge, station, &nodes, 0.0).tangent(&law, &edge, &nodes);
             for number in 0..12 {
                 let step = if number % 6 < 3 { 1e-9 } else { 1e-5 };
                 let (above, below) = (forces(number, step), forces(number, -step));
                 for force in 0..2 {
                     let NodeTangent { position, velocity } = &tangent[force][number / 6];
-                    let (matrix, size) = if number % 6 < 3 { (position, 1e5) } else { (velocity, 10.0) };
+                    let (matrix, size) = if number % 6 < 3 {
+                        (position, 1e5)
+                    } else {
+                        (velocity, 10.0)
+                    };
                     for row in 0..3 {
                         let difference = (above[force][row] - below[force][row]) / (2.0 * step);
                         let error = (matrix[row][number % 3] - difference).abs();
-                        assert!(error < 1e-6 * size, "{inside} {force} {number} {row}: {matrix:?} {difference}");
+                        assert!(
+                            error < 1e-6 * size,
+                            "{inside} {force} {number} {row}: {matrix:?} {difference}"
+                        );
                     }
                 }
             }

@@ -1,6 +1,7 @@
 //! Contact with the workpiece: normal force and friction of a point of the filament.
 //!
-//! Faces are met by nodes ([`ContactLaw::approach`]). Edges are met by the centreline, at one point of a segment ([`edge`]).
+//! Faces are met by nodes ([`ContactLaw::approach`]). Edges are met by the centreline, at one point
+//! of a segment ([`edge`]).
 
 use crate::equations::NodeTangent;
 use crate::equations::linear::{add, dot, scale, sub};
@@ -22,9 +23,11 @@ pub struct Approach {
     pub sliding: [f64; 3],
     /// See [`Surface::across`].
     pub across: [f64; 3],
-    /// By how much the normal turns, in the plane of the profile, per length of the point's way across it, in rad/m.
+    /// By how much the normal turns, in the plane of the profile, per length of the point's way
+    /// across it, in rad/m.
     pub turn: f64,
-    /// How far the point is from where it no longer meets this surface, in m; negative beyond. See [`Surface::margin`].
+    /// How far the point is from where it no longer meets this surface, in m; negative beyond. See
+    /// [`Surface::margin`].
     pub margin: f64,
 }
 
@@ -63,7 +66,10 @@ pub struct ContactForce {
 
 impl ContactForce {
     /// No force: that on a node which touches nothing.
-    pub const NONE: Self = Self { normal: 0.0, tangential: [0.0; 3] };
+    pub const NONE: Self = Self {
+        normal: 0.0,
+        tangential: [0.0; 3],
+    };
 
     /// Both parts as one vector in N, for the approach that they belong to.
     pub fn total(&self, approach: &Approach) -> [f64; 3] {
@@ -73,9 +79,9 @@ impl ContactForce {
 
 /// The contact law of MODEL, "Contact": Hunt and Crossley (1975) with regularised Coulomb friction.
 ///
-/// While a node is *closed* its force is the smooth law `k_c δ^p (1 + χ δ̇)`, continued oddly to `δ < 0`; while it is
-/// *open* there is none. The solver locates where the law changes sign and switches there, which gives
-/// `F_n = max(0, …)` without a kink inside a step.
+/// While a node is *closed* its force is the smooth law `k_c δ^p (1 + χ δ̇)`, continued oddly to `δ
+/// < 0`; while it is *open* there is none. The solver locates where the law changes sign and
+/// switches there, which gives `F_n = max(0, …)` without a kink inside a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
     /// `k_c` in N/m^p.
@@ -108,7 +114,13 @@ impl From<&ContactSettings> for ContactLaw {
 impl ContactLaw {
     /// The node at `position` with `velocity`, relative to `workpiece` at `time`.
     #[inline]
-    pub fn approach(&self, workpiece: &impl Workpiece, position: [f64; 3], velocity: [f64; 3], time: f64) -> Approach {
+    pub fn approach(
+        &self,
+        workpiece: &impl Workpiece,
+        position: [f64; 3],
+        velocity: [f64; 3],
+        time: f64,
+    ) -> Approach {
         Approach::new(&workpiece.surface(position, time), velocity, self.radius)
     }
 
@@ -127,8 +139,8 @@ impl ContactLaw {
         1.0 + self.damping * penetration_rate
     }
 
-    /// Positive where the law presses (`δ > 0`, `1 + χ δ̇ > 0` and the point is on its surface), negative elsewhere, continuous;
-    /// in m.
+    /// Positive where the law presses (`δ > 0`, `1 + χ δ̇ > 0` and the point is on its surface),
+    /// negative elsewhere, continuous; in m.
     ///
     /// A contact closes where this rises through zero and opens where it falls.
     #[inline]
@@ -142,7 +154,8 @@ impl ContactLaw {
         pressing.min(scale * self.rate_factor(approach.penetration_rate))
     }
 
-    /// [`ContactLaw::pressing`] of a node, and its [`Approach::distance`]. Computes no more of the approach than these need.
+    /// [`ContactLaw::pressing`] of a node, and its [`Approach::distance`]. Computes no more of the
+    /// approach than these need.
     #[inline]
     pub fn node_pressing(
         &self,
@@ -167,29 +180,41 @@ impl ContactLaw {
 
     /// Normal force and friction of a closed node.
     ///
-    /// Friction is `−µ F_n v_t/√(|v_t|² + v_reg²)`: Coulomb's law for `|v_t| ≫ v_reg`, viscous below.
+    /// Friction is `−µ F_n v_t/√(|v_t|² + v_reg²)`: Coulomb's law for `|v_t| ≫ v_reg`, viscous
+    /// below.
     #[inline]
     pub fn force(&self, approach: &Approach) -> ContactForce {
         let normal = self.normal_force(approach);
         if self.friction == 0.0 {
-            return ContactForce { normal, tangential: [0.0; 3] };
+            return ContactForce {
+                normal,
+                tangential: [0.0; 3],
+            };
         }
         let speed = self.regularised_speed(approach);
-        ContactForce { normal, tangential: scale(-self.friction * normal / speed, approach.sliding) }
+        ContactForce {
+            normal,
+            tangential: scale(-self.friction * normal / speed, approach.sliding),
+        }
     }
 
-    /// The force as it is reported: that of [`ContactLaw::force`] where it presses, and none where a closed node is past
-    /// its opening by less than the tolerance of the event's location.
+    /// The force as it is reported: that of [`ContactLaw::force`] where it presses, and none where
+    /// a closed node is past its opening by less than the tolerance of the event's location.
     pub fn pressing_force(&self, approach: &Approach) -> ContactForce {
         let force = self.force(approach);
-        if force.normal > 0.0 { force } else { ContactForce::NONE }
+        if force.normal > 0.0 {
+            force
+        } else {
+            ContactForce::NONE
+        }
     }
 
     fn regularised_speed(&self, approach: &Approach) -> f64 {
         (dot(approach.sliding, approach.sliding) + self.regularisation.powi(2)).sqrt()
     }
 
-    /// `∂F_z/∂ż` of a closed node that slides in a plane across `z`, in N s/m: friction resists a motion along `z` too.
+    /// `∂F_z/∂ż` of a closed node that slides in a plane across `z`, in N s/m: friction resists a
+    /// motion along `z` too.
     pub fn lateral_damping(&self, approach: &Approach) -> f64 {
         -self.friction * self.normal_force(approach) / self.regularised_speed(approach)
     }
@@ -217,24 +242,42 @@ impl ContactLaw {
         tangent
     }
 
-    /// How the whole force of a closed contact changes as its normal turns by an angle, in the positive sense, in N/rad.
+    /// How the whole force of a closed contact changes as its normal turns by an angle, in the
+    /// positive sense, in N/rad.
     pub fn turned(&self, approach: &Approach) -> [f64; 3] {
-        let Approach { penetration, penetration_rate, normal, sliding, across, .. } = *approach;
+        let Approach {
+            penetration,
+            penetration_rate,
+            normal,
+            sliding,
+            across,
+            ..
+        } = *approach;
         let along = dot(across, sliding);
         let force = self.normal_force(approach);
         let by_rate = self.elastic(penetration) * self.damping;
         let speed = self.regularised_speed(approach);
         let friction = self.friction / speed;
-        // The velocity along the surface changes by this; its component along `sliding` does not change the force.
+        // The velocity along the surface changes by this; its component along `sliding` does not
+        // change the force.
         let shift = sub(scale(-along, normal), scale(-penetration_rate, across));
         let shift = sub(shift, scale(dot(sliding, shift) / (speed * speed), sliding));
         let direction = sub(normal, scale(friction, sliding));
-        add(scale(-by_rate * along, direction), scale(force, sub(across, scale(friction, shift))))
+        add(
+            scale(-by_rate * along, direction),
+            scale(force, sub(across, scale(friction, shift))),
+        )
     }
 
     /// `∂F/∂x` and `∂F/∂ẋ` of a closed contact whose normal does not turn.
     pub fn tangent_without_turn(&self, approach: &Approach) -> NodeTangent<f64> {
-        let Approach { penetration, penetration_rate, normal, sliding, .. } = *approach;
+        let Approach {
+            penetration,
+            penetration_rate,
+            normal,
+            sliding,
+            ..
+        } = *approach;
         let slope = if self.exponent == 1.0 {
             self.stiffness
         } else {

@@ -1,11 +1,12 @@
 //! Accelerations of many filaments side by side, in the lanes of the machine's vector units.
 //!
-//! Input: states of chains with the same number of segments, each with its own constants and clamp. Output: their `q̈`.
-//! The code is that of [`Dynamics`], run on [`Lanes`], [`LANES`] states at a time, with the widest instructions that the
-//! machine has (AVX-512 or AVX2 on x86-64, NEON on aarch64).
+//! Input: states of chains with the same number of segments, each with its own constants and clamp.
+//! Output: their `q̈`. The code is that of [`Dynamics`], run on [`Lanes`], [`LANES`] states at a
+//! time, with the widest instructions that the machine has (AVX-512 or AVX2 on x86-64, NEON on
+//! aarch64).
 //!
-//! A state's result equals that of `Dynamics<f64>` to the bit, regardless of its position in a batch, its neighbours, and the
-//! instructions that compute it.
+//! A state's result equals that of `Dynamics<f64>` to the bit, regardless of its position in a
+//! batch, its neighbours, and the instructions that compute it.
 //!
 //! All coordinates are about `z`, and nodes carry no loads.
 
@@ -13,8 +14,8 @@ use std::error::Error;
 use std::fmt;
 
 use super::{
-    Chain, ChainDynamics, Clamp, Dynamics, LANES, Lanes, NoLoads, PolarAxis, PoleError, find_pole, lanes_are_compiled,
-    linear::zero,
+    Chain, ChainDynamics, Clamp, Dynamics, LANES, Lanes, NoLoads, PolarAxis, PoleError, find_pole,
+    lanes_are_compiled, linear::zero,
 };
 
 /// One filament of a batch: its constants, its clamp and its state about `z`.
@@ -41,7 +42,11 @@ pub struct BatchError {
 
 impl fmt::Display for BatchError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "state {} of the batch: {}", self.member, self.pole)
+        write!(
+            formatter,
+            "state {} of the batch: {}",
+            self.member, self.pole
+        )
     }
 }
 
@@ -95,24 +100,51 @@ impl Batch {
     pub fn new(segments: usize) -> Self {
         assert!(segments > 0, "a chain has at least one segment");
         let none = vec![zero(); segments];
-        Self { segments, dynamics: None, q: none.clone(), v: none.clone(), accelerations: none }
+        Self {
+            segments,
+            dynamics: None,
+            q: none.clone(),
+            v: none.clone(),
+            accelerations: none,
+        }
     }
 
-    /// `q̈` in rad/s² of all `members`, into `accelerations`: those of the first, then those of the second, and so on.
+    /// `q̈` in rad/s² of all `members`, into `accelerations`: those of the first, then those of the
+    /// second, and so on.
     ///
     /// # Errors
-    /// If a segment is at a pole of its coordinates; see [`Dynamics::check_poles`]. In this case nothing is computed.
+    /// If a segment is at a pole of its coordinates; see [`Dynamics::check_poles`]. In this case
+    /// nothing is computed.
     ///
     /// # Panics
-    /// If the number of segments of a chain differs from that of the batch, or if a slice is too short.
-    pub fn accelerations(&mut self, members: &[Member<'_>], accelerations: &mut [[f64; 2]]) -> Result<(), BatchError> {
+    /// If the number of segments of a chain differs from that of the batch, or if a slice is too
+    /// short.
+    pub fn accelerations(
+        &mut self,
+        members: &[Member<'_>],
+        accelerations: &mut [[f64; 2]],
+    ) -> Result<(), BatchError> {
         let n = self.segments;
-        assert!(accelerations.len() >= n * members.len(), "the result has room for every segment of every member");
+        assert!(
+            accelerations.len() >= n * members.len(),
+            "the result has room for every segment of every member"
+        );
         for (i, member) in members.iter().enumerate() {
-            assert_eq!(member.chain.segments(), n, "all chains of a batch have its number of segments");
+            assert_eq!(
+                member.chain.segments(),
+                n,
+                "all chains of a batch have its number of segments"
+            );
             if let Some(k) = find_pole(&member.q[..n]) {
-                let pole = PoleError { segment: k + 1, polar_angle: member.q[k][0], axis: PolarAxis::Z };
-                return Err(BatchError { member: i + 1, pole });
+                let pole = PoleError {
+                    segment: k + 1,
+                    polar_angle: member.q[k][0],
+                    axis: PolarAxis::Z,
+                };
+                return Err(BatchError {
+                    member: i + 1,
+                    pole,
+                });
             }
         }
         if !lanes_are_compiled() {
@@ -122,23 +154,30 @@ impl Batch {
             }
             return Ok(());
         }
-        for (group, results) in members.chunks(LANES).zip(accelerations.chunks_mut(LANES * n)) {
+        for (group, results) in members
+            .chunks(LANES)
+            .zip(accelerations.chunks_mut(LANES * n))
+        {
             self.compute(group, results);
         }
         Ok(())
     }
 
-    /// Up to [`LANES`] states at once. Lanes without a state repeat the last one, so that they take the same branches.
+    /// Up to [`LANES`] states at once. Lanes without a state repeat the last one, so that they take
+    /// the same branches.
     fn compute(&mut self, group: &[Member<'_>], results: &mut [[f64; 2]]) {
         let n = self.segments;
-        let members: [&Member<'_>; LANES] = std::array::from_fn(|lane| &group[lane.min(group.len() - 1)]);
+        let members: [&Member<'_>; LANES] =
+            std::array::from_fn(|lane| &group[lane.min(group.len() - 1)]);
         let clamp = Clamp::from_lanes(|lane| *members[lane].clamp);
         for (lane, member) in members.into_iter().enumerate() {
             gather(lane, &member.q[..n], &mut self.q);
             gather(lane, &member.v[..n], &mut self.v);
         }
         let chain = |lane: usize| members[lane].chain;
-        let dynamics = self.dynamics.get_or_insert_with(|| Dynamics::new(Chain::from_lanes(chain)));
+        let dynamics = self
+            .dynamics
+            .get_or_insert_with(|| Dynamics::new(Chain::from_lanes(chain)));
         dynamics.chain_mut().set_lanes(chain);
         let at = clamp.holding(&self.q, &self.v);
         dynamics.accelerations(at, &NoLoads, &mut self.accelerations);

@@ -1,4 +1,5 @@
-//! What the dynamics of a chain take and give: constants, motion of the clamp, loads on nodes, energies.
+//! What the dynamics of a chain take and give: constants, motion of the clamp, loads on nodes,
+//! energies.
 
 use super::kernels::{AzimuthSteps, JointConstants, SegmentConstants};
 use super::linear::{cross, zero};
@@ -15,7 +16,8 @@ pub struct Chain<T> {
     pub gravity: [T; 3],
 }
 
-/// A state of a chain, or of one per lane: how its clamp moves, and coordinates and rates by segment.
+/// A state of a chain, or of one per lane: how its clamp moves, and coordinates and rates by
+/// segment.
 #[derive(Clone, Copy, Debug)]
 pub struct ChainState<'a, T> {
     /// The motion of the clamp.
@@ -45,23 +47,34 @@ impl<T: Real> Link<T> {
     /// The constants of the segment, which has this `length`.
     #[inline(always)]
     pub(super) fn segment(&self, length: T) -> SegmentConstants<T> {
-        SegmentConstants { length, mass: self.mass, inertia: self.inertia }
+        SegmentConstants {
+            length,
+            mass: self.mass,
+            inertia: self.inertia,
+        }
     }
 
     /// The constants of the joint.
     #[inline(always)]
     pub(super) fn joint(&self) -> JointConstants<T> {
-        JointConstants { stiffness: self.stiffness, damping: self.damping }
+        JointConstants {
+            stiffness: self.stiffness,
+            damping: self.damping,
+        }
     }
 
     /// The same link, but its joint has only the damper.
     #[inline(always)]
     pub(super) fn without_spring(&self) -> Self {
-        Self { stiffness: T::ZERO, ..*self }
+        Self {
+            stiffness: T::ZERO,
+            ..*self
+        }
     }
 }
 
-/// The angle about `z` from the inner side of a joint to its outer side where its spring is relaxed.
+/// The angle about `z` from the inner side of a joint to its outer side where its spring is
+/// relaxed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelaxedAngle<T> {
     pub(super) angle: T,
@@ -75,7 +88,12 @@ impl RelaxedAngle<f64> {
     /// `angle` in rad.
     pub fn new(angle: f64) -> Self {
         let (sine, cosine) = Real::sin_cos(angle);
-        Self { angle, sine, cosine, is_zero: angle == 0.0 }
+        Self {
+            angle,
+            sine,
+            cosine,
+            is_zero: angle == 0.0,
+        }
     }
 
     /// In rad.
@@ -87,32 +105,56 @@ impl RelaxedAngle<f64> {
 impl<T: Real> RelaxedAngle<T> {
     /// That of a straight filament.
     const fn zero(none: T, one: T) -> Self {
-        Self { angle: none, sine: none, cosine: one, is_zero: true }
+        Self {
+            angle: none,
+            sine: none,
+            cosine: one,
+            is_zero: true,
+        }
     }
 
     /// The sine and cosine of `x + κ` from those of `x`.
     #[inline(always)]
     pub(super) fn added_to(&self, [sine, cosine]: [T; 2]) -> [T; 2] {
-        [sine * self.cosine + cosine * self.sine, cosine * self.cosine - sine * self.sine]
+        [
+            sine * self.cosine + cosine * self.sine,
+            cosine * self.cosine - sine * self.sine,
+        ]
     }
 
     /// How the azimuth changes at the joint between segments with these `sin θ, cos θ`.
     #[inline(always)]
-    pub(super) fn azimuth_steps(&self, [sin, cos]: [T; 2], [next_sin, next_cos]: [T; 2]) -> AzimuthSteps<T> {
-        let plain = [sin * next_cos - cos * next_sin, cos * next_cos + sin * next_sin];
-        AzimuthSteps { plain, unbent: self.added_to(plain) }
+    pub(super) fn azimuth_steps(
+        &self,
+        [sin, cos]: [T; 2],
+        [next_sin, next_cos]: [T; 2],
+    ) -> AzimuthSteps<T> {
+        let plain = [
+            sin * next_cos - cos * next_sin,
+            cos * next_cos + sin * next_sin,
+        ];
+        AzimuthSteps {
+            plain,
+            unbent: self.added_to(plain),
+        }
     }
 
     /// The sine and cosine of `x − κ` from those of `x`.
     #[inline(always)]
     pub(super) fn taken_from(&self, [sine, cosine]: [T; 2]) -> [T; 2] {
-        [sine * self.cosine - cosine * self.sine, cosine * self.cosine + sine * self.sine]
+        [
+            sine * self.cosine - cosine * self.sine,
+            cosine * self.cosine + sine * self.sine,
+        ]
     }
 
     /// The components along `x` and `y` of a vector turned about `z` by the angle.
     #[inline(always)]
     pub(super) fn turn(&self, [x, y]: [T; 2]) -> [T; 2] {
-        [x * self.cosine - y * self.sine, y * self.cosine + x * self.sine]
+        [
+            x * self.cosine - y * self.sine,
+            y * self.cosine + x * self.sine,
+        ]
     }
 }
 
@@ -124,9 +166,13 @@ impl<T> Chain<T> {
 }
 
 impl Chain<f64> {
-    /// `E I = c_k h` in N m², at the first joint outside the clamp joint, which carries half a segment's compliance only.
+    /// `E I = c_k h` in N m², at the first joint outside the clamp joint, which carries half a
+    /// segment's compliance only.
     pub fn bending_stiffness(&self) -> f64 {
-        let joint = self.links.get(1).map_or(self.links[0].stiffness / 2.0, |link| link.stiffness);
+        let joint = self
+            .links
+            .get(1)
+            .map_or(self.links[0].stiffness / 2.0, |link| link.stiffness);
         joint * self.length
     }
 }
@@ -174,22 +220,41 @@ pub struct UniformChain {
 
 impl From<UniformChain> for Chain<f64> {
     fn from(uniform: UniformChain) -> Self {
-        let UniformChain { segments, length, mass, inertia, gravity, .. } = uniform;
+        let UniformChain {
+            segments,
+            length,
+            mass,
+            inertia,
+            gravity,
+            ..
+        } = uniform;
         let link = |k: usize| {
             let (stiffness, damping) = match k {
                 0 => (uniform.root_stiffness, uniform.root_damping),
                 _ => (uniform.joint_stiffness, uniform.joint_damping),
             };
-            Link { mass, inertia, stiffness, damping, relaxed_angle: RelaxedAngle::new(0.0) }
+            Link {
+                mass,
+                inertia,
+                stiffness,
+                damping,
+                relaxed_angle: RelaxedAngle::new(0.0),
+            }
         };
-        Self { length, links: (0..segments).map(link).collect(), gravity }
+        Self {
+            length,
+            links: (0..segments).map(link).collect(),
+            gravity,
+        }
     }
 }
 
 impl Chain<f64> {
-    /// The coordinates of the relaxed chain in rad, by segment, where those of the clamp are `[φ, θ]`.
+    /// The coordinates of the relaxed chain in rad, by segment, where those of the clamp are `[φ,
+    /// θ]`.
     ///
-    /// Each segment is turned about `z` from the one before it, by which its polar angle stays that of the clamp.
+    /// Each segment is turned about `z` from the one before it, by which its polar angle stays that
+    /// of the clamp.
     pub fn relaxed(&self, [polar, mut azimuth]: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
         self.links.iter().map(move |link| {
             azimuth += link.relaxed_angle.angle();
@@ -206,8 +271,18 @@ impl<T: Lanewise> Chain<T> {
     pub fn from_lanes<'a>(chain: impl Fn(usize) -> &'a Chain<f64>) -> Self {
         let (none, one) = (T::ZERO, T::from_f64(1.0));
         let relaxed_angle = RelaxedAngle::zero(none, one);
-        let link = Link { mass: none, inertia: none, stiffness: none, damping: none, relaxed_angle };
-        let mut result = Self { length: none, links: vec![link; chain(0).segments()], gravity: zero() };
+        let link = Link {
+            mass: none,
+            inertia: none,
+            stiffness: none,
+            damping: none,
+            relaxed_angle,
+        };
+        let mut result = Self {
+            length: none,
+            links: vec![link; chain(0).segments()],
+            gravity: zero(),
+        };
         result.set_lanes(chain);
         result
     }
@@ -218,12 +293,16 @@ impl<T: Lanewise> Chain<T> {
     /// If the numbers of segments differ.
     pub fn set_lanes<'a>(&mut self, chain: impl Fn(usize) -> &'a Chain<f64>) {
         let segments = self.segments();
-        assert!((0..T::LANES).all(|lane| chain(lane).segments() == segments), "all lanes have one number of segments");
+        assert!(
+            (0..T::LANES).all(|lane| chain(lane).segments() == segments),
+            "all lanes have one number of segments"
+        );
         let lanes = |value: &dyn Fn(&Chain<f64>) -> f64| T::from_lanes(|lane| value(chain(lane)));
         self.length = lanes(&|chain| chain.length);
         self.gravity = std::array::from_fn(|i| lanes(&|chain| chain.gravity[i]));
         for (k, link) in self.links.iter_mut().enumerate() {
-            let lanes = |value: fn(&Link<f64>) -> f64| T::from_lanes(|lane| value(&chain(lane).links[k]));
+            let lanes =
+                |value: fn(&Link<f64>) -> f64| T::from_lanes(|lane| value(&chain(lane).links[k]));
             *link = Link {
                 mass: lanes(|link| link.mass),
                 inertia: lanes(|link| link.inertia),
@@ -253,8 +332,9 @@ pub struct Clamp<T> {
     pub direction: [T; 3],
     /// Its rate, `ė_0` in 1/s.
     pub direction_rate: [T; 3],
-    /// Angular velocity of the brush body, `Ω` in rad/s: dampers see the filament from the body. The clamp is at rest in it, that is,
-    /// `ė_0 = Ω × e_0`; [`Clamp::without_spin`] is for those who know no more than that.
+    /// Angular velocity of the brush body, `Ω` in rad/s: dampers see the filament from the body.
+    /// The clamp is at rest in it, that is, `ė_0 = Ω × e_0`; [`Clamp::without_spin`] is for those
+    /// who know no more than that.
     pub angular_velocity: [T; 3],
 }
 
@@ -285,7 +365,10 @@ impl<T: Real> Clamp<T> {
     /// assert_eq!(clamp.without_spin().angular_velocity, [0.0, 0.0, 50.0]);
     /// ```
     pub fn without_spin(self) -> Self {
-        Self { angular_velocity: cross(self.direction, self.direction_rate), ..self }
+        Self {
+            angular_velocity: cross(self.direction, self.direction_rate),
+            ..self
+        }
     }
 }
 
@@ -334,8 +417,8 @@ pub struct NodeTangent<T> {
 
 /// A force at a point of a segment.
 ///
-/// It acts on the ends of the segment, in proportion to their share of the point's virtual displacement: with `1 − ξ` of it on
-/// the inner end and `ξ` on the outer.
+/// It acts on the ends of the segment, in proportion to their share of the point's virtual
+/// displacement: with `1 − ξ` of it on the inner end and `ξ` on the outer.
 #[derive(Clone, Copy, Debug)]
 pub struct PointLoad<T> {
     /// The segment, by index.
@@ -346,8 +429,8 @@ pub struct PointLoad<T> {
     pub force: [T; 3],
 }
 
-/// How the forces of a [`PointLoad`] on both ends of its segment change with the motion of these ends: `[force][motion]`, inner
-/// end first.
+/// How the forces of a [`PointLoad`] on both ends of its segment change with the motion of these
+/// ends: `[force][motion]`, inner end first.
 #[derive(Clone, Copy, Debug)]
 pub struct PointTangent<T> {
     /// The segment, by index.
@@ -356,7 +439,8 @@ pub struct PointTangent<T> {
     pub ends: [[NodeTangent<T>; 2]; 2],
 }
 
-/// Where the motion is planar: how a load at a point of a segment resists a motion out of the plane.
+/// Where the motion is planar: how a load at a point of a segment resists a motion out of the
+/// plane.
 #[derive(Clone, Copy, Debug)]
 pub struct PointDamping<T> {
     /// The segment, by index.
@@ -373,14 +457,16 @@ pub trait NodeMotion {
     fn node(&self, index: usize, lane: usize) -> [[f64; 3]; 2];
 }
 
-/// External forces on a chain: on its nodes `r_1 … r_n` (index 0 is `r_1`), and at points of its segments.
+/// External forces on a chain: on its nodes `r_1 … r_n` (index 0 is `r_1`), and at points of its
+/// segments.
 pub trait NodeLoads<T> {
     /// True if there is no load.
     fn is_empty(&self) -> bool {
         false
     }
 
-    /// The lanes in which each node carries a load, if that is known: the other nodes are then not asked for their loads.
+    /// The lanes in which each node carries a load, if that is known: the other nodes are then not
+    /// asked for their loads.
     fn lanes(&self) -> Option<&[LaneSet]> {
         None
     }
@@ -400,7 +486,8 @@ pub trait NodeLoads<T> {
         let _ = (nodes, add);
     }
 
-    /// Where the motion is planar: adds how the loads at points of segments resist a motion out of the plane.
+    /// Where the motion is planar: adds how the loads at points of segments resist a motion out of
+    /// the plane.
     fn point_dampings(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointDamping<T>)) {
         let _ = (nodes, add);
     }
@@ -416,13 +503,14 @@ pub trait NodeLoads<T> {
     /// Its derivatives; `None` where [`NodeLoads::force`] is `None`.
     fn tangent(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<NodeTangent<T>>;
 
-    /// Where the motion is planar: `∂F_z/∂ż` in N s/m, how the load resists a motion of the node out of the plane. `None` if it
-    /// does not.
+    /// Where the motion is planar: `∂F_z/∂ż` in N s/m, how the load resists a motion of the node
+    /// out of the plane. `None` if it does not.
     fn lateral_damping(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<T>
     where
         T: Copy,
     {
-        self.tangent(node, position, velocity).map(|tangent| tangent.velocity[2][2])
+        self.tangent(node, position, velocity)
+            .map(|tangent| tangent.velocity[2][2])
     }
 }
 
@@ -447,7 +535,10 @@ impl<T> NodeLoads<T> for NoLoads {
 impl<T: Real> StepWeights<T> {
     /// With which a tangent is the derivative with respect to the rates.
     pub(super) fn of_rates() -> Self {
-        Self { coordinates: T::ZERO, rates: T::from_f64(1.0) }
+        Self {
+            coordinates: T::ZERO,
+            rates: T::from_f64(1.0),
+        }
     }
 }
 
@@ -462,7 +553,7 @@ pub struct Energies<T> {
     pub gravity: T,
     /// The dissipation function `D` in W; the dampers take `2 D`.
     pub dissipation: T,
-    /// Power of the torque at the clamp in W: `∂E_spring/∂e_0·ė_0 + Ω·∂D/∂Ω`. The second part is what the dampers take in the body,
-    /// `2 D`, and what they do on the segments.
+    /// Power of the torque at the clamp in W: `∂E_spring/∂e_0·ė_0 + Ω·∂D/∂Ω`. The second part is
+    /// what the dampers take in the body, `2 D`, and what they do on the segments.
     pub clamp_torque_power: T,
 }

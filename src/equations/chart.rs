@@ -1,8 +1,10 @@
-//! The charts of a segment's direction: the axis from which its polar angle is measured, and its poles.
+//! The charts of a segment's direction: the axis from which its polar angle is measured, and its
+//! poles.
 //!
-//! Spherical coordinates about one axis are singular along it. Each segment therefore has its own [`PolarAxis`]. About `x` the
-//! same kernels hold with the axes permuted. A joint between segments of different axes has its own kernels, and so has one between
-//! segments about `x` that is relaxed at an angle about `z`.
+//! Spherical coordinates about one axis are singular along it. Each segment therefore has its own
+//! [`PolarAxis`]. About `x` the same kernels hold with the axes permuted. A joint between segments
+//! of different axes has its own kernels, and so has one between segments about `x` that is relaxed
+//! at an angle about `z`.
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
@@ -10,20 +12,23 @@ use std::fmt;
 
 use super::chain::{Clamp, Link, RelaxedAngle, turned};
 use super::kernels::{
-    self, AzimuthSteps, ClampEnergy, CrossedJoint, CrossedJointTangent, Joint, JointEnergy, JointTangent, Segment,
+    self, AzimuthSteps, ClampEnergy, CrossedJoint, CrossedJointTangent, Joint, JointEnergy,
+    JointTangent, Segment,
 };
 use super::linear::{dot, product, scale, sub, sub_matrices};
 use super::{Lanewise, Real, StepWeights};
 
-/// Below this `|sin φ|` a segment is at a pole of its coordinates, where its azimuth has no meaning.
+/// Below this `|sin φ|` a segment is at a pole of its coordinates, where its azimuth has no
+/// meaning.
 ///
-/// The condition number of `M` grows as `1/sin² φ` towards a pole: there it is some 1e12 times what it is at the
-/// equator, and an acceleration has lost twelve of its sixteen digits.
+/// The condition number of `M` grows as `1/sin² φ` towards a pole: there it is some 1e12 times what
+/// it is at the equator, and an acceleration has lost twelve of its sixteen digits.
 pub const POLE: f64 = 1e-6;
 
 /// Below this `|sin φ|` a segment switches to its other chart.
 ///
-/// There `|sin φ|` is `√(1 − 0.3²) ≈ 0.954` or more, so that a segment that has just changed does not change back.
+/// There `|sin φ|` is `√(1 − 0.3²) ≈ 0.954` or more, so that a segment that has just changed does
+/// not change back.
 pub const NEAR_POLE: f64 = 0.3;
 
 /// The axis that a segment's polar angle `φ` is measured from; it names the segment's chart.
@@ -64,16 +69,21 @@ impl PolarAxis {
         }
     }
 
-    /// `e`, `ė` and `ë` of a segment with the coordinates `[φ, θ]` about this axis, their rates and accelerations.
+    /// `e`, `ė` and `ë` of a segment with the coordinates `[φ, θ]` about this axis, their rates and
+    /// accelerations.
     ///
     /// Regular at the poles too.
     pub fn direction(self, [q, v, acceleration]: [[f64; 2]; 3]) -> [[f64; 3]; 3] {
         let (angles, [v_phi, v_theta], [a_phi, a_theta]) = (trigonometry(q), v, acceleration);
         let [sin, cos, ..] = angles;
         let basis = Basis::at(angles);
-        // ë along e, e_φ and e_θ; the acceleration towards the polar axis is split between the first two.
+        // ë along e, e_φ and e_θ; the acceleration towards the polar axis is split between the
+        // first two.
         let towards_axis = v_theta * v_theta * sin;
-        let along = [-v_phi * v_phi - towards_axis * sin, a_phi - towards_axis * cos];
+        let along = [
+            -v_phi * v_phi - towards_axis * sin,
+            a_phi - towards_axis * cos,
+        ];
         let across = a_theta * sin + 2.0 * v_phi * v_theta * cos;
         let bend = std::array::from_fn(|i| {
             along[0] * basis.direction[i] + along[1] * basis.polar[i] + across * basis.azimuthal[i]
@@ -81,8 +91,8 @@ impl PolarAxis {
         [basis.direction, direction_rate(angles, v), bend].map(|vector| self.to_frame(vector))
     }
 
-    /// The coordinates `[φ, θ]` about this axis, their rates and accelerations, of a segment with `e`, `ė` and `ë`:
-    /// the inverse of [`PolarAxis::direction`], with `0 ≤ φ ≤ π`.
+    /// The coordinates `[φ, θ]` about this axis, their rates and accelerations, of a segment with
+    /// `e`, `ė` and `ë`: the inverse of [`PolarAxis::direction`], with `0 ≤ φ ≤ π`.
     ///
     /// Not finite at a pole.
     pub fn coordinates(self, direction: [[f64; 3]; 3]) -> [[f64; 2]; 3] {
@@ -123,7 +133,11 @@ pub struct PoleError {
 
 impl fmt::Display for PoleError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { segment, polar_angle, axis } = self;
+        let Self {
+            segment,
+            polar_angle,
+            axis,
+        } = self;
         write!(
             formatter,
             "segment {segment} with φ = {polar_angle:?} stands at a pole (sin φ = 0) of its coordinates about {axis}, \
@@ -134,9 +148,11 @@ impl fmt::Display for PoleError {
 
 impl Error for PoleError {}
 
-/// The first segment with `|sin φ| <` [`POLE`], by index. The chart does not matter: a segment's own `φ` decides.
+/// The first segment with `|sin φ| <` [`POLE`], by index. The chart does not matter: a segment's
+/// own `φ` decides.
 pub fn find_pole(q: &[[f64; 2]]) -> Option<usize> {
-    q.iter().position(|[polar_angle, _]| sine_is_below(POLE, *polar_angle))
+    q.iter()
+        .position(|[polar_angle, _]| sine_is_below(POLE, *polar_angle))
 }
 
 /// True if a segment with this `φ` should switch to its other chart: `|sin φ| <` [`NEAR_POLE`].
@@ -144,7 +160,8 @@ pub fn near_pole(polar_angle: f64) -> bool {
     sine_is_below(NEAR_POLE, polar_angle)
 }
 
-/// `|sin φ| < limit`, for limits below `cos 1`. Within one radian of the equator the sine need not be computed.
+/// `|sin φ| < limit`, for limits below `cos 1`. Within one radian of the equator the sine need not
+/// be computed.
 fn sine_is_below(limit: f64, polar_angle: f64) -> bool {
     (polar_angle - FRAC_PI_2).abs() > 1.0 && polar_angle.sin().abs() < limit
 }
@@ -177,12 +194,20 @@ fn direction<T: Real>([sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4]) -> [T; 3
 }
 
 /// `ė` in the chart's order.
-fn direction_rate<T: Real>([sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4], [v_phi, v_theta]: [T; 2]) -> [T; 3] {
+fn direction_rate<T: Real>(
+    [sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4],
+    [v_phi, v_theta]: [T; 2],
+) -> [T; 3] {
     let (polar, azimuthal) = (v_phi * cos_phi, v_theta * sin_phi);
-    [polar * cos_theta - azimuthal * sin_theta, polar * sin_theta + azimuthal * cos_theta, -(v_phi * sin_phi)]
+    [
+        polar * cos_theta - azimuthal * sin_theta,
+        polar * sin_theta + azimuthal * cos_theta,
+        -(v_phi * sin_phi),
+    ]
 }
 
-/// One side of a joint: sines and cosines of the segment's angles, their rates in the body, and their axis.
+/// One side of a joint: sines and cosines of the segment's angles, their rates in the body, and
+/// their axis.
 #[derive(Clone, Copy, Debug)]
 pub struct JointSide<'a, T> {
     /// `sin φ, cos φ, sin θ, cos θ`
@@ -197,13 +222,19 @@ impl<T: Real> JointSide<'_, T> {
     /// For the kernels.
     #[inline(always)]
     pub fn whole(&self) -> kernels::Side<T, 4> {
-        kernels::Side { angles: *self.angles, rates: self.rates }
+        kernels::Side {
+            angles: *self.angles,
+            rates: self.rates,
+        }
     }
 
     /// For the kernels in which only the difference of the azimuths enters.
     #[inline(always)]
     fn polar(&self) -> kernels::Side<T, 2> {
-        kernels::Side { angles: [self.angles[0], self.angles[1]], rates: self.rates }
+        kernels::Side {
+            angles: [self.angles[0], self.angles[1]],
+            rates: self.rates,
+        }
     }
 
     /// `sin θ, cos θ`
@@ -218,7 +249,8 @@ impl<T: Real> JointSide<'_, T> {
 pub struct BodyRotation<T> {
     /// `Ω` in rad/s.
     angular_velocity: [T; 3],
-    /// True if it is along `z` in every lane. Segments about `z` that turn with the body then have the rates `(0, Ω_z)` everywhere.
+    /// True if it is along `z` in every lane. Segments about `z` that turn with the body then have
+    /// the rates `(0, Ω_z)` everywhere.
     is_about_z: bool,
 }
 
@@ -227,7 +259,10 @@ impl<T: Lanewise> BodyRotation<T> {
     pub fn new(angular_velocity: [T; 3]) -> Self {
         let [x, y, _] = angular_velocity;
         let is_about_z = (0..T::LANES).all(|lane| x.lane(lane) == 0.0 && y.lane(lane) == 0.0);
-        Self { angular_velocity, is_about_z }
+        Self {
+            angular_velocity,
+            is_about_z,
+        }
     }
 }
 
@@ -256,13 +291,18 @@ impl<T: Real> BodyRotation<T> {
         self.kernel(angles, axis).rates
     }
 
-    /// How these rates follow the coordinates along a step with the weight `w_q`; none if they do not.
+    /// How these rates follow the coordinates along a step with the weight `w_q`; none if they do
+    /// not.
     #[inline(always)]
     pub fn slopes(&self, side: &JointSide<'_, T>, coordinate_weight: T) -> Option<[[T; 2]; 2]> {
         if self.is_about(side.axis) {
             return None;
         }
-        Some(self.kernel(side.angles, side.axis).slopes.map(|row| scale(coordinate_weight, row)))
+        Some(
+            self.kernel(side.angles, side.axis)
+                .slopes
+                .map(|row| scale(coordinate_weight, row)),
+        )
     }
 
     #[cold]
@@ -286,8 +326,8 @@ pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: Segment<T, 2, 3>) -> 
     }
 }
 
-/// True if `kernels::joint` serves the joint: about `x` it does where the joint is relaxed straight, because then the axis of the
-/// azimuths does not matter.
+/// True if `kernels::joint` serves the joint: about `x` it does where the joint is relaxed
+/// straight, because then the axis of the azimuths does not matter.
 #[inline(always)]
 fn is_plain<T>(previous: &JointSide<'_, T>, next: &JointSide<'_, T>, link: &Link<T>) -> bool {
     previous.axis == next.axis && (next.axis == PolarAxis::Z || link.relaxed_angle.is_zero)
@@ -295,15 +335,28 @@ fn is_plain<T>(previous: &JointSide<'_, T>, next: &JointSide<'_, T>, link: &Link
 
 /// [`kernels::joint`] between any two charts.
 #[inline(always)]
-pub fn joint<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>, link: &Link<T>) -> Joint<T, 2> {
+pub fn joint<T: Real>(
+    previous: JointSide<'_, T>,
+    next: JointSide<'_, T>,
+    link: &Link<T>,
+) -> Joint<T, 2> {
     if !is_plain(&previous, &next, link) {
         return joint_with_x(previous, next, link);
     }
-    kernels::joint(previous.polar(), next.polar(), azimuth_steps(&previous, &next, link), link.joint())
+    kernels::joint(
+        previous.polar(),
+        next.polar(),
+        azimuth_steps(&previous, &next, link),
+        link.joint(),
+    )
 }
 
 /// The torques of the damper alone.
-pub fn damper_torques<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>, link: &Link<T>) -> Joint<T, 2> {
+pub fn damper_torques<T: Real>(
+    previous: JointSide<'_, T>,
+    next: JointSide<'_, T>,
+    link: &Link<T>,
+) -> Joint<T, 2> {
     joint(previous, next, &link.without_spring())
 }
 
@@ -323,7 +376,8 @@ pub fn joint_tangent<T: Real>(
     joint_tangent_on_body(tangent, previous, next, link, body, weights)
 }
 
-/// The `tangent` of a joint, completed by what the rates in the body lose as rigid rates follow the coordinates.
+/// The `tangent` of a joint, completed by what the rates in the body lose as rigid rates follow the
+/// coordinates.
 #[cold]
 #[inline(never)]
 fn joint_tangent_on_body<T: Real>(
@@ -336,12 +390,16 @@ fn joint_tangent_on_body<T: Real>(
 ) -> JointTangent<T, 2> {
     let by_rates = joint_tangent_at_rest(previous, next, link, StepWeights::of_rates());
     if let Some(slopes) = body.slopes(&previous, weights.coordinates) {
-        let less = |block: &mut [[T; 2]; 2], by_rates| *block = sub_matrices(block, &product(by_rates, &slopes));
+        let less = |block: &mut [[T; 2]; 2], by_rates| {
+            *block = sub_matrices(block, &product(by_rates, &slopes))
+        };
         less(&mut tangent.previous_previous, &by_rates.previous_previous);
         less(&mut tangent.next_previous, &by_rates.next_previous);
     }
     if let Some(slopes) = body.slopes(&next, weights.coordinates) {
-        let less = |block: &mut [[T; 2]; 2], by_rates| *block = sub_matrices(block, &product(by_rates, &slopes));
+        let less = |block: &mut [[T; 2]; 2], by_rates| {
+            *block = sub_matrices(block, &product(by_rates, &slopes))
+        };
         less(&mut tangent.previous_next, &by_rates.previous_next);
         less(&mut tangent.next_next, &by_rates.next_next);
     }
@@ -365,7 +423,11 @@ fn joint_tangent_at_rest<T: Real>(
 
 /// [`kernels::joint_energy`] between any two charts.
 #[inline(always)]
-pub fn joint_energy<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>, link: &Link<T>) -> JointEnergy<T> {
+pub fn joint_energy<T: Real>(
+    previous: JointSide<'_, T>,
+    next: JointSide<'_, T>,
+    link: &Link<T>,
+) -> JointEnergy<T> {
     if !is_plain(&previous, &next, link) {
         return joint_energy_with_x(previous, next, link);
     }
@@ -375,35 +437,61 @@ pub fn joint_energy<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>,
 
 #[cold]
 #[inline(never)]
-fn joint_energy_with_x<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>, link: &Link<T>) -> JointEnergy<T> {
+fn joint_energy_with_x<T: Real>(
+    previous: JointSide<'_, T>,
+    next: JointSide<'_, T>,
+    link: &Link<T>,
+) -> JointEnergy<T> {
     // To the spring the inner segment takes the role of the clamp.
-    let relaxed = turned(previous.axis.to_frame(direction(*previous.angles)), &link.relaxed_angle);
+    let relaxed = turned(
+        previous.axis.to_frame(direction(*previous.angles)),
+        &link.relaxed_angle,
+    );
     let (none, relaxed) = (T::ZERO, next.axis.from_frame(relaxed));
-    let ClampEnergy { spring, .. } = kernels::clamp_energy(relaxed, next.whole(), link.joint(), [none; 3]);
+    let ClampEnergy { spring, .. } =
+        kernels::clamp_energy(relaxed, next.whole(), link.joint(), [none; 3]);
     // `D` is half of what the dampers take.
     let torques = damper_torques(previous, next, link);
     let power = |[a, b]: [T; 2], [c, d]: [T; 2]| a * c + b * d;
-    let dissipation = T::from_f64(-0.5) * (power(previous.rates, torques.previous) + power(next.rates, torques.next));
-    JointEnergy { spring, dissipation }
+    let dissipation = T::from_f64(-0.5)
+        * (power(previous.rates, torques.previous) + power(next.rates, torques.next));
+    JointEnergy {
+        spring,
+        dissipation,
+    }
 }
 
-/// The sine and cosine of the azimuth of the segment about `z` at a crossed joint, turned to the other segment by the relaxed
-/// angle.
+/// The sine and cosine of the azimuth of the segment about `z` at a crossed joint, turned to the
+/// other segment by the relaxed angle.
 fn unbent_azimuth<T: Real>(z: &JointSide<'_, T>, is_previous: bool, link: &Link<T>) -> [T; 2] {
-    if is_previous { link.relaxed_angle.added_to(z.azimuth()) } else { link.relaxed_angle.taken_from(z.azimuth()) }
+    if is_previous {
+        link.relaxed_angle.added_to(z.azimuth())
+    } else {
+        link.relaxed_angle.taken_from(z.azimuth())
+    }
 }
 
 /// [`kernels::joint`] where one or both segments have the polar axis `x`.
 #[cold]
 #[inline(never)]
-fn joint_with_x<T: Real>(previous: JointSide<'_, T>, next: JointSide<'_, T>, link: &Link<T>) -> Joint<T, 2> {
+fn joint_with_x<T: Real>(
+    previous: JointSide<'_, T>,
+    next: JointSide<'_, T>,
+    link: &Link<T>,
+) -> Joint<T, 2> {
     if previous.axis == next.axis {
-        let (step, turn) =
-            (azimuth_steps(&previous, &next, link).plain, [link.relaxed_angle.sine, link.relaxed_angle.cosine]);
+        let (step, turn) = (
+            azimuth_steps(&previous, &next, link).plain,
+            [link.relaxed_angle.sine, link.relaxed_angle.cosine],
+        );
         return kernels::joint_about_x(previous.whole(), next.whole(), step, turn, link.joint());
     }
     let previous_is_z = previous.axis == PolarAxis::Z;
-    let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
+    let (z, x) = if previous_is_z {
+        (previous, next)
+    } else {
+        (next, previous)
+    };
     let unbent = unbent_azimuth(&z, previous_is_z, link);
     let CrossedJoint { z, x } = kernels::crossed_joint(z.whole(), x.whole(), unbent, link.joint());
     let (previous, next) = if previous_is_z { (z, x) } else { (x, z) };
@@ -420,30 +508,59 @@ fn joint_tangent_with_x<T: Real>(
     weights: StepWeights<T>,
 ) -> JointTangent<T, 2> {
     if previous.axis == next.axis {
-        let (step, turn) =
-            (azimuth_steps(&previous, &next, link).plain, [link.relaxed_angle.sine, link.relaxed_angle.cosine]);
-        return kernels::joint_about_x_tangent(previous.whole(), next.whole(), step, turn, link.joint(), weights);
+        let (step, turn) = (
+            azimuth_steps(&previous, &next, link).plain,
+            [link.relaxed_angle.sine, link.relaxed_angle.cosine],
+        );
+        return kernels::joint_about_x_tangent(
+            previous.whole(),
+            next.whole(),
+            step,
+            turn,
+            link.joint(),
+            weights,
+        );
     }
     let previous_is_z = previous.axis == PolarAxis::Z;
-    let (z, x) = if previous_is_z { (previous, next) } else { (next, previous) };
+    let (z, x) = if previous_is_z {
+        (previous, next)
+    } else {
+        (next, previous)
+    };
     let unbent = unbent_azimuth(&z, previous_is_z, link);
     let CrossedJointTangent { z_z, z_x, x_z, x_x } =
         kernels::crossed_joint_tangent(z.whole(), x.whole(), unbent, link.joint(), weights);
     if previous_is_z {
-        JointTangent { previous_previous: z_z, previous_next: z_x, next_previous: x_z, next_next: x_x }
+        JointTangent {
+            previous_previous: z_z,
+            previous_next: z_x,
+            next_previous: x_z,
+            next_next: x_x,
+        }
     } else {
-        JointTangent { previous_previous: x_x, previous_next: x_z, next_previous: z_x, next_next: z_z }
+        JointTangent {
+            previous_previous: x_x,
+            previous_next: x_z,
+            next_previous: z_x,
+            next_next: z_z,
+        }
     }
 }
 
 /// How the azimuth changes from `previous` to `next`.
 #[inline(always)]
-fn azimuth_steps<T: Real>(previous: &JointSide<'_, T>, next: &JointSide<'_, T>, link: &Link<T>) -> AzimuthSteps<T> {
-    link.relaxed_angle.azimuth_steps(previous.azimuth(), next.azimuth())
+fn azimuth_steps<T: Real>(
+    previous: &JointSide<'_, T>,
+    next: &JointSide<'_, T>,
+    link: &Link<T>,
+) -> AzimuthSteps<T> {
+    link.relaxed_angle
+        .azimuth_steps(previous.azimuth(), next.azimuth())
 }
 
 impl<T: Real> Clamp<T> {
-    /// `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint, in the order of a chart.
+    /// `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint, in the order of a
+    /// chart.
     #[inline(always)]
     pub(super) fn relaxed(&self, axis: PolarAxis, relaxed_angle: &RelaxedAngle<T>) -> [T; 3] {
         axis.from_frame(turned(self.direction, relaxed_angle))
@@ -462,7 +579,10 @@ mod tests {
                 let back = axis.coordinates(axis.direction(motion));
                 for (value, expected) in back.as_flattened().iter().zip(motion.as_flattened()) {
                     // The two differ by products of the squared rate and 1/sin φ.
-                    assert!((value - expected).abs() < 1e-12 * (1.0 + expected.abs() + 1e3), "{back:?}");
+                    assert!(
+                        (value - expected).abs() < 1e-12 * (1.0 + expected.abs() + 1e3),
+                        "{back:?}"
+                    );
                 }
             }
         }
@@ -489,12 +609,21 @@ mod tests {
 
     #[test]
     fn poles_are_found_by_their_own_angle() {
-        assert_eq!(find_pole(&[[1.0, 0.0], [std::f64::consts::PI, 0.0]]), Some(1));
+        assert_eq!(
+            find_pole(&[[1.0, 0.0], [std::f64::consts::PI, 0.0]]),
+            Some(1)
+        );
         assert_eq!(find_pole(&[[0.9e-6, 0.0]]), Some(0));
-        assert_eq!(find_pole(&[[1.1e-6, 0.0], [-0.2, 0.0], [f64::NAN, 0.0]]), None);
+        assert_eq!(
+            find_pole(&[[1.1e-6, 0.0], [-0.2, 0.0], [f64::NAN, 0.0]]),
+            None
+        );
         assert!(near_pole(0.3) && near_pole(3.0) && near_pole(-3.0) && near_pole(6.1));
         assert!(
-            !near_pole(0.31) && !near_pole(-1.5) && !near_pole(FRAC_PI_2) && !near_pole(1.5 * std::f64::consts::PI)
+            !near_pole(0.31)
+                && !near_pole(-1.5)
+                && !near_pole(FRAC_PI_2)
+                && !near_pole(1.5 * std::f64::consts::PI)
         );
     }
 

@@ -1,14 +1,14 @@
 //! Loops compiled for several instruction sets. A call chooses the widest set of the machine.
 //!
-//! A compiler vectorises a loop with the instructions allowed in the function that contains it. A default build allows only
-//! the oldest instructions. On x86-64 each [`Loop`] is therefore inlined, with everything that it calls, into one function
-//! with AVX-512 and one with AVX2. Every aarch64 has NEON. The sets differ only in speed: each product and each sum is rounded
-//! in every set.
+//! A compiler vectorises a loop with the instructions allowed in the function that contains it. A
+//! default build allows only the oldest instructions. On x86-64 each [`Loop`] is therefore inlined,
+//! with everything that it calls, into one function with AVX-512 and one with AVX2. Every aarch64
+//! has NEON. The sets differ only in speed: each product and each sum is rounded in every set.
 
 /// A loop over the segments of chains.
 ///
-/// Its `run`, and every function called from it, must be marked `#[inline(always)]`: a function that is not inlined is
-/// compiled for the oldest machine.
+/// Its `run`, and every function called from it, must be marked `#[inline(always)]`: a function
+/// that is not inlined is compiled for the oldest machine.
 pub(crate) trait Loop {
     /// The result.
     type Output;
@@ -70,7 +70,8 @@ mod x86_64 {
 
     /// True if the loops are compiled for lanes that this machine has.
     ///
-    /// On x86-64 this requires AVX2 (2013). For registers of two numbers the loops would dominate the build and gain little.
+    /// On x86-64 this requires AVX2 (2013). For registers of two numbers the loops would dominate
+    /// the build and gain little.
     pub fn lanes_are_compiled() -> bool {
         Avx2::is_available()
     }
@@ -83,7 +84,8 @@ pub(crate) fn dispatch<L: Loop>(operation: L) -> L::Output {
     operation.run()
 }
 
-/// True if the loops are compiled for lanes that this machine has. On this architecture it always is.
+/// True if the loops are compiled for lanes that this machine has. On this architecture it always
+/// is.
 #[cfg(not(target_arch = "x86_64"))]
 pub fn lanes_are_compiled() -> bool {
     true

@@ -1,24 +1,30 @@
 //! Equations of motion of a chain in space.
 //!
-//! The methods of [`Dynamics`] run the recursions with the machine's widest instructions ([`super::dispatch`]).
+//! The methods of [`Dynamics`] run the recursions with the machine's widest instructions
+//! ([`super::dispatch`]).
 
 use super::chain::{Link, turned};
 use super::chart::{self, BodyRotation, JointSide, PolarAxis, PoleError, find_pole};
 use super::dispatch::{Loop, dispatch};
-use super::kernels::{self, ClampEnergy, Joint, JointEnergy, JointTangent, Segment, SegmentEnergy, SegmentTangent};
+use super::kernels::{
+    self, ClampEnergy, Joint, JointEnergy, JointTangent, Segment, SegmentEnergy, SegmentTangent,
+};
 use super::linear::{add, in_lane, product, sub_matrices, zero};
-use super::recursion::{self, Energetic, LoadTangent, Memory, Nodes, Placed, Point, PointChange, Posture, Root};
+use super::recursion::{
+    self, Energetic, LoadTangent, Memory, Nodes, Placed, Point, PointChange, Posture, Root,
+};
 use super::tasks::{ChainDynamics, Factorise, Task};
 use super::{
-    Chain, ChainState, Clamp, Energies, Lanes, Lanewise, NodeLoads, NodeTangent, PointLoad, PointTangent, Real,
-    StepWeights,
+    Chain, ChainState, Clamp, Energies, Lanes, Lanewise, NodeLoads, NodeTangent, PointLoad,
+    PointTangent, Real, StepWeights,
 };
 
-/// Equations of motion of one chain, or of one chain per lane, with the memory for their recursions.
+/// Equations of motion of one chain, or of one chain per lane, with the memory for their
+/// recursions.
 ///
-/// Arrays are indexed by segment; `0` is the one at the clamp. `q` holds `[φ, θ]` in rad, about the polar axis
-/// that [`Dynamics::charts`] has for the segment (in all lanes). Nodes, loads and clamp are in the frame in the public
-/// interface.
+/// Arrays are indexed by segment; `0` is the one at the clamp. `q` holds `[φ, θ]` in rad, about the
+/// polar axis that [`Dynamics::charts`] has for the segment (in all lanes). Nodes, loads and clamp
+/// are in the frame in the public interface.
 #[derive(Clone, Debug)]
 pub struct Dynamics<T> {
     chain: Chain<T>,
@@ -36,7 +42,12 @@ impl<T: Real> Dynamics<T> {
         let n = chain.segments();
         assert!(n > 0, "a chain has at least one segment");
         let angles = vec![[T::ZERO; 4]; n];
-        Self { chain, charts: vec![PolarAxis::default(); n], angles, memory: Memory::new(n) }
+        Self {
+            chain,
+            charts: vec![PolarAxis::default(); n],
+            angles,
+            memory: Memory::new(n),
+        }
     }
 
     /// The constants.
@@ -54,7 +65,8 @@ impl<T: Real> Dynamics<T> {
         &self.charts
     }
 
-    /// Takes coordinates about `charts` from now on. The caller converts them ([`PolarAxis::coordinates`]).
+    /// Takes coordinates about `charts` from now on. The caller converts them
+    /// ([`PolarAxis::coordinates`]).
     ///
     /// # Panics
     /// If the numbers of charts and segments differ.
@@ -62,8 +74,8 @@ impl<T: Real> Dynamics<T> {
         self.charts.copy_from_slice(charts);
     }
 
-    /// Positions of the nodes `r_1 … r_n` in m, at the state of the last [`ChainDynamics::place`], [`ChainDynamics::track`] or
-    /// [`ChainDynamics::residual`].
+    /// Positions of the nodes `r_1 … r_n` in m, at the state of the last [`ChainDynamics::place`],
+    /// [`ChainDynamics::track`] or [`ChainDynamics::residual`].
     pub fn positions(&self) -> &[[T; 3]] {
         &self.memory.positions
     }
@@ -83,8 +95,8 @@ impl<T: Real> Dynamics<T> {
         self.memory.root_force
     }
 
-    /// Acceleration of the node `r_{k+1}` in m/s², for `k = node`, at the `q̈` of the last [`ChainDynamics::track`] or
-    /// [`ChainDynamics::residual`].
+    /// Acceleration of the node `r_{k+1}` in m/s², for `k = node`, at the `q̈` of the last
+    /// [`ChainDynamics::track`] or [`ChainDynamics::residual`].
     pub fn node_acceleration(&self, node: usize) -> [T; 3] {
         add(self.memory.base_accelerations[node + 1], self.chain.gravity)
     }
@@ -127,13 +139,18 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
     #[inline(always)]
     fn side(&self, k: usize) -> JointSide<'a, T> {
         let (angles, axis) = (&self.angles[k], self.charts[k]);
-        JointSide { angles, rates: self.body.seen_from(angles, axis, self.v[k]), axis }
+        JointSide {
+            angles,
+            rates: self.body.seen_from(angles, axis, self.v[k]),
+            axis,
+        }
     }
 
     /// `ē_0` in the chart of the first segment.
     #[inline(always)]
     fn relaxed_clamp(&self) -> [T; 3] {
-        self.clamp.relaxed(self.charts[0], &self.links[0].relaxed_angle)
+        self.clamp
+            .relaxed(self.charts[0], &self.links[0].relaxed_angle)
     }
 
     #[inline(always)]
@@ -144,20 +161,29 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
     #[inline(always)]
     fn clamp_energy(&self) -> ClampEnergy<T> {
         let (side, link) = (self.side(0), &self.links[0]);
-        let relaxed_rate = side.axis.from_frame(turned(self.clamp.direction_rate, &link.relaxed_angle));
-        kernels::clamp_energy(self.relaxed_clamp(), side.whole(), link.joint(), relaxed_rate)
+        let relaxed_rate = side
+            .axis
+            .from_frame(turned(self.clamp.direction_rate, &link.relaxed_angle));
+        kernels::clamp_energy(
+            self.relaxed_clamp(),
+            side.whole(),
+            link.joint(),
+            relaxed_rate,
+        )
     }
 
-    /// See [`Energies::clamp_torque_power`]. As `D` depends on the rates in the body only, `Ω·∂D/∂Ω` is the power of the dampers on
-    /// segments that turn rigidly with it.
+    /// See [`Energies::clamp_torque_power`]. As `D` depends on the rates in the body only,
+    /// `Ω·∂D/∂Ω` is the power of the dampers on segments that turn rigidly with it.
     fn clamp_torque_power(&self) -> T {
         let rigid = |k: usize, torque: [T; 2]| {
             let rates = self.body.rigid_rates(&self.angles[k], self.charts[k]);
             rates[0] * torque[0] + rates[1] * torque[1]
         };
-        let mut power = self.clamp_energy().power + rigid(0, self.clamp_torque(&self.links[0].without_spring()));
+        let mut power = self.clamp_energy().power
+            + rigid(0, self.clamp_torque(&self.links[0].without_spring()));
         for k in 1..self.links.len() {
-            let Joint { previous, next } = chart::damper_torques(self.side(k - 1), self.side(k), &self.links[k]);
+            let Joint { previous, next } =
+                chart::damper_torques(self.side(k - 1), self.side(k), &self.links[k]);
             power = power + rigid(k - 1, previous) + rigid(k, next);
         }
         power
@@ -168,8 +194,16 @@ impl<T: Lanewise> Energetic<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
     fn segment_energy(&self, k: usize, position: [T; 3], velocity: [T; 3]) -> SegmentEnergy<T> {
         let axis = self.charts[k];
-        let [x, x_rate, g] = [position, velocity, self.gravity].map(|vector| axis.from_frame(vector));
-        kernels::segment_energy(self.angles[k], self.v[k], x, x_rate, g, self.links[k].segment(self.length))
+        let [x, x_rate, g] =
+            [position, velocity, self.gravity].map(|vector| axis.from_frame(vector));
+        kernels::segment_energy(
+            self.angles[k],
+            self.v[k],
+            x,
+            x_rate,
+            g,
+            self.links[k].segment(self.length),
+        )
     }
 
     #[inline(always)]
@@ -177,8 +211,15 @@ impl<T: Lanewise> Energetic<T, 2, 3> for Spatial<'_, T> {
         if k > 0 {
             return chart::joint_energy(self.side(k - 1), self.side(k), &self.links[k]);
         }
-        let ClampEnergy { spring, dissipation, .. } = self.clamp_energy();
-        JointEnergy { spring, dissipation }
+        let ClampEnergy {
+            spring,
+            dissipation,
+            ..
+        } = self.clamp_energy();
+        JointEnergy {
+            spring,
+            dissipation,
+        }
     }
 }
 
@@ -220,7 +261,11 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
 
     #[inline(always)]
     fn segment(&self, k: usize) -> Segment<T, 2, 3> {
-        let segment = kernels::segment(self.angles[k], self.v[k], self.links[k].segment(self.length));
+        let segment = kernels::segment(
+            self.angles[k],
+            self.v[k],
+            self.links[k].segment(self.length),
+        );
         match self.charts[k] {
             PolarAxis::Z => segment,
             axis => chart::segment_to_frame(axis, segment),
@@ -232,11 +277,19 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
         if k > 0 {
             return chart::joint(self.side(k - 1), self.side(k), &self.links[k]);
         }
-        Joint { previous: zero(), next: self.clamp_torque(&self.links[0]) }
+        Joint {
+            previous: zero(),
+            next: self.clamp_torque(&self.links[0]),
+        }
     }
 
     #[inline(always)]
-    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, [position, velocity]: [[T; 3]; 2]) -> Option<[T; 3]> {
+    fn load(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        k: usize,
+        [position, velocity]: [[T; 3]; 2],
+    ) -> Option<[T; 3]> {
         loads.force(k, position, velocity)
     }
 
@@ -269,7 +322,13 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, 2> {
         if k > 0 {
-            return chart::joint_tangent(self.side(k - 1), self.side(k), &self.links[k], &self.body, weights);
+            return chart::joint_tangent(
+                self.side(k - 1),
+                self.side(k),
+                &self.links[k],
+                &self.body,
+                weights,
+            );
         }
         let (relaxed, side, link) = (self.relaxed_clamp(), self.side(0), &self.links[0]);
         let tangent = |link: &Link<T>, weights: StepWeights<T>| {
@@ -286,16 +345,37 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     }
 
     #[inline(always)]
-    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; 3]; 2]) -> Option<LoadTangent<T, 3>> {
+    fn load_tangent(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        k: usize,
+        node: [[T; 3]; 2],
+    ) -> Option<LoadTangent<T, 3>> {
         let [position, velocity] = node;
         loads.tangent(k, position, velocity).map(LoadTangent::from)
     }
 
     #[inline(never)]
-    fn points(&self, loads: &dyn NodeLoads<T>, nodes: Nodes<'_, T, 3>, apply: &mut dyn FnMut(Point<T, 3>)) {
-        let nodes = Placed { clamp: self.clamp, nodes };
-        loads.point_loads(&nodes, &mut |PointLoad { segment, fraction, force }| {
-            apply(Point { segment, fraction, force });
+    fn points(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        nodes: Nodes<'_, T, 3>,
+        apply: &mut dyn FnMut(Point<T, 3>),
+    ) {
+        let nodes = Placed {
+            clamp: self.clamp,
+            nodes,
+        };
+        loads.point_loads(&nodes, &mut |PointLoad {
+                                            segment,
+                                            fraction,
+                                            force,
+                                        }| {
+            apply(Point {
+                segment,
+                fraction,
+                force,
+            });
         });
     }
 
@@ -306,9 +386,15 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
         nodes: Nodes<'_, T, 3>,
         apply: &mut dyn FnMut(PointChange<T, 3>),
     ) {
-        let nodes = Placed { clamp: self.clamp, nodes };
+        let nodes = Placed {
+            clamp: self.clamp,
+            nodes,
+        };
         loads.point_tangents(&nodes, &mut |PointTangent { segment, ends }| {
-            apply(PointChange { segment, ends: ends.map(|ends| ends.map(LoadTangent::from)) });
+            apply(PointChange {
+                segment,
+                ends: ends.map(|ends| ends.map(LoadTangent::from)),
+            });
         });
     }
 }
@@ -336,29 +422,41 @@ impl<T: Lanewise> Dynamics<T> {
     /// Position in m and velocity in m/s of a node in one lane; see [`Dynamics::node`].
     #[inline]
     pub fn node_in_lane(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
-        [in_lane(&self.memory.positions[node], lane), in_lane(&self.memory.velocities[node], lane)]
+        [
+            in_lane(&self.memory.positions[node], lane),
+            in_lane(&self.memory.velocities[node], lane),
+        ]
     }
 
-    /// Position, velocity and acceleration of a node in one lane, when [`Dynamics::node_acceleration`] is valid.
+    /// Position, velocity and acceleration of a node in one lane, when
+    /// [`Dynamics::node_acceleration`] is valid.
     #[inline]
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
         let base = in_lane(&self.memory.base_accelerations[node + 1], lane);
         let acceleration = add(base, in_lane(&self.chain.gravity, lane));
-        [in_lane(&self.memory.positions[node], lane), in_lane(&self.memory.velocities[node], lane), acceleration]
+        [
+            in_lane(&self.memory.positions[node], lane),
+            in_lane(&self.memory.velocities[node], lane),
+            acceleration,
+        ]
     }
 }
 
 impl Dynamics<f64> {
     /// Refuses coordinates at a pole of their chart, within `|sin φ| <` [`POLE`](super::POLE).
     ///
-    /// The accelerations at a pole are not finite, or have no correct digit. Callers that accept a state from outside
-    /// check it here first.
+    /// The accelerations at a pole are not finite, or have no correct digit. Callers that accept a
+    /// state from outside check it here first.
     ///
     /// # Errors
     /// The first segment at a pole.
     pub fn check_poles(&self, q: &[[f64; 2]]) -> Result<(), PoleError> {
         match find_pole(q) {
-            Some(k) => Err(PoleError { segment: k + 1, polar_angle: q[k][0], axis: self.charts[k] }),
+            Some(k) => Err(PoleError {
+                segment: k + 1,
+                polar_angle: q[k][0],
+                axis: self.charts[k],
+            }),
             None => Ok(()),
         }
     }
@@ -382,7 +480,8 @@ impl SpatialLoops for Lanes {
     }
 }
 
-/// The largest loops have functions of their own: a single one for all would take the compiler several times as long.
+/// The largest loops have functions of their own: a single one for all would take the compiler
+/// several times as long.
 fn run<T: Lanewise>(dynamics: &mut Dynamics<T>, task: Task<'_, T>) {
     match task {
         Task::Factorise(step) if step.trial.loads.loads_points() => {
@@ -406,7 +505,12 @@ impl<T: Lanewise, const POINTS: bool> Loop for Factorisation<'_, T, POINTS> {
 
     #[inline(always)]
     fn run(self) {
-        let Dynamics { chain, charts, angles, memory } = self.dynamics;
+        let Dynamics {
+            chain,
+            charts,
+            angles,
+            memory,
+        } = self.dynamics;
         let posture = Spatial::new(&*chain, charts, angles, self.step.trial.at);
         recursion::factorise::<T, _, 2, 3, POINTS>(memory, &posture, &self.step);
     }
@@ -423,15 +527,25 @@ impl<T: Lanewise> Loop for Recursion<'_, T> {
 
     const LANES: usize = T::LANES;
 
-    /// The functions of [`recursion`] take references as arguments, which tells the compiler that they do not overlap. It cannot
-    /// know this of fields.
+    /// The functions of [`recursion`] take references as arguments, which tells the compiler that
+    /// they do not overlap. It cannot know this of fields.
     #[inline(always)]
     fn run(self) {
-        let Dynamics { chain, charts, angles, memory } = self.dynamics;
+        let Dynamics {
+            chain,
+            charts,
+            angles,
+            memory,
+        } = self.dynamics;
         let n = chain.segments();
         if let Some(q) = self.task.new_coordinates() {
             T::sines_and_cosines(&q[..n], &mut angles[..n]);
         }
-        recursion::perform(memory, n, |at| Spatial::new(&*chain, charts, angles, at), self.task);
+        recursion::perform(
+            memory,
+            n,
+            |at| Spatial::new(&*chain, charts, angles, at),
+            self.task,
+        );
     }
 }

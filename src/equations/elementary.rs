@@ -1,20 +1,28 @@
-//! Sine, cosine and the spring's function `S`, without branches, for one number and for lanes of them.
+//! Sine, cosine and the spring's function `S`, without branches, for one number and for lanes of
+//! them.
 //!
-//! This is our own code for two reasons. A chain has the same digits alone and in a lane, on every processor. And the
-//! compiler can vectorise a loop over these functions, which it cannot do with those of a library.
+//! This is our own code for two reasons. A chain has the same digits alone and in a lane, on every
+//! processor. And the compiler can vectorise a loop over these functions, which it cannot do with
+//! those of a library.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use super::series::{SERIES, SERIES_LIMIT, TERMS};
 
-/// Below this `|x|` (2²⁰ rad) sine and cosine come from this module, beyond it from the standard library.
+/// Below this `|x|` (2²⁰ rad) sine and cosine come from this module, beyond it from the standard
+/// library.
 pub const TRIGONOMETRIC_LIMIT: f64 = 1_048_576.0;
 
-/// Sine and cosine of `x` in rad: within 1 ulp below [`TRIGONOMETRIC_LIMIT`], from the standard library beyond.
+/// Sine and cosine of `x` in rad: within 1 ulp below [`TRIGONOMETRIC_LIMIT`], from the standard
+/// library beyond.
 #[inline(always)]
 pub fn sin_cos(x: f64) -> (f64, f64) {
     // Not `<`, so that NaN also takes the other branch.
-    if x.abs() <= TRIGONOMETRIC_LIMIT { near_sin_cos(x) } else { far_sin_cos(x) }
+    if x.abs() <= TRIGONOMETRIC_LIMIT {
+        near_sin_cos(x)
+    } else {
+        far_sin_cos(x)
+    }
 }
 
 #[cold]
@@ -25,8 +33,8 @@ fn far_sin_cos(x: f64) -> (f64, f64) {
 
 /// The power series of the derivative of order `ORDER` of `S`, for `|u| ≤` [`SERIES_LIMIT`].
 ///
-/// Terms are summed in pairs, and pairs of pairs (Estrin). This takes a third of the time of Horner's form, whose operations
-/// depend on each other.
+/// Terms are summed in pairs, and pairs of pairs (Estrin). This takes a third of the time of
+/// Horner's form, whose operations depend on each other.
 #[inline(always)]
 pub fn half_angle_series<const ORDER: u8>(u: f64) -> f64 {
     let c = &SERIES[ORDER as usize];
@@ -39,25 +47,41 @@ pub fn half_angle_series<const ORDER: u8>(u: f64) -> f64 {
 
 const _: () = assert!(TERMS == 14, "the series is written out for its terms");
 
-/// The derivative of order `ORDER` of `S(u) = ½ arccos²(1 − u)`, as precise as in `bristle_codegen::ir::special`.
+/// The derivative of order `ORDER` of `S(u) = ½ arccos²(1 − u)`, as precise as in
+/// `bristle_codegen::ir::special`.
 #[inline(always)]
 pub fn half_angle_squared<const ORDER: u8>(u: f64) -> f64 {
-    if u.abs() <= SERIES_LIMIT { half_angle_series::<ORDER>(u) } else { half_angle_closed::<ORDER>(u) }
+    if u.abs() <= SERIES_LIMIT {
+        half_angle_series::<ORDER>(u)
+    } else {
+        half_angle_closed::<ORDER>(u)
+    }
 }
 
-/// π/2 in parts of 33 bits and a remainder. Products of the parts with integers up to 2²⁰ are exact.
-#[allow(clippy::excessive_precision, reason = "FDLIBM's digits, to be found again")]
-const HALF_PI: [f64; 4] =
-    [1.57079632673412561417e+00, 6.07710050630396597660e-11, 2.02226624871116645580e-21, 8.47842766036889956997e-32];
+/// π/2 in parts of 33 bits and a remainder. Products of the parts with integers up to 2²⁰ are
+/// exact.
+#[allow(
+    clippy::excessive_precision,
+    reason = "FDLIBM's digits, to be found again"
+)]
+const HALF_PI: [f64; 4] = [
+    1.57079632673412561417e+00,
+    6.07710050630396597660e-11,
+    2.02226624871116645580e-21,
+    8.47842766036889956997e-32,
+];
 
 /// Adding this to a small number rounds the number to an integer in the last bits.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// Sine and cosine for `|x| ≤` [`TRIGONOMETRIC_LIMIT`], without branches.
 ///
-/// The multiple of π/2 is subtracted with an error of about 2⁻⁸⁰ (Cody and Waite). The polynomials of the rest, at most
-/// π/4, are those of FDLIBM's `__kernel_sin` and `__kernel_cos`.
-#[allow(clippy::excessive_precision, reason = "FDLIBM's digits, to be found again")]
+/// The multiple of π/2 is subtracted with an error of about 2⁻⁸⁰ (Cody and Waite). The polynomials
+/// of the rest, at most π/4, are those of FDLIBM's `__kernel_sin` and `__kernel_cos`.
+#[allow(
+    clippy::excessive_precision,
+    reason = "FDLIBM's digits, to be found again"
+)]
 #[inline(always)]
 pub fn near_sin_cos(angle: f64) -> (f64, f64) {
     let shifted = angle * FRAC_2_PI + ROUNDER;
@@ -76,8 +100,12 @@ pub fn near_sin_cos(angle: f64) -> (f64, f64) {
         + z * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06)
         + z * w * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10);
     let sin = x - ((z * (0.5 * tail - v * odd) - tail) + v * 1.66666666666666324348e-01);
-    let even = z * (4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * 2.48015872894767294178e-05))
-        + w * w * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11));
+    let even = z
+        * (4.16666666666666019037e-02
+            + z * (-1.38888888888741095749e-03 + z * 2.48015872894767294178e-05))
+        + w * w
+            * (-2.75573143513906633035e-07
+                + z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11));
     let half = 0.5 * z;
     let one_less = 1.0 - half;
     let cos = one_less + (((1.0 - one_less) - half) + (z * even - x * tail));
@@ -86,7 +114,10 @@ pub fn near_sin_cos(angle: f64) -> (f64, f64) {
     let (sin, cos) = (sin.to_bits(), cos.to_bits());
     let swapped = (sin ^ cos) & (quadrant & 1).wrapping_neg();
     let sign = |quadrant: u64| (quadrant & 2) << 62;
-    (f64::from_bits(sin ^ swapped ^ sign(quadrant)), f64::from_bits(cos ^ swapped ^ sign(quadrant.wrapping_add(1))))
+    (
+        f64::from_bits(sin ^ swapped ^ sign(quadrant)),
+        f64::from_bits(cos ^ swapped ^ sign(quadrant.wrapping_add(1))),
+    )
 }
 
 /// `a + b` and its rounding error.
@@ -100,14 +131,22 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
 /// The closed form of `S` and its derivatives, without branches.
 ///
 /// The angle is `2 arcsin √(u/2)`, with FDLIBM's rational approximation of the arc sine.
-#[allow(clippy::excessive_precision, reason = "FDLIBM's digits, to be found again")]
+#[allow(
+    clippy::excessive_precision,
+    reason = "FDLIBM's digits, to be found again"
+)]
 #[inline(always)]
 pub fn half_angle_closed<const ORDER: u8>(u: f64) -> f64 {
     let square = 0.5 * u;
     let half_sin = square.sqrt();
     let obtuse = half_sin >= 0.5;
-    // Above 1/2: arcsin x = π/2 − 2 arcsin √((1 − x)/2), with 1 − x = (1 − x²)/(1 + x) as 1 − x² is exact.
-    let z = if obtuse { 0.5 * (1.0 - square) / (1.0 + half_sin) } else { square };
+    // Above 1/2: arcsin x = π/2 − 2 arcsin √((1 − x)/2), with 1 − x = (1 − x²)/(1 + x) as 1 − x² is
+    // exact.
+    let z = if obtuse {
+        0.5 * (1.0 - square) / (1.0 + half_sin)
+    } else {
+        square
+    };
     let x = z.sqrt();
     let numerator = z
         * (1.66666666666666657415e-01
@@ -117,7 +156,8 @@ pub fn half_angle_closed<const ORDER: u8>(u: f64) -> f64 {
                         + z * (7.91534994289814532176e-04 + z * 3.47933107596021167570e-05)))));
     let denominator = 1.0
         + z * (-2.40339491173441421878e+00
-            + z * (2.02094576023350569471e+00 + z * (-6.88283971605453293030e-01 + z * 7.70381505559019352791e-02)));
+            + z * (2.02094576023350569471e+00
+                + z * (-6.88283971605453293030e-01 + z * 7.70381505559019352791e-02)));
     let arc = x + x * (numerator / denominator);
     let angle = 2.0 * if obtuse { FRAC_PI_2 - 2.0 * arc } else { arc };
     if ORDER == 0 {
@@ -167,7 +207,8 @@ mod tests {
         }
     }
 
-    /// Sine and cosine by power series in doubled precision, of `x` minus a multiple of π/2 with 159 bits.
+    /// Sine and cosine by power series in doubled precision, of `x` minus a multiple of π/2 with
+    /// 159 bits.
     fn reference(x: f64) -> [Double; 2] {
         const PARTS: [f64; 3] = [FRAC_PI_2, 6.123233995736766e-17, -1.4973849048591833e-33];
         let multiple = (x * FRAC_2_PI).round();
@@ -205,14 +246,22 @@ mod tests {
     #[test]
     fn sine_and_cosine_are_within_one_ulp() {
         let mut rng = Rng::with_seed(1);
-        let mut points = vec![0.0, f64::MIN_POSITIVE, 5e-324, 1e-310, 1e-8, TRIGONOMETRIC_LIMIT];
+        let mut points = vec![
+            0.0,
+            f64::MIN_POSITIVE,
+            5e-324,
+            1e-310,
+            1e-8,
+            TRIGONOMETRIC_LIMIT,
+        ];
         for _ in 0..40_000 {
             points.push(10.0 * rng.f64());
             points.push(TRIGONOMETRIC_LIMIT * rng.f64());
             // All exponents equally often, down to the smallest denormal.
             points.push(f64::from_bits(rng.u64(..TRIGONOMETRIC_LIMIT.to_bits())));
         }
-        // Next to multiples of π/2, where the reduction cancels, and between two, where the quadrant changes.
+        // Next to multiples of π/2, where the reduction cancels, and between two, where the
+        // quadrant changes.
         for i in 0..40_000 {
             let multiple = if i < 1000 { i } else { rng.u32(..667_544) };
             for quarter in [0.0, 0.5] {
@@ -221,15 +270,24 @@ mod tests {
             }
         }
         let mut worst = 0.0_f64;
-        for x in points.into_iter().filter(|x| (0.0..=TRIGONOMETRIC_LIMIT).contains(x)) {
-            let ((sine, cosine), (sine_of_negative, cosine_of_negative)) = (sin_cos(x), sin_cos(-x));
+        for x in points
+            .into_iter()
+            .filter(|x| (0.0..=TRIGONOMETRIC_LIMIT).contains(x))
+        {
+            let ((sine, cosine), (sine_of_negative, cosine_of_negative)) =
+                (sin_cos(x), sin_cos(-x));
             let [sin, cos] = reference(x);
             let error = error_in_ulp(sine, sin).max(error_in_ulp(cosine, cos));
             assert!(error < 1.0, "{error} ulp at {x:e}");
             worst = worst.max(error);
-            assert_eq!((sine.to_bits(), cosine), ((-sine_of_negative).to_bits(), cosine_of_negative), "at {x:e}");
+            assert_eq!(
+                (sine.to_bits(), cosine),
+                ((-sine_of_negative).to_bits(), cosine_of_negative),
+                "at {x:e}"
+            );
         }
-        // The polynomials alone have an error of some 0.6 ulp, and the result is rounded. Less would mean that nothing is measured.
+        // The polynomials alone have an error of some 0.6 ulp, and the result is rounded. Less
+        // would mean that nothing is measured.
         assert!(worst > 0.5, "{worst}");
         println!("largest error: {worst} ulp");
     }
@@ -258,14 +316,29 @@ mod tests {
             };
             let expected = special::half_angle_squared(ORDER, u);
             let value = half_angle_squared::<ORDER>(u);
-            assert!((value / expected - 1.0).abs() < tolerance || value == expected, "{u}: {value} {expected}");
+            assert!(
+                (value / expected - 1.0).abs() < tolerance || value == expected,
+                "{u}: {value} {expected}"
+            );
             if u.abs() <= SERIES_LIMIT {
-                assert!((value / expected - 1.0).abs() < 4.0 * f64::EPSILON, "{u}: {value} {expected}");
+                assert!(
+                    (value / expected - 1.0).abs() < 4.0 * f64::EPSILON,
+                    "{u}: {value} {expected}"
+                );
             }
         }
-        for u in [SERIES_LIMIT, SERIES_LIMIT.next_up(), 0.5, 0.5_f64.next_down(), 1.0] {
+        for u in [
+            SERIES_LIMIT,
+            SERIES_LIMIT.next_up(),
+            0.5,
+            0.5_f64.next_down(),
+            1.0,
+        ] {
             let value = half_angle_squared::<ORDER>(u);
-            assert!((value / special::half_angle_squared(ORDER, u) - 1.0).abs() < tolerance, "{u}");
+            assert!(
+                (value / special::half_angle_squared(ORDER, u) - 1.0).abs() < tolerance,
+                "{u}"
+            );
         }
         for u in [2.1, -0.1, f64::NAN, f64::INFINITY] {
             let value = half_angle_squared::<ORDER>(u);

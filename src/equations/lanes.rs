@@ -1,11 +1,12 @@
 //! Several real numbers side by side, for the vector units of a machine.
 //!
-//! [`Lanes`] is a [`Real`] like `f64`: kernels and loops written once serve one chain and [`LANES`] chains. Each operation is a
-//! loop over the lanes, which the compiler turns into the vector instructions of the function into which it is inlined.
-//! All operations are therefore always inlined, into the functions of [`super::dispatch`].
+//! [`Lanes`] is a [`Real`] like `f64`: kernels and loops written once serve one chain and [`LANES`]
+//! chains. Each operation is a loop over the lanes, which the compiler turns into the vector
+//! instructions of the function into which it is inlined. All operations are therefore always
+//! inlined, into the functions of [`super::dispatch`].
 //!
-//! A lane's value depends neither on its neighbours nor on the instructions: each product and each sum is rounded (no
-//! fused operations), and where branches differ, every lane takes its own.
+//! A lane's value depends neither on its neighbours nor on the instructions: each product and each
+//! sum is rounded (no fused operations), and where branches differ, every lane takes its own.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -26,8 +27,8 @@ pub const LANES: usize = 8;
 #[repr(align(64))]
 pub struct Lanes(pub [f64; LANES]);
 
-/// Does `$body` for each `$lane`. The condition is at the end of the loop, where LLVM would have to move it, which takes its time in
-/// functions of thousands of operations.
+/// Does `$body` for each `$lane`. The condition is at the end of the loop, where LLVM would have to
+/// move it, which takes its time in functions of thousands of operations.
 macro_rules! for_each {
     ($lane:ident, $body:expr) => {
         let mut $lane = 0;
@@ -106,13 +107,17 @@ impl Neg for Lanes {
     }
 }
 
-/// Sine and cosine where at least one lane is beyond [`TRIGONOMETRIC_LIMIT`]. On its own, because results that are written lane
-/// by lane stay in memory: inlined, this would slow down the others too.
+/// Sine and cosine where at least one lane is beyond [`TRIGONOMETRIC_LIMIT`]. On its own, because
+/// results that are written lane by lane stay in memory: inlined, this would slow down the others
+/// too.
 #[cold]
 #[inline(never)]
 fn far_sin_cos(angles: Lanes) -> (Lanes, Lanes) {
     let (mut sin, mut cos) = (Lanes::ZERO, Lanes::ZERO);
-    for_each!(lane, (sin.0[lane], cos.0[lane]) = elementary::sin_cos(angles.0[lane]));
+    for_each!(
+        lane,
+        (sin.0[lane], cos.0[lane]) = elementary::sin_cos(angles.0[lane])
+    );
     (sin, cos)
 }
 
@@ -145,7 +150,10 @@ impl Real for Lanes {
             return far_sin_cos(self);
         }
         let (mut sin, mut cos) = (Self::ZERO, Self::ZERO);
-        for_each!(lane, (sin.0[lane], cos.0[lane]) = elementary::near_sin_cos(self.0[lane]));
+        for_each!(
+            lane,
+            (sin.0[lane], cos.0[lane]) = elementary::near_sin_cos(self.0[lane])
+        );
         (sin, cos)
     }
 
@@ -167,9 +175,15 @@ impl Real for Lanes {
         }
         each!(lane, {
             let u = u.0[lane];
-            let (series, closed) =
-                (elementary::half_angle_series::<ORDER>(u), elementary::half_angle_closed::<ORDER>(u));
-            if u.abs() <= SERIES_LIMIT { series } else { closed }
+            let (series, closed) = (
+                elementary::half_angle_series::<ORDER>(u),
+                elementary::half_angle_closed::<ORDER>(u),
+            );
+            if u.abs() <= SERIES_LIMIT {
+                series
+            } else {
+                closed
+            }
         })
     }
 }
@@ -199,7 +213,14 @@ impl Lanewise for Lanes {
 
     #[inline(always)]
     fn select(self, lanes: LaneSet, other: Self) -> Self {
-        each!(lane, if lanes.contains(lane) { self.0[lane] } else { other.0[lane] })
+        each!(
+            lane,
+            if lanes.contains(lane) {
+                self.0[lane]
+            } else {
+                other.0[lane]
+            }
+        )
     }
 }
 
@@ -240,8 +261,12 @@ mod tests {
                 (x.sqrt(), |a, _| Real::sqrt(a)),
                 (x.asin(), |a, _| Real::asin(a)),
                 (x.less_than(y), |a, b| a.less_than(b)),
-                (Lanes::half_angle_squared::<1>(x), |a, _| f64::half_angle_squared::<1>(a)),
-                (Lanes::half_angle_squared::<2>(x), |a, _| f64::half_angle_squared::<2>(a)),
+                (Lanes::half_angle_squared::<1>(x), |a, _| {
+                    f64::half_angle_squared::<1>(a)
+                }),
+                (Lanes::half_angle_squared::<2>(x), |a, _| {
+                    f64::half_angle_squared::<2>(a)
+                }),
                 (Lanewise::abs(x), |a, _| Lanewise::abs(a)),
                 (Lanewise::max(x, y), |a, b| Lanewise::max(a, b)),
             ];
@@ -250,7 +275,12 @@ mod tests {
                     let expected = scalar(a[lane], b[lane]);
                     let same = values[lane].to_bits() == expected.to_bits();
                     let none = values[lane].is_nan() && expected.is_nan();
-                    assert!(same || none, "operation {operation} of {} and {}", a[lane], b[lane]);
+                    assert!(
+                        same || none,
+                        "operation {operation} of {} and {}",
+                        a[lane],
+                        b[lane]
+                    );
                 }
             }
         }
@@ -263,8 +293,17 @@ mod tests {
         set.insert(6);
         assert_eq!(set.iter().collect::<Vec<_>>(), [0, 2, 3, 6]);
         let (one, two) = (Lanes([1.0; 8]), Lanes([2.0; 8]));
-        assert_eq!(one.select(set, two), Lanes([1.0, 2.0, 1.0, 1.0, 2.0, 2.0, 1.0, 2.0]));
-        assert_eq!((1.0_f64.select(set, 2.0), 1.0_f64.select(LaneSet::default(), 2.0)), (1.0, 2.0));
+        assert_eq!(
+            one.select(set, two),
+            Lanes([1.0, 2.0, 1.0, 1.0, 2.0, 2.0, 1.0, 2.0])
+        );
+        assert_eq!(
+            (
+                1.0_f64.select(set, 2.0),
+                1.0_f64.select(LaneSet::default(), 2.0)
+            ),
+            (1.0, 2.0)
+        );
         assert!(LaneSet::default().is_empty() && !set.is_empty());
         assert_eq!(LaneSet::first(64).iter().count(), 64);
     }

@@ -1,13 +1,14 @@
 //! Products of the small fixed-size vectors and matrices that the recursions carry.
 //!
-//! Plain arrays of a generic scalar: `[T; 3]` is a vector, `[[T; C]; R]` a matrix stored by rows. No dimension exceeds 3.
+//! Plain arrays of a generic scalar: `[T; 3]` is a vector, `[[T; C]; R]` a matrix stored by rows.
+//! No dimension exceeds 3.
 
 use super::{LaneSet, Lanewise, Real};
 
 /// `body` for `index` = 0, 1, 2 below `end`, written out.
 ///
-/// A loop would be unrolled too late, if at all. With a scalar of many lanes its body is long, and the compiler then
-/// vectorises over rows, with gathers, instead of over lanes.
+/// A loop would be unrolled too late, if at all. With a scalar of many lanes its body is long, and
+/// the compiler then vectorises over rows, with gathers, instead of over lanes.
 macro_rules! unrolled {
     ($index:ident < $end:expr, $body:block) => {
         if 0 < $end {
@@ -71,7 +72,11 @@ pub fn dot<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> T {
 /// `a × b`
 #[inline(always)]
 pub fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 /// `M x`
@@ -86,7 +91,10 @@ pub fn mul<T: Real, const R: usize, const C: usize>(matrix: &[[T; C]; R], x: [T;
 
 /// `Mᵀ x`
 #[inline(always)]
-pub fn mul_transposed<T: Real, const R: usize, const C: usize>(matrix: &[[T; C]; R], x: [T; R]) -> [T; C] {
+pub fn mul_transposed<T: Real, const R: usize, const C: usize>(
+    matrix: &[[T; C]; R],
+    x: [T; R],
+) -> [T; C] {
     let mut result = zero();
     unrolled!(column < C, {
         let mut sum = matrix[0][column] * x[0];
@@ -136,7 +144,10 @@ pub fn transposed_product<T: Real, const R: usize, const K: usize, const C: usiz
 
 /// `A + B`
 #[inline(always)]
-pub fn add_matrices<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R], b: &[[T; C]; R]) -> [[T; C]; R] {
+pub fn add_matrices<T: Real, const R: usize, const C: usize>(
+    a: &[[T; C]; R],
+    b: &[[T; C]; R],
+) -> [[T; C]; R] {
     let mut result = *a;
     unrolled!(row < R, {
         result[row] = add(a[row], b[row]);
@@ -146,7 +157,10 @@ pub fn add_matrices<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R], b:
 
 /// `A − B`
 #[inline(always)]
-pub fn sub_matrices<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R], b: &[[T; C]; R]) -> [[T; C]; R] {
+pub fn sub_matrices<T: Real, const R: usize, const C: usize>(
+    a: &[[T; C]; R],
+    b: &[[T; C]; R],
+) -> [[T; C]; R] {
     let mut result = *a;
     unrolled!(row < R, {
         result[row] = sub(a[row], b[row]);

@@ -1,11 +1,11 @@
 //! The equations of motion of a chain: generated kernels, and the O(n) loops over them.
 //!
-//! [`kernels`] comes from the build step: the derivatives of the energies of one segment and one joint.
-//! [`Dynamics`] joins them to whole chains: accelerations, the residual of the equations, and the linear solve
-//! of an implicit step, each in time proportional to the number of segments. [`PlanarDynamics`] does the same in the plane of
-//! rotation. [`PolarAxis`] names the two sets of
-//! coordinates that a segment can have, so that no segment stays near its poles. [`Batch`] computes the accelerations of
-//! many chains side by side, with the same loops on [`Lanes`].
+//! [`kernels`] comes from the build step: the derivatives of the energies of one segment and one
+//! joint. [`Dynamics`] joins them to whole chains: accelerations, the residual of the equations,
+//! and the linear solve of an implicit step, each in time proportional to the number of segments.
+//! [`PlanarDynamics`] does the same in the plane of rotation. [`PolarAxis`] names the two sets of
+//! coordinates that a segment can have, so that no segment stays near its poles. [`Batch`] computes
+//! the accelerations of many chains side by side, with the same loops on [`Lanes`].
 
 mod batch;
 mod chain;
@@ -24,8 +24,8 @@ mod tasks;
 
 pub use batch::{Batch, BatchError, Member};
 pub use chain::{
-    Chain, ChainState, Clamp, Energies, Link, NoLoads, NodeLoads, NodeMotion, NodeTangent, PointDamping, PointLoad,
-    PointTangent, RelaxedAngle, UniformChain,
+    Chain, ChainState, Clamp, Energies, Link, NoLoads, NodeLoads, NodeMotion, NodeTangent,
+    PointDamping, PointLoad, PointTangent, RelaxedAngle, UniformChain,
 };
 pub use chart::{NEAR_POLE, POLE, PolarAxis, PoleError, find_pole, near_pole};
 pub use compiled::Compiled;
@@ -39,7 +39,8 @@ pub use real::{LaneSet, Lanewise, Real};
 pub use tasks::ChainDynamics;
 pub(crate) use tasks::Task;
 
-/// SHA-256 of the expressions of [`kernels`], in hexadecimal digits; the header of their source has it too.
+/// SHA-256 of the expressions of [`kernels`], in hexadecimal digits; the header of their source has
+/// it too.
 pub const FINGERPRINT: &str = env!("BRISTLE_FINGERPRINT");
 
 /// The generator of [`kernels`] and its source.
@@ -52,7 +53,8 @@ pub mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
 
-/// Power series of `S(u) = ½ arccos²(1 − u)`, the energy of a spring, and of its derivatives, written by the build step.
+/// Power series of `S(u) = ½ arccos²(1 − u)`, the energy of a spring, and of its derivatives,
+/// written by the build step.
 mod series {
     include!(concat!(env!("OUT_DIR"), "/series.rs"));
 }

@@ -1,33 +1,40 @@
 //! Equations of motion of a chain in the plane of rotation, and of its lateral variation.
 //!
-//! A planar chain has one coordinate a segment, its azimuth `θ`, and nodes in the plane `z = 0`. Its polar angles are `π/2`
-//! exactly. In the plane the angle of a joint is the difference of two azimuths, so that a spring takes no more than a product.
+//! A planar chain has one coordinate a segment, its azimuth `θ`, and nodes in the plane `z = 0`.
+//! Its polar angles are `π/2` exactly. In the plane the angle of a joint is the difference of two
+//! azimuths, so that a spring takes no more than a product.
 //!
-//! Beside the motion itself the equations carry its lateral variation: `η = ∂φ/∂τ`, where `τ` is a small tilt of the clamp out of
-//! the plane. It obeys linear equations along the planar motion (`codegen/src/model/lateral.rs`).
+//! Beside the motion itself the equations carry its lateral variation: `η = ∂φ/∂τ`, where `τ` is a
+//! small tilt of the clamp out of the plane. It obeys linear equations along the planar motion
+//! (`codegen/src/model/lateral.rs`).
 //!
 //! A block of coordinates is `[η, θ]`.
 
 use super::chain::Link;
 use super::dispatch::{Loop, dispatch};
 use super::kernels::{
-    self, AzimuthSteps, ClampEnergy, Coordinate, Joint, JointEnergy, JointTangent, LateralSegment, Segment,
-    SegmentConstants, SegmentEnergy, SegmentTangent,
+    self, AzimuthSteps, ClampEnergy, Coordinate, Joint, JointEnergy, JointTangent, LateralSegment,
+    Segment, SegmentConstants, SegmentEnergy, SegmentTangent,
 };
 use super::linear::{add, in_lane, scale, zero};
-use super::recursion::{self, Energetic, LoadTangent, Memory, Nodes, Placed, Point, PointChange, Posture, Root};
+use super::recursion::{
+    self, Energetic, LoadTangent, Memory, Nodes, Placed, Point, PointChange, Posture, Root,
+};
 use super::tasks::{ChainDynamics, Factorise, Task, Trial};
 use super::{
-    Chain, ChainState, Clamp, Energies, Lanes, Lanewise, NodeLoads, NodeTangent, PointDamping, PointLoad, PointTangent,
-    Real, StepWeights,
+    Chain, ChainState, Clamp, Energies, Lanes, Lanewise, NodeLoads, NodeTangent, PointDamping,
+    PointLoad, PointTangent, Real, StepWeights,
 };
 
-/// Equations of motion of one planar chain, or of one per lane, with the memory for their recursions.
+/// Equations of motion of one planar chain, or of one per lane, with the memory for their
+/// recursions.
 ///
-/// Arrays are indexed by segment; `0` is the one at the clamp. `q` holds `[η, θ]`, `η` per rad of tilt and `θ` in rad.
-/// Neighbouring azimuths differ by less than `π`. The methods of [`ChainDynamics`] are about the motion alone and leave the entries of
-/// the variation as they are, except that [`ChainDynamics::factorise`] factorises the matrices of both: the motion does not depend
-/// on its variation. Nodes, loads and clamp are in the frame; their components along `z` are zero.
+/// Arrays are indexed by segment; `0` is the one at the clamp. `q` holds `[η, θ]`, `η` per rad of
+/// tilt and `θ` in rad. Neighbouring azimuths differ by less than `π`. The methods of
+/// [`ChainDynamics`] are about the motion alone and leave the entries of the variation as they are,
+/// except that [`ChainDynamics::factorise`] factorises the matrices of both: the motion does not
+/// depend on its variation. Nodes, loads and clamp are in the frame; their components along `z` are
+/// zero.
 #[derive(Clone, Debug)]
 pub struct PlanarDynamics<T> {
     chain: Chain<T>,
@@ -45,7 +52,12 @@ impl<T: Real> PlanarDynamics<T> {
     pub fn new(chain: Chain<T>) -> Self {
         let n = chain.segments();
         assert!(n > 0, "a chain has at least one segment");
-        Self { chain, angles: vec![zero(); n], memory: Memory::new(n), lateral: Memory::new(n) }
+        Self {
+            chain,
+            angles: vec![zero(); n],
+            memory: Memory::new(n),
+            lateral: Memory::new(n),
+        }
     }
 
     /// The constants.
@@ -58,10 +70,13 @@ impl<T: Real> PlanarDynamics<T> {
         &mut self.chain
     }
 
-    /// Position in m and velocity in m/s of the node `r_{k+1}`, for `k = node`, at the state of the last
-    /// [`ChainDynamics::place`], [`ChainDynamics::track`] or [`ChainDynamics::residual`].
+    /// Position in m and velocity in m/s of the node `r_{k+1}`, for `k = node`, at the state of the
+    /// last [`ChainDynamics::place`], [`ChainDynamics::track`] or [`ChainDynamics::residual`].
     pub fn node(&self, node: usize) -> [[T; 3]; 2] {
-        [to_frame(self.memory.positions[node]), to_frame(self.memory.velocities[node])]
+        [
+            to_frame(self.memory.positions[node]),
+            to_frame(self.memory.velocities[node]),
+        ]
     }
 
     /// Force that the clamp exerts on the root in N, from the last [`ChainDynamics::residual`].
@@ -77,8 +92,8 @@ impl<T: PlanarLoops> ChainDynamics<T> for PlanarDynamics<T> {
 }
 
 impl<T: PlanarLoops> PlanarDynamics<T> {
-    /// The `η̈` that belong to the `θ̈` in `accelerations`, at the point of the last [`ChainDynamics::residual`], which must have
-    /// been called with the same arguments.
+    /// The `η̈` that belong to the `θ̈` in `accelerations`, at the point of the last
+    /// [`ChainDynamics::residual`], which must have been called with the same arguments.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -91,11 +106,13 @@ impl<T: PlanarLoops> PlanarDynamics<T> {
         T::run_planar(self, PlanarTask::Lateral(at, loads, accelerations));
     }
 
-    /// Solves the factorised equations of the variation, and puts its correction into `correction`, which holds that of `θ̈`.
+    /// Solves the factorised equations of the variation, and puts its correction into `correction`,
+    /// which holds that of `θ̈`.
     ///
-    /// The right side is the residual of the variation at the point of the last [`ChainDynamics::residual`], but with the loads
-    /// that the nodes carry after the correction of `θ̈`: in a stiff contact they change by far more than anything else. The
-    /// nodes are moved there, as by [`ChainDynamics::shift`].
+    /// The right side is the residual of the variation at the point of the last
+    /// [`ChainDynamics::residual`], but with the loads that the nodes carry after the correction of
+    /// `θ̈`: in a stiff contact they change by far more than anything else. The nodes are moved
+    /// there, as by [`ChainDynamics::shift`].
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -107,12 +124,24 @@ impl<T: PlanarLoops> PlanarDynamics<T> {
         weights: StepWeights<T>,
         correction: &mut [[T; 2]],
     ) {
-        T::run_planar(self, PlanarTask::Variation(Trial { at, accelerations, loads }, weights, correction));
+        T::run_planar(
+            self,
+            PlanarTask::Variation(
+                Trial {
+                    at,
+                    accelerations,
+                    loads,
+                },
+                weights,
+                correction,
+            ),
+        );
     }
 }
 
 impl<T: Lanewise> PlanarDynamics<T> {
-    /// Energies, dissipation and clamp power at the state `(q, q̇)`, where the nodes were last placed.
+    /// Energies, dissipation and clamp power at the state `(q, q̇)`, where the nodes were last
+    /// placed.
     pub fn energies(&self, at: ChainState<'_, T>) -> Energies<T> {
         let posture = Planar::new(&self.chain, &self.angles, at);
         recursion::energies(&self.memory, &posture, posture.clamp_torque_power())
@@ -121,8 +150,11 @@ impl<T: Lanewise> PlanarDynamics<T> {
     /// Position in m and velocity in m/s of a node in one lane; see [`PlanarDynamics::node`].
     #[inline]
     pub fn node_in_lane(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
-        [in_lane(&self.memory.positions[node], lane), in_lane(&self.memory.velocities[node], lane)]
-            .map(|[x, y]| [x, y, 0.0])
+        [
+            in_lane(&self.memory.positions[node], lane),
+            in_lane(&self.memory.velocities[node], lane),
+        ]
+        .map(|[x, y]| [x, y, 0.0])
     }
 
     /// Position, velocity and acceleration of a node in one lane, after [`ChainDynamics::track`] or
@@ -131,8 +163,12 @@ impl<T: Lanewise> PlanarDynamics<T> {
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
         let base = in_lane(&self.memory.base_accelerations[node + 1], lane);
         let acceleration = add(base, in_lane(&in_plane(self.chain.gravity), lane));
-        [in_lane(&self.memory.positions[node], lane), in_lane(&self.memory.velocities[node], lane), acceleration]
-            .map(|[x, y]| [x, y, 0.0])
+        [
+            in_lane(&self.memory.positions[node], lane),
+            in_lane(&self.memory.velocities[node], lane),
+            acceleration,
+        ]
+        .map(|[x, y]| [x, y, 0.0])
     }
 }
 
@@ -160,16 +196,32 @@ struct Planar<'a, T> {
 
 impl<'a, T: Real> Planar<'a, T> {
     #[inline(always)]
-    fn new(chain: &'a Chain<T>, angles: &'a [[T; 2]], ChainState { clamp, q, v }: ChainState<'a, T>) -> Self {
+    fn new(
+        chain: &'a Chain<T>,
+        angles: &'a [[T; 2]],
+        ChainState { clamp, q, v }: ChainState<'a, T>,
+    ) -> Self {
         let n = chain.segments();
-        let Chain { length, gravity, .. } = *chain;
-        Self { length, gravity, links: &chain.links[..n], angles: &angles[..n], q: &q[..n], v: &v[..n], clamp }
+        let Chain {
+            length, gravity, ..
+        } = *chain;
+        Self {
+            length,
+            gravity,
+            links: &chain.links[..n],
+            angles: &angles[..n],
+            q: &q[..n],
+            v: &v[..n],
+            clamp,
+        }
     }
 
     /// `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint.
     #[inline(always)]
     fn relaxed_clamp(&self) -> [T; 2] {
-        self.links[0].relaxed_angle.turn(in_plane(self.clamp.direction))
+        self.links[0]
+            .relaxed_angle
+            .turn(in_plane(self.clamp.direction))
     }
 
     /// `Ω`, which is along `z`.
@@ -194,28 +246,47 @@ impl<'a, T: Real> Planar<'a, T> {
     /// `θ` and `θ̇` of segment `k`.
     #[inline(always)]
     fn azimuth(&self, k: usize) -> Coordinate<T> {
-        Coordinate { value: self.q[k][1], rate: self.v[k][1] }
+        Coordinate {
+            value: self.q[k][1],
+            rate: self.v[k][1],
+        }
     }
 
     /// `η` and `η̇` of segment `k`.
     #[inline(always)]
     fn variation(&self, k: usize) -> Coordinate<T> {
-        Coordinate { value: self.q[k][0], rate: self.v[k][0] }
+        Coordinate {
+            value: self.q[k][0],
+            rate: self.v[k][0],
+        }
     }
 
     #[inline(always)]
     fn clamp_torque(&self, link: &Link<T>) -> [T; 1] {
-        kernels::planar_clamp(self.relaxed_clamp(), self.angles[0], self.rate_in_body(0), link.joint()).next
+        kernels::planar_clamp(
+            self.relaxed_clamp(),
+            self.angles[0],
+            self.rate_in_body(0),
+            link.joint(),
+        )
+        .next
     }
 
     #[inline(always)]
     fn clamp_energy(&self) -> ClampEnergy<T> {
         let (link, angles, rate) = (&self.links[0], self.angles[0], self.rate_in_body(0));
         let relaxed_rate = link.relaxed_angle.turn(in_plane(self.clamp.direction_rate));
-        kernels::planar_clamp_energy(self.relaxed_clamp(), angles, rate, link.joint(), relaxed_rate)
+        kernels::planar_clamp_energy(
+            self.relaxed_clamp(),
+            angles,
+            rate,
+            link.joint(),
+            relaxed_rate,
+        )
     }
 
-    /// See [`Energies::clamp_torque_power`]. In the plane only the damper of the clamp joint sees how the body turns.
+    /// See [`Energies::clamp_torque_power`]. In the plane only the damper of the clamp joint sees
+    /// how the body turns.
     fn clamp_torque_power(&self) -> T {
         let [damper] = self.clamp_torque(&self.links[0].without_spring());
         self.clamp_energy().power + self.body_rate() * damper
@@ -234,10 +305,22 @@ impl<T: Lanewise> Energetic<T, 1, 2> for Planar<'_, T> {
         if k > 0 {
             let link = &self.links[k];
             let (previous, next) = (self.azimuth(k - 1), self.azimuth(k));
-            return kernels::planar_joint_energy(previous, next, link.relaxed_angle.angle, link.joint());
+            return kernels::planar_joint_energy(
+                previous,
+                next,
+                link.relaxed_angle.angle,
+                link.joint(),
+            );
         }
-        let ClampEnergy { spring, dissipation, .. } = self.clamp_energy();
-        JointEnergy { spring, dissipation }
+        let ClampEnergy {
+            spring,
+            dissipation,
+            ..
+        } = self.clamp_energy();
+        JointEnergy {
+            spring,
+            dissipation,
+        }
     }
 }
 
@@ -254,8 +337,16 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
 
     #[inline(always)]
     fn root(&self) -> Root<T, 2> {
-        let Root { position, velocity, acceleration } = self.clamp.root(self.gravity);
-        Root { position: in_plane(position), velocity: in_plane(velocity), acceleration: in_plane(acceleration) }
+        let Root {
+            position,
+            velocity,
+            acceleration,
+        } = self.clamp.root(self.gravity);
+        Root {
+            position: in_plane(position),
+            velocity: in_plane(velocity),
+            acceleration: in_plane(acceleration),
+        }
     }
 
     #[inline(always)]
@@ -290,7 +381,10 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
             let (previous, next) = (self.azimuth(k - 1), self.azimuth(k));
             return kernels::planar_joint(previous, next, link.relaxed_angle.angle, link.joint());
         }
-        Joint { previous: zero(), next: self.clamp_torque(&self.links[0]) }
+        Joint {
+            previous: zero(),
+            next: self.clamp_torque(&self.links[0]),
+        }
     }
 
     #[inline(always)]
@@ -309,7 +403,15 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
         weights: StepWeights<T>,
     ) -> SegmentTangent<T, 1, 2> {
         let (angles, rate, constants) = (self.angles[k], self.v[k][1], self.constants(k));
-        kernels::planar_segment_tangent(angles, rate, acceleration, base_acceleration, outer_force, constants, weights)
+        kernels::planar_segment_tangent(
+            angles,
+            rate,
+            acceleration,
+            base_acceleration,
+            outer_force,
+            constants,
+            weights,
+        )
     }
 
     #[inline(always)]
@@ -318,21 +420,43 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
             return kernels::planar_joint_tangent(self.links[k].joint(), weights);
         }
         let (relaxed, angles, rate) = (self.relaxed_clamp(), self.angles[0], self.rate_in_body(0));
-        let clamp = kernels::planar_clamp_tangent(relaxed, angles, rate, self.links[0].joint(), weights);
+        let clamp =
+            kernels::planar_clamp_tangent(relaxed, angles, rate, self.links[0].joint(), weights);
         JointTangent::at_clamp(clamp.next_next)
     }
 
     #[inline(always)]
-    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; 2]; 2]) -> Option<LoadTangent<T, 2>> {
+    fn load_tangent(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        k: usize,
+        node: [[T; 2]; 2],
+    ) -> Option<LoadTangent<T, 2>> {
         let [position, velocity] = node.map(to_frame);
         loads.tangent(k, position, velocity).map(tangent_in_plane)
     }
 
     #[inline(never)]
-    fn points(&self, loads: &dyn NodeLoads<T>, nodes: Nodes<'_, T, 2>, apply: &mut dyn FnMut(Point<T, 2>)) {
-        let nodes = Placed { clamp: self.clamp, nodes };
-        loads.point_loads(&nodes, &mut |PointLoad { segment, fraction, force }| {
-            apply(Point { segment, fraction, force: in_plane(force) });
+    fn points(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        nodes: Nodes<'_, T, 2>,
+        apply: &mut dyn FnMut(Point<T, 2>),
+    ) {
+        let nodes = Placed {
+            clamp: self.clamp,
+            nodes,
+        };
+        loads.point_loads(&nodes, &mut |PointLoad {
+                                            segment,
+                                            fraction,
+                                            force,
+                                        }| {
+            apply(Point {
+                segment,
+                fraction,
+                force: in_plane(force),
+            });
         });
     }
 
@@ -343,9 +467,15 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
         nodes: Nodes<'_, T, 2>,
         apply: &mut dyn FnMut(PointChange<T, 2>),
     ) {
-        let nodes = Placed { clamp: self.clamp, nodes };
+        let nodes = Placed {
+            clamp: self.clamp,
+            nodes,
+        };
         loads.point_tangents(&nodes, &mut |PointTangent { segment, ends }| {
-            apply(PointChange { segment, ends: ends.map(|ends| ends.map(tangent_in_plane)) });
+            apply(PointChange {
+                segment,
+                ends: ends.map(|ends| ends.map(tangent_in_plane)),
+            });
         });
     }
 }
@@ -353,10 +483,14 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
 #[inline(always)]
 fn tangent_in_plane<T: Real>(tangent: NodeTangent<T>) -> LoadTangent<T, 2> {
     let block = |[x, y, _]: [[T; 3]; 3]| [in_plane(x), in_plane(y)];
-    LoadTangent { position: block(tangent.position), velocity: block(tangent.velocity) }
+    LoadTangent {
+        position: block(tangent.position),
+        velocity: block(tangent.velocity),
+    }
 }
 
-/// The lateral variation of a planar chain, along the motion whose inverse dynamics are in `motion`.
+/// The lateral variation of a planar chain, along the motion whose inverse dynamics are in
+/// `motion`.
 struct Lateral<'a, T> {
     planar: Planar<'a, T>,
     motion: &'a Memory<T, 1, 2>,
@@ -367,19 +501,31 @@ impl<T: Real> Lateral<'_, T> {
     #[inline(always)]
     fn azimuth_steps(&self, k: usize) -> AzimuthSteps<T> {
         let Planar { links, angles, .. } = self.planar;
-        links[k].relaxed_angle.azimuth_steps(angles[k - 1], angles[k])
+        links[k]
+            .relaxed_angle
+            .azimuth_steps(angles[k - 1], angles[k])
     }
 
     /// The nodes of the planar motion.
     fn nodes(&self) -> Placed<'_, T, 2> {
-        let Memory { positions, velocities, .. } = self.motion;
-        Placed { clamp: self.planar.clamp, nodes: [positions, velocities] }
+        let Memory {
+            positions,
+            velocities,
+            ..
+        } = self.motion;
+        Placed {
+            clamp: self.planar.clamp,
+            nodes: [positions, velocities],
+        }
     }
 
     /// The resistance of the loads on node `k` to a lateral motion, `−∂F_z/∂ż` in N s/m.
     #[inline(always)]
     fn damping(&self, loads: &dyn NodeLoads<T>, k: usize) -> Option<T> {
-        let (position, velocity) = (to_frame(self.motion.positions[k]), to_frame(self.motion.velocities[k]));
+        let (position, velocity) = (
+            to_frame(self.motion.positions[k]),
+            to_frame(self.motion.velocities[k]),
+        );
         loads.lateral_damping(k, position, velocity)
     }
 }
@@ -398,7 +544,11 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     /// The root stays where it is when the clamp is tilted.
     #[inline(always)]
     fn root(&self) -> Root<T, 1> {
-        Root { position: zero(), velocity: zero(), acceleration: zero() }
+        Root {
+            position: zero(),
+            velocity: zero(),
+            acceleration: zero(),
+        }
     }
 
     #[inline(always)]
@@ -424,7 +574,14 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     #[inline(always)]
     fn segment(&self, k: usize) -> Segment<T, 1, 1> {
         let Self { planar, motion } = self;
-        let LateralSegment { inertia, coupling, bias, reach, reach_rate, reach_jacobian } = kernels::lateral_segment(
+        let LateralSegment {
+            inertia,
+            coupling,
+            bias,
+            reach,
+            reach_rate,
+            reach_jacobian,
+        } = kernels::lateral_segment(
             planar.angles[k],
             planar.v[k][1],
             motion.base_accelerations[k],
@@ -434,7 +591,16 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
         );
         // Adding −0 changes no number, so that the compiler leaves it out.
         let none = [T::from_f64(-0.0)];
-        Segment { inertia, coupling, bias, base_bias: none, reach, reach_rate, reach_jacobian, reach_bias: none }
+        Segment {
+            inertia,
+            coupling,
+            bias,
+            base_bias: none,
+            reach,
+            reach_rate,
+            reach_jacobian,
+            reach_bias: none,
+        }
     }
 
     #[inline(always)]
@@ -450,9 +616,22 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
                 planar.links[k].joint(),
             );
         }
-        let (relaxed, angles, rate) = (planar.relaxed_clamp(), planar.angles[0], planar.rate_in_body(0));
-        let clamp = kernels::lateral_clamp(relaxed, angles, rate, planar.links[0].joint(), planar.variation(0));
-        Joint { previous: zero(), next: clamp.next }
+        let (relaxed, angles, rate) = (
+            planar.relaxed_clamp(),
+            planar.angles[0],
+            planar.rate_in_body(0),
+        );
+        let clamp = kernels::lateral_clamp(
+            relaxed,
+            angles,
+            rate,
+            planar.links[0].joint(),
+            planar.variation(0),
+        );
+        Joint {
+            previous: zero(),
+            next: clamp.next,
+        }
     }
 
     #[inline(always)]
@@ -461,7 +640,12 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 
     #[inline(always)]
-    fn load(&self, loads: &dyn NodeLoads<T>, k: usize, [_, [velocity]]: [[T; 1]; 2]) -> Option<[T; 1]> {
+    fn load(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        k: usize,
+        [_, [velocity]]: [[T; 1]; 2],
+    ) -> Option<[T; 1]> {
         self.damping(loads, k).map(|damping| [damping * velocity])
     }
 
@@ -476,8 +660,16 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     ) -> SegmentTangent<T, 1, 1> {
         let Self { planar, motion } = self;
         let (angles, rate, constants) = (planar.angles[k], planar.v[k][1], planar.constants(k));
-        let (base_acceleration, outer_force) = (motion.base_accelerations[k], motion.outer_forces[k]);
-        kernels::lateral_segment_tangent(angles, rate, base_acceleration, outer_force, constants, weights)
+        let (base_acceleration, outer_force) =
+            (motion.base_accelerations[k], motion.outer_forces[k]);
+        kernels::lateral_segment_tangent(
+            angles,
+            rate,
+            base_acceleration,
+            outer_force,
+            constants,
+            weights,
+        )
     }
 
     #[inline(always)]
@@ -492,35 +684,88 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
                 weights,
             );
         }
-        let (relaxed, angles, rate) = (planar.relaxed_clamp(), planar.angles[0], planar.rate_in_body(0));
-        let clamp = kernels::lateral_clamp_tangent(relaxed, angles, rate, planar.links[0].joint(), weights);
+        let (relaxed, angles, rate) = (
+            planar.relaxed_clamp(),
+            planar.angles[0],
+            planar.rate_in_body(0),
+        );
+        let clamp =
+            kernels::lateral_clamp_tangent(relaxed, angles, rate, planar.links[0].joint(), weights);
         JointTangent::at_clamp(clamp.next_next)
     }
 
     #[inline(always)]
-    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, _: [[T; 1]; 2]) -> Option<LoadTangent<T, 1>> {
-        self.damping(loads, k).map(|damping| LoadTangent { position: [zero()], velocity: [[damping]] })
+    fn load_tangent(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        k: usize,
+        _: [[T; 1]; 2],
+    ) -> Option<LoadTangent<T, 1>> {
+        self.damping(loads, k).map(|damping| LoadTangent {
+            position: [zero()],
+            velocity: [[damping]],
+        })
     }
 
     #[inline(never)]
-    fn points(&self, loads: &dyn NodeLoads<T>, [_, velocities]: Nodes<'_, T, 1>, apply: &mut dyn FnMut(Point<T, 1>)) {
+    fn points(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        [_, velocities]: Nodes<'_, T, 1>,
+        apply: &mut dyn FnMut(Point<T, 1>),
+    ) {
         let one = T::from_f64(1.0);
-        loads.point_dampings(&self.nodes(), &mut |PointDamping { segment, fraction, damping }| {
-            // The root does not move.
-            let inner = if segment > 0 { velocities[segment - 1] } else { zero() };
-            let rate = add(scale(one - fraction, inner), scale(fraction, velocities[segment]));
-            apply(Point { segment, fraction, force: scale(damping, rate) });
-        });
+        loads.point_dampings(
+            &self.nodes(),
+            &mut |PointDamping {
+                      segment,
+                      fraction,
+                      damping,
+                  }| {
+                // The root does not move.
+                let inner = if segment > 0 {
+                    velocities[segment - 1]
+                } else {
+                    zero()
+                };
+                let rate = add(
+                    scale(one - fraction, inner),
+                    scale(fraction, velocities[segment]),
+                );
+                apply(Point {
+                    segment,
+                    fraction,
+                    force: scale(damping, rate),
+                });
+            },
+        );
     }
 
     #[inline(never)]
-    fn point_changes(&self, loads: &dyn NodeLoads<T>, _: Nodes<'_, T, 1>, apply: &mut dyn FnMut(PointChange<T, 1>)) {
-        loads.point_dampings(&self.nodes(), &mut |PointDamping { segment, fraction, damping }| {
-            let shares = [T::from_f64(1.0) - fraction, fraction];
-            let change =
-                |force: T, motion: T| LoadTangent { position: [zero()], velocity: [[force * motion * damping]] };
-            apply(PointChange { segment, ends: shares.map(|force| shares.map(|motion| change(force, motion))) });
-        });
+    fn point_changes(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        _: Nodes<'_, T, 1>,
+        apply: &mut dyn FnMut(PointChange<T, 1>),
+    ) {
+        loads.point_dampings(
+            &self.nodes(),
+            &mut |PointDamping {
+                      segment,
+                      fraction,
+                      damping,
+                  }| {
+                let shares = [T::from_f64(1.0) - fraction, fraction];
+                let change = |force: T, motion: T| LoadTangent {
+                    position: [zero()],
+                    velocity: [[force * motion * damping]],
+                };
+                apply(PointChange {
+                    segment,
+                    ends: shares.map(|force| shares.map(|motion| change(force, motion))),
+                });
+            },
+        );
     }
 }
 
@@ -557,12 +802,15 @@ fn run_planar<T: Lanewise>(dynamics: &mut PlanarDynamics<T>, task: PlanarTask<'_
         PlanarTask::Motion(Task::Factorise(step)) if step.trial.loads.loads_points() => {
             dispatch(PlanarFactorisation::<_, true> { dynamics, step });
         }
-        PlanarTask::Motion(Task::Factorise(step)) => dispatch(PlanarFactorisation::<_, false> { dynamics, step }),
+        PlanarTask::Motion(Task::Factorise(step)) => {
+            dispatch(PlanarFactorisation::<_, false> { dynamics, step })
+        }
         task => dispatch(PlanarRecursion { dynamics, task }),
     }
 }
 
-/// A factorisation of the matrices of a motion and of its variation, of a chain with or without loads at points of its segments.
+/// A factorisation of the matrices of a motion and of its variation, of a chain with or without
+/// loads at points of its segments.
 struct PlanarFactorisation<'a, T, const POINTS: bool> {
     dynamics: &'a mut PlanarDynamics<T>,
     step: Factorise<'a, T>,
@@ -575,10 +823,18 @@ impl<T: Lanewise, const POINTS: bool> Loop for PlanarFactorisation<'_, T, POINTS
 
     #[inline(always)]
     fn run(self) {
-        let PlanarDynamics { chain, angles, memory, lateral } = self.dynamics;
+        let PlanarDynamics {
+            chain,
+            angles,
+            memory,
+            lateral,
+        } = self.dynamics;
         let posture = Planar::new(&*chain, angles, self.step.trial.at);
         recursion::factorise::<T, _, 1, 2, POINTS>(memory, &posture, &self.step);
-        let posture = Lateral { planar: posture, motion: memory };
+        let posture = Lateral {
+            planar: posture,
+            motion: memory,
+        };
         recursion::factorise::<T, _, 1, 1, POINTS>(lateral, &posture, &self.step);
     }
 }
@@ -596,7 +852,12 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
 
     #[inline(always)]
     fn run(self) {
-        let PlanarDynamics { chain, angles, memory, lateral } = self.dynamics;
+        let PlanarDynamics {
+            chain,
+            angles,
+            memory,
+            lateral,
+        } = self.dynamics;
         let (chain, n) = (&*chain, chain.segments());
         match self.task {
             PlanarTask::Motion(task) => {
@@ -606,7 +867,10 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
                 recursion::perform(memory, n, |at| Planar::new(chain, angles, at), task);
             }
             PlanarTask::Lateral(at, loads, result) => {
-                let posture = Lateral { planar: Planar::new(chain, angles, at), motion: memory };
+                let posture = Lateral {
+                    planar: Planar::new(chain, angles, at),
+                    motion: memory,
+                };
                 recursion::accelerations(lateral, &posture, loads, result);
             }
             PlanarTask::Variation(trial, weights, correction) => {
@@ -615,7 +879,10 @@ impl<T: Lanewise> Loop for PlanarRecursion<'_, T> {
                     recursion::shift::<T, Planar<'_, T>, 1, 2>(memory, n, correction, weights);
                     recursion::load(memory, &posture, trial.loads);
                 }
-                let posture = Lateral { planar: posture, motion: memory };
+                let posture = Lateral {
+                    planar: posture,
+                    motion: memory,
+                };
                 recursion::correction(lateral, &posture, trial, correction);
             }
         }

@@ -5,10 +5,16 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A real number, or several side by side.
 ///
-/// The generated kernels and the loops over them are generic over this trait, so that one source serves one
-/// simulation and many.
+/// The generated kernels and the loops over them are generic over this trait, so that one source
+/// serves one simulation and many.
 pub trait Real:
-    Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
 {
     /// Zero.
     const ZERO: Self;
@@ -101,7 +107,11 @@ pub struct LaneSet(u64);
 impl LaneSet {
     /// The first `count` lanes.
     pub fn first(count: usize) -> Self {
-        Self(if count >= 64 { u64::MAX } else { (1 << count) - 1 })
+        Self(if count >= 64 {
+            u64::MAX
+        } else {
+            (1 << count) - 1
+        })
     }
 
     /// True if the set is empty.

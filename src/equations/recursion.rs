@@ -1,29 +1,39 @@
 //! O(n) dynamics of a chain by recursion over its segments, whatever coordinates and vectors have.
 //!
-//! The chain is a tree without branches. Seen from its inner end `x_{k−1}`, everything outside joint `k` is a
-//! body that responds to an acceleration with a force. The recursion carries this response from the tip to the root (the
-//! articulated-body recursion of Featherstone 1983, with blocks of the size of a node, because a node only translates). An
-//! implicit step also couples neighbours through the joints. This widens the block by the coordinates of the segment inside it.
+//! The chain is a tree without branches. Seen from its inner end `x_{k−1}`, everything outside
+//! joint `k` is a body that responds to an acceleration with a force. The recursion carries this
+//! response from the tip to the root (the articulated-body recursion of Featherstone 1983, with
+//! blocks of the size of a node, because a node only translates). An implicit step also couples
+//! neighbours through the joints. This widens the block by the coordinates of the segment inside
+//! it.
 //!
-//! A segment has `D` coordinates, and a node moves in `S` dimensions: 2 and 3 in space, 1 and 2 in the plane of rotation, 1 and
-//! 1 for the lateral variation of a planar motion. A [`Posture`] knows the kernels.
+//! A segment has `D` coordinates, and a node moves in `S` dimensions: 2 and 3 in space, 1 and 2 in
+//! the plane of rotation, 1 and 1 for the lateral variation of a planar motion. A [`Posture`] knows
+//! the kernels.
 //!
 //! Coordinates come in blocks of two, of which a posture uses one or both.
 
 use super::kernels::{Joint, JointEnergy, JointTangent, Segment, SegmentEnergy, SegmentTangent};
 use super::linear::{
-    add, add_matrices, in_lane, invert, mul, mul_transposed, negative, product, scale, select, sub, sub_matrices,
-    transposed_product, unrolled, zero, zero_matrix,
+    add, add_matrices, in_lane, invert, mul, mul_transposed, negative, product, scale, select, sub,
+    sub_matrices, transposed_product, unrolled, zero, zero_matrix,
 };
 use super::tasks::{Factorise, Task, Trial};
-use super::{ChainState, Clamp, Energies, LaneSet, Lanewise, NodeLoads, NodeMotion, Real, StepWeights};
+use super::{
+    ChainState, Clamp, Energies, LaneSet, Lanewise, NodeLoads, NodeMotion, Real, StepWeights,
+};
 
 impl<T: Real, const D: usize> JointTangent<T, D> {
     /// That of the clamp joint, which has no segment inside.
     #[inline(always)]
     pub(super) fn at_clamp(next_next: [[T; D]; D]) -> Self {
         let none = zero_matrix();
-        Self { previous_previous: none, previous_next: none, next_previous: none, next_next }
+        Self {
+            previous_previous: none,
+            previous_next: none,
+            next_previous: none,
+            next_next,
+        }
     }
 }
 
@@ -69,7 +79,10 @@ pub(super) struct Placed<'a, T, const S: usize> {
 impl<T: Lanewise, const S: usize> NodeMotion for Placed<'_, T, S> {
     fn node(&self, index: usize, lane: usize) -> [[f64; 3]; 2] {
         match index.checked_sub(1) {
-            None => [in_lane(&self.clamp.position, lane), in_lane(&self.clamp.velocity, lane)],
+            None => [
+                in_lane(&self.clamp.position, lane),
+                in_lane(&self.clamp.velocity, lane),
+            ],
             Some(k) => self.nodes.map(|vectors| {
                 let mut node = [0.0; 3];
                 node[..S].copy_from_slice(&in_lane(&vectors[k], lane));
@@ -83,12 +96,16 @@ impl<T: Real> Clamp<T> {
     /// The root under `gravity`.
     #[inline(always)]
     pub(super) fn root(&self, gravity: [T; 3]) -> Root<T, 3> {
-        Root { position: self.position, velocity: self.velocity, acceleration: sub(self.acceleration, gravity) }
+        Root {
+            position: self.position,
+            velocity: self.velocity,
+            acceleration: sub(self.acceleration, gravity),
+        }
     }
 }
 
-/// A chain at one state. It holds the constants of the whole chain by value, so that the compiler can keep them in registers. It
-/// would read constants behind a reference again after every write.
+/// A chain at one state. It holds the constants of the whole chain by value, so that the compiler
+/// can keep them in registers. It would read constants behind a reference again after every write.
 pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     /// Number of segments.
     fn segments(&self) -> usize;
@@ -139,18 +156,36 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, D>;
 
     /// How the load on node `k` changes.
-    fn load_tangent(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; S]; 2]) -> Option<LoadTangent<T, S>>;
+    fn load_tangent(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        k: usize,
+        node: [[T; S]; 2],
+    ) -> Option<LoadTangent<T, S>>;
 
     /// Calls `apply` with the loads at points of segments.
-    fn points(&self, loads: &dyn NodeLoads<T>, nodes: Nodes<'_, T, S>, apply: &mut dyn FnMut(Point<T, S>));
+    fn points(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        nodes: Nodes<'_, T, S>,
+        apply: &mut dyn FnMut(Point<T, S>),
+    );
 
     /// Calls `apply` with how they change.
-    fn point_changes(&self, loads: &dyn NodeLoads<T>, nodes: Nodes<'_, T, S>, apply: &mut dyn FnMut(PointChange<T, S>));
+    fn point_changes(
+        &self,
+        loads: &dyn NodeLoads<T>,
+        nodes: Nodes<'_, T, S>,
+        apply: &mut dyn FnMut(PointChange<T, S>),
+    );
 }
 
 /// A chain whose energies are known.
-pub(super) trait Energetic<T: Real, const D: usize, const S: usize>: Posture<T, D, S> {
-    /// Kinetic energy and energy of gravity of segment `k`, whose inner end is at `position` and moves at `velocity`.
+pub(super) trait Energetic<T: Real, const D: usize, const S: usize>:
+    Posture<T, D, S>
+{
+    /// Kinetic energy and energy of gravity of segment `k`, whose inner end is at `position` and
+    /// moves at `velocity`.
     fn segment_energy(&self, k: usize, position: [T; S], velocity: [T; S]) -> SegmentEnergy<T>;
 
     /// Energy of the spring and dissipation function of the damper at the inner end of segment `k`.
@@ -162,10 +197,12 @@ pub(super) trait Energetic<T: Real, const D: usize, const S: usize>: Posture<T, 
 struct Elimination<T, const D: usize, const S: usize> {
     /// Inverse of the pivot.
     pivot: [[T; D]; D],
-    /// Effect of the segment's own `δq̈` on the force at its inner node and the torque on its inner neighbour.
+    /// Effect of the segment's own `δq̈` on the force at its inner node and the torque on its inner
+    /// neighbour.
     force: [[T; D]; S],
     torque: [[T; D]; D],
-    /// Effect of the inner node's `δẍ` and the inner neighbour's `δq̈` on the segment's own `δq̈`, with the pivot applied.
+    /// Effect of the inner node's `δẍ` and the inner neighbour's `δq̈` on the segment's own `δq̈`,
+    /// with the pivot applied.
     from_node: [[T; S]; D],
     from_neighbour: [[T; D]; D],
     /// `∂ẍ'/∂q̈` along the step.
@@ -218,7 +255,8 @@ pub(super) struct Memory<T, const D: usize, const S: usize> {
     partial: Vec<[T; D]>,
     /// Scratch of [`accelerations`].
     responses: Vec<Response<T, D, S>>,
-    /// Shares of the ends of the segments in the loads at points of segments, from the root to the tip.
+    /// Shares of the ends of the segments in the loads at points of segments, from the root to the
+    /// tip.
     point_forces: Vec<[T; S]>,
     /// Whether `base_forces` carry them too.
     carries_points: bool,
@@ -226,7 +264,8 @@ pub(super) struct Memory<T, const D: usize, const S: usize> {
     point_blocks: Vec<Blocks<T, S>>,
 }
 
-/// How the forces on both ends of a segment from loads on it change along a step with the accelerations of these ends.
+/// How the forces on both ends of a segment from loads on it change along a step with the
+/// accelerations of these ends.
 type Blocks<T, const S: usize> = [[[[T; S]; S]; 2]; 2];
 
 impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
@@ -240,7 +279,12 @@ impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
             from_neighbour: zero_matrix(),
             outer: zero_matrix(),
         };
-        let response = Response { own: zero(), from_node: zero_matrix(), jacobian: zero_matrix(), bias: zero() };
+        let response = Response {
+            own: zero(),
+            from_node: zero_matrix(),
+            jacobian: zero_matrix(),
+            bias: zero(),
+        };
         Self {
             jacobians: vec![zero_matrix(); n],
             positions: vec![zero(); n],
@@ -259,8 +303,8 @@ impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
     }
 }
 
-/// Carries out `task` on a chain of `n` segments, whose sines and cosines are those of the task. `posture` makes the posture at the
-/// state that it is given.
+/// Carries out `task` on a chain of `n` segments, whose sines and cosines are those of the task.
+/// `posture` makes the posture at the state that it is given.
 #[inline(always)]
 pub(super) fn perform<'a, T: Lanewise, P: Energetic<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -283,7 +327,9 @@ pub(super) fn perform<'a, T: Lanewise, P: Energetic<T, D, S>, const D: usize, co
         Task::Factorise(_) => unreachable!("a factorisation has a function of its own"),
         Task::Solve(right_side) => solve::<T, P, D, S>(memory, n, right_side),
         Task::Shift(correction, weights) => shift::<T, P, D, S>(memory, n, correction, weights),
-        Task::Displacements(change, result) => displacements::<T, P, D, S>(memory, n, change, result),
+        Task::Displacements(change, result) => {
+            displacements::<T, P, D, S>(memory, n, change, result)
+        }
         Task::Torques(forces, result) => torques::<T, P, D, S>(memory, n, forces, result),
         Task::Dissipation(at, result) => *result = dissipation(&posture(at)),
     }
@@ -306,10 +352,23 @@ pub(super) fn energies<T: Real, P: Energetic<T, D, S>, const D: usize, const S: 
     clamp_torque_power: T,
 ) -> Energies<T> {
     let none = T::ZERO;
-    let mut energies = Energies { kinetic: none, spring: none, gravity: none, dissipation: none, clamp_torque_power };
-    let Root { mut position, mut velocity, .. } = posture.root();
+    let mut energies = Energies {
+        kinetic: none,
+        spring: none,
+        gravity: none,
+        dissipation: none,
+        clamp_torque_power,
+    };
+    let Root {
+        mut position,
+        mut velocity,
+        ..
+    } = posture.root();
     for k in 0..posture.segments() {
-        let (segment, joint) = (posture.segment_energy(k, position, velocity), posture.inner_joint_energy(k));
+        let (segment, joint) = (
+            posture.segment_energy(k, position, velocity),
+            posture.inner_joint_energy(k),
+        );
         energies.kinetic = energies.kinetic + segment.kinetic;
         energies.gravity = energies.gravity + segment.gravity;
         energies.spring = energies.spring + joint.spring;
@@ -327,7 +386,11 @@ pub(super) fn place<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
 ) {
     let n = posture.segments();
     let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
-    let Root { mut position, mut velocity, .. } = posture.root();
+    let Root {
+        mut position,
+        mut velocity,
+        ..
+    } = posture.root();
     for k in 0..n {
         let segment = posture.segment(k);
         position = add(position, segment.reach);
@@ -347,19 +410,30 @@ pub(super) fn track<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
     let accelerations = &accelerations[..n];
     let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
     let base_accelerations = &mut memory.base_accelerations[..n + 1];
-    let Root { mut position, mut velocity, acceleration: mut base } = posture.root();
+    let Root {
+        mut position,
+        mut velocity,
+        acceleration: mut base,
+    } = posture.root();
     for k in 0..n {
         let segment = posture.segment(k);
         position = add(position, segment.reach);
         velocity = add(velocity, segment.reach_rate);
         (positions[k], velocities[k]) = (position, velocity);
         base_accelerations[k] = base;
-        base = add(base, add(mul(&segment.reach_jacobian, P::take(accelerations[k])), segment.reach_bias));
+        base = add(
+            base,
+            add(
+                mul(&segment.reach_jacobian, P::take(accelerations[k])),
+                segment.reach_bias,
+            ),
+        );
     }
     base_accelerations[n] = base;
 }
 
-/// Solves `M q̈ = f + Q` for `q̈`, into `accelerations`. With loads, the nodes must have been placed.
+/// Solves `M q̈ = f + Q` for `q̈`, into `accelerations`. With loads, the nodes must have been
+/// placed.
 #[inline(always)]
 pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -371,7 +445,12 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
     let accelerations = &mut accelerations[..n];
     let loaded = Loaded::new(posture, loads);
     let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
-    let point_forces = loaded.point_forces(posture, loads, [positions, velocities], &mut memory.point_forces);
+    let point_forces = loaded.point_forces(
+        posture,
+        loads,
+        [positions, velocities],
+        &mut memory.point_forces,
+    );
     let responses = &mut memory.responses[..n];
     // The outer chain responds to ẍ at its inner node with A ẍ + b. A is symmetric.
     let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero::<T, S>());
@@ -393,7 +472,10 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
         let outer = add(mul(&a, segment.reach_bias), b);
         let spread = product(&a, jacobian);
         let coupling = add_matrices(&segment.coupling, &spread);
-        let pivot = invert(&add_matrices(&segment.inertia, &transposed_product(jacobian, &spread)));
+        let pivot = invert(&add_matrices(
+            &segment.inertia,
+            &transposed_product(jacobian, &spread),
+        ));
         let torque = sub(sub(torque, segment.bias), mul_transposed(jacobian, outer));
         // (Uᵀ premultiplied by the pivot, which is symmetric here.)
         let mut from_node = zero_matrix::<T, D, S>();
@@ -414,12 +496,22 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
             a[row][row] = posture.mass(k) + a[row][row];
         });
         b = add(add(segment.base_bias, outer), mul(&coupling, own));
-        responses[k] = Response { own, from_node, jacobian: *jacobian, bias: segment.reach_bias };
+        responses[k] = Response {
+            own,
+            from_node,
+            jacobian: *jacobian,
+            bias: segment.reach_bias,
+        };
     }
 
     let mut base = posture.root().acceleration;
     for k in 0..n {
-        let Response { own, from_node, jacobian, bias } = &responses[k];
+        let Response {
+            own,
+            from_node,
+            jacobian,
+            bias,
+        } = &responses[k];
         let acceleration = sub(*own, mul(from_node, base));
         base = add(base, add(mul(jacobian, acceleration), *bias));
         P::put(&mut accelerations[k], acceleration);
@@ -431,7 +523,11 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
 pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    Trial { accelerations, loads, .. }: Trial<'_, T>,
+    Trial {
+        accelerations,
+        loads,
+        ..
+    }: Trial<'_, T>,
     residual: &mut [[T; 2]],
 ) {
     sum_outwards(memory, posture, accelerations, residual);
@@ -443,13 +539,17 @@ pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: us
     memory.root_force = forces.force;
 }
 
-/// [`residual`] and [`solve`] in one: into `correction` the `δq̈` that Newton's method subtracts from `q̈`. The elimination
-/// runs inwards beside the forces, so that neither waits for the other.
+/// [`residual`] and [`solve`] in one: into `correction` the `δq̈` that Newton's method subtracts
+/// from `q̈`. The elimination runs inwards beside the forces, so that neither waits for the other.
 #[inline(always)]
 pub(super) fn correction<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    Trial { accelerations, loads, .. }: Trial<'_, T>,
+    Trial {
+        accelerations,
+        loads,
+        ..
+    }: Trial<'_, T>,
     correction: &mut [[T; 2]],
 ) {
     let n = posture.segments();
@@ -464,8 +564,8 @@ pub(super) fn correction<T: Real, P: Posture<T, D, S>, const D: usize, const S: 
     substitute::<T, P, D, S>(memory, n, correction);
 }
 
-/// Sums positions, velocities and accelerations from the root to the tip. Into `residual` goes what needs no force at the outer
-/// node.
+/// Sums positions, velocities and accelerations from the root to the tip. Into `residual` goes what
+/// needs no force at the outer node.
 #[inline(always)]
 fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -476,10 +576,17 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     let n = posture.segments();
     let (accelerations, residual) = (&accelerations[..n], &mut residual[..n]);
     let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
-    let (jacobians, base_accelerations) = (&mut memory.jacobians[..n], &mut memory.base_accelerations[..n + 1]);
+    let (jacobians, base_accelerations) = (
+        &mut memory.jacobians[..n],
+        &mut memory.base_accelerations[..n + 1],
+    );
     let base_forces = &mut memory.base_forces[..n];
 
-    let Root { mut position, mut velocity, acceleration: mut base } = posture.root();
+    let Root {
+        mut position,
+        mut velocity,
+        acceleration: mut base,
+    } = posture.root();
     // For the segment before, which still lacks the torque of its outer joint.
     let mut pending = zero();
     for k in 0..n {
@@ -490,11 +597,20 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
             P::put(&mut residual[k - 1], sub(pending, joint.previous));
         }
         let inertial = add(mul(&segment.inertia, acceleration), segment.bias);
-        pending = sub(add(inertial, mul_transposed(&segment.coupling, base)), joint.next);
+        pending = sub(
+            add(inertial, mul_transposed(&segment.coupling, base)),
+            joint.next,
+        );
         let own = add(mul(&segment.coupling, acceleration), segment.base_bias);
         base_forces[k] = add(scale(posture.mass(k), base), own);
         base_accelerations[k] = base;
-        base = add(base, add(mul(&segment.reach_jacobian, acceleration), segment.reach_bias));
+        base = add(
+            base,
+            add(
+                mul(&segment.reach_jacobian, acceleration),
+                segment.reach_bias,
+            ),
+        );
         position = add(position, segment.reach);
         velocity = add(velocity, segment.reach_rate);
         (positions[k], velocities[k]) = (position, velocity);
@@ -520,10 +636,15 @@ impl<'a> Loaded<'a> {
         loads: &'a dyn NodeLoads<T>,
     ) -> Self {
         let any = posture.is_loaded(loads);
-        Self { any, lanes: loads.lanes(), points: any && loads.loads_points() }
+        Self {
+            any,
+            lanes: loads.lanes(),
+            points: any && loads.loads_points(),
+        }
     }
 
-    /// The shares of the ends of the segments in the loads at points of segments, from the root to the tip.
+    /// The shares of the ends of the segments in the loads at points of segments, from the root to
+    /// the tip.
     #[inline(always)]
     fn point_forces<'f, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
         self,
@@ -534,10 +655,19 @@ impl<'a> Loaded<'a> {
     ) -> &'f [[T; S]] {
         if self.points {
             forces.fill(zero());
-            posture.points(loads, nodes, &mut |Point { segment, fraction, force }| {
-                forces[segment] = add(forces[segment], scale(T::from_f64(1.0) - fraction, force));
-                forces[segment + 1] = add(forces[segment + 1], scale(fraction, force));
-            });
+            posture.points(
+                loads,
+                nodes,
+                &mut |Point {
+                          segment,
+                          fraction,
+                          force,
+                      }| {
+                    forces[segment] =
+                        add(forces[segment], scale(T::from_f64(1.0) - fraction, force));
+                    forces[segment + 1] = add(forces[segment + 1], scale(fraction, force));
+                },
+            );
         }
         &forces[..=posture.segments()]
     }
@@ -548,7 +678,8 @@ impl<'a> Loaded<'a> {
     }
 }
 
-/// How the shares of the ends of the segments in the loads at points of segments change along a step.
+/// How the shares of the ends of the segments in the loads at points of segments change along a
+/// step.
 #[inline(always)]
 fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     posture: &P,
@@ -563,7 +694,10 @@ fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
         for (block, LoadTangent { position, velocity }) in blocks.zip(ends.as_flattened()) {
             for row in 0..S {
                 let elastic = scale(weights.coordinates, position[row]);
-                block[row] = add(block[row], add(elastic, scale(weights.rates, velocity[row])));
+                block[row] = add(
+                    block[row],
+                    add(elastic, scale(weights.rates, velocity[row])),
+                );
             }
         }
     });
@@ -597,7 +731,12 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
         let loaded = Loaded::new(posture, loads);
         let mut force = zero();
         if loaded.points {
-            let points = loaded.point_forces(posture, loads, [positions, velocities], &mut memory.point_forces);
+            let points = loaded.point_forces(
+                posture,
+                loads,
+                [positions, velocities],
+                &mut memory.point_forces,
+            );
             for (base, point) in memory.base_forces.iter_mut().zip(points) {
                 *base = sub(*base, *point);
             }
@@ -623,7 +762,9 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
     fn add(&mut self, k: usize) -> [T; S] {
         let mut force = self.force;
         if self.loaded.at(k)
-            && let Some(load) = self.posture.load(self.loads, k, [self.positions[k], self.velocities[k]])
+            && let Some(load) =
+                self.posture
+                    .load(self.loads, k, [self.positions[k], self.velocities[k]])
         {
             force = sub(force, load);
         }
@@ -632,7 +773,8 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
         force
     }
 
-    /// [`Forces::add`]. Returns the residual of segment `k`, of which `inertial` needs no force at the outer node.
+    /// [`Forces::add`]. Returns the residual of segment `k`, of which `inertial` needs no force at
+    /// the outer node.
     #[inline(always)]
     fn residual(&mut self, k: usize, inertial: [T; D]) -> [T; D] {
         let force = self.add(k);
@@ -640,7 +782,8 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
     }
 }
 
-/// The forces inside the chain at the point of the last [`residual`], but with the loads that the nodes carry where they are now.
+/// The forces inside the chain at the point of the last [`residual`], but with the loads that the
+/// nodes carry where they are now.
 #[inline(always)]
 pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -660,25 +803,47 @@ pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>
 
 /// Factorises `∂(residual)/∂q̈` along a step, in `lanes`, at the point of the last [`residual`].
 ///
-/// With `POINTS` there may be loads at points of segments: code for them slows the loop even where there are none.
+/// With `POINTS` there may be loads at points of segments: code for them slows the loop even where
+/// there are none.
 #[inline(always)]
-pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const S: usize, const POINTS: bool>(
+pub(super) fn factorise<
+    T: Lanewise,
+    P: Posture<T, D, S>,
+    const D: usize,
+    const S: usize,
+    const POINTS: bool,
+>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    &Factorise { trial: Trial { accelerations, loads, .. }, weights, lanes }: &Factorise<'_, T>,
+    &Factorise {
+        trial: Trial {
+            accelerations,
+            loads,
+            ..
+        },
+        weights,
+        lanes,
+    }: &Factorise<'_, T>,
 ) {
     let n = posture.segments();
     let accelerations = &accelerations[..n];
     let (positions, velocities) = (&memory.positions[..n], &memory.velocities[..n]);
-    let (base_accelerations, outer_forces) = (&memory.base_accelerations[..n], &memory.outer_forces[..n]);
+    let (base_accelerations, outer_forces) =
+        (&memory.base_accelerations[..n], &memory.outer_forces[..n]);
     let eliminations = &mut memory.eliminations[..n];
-    let (loaded, whole) = (Loaded::new(posture, loads), lanes == LaneSet::first(T::LANES));
+    let (loaded, whole) = (
+        Loaded::new(posture, loads),
+        lanes == LaneSet::first(T::LANES),
+    );
     let blocks = &mut memory.point_blocks;
-    let point_blocks =
-        if POINTS { point_blocks(posture, loads, [positions, velocities], weights, blocks) } else { &[] };
+    let point_blocks = if POINTS {
+        point_blocks(posture, loads, [positions, velocities], weights, blocks)
+    } else {
+        &[]
+    };
 
-    // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the force
-    // A δẍ + B δq̈ and the torque C δẍ + D δq̈.
+    // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the
+    // force A δẍ + B δq̈ and the torque C δẍ + D δq̈.
     let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero_matrix::<T, S, D>());
     let (mut c, mut d) = (zero_matrix::<T, D, S>(), zero_matrix::<T, D, D>());
     for k in (0..n).rev() {
@@ -698,7 +863,13 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
         let segment = posture.segment(k);
         let jacobian = &segment.reach_jacobian;
         let acceleration = P::take(accelerations[k]);
-        let tangent = posture.segment_tangent(k, acceleration, base_accelerations[k], outer_forces[k], weights);
+        let tangent = posture.segment_tangent(
+            k,
+            acceleration,
+            base_accelerations[k],
+            outer_forces[k],
+            weights,
+        );
         let joint = posture.inner_joint_tangent(k, weights);
         let outer = &tangent.outer_acceleration;
         let spread = add_matrices(&product(&a, outer), &b);
@@ -713,11 +884,15 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
         });
         let mut force = add_matrices(&tangent.base_force, &spread);
         if POINTS {
-            // The force on the outer end changes with the inner end, and that on the inner end with both.
+            // The force on the outer end changes with the inner end, and that on the inner end with
+            // both.
             let [[inner_inner, inner_outer], [outer_inner, _]] = &point_blocks[k];
             coupling = sub_matrices(&coupling, &transposed_product(jacobian, outer_inner));
             force = sub_matrices(&force, &product(inner_outer, outer));
-            a = sub_matrices(&a, &add_matrices(outer_inner, &add_matrices(inner_outer, inner_inner)));
+            a = sub_matrices(
+                &a,
+                &add_matrices(outer_inner, &add_matrices(inner_outer, inner_inner)),
+            );
         }
         let from_node = product(&pivot, &coupling);
         let from_neighbour = product(&pivot, &joint.next_previous);
@@ -730,8 +905,19 @@ pub(super) fn factorise<T: Lanewise, P: Posture<T, D, S>, const D: usize, const 
         b = negative(&product(&force, &from_neighbour));
         c = negative(&product(&torque, &from_node));
         d = sub_matrices(&joint.previous_previous, &product(&torque, &from_neighbour));
-        let elimination = Elimination { pivot, force, torque, from_node, from_neighbour, outer: *outer };
-        eliminations[k] = if whole { elimination } else { elimination.select(lanes, &eliminations[k]) };
+        let elimination = Elimination {
+            pivot,
+            force,
+            torque,
+            from_node,
+            from_neighbour,
+            outer: *outer,
+        };
+        eliminations[k] = if whole {
+            elimination
+        } else {
+            elimination.select(lanes, &eliminations[k])
+        };
     }
 }
 
@@ -751,7 +937,8 @@ pub(super) fn solve<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
     substitute::<T, P, D, S>(memory, n, right_side);
 }
 
-/// The inward half of a solution: what the segments outside the present one leave to those inside it.
+/// The inward half of a solution: what the segments outside the present one leave to those inside
+/// it.
 struct Reduction<T, const D: usize, const S: usize> {
     force: [T; S],
     torque: [T; D],
@@ -760,13 +947,25 @@ struct Reduction<T, const D: usize, const S: usize> {
 impl<T: Real, const D: usize, const S: usize> Reduction<T, D, S> {
     #[inline(always)]
     fn new() -> Self {
-        Self { force: zero(), torque: zero() }
+        Self {
+            force: zero(),
+            torque: zero(),
+        }
     }
 
-    /// `δq̈` of the next segment inwards for its `right_side`, with its inner node and its inner neighbour at rest.
+    /// `δq̈` of the next segment inwards for its `right_side`, with its inner node and its inner
+    /// neighbour at rest.
     #[inline(always)]
-    fn reduce(&mut self, elimination: &Elimination<T, D, S>, jacobian: &[[T; D]; S], right_side: [T; D]) -> [T; D] {
-        let own = sub(sub(right_side, mul_transposed(jacobian, self.force)), self.torque);
+    fn reduce(
+        &mut self,
+        elimination: &Elimination<T, D, S>,
+        jacobian: &[[T; D]; S],
+        right_side: [T; D],
+    ) -> [T; D] {
+        let own = sub(
+            sub(right_side, mul_transposed(jacobian, self.force)),
+            self.torque,
+        );
         let own = mul(&elimination.pivot, own);
         self.force = add(self.force, mul(&elimination.force, own));
         self.torque = mul(&elimination.torque, own);
@@ -781,11 +980,18 @@ fn substitute<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     n: usize,
     solution: &mut [[T; 2]],
 ) {
-    let (eliminations, partial, solution) = (&memory.eliminations[..n], &memory.partial[..n], &mut solution[..n]);
+    let (eliminations, partial, solution) = (
+        &memory.eliminations[..n],
+        &memory.partial[..n],
+        &mut solution[..n],
+    );
     let (mut base, mut neighbour) = (zero::<T, S>(), zero::<T, D>());
     for k in 0..n {
         let elimination = &eliminations[k];
-        let inner = add(mul(&elimination.from_node, base), mul(&elimination.from_neighbour, neighbour));
+        let inner = add(
+            mul(&elimination.from_node, base),
+            mul(&elimination.from_neighbour, neighbour),
+        );
         neighbour = sub(partial[k], inner);
         base = add(base, mul(&elimination.outer, neighbour));
         P::put(&mut solution[k], neighbour);
@@ -824,7 +1030,8 @@ fn torques<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     }
 }
 
-/// Moves the nodes to where a `correction`, subtracted from `q̈`, moves them within a step, to first order.
+/// Moves the nodes to where a `correction`, subtracted from `q̈`, moves them within a step, to
+/// first order.
 #[inline(always)]
 pub(super) fn shift<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,

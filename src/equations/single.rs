@@ -39,7 +39,12 @@ impl Real for f64 {
             block[..2 * q.len()].copy_from_slice(q.as_flattened());
             let (Lanes(sines), Lanes(cosines)) = Lanes(block).sin_cos();
             for (k, angles) in angles.iter_mut().enumerate() {
-                *angles = [sines[2 * k], cosines[2 * k], sines[2 * k + 1], cosines[2 * k + 1]];
+                *angles = [
+                    sines[2 * k],
+                    cosines[2 * k],
+                    sines[2 * k + 1],
+                    cosines[2 * k + 1],
+                ];
             }
         }
     }

@@ -5,7 +5,8 @@ use super::{ChainState, LaneSet, Lanewise, NodeLoads, StepWeights};
 /// Equations of motion of one chain, or of one per lane: [`Dynamics`](super::Dynamics) in space,
 /// [`PlanarDynamics`](super::PlanarDynamics) in the plane of rotation.
 ///
-/// Arrays are indexed by segment; `0` is the one at the clamp. What a block of coordinates holds is for the equations to say.
+/// Arrays are indexed by segment; `0` is the one at the clamp. What a block of coordinates holds is
+/// for the equations to say.
 pub trait ChainDynamics<T: Lanewise> {
     #[doc(hidden)]
     fn run(&mut self, task: Task<'_, T>);
@@ -26,7 +27,8 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Track(at, accelerations));
     }
 
-    /// The [`Energies::dissipation`](super::Energies::dissipation) alone in W, at the `q` of the last call that took it.
+    /// The [`Energies::dissipation`](super::Energies::dissipation) alone in W, at the `q` of the
+    /// last call that took it.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -36,10 +38,11 @@ pub trait ChainDynamics<T: Lanewise> {
         result
     }
 
-    /// Moves the nodes to their positions after `correction` (rad/s²) is subtracted from the `q̈` of the last
-    /// [`ChainDynamics::residual`], and its products with `weights` from `q̇` and `q`.
+    /// Moves the nodes to their positions after `correction` (rad/s²) is subtracted from the `q̈`
+    /// of the last [`ChainDynamics::residual`], and its products with `weights` from `q̇` and `q`.
     ///
-    /// This is first order in the correction. In the velocities, `w_v |q̇|` is neglected compared with one.
+    /// This is first order in the correction. In the velocities, `w_v |q̇|` is neglected compared
+    /// with one.
     ///
     /// # Panics
     /// If the slice is shorter than the chain.
@@ -47,8 +50,8 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Shift(correction, weights));
     }
 
-    /// How the nodes move with a small `change` of the coordinates (rad), into `displacements` (m), at the state of the last
-    /// [`ChainDynamics::residual`].
+    /// How the nodes move with a small `change` of the coordinates (rad), into `displacements` (m),
+    /// at the state of the last [`ChainDynamics::residual`].
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -56,7 +59,8 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Displacements(change, displacements));
     }
 
-    /// The generalised forces of `forces` (N) on the nodes, into `torques` (N m), at the state of the last
+    /// The generalised forces of `forces` (N) on the nodes, into `torques` (N m), at the state of
+    /// the last
     /// [`ChainDynamics::residual`]: the transpose of [`ChainDynamics::displacements`].
     ///
     /// # Panics
@@ -68,12 +72,17 @@ pub trait ChainDynamics<T: Lanewise> {
     /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
     ///
     /// Exact up to rounding: solves `M q̈ = f + Q` by elimination from the tip to the root, without
-    /// forming `M`. Joint torques are exact to one rounding of `c`. In a nearly straight filament, small
-    /// components are therefore known to some 1e-16 of the torque at a bend of one radian.
+    /// forming `M`. Joint torques are exact to one rounding of `c`. In a nearly straight filament,
+    /// small components are therefore known to some 1e-16 of the torque at a bend of one radian.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
-    fn accelerations(&mut self, at: ChainState<'_, T>, loads: &impl NodeLoads<T>, accelerations: &mut [[T; 2]]) {
+    fn accelerations(
+        &mut self,
+        at: ChainState<'_, T>,
+        loads: &impl NodeLoads<T>,
+        accelerations: &mut [[T; 2]],
+    ) {
         self.run(Task::Accelerations(at, loads, accelerations));
     }
 
@@ -88,11 +97,19 @@ pub trait ChainDynamics<T: Lanewise> {
         loads: &impl NodeLoads<T>,
         residual: &mut [[T; 2]],
     ) {
-        self.run(Task::Residual(Trial { at, accelerations, loads }, residual));
+        self.run(Task::Residual(
+            Trial {
+                at,
+                accelerations,
+                loads,
+            },
+            residual,
+        ));
     }
 
-    /// [`ChainDynamics::residual`] and [`ChainDynamics::solve`] in one: into `correction` the change of `q̈` (rad/s²) that Newton's method
-    /// subtracts, with the matrix of the last [`ChainDynamics::factorise`].
+    /// [`ChainDynamics::residual`] and [`ChainDynamics::solve`] in one: into `correction` the
+    /// change of `q̈` (rad/s²) that Newton's method subtracts, with the matrix of the last
+    /// [`ChainDynamics::factorise`].
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -103,10 +120,18 @@ pub trait ChainDynamics<T: Lanewise> {
         loads: &impl NodeLoads<T>,
         correction: &mut [[T; 2]],
     ) {
-        self.run(Task::Correction(Trial { at, accelerations, loads }, correction));
+        self.run(Task::Correction(
+            Trial {
+                at,
+                accelerations,
+                loads,
+            },
+            correction,
+        ));
     }
 
-    /// Solves the factorised system for `right_side` (N m), which becomes the change of `q̈` (rad/s²).
+    /// Solves the factorised system for `right_side` (N m), which becomes the change of `q̈`
+    /// (rad/s²).
     ///
     /// # Panics
     /// If the slice is shorter than the chain.
@@ -114,13 +139,15 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Solve(right_side));
     }
 
-    /// Factorises the matrix of Newton's method, `∂(residual)/∂q̈` along a step of the given weights, at the
-    /// state of the last [`ChainDynamics::residual`], which must have been called with the same arguments.
+    /// Factorises the matrix of Newton's method, `∂(residual)/∂q̈` along a step of the given
+    /// weights, at the state of the last [`ChainDynamics::residual`], which must have been called
+    /// with the same arguments.
     ///
     /// Only in `lanes`: the others keep their matrix.
     ///
-    /// The matrix is exact except for one approximation: a loaded node is assumed to move by `w_q δẍ` (and at
-    /// `w_v δẍ`). This neglects `2 w_v |q̇|` compared with one. Newton's method converges to the same solution.
+    /// The matrix is exact except for one approximation: a loaded node is assumed to move by `w_q
+    /// δẍ` (and at `w_v δẍ`). This neglects `2 w_v |q̇|` compared with one. Newton's method
+    /// converges to the same solution.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -132,11 +159,20 @@ pub trait ChainDynamics<T: Lanewise> {
         weights: StepWeights<T>,
         lanes: LaneSet,
     ) {
-        self.run(Task::Factorise(Factorise { trial: Trial { at, accelerations, loads }, weights, lanes }));
+        self.run(Task::Factorise(Factorise {
+            trial: Trial {
+                at,
+                accelerations,
+                loads,
+            },
+            weights,
+            lanes,
+        }));
     }
 }
 
-/// A task for [`ChainDynamics`]: a method of the same name, with its arguments, of which the last takes the result.
+/// A task for [`ChainDynamics`]: a method of the same name, with its arguments, of which the last
+/// takes the result.
 pub enum Task<'a, T> {
     Place(ChainState<'a, T>),
     Track(ChainState<'a, T>, &'a [[T; 2]]),

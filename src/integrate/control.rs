@@ -37,19 +37,21 @@ pub struct Effort {
 
 /// The share of the effort that is free at the start, when a filament meets the workpiece.
 const FREE_SHARE: f64 = 0.2;
-/// The floor rises with this power of the work over its share: steeply, so that it is far below any step as long as the work is
-/// a fraction of its share.
+/// The floor rises with this power of the work over its share: steeply, so that it is far below any
+/// step as long as the work is a fraction of its share.
 const FLOOR_POWER: i32 = 4;
-/// The floor rises no further above this ratio of the work to its share: Newton's method would fail at longer steps.
+/// The floor rises no further above this ratio of the work to its share: Newton's method would fail
+/// at longer steps.
 const HIGHEST_OVERDRAFT: f64 = 1.5;
 /// The floor changes slowly. A step up to this factor above it counts as one at the floor.
 const FLOOR_MARGIN: f64 = 1.25;
 
-/// Largest growth towards the floor of a step that misses the tolerance: at the floor itself Newton's method may have failed.
+/// Largest growth towards the floor of a step that misses the tolerance: at the floor itself
+/// Newton's method may have failed.
 const FLOOR_GROWTH: f64 = 2.0;
 
-/// An integration that takes this many times the work to which it is limited has failed: its steps are abandoned, however long
-/// they may be.
+/// An integration that takes this many times the work to which it is limited has failed: its steps
+/// are abandoned, however long they may be.
 const EXHAUSTION: f64 = 3.5;
 
 /// Chooses the steps of one integration.
@@ -84,13 +86,18 @@ impl StepControl {
         }
     }
 
-    /// Limits the work to about `effort`: steps of less than a certain length are accepted whatever their error.
+    /// Limits the work to about `effort`: steps of less than a certain length are accepted whatever
+    /// their error.
     ///
-    /// That length vanishes as long as the work is far below its share. It rises to the one with which the effort lasts to the
-    /// end. The methods are L-stable, and damp vibrations that are too fast for it; they follow slower ones as before.
+    /// That length vanishes as long as the work is far below its share. It rises to the one with
+    /// which the effort lasts to the end. The methods are L-stable, and damp vibrations that are
+    /// too fast for it; they follow slower ones as before.
     #[must_use]
     pub fn within(self, effort: Effort) -> Self {
-        Self { effort: Some(effort), ..self }
+        Self {
+            effort: Some(effort),
+            ..self
+        }
     }
 
     /// Limits steps to `longest` (s).
@@ -99,7 +106,8 @@ impl StepControl {
         Self { longest, ..self }
     }
 
-    /// Limits the work from here on to about `effort`, whatever was spent before; see [`StepControl::within`].
+    /// Limits the work from here on to about `effort`, whatever was spent before; see
+    /// [`StepControl::within`].
     pub fn renew(&mut self, effort: Effort) {
         self.effort = Some(effort);
         self.earlier = self.work;
@@ -113,13 +121,23 @@ impl StepControl {
     /// The length in s of a step that is accepted whatever its error.
     fn floor(&self, remaining: f64) -> f64 {
         let steps = self.work.steps - self.earlier.steps;
-        let (Some(Effort { iterations, duration }), 1..) = (self.effort, steps) else { return 0.0 };
+        let (
+            Some(Effort {
+                iterations,
+                duration,
+            }),
+            1..,
+        ) = (self.effort, steps)
+        else {
+            return 0.0;
+        };
         let spent = self.iterations() as f64 / iterations as f64;
         let share = FREE_SHARE + (1.0 - FREE_SHARE) * (1.0 - remaining / duration);
         duration * spent / steps as f64 * (spent / share).min(HIGHEST_OVERDRAFT).powi(FLOOR_POWER)
     }
 
-    /// The error, in tolerances, with which the next step is expected to be accepted: 1, or more where work is limited.
+    /// The error, in tolerances, with which the next step is expected to be accepted: 1, or more
+    /// where work is limited.
     pub fn allowed_error(&self) -> f64 {
         self.allowed_error
     }
@@ -150,21 +168,27 @@ impl StepControl {
             () if 2.0 * step > remaining => remaining / 2.0,
             () => step,
         };
-        Proposal { step, limited, remaining }
+        Proposal {
+            step,
+            limited,
+            remaining,
+        }
     }
 
-    /// True for a `step` (s), with `remaining` (s) left at its start, that is so short that the work does not allow shorter
-    /// ones ([`StepControl::within`]): it need not meet the tolerance.
+    /// True for a `step` (s), with `remaining` (s) left at its start, that is so short that the
+    /// work does not allow shorter ones ([`StepControl::within`]): it need not meet the tolerance.
     pub fn is_at_floor(&self, step: f64, remaining: f64) -> bool {
         step <= FLOOR_MARGIN * self.floor(remaining)
     }
 
     /// True if the work has exceeded its limit by so much that longer steps cannot help.
     pub fn is_exhausted(&self) -> bool {
-        self.effort.is_some_and(|effort| self.iterations() as f64 > EXHAUSTION * effort.iterations as f64)
+        self.effort
+            .is_some_and(|effort| self.iterations() as f64 > EXHAUSTION * effort.iterations as f64)
     }
 
-    /// Takes the outcome of an attempt at `proposal` from `time`. Returns true if the step is accepted.
+    /// Takes the outcome of an attempt at `proposal` from `time`. Returns true if the step is
+    /// accepted.
     ///
     /// # Errors
     /// If the next step would be too short to advance the time.
@@ -174,7 +198,11 @@ impl StepControl {
         proposal: Proposal,
         outcome: Result<f64, RejectionCause<R>>,
     ) -> Result<bool, IntegrationError<R>> {
-        let Proposal { step, limited, remaining } = proposal;
+        let Proposal {
+            step,
+            limited,
+            remaining,
+        } = proposal;
         let (floor, short) = (self.floor(remaining), self.is_at_floor(step, remaining));
         let cause = match outcome {
             Ok(error) if error <= 1.0 || short => {
@@ -182,7 +210,11 @@ impl StepControl {
                 self.work.unresolved_steps += usize::from(error > 1.0);
                 let proposed = (step * self.factor(error)).max(floor.min(FLOOR_GROWTH * step));
                 // A step cut short by the end is not evidence against a longer one.
-                self.step = if limited { self.step.max(proposed) } else { proposed };
+                self.step = if limited {
+                    self.step.max(proposed)
+                } else {
+                    proposed
+                };
                 self.previous_error = error.clamp(1e-4, 1.0);
                 self.allowed_error = error.max(1.0);
                 return Ok(true);
@@ -201,21 +233,36 @@ impl StepControl {
         Ok(false)
     }
 
-    /// Discards a step of the length `step` (s) from `time` whose repetition failed. The next step is shorter.
+    /// Discards a step of the length `step` (s) from `time` whose repetition failed. The next step
+    /// is shorter.
     ///
     /// # Errors
     /// If the next step would be too short to advance the time.
-    pub fn retreat<R>(&mut self, time: f64, step: f64, cause: RejectionCause<R>) -> Result<(), IntegrationError<R>> {
+    pub fn retreat<R>(
+        &mut self,
+        time: f64,
+        step: f64,
+        cause: RejectionCause<R>,
+    ) -> Result<(), IntegrationError<R>> {
         self.count_failure(&cause);
         self.step = FAILURE_FACTOR * step;
         self.check_step(time, step, cause)
     }
 
     /// Refuses a next step that cannot advance the time.
-    fn check_step<R>(&self, time: f64, remaining: f64, cause: RejectionCause<R>) -> Result<(), IntegrationError<R>> {
+    fn check_step<R>(
+        &self,
+        time: f64,
+        remaining: f64,
+        cause: RejectionCause<R>,
+    ) -> Result<(), IntegrationError<R>> {
         let resolution = f64::EPSILON * time.abs().max(MIN_STEP_SHARE * remaining);
         if self.step < MIN_STEP_ROUNDINGS * resolution {
-            return Err(IntegrationError::StepTooSmall { time, step: self.step, cause });
+            return Err(IntegrationError::StepTooSmall {
+                time,
+                step: self.step,
+                cause,
+            });
         }
         Ok(())
     }
@@ -229,7 +276,9 @@ impl StepControl {
 
     /// Step factor of a PI controller (Hairer and Wanner II, section IV.2).
     fn factor(&self, error: f64) -> f64 {
-        let factor = SAFETY * error.max(1e-10).powf(-0.7 / self.order) * self.previous_error.powf(0.3 / self.order);
+        let factor = SAFETY
+            * error.max(1e-10).powf(-0.7 / self.order)
+            * self.previous_error.powf(0.3 / self.order);
         factor.clamp(MIN_FACTOR, MAX_FACTOR)
     }
 }

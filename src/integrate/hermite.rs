@@ -15,7 +15,8 @@ pub struct Knot<const N: usize> {
     pub acceleration: [f64; N],
 }
 
-/// What the knots at the ends of a step contribute to the value and to the first derivative at one place in it.
+/// What the knots at the ends of a step contribute to the value and to the first derivative at one
+/// place in it.
 ///
 /// They are those of the polynomial of degree five that meets both knots; its error is O(step⁶).
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +49,11 @@ impl Weights {
     }
 
     /// Value and first derivative between two knots.
-    pub fn interpolate<const N: usize>(&self, start: &Knot<N>, end: &Knot<N>) -> ([f64; N], [f64; N]) {
+    pub fn interpolate<const N: usize>(
+        &self,
+        start: &Knot<N>,
+        end: &Knot<N>,
+    ) -> ([f64; N], [f64; N]) {
         let rise = sub(end.value, start.value);
         let sum = |[a, b, c, d, e]: [f64; 5]| -> [f64; N] {
             from_fn(|i| {

@@ -1,12 +1,13 @@
 //! Implicit integration of systems of second order with an O(n) linear solve.
 //!
-//! [`Stepper`] attempts steps of an ESDIRK method (see [`tableau`]) for `M(q) q̈ = f(q, q̇, t)`, of one system or of
-//! several side by side; each stage is solved for `q̈` with the system's own factorised tangent. [`StepControl`] chooses
-//! the steps of one integration, and [`Integrator`] joins the two.
+//! [`Stepper`] attempts steps of an ESDIRK method (see [`tableau`]) for `M(q) q̈ = f(q, q̇, t)`, of
+//! one system or of several side by side; each stage is solved for `q̈` with the system's own
+//! factorised tangent. [`StepControl`] chooses the steps of one integration, and [`Integrator`]
+//! joins the two.
 //!
-//! Coordinates come in blocks of `D`, as in the elimination of a chain. A state can also record the charts of its coordinates;
-//! only the system knows their meaning. Events, and with them changes of the system, lie between steps. The caller handles
-//! them.
+//! Coordinates come in blocks of `D`, as in the elimination of a chain. A state can also record the
+//! charts of its coordinates; only the system knows their meaning. Events, and with them changes of
+//! the system, lie between steps. The caller handles them.
 
 use std::error::Error;
 use std::fmt;
@@ -27,7 +28,8 @@ use crate::equations::{LaneSet, Lanewise, StepWeights};
 /// ([`SecondOrderSystem::carries_variation`]).
 pub const VARIATION_TOLERANCE: f64 = 1e-3;
 
-/// A linear variation above this is no longer controlled: it has grown so much that its exact size means nothing.
+/// A linear variation above this is no longer controlled: it has grown so much that its exact size
+/// means nothing.
 pub const LARGEST_CONTROLLED_VARIATION: f64 = 1e30;
 
 /// `(t, q, q̇, q̈)`, in one lane or in several.
@@ -43,13 +45,14 @@ pub struct Point<'a, T, const D: usize> {
     pub accelerations: &'a [[T; D]],
 }
 
-/// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along its motion; or one system
-/// per lane of `T`.
+/// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along
+/// its motion; or one system per lane of `T`.
 pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
     /// The charts that give a state's coordinates their meaning; `()` if they always mean the same.
     type Charts: Clone + Default;
 
-    /// Why a step cannot start or end at a state; [`Infallible`](std::convert::Infallible) if it always can.
+    /// Why a step cannot start or end at a state; [`Infallible`](std::convert::Infallible) if it
+    /// always can.
     type Refusal;
 
     /// Number of blocks.
@@ -61,48 +64,63 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
     /// `M q̈ − f` at a point.
     fn residual(&mut self, at: &Point<'_, T, D>, residual: &mut [[T; D]]);
 
-    /// Prepares [`SecondOrderSystem::solve`] in `lanes` at the point of the last residual, for steps of the given weights.
-    /// The other lanes keep their factorisation.
+    /// Prepares [`SecondOrderSystem::solve`] in `lanes` at the point of the last residual, for
+    /// steps of the given weights. The other lanes keep their factorisation.
     fn factorise(&mut self, at: &Point<'_, T, D>, weights: StepWeights<T>, lanes: LaneSet);
 
     /// Solves the factorised system in place.
     fn solve(&mut self, right_side: &mut [[T; D]]);
 
-    /// The correction of Newton's method at a point: [`SecondOrderSystem::residual`], then [`SecondOrderSystem::solve`].
+    /// The correction of Newton's method at a point: [`SecondOrderSystem::residual`], then
+    /// [`SecondOrderSystem::solve`].
     fn correction(&mut self, at: &Point<'_, T, D>, correction: &mut [[T; D]]) {
         self.residual(at, correction);
         self.solve(correction);
     }
 
-    /// Rates of the quantities that are integrated along the motion, at a point. A step may start or end there:
-    /// the caller may next ask the system about that point.
+    /// Rates of the quantities that are integrated along the motion, at a point. A step may start
+    /// or end there: the caller may next ask the system about that point.
     fn rates(&mut self, at: &Point<'_, T, D>) -> [T; Q];
 
-    /// The same at a stage inside a step, which `correction` with `weights` has moved from the point of the last
-    /// residual. First order in the correction suffices, because the stage itself is solved to first order.
-    fn stage_rates(&mut self, at: &Point<'_, T, D>, correction: &[[T; D]], weights: StepWeights<T>) -> [T; Q] {
+    /// The same at a stage inside a step, which `correction` with `weights` has moved from the
+    /// point of the last residual. First order in the correction suffices, because the stage itself
+    /// is solved to first order.
+    fn stage_rates(
+        &mut self,
+        at: &Point<'_, T, D>,
+        correction: &[[T; D]],
+        weights: StepWeights<T>,
+    ) -> [T; Q] {
         let _ = (correction, weights);
         self.rates(at)
     }
 
-    /// True if the first coordinate of every block is a linear variation along the motion of the others.
+    /// True if the first coordinate of every block is a linear variation along the motion of the
+    /// others.
     ///
-    /// Its size means nothing, because its equations are linear: errors in it are measured relative to its largest entry, and
-    /// a variation need not be more accurate than [`VARIATION_TOLERANCE`], nor accurate at all above
-    /// [`LARGEST_CONTROLLED_VARIATION`].
+    /// Its size means nothing, because its equations are linear: errors in it are measured relative
+    /// to its largest entry, and a variation need not be more accurate than
+    /// [`VARIATION_TOLERANCE`], nor accurate at all above [`LARGEST_CONTROLLED_VARIATION`].
     fn carries_variation(&self) -> bool {
         false
     }
 
-    /// The integrals whose errors count, by index, with the index of their size in [`Tolerances::integral_scales`]. What does not change the motion,
-    /// such as a force along a rigid segment, has no part in the errors of coordinates and rates.
+    /// The integrals whose errors count, by index, with the index of their size in
+    /// [`Tolerances::integral_scales`]. What does not change the motion, such as a force along a
+    /// rigid segment, has no part in the errors of coordinates and rates.
     fn controlled_integrals(&self) -> &'static [[usize; 2]] {
         &[]
     }
 
-    /// Solves the factorised equations of the variation, whose right side belongs to the point of the last residual after the
-    /// motion's part of `correction` is subtracted. The result becomes the variation's part of `correction`.
-    fn solve_variation(&mut self, at: &Point<'_, T, D>, weights: StepWeights<T>, correction: &mut [[T; D]]) {
+    /// Solves the factorised equations of the variation, whose right side belongs to the point of
+    /// the last residual after the motion's part of `correction` is subtracted. The result becomes
+    /// the variation's part of `correction`.
+    fn solve_variation(
+        &mut self,
+        at: &Point<'_, T, D>,
+        weights: StepWeights<T>,
+        correction: &mut [[T; D]],
+    ) {
         let _ = (at, weights, correction);
     }
 
@@ -143,7 +161,8 @@ pub struct State<C, const D: usize, const Q: usize> {
 }
 
 impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
-    /// The state `(q, v)` at `time`, in the charts of `system`, with the accelerations and rates from `system`.
+    /// The state `(q, v)` at `time`, in the charts of `system`, with the accelerations and rates
+    /// from `system`.
     pub fn new(
         system: &mut impl SecondOrderSystem<f64, D, Q, Charts = C>,
         time: f64,
@@ -152,8 +171,21 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
     ) -> Self {
         let mut accelerations = vec![[0.0; D]; q.len()];
         system.accelerations(time, &q, &v, &mut accelerations);
-        let rates = system.rates(&Point { time, q: &q, v: &v, accelerations: &accelerations });
-        Self { time, charts: system.charts(), q, v, accelerations, integrals: [0.0; Q], rates }
+        let rates = system.rates(&Point {
+            time,
+            q: &q,
+            v: &v,
+            accelerations: &accelerations,
+        });
+        Self {
+            time,
+            charts: system.charts(),
+            q,
+            v,
+            accelerations,
+            integrals: [0.0; Q],
+            rates,
+        }
     }
 
     /// Refuses a state from which no step can start.
@@ -165,16 +197,24 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
         system: &S,
     ) -> Result<(), IntegrationError<S::Refusal>> {
         if let Some(reason) = system.refuse(&self.q) {
-            return Err(IntegrationError::Refused { time: self.time, reason });
+            return Err(IntegrationError::Refused {
+                time: self.time,
+                reason,
+            });
         }
-        if !self.accelerations.as_flattened().iter().all(|value| value.is_finite()) {
+        if !self
+            .accelerations
+            .as_flattened()
+            .iter()
+            .all(|value| value.is_finite())
+        {
             return Err(IntegrationError::NotFinite { time: self.time });
         }
         Ok(())
     }
 
-    /// Becomes the state that the last attempt of `stepper` reached from `start` in `lane`, with the step `step` (s). Returns
-    /// the estimated error, in tolerances.
+    /// Becomes the state that the last attempt of `stepper` reached from `start` in `lane`, with
+    /// the step `step` (s). Returns the estimated error, in tolerances.
     ///
     /// # Errors
     /// If the attempt gave no state, or one that the system refuses.
@@ -201,9 +241,11 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
 pub struct Work {
     /// Accepted steps.
     pub steps: usize,
-    /// Accepted steps whose error is above the tolerance, because the integration had spent its [`Effort`].
+    /// Accepted steps whose error is above the tolerance, because the integration had spent its
+    /// [`Effort`].
     pub unresolved_steps: usize,
-    /// Steps repeated because the error estimate was too large, or the system refused their final state.
+    /// Steps repeated because the error estimate was too large, or the system refused their final
+    /// state.
     pub rejected_steps: usize,
     /// Newton iterations, each one residual and one linear solve.
     pub newton_iterations: usize,
@@ -230,7 +272,12 @@ impl Tolerances {
     /// Those of a motion without controlled integrals.
     #[must_use]
     pub fn of_motion(relative: f64, coordinate_scale: f64, rate_scale: f64) -> Self {
-        Self { relative, coordinate_scale, rate_scale, integral_scales: [f64::INFINITY; 2] }
+        Self {
+            relative,
+            coordinate_scale,
+            rate_scale,
+            integral_scales: [f64::INFINITY; 2],
+        }
     }
 }
 
@@ -288,10 +335,18 @@ impl<R: fmt::Display> fmt::Display for IntegrationError<R> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::StepTooSmall { time, step, cause } => {
-                write!(formatter, "no step is accepted at t = {time:.9e} s, down to {step:.3e} s: {cause}")
+                write!(
+                    formatter,
+                    "no step is accepted at t = {time:.9e} s, down to {step:.3e} s: {cause}"
+                )
             }
-            Self::NotFinite { time } => write!(formatter, "the accelerations at t = {time:.9e} s are not finite"),
-            Self::Refused { time, reason } => write!(formatter, "no step can start at t = {time:.9e} s: {reason}"),
+            Self::NotFinite { time } => write!(
+                formatter,
+                "the accelerations at t = {time:.9e} s are not finite"
+            ),
+            Self::Refused { time, reason } => {
+                write!(formatter, "no step can start at t = {time:.9e} s: {reason}")
+            }
         }
     }
 }

@@ -7,8 +7,9 @@ use super::{IntegrationError, RejectionCause, SecondOrderSystem, State, Toleranc
 
 /// Advances a system by steps of a [`Tableau`], without events.
 ///
-/// The error of a step is the largest component of the difference to the embedded solution, each measured against
-/// `relative × max(scale, |value|)` for a rate and `relative × scale` for a coordinate, whose origin is arbitrary.
+/// The error of a step is the largest component of the difference to the embedded solution, each
+/// measured against `relative × max(scale, |value|)` for a rate and `relative × scale` for a
+/// coordinate, whose origin is arbitrary.
 #[derive(Clone, Debug)]
 pub struct Integrator<const D: usize, const Q: usize> {
     stepper: Stepper<f64, D, Q>,
@@ -26,7 +27,10 @@ impl<const D: usize, const Q: usize> Integrator<D, Q> {
     ) -> Self {
         let mut stepper = Stepper::new(tableau, solution, blocks);
         stepper.set_tolerances(0, tolerances);
-        Self { stepper, control: StepControl::new(tableau, step) }
+        Self {
+            stepper,
+            control: StepControl::new(tableau, step),
+        }
     }
 
     /// Work so far.
@@ -34,7 +38,8 @@ impl<const D: usize, const Q: usize> Integrator<D, Q> {
         self.control.work()
     }
 
-    /// Advances from `start` to `end` by the step that the error control chooses, but not past `last_time`.
+    /// Advances from `start` to `end` by the step that the error control chooses, but not past
+    /// `last_time`.
     ///
     /// # Errors
     /// If no step is accepted.
@@ -58,7 +63,8 @@ impl<const D: usize, const Q: usize> Integrator<D, Q> {
         }
     }
 
-    /// Takes one step of the length `step` (s), regardless of its error. Returns that error, in tolerances.
+    /// Takes one step of the length `step` (s), regardless of its error. Returns that error, in
+    /// tolerances.
     ///
     /// # Errors
     /// If the step gives no state, or one that the system refuses.

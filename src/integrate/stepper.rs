@@ -1,7 +1,9 @@
 //! One attempt at a step, of one system or of several side by side in the lanes of `T`.
 
 use super::tableau::Tableau;
-use super::{LARGEST_CONTROLLED_VARIATION, Point, SecondOrderSystem, State, Tolerances, VARIATION_TOLERANCE};
+use super::{
+    LARGEST_CONTROLLED_VARIATION, Point, SecondOrderSystem, State, Tolerances, VARIATION_TOLERANCE,
+};
 use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, in_lane, scale, sub, unrolled, zero};
 use crate::equations::{LaneSet, Lanewise, StepWeights};
@@ -11,37 +13,44 @@ const MAX_STAGES: usize = 8;
 
 /// Newton's method stops when its error is this fraction of the error allowed for a step.
 const NEWTON_TOLERANCE: f64 = 0.02;
-/// Where a step may miss the tolerance, it stops at no larger error than this, relative to the scales of the tolerances.
+/// Where a step may miss the tolerance, it stops at no larger error than this, relative to the
+/// scales of the tolerances.
 const LOOSEST_NEWTON_TOLERANCE: f64 = 1e-5;
-/// Unless stages are [`StageSolution::Converged`], it stops after the first iteration if the correction is below this, in
-/// tolerances.
+/// Unless stages are [`StageSolution::Converged`], it stops after the first iteration if the
+/// correction is below this, in tolerances.
 ///
-/// Measured on contacts (docs/integrators.md): a smaller limit costs work and gains no accuracy, because the error estimate
-/// includes the unsolved part of a stage.
+/// Measured on contacts (docs/integrators.md): a smaller limit costs work and gains no accuracy,
+/// because the error estimate includes the unsolved part of a stage.
 const TRUSTED_CORRECTION: f64 = 1000.0;
-/// Below this relative tolerance the limit falls with it; otherwise the unsolved part would be the largest error. With
-/// [`StageSolution::Cautious`] it falls above this tolerance, too, with its square: steps are then so long that a point may stick in
-/// one stage and slide in the next, which one iteration misses.
+/// Below this relative tolerance the limit falls with it; otherwise the unsolved part would be the
+/// largest error. With [`StageSolution::Cautious`] it falls above this tolerance, too, with its
+/// square: steps are then so long that a point may stick in one stage and slide in the next, which
+/// one iteration misses.
 const TRUSTED_TOLERANCE: f64 = 1e-6;
-/// With [`StageSolution::Predicted`], above that limit, and above this share of the corrected value, the step is abandoned: it is too long for the
-/// prediction and would be rejected later. Between the two, at tight tolerances, Newton's method continues.
+/// With [`StageSolution::Predicted`], above that limit, and above this share of the corrected
+/// value, the step is abandoned: it is too long for the prediction and would be rejected later.
+/// Between the two, at tight tolerances, Newton's method continues.
 const HOPEFUL_CORRECTION: f64 = 0.1;
 const MAX_NEWTON_ITERATIONS: usize = 8;
 /// Above this ratio of successive corrections the matrix is computed again, or the step abandoned.
 const MAX_CONTRACTION: f64 = 0.5;
-/// The estimate of the contraction falls by no more than this factor at a time, as in CVODE: with a new matrix one ratio of
-/// corrections can be near zero, although the stages that share the matrix converge much more slowly.
+/// The estimate of the contraction falls by no more than this factor at a time, as in CVODE: with a
+/// new matrix one ratio of corrections can be near zero, although the stages that share the matrix
+/// converge much more slowly.
 const SLOWEST_DECLINE: f64 = 0.3;
 
 /// How the equations of a stage are solved by Newton's method (docs/integrators.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StageSolution {
-    /// From an extrapolation of earlier stages, trusting one iteration. For smooth systems, where more iterations gain nothing.
+    /// From an extrapolation of earlier stages, trusting one iteration. For smooth systems, where
+    /// more iterations gain nothing.
     Predicted,
-    /// From an extrapolation, too, but one iteration is trusted only if its correction is small; otherwise more follow, to a small
-    /// part of the tolerance. For equations as sharp as those of dry friction, in systems with damping.
+    /// From an extrapolation, too, but one iteration is trusted only if its correction is small;
+    /// otherwise more follow, to a small part of the tolerance. For equations as sharp as those of
+    /// dry friction, in systems with damping.
     Cautious,
-    /// From `q̈` of the previous stage, to a small part of the tolerance. For systems that must not gain energy.
+    /// From `q̈` of the previous stage, to a small part of the tolerance. For systems that must not
+    /// gain energy.
     Converged,
 }
 
@@ -66,8 +75,9 @@ pub enum AttemptError {
     NotFinite,
 }
 
-/// The memory and the arithmetic of a step. Each stage is predicted from earlier ones and corrected by Newton's method with a
-/// matrix from the first stage. The result of a lane does not depend on other lanes.
+/// The memory and the arithmetic of a step. Each stage is predicted from earlier ones and corrected
+/// by Newton's method with a matrix from the first stage. The result of a lane does not depend on
+/// other lanes.
 #[derive(Clone, Debug)]
 pub struct Stepper<T, const D: usize, const Q: usize> {
     tableau: &'static Tableau,
@@ -130,8 +140,16 @@ impl Newton {
         }
     }
 
-    /// Takes the size of the correction of an `iteration`, in tolerances; `fresh` if the matrix was made in it.
-    fn judge(&mut self, solution: StageSolution, iteration: usize, norm: f64, fresh: bool, relative: f64) -> Progress {
+    /// Takes the size of the correction of an `iteration`, in tolerances; `fresh` if the matrix was
+    /// made in it.
+    fn judge(
+        &mut self,
+        solution: StageSolution,
+        iteration: usize,
+        norm: f64,
+        fresh: bool,
+        relative: f64,
+    ) -> Progress {
         if !norm.is_finite() {
             return Progress::Failed;
         }
@@ -147,7 +165,11 @@ impl Newton {
             let contraction = norm / previous;
             if contraction > MAX_CONTRACTION && norm > self.tolerance {
                 self.previous_norm = None;
-                return if fresh { Progress::Failed } else { Progress::NeedsMatrix };
+                return if fresh {
+                    Progress::Failed
+                } else {
+                    Progress::NeedsMatrix
+                };
             }
             self.contraction = contraction.max(SLOWEST_DECLINE * self.contraction);
         } else if iteration == 0 {
@@ -155,7 +177,11 @@ impl Newton {
             self.contraction = self.contraction.max(f64::EPSILON).powf(0.8);
         }
         self.previous_norm = Some(norm);
-        let remaining = if self.contraction < 1.0 { self.contraction / (1.0 - self.contraction) * norm } else { norm };
+        let remaining = if self.contraction < 1.0 {
+            self.contraction / (1.0 - self.contraction) * norm
+        } else {
+            norm
+        };
         // Corrections of a few roundings are noise, and their contraction means nothing.
         if remaining <= self.tolerance || norm * relative <= 8.0 * f64::EPSILON {
             Progress::Converged
@@ -180,12 +206,19 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         let one = T::from_f64(1.0);
         let zeros = || vec![[none; D]; blocks];
         let stages = tableau.stages();
-        assert!(stages <= MAX_STAGES, "a method has at most {MAX_STAGES} stages");
+        assert!(
+            stages <= MAX_STAGES,
+            "a method has at most {MAX_STAGES} stages"
+        );
         Self {
             tableau,
             solution,
-            predictors: (0..stages).map(|stage| predictor(tableau, solution, stage)).collect(),
-            error_weights: (0..stages).map(|stage| tableau.weight(stage) - tableau.embedded[stage]).collect(),
+            predictors: (0..stages)
+                .map(|stage| predictor(tableau, solution, stage))
+                .collect(),
+            error_weights: (0..stages)
+                .map(|stage| tableau.weight(stage) - tableau.embedded[stage])
+                .collect(),
             tolerances: LaneTolerances {
                 relative: one,
                 coordinate_scale: one,
@@ -213,19 +246,34 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
     /// A new integration begins in that lane.
     pub fn set_tolerances(&mut self, lane: usize, tolerances: Tolerances) {
         self.newton[lane] = Newton::new();
-        let Tolerances { relative, coordinate_scale, rate_scale, integral_scales } = tolerances;
+        let Tolerances {
+            relative,
+            coordinate_scale,
+            rate_scale,
+            integral_scales,
+        } = tolerances;
         self.tolerances.relative.set_lane(lane, relative);
-        self.tolerances.coordinate_scale.set_lane(lane, coordinate_scale);
+        self.tolerances
+            .coordinate_scale
+            .set_lane(lane, coordinate_scale);
         self.tolerances.rate_scale.set_lane(lane, rate_scale);
-        for (scale, own) in self.tolerances.integral_scales.iter_mut().zip(integral_scales) {
+        for (scale, own) in self
+            .tolerances
+            .integral_scales
+            .iter_mut()
+            .zip(integral_scales)
+        {
             scale.set_lane(lane, own);
         }
     }
 
-    /// Sets the error, in tolerances, with which the next steps of `lane` will be accepted: stages need not be more accurate.
+    /// Sets the error, in tolerances, with which the next steps of `lane` will be accepted: stages
+    /// need not be more accurate.
     pub fn set_allowed_error(&mut self, lane: usize, error: f64) {
         let loosest = LOOSEST_NEWTON_TOLERANCE / self.tolerances.relative.lane(lane);
-        self.newton[lane].tolerance = (NEWTON_TOLERANCE * error).min(loosest).max(NEWTON_TOLERANCE);
+        self.newton[lane].tolerance = (NEWTON_TOLERANCE * error)
+            .min(loosest)
+            .max(NEWTON_TOLERANCE);
     }
 
     /// Sets the state from which the steps of `lane` start.
@@ -244,14 +292,23 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         }
     }
 
-    /// Attempts a step of the length `step` (s) in all lanes; [`Stepper::outcome`] gives the result of each.
+    /// Attempts a step of the length `step` (s) in all lanes; [`Stepper::outcome`] gives the result
+    /// of each.
     pub fn attempt(&mut self, system: &mut impl SecondOrderSystem<T, D, Q>, step: T) {
         let (tableau, n) = (self.tableau, self.start_q.len());
         let last = tableau.stages() - 1;
         let diagonal = T::from_f64(tableau.gamma) * step;
-        let weights = StepWeights { coordinates: diagonal * diagonal, rates: diagonal };
+        let weights = StepWeights {
+            coordinates: diagonal * diagonal,
+            rates: diagonal,
+        };
         for newton in &mut self.newton {
-            *newton = Newton { iterations: 0, factorisations: 0, failed: false, ..*newton };
+            *newton = Newton {
+                iterations: 0,
+                factorisations: 0,
+                failed: false,
+                ..*newton
+            };
         }
         for stage in 1..=last {
             let time = self.time + T::from_f64(tableau.node(stage)) * step;
@@ -259,20 +316,34 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             self.solve_stage(system, stage, time, weights);
         }
         let (v, accelerations) = (&self.stage_v[last * n..], &self.stage_a[last * n..]);
-        self.stage_rates[last] = system.rates(&Point { time: self.time + step, q: &self.q, v, accelerations });
+        self.stage_rates[last] = system.rates(&Point {
+            time: self.time + step,
+            q: &self.q,
+            v,
+            accelerations,
+        });
         for i in 0..Q {
             let mut integral = self.start_integrals[i];
             for stage in 0..=last {
-                integral = integral + T::from_f64(tableau.weight(stage)) * step * self.stage_rates[stage][i];
+                integral = integral
+                    + T::from_f64(tableau.weight(stage)) * step * self.stage_rates[stage][i];
             }
             self.integrals[i] = integral;
         }
         self.error = self.estimate(step, system.carries_variation());
-        let LaneTolerances { relative, integral_scales, .. } = self.tolerances;
+        let LaneTolerances {
+            relative,
+            integral_scales,
+            ..
+        } = self.tolerances;
         for &[i, scale] in system.controlled_integrals() {
             let rates = self.stage_rates.iter().zip(&self.error_weights);
-            let error = rates.fold(T::ZERO, |sum, (rates, weight)| sum + T::from_f64(*weight) * rates[i]);
-            self.error = self.error.max((error * step).abs() / (integral_scales[scale] * relative));
+            let error = rates.fold(T::ZERO, |sum, (rates, weight)| {
+                sum + T::from_f64(*weight) * rates[i]
+            });
+            self.error = self
+                .error
+                .max((error * step).abs() / (integral_scales[scale] * relative));
         }
     }
 
@@ -280,7 +351,11 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
     ///
     /// # Errors
     /// If the attempt produced no state.
-    pub fn outcome(&self, lane: usize, end: &mut State<impl Clone, D, Q>) -> Result<f64, AttemptError> {
+    pub fn outcome(
+        &self,
+        lane: usize,
+        end: &mut State<impl Clone, D, Q>,
+    ) -> Result<f64, AttemptError> {
         let last = self.tableau.stages() - 1;
         gather(lane, &self.q, &mut end.q);
         let n = self.start_q.len();
@@ -295,7 +370,11 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         if !error.is_finite() {
             return Err(AttemptError::NotFinite);
         }
-        if self.newton[lane].failed { Err(AttemptError::Newton) } else { Ok(error) }
+        if self.newton[lane].failed {
+            Err(AttemptError::Newton)
+        } else {
+            Ok(error)
+        }
     }
 
     /// Newton's method at a predicted stage.
@@ -313,8 +392,16 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             newton.previous_norm = None;
         }
         for iteration in 0..MAX_NEWTON_ITERATIONS {
-            let (v, accelerations) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
-            let at = Point { time, q: &self.q, v, accelerations };
+            let (v, accelerations) = (
+                &self.stage_v[stage * n..][..n],
+                &self.stage_a[stage * n..][..n],
+            );
+            let at = Point {
+                time,
+                q: &self.q,
+                v,
+                accelerations,
+            };
             if matrix.is_empty() {
                 system.correction(&at, &mut self.correction);
             } else {
@@ -347,8 +434,16 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
                 }
             }
             if !solved.is_empty() {
-                let (v, accelerations) = (&self.stage_v[stage * n..][..n], &self.stage_a[stage * n..][..n]);
-                let at = Point { time, q: &self.q, v, accelerations };
+                let (v, accelerations) = (
+                    &self.stage_v[stage * n..][..n],
+                    &self.stage_a[stage * n..][..n],
+                );
+                let at = Point {
+                    time,
+                    q: &self.q,
+                    v,
+                    accelerations,
+                };
                 let rates = system.stage_rates(&at, &self.correction, weights);
                 for (kept, rate) in self.stage_rates[stage].iter_mut().zip(rates) {
                     *kept = rate.select(solved, *kept);
@@ -369,7 +464,10 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
 
     /// Iterations and factorisations of the last attempt in `lane`.
     pub fn work(&self, lane: usize) -> (usize, usize) {
-        (self.newton[lane].iterations, self.newton[lane].factorisations)
+        (
+            self.newton[lane].iterations,
+            self.newton[lane].factorisations,
+        )
     }
 
     /// Sets a stage to its extrapolation from earlier stages.
@@ -382,9 +480,25 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             weights[j] = T::from_f64(self.tableau.coefficient(stage, j)) * step;
             predictor[j] = T::from_f64(self.predictors[stage][j]);
         }
-        let place = Placement { q: &mut self.q, v, a, q_base: &mut self.q_base, v_base: &mut self.v_base };
-        let earlier = Earlier { start_q: &self.start_q, v: earlier_v, a: earlier_a };
-        dispatch(Predict { place, earlier, weights: &weights[..stage], predictor: &predictor[..stage], diagonal });
+        let place = Placement {
+            q: &mut self.q,
+            v,
+            a,
+            q_base: &mut self.q_base,
+            v_base: &mut self.v_base,
+        };
+        let earlier = Earlier {
+            start_q: &self.start_q,
+            v: earlier_v,
+            a: earlier_a,
+        };
+        dispatch(Predict {
+            place,
+            earlier,
+            weights: &weights[..stage],
+            predictor: &predictor[..stage],
+            diagonal,
+        });
     }
 
     /// Applies the solved correction and returns its size in tolerances.
@@ -397,7 +511,13 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             q_base: &mut self.q_base,
             v_base: &mut self.v_base,
         };
-        dispatch(Correct { place, correction: &self.correction, weights, tolerances: self.tolerances, variation })
+        dispatch(Correct {
+            place,
+            correction: &self.correction,
+            weights,
+            tolerances: self.tolerances,
+            variation,
+        })
     }
 
     /// The largest component of the difference to the embedded solution, in tolerances.
@@ -421,19 +541,27 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
 /// Points of the polynomial that predicts a stage.
 const PREDICTOR_POINTS: usize = 2;
 
-/// Weights of the earlier stages in the prediction of a stage: those of the Lagrange polynomial through the nearest ones
-/// that are not too close together, or the previous stage alone.
+/// Weights of the earlier stages in the prediction of a stage: those of the Lagrange polynomial
+/// through the nearest ones that are not too close together, or the previous stage alone.
 fn predictor(tableau: &Tableau, solution: StageSolution, stage: usize) -> Vec<f64> {
     const LEAST_DISTANCE: f64 = 0.05;
     if stage > 0 && solution == StageSolution::Converged {
-        return (0..stage).map(|i| f64::from(u8::from(i + 1 == stage))).collect();
+        return (0..stage)
+            .map(|i| f64::from(u8::from(i + 1 == stage)))
+            .collect();
     }
     let node = |i: usize| tableau.node(i);
     let mut earlier: Vec<usize> = (0..stage).collect();
-    earlier.sort_by(|&i, &j| (node(i) - node(stage)).abs().total_cmp(&(node(j) - node(stage)).abs()));
+    earlier.sort_by(|&i, &j| {
+        (node(i) - node(stage))
+            .abs()
+            .total_cmp(&(node(j) - node(stage)).abs())
+    });
     let mut chosen: Vec<usize> = Vec::new();
     for candidate in earlier {
-        let apart = chosen.iter().all(|&other| (node(other) - node(candidate)).abs() >= LEAST_DISTANCE);
+        let apart = chosen
+            .iter()
+            .all(|&other| (node(other) - node(candidate)).abs() >= LEAST_DISTANCE);
         if chosen.len() < PREDICTOR_POINTS && apart {
             chosen.push(candidate);
         }
@@ -441,13 +569,19 @@ fn predictor(tableau: &Tableau, solution: StageSolution, stage: usize) -> Vec<f6
     let mut weights = vec![0.0; stage];
     for &i in &chosen {
         let others = chosen.iter().filter(|&&j| j != i);
-        weights[i] = others.map(|&j| (node(stage) - node(j)) / (node(i) - node(j))).product();
+        weights[i] = others
+            .map(|&j| (node(stage) - node(j)) / (node(i) - node(j)))
+            .product();
     }
     weights
 }
 
 fn scatter<T: Lanewise, const D: usize>(lane: usize, values: &[[f64; D]], lanes: &mut [[T; D]]) {
-    assert_eq!(values.len(), lanes.len(), "the stepper has the number of coordinates of its systems");
+    assert_eq!(
+        values.len(),
+        lanes.len(),
+        "the stepper has the number of coordinates of its systems"
+    );
     for (lanes, values) in lanes.iter_mut().zip(values) {
         for i in 0..D {
             lanes[i].set_lane(lane, values[i]);
@@ -487,9 +621,11 @@ struct Earlier<'a, T, const D: usize> {
     a: &'a [[T; D]],
 }
 
-// In the loops below the stages are innermost: the compiler keeps the order of such sums, and vectorises over the lanes.
+// In the loops below the stages are innermost: the compiler keeps the order of such sums, and
+// vectorises over the lanes.
 
-/// `q̂ = q_0 + Σ Δ A_ij v_j`, `v̂ = v_0 + Σ Δ A_ij a_j`, `a = Σ l_j a_j`; then `v = v̂ + γΔ a`, `q = q̂ + γΔ v`.
+/// `q̂ = q_0 + Σ Δ A_ij v_j`, `v̂ = v_0 + Σ Δ A_ij a_j`, `a = Σ l_j a_j`; then `v = v̂ + γΔ a`, `q
+/// = q̂ + γΔ v`.
 struct Predict<'a, T, const D: usize> {
     place: Placement<'a, T, D>,
     earlier: Earlier<'a, T, D>,
@@ -505,7 +641,13 @@ impl<T: Lanewise, const D: usize> Loop for Predict<'_, T, D> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { place, earlier, weights, predictor, diagonal } = self;
+        let Self {
+            place,
+            earlier,
+            weights,
+            predictor,
+            diagonal,
+        } = self;
         let n = earlier.start_q.len();
         for k in 0..n {
             let (mut q, mut v, mut a) = (earlier.start_q[k], earlier.v[k], zero());
@@ -522,7 +664,8 @@ impl<T: Lanewise, const D: usize> Loop for Predict<'_, T, D> {
     }
 }
 
-/// Subtracts `correction` from `a`. Returns the correction's largest component in tolerances, NaN if it is not finite.
+/// Subtracts `correction` from `a`. Returns the correction's largest component in tolerances, NaN
+/// if it is not finite.
 struct Correct<'a, T, const D: usize> {
     place: Placement<'a, T, D>,
     correction: &'a [[T; D]],
@@ -538,9 +681,23 @@ impl<T: Lanewise, const D: usize> Loop for Correct<'_, T, D> {
 
     #[inline(always)]
     fn run(self) -> T {
-        let Self { place, correction, weights, tolerances, variation } = self;
-        let LaneTolerances { relative, coordinate_scale, rate_scale, .. } = tolerances;
-        let (by_coordinate, by_rate) = (weights.coordinates / (coordinate_scale * relative), weights.rates / relative);
+        let Self {
+            place,
+            correction,
+            weights,
+            tolerances,
+            variation,
+        } = self;
+        let LaneTolerances {
+            relative,
+            coordinate_scale,
+            rate_scale,
+            ..
+        } = tolerances;
+        let (by_coordinate, by_rate) = (
+            weights.coordinates / (coordinate_scale * relative),
+            weights.rates / relative,
+        );
         // The maximum drops a NaN; the sum does not.
         let (mut largest, mut sum) = (T::ZERO, T::ZERO);
         let mut of_variation = Largest::none();
@@ -555,7 +712,9 @@ impl<T: Lanewise, const D: usize> Loop for Correct<'_, T, D> {
                 if variation && i == 0 {
                     of_variation.add([size, size], [q[0], v[0]]);
                 } else {
-                    largest = largest.max(by_coordinate * size).max(by_rate * size / rate_scale.max(v[i].abs()));
+                    largest = largest
+                        .max(by_coordinate * size)
+                        .max(by_rate * size / rate_scale.max(v[i].abs()));
                 }
             });
         }
@@ -586,8 +745,21 @@ impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
 
     #[inline(always)]
     fn run(self) -> T {
-        let Self { stage_v, stage_a, n, weights, q, tolerances, variation } = self;
-        let LaneTolerances { relative, coordinate_scale, rate_scale, .. } = tolerances;
+        let Self {
+            stage_v,
+            stage_a,
+            n,
+            weights,
+            q,
+            tolerances,
+            variation,
+        } = self;
+        let LaneTolerances {
+            relative,
+            coordinate_scale,
+            rate_scale,
+            ..
+        } = tolerances;
         let last = (weights.len() - 1) * n;
         let none = T::ZERO;
         // The maximum drops a NaN; the sum does not.
@@ -605,8 +777,11 @@ impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
                     of_variation.add(errors, [q[k][0], stage_v[last + k][0]]);
                     sum = sum + (errors[0] + errors[1]);
                 } else {
-                    let size = rate_scale.max(stage_v[k][i].abs()).max(stage_v[last + k][i].abs());
-                    let (by_coordinate, by_rate) = (coordinate[i].abs() / coordinate_scale, rate[i].abs() / size);
+                    let size = rate_scale
+                        .max(stage_v[k][i].abs())
+                        .max(stage_v[last + k][i].abs());
+                    let (by_coordinate, by_rate) =
+                        (coordinate[i].abs() / coordinate_scale, rate[i].abs() / size);
                     largest = largest.max(by_coordinate).max(by_rate);
                     sum = sum + (by_coordinate + by_rate);
                 }
@@ -629,7 +804,10 @@ struct Largest<T> {
 impl<T: Lanewise> Largest<T> {
     #[inline(always)]
     fn none() -> Self {
-        Self { errors: zero(), values: zero() }
+        Self {
+            errors: zero(),
+            values: zero(),
+        }
     }
 
     #[inline(always)]
@@ -644,8 +822,10 @@ impl<T: Lanewise> Largest<T> {
     #[inline(always)]
     fn in_tolerances(&self, tolerances: LaneTolerances<T>, weights: [T; 2]) -> T {
         let relative = tolerances.relative.max(T::from_f64(VARIATION_TOLERANCE));
-        let [coordinate, rate] =
-            [tolerances.coordinate_scale.max(self.values[0]), tolerances.rate_scale.max(self.values[1])];
+        let [coordinate, rate] = [
+            tolerances.coordinate_scale.max(self.values[0]),
+            tolerances.rate_scale.max(self.values[1]),
+        ];
         let by_coordinate = weights[0] * self.errors[0] / coordinate;
         let controlled = self.values[0].less_than(T::from_f64(LARGEST_CONTROLLED_VARIATION));
         controlled * (by_coordinate.max(weights[1] * self.errors[1] / rate) / relative)
@@ -669,9 +849,17 @@ mod tests {
             for stage in 1..tableau.stages() {
                 let weights = predictor(tableau, StageSolution::Predicted, stage);
                 let points = weights.iter().filter(|weight| **weight != 0.0).count();
-                assert_eq!(points, stage.min(PREDICTOR_POINTS), "{} stage {stage}", tableau.name);
+                assert_eq!(
+                    points,
+                    stage.min(PREDICTOR_POINTS),
+                    "{} stage {stage}",
+                    tableau.name
+                );
                 for power in 0..points as i32 {
-                    let values = weights.iter().enumerate().map(|(i, weight)| weight * tableau.node(i).powi(power));
+                    let values = weights
+                        .iter()
+                        .enumerate()
+                        .map(|(i, weight)| weight * tableau.node(i).powi(power));
                     let expected = tableau.node(stage).powi(power);
                     assert!((values.sum::<f64>() - expected).abs() < 1e-13);
                 }

@@ -1,6 +1,7 @@
 //! Coefficients of the implicit Runge–Kutta methods.
 
-/// An ESDIRK method: explicit first stage, one diagonal coefficient, stiffly accurate (`b` is the last row of `A`).
+/// An ESDIRK method: explicit first stage, one diagonal coefficient, stiffly accurate (`b` is the
+/// last row of `A`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tableau {
     /// Name in its source.
@@ -41,8 +42,8 @@ impl Tableau {
     }
 }
 
-/// `ESDIRK4(3)6L[2]SA_2` of Kennedy and Carpenter (Applied Numerical Mathematics 146, 2019, Table 9): order 4, L-stable,
-/// stage order 2.
+/// `ESDIRK4(3)6L[2]SA_2` of Kennedy and Carpenter (Applied Numerical Mathematics 146, 2019, Table
+/// 9): order 4, L-stable, stage order 2.
 pub const ESDIRK43: Tableau = {
     const A2: f64 = -360_286_518_617.0 / 7_014_585_480_527.0;
     const A3: f64 = -506_388_693_497.0 / 5_937_754_990_171.0;
@@ -57,7 +58,12 @@ pub const ESDIRK43: Tableau = {
             &[31.0 / 125.0],
             &[A2, A2],
             &[A3, A3, 7_149_918_333_491.0 / 13_390_931_526_268.0],
-            &[A4, A4, 21_592_626_537_567.0 / 14_352_247_503_901.0, 11_630_056_083_252.0 / 17_263_101_053_231.0],
+            &[
+                A4,
+                A4,
+                21_592_626_537_567.0 / 14_352_247_503_901.0,
+                11_630_056_083_252.0 / 17_263_101_053_231.0,
+            ],
             &[
                 A5,
                 A5,
@@ -77,8 +83,8 @@ pub const ESDIRK43: Tableau = {
     }
 };
 
-/// `ESDIRK5(4)7L[2]SA2` of Kennedy and Carpenter (Applied Numerical Mathematics 146, 2019): order 5, L-stable, stage
-/// order 2.
+/// `ESDIRK5(4)7L[2]SA2` of Kennedy and Carpenter (Applied Numerical Mathematics 146, 2019): order
+/// 5, L-stable, stage order 2.
 pub const ESDIRK54: Tableau = {
     const A2: f64 = 791_020_047_304.0 / 3_561_426_431_547.0;
     const A3: f64 = -158_159_076_358.0 / 11_257_294_102_345.0;
@@ -94,7 +100,12 @@ pub const ESDIRK54: Tableau = {
             &[23.0 / 125.0],
             &[A2, A2],
             &[A3, A3, -85_517_644_447.0 / 5_003_708_988_389.0],
-            &[A4, A4, 1_514_767_744_496.0 / 9_099_671_765_375.0, 14_283_835_447_591.0 / 12_247_432_691_556.0],
+            &[
+                A4,
+                A4,
+                1_514_767_744_496.0 / 9_099_671_765_375.0,
+                14_283_835_447_591.0 / 12_247_432_691_556.0,
+            ],
             &[
                 A5,
                 A5,
@@ -131,7 +142,9 @@ mod tests {
     fn order_conditions(tableau: &Tableau, b: &dyn Fn(usize) -> f64) -> Vec<(u32, f64, f64)> {
         let stages = tableau.stages();
         let a = |x: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            (0..stages).map(|i| (0..=i).map(|j| tableau.coefficient(i, j) * x(j)).sum()).collect()
+            (0..stages)
+                .map(|i| (0..=i).map(|j| tableau.coefficient(i, j) * x(j)).sum())
+                .collect()
         };
         let c = |power: i32| move |i: usize| tableau.node(i).powi(power);
         let (ac, ac2, ac3) = (a(&c(1)), a(&c(2)), a(&c(3)));
@@ -163,10 +176,17 @@ mod tests {
     fn order_conditions_hold() {
         for tableau in [ESDIRK43, ESDIRK54] {
             let step: Vec<f64> = (0..tableau.stages()).map(|i| tableau.weight(i)).collect();
-            for (order, weights) in [(tableau.order, &step[..]), (tableau.order - 1, tableau.embedded)] {
+            for (order, weights) in [
+                (tableau.order, &step[..]),
+                (tableau.order - 1, tableau.embedded),
+            ] {
                 for (tree, left, right) in order_conditions(&tableau, &|i| weights[i]) {
                     let holds = (left - right).abs() < 1e-12;
-                    assert!(holds || tree > order, "{}: order {tree}: {left} {right}", tableau.name);
+                    assert!(
+                        holds || tree > order,
+                        "{}: order {tree}: {left} {right}",
+                        tableau.name
+                    );
                 }
             }
         }
@@ -176,8 +196,14 @@ mod tests {
     fn stages_are_consistent_to_second_order() {
         for tableau in [ESDIRK43, ESDIRK54] {
             for i in 1..tableau.stages() {
-                let sum: f64 = (0..=i).map(|j| tableau.coefficient(i, j) * tableau.node(j)).sum();
-                assert!((sum - tableau.node(i).powi(2) / 2.0).abs() < 1e-13, "{} stage {i}", tableau.name);
+                let sum: f64 = (0..=i)
+                    .map(|j| tableau.coefficient(i, j) * tableau.node(j))
+                    .sum();
+                assert!(
+                    (sum - tableau.node(i).powi(2) / 2.0).abs() < 1e-13,
+                    "{} stage {i}",
+                    tableau.name
+                );
             }
             assert!((tableau.node(tableau.stages() - 1) - 1.0).abs() < 1e-14);
         }
@@ -190,10 +216,18 @@ mod tests {
             let z = -1e9;
             let mut stages: Vec<f64> = vec![1.0];
             for i in 1..tableau.stages() {
-                let sum: f64 = stages.iter().enumerate().map(|(j, y)| tableau.coefficient(i, j) * y).sum();
+                let sum: f64 = stages
+                    .iter()
+                    .enumerate()
+                    .map(|(j, y)| tableau.coefficient(i, j) * y)
+                    .sum();
                 stages.push((1.0 + z * sum) / (1.0 - z * tableau.gamma));
             }
-            assert!(stages.last().unwrap().abs() < 1e-7, "{}: {stages:?}", tableau.name);
+            assert!(
+                stages.last().unwrap().abs() < 1e-7,
+                "{}: {stages:?}",
+                tableau.name
+            );
         }
     }
 }

@@ -4,37 +4,61 @@ use std::f64::consts::PI;
 
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::model::passage::{ContactArc, Passage};
-use crate::model::record::{Combine, Curves, Display, Level, Needs, Prominence, Record, Scale, Scope};
+use crate::model::record::{
+    Combine, Curves, Display, Level, Needs, Prominence, Record, Scale, Scope,
+};
 use crate::model::settings::Settings;
 
 /// Drawn in figures whose file names start with `file_name`, in the unit `unit`.
 const fn figure(file_name: &'static str, unit: &'static str, factor: f64) -> Display {
-    Display { prominence: Prominence::Figure, file_name, unit, factor, ..Display::DETAIL }
+    Display {
+        prominence: Prominence::Figure,
+        file_name,
+        unit,
+        factor,
+        ..Display::DETAIL
+    }
 }
 
 /// Shown in the tables of a terminal too.
 const fn headline(display: Display) -> Display {
-    Display { prominence: Prominence::Headline, ..display }
+    Display {
+        prominence: Prominence::Headline,
+        ..display
+    }
 }
 
 /// Several filaments are combined by the largest value.
 const fn largest(display: Display) -> Display {
-    Display { combine: Combine::Max, ..display }
+    Display {
+        combine: Combine::Max,
+        ..display
+    }
 }
 
 /// Spans decades within a study.
 const fn over_decades(display: Display) -> Display {
-    Display { scale: Scale::Logarithmic, ..display }
+    Display {
+        scale: Scale::Logarithmic,
+        ..display
+    }
 }
 
-/// Left out of tables and figures where it is zero in all cases: without friction, or without an edge.
+/// Left out of tables and figures where it is zero in all cases: without friction, or without an
+/// edge.
 const fn optional(display: Display) -> Display {
-    Display { optional: true, ..display }
+    Display {
+        optional: true,
+        ..display
+    }
 }
 
 /// Belongs to the tool.
 const fn of_tool(display: Display) -> Display {
-    Display { scope: Scope::Tool, ..display }
+    Display {
+        scope: Scope::Tool,
+        ..display
+    }
 }
 
 /// Only results that have this have it.
@@ -44,12 +68,18 @@ const fn needs(needs: Needs, display: Display) -> Display {
 
 /// Drawn as curves over the depth too.
 const fn over_both(display: Display) -> Display {
-    Display { curves: Curves::OverBoth, ..display }
+    Display {
+        curves: Curves::OverBoth,
+        ..display
+    }
 }
 
 /// A share of a whole: colours have its whole range.
 const fn share(display: Display) -> Display {
-    Display { range: Some([0.0, 1.0]), ..display }
+    Display {
+        range: Some([0.0, 1.0]),
+        ..display
+    }
 }
 
 /// Above this contact time ratio a filament sweeps, below it strikes.
@@ -63,7 +93,8 @@ pub const BETWEEN_SWEEPING_AND_STRIKING: Level = Level {
     in_curves: "",
 };
 
-/// Above this lateral amplification a pass is laterally unstable (MODEL, "Motion that is planar by symmetry").
+/// Above this lateral amplification a pass is laterally unstable (MODEL, "Motion that is planar by
+/// symmetry").
 pub const UNSTABLE_AMPLIFICATION: f64 = 100.0;
 
 /// The line between laterally stable and unstable passes.
@@ -75,7 +106,8 @@ const OF_STABILITY: Level = Level {
 };
 
 crate::record! {
-    /// The metrics of one contact, as MODEL's table defines them (Uhlmann and Hoyer 2021, Eqs. 2 to 5).
+    /// The metrics of one contact, as MODEL's table defines them (Uhlmann and Hoyer 2021, Eqs. 2 to
+    /// 5).
     #[derive(Clone, Debug, Default, PartialEq)]
     #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
     pub struct Metrics {
@@ -219,14 +251,21 @@ pub struct NominalContact {
     pub brushing_velocity: f64,
     /// Where the undeformed filament passes the workpiece.
     pub window: ContactArc,
-    /// The nominal contact angle `Ω_c` in rad: by how much the tool turns while the undeformed filament touches the workpiece.
+    /// The nominal contact angle `Ω_c` in rad: by how much the tool turns while the undeformed
+    /// filament touches the workpiece.
     pub contact_angle: f64,
 }
 
 impl NominalContact {
-    /// That of a tool with the radius `tool_radius` (m) at the brushing velocity `brushing_velocity` (m/s).
+    /// That of a tool with the radius `tool_radius` (m) at the brushing velocity
+    /// `brushing_velocity` (m/s).
     pub fn new(tool_radius: f64, brushing_velocity: f64, passage: &Passage) -> Self {
-        Self { tool_radius, brushing_velocity, window: passage.window, contact_angle: passage.contact_angle() }
+        Self {
+            tool_radius,
+            brushing_velocity,
+            window: passage.window,
+            contact_angle: passage.contact_angle(),
+        }
     }
 
     /// Angular velocity of the tool, `ω = v_b/R`, in rad/s.
@@ -243,9 +282,11 @@ pub struct ContactRecord {
     pub turn: usize,
     /// Whether the turns should have become steady, but have not.
     pub is_unsteady: bool,
-    /// What is missing in the balance of the energies of all turns, relative to the sum of its terms.
+    /// What is missing in the balance of the energies of all turns, relative to the sum of its
+    /// terms.
     pub energy_residual: f64,
-    /// How far the start is from an equilibrium: largest angular acceleration of a segment over `ω²`, seen from the tool.
+    /// How far the start is from an equilibrium: largest angular acceleration of a segment over
+    /// `ω²`, seen from the tool.
     pub equilibrium_residual: f64,
     /// Total time with `F_n > 0` in s.
     pub time: f64,
@@ -269,7 +310,8 @@ pub struct ContactRecord {
     pub friction_work: f64,
     /// `∫ F_n |v_t| dt` in J.
     pub sliding_work: f64,
-    /// The part of `sliding_work` on edges in J, and its first and second moment about the bisectors of the edges in J rad and J rad².
+    /// The part of `sliding_work` on edges in J, and its first and second moment about the
+    /// bisectors of the edges in J rad and J rad².
     pub edge_work: [f64; 3],
     /// Largest `F_n` in N.
     pub peak_force: f64,
@@ -282,12 +324,21 @@ pub struct ContactRecord {
 impl ContactRecord {
     /// Before anything is observed in a turn, by number.
     pub fn of_turn(turn: usize) -> Self {
-        Self { turn, ..Self::default() }
+        Self {
+            turn,
+            ..Self::default()
+        }
     }
 
-    /// Adds a `time` (s) of contact between `begin` and `end`, in a turn before which `turned` (s) went by. The undeformed filament
-    /// touches between the times in `touches` of the first turn.
-    pub(crate) fn add_time(&mut self, time: f64, [begin, end]: [f64; 2], touches: &[[f64; 2]], turned: f64) {
+    /// Adds a `time` (s) of contact between `begin` and `end`, in a turn before which `turned` (s)
+    /// went by. The undeformed filament touches between the times in `touches` of the first turn.
+    pub(crate) fn add_time(
+        &mut self,
+        time: f64,
+        [begin, end]: [f64; 2],
+        touches: &[[f64; 2]],
+        turned: f64,
+    ) {
         self.time += time;
         for touch in touches {
             let [entry, exit] = touch.map(|time| time + turned);
@@ -296,14 +347,16 @@ impl ContactRecord {
     }
 }
 
-/// What sliding work removes from the workpiece and wears off the filaments, as far as it is known (MODEL, "Removal and wear").
+/// What sliding work removes from the workpiece and wears off the filaments, as far as it is known
+/// (MODEL, "Removal and wear").
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RemovalLaw {
     /// Preston coefficient `k_P` in m²/N.
     pub preston: Option<f64>,
     /// Wear coefficient `k_w` in m²/N.
     pub wear: Option<f64>,
-    /// `b |v_f|` in m²/s: the area over which a brush is fed per time; none if it is not fed over a plane.
+    /// `b |v_f|` in m²/s: the area over which a brush is fed per time; none if it is not fed over a
+    /// plane.
     pub area_rate: Option<f64>,
 }
 
@@ -311,11 +364,18 @@ impl RemovalLaw {
     /// What `settings` state.
     #[must_use]
     pub fn of(settings: &Settings) -> Self {
-        let Settings { removal, workpiece, tool, .. } = settings;
+        let Settings {
+            removal,
+            workpiece,
+            tool,
+            ..
+        } = settings;
         let is_fed = workpiece.kind.is_plane() && workpiece.feed_velocity_m_s != 0.0;
         Self {
             preston: removal.as_ref().and_then(|removal| removal.preston_m2_n),
-            wear: removal.as_ref().and_then(|removal| removal.filament_wear_m2_n),
+            wear: removal
+                .as_ref()
+                .and_then(|removal| removal.filament_wear_m2_n),
             area_rate: is_fed.then(|| tool.width_m * workpiece.feed_velocity_m_s.abs()),
         }
     }
@@ -323,7 +383,12 @@ impl RemovalLaw {
 
 impl Metrics {
     /// Reduces observations to metrics.
-    pub fn new(nominal: &NominalContact, record: &ContactRecord, filament_count: f64, removal: &RemovalLaw) -> Self {
+    pub fn new(
+        nominal: &NominalContact,
+        record: &ContactRecord,
+        filament_count: f64,
+        removal: &RemovalLaw,
+    ) -> Self {
         let contact_angle = nominal.contact_angle;
         let nominal_time = contact_angle / nominal.rate();
         let of_tool = |impulse| tool_force(impulse, filament_count, nominal.rate());
@@ -332,8 +397,11 @@ impl Metrics {
         let [impulse_x, impulse_y, impulse_z] = record.vector_impulse;
         // Work on edges can fall below zero by rounding.
         let edge_work = record.edge_work[0].max(0.0);
-        let [angle, deviation] = angle_of_work([edge_work, record.edge_work[1], record.edge_work[2]]);
-        let removal_rate = removal.preston.map_or(0.0, |preston| preston * of_tool(record.sliding_work.max(0.0)));
+        let [angle, deviation] =
+            angle_of_work([edge_work, record.edge_work[1], record.edge_work[2]]);
+        let removal_rate = removal.preston.map_or(0.0, |preston| {
+            preston * of_tool(record.sliding_work.max(0.0))
+        });
         Self {
             penetration_depth_m: 0.0,
             force_stiffness_n_m: 0.0,
@@ -343,10 +411,18 @@ impl Metrics {
             contact_time_s: record.time,
             contact_length_m: nominal.brushing_velocity * record.time,
             // A sum of steps can exceed the total by rounding.
-            contact_time_ratio: if nominal_time > 0.0 { (record.nominal_time / nominal_time).min(1.0) } else { 0.0 },
+            contact_time_ratio: if nominal_time > 0.0 {
+                (record.nominal_time / nominal_time).min(1.0)
+            } else {
+                0.0
+            },
             contact_count: record.count,
             contact_normal_impulse_n_s: record.impulse,
-            equivalent_contact_normal_force_n: if record.time > 0.0 { record.impulse / record.time } else { 0.0 },
+            equivalent_contact_normal_force_n: if record.time > 0.0 {
+                record.impulse / record.time
+            } else {
+                0.0
+            },
             peak_contact_normal_force_n: record.peak_force,
             max_tip_deflection_m: record.max_deflection,
             tool_contact_normal_force_n: of_tool(record.impulse),
@@ -355,7 +431,11 @@ impl Metrics {
             contact_impulse_z_n_s: impulse_z,
             edge_contact_normal_impulse_n_s: record.edge_impulse,
             // The integral over edges can exceed the whole, or fall below zero, by rounding.
-            edge_share: if record.impulse > 0.0 { (record.edge_impulse / record.impulse).clamp(0.0, 1.0) } else { 0.0 },
+            edge_share: if record.impulse > 0.0 {
+                (record.edge_impulse / record.impulse).clamp(0.0, 1.0)
+            } else {
+                0.0
+            },
             edge_evenness: record.edge_evenness,
             max_edge_penetration_m: record.edge_penetration,
             friction_work_j: record.friction_work,
@@ -370,7 +450,10 @@ impl Metrics {
             tool_power_w: torque * nominal.rate(),
             removal_rate_m3_s: removal_rate,
             recession_per_pass_m: removal.area_rate.map_or(0.0, |rate| removal_rate / rate),
-            wear_ratio: removal.preston.zip(removal.wear).map_or(0.0, |(preston, wear)| preston / wear),
+            wear_ratio: removal
+                .preston
+                .zip(removal.wear)
+                .map_or(0.0, |(preston, wear)| preston / wear),
             lateral_amplification: record.lateral_amplification,
             laterally_unstable: record.lateral_amplification > UNSTABLE_AMPLIFICATION,
             turns: record.turn,
@@ -380,7 +463,8 @@ impl Metrics {
         }
     }
 
-    /// Combines the metrics of several filaments, or of several passes of one: the mean, or the largest value for extremes.
+    /// Combines the metrics of several filaments, or of several passes of one: the mean, or the
+    /// largest value for extremes.
     ///
     /// Returns `None` if `all` is empty.
     #[must_use]
@@ -393,11 +477,17 @@ impl Metrics {
     #[must_use]
     pub fn weighted(all: &[(f64, &Self)]) -> Option<Self> {
         Self::merged(all.iter().map(|(_, metrics)| *metrics), |values| {
-            all.iter().zip(values).map(|((weight, _), value)| weight * value).sum()
+            all.iter()
+                .zip(values)
+                .map(|((weight, _), value)| weight * value)
+                .sum()
         })
     }
 
-    fn merged<'a>(all: impl IntoIterator<Item = &'a Self>, mean: impl Fn(&[f64]) -> f64) -> Option<Self> {
+    fn merged<'a>(
+        all: impl IntoIterator<Item = &'a Self>,
+        mean: impl Fn(&[f64]) -> f64,
+    ) -> Option<Self> {
         let all: Vec<&Self> = all.into_iter().collect();
         if all.is_empty() {
             return None;
@@ -428,12 +518,16 @@ impl Metrics {
                 .collect();
             mean(&values)
         };
-        [combined.edge_work_angle_rad, combined.edge_work_angle_std_rad] = angle_of_work([0, 1, 2].map(moment));
+        [
+            combined.edge_work_angle_rad,
+            combined.edge_work_angle_std_rad,
+        ] = angle_of_work([0, 1, 2].map(moment));
         Some(combined)
     }
 }
 
-/// Mean and standard deviation in rad of the angle of work with these moments of the orders 0, 1 and 2 (J, J rad, J rad²); zero without work.
+/// Mean and standard deviation in rad of the angle of work with these moments of the orders 0, 1
+/// and 2 (J, J rad, J rad²); zero without work.
 fn angle_of_work([work, first, second]: [f64; 3]) -> [f64; 2] {
     if work <= 0.0 {
         return [0.0; 2];
@@ -442,22 +536,28 @@ fn angle_of_work([work, first, second]: [f64; 3]) -> [f64; 2] {
     [mean, (second / work - mean * mean).max(0.0).sqrt()]
 }
 
-/// Tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N (paper, Eq. 5): every filament passes once per turn.
+/// Tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N (paper, Eq. 5): every filament passes
+/// once per turn.
 ///
-/// `impulse` in N s, `rate` in rad/s. Of an angular impulse in N m s it is the tool's torque in N m.
+/// `impulse` in N s, `rate` in rad/s. Of an angular impulse in N m s it is the tool's torque in N
+/// m.
 pub fn tool_force(impulse: f64, filament_count: f64, rate: f64) -> f64 {
     impulse * filament_count * rate / (2.0 * PI)
 }
 
-/// Tip deflection `s_n` in m: the shortest distance from `tip` to the undeformed filament, a straight line of length
-/// `length` from `root` along the unit vector `direction`.
+/// Tip deflection `s_n` in m: the shortest distance from `tip` to the undeformed filament, a
+/// straight line of length `length` from `root` along the unit vector `direction`.
 pub fn tip_deflection(tip: [f64; 3], root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
-    let nearest = add(root, scale(nearest_on_filament(tip, root, direction, length), direction));
+    let nearest = add(
+        root,
+        scale(nearest_on_filament(tip, root, direction, length), direction),
+    );
     let distance = sub(tip, nearest);
     dot(distance, distance).sqrt()
 }
 
-/// Distance in m from the root to the point of the undeformed filament that is nearest to `tip`; see [`tip_deflection`].
+/// Distance in m from the root to the point of the undeformed filament that is nearest to `tip`;
+/// see [`tip_deflection`].
 pub fn nearest_on_filament(tip: [f64; 3], root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
     dot(sub(tip, root), direction).clamp(0.0, length)
 }

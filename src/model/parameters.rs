@@ -1,7 +1,7 @@
 //! The scalar settings in one table: path, unit and range.
 //!
-//! The checks of an input file, the sweeps of a study and the JSON schema all read this table, so they cannot disagree.
-//! Conditions on vectors and between several settings follow below it.
+//! The checks of an input file, the sweeps of a study and the JSON schema all read this table, so
+//! they cannot disagree. Conditions on vectors and between several settings follow below it.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -10,7 +10,8 @@ use std::ops::{Bound, RangeBounds};
 
 use crate::model::record::Scalar;
 use crate::model::settings::{
-    ChamferSettings, EdgeSettings, MAX_TURNS, ProfileSettings, RoundSettings, Settings, Turns, WorkpieceKind,
+    ChamferSettings, EdgeSettings, MAX_TURNS, ProfileSettings, RoundSettings, Settings, Turns,
+    WorkpieceKind,
 };
 
 /// The largest number of segments of a filament.
@@ -46,8 +47,8 @@ pub struct Parameter {
     pub word: &'static str,
     /// True if the setting has no default.
     pub required: bool,
-    /// Path of the setting that this one states in another way, from other settings of the tool; empty if it is one itself. A file
-    /// gives one of the two, and the other follows.
+    /// Path of the setting that this one states in another way, from other settings of the tool;
+    /// empty if it is one itself. A file gives one of the two, and the other follows.
     pub instead_of: &'static str,
     /// Other names under which people look for it.
     pub also: &'static [&'static str],
@@ -55,7 +56,8 @@ pub struct Parameter {
     pub default: &'static str,
     /// Where the default comes from; empty if nothing needs to be said.
     pub source: &'static str,
-    /// Whether the default is a property of some brush, filament or pair of materials that decides the force.
+    /// Whether the default is a property of some brush, filament or pair of materials that decides
+    /// the force.
     pub decides_force: bool,
     /// What brushes usually have, if values outside are likely a slip.
     pub usual: Option<Usual>,
@@ -71,10 +73,17 @@ impl Parameter {
         PARAMETERS.iter().find(|parameter| parameter.path == path)
     }
 
-    /// The settings of which a file gives exactly one, or at most one: this one, and those that state the same in another way.
+    /// The settings of which a file gives exactly one, or at most one: this one, and those that
+    /// state the same in another way.
     pub fn group(&self) -> impl Iterator<Item = &'static Self> {
-        let path = if self.instead_of.is_empty() { self.path } else { self.instead_of };
-        PARAMETERS.iter().filter(move |parameter| parameter.path == path || parameter.instead_of == path)
+        let path = if self.instead_of.is_empty() {
+            self.path
+        } else {
+            self.instead_of
+        };
+        PARAMETERS
+            .iter()
+            .filter(move |parameter| parameter.path == path || parameter.instead_of == path)
     }
 
     /// The section of the input file that contains the setting.
@@ -101,12 +110,14 @@ impl Parameter {
         self.read(settings).unwrap_or_else(self.absent)
     }
 
-    /// Changes the setting, if the settings have it, without checks. A count takes the integer part of the value.
+    /// Changes the setting, if the settings have it, without checks. A count takes the integer part
+    /// of the value.
     pub fn set(&self, settings: &mut Settings, value: f64) {
         (self.set)(settings, value);
     }
 
-    /// The value as text: the fewest digits that read back the same, without a fraction if the setting is a count.
+    /// The value as text: the fewest digits that read back the same, without a fraction if the
+    /// setting is a count.
     #[must_use]
     pub fn format(&self, value: f64) -> String {
         match value {
@@ -120,13 +131,21 @@ impl Parameter {
     #[must_use]
     pub fn allowed(&self) -> String {
         let numbers = self.numbers();
-        if self.word.is_empty() { numbers } else { format!("{numbers} or \"{}\"", self.word) }
+        if self.word.is_empty() {
+            numbers
+        } else {
+            format!("{numbers} or \"{}\"", self.word)
+        }
     }
 
     /// Its unit after a comma, as in ", in m"; nothing if it has none.
     #[must_use]
     pub fn in_unit(&self) -> String {
-        if self.unit.is_empty() { String::new() } else { format!(", in {}", self.unit) }
+        if self.unit.is_empty() {
+            String::new()
+        } else {
+            format!(", in {}", self.unit)
+        }
     }
 
     /// The allowed numbers, in words and with their unit.
@@ -141,9 +160,17 @@ impl Parameter {
     pub fn check_presence(&self, settings: &Settings, value: f64) -> Result<(), Violation> {
         let absent = || {
             let allowed = left_out(settings.workpiece.kind.name());
-            Violation { path: self.path, value: self.format(value), allowed }
+            Violation {
+                path: self.path,
+                value: self.format(value),
+                allowed,
+            }
         };
-        if self.read(settings).is_some() || value == (self.absent)() { Ok(()) } else { Err(absent()) }
+        if self.read(settings).is_some() || value == (self.absent)() {
+            Ok(())
+        } else {
+            Err(absent())
+        }
     }
 
     /// Checks one value of the setting on its own.
@@ -151,7 +178,11 @@ impl Parameter {
         if self.range.contains(value) {
             Ok(())
         } else {
-            Err(Violation { path: self.path, value: self.format(value), allowed: self.numbers() })
+            Err(Violation {
+                path: self.path,
+                value: self.format(value),
+                allowed: self.numbers(),
+            })
         }
     }
 
@@ -196,7 +227,11 @@ impl Parameter {
     }
 
     const fn usually(mut self, least: f64, largest: f64, slip: &'static str) -> Self {
-        self.usual = Some(Usual { least, largest, slip });
+        self.usual = Some(Usual {
+            least,
+            largest,
+            slip,
+        });
         self
     }
 
@@ -240,7 +275,11 @@ impl Range {
     const ANGLE: Self = Self::real(Bound::Included(0.0), Bound::Excluded(std::f64::consts::TAU));
 
     const fn real(lower: Bound<f64>, upper: Bound<f64>) -> Self {
-        Self { whole: false, lower, upper }
+        Self {
+            whole: false,
+            lower,
+            upper,
+        }
     }
 
     const fn at_least(lower: f64) -> Self {
@@ -252,27 +291,45 @@ impl Range {
     }
 
     const fn whole(lower: f64, upper: f64) -> Self {
-        Self { whole: true, ..Self::between(lower, upper) }
+        Self {
+            whole: true,
+            ..Self::between(lower, upper)
+        }
     }
 
-    /// The value of the range that is nearest to a number; the number itself next to a bound that is none of them.
+    /// The value of the range that is nearest to a number; the number itself next to a bound that
+    /// is none of them.
     #[must_use]
     pub fn nearest(&self, value: f64) -> f64 {
-        let least = if let Bound::Included(lower) = self.lower { lower } else { f64::NEG_INFINITY };
-        let largest = if let Bound::Included(upper) = self.upper { upper } else { f64::INFINITY };
+        let least = if let Bound::Included(lower) = self.lower {
+            lower
+        } else {
+            f64::NEG_INFINITY
+        };
+        let largest = if let Bound::Included(upper) = self.upper {
+            upper
+        } else {
+            f64::INFINITY
+        };
         value.clamp(least, largest)
     }
 
     /// True if the value is finite, within the bounds, and whole if it must be.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
-        value.is_finite() && (self.lower, self.upper).contains(&value) && (!self.whole || value.fract() == 0.0)
+        value.is_finite()
+            && (self.lower, self.upper).contains(&value)
+            && (!self.whole || value.fract() == 0.0)
     }
 }
 
 impl Display for Range {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(if self.whole { "a whole number" } else { "a finite number" })?;
+        formatter.write_str(if self.whole {
+            "a whole number"
+        } else {
+            "a finite number"
+        })?;
         if let (Bound::Included(lower), Bound::Included(upper)) = (self.lower, self.upper) {
             return write!(formatter, " from {} to {}", plain(lower), plain(upper));
         }
@@ -322,14 +379,26 @@ pub struct Violation {
 
 impl Violation {
     /// The setting at `path`, which has this `value`.
-    pub(crate) fn of(path: &'static str, value: impl fmt::Debug, allowed: impl Into<String>) -> Self {
-        Self { path, value: format!("{value:?}"), allowed: allowed.into() }
+    pub(crate) fn of(
+        path: &'static str,
+        value: impl fmt::Debug,
+        allowed: impl Into<String>,
+    ) -> Self {
+        Self {
+            path,
+            value: format!("{value:?}"),
+            allowed: allowed.into(),
+        }
     }
 }
 
 impl Display for Violation {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { path, value, allowed } = self;
+        let Self {
+            path,
+            value,
+            allowed,
+        } = self;
         write!(formatter, "`{path}` is {value}, but must be {allowed}")
     }
 }
@@ -385,13 +454,24 @@ macro_rules! parameter {
             |settings, value| settings.$section.$key = Some(Scalar::from_f64(value))
         )
     };
-    // Another way to state a setting, by a method of the settings of the same name and one that changes that setting.
+    // Another way to state a setting, by a method of the settings of the same name and one that
+    // changes that setting.
     ($section:ident . $key:ident => $change:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
-        entry!($section.$key, $unit, $range, $symbol, $name, |settings| Some(settings.$key()), Settings::$change)
+        entry!(
+            $section.$key,
+            $unit,
+            $range,
+            $symbol,
+            $name,
+            |settings| Some(settings.$key()),
+            Settings::$change
+        )
     };
 }
 
-/// An entry of `[brush]`, a section that a file may leave out: settings without it have its default. Changing one adds the section. A count that the brush chooses itself if it is not stated (`auto`) is one, the least.
+/// An entry of `[brush]`, a section that a file may leave out: settings without it have its
+/// default. Changing one adds the section. A count that the brush chooses itself if it is not
+/// stated (`auto`) is one, the least.
 macro_rules! brush_parameter {
     (auto $key:ident, $range:expr, $symbol:literal, $name:literal) => {
         entry!(
@@ -400,8 +480,11 @@ macro_rules! brush_parameter {
             $range,
             $symbol,
             $name,
-            |settings| Some(Scalar::into_f64(settings.brush_or_default().$key.unwrap_or(1))),
-            |settings, value| settings.brush.get_or_insert_default().$key = Some(Scalar::from_f64(value))
+            |settings| Some(Scalar::into_f64(
+                settings.brush_or_default().$key.unwrap_or(1)
+            )),
+            |settings, value| settings.brush.get_or_insert_default().$key =
+                Some(Scalar::from_f64(value))
         )
         .default_is("chosen by the program")
     };
@@ -418,7 +501,8 @@ macro_rules! brush_parameter {
     };
 }
 
-/// An entry of `[workpiece]` that only some kinds of workpiece have, and its default, from the settings of one of them.
+/// An entry of `[workpiece]` that only some kinds of workpiece have, and its default, from the
+/// settings of one of them.
 macro_rules! workpiece_parameter {
     ($settings:ident . $key:ident of $($kind:ident)|+, $unit:literal, $range:expr, $name:literal) => {
         entry!(
@@ -440,7 +524,8 @@ macro_rules! workpiece_parameter {
     };
 }
 
-/// An entry of `[removal]` without a default. Where it is not stated, its value has no meaning, and is a `typical` one.
+/// An entry of `[removal]` without a default. Where it is not stated, its value has no meaning, and
+/// is a `typical` one.
 macro_rules! removal_parameter {
     ($key:ident, $unit:literal, $typical:literal, $symbol:literal, $name:literal) => {
         entry!(
@@ -728,10 +813,25 @@ mod tests {
 
     #[test]
     fn ranges_read_as_sentences() {
-        assert_eq!(Range::POSITIVE.to_string(), "a finite number greater than 0");
-        assert_eq!(Range::at_least(1.0).to_string(), "a finite number of at least 1");
-        assert_eq!(Range::whole(1.0, 400.0).to_string(), "a whole number from 1 to 400");
-        assert_eq!(Range::between(1e-10, 1e-2).to_string(), "a finite number from 1e-10 to 0.01");
-        assert_eq!(Range::between(-PI, PI).to_string(), "a finite number from -π to π");
+        assert_eq!(
+            Range::POSITIVE.to_string(),
+            "a finite number greater than 0"
+        );
+        assert_eq!(
+            Range::at_least(1.0).to_string(),
+            "a finite number of at least 1"
+        );
+        assert_eq!(
+            Range::whole(1.0, 400.0).to_string(),
+            "a whole number from 1 to 400"
+        );
+        assert_eq!(
+            Range::between(1e-10, 1e-2).to_string(),
+            "a finite number from 1e-10 to 0.01"
+        );
+        assert_eq!(
+            Range::between(-PI, PI).to_string(),
+            "a finite number from -π to π"
+        );
     }
 }

@@ -7,7 +7,8 @@ use std::f64::consts::{PI, TAU};
 pub struct Passage {
     /// The angles of the tool from which the lead angle and the tail angle of a pass count.
     pub window: ContactArc,
-    /// The parts of the window in which the filament touches the workpiece: angles from the start of the window, in rad, ascending.
+    /// The parts of the window in which the filament touches the workpiece: angles from the start
+    /// of the window, in rad, ascending.
     pub touches: Vec<[f64; 2]>,
     /// Whether it touches during the whole turn. The window is then one turn.
     pub all_round: bool,
@@ -16,15 +17,26 @@ pub struct Passage {
 impl From<ContactArc> for Passage {
     /// That of tips which touch the workpiece throughout the window.
     fn from(window: ContactArc) -> Self {
-        Self { window, touches: vec![[0.0, window.angle]], all_round: false }
+        Self {
+            window,
+            touches: vec![[0.0, window.angle]],
+            all_round: false,
+        }
     }
 }
 
 impl Passage {
     /// That of a filament which touches during the whole turn, from the angle `start` (rad) on.
     pub(crate) fn all_round(start: f64) -> Self {
-        let window = ContactArc { middle: start + PI, angle: TAU };
-        Self { window, touches: vec![[0.0, TAU]], all_round: true }
+        let window = ContactArc {
+            middle: start + PI,
+            angle: TAU,
+        };
+        Self {
+            window,
+            touches: vec![[0.0, TAU]],
+            all_round: true,
+        }
     }
 
     /// The nominal contact angle in rad: that of all touches.
@@ -43,22 +55,29 @@ pub struct ContactArc {
 }
 
 impl ContactArc {
-    /// The arc of the tips of a round tool on a plane: `Ω_c = 2 arccos((R − a_e)/R)`, opposite to the normal.
+    /// The arc of the tips of a round tool on a plane: `Ω_c = 2 arccos((R − a_e)/R)`, opposite to
+    /// the normal.
     ///
-    /// `reach` is the radius of the tips as the normal sees it, and `penetration_depth` is `a_e`, both in m. Computed as
-    /// `4 arcsin √(a_e/(2R))`, which keeps its digits at small depths.
+    /// `reach` is the radius of the tips as the normal sees it, and `penetration_depth` is `a_e`,
+    /// both in m. Computed as `4 arcsin √(a_e/(2R))`, which keeps its digits at small depths.
     pub fn on_plane(normal: [f64; 3], reach: f64, penetration_depth: f64) -> Self {
         let [x, y, _] = normal;
-        Self { middle: (-y).atan2(-x), angle: 4.0 * (penetration_depth / (2.0 * reach)).sqrt().asin() }
+        Self {
+            middle: (-y).atan2(-x),
+            angle: 4.0 * (penetration_depth / (2.0 * reach)).sqrt().asin(),
+        }
     }
 
-    /// The arc from the first angle at which `gap` (m, by the angle in rad) becomes negative to the last at which it
-    /// becomes positive again, in the turn that starts where it is largest. None if it never changes sign.
+    /// The arc from the first angle at which `gap` (m, by the angle in rad) becomes negative to the
+    /// last at which it becomes positive again, in the turn that starts where it is largest. None
+    /// if it never changes sign.
     ///
     /// Contacts of less than a thousandth of a turn can be missed.
     pub fn find(gap: impl Fn(f64) -> f64) -> Option<Self> {
         const POINTS: usize = 2000;
-        let gaps: Vec<f64> = (0..POINTS).map(|i| gap(TAU * i as f64 / POINTS as f64)).collect();
+        let gaps: Vec<f64> = (0..POINTS)
+            .map(|i| gap(TAU * i as f64 / POINTS as f64))
+            .collect();
         let farthest = (0..POINTS).max_by(|&i, &j| gaps[i].total_cmp(&gaps[j]))?;
         let angle = |step: usize| TAU * (farthest + step) as f64 / POINTS as f64;
         let inside = |step: &usize| gaps[(farthest + step) % POINTS] < 0.0;
@@ -69,11 +88,15 @@ impl ContactArc {
         let entry = bisect(|angle| gap(angle) < 0.0, angle(first - 1), angle(first));
         let exit = bisect(|angle| gap(angle) >= 0.0, angle(last), angle(last + 1));
         let middle = (entry + exit) / 2.0;
-        Some(Self { middle: (middle + PI).rem_euclid(TAU) - PI, angle: exit - entry })
+        Some(Self {
+            middle: (middle + PI).rem_euclid(TAU) - PI,
+            angle: exit - entry,
+        })
     }
 }
 
-/// Where `after` becomes true between `low`, where it is false, and `high`, where it is true; to rounding.
+/// Where `after` becomes true between `low`, where it is false, and `high`, where it is true; to
+/// rounding.
 pub(crate) fn bisect(after: impl Fn(f64) -> bool, mut low: f64, mut high: f64) -> f64 {
     loop {
         let middle = (low + high) / 2.0;

@@ -4,10 +4,11 @@ use crate::equations::linear::dot;
 use crate::equations::sin_cos;
 use crate::model::settings::ToolSettings;
 
-/// The pose of a tool: the rotation from its own frame, in which it turns about `z`, to that of the workpiece (MODEL, "Rotary tools of any
-/// kind and pose").
+/// The pose of a tool: the rotation from its own frame, in which it turns about `z`, to that of the
+/// workpiece (MODEL, "Rotary tools of any kind and pose").
 ///
-/// The solver works in the tool's own frame, in which a tilted tool has the equations of an upright one and the workpiece is tilted.
+/// The solver works in the tool's own frame, in which a tilted tool has the equations of an upright
+/// one and the workpiece is tilted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// `R = R_y(σ) R_x(τ)`, by rows.
@@ -16,7 +17,9 @@ pub struct Pose {
 
 impl Pose {
     /// That of a tool whose axis is `z`.
-    pub const UPRIGHT: Self = Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] };
+    pub const UPRIGHT: Self = Self {
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    };
 
     /// The pose with the tilt `τ` about `x` and the skew `σ` about `y` (rad).
     pub fn new(tilt: f64, skew: f64) -> Self {
@@ -33,7 +36,11 @@ impl Pose {
     /// The pose that settings state.
     pub fn of(tool: &ToolSettings) -> Self {
         let (tilt, skew) = (tool.tilt_rad(), tool.skew_rad);
-        if tilt == 0.0 && skew == 0.0 { Self::UPRIGHT } else { Self::new(tilt, skew) }
+        if tilt == 0.0 && skew == 0.0 {
+            Self::UPRIGHT
+        } else {
+            Self::new(tilt, skew)
+        }
     }
 
     /// A vector of the tool's frame, in the frame of the workpiece.
@@ -69,6 +76,11 @@ mod tests {
     fn both_ways_are_inverse() {
         let (pose, vector) = (Pose::new(0.4, -1.1), [0.3, -2.0, 0.7]);
         let back = pose.to_tool(pose.from_tool(vector));
-        assert!(back.iter().zip(vector).all(|(back, there)| (back - there).abs() < 1e-15), "{back:?}");
+        assert!(
+            back.iter()
+                .zip(vector)
+                .all(|(back, there)| (back - there).abs() < 1e-15),
+            "{back:?}"
+        );
     }
 }

@@ -1,7 +1,8 @@
 //! Structures of numbers that describe their own columns.
 //!
-//! `record!` defines a record once: its fields, and for each field a [`Column`] with symbol, unit, meaning and display.
-//! Everything that lists the numbers of a record (files, tables, figures, pages, documents) reads [`Record::COLUMNS`].
+//! `record!` defines a record once: its fields, and for each field a [`Column`] with symbol, unit,
+//! meaning and display. Everything that lists the numbers of a record (files, tables, figures,
+//! pages, documents) reads [`Record::COLUMNS`].
 
 /// A structure of numbers, each of which is a column.
 pub trait Record: Default + 'static {
@@ -10,7 +11,9 @@ pub trait Record: Default + 'static {
 
     /// True if every number is finite.
     fn is_finite(&self) -> bool {
-        Self::COLUMNS.iter().all(|column| column.get(self).is_finite())
+        Self::COLUMNS
+            .iter()
+            .all(|column| column.get(self).is_finite())
     }
 }
 
@@ -55,7 +58,17 @@ impl<R> Column<R> {
         get: fn(&R) -> f64,
         set: fn(&mut R, f64),
     ) -> Self {
-        Self { key, symbol, unit, name, meaning, whole, display, get, set }
+        Self {
+            key,
+            symbol,
+            unit,
+            name,
+            meaning,
+            whole,
+            display,
+            get,
+            set,
+        }
     }
 }
 
@@ -76,7 +89,8 @@ pub struct Display {
     pub scope: Scope,
     /// How the values of several filaments, or of several passes of one, are combined.
     pub combine: Combine,
-    /// True if tables and figures leave it out where it is zero in all cases, because nothing there can change it.
+    /// True if tables and figures leave it out where it is zero in all cases, because nothing there
+    /// can change it.
     pub optional: bool,
     /// What results must have for it to be among them.
     pub needs: Needs,
@@ -122,7 +136,8 @@ pub enum Prominence {
 pub enum Scale {
     /// Equal differences are at equal distances.
     Linear,
-    /// Equal ratios are at equal distances. The values of a study span decades; they are not negative.
+    /// Equal ratios are at equal distances. The values of a study span decades; they are not
+    /// negative.
     Logarithmic,
     /// Logarithmic where the values of a study span decades.
     Fitting,
@@ -250,7 +265,8 @@ impl Scalar for bool {
     }
 }
 
-/// Defines a structure of numbers and implements [`Record`] for it. A field and its column are one entry.
+/// Defines a structure of numbers and implements [`Record`] for it. A field and its column are one
+/// entry.
 ///
 /// ```
 /// bristle::record! {
@@ -266,7 +282,8 @@ impl Scalar for bool {
 /// assert_eq!(keys, ["length_m", "marks"]);
 /// ```
 ///
-/// An optional [`Display`] follows after `=>`; the default is [`Display::DETAIL`]. Fields after `with` are not columns.
+/// An optional [`Display`] follows after `=>`; the default is [`Display::DETAIL`]. Fields after
+/// `with` are not columns.
 #[macro_export]
 macro_rules! record {
     (

@@ -1,7 +1,8 @@
 //! The settings of a simulation.
 //!
-//! The name of a field is its key in an input file, and the unit is part of the name (SI throughout, angles in radians). One
-//! table, [`crate::model::parameters::PARAMETERS`], has the ranges of all numbers. The crate `bristle-input` reads the file.
+//! The name of a field is its key in an input file, and the unit is part of the name (SI
+//! throughout, angles in radians). One table, [`crate::model::parameters::PARAMETERS`], has the
+//! ranges of all numbers. The crate `bristle-input` reads the file.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
@@ -10,7 +11,11 @@ use crate::model::record::Scalar;
 
 /// Everything that one simulation depends on.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Settings {
     /// The brushing tool.
@@ -31,18 +36,27 @@ pub struct Settings {
     /// Uncertainty of the filaments, for `bristle study`.
     #[cfg_attr(feature = "serde", serde(default))]
     pub uncertainty: UncertaintySettings,
-    /// The filaments that touch each other. Without this section, a case of a study is one filament alone.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    /// The filaments that touch each other. Without this section, a case of a study is one filament
+    /// alone.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     #[cfg_attr(feature = "schema", schemars(with = "BrushSettings"))]
     pub brush: Option<BrushSettings>,
-    /// What the contact removes from the workpiece and wears off the filaments. Without this section only its work is known.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    /// What the contact removes from the workpiece and wears off the filaments. Without this
+    /// section only its work is known.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     #[cfg_attr(feature = "schema", schemars(with = "RemovalSettings"))]
     pub removal: Option<RemovalSettings>,
 }
 
 impl Settings {
-    /// Settings with these parts and defaults for everything else: a plane, no friction, the paper's contact law.
+    /// Settings with these parts and defaults for everything else: a plane, no friction, the
+    /// paper's contact law.
     #[must_use]
     pub fn new(tool: ToolSettings, filament: FilamentSettings, process: ProcessSettings) -> Self {
         Self {
@@ -58,8 +72,8 @@ impl Settings {
         }
     }
 
-    /// The brush of Uhlmann and Hoyer (2021) on a plane, with the defaults for what the paper leaves open, at the brushing
-    /// velocity `v_b` (m/s) and the penetration depth `a_e` (m).
+    /// The brush of Uhlmann and Hoyer (2021) on a plane, with the defaults for what the paper
+    /// leaves open, at the brushing velocity `v_b` (m/s) and the penetration depth `a_e` (m).
     ///
     /// ```
     /// let mut settings = bristle::model::settings::Settings::paper(10.0, 1e-3);
@@ -70,7 +84,10 @@ impl Settings {
     #[must_use]
     pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> Self {
         let process = ProcessSettings::new(brushing_velocity_m_s, penetration_depth_m);
-        let tool = ToolSettings { filament_count_uncertainty: 600.0, ..ToolSettings::new(0.140, 0.020, 10_500.0) };
+        let tool = ToolSettings {
+            filament_count_uncertainty: 600.0,
+            ..ToolSettings::new(0.140, 0.020, 10_500.0)
+        };
         Self::new(tool, FilamentSettings::new(0.040, 1.18e-3), process)
     }
 
@@ -89,7 +106,10 @@ impl Settings {
     #[must_use]
     pub fn at_depth(&self, depth_m: f64) -> Self {
         let mut settings = self.clone();
-        (settings.process.tool_force_n, settings.process.penetration_depth_m) = (None, depth_m);
+        (
+            settings.process.tool_force_n,
+            settings.process.penetration_depth_m,
+        ) = (None, depth_m);
         settings
     }
 
@@ -104,7 +124,8 @@ impl Settings {
         self.tool.filament_count = filaments_per_m2 * self.tool.surface_m2();
     }
 
-    /// Share of the body's surface that is covered by the cross-sections of the filaments at their roots.
+    /// Share of the body's surface that is covered by the cross-sections of the filaments at their
+    /// roots.
     #[must_use]
     pub fn fill_factor(&self) -> f64 {
         self.filaments_per_m2() * self.filament.root_area_m2()
@@ -127,7 +148,8 @@ impl Settings {
         self.removal.clone().unwrap_or_default()
     }
 
-    /// Number of rows of filaments along the axis: that which the settings state, or else that of a pitch as equal both ways as it can be.
+    /// Number of rows of filaments along the axis: that which the settings state, or else that of a
+    /// pitch as equal both ways as it can be.
     #[must_use]
     pub fn brush_rows(&self) -> usize {
         let tool = &self.tool;
@@ -140,34 +162,52 @@ impl Settings {
 
 /// The brushing tool.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ToolSettings {
-    /// Kind of tool: it sets the defaults of `filament_angle_rad` and `tilt_rad`, and has no other effect.
+    /// Kind of tool: it sets the defaults of `filament_angle_rad` and `tilt_rad`, and has no other
+    /// effect.
     #[cfg_attr(feature = "serde", serde(default))]
     pub kind: ToolKind,
-    /// Radius `r_g` of the brush body, at which the filaments are clamped, in m; in the middle of the trim.
+    /// Radius `r_g` of the brush body, at which the filaments are clamped, in m; in the middle of
+    /// the trim.
     pub body_radius_m: f64,
     /// Width `b` of the trim, across its filaments, in m: of a round brush that along its axis.
     pub width_m: f64,
-    /// Angle `γ` of the filaments to the axis, in rad: π/2 for radial ones, 0 for those of a cup. Without it that of the kind; a cone states it.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    /// Angle `γ` of the filaments to the axis, in rad: π/2 for radial ones, 0 for those of a cup.
+    /// Without it that of the kind; a cone states it.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     #[cfg_attr(feature = "schema", schemars(with = "f64"))]
     pub filament_angle_rad: Option<f64>,
-    /// Tilt `τ` of the tool's axis about `x`, in rad: π/2 points it into the workpiece. Without it that of the kind: 0 of a round brush, π/2 of a
-    /// cup, π/2 − γ of a cone.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    /// Tilt `τ` of the tool's axis about `x`, in rad: π/2 points it into the workpiece. Without it
+    /// that of the kind: 0 of a round brush, π/2 of a cup, π/2 − γ of a cone.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     #[cfg_attr(feature = "schema", schemars(with = "f64"))]
     pub tilt_rad: Option<f64>,
     /// Skew `σ` of the tool's axis about `y`, after its tilt, in rad.
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "is_zero"))]
     pub skew_rad: f64,
-    /// Number of filaments along the trim that are simulated where they differ: on a tilted or conical tool. One is that in the middle, and the
-    /// penetration depth is then its own. Without it 5, or 33 where part of the trim lifts off the workpiece.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    /// Number of filaments along the trim that are simulated where they differ: on a tilted or
+    /// conical tool. One is that in the middle, and the penetration depth is then its own. Without
+    /// it 5, or 33 where part of the trim lifts off the workpiece.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     #[cfg_attr(feature = "schema", schemars(with = "usize"))]
     pub positions: Option<usize>,
-    /// Number `N_f` of filaments on the tool. A file may give `filaments_per_m2` or `fill_factor` instead. As an estimate, it need not be a whole number.
+    /// Number `N_f` of filaments on the tool. A file may give `filaments_per_m2` or `fill_factor`
+    /// instead. As an estimate, it need not be a whole number.
     pub filament_count: f64,
     /// Uncertainty of the number of filaments: its standard deviation.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -176,7 +216,11 @@ pub struct ToolSettings {
 
 /// The kinds of tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum ToolKind {
     /// A round brush with radial filaments.
@@ -190,7 +234,11 @@ pub enum ToolKind {
 
 /// One filament of the tool.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FilamentSettings {
     /// Number `n` of rigid segments that model the filament.
@@ -200,16 +248,23 @@ pub struct FilamentSettings {
     pub length_m: f64,
     /// Diameter `d`, in m; of a tapered filament at its root.
     pub diameter_m: f64,
-    /// Diameter at the tip, to which it goes linearly, in m: from a thousandth to a thousand times `diameter_m`. Without it the
-    /// filament is uniform.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    /// Diameter at the tip, to which it goes linearly, in m: from a thousandth to a thousand times
+    /// `diameter_m`. Without it the filament is uniform.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     #[cfg_attr(feature = "schema", schemars(with = "f64"))]
     pub tip_diameter_m: Option<f64>,
-    /// Amplitude `A` of the waves of the relaxed filament in the plane of rotation, in m. A negative one is that of the mirror image.
+    /// Amplitude `A` of the waves of the relaxed filament in the plane of rotation, in m. A
+    /// negative one is that of the mirror image.
     #[cfg_attr(feature = "serde", serde(default))]
     pub waviness_amplitude_m: f64,
     /// Length `λ` of the waves, in m. Without it one wave is as long as the filament.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     #[cfg_attr(feature = "schema", schemars(with = "f64"))]
     pub waviness_length_m: Option<f64>,
     /// Phase `ψ` of the waves at the root, in rad.
@@ -221,7 +276,8 @@ pub struct FilamentSettings {
     /// Young's modulus `E`, in Pa.
     #[cfg_attr(feature = "serde", serde(default = "default_youngs_modulus_pa"))]
     pub youngs_modulus_pa: f64,
-    /// Tilt `τ` of the clamp out of the plane of rotation, towards `+z`, in rad. With a tilt the motion is spatial.
+    /// Tilt `τ` of the clamp out of the plane of rotation, towards `+z`, in rad. With a tilt the
+    /// motion is spatial.
     #[cfg_attr(feature = "serde", serde(default))]
     pub lateral_tilt_rad: f64,
     /// Damping ratio `ζ` of the first bending mode of the clamped filament.
@@ -231,7 +287,11 @@ pub struct FilamentSettings {
 
 /// The contact law between filament and workpiece.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields, default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ContactSettings {
     /// Contact stiffness `k_c`, in N/m^p (N/m at exponent 1).
@@ -240,7 +300,8 @@ pub struct ContactSettings {
     pub exponent: f64,
     /// Contact damping `χ` (Hunt and Crossley), in s/m.
     pub damping_s_m: f64,
-    /// Contact radius of a node, subtracted from the gap, in m. Less than the length of the filament.
+    /// Contact radius of a node, subtracted from the gap, in m. Less than the length of the
+    /// filament.
     pub radius_m: f64,
     /// Coefficient of friction `µ`.
     pub friction_coefficient: f64,
@@ -263,10 +324,15 @@ impl Default for ContactSettings {
 
 /// The workpiece.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WorkpieceSettings {
-    /// Feed velocity `v_ft` of the workpiece, in m/s: along `x`; for another normal `n`, along `n × z`.
+    /// Feed velocity `v_ft` of the workpiece, in m/s: along `x`; for another normal `n`, along `n ×
+    /// z`.
     pub feed_velocity_m_s: f64,
     /// The kind of workpiece, and what a workpiece of that kind has.
     #[cfg_attr(feature = "serde", serde(flatten))]
@@ -277,7 +343,9 @@ pub struct WorkpieceSettings {
 pub fn unit_normal(settings: &WorkpieceSettings) -> [f64; 3] {
     let normal = settings.kind.normal();
     // Scaled by the largest component first, so that squares neither overflow nor vanish.
-    let largest = normal.iter().fold(0.0_f64, |largest, component| largest.max(component.abs()));
+    let largest = normal
+        .iter()
+        .fold(0.0_f64, |largest, component| largest.max(component.abs()));
     let normal = normal.map(|component| component / largest);
     scale(1.0 / dot(normal, normal).sqrt(), normal)
 }
@@ -318,22 +386,32 @@ impl WorkpieceKind {
         Self::Plane(PlaneSettings { normal })
     }
 
-    /// An edge with faces at right angles that filaments leave, rounded with the radius `edge_radius_m` (m).
+    /// An edge with faces at right angles that filaments leave, rounded with the radius
+    /// `edge_radius_m` (m).
     #[must_use]
     pub fn edge(edge_radius_m: f64) -> Self {
-        Self::Edge(EdgeSettings { edge_radius_m, ..EdgeSettings::default() })
+        Self::Edge(EdgeSettings {
+            edge_radius_m,
+            ..EdgeSettings::default()
+        })
     }
 
     /// A cylinder of the radius `radius_m` (m) with its top below the tool axis.
     #[must_use]
     pub fn cylinder(radius_m: f64) -> Self {
-        Self::Cylinder(RoundSettings { radius_m, ..RoundSettings::default() })
+        Self::Cylinder(RoundSettings {
+            radius_m,
+            ..RoundSettings::default()
+        })
     }
 
     /// A bore of the radius `radius_m` (m) with its bottom below the tool axis.
     #[must_use]
     pub fn bore(radius_m: f64) -> Self {
-        Self::Bore(RoundSettings { radius_m, ..RoundSettings::default() })
+        Self::Bore(RoundSettings {
+            radius_m,
+            ..RoundSettings::default()
+        })
     }
 
     /// Its name in an input file.
@@ -358,24 +436,27 @@ impl WorkpieceKind {
     /// Its outward normal, of any length.
     #[must_use]
     pub fn normal(&self) -> [f64; 3] {
-        if let Self::Plane(plane) = self { plane.normal } else { PlaneSettings::default().normal }
+        if let Self::Plane(plane) = self {
+            plane.normal
+        } else {
+            PlaneSettings::default().normal
+        }
     }
 
     /// The radius of its edges in m; zero if it has no edges.
     #[must_use]
     pub fn edge_radius_m(&self) -> f64 {
         match self {
-            Self::Edge(EdgeSettings { edge_radius_m, .. }) | Self::Chamfer(ChamferSettings { edge_radius_m, .. }) => {
-                *edge_radius_m
-            }
+            Self::Edge(EdgeSettings { edge_radius_m, .. })
+            | Self::Chamfer(ChamferSettings { edge_radius_m, .. }) => *edge_radius_m,
             _ => 0.0,
         }
     }
 
     /// Changes the radius of its edges, in m, if it has edges.
     pub fn set_edge_radius_m(&mut self, radius_m: f64) {
-        if let Self::Edge(EdgeSettings { edge_radius_m, .. }) | Self::Chamfer(ChamferSettings { edge_radius_m, .. }) =
-            self
+        if let Self::Edge(EdgeSettings { edge_radius_m, .. })
+        | Self::Chamfer(ChamferSettings { edge_radius_m, .. }) = self
         {
             *edge_radius_m = radius_m;
         }
@@ -384,23 +465,33 @@ impl WorkpieceKind {
 
 /// A plane.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields, default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlaneSettings {
-    /// Outward normal of a plane, of any length, with a component perpendicular to the tool axis `z`. The penetration
-    /// depth is measured along it. Other kinds have `[0, 1, 0]`.
+    /// Outward normal of a plane, of any length, with a component perpendicular to the tool axis
+    /// `z`. The penetration depth is measured along it. Other kinds have `[0, 1, 0]`.
     pub normal: [f64; 3],
 }
 
 impl Default for PlaneSettings {
     fn default() -> Self {
-        Self { normal: [0.0, 1.0, 0.0] }
+        Self {
+            normal: [0.0, 1.0, 0.0],
+        }
     }
 }
 
 /// A rounded edge.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields, default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct EdgeSettings {
     /// Where the workpiece's own `x = 0` lies at time zero, in m. A plane has none.
@@ -415,13 +506,22 @@ pub struct EdgeSettings {
 
 impl Default for EdgeSettings {
     fn default() -> Self {
-        Self { offset_m: 0.0, included_angle_rad: FRAC_PI_2, edge_radius_m: 0.0, side: Side::default() }
+        Self {
+            offset_m: 0.0,
+            included_angle_rad: FRAC_PI_2,
+            edge_radius_m: 0.0,
+            side: Side::default(),
+        }
     }
 }
 
 /// An edge with a chamfer.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields, default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChamferSettings {
     /// Where the workpiece's own `x = 0` lies at time zero, in m. A plane has none.
@@ -453,7 +553,11 @@ impl Default for ChamferSettings {
 
 /// A cylinder or a bore.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields, default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RoundSettings {
     /// Where the workpiece's own `x = 0` lies at time zero, in m. A plane has none.
@@ -464,7 +568,11 @@ pub struct RoundSettings {
 
 /// A profile.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields, default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProfileSettings {
     /// Where the workpiece's own `x = 0` lies at time zero, in m. A plane has none.
@@ -479,13 +587,22 @@ pub struct ProfileSettings {
 
 impl Default for ProfileSettings {
     fn default() -> Self {
-        Self { offset_m: 0.0, degree: 3, control_points_m: Vec::new(), closed: false }
+        Self {
+            offset_m: 0.0,
+            degree: 3,
+            control_points_m: Vec::new(),
+            closed: false,
+        }
     }
 }
 
 /// How filaments meet an edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Side {
     /// They sweep over the material, at `x ≤ 0`, and off it.
@@ -497,15 +614,25 @@ pub enum Side {
 
 /// How the tool meets the workpiece.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProcessSettings {
-    /// Brushing velocity `v_b = ω R`, the speed of the undeformed tip, in m/s. A file may give `rotational_speed_rpm` instead. May be left out if `[study]` sweeps it.
+    /// Brushing velocity `v_b = ω R`, the speed of the undeformed tip, in m/s. A file may give
+    /// `rotational_speed_rpm` instead. May be left out if `[study]` sweeps it.
     pub brushing_velocity_m_s: f64,
-    /// Penetration depth `a_e` of the undeformed tool into the workpiece, in m. May be left out if `[study]` sweeps it.
+    /// Penetration depth `a_e` of the undeformed tool into the workpiece, in m. May be left out if
+    /// `[study]` sweeps it.
     pub penetration_depth_m: f64,
-    /// Force `F_n,w` with which the tool is pressed on, in N, in place of the penetration depth, which is then found; none if the depth is given.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    /// Force `F_n,w` with which the tool is pressed on, in N, in place of the penetration depth,
+    /// which is then found; none if the depth is given.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     #[cfg_attr(feature = "schema", schemars(with = "f64"))]
     pub tool_force_n: Option<f64>,
     /// Gravitational acceleration, in m/s².
@@ -517,9 +644,13 @@ pub struct ProcessSettings {
     /// Angle past nominal exit at which the simulation ends, in rad.
     #[cfg_attr(feature = "serde", serde(default = "default_tail_angle_rad"))]
     pub tail_angle_rad: f64,
-    /// Number of turns of the tool, or "steady": until the impulse no longer changes, at most 50. The metrics are those of the
-    /// last turn. A single turn ends at the tail angle, several are whole. Without it one, or "steady" where filaments touch during the whole turn.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    /// Number of turns of the tool, or "steady": until the impulse no longer changes, at most 50.
+    /// The metrics are those of the last turn. A single turn ends at the tail angle, several are
+    /// whole. Without it one, or "steady" where filaments touch during the whole turn.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     #[cfg_attr(feature = "schema", schemars(with = "Turns"))]
     pub turns: Option<Turns>,
 }
@@ -540,7 +671,8 @@ pub const MAX_TURNS: usize = 50;
 pub enum Turns {
     /// This number.
     Count(usize),
-    /// Until the contact normal impulses of two successive turns differ by less than 0.1 %, but for at most [`MAX_TURNS`].
+    /// Until the contact normal impulses of two successive turns differ by less than 0.1 %, but for
+    /// at most [`MAX_TURNS`].
     Steady,
 }
 
@@ -604,25 +736,38 @@ impl serde::de::Visitor<'_> for TurnsVisitor {
     type Value = Turns;
 
     fn expecting(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(formatter, "a whole number from 1 to {MAX_TURNS} or \"{}\"", Turns::STEADY)
+        write!(
+            formatter,
+            "a whole number from 1 to {MAX_TURNS} or \"{}\"",
+            Turns::STEADY
+        )
     }
 
     fn visit_u64<E: serde::de::Error>(self, count: u64) -> Result<Turns, E> {
         let found = serde::de::Unexpected::Unsigned(count);
-        let count = usize::try_from(count).ok().filter(|count| (1..=MAX_TURNS).contains(count));
-        count.map(Turns::Count).ok_or_else(|| E::invalid_value(found, &self))
+        let count = usize::try_from(count)
+            .ok()
+            .filter(|count| (1..=MAX_TURNS).contains(count));
+        count
+            .map(Turns::Count)
+            .ok_or_else(|| E::invalid_value(found, &self))
     }
 
     fn visit_i64<E: serde::de::Error>(self, count: i64) -> Result<Turns, E> {
         match u64::try_from(count) {
             Ok(count) => self.visit_u64(count),
-            Err(_) => Err(E::invalid_value(serde::de::Unexpected::Signed(count), &self)),
+            Err(_) => Err(E::invalid_value(
+                serde::de::Unexpected::Signed(count),
+                &self,
+            )),
         }
     }
 
     fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Turns, E> {
         let is_known = word == Turns::STEADY;
-        is_known.then_some(Turns::Steady).ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(word), &self))
+        is_known
+            .then_some(Turns::Steady)
+            .ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(word), &self))
     }
 }
 
@@ -645,7 +790,11 @@ impl schemars::JsonSchema for Turns {
 
 /// The numerical solution and its output.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields, default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SolverSettings {
     /// Relative tolerance of the integration.
@@ -656,17 +805,24 @@ pub struct SolverSettings {
 
 impl Default for SolverSettings {
     fn default() -> Self {
-        Self { relative_tolerance: 1.0e-6, samples: 2000 }
+        Self {
+            relative_tolerance: 1.0e-6,
+            samples: 2000,
+        }
     }
 }
 
-/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in `[filament]`, and that of
-/// friction.
+/// Uncertainty of the filaments: standard deviations of normal distributions about the settings in
+/// `[filament]`, and that of friction.
 ///
-/// If one is above zero, a study repeats each case with sampled tools, and reports the distribution of the tool force. All
-/// filaments of a sampled tool are alike.
+/// If one is above zero, a study repeats each case with sampled tools, and reports the distribution
+/// of the tool force. All filaments of a sampled tool are alike.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields, default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct UncertaintySettings {
     /// Standard deviation of the free length `l_f`, in m.
@@ -677,7 +833,8 @@ pub struct UncertaintySettings {
     pub youngs_modulus_std_pa: f64,
     /// Standard deviation of the damping ratio `ζ`.
     pub damping_ratio_std: f64,
-    /// Standard deviation of the amplitude `A` of the waviness, in m. A negative sample is the mirror image.
+    /// Standard deviation of the amplitude `A` of the waviness, in m. A negative sample is the
+    /// mirror image.
     pub waviness_amplitude_std_m: f64,
     /// Standard deviation of the phase `ψ` of the waviness, in rad.
     pub waviness_phase_std_rad: f64,
@@ -696,8 +853,8 @@ pub struct UncertaintySettings {
 }
 
 impl UncertaintySettings {
-    /// The standard deviations of length (m), diameter (m), Young's modulus (Pa), damping ratio, amplitude (m) and phase (rad) of the
-    /// waviness, and friction, in this order.
+    /// The standard deviations of length (m), diameter (m), Young's modulus (Pa), damping ratio,
+    /// amplitude (m) and phase (rad) of the waviness, and friction, in this order.
     #[must_use]
     pub fn deviations(&self) -> [f64; 7] {
         let Self {
@@ -731,11 +888,17 @@ impl UncertaintySettings {
     }
 }
 
-/// The standard errors of settings that a calibration has fitted, and their correlations: all filaments of a tool have the same error.
+/// The standard errors of settings that a calibration has fitted, and their correlations: all
+/// filaments of a tool have the same error.
 ///
-/// Settings that are positive, as their usual range says, have a logarithmic normal distribution, others a normal one.
+/// Settings that are positive, as their usual range says, have a logarithmic normal distribution,
+/// others a normal one.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibrationUncertainty {
     /// Dotted paths of the settings, of `[tool]`, `[filament]`, `[contact]` or `[brush]`.
@@ -748,13 +911,18 @@ pub struct CalibrationUncertainty {
 
 /// What stays the same on tools whose filaments have another length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Hold {
     /// Brushing velocity and penetration depth: each tool is set up anew, by its own radius.
     #[default]
     Process,
-    /// Rotational speed, and distance of the axis from the workpiece: the machine knows the nominal radius only.
+    /// Rotational speed, and distance of the axis from the workpiece: the machine knows the nominal
+    /// radius only.
     Machine,
 }
 
@@ -778,15 +946,20 @@ impl Default for UncertaintySettings {
 
 /// A sector of the brush, whose filaments touch each other (MODEL, "Filaments that touch").
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields, default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BrushSettings {
-    /// Number of columns of the sector, one behind the other around the tool. Without it there are as many as a steady stretch needs.
+    /// Number of columns of the sector, one behind the other around the tool. Without it there are
+    /// as many as a steady stretch needs.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "usize"))]
     pub columns: Option<usize>,
-    /// Number of rows along the axis, over the width of the brush. Without it the pitch is as equal both ways as it can be. One row
-    /// is planar.
+    /// Number of rows along the axis, over the width of the brush. Without it the pitch is as equal
+    /// both ways as it can be. One row is planar.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "usize"))]
     pub rows: Option<usize>,
@@ -796,7 +969,8 @@ pub struct BrushSettings {
     pub ends: Ends,
     /// Contact stiffness `k_l` between filaments, in N/m².
     pub stiffness_n_m2: f64,
-    /// Number `N_q` of contact points of a segment. Without it the least whose distance is at most the diameter.
+    /// Number `N_q` of contact points of a segment. Without it the least whose distance is at most
+    /// the diameter.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "usize"))]
     pub contact_points: Option<usize>,
@@ -804,11 +978,14 @@ pub struct BrushSettings {
     pub damping_s_m: f64,
     /// Coefficient of friction between filaments.
     pub friction_coefficient: f64,
-    /// Standard deviation of the tilt of each filament's clamp out of the plane of rotation, in rad.
+    /// Standard deviation of the tilt of each filament's clamp out of the plane of rotation, in
+    /// rad.
     pub lateral_tilt_std_rad: f64,
-    /// Standard deviation of the shift of each root, around the body and along the axis, in m. Roots of a single row stay in its plane.
+    /// Standard deviation of the shift of each root, around the body and along the axis, in m.
+    /// Roots of a single row stay in its plane.
     pub root_std_m: f64,
-    /// Whether the metrics are those of a steady stretch of columns, which must then exist; else they are those of all columns.
+    /// Whether the metrics are those of a steady stretch of columns, which must then exist; else
+    /// they are those of all columns.
     pub steady: bool,
     /// Seed of random roots, tilts and filaments.
     pub seed: u32,
@@ -818,7 +995,11 @@ pub struct BrushSettings {
 
 /// Arrangements of the roots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Pattern {
     /// Every other row is half a pitch behind.
@@ -832,7 +1013,11 @@ pub enum Pattern {
 
 /// What is beyond the first and the last row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Ends {
     /// The brush goes on: rows repeat along the axis.
@@ -862,26 +1047,35 @@ impl Default for BrushSettings {
     }
 }
 
-/// What the contact removes from the workpiece and wears off the filaments (MODEL, "Removal and wear").
+/// What the contact removes from the workpiece and wears off the filaments (MODEL, "Removal and
+/// wear").
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields, default))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields, default)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RemovalSettings {
-    /// Preston coefficient `k_P` of the workpiece: volume removed per sliding work, in m²/N. Without it, and without `observed`, it is not known.
+    /// Preston coefficient `k_P` of the workpiece: volume removed per sliding work, in m²/N.
+    /// Without it, and without `observed`, it is not known.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "f64"))]
     pub preston_m2_n: Option<f64>,
-    /// Wear coefficient `k_w` of the filaments: volume that a filament loses per sliding work, in m²/N. Without it filaments do not wear.
+    /// Wear coefficient `k_w` of the filaments: volume that a filament loses per sliding work, in
+    /// m²/N. Without it filaments do not wear.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "f64"))]
     pub filament_wear_m2_n: Option<f64>,
-    /// Whether the tool follows as its filaments become shorter, so that the penetration depth stays.
+    /// Whether the tool follows as its filaments become shorter, so that the penetration depth
+    /// stays.
     pub compensate: bool,
     /// Whether half of the turns go in the other direction.
     pub alternate: bool,
     /// The part of the force by which it has fallen when a worn brush is to be changed.
     pub force_loss: f64,
-    /// Velocity of the feed along the edge, in m/s: a point of the edge is under a brush of the width `b` for `ω b/(2π v_f)` turns.
+    /// Velocity of the feed along the edge, in m/s: a point of the edge is under a brush of the
+    /// width `b` for `ω b/(2π v_f)` turns.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "f64"))]
     pub edge_feed_velocity_m_s: Option<f64>,
@@ -912,7 +1106,11 @@ impl Default for RemovalSettings {
 
 /// When the removal ends: one of the three.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "snake_case")
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum RemovalGoal {
     /// At this radius of the edge, in m.
@@ -925,7 +1123,11 @@ pub enum RemovalGoal {
 
 /// The radius of an edge that was measured after a time of brushing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ObservedEdge {
     /// The radius in m.
@@ -935,7 +1137,8 @@ pub struct ObservedEdge {
 }
 
 impl ToolSettings {
-    /// A round brush with this body radius `r_g` and width, both in m, and exactly this number of filaments.
+    /// A round brush with this body radius `r_g` and width, both in m, and exactly this number of
+    /// filaments.
     #[must_use]
     pub fn new(body_radius_m: f64, width_m: f64, filament_count: f64) -> Self {
         Self {
@@ -951,7 +1154,8 @@ impl ToolSettings {
         }
     }
 
-    /// Angle `γ` of the filaments to the axis in rad. A cone has to state it, and has π/4 where it does not.
+    /// Angle `γ` of the filaments to the axis in rad. A cone has to state it, and has π/4 where it
+    /// does not.
     #[must_use]
     pub fn filament_angle_rad(&self) -> f64 {
         self.filament_angle_rad.unwrap_or(match self.kind {

@@ -53,11 +53,15 @@ impl Trim {
         [self.body_radius - s * cos_angle, s * sin_angle]
     }
 
-    /// Distance from the axis, `R(s)`, and `z` in m of the tip of the undeformed filament at `s` (m).
+    /// Distance from the axis, `R(s)`, and `z` in m of the tip of the undeformed filament at `s`
+    /// (m).
     pub fn tip(&self, s: f64) -> [f64; 2] {
         let (cos_angle, sin_angle) = sin_cos(self.elevation);
         let [radius, height] = self.root(s);
-        [radius + self.length * sin_angle, height + self.length * cos_angle]
+        [
+            radius + self.length * sin_angle,
+            height + self.length * cos_angle,
+        ]
     }
 
     /// The ends of the trim.
@@ -74,7 +78,8 @@ impl Settings {
         radius
     }
 
-    /// How deep the undeformed tips come, from the tool's centre along the inward normal of the workpiece, in m: `R` of a round tool on a plane.
+    /// How deep the undeformed tips come, from the tool's centre along the inward normal of the
+    /// workpiece, in m: `R` of a round tool on a plane.
     #[must_use]
     pub fn reach_m(&self) -> f64 {
         let [tips, _] = reaches(self);
@@ -87,7 +92,8 @@ impl Settings {
         self.process.brushing_velocity_m_s / self.tool_radius_m()
     }
 
-    /// By how much the undeformed tips are nearer to the workpiece than the roots, in m: the largest possible penetration depth.
+    /// By how much the undeformed tips are nearer to the workpiece than the roots, in m: the
+    /// largest possible penetration depth.
     #[must_use]
     pub fn clearance_m(&self) -> f64 {
         let [tips, roots] = reaches(self);
@@ -100,34 +106,45 @@ impl Settings {
         self.angular_velocity_rad_s() / RPM_RAD_S
     }
 
-    /// Changes the brushing velocity to that of the tips at this rotational speed in revolutions per minute.
+    /// Changes the brushing velocity to that of the tips at this rotational speed in revolutions
+    /// per minute.
     pub fn set_rotational_speed_rpm(&mut self, speed_rpm: f64) {
         self.process.brushing_velocity_m_s = speed_rpm * RPM_RAD_S * self.tool_radius_m();
     }
 }
 
-/// How far, in m, a point at the distance `radius` from the axis and at `height` comes along the inward normal of a surface as it turns, if
-/// the outward one is `normal` in the tool's frame.
+/// How far, in m, a point at the distance `radius` from the axis and at `height` comes along the
+/// inward normal of a surface as it turns, if the outward one is `normal` in the tool's frame.
 pub(crate) fn reach_of([radius, height]: [f64; 2], [x, y, z]: [f64; 3]) -> f64 {
     radius * x.hypot(y) - height * z
 }
 
-/// The filaments that stand for all: one, unless those along the trim differ (MODEL, "Rotary tools of any kind and pose"). Then they are at the
-/// points of Gauss and Legendre, with weights in proportion to their root radius.
+/// The filaments that stand for all: one, unless those along the trim differ (MODEL, "Rotary tools
+/// of any kind and pose"). Then they are at the points of Gauss and Legendre, with weights in
+/// proportion to their root radius.
 pub fn places(settings: &Settings) -> Vec<Place> {
     if settings.tool.positions == Some(1) || !differ(settings) {
-        return vec![Place { s: 0.0, weight: 1.0 }];
+        return vec![Place {
+            s: 0.0,
+            weight: 1.0,
+        }];
     }
     let trim = Trim::of(settings);
-    let count = settings.tool.positions.unwrap_or_else(|| match lifts_off(settings, &trim) {
-        true => POSITIONS_OF_LIFTED_TRIM,
-        false => settings.tool.positions(),
-    });
+    let count = settings
+        .tool
+        .positions
+        .unwrap_or_else(|| match lifts_off(settings, &trim) {
+            true => POSITIONS_OF_LIFTED_TRIM,
+            false => settings.tool.positions(),
+        });
     let mut places: Vec<Place> = (0..count)
         .map(|i| {
             let [point, weight] = gauss_legendre(count, i);
             let s = point * trim.width / 2.0;
-            Place { s, weight: weight * trim.root(s)[0] }
+            Place {
+                s,
+                weight: weight * trim.root(s)[0],
+            }
         })
         .collect();
     let sum: f64 = places.iter().map(|place| place.weight).sum();
@@ -137,8 +154,9 @@ pub fn places(settings: &Settings) -> Vec<Place> {
     places
 }
 
-/// The number of filaments along a trim of which a part lifts off: where it begins, the force rises within some ten micrometres of depth. With so many
-/// the force of the paper's brush at a tilt of 0.1 rad and 1 mm is accurate to a per cent; 5 are off by up to 17 %.
+/// The number of filaments along a trim of which a part lifts off: where it begins, the force rises
+/// within some ten micrometres of depth. With so many the force of the paper's brush at a tilt of
+/// 0.1 rad and 1 mm is accurate to a per cent; 5 are off by up to 17 %.
 const POSITIONS_OF_LIFTED_TRIM: usize = 33;
 
 /// Whether an end of the trim comes free of the workpiece, or nearly so.
@@ -148,43 +166,60 @@ fn lifts_off(settings: &Settings, trim: &Trim) -> bool {
     let normal = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
     let [reach, _] = reaches(settings);
     let depth = settings.process.penetration_depth_m;
-    trim.ends().into_iter().any(|s| reach - reach_of(trim.tip(s), normal) >= (1.0 - NEARLY) * depth)
+    trim.ends()
+        .into_iter()
+        .any(|s| reach - reach_of(trim.tip(s), normal) >= (1.0 - NEARLY) * depth)
 }
 
-/// Whether the filaments along the trim differ: because the tool is tilted or conical, or skewed over a workpiece that is no plane.
+/// Whether the filaments along the trim differ: because the tool is tilted or conical, or skewed
+/// over a workpiece that is no plane.
 pub(crate) fn differ(settings: &Settings) -> bool {
     let tool = &settings.tool;
     let skewed = tool.skew_rad != 0.0 && !settings.workpiece.kind.is_plane();
     tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial() || skewed
 }
 
-/// The place in m of the filament of the trim that comes deepest, of those that [`reaches`] looks at.
+/// The place in m of the filament of the trim that comes deepest, of those that [`reaches`] looks
+/// at.
 pub(crate) fn deepest(settings: &Settings) -> f64 {
     let normal = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
     let trim = Trim::of(settings);
     let depth = |s: &f64| reach_of(trim.tip(*s), normal);
-    considered(settings, &trim).into_iter().max_by(|a, b| depth(a).total_cmp(&depth(b))).unwrap_or(0.0)
+    considered(settings, &trim)
+        .into_iter()
+        .max_by(|a, b| depth(a).total_cmp(&depth(b)))
+        .unwrap_or(0.0)
 }
 
-/// The places among which the deepest is: the ends of the trim or, if one filament stands for all, its middle.
+/// The places among which the deepest is: the ends of the trim or, if one filament stands for all,
+/// its middle.
 fn considered(settings: &Settings, trim: &Trim) -> Vec<f64> {
     let whole = differ(settings) && settings.tool.positions != Some(1);
-    if whole { trim.ends().to_vec() } else { vec![0.0] }
+    if whole {
+        trim.ends().to_vec()
+    } else {
+        vec![0.0]
+    }
 }
 
-/// How deep, in m along the inward normal from the tool's centre, the tips of the undeformed turning tool come, and its roots: the deepest of the
-/// whole trim or, if one filament stands for all, that filament's.
+/// How deep, in m along the inward normal from the tool's centre, the tips of the undeformed
+/// turning tool come, and its roots: the deepest of the whole trim or, if one filament stands for
+/// all, that filament's.
 pub(crate) fn reaches(settings: &Settings) -> [f64; 2] {
     let normal = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
     let trim = Trim::of(settings);
     let places = considered(settings, &trim);
     let deepest = |point: fn(&Trim, f64) -> [f64; 2]| {
-        places.iter().map(|&s| reach_of(point(&trim, s), normal)).fold(f64::NEG_INFINITY, f64::max)
+        places
+            .iter()
+            .map(|&s| reach_of(point(&trim, s), normal))
+            .fold(f64::NEG_INFINITY, f64::max)
     };
     [deepest(Trim::tip), deepest(Trim::root)]
 }
 
-/// Point `i` of the `count` points of Gauss and Legendre in `[−1, 1]`, and its weight; they are in ascending order.
+/// Point `i` of the `count` points of Gauss and Legendre in `[−1, 1]`, and its weight; they are in
+/// ascending order.
 fn gauss_legendre(count: usize, i: usize) -> [f64; 2] {
     let n = count as f64;
     let mut x = -(PI * (i as f64 + 0.75) / (n + 0.5)).cos();
@@ -213,10 +248,20 @@ mod tests {
     fn gauss_legendre_integrates_polynomials() {
         for count in [2, 5, 9, 17] {
             let points: Vec<[f64; 2]> = (0..count).map(|i| gauss_legendre(count, i)).collect();
-            assert!(points.windows(2).all(|pair| pair[0][0] < pair[1][0]), "{points:?}");
+            assert!(
+                points.windows(2).all(|pair| pair[0][0] < pair[1][0]),
+                "{points:?}"
+            );
             for power in 0..2 * count as i32 {
-                let found: f64 = points.iter().map(|[x, weight]| weight * x.powi(power)).sum();
-                let expected = if power % 2 == 0 { 2.0 / f64::from(power + 1) } else { 0.0 };
+                let found: f64 = points
+                    .iter()
+                    .map(|[x, weight]| weight * x.powi(power))
+                    .sum();
+                let expected = if power % 2 == 0 {
+                    2.0 / f64::from(power + 1)
+                } else {
+                    0.0
+                };
                 assert!((found - expected).abs() < 1e-14, "{count} {power}: {found}");
             }
         }

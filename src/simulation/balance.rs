@@ -1,17 +1,22 @@
-//! The balance of the energies of a pass: what its dynamics do, against what its states and the geometry of its contacts say.
+//! The balance of the energies of a pass: what its dynamics do, against what its states and the
+//! geometry of its contacts say.
 //!
-//! In the frame of the body, which turns at the constant rate `ω` about `z`, the energy of a filament is `H = E_kin + E_spring + E_grav − ω L`
-//! with its angular momentum `L` about the axis. The clamp does no work there, and over a pass
+//! In the frame of the body, which turns at the constant rate `ω` about `z`, the energy of a
+//! filament is `H = E_kin + E_spring + E_grav − ω L` with its angular momentum `L` about the axis.
+//! The clamp does no work there, and over a pass
 //!
 //! `ΔH + E_contact + ∫ 2D dt + W_contact = ∫ F·v_w dt − ω ∫ (M_contact + M_grav) dt`
 //!
-//! with the losses `W_contact` to friction and contact damping, the velocity `v_w` of the workpiece, and moments `M` about the axis: the work
-//! of the clamp has been replaced by `ω` times its angular impulse, which is the change of `L` less the other angular impulses. So the
-//! balance holds only if the impulses are those of the motion, too. Energies are those of the final state, and `E_contact` is that of all points inside
-//! the workpiece there. The contact force does no other work than the change of that energy if, and only if, no opening or closing was missed: a
+//! with the losses `W_contact` to friction and contact damping, the velocity `v_w` of the
+//! workpiece, and moments `M` about the axis: the work of the clamp has been replaced by `ω` times
+//! its angular impulse, which is the change of `L` less the other angular impulses. So the balance
+//! holds only if the impulses are those of the motion, too. Energies are those of the final state,
+//! and `E_contact` is that of all points inside the workpiece there. The contact force does no
+//! other work than the change of that energy if, and only if, no opening or closing was missed: a
 //! contact that closes when it is already `δ` inside, gives `½ k_c δ²` to the filament.
 //!
-//! Where the clamp moves otherwise, its work is integrated instead, at the cost of another residual per stage.
+//! Where the clamp moves otherwise, its work is integrated instead, at the cost of another residual
+//! per stage.
 
 use super::form::Equations;
 use super::observers::ContactObserver;
@@ -26,7 +31,8 @@ use crate::workpiece::Workpiece;
 
 /// The largest relative residual of a pass whose tolerance is no looser than a tenth of it.
 pub(super) const LARGEST_RESIDUAL: f64 = 1e-3;
-/// The part of the kinetic energy at the start, per relative tolerance, below which energies are not resolved.
+/// The part of the kinetic energy at the start, per relative tolerance, below which energies are
+/// not resolved.
 const RESOLUTION: f64 = 1e3;
 /// Angles of a turn at which a clamp is looked at.
 const LOOKS: usize = 16;
@@ -35,7 +41,11 @@ const LOOKS: usize = 16;
 pub(super) fn turns_rigidly<T: Tool, W>(filament: &Filament<Turning<T>, W>) -> bool {
     /// Deviations of the velocities, as parts of themselves, that are rounding.
     const ROUNDING: f64 = 1e-9;
-    let Turning { tool, rate, initial_angle } = &filament.motion;
+    let Turning {
+        tool,
+        rate,
+        initial_angle,
+    } = &filament.motion;
     let turned = |[x, y, _]: [f64; 3], [u, v, w]: [f64; 3]| {
         let deviation = [u + rate * y, v - rate * x, w];
         dot(deviation, deviation) <= (ROUNDING * rate).powi(2) * (x * x + y * y)
@@ -43,14 +53,21 @@ pub(super) fn turns_rigidly<T: Tool, W>(filament: &Filament<Turning<T>, W>) -> b
     // Not evenly, so that a motion that repeats within a turn is seen.
     let rigid = |look: usize| {
         let angle = initial_angle + 0.618 * look as f64;
-        let Clamp { position, velocity, direction, direction_rate, .. } = tool.clamp(angle, *rate);
+        let Clamp {
+            position,
+            velocity,
+            direction,
+            direction_rate,
+            ..
+        } = tool.clamp(angle, *rate);
         turned(position, velocity) && turned(direction, direction_rate)
     };
     (0..LOOKS).all(rigid)
 }
 
-/// What is missing in the balance of the energies of a `filament` that has gone along `trajectory` from the coordinates and rates `start` about `z`,
-/// relative to the sum of the sizes of its terms. `relative` is its tolerance. With `tracks_energy` the work of the clamp has been integrated.
+/// What is missing in the balance of the energies of a `filament` that has gone along `trajectory`
+/// from the coordinates and rates `start` about `z`, relative to the sum of the sizes of its terms.
+/// `relative` is its tolerance. With `tracks_energy` the work of the clamp has been integrated.
 pub(super) fn energy_residual<T: Tool, W: Workpiece>(
     filament: &Filament<Turning<T>, W>,
     equations: &mut Equations<f64>,
@@ -65,7 +82,8 @@ pub(super) fn energy_residual<T: Tool, W: Workpiece>(
     let charts = vec![PolarAxis::Z; equations.charts().len()];
     let [q, v] = start;
     let (start_energy, start_momentum) = energy(filament, equations, 0.0, &charts, q, v);
-    let (end_energy, end_momentum) = energy(filament, equations, end.time, &end.charts, &end.q, &end.v);
+    let (end_energy, end_momentum) =
+        energy(filament, equations, end.time, &end.charts, &end.q, &end.v);
     // That of the contacts which took over from others is theirs.
     let stored = contact_energy(filament, trajectory) - trajectory.taken_over();
     let losses = integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION];
@@ -75,22 +93,38 @@ pub(super) fn energy_residual<T: Tool, W: Workpiece>(
     let (terms, size) = if tracks_energy {
         let rise = change(end_energy, 0.0) - change(start_energy, 0.0);
         let work = integrals[integral::WORK];
-        ([rise, stored, losses, -work, 0.0], rise.abs() + stored.abs() + losses.abs() + work.abs())
+        (
+            [rise, stored, losses, -work, 0.0],
+            rise.abs() + stored.abs() + losses.abs() + work.abs(),
+        )
     } else {
-        let rise = change(end_energy, rate * end_momentum) - change(start_energy, rate * start_momentum);
+        let rise =
+            change(end_energy, rate * end_momentum) - change(start_energy, rate * start_momentum);
         let tip = trajectory.nodes()[filament.chain.segments() - 1].value;
         let velocity = filament.workpiece.surface(tip, end.time).velocity;
         let impulse = std::array::from_fn(|i| integrals[integral::IMPULSE + i]);
         let translates = filament.workpiece.translates();
-        let work = if translates { dot(velocity, impulse) } else { integrals[integral::WORK] };
+        let work = if translates {
+            dot(velocity, impulse)
+        } else {
+            integrals[integral::WORK]
+        };
         let turning = rate * (integrals[integral::ANGULAR_IMPULSE] + observer.gravity_impulse());
-        ([rise, stored, losses, -work, turning], rise.abs() + stored.abs() + losses.abs() + work.abs() + turning.abs())
+        (
+            [rise, stored, losses, -work, turning],
+            rise.abs() + stored.abs() + losses.abs() + work.abs() + turning.abs(),
+        )
     };
     let residual: f64 = terms.iter().sum();
-    if residual == 0.0 { 0.0 } else { residual.abs() / (size + resolved) }
+    if residual == 0.0 {
+        0.0
+    } else {
+        residual.abs() / (size + resolved)
+    }
 }
 
-/// `[E_kin, E_spring + E_grav]` in J and the angular momentum about `z` in N m s of a filament at a state.
+/// `[E_kin, E_spring + E_grav]` in J and the angular momentum about `z` in N m s of a filament at a
+/// state.
 fn energy<M: ClampMotion, W>(
     filament: &Filament<M, W>,
     equations: &mut Equations<f64>,
@@ -110,18 +144,34 @@ fn energy<M: ClampMotion, W>(
     for (k, link) in filament.chain.links.iter().enumerate() {
         let outer = equations.node(k, 0);
         let [centre, rate] = [0, 1].map(|i| scale(0.5, add(inner[i], outer[i])));
-        let [direction, turn] = [0, 1].map(|i| scale(1.0 / filament.chain.length, sub(outer[i], inner[i])));
+        let [direction, turn] =
+            [0, 1].map(|i| scale(1.0 / filament.chain.length, sub(outer[i], inner[i])));
         momentum += link.mass * across(centre, rate) + link.inertia * across(direction, turn);
         inner = outer;
     }
-    ([energies.kinetic, energies.spring + energies.gravity], momentum)
+    (
+        [energies.kinetic, energies.spring + energies.gravity],
+        momentum,
+    )
 }
 
 /// The energy in J that all points inside the workpiece store where a trajectory is.
-fn contact_energy<M: ClampMotion, W: Workpiece>(filament: &Filament<M, W>, trajectory: &Trajectory) -> f64 {
+fn contact_energy<M: ClampMotion, W: Workpiece>(
+    filament: &Filament<M, W>,
+    trajectory: &Trajectory,
+) -> f64 {
     let time = trajectory.start().time;
     let nodes = at_knots(filament, trajectory.nodes(), time, 0.0);
-    let approaches = (0..filament.contacts()).map(|contact| filament.touch(contact, &nodes, None, time).approach);
-    let inside = approaches.filter(|Approach { penetration, margin, .. }| penetration.min(*margin) > 0.0);
-    inside.map(|approach| filament.law.stored_energy(&approach)).sum()
+    let approaches = (0..filament.contacts())
+        .map(|contact| filament.touch(contact, &nodes, None, time).approach);
+    let inside = approaches.filter(
+        |Approach {
+             penetration,
+             margin,
+             ..
+         }| penetration.min(*margin) > 0.0,
+    );
+    inside
+        .map(|approach| filament.law.stored_energy(&approach))
+        .sum()
 }

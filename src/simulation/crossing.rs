@@ -1,24 +1,33 @@
 //! Where in a step a contact closes or opens.
 //!
-//! No event is passed over, because a part of a step is left out only where a bound excludes events:
+//! No event is passed over, because a part of a step is left out only where a bound excludes
+//! events:
 //!
-//! - *Way.* Within a step a node follows a quintic with the Bézier points `P_0 … P_5`, so that its derivatives by the fraction `s` of the step
-//!   are at most `5 max |P_{i+1} − P_i|` and `20 max |P_{i+2} − 2 P_{i+1} + P_i|`. A gap changes by no more than [`GAP_RATE`] times the
-//!   way ([`Workpiece::surface`]). The distance of the filament from the centre of an edge changes by no more than the fastest node goes.
-//! - *Bend.* A gap also deviates from its chord by no more than a parabola with its largest second derivative: that of the path, and that
-//!   from the largest curvature of the surface ([`Workpiece::largest_curvatures`], [`Edge::largest_curvatures`](crate::workpiece::Edge::largest_curvatures)): past convex
-//!   material a gap turns up by no more than this, and where another point becomes the nearest one, it turns down. Where the curvature is
-//!   unknown, the parabola holds over a way of less than a quarter of a segment, or of a stretch of a spline, with the curvature that is
-//!   seen and what values and slopes at both ends show, twice over (MODEL, "Workpieces other than a plane").
-//! - *Border.* The margin at an arc is the distance from a straight line, so that a parabola bounds it, too, over a way by which a point does not
-//!   get from one border to the next. Without it, a step in which a point presses near a border would have hundreds of parts.
-//! - *Jump.* Far above a hollow the nearest point of the workpiece jumps from one of its sides to the other, and with it the margin, whose way
-//!   says nothing there. Where a gap jumps, another point of the filament has become the nearest one.
-//! - A contact that is open stays open as long as its penetration is negative, the nearest point is elsewhere, or its damping would pull; one that is
-//!   closed stays closed as long as none of these is so.
+//! - *Way.* Within a step a node follows a quintic with the Bézier points `P_0 … P_5`, so that its
+//!   derivatives by the fraction `s` of the step are at most `5 max |P_{i+1} − P_i|` and `20 max
+//!   |P_{i+2} − 2 P_{i+1} + P_i|`. A gap changes by no more than [`GAP_RATE`] times the way
+//!   ([`Workpiece::surface`]). The distance of the filament from the centre of an edge changes by
+//!   no more than the fastest node goes.
+//! - *Bend.* A gap also deviates from its chord by no more than a parabola with its largest second
+//!   derivative: that of the path, and that from the largest curvature of the surface
+//!   ([`Workpiece::largest_curvatures`],
+//!   [`Edge::largest_curvatures`](crate::workpiece::Edge::largest_curvatures)): past convex
+//!   material a gap turns up by no more than this, and where another point becomes the nearest one,
+//!   it turns down. Where the curvature is unknown, the parabola holds over a way of less than a
+//!   quarter of a segment, or of a stretch of a spline, with the curvature that is seen and what
+//!   values and slopes at both ends show, twice over (MODEL, "Workpieces other than a plane").
+//! - *Border.* The margin at an arc is the distance from a straight line, so that a parabola bounds
+//!   it, too, over a way by which a point does not get from one border to the next. Without it, a
+//!   step in which a point presses near a border would have hundreds of parts.
+//! - *Jump.* Far above a hollow the nearest point of the workpiece jumps from one of its sides to
+//!   the other, and with it the margin, whose way says nothing there. Where a gap jumps, another
+//!   point of the filament has become the nearest one.
+//! - A contact that is open stays open as long as its penetration is negative, the nearest point is
+//!   elsewhere, or its damping would pull; one that is closed stays closed as long as none of these
+//!   is so.
 //!
-//! A part for which no bound holds is halved, until its way is below the tolerance of the event's location. What is then not seen
-//! is no deeper than that.
+//! A part for which no bound holds is halved, until its way is below the tolerance of the event's
+//! location. What is then not seen is no deeper than that.
 
 use super::search::root as root_of;
 use super::step::{Step, at_knots};
@@ -36,7 +45,8 @@ pub(super) const GAP_RATE: f64 = 2.0;
 const INFLATION: f64 = 2.0;
 /// The share of a segment over which the parabola holds.
 const NEAR: f64 = 0.25;
-/// The largest number of points at which a contact is looked at in one step. A step that needs more is repeated shorter.
+/// The largest number of points at which a contact is looked at in one step. A step that needs more
+/// is repeated shorter.
 const MAX_POINTS: usize = 1000;
 /// Halvings of a step to rounding.
 const MAX_DEPTH: usize = 60;
@@ -51,7 +61,8 @@ pub(super) struct Crossing {
     pub after: f64,
     /// A time after the start at which the contact is past the event, in s.
     pub past: f64,
-    /// Whether the contact is past the event at the end of the step. Between the ends only the interpolant says so.
+    /// Whether the contact is past the event at the end of the step. Between the ends only the
+    /// interpolant says so.
     pub at_end: bool,
 }
 
@@ -59,23 +70,47 @@ pub(super) struct Crossing {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TooLong;
 
-/// How far a contact is past its event, in m: pressing while open, or pulling while closed, by more than `location`.
+/// How far a contact is past its event, in m: pressing while open, or pulling while closed, by more
+/// than `location`.
 ///
-/// The two thresholds differ by twice `location`, so that a contact that has just switched does not switch back.
+/// The two thresholds differ by twice `location`, so that a contact that has just switched does not
+/// switch back.
 pub(super) fn excess(closed: bool, pressing: f64, location: f64) -> f64 {
     (if closed { -pressing } else { pressing }) - location
 }
 
-/// Upper bounds on the first and second derivative by the fraction of a step of the length `length` (s), in m, of the path of a node.
+/// Upper bounds on the first and second derivative by the fraction of a step of the length `length`
+/// (s), in m, of the path of a node.
 fn path_bounds(start: &Knot<3>, end: &Knot<3>, length: f64) -> [f64; 2] {
-    let (early, late) = (scale(length / 5.0, start.rate), scale(length / 5.0, end.rate));
+    let (early, late) = (
+        scale(length / 5.0, start.rate),
+        scale(length / 5.0, end.rate),
+    );
     let square = length * length / 20.0;
-    let second = add(start.value, add(scale(2.0, early), scale(square, start.acceleration)));
-    let third = add(sub(end.value, scale(2.0, late)), scale(square, end.acceleration));
-    let points = [start.value, add(start.value, early), second, third, sub(end.value, late), end.value];
+    let second = add(
+        start.value,
+        add(scale(2.0, early), scale(square, start.acceleration)),
+    );
+    let third = add(
+        sub(end.value, scale(2.0, late)),
+        scale(square, end.acceleration),
+    );
+    let points = [
+        start.value,
+        add(start.value, early),
+        second,
+        third,
+        sub(end.value, late),
+        end.value,
+    ];
     let largest = |square: f64, vector: [f64; 3]| square.max(dot(vector, vector));
-    let first = points.windows(2).map(|pair| sub(pair[1], pair[0])).fold(0.0, largest);
-    let bends = points.windows(3).map(|three| sub(add(three[0], three[2]), scale(2.0, three[1])));
+    let first = points
+        .windows(2)
+        .map(|pair| sub(pair[1], pair[0]))
+        .fold(0.0, largest);
+    let bends = points
+        .windows(3)
+        .map(|three| sub(add(three[0], three[2]), scale(2.0, three[1])));
     [5.0 * first.sqrt(), 20.0 * bends.fold(0.0, largest).sqrt()]
 }
 
@@ -102,8 +137,8 @@ struct Look {
 struct Search {
     closed: bool,
     location: f64,
-    /// Upper bounds by the fraction of the step, in m: on the change of the gap, on the change of the margin, and on the second derivatives of the
-    /// path and of the distance from a border.
+    /// Upper bounds by the fraction of the step, in m: on the change of the gap, on the change of
+    /// the margin, and on the second derivatives of the path and of the distance from a border.
     way: f64,
     margin_way: f64,
     bend: f64,
@@ -114,7 +149,8 @@ struct Search {
     path: f64,
     /// The way over which gaps are smooth, in m.
     near: f64,
-    /// Upper bound on the curvature, in 1/m, by which the gap can turn towards the event. Infinite if it is unknown.
+    /// Upper bound on the curvature, in 1/m, by which the gap can turn towards the event. Infinite
+    /// if it is unknown.
     curvature: f64,
     /// `χ` over the length of the step, in 1/m.
     damping: f64,
@@ -132,9 +168,13 @@ impl Search {
         }
         let width = b.s - a.s;
         let chord = (b.penetration - a.penetration) / width;
-        let seen = (b.slope - a.slope).abs().max(2.0 * (chord - a.slope).abs()).max(2.0 * (b.slope - chord).abs());
+        let seen = (b.slope - a.slope)
+            .abs()
+            .max(2.0 * (chord - a.slope).abs())
+            .max(2.0 * (b.slope - chord).abs());
         let seen = (seen - self.rounding / width).max(0.0);
-        INFLATION * (self.bend + a.turn.abs().max(b.turn.abs()) * self.path * self.path).max(seen / width)
+        INFLATION
+            * (self.bend + a.turn.abs().max(b.turn.abs()) * self.path * self.path).max(seen / width)
     }
 
     /// Whether the contact has no event between two looks at which it is before it.
@@ -144,7 +184,9 @@ impl Search {
         let is_near = self.curvature.is_finite() || self.path * width <= self.near;
         // What is missing to the event at both ends, in m; the bounds of its change over the width.
         let holds = |[a, b]: [f64; 2], way: f64, bend: f64| {
-            a >= 0.0 && b >= 0.0 && (a + b >= way * width || a.sqrt() + b.sqrt() >= (bend / 2.0).sqrt() * width)
+            a >= 0.0
+                && b >= 0.0
+                && (a + b >= way * width || a.sqrt() + b.sqrt() >= (bend / 2.0).sqrt() * width)
         };
         let unbounded = f64::INFINITY;
         let sign = if self.closed { 1.0 } else { -1.0 };
@@ -156,10 +198,15 @@ impl Search {
             (true, [a, b]) => a.min(b) >= self.way * width,
         };
         let farthest = self.way * width / 2.0 - a.penetration.min(b.penetration);
-        let at_one_border =
-            a.place == b.place && self.way * width + a.penetration.max(b.penetration).max(0.0) <= self.border_spacing;
-        let border_bend = if at_one_border { self.border_bend } else { unbounded };
-        let by_margin = farthest <= self.unique && holds(missing(|look| look.margin), self.margin_way, border_bend);
+        let at_one_border = a.place == b.place
+            && self.way * width + a.penetration.max(b.penetration).max(0.0) <= self.border_spacing;
+        let border_bend = if at_one_border {
+            self.border_bend
+        } else {
+            unbounded
+        };
+        let by_margin = farthest <= self.unique
+            && holds(missing(|look| look.margin), self.margin_way, border_bend);
         let by_damping = || {
             let deepest = a.penetration.abs().max(b.penetration.abs()) + self.way * width;
             let missing = [a, b].map(|look| sign * look.factor + slack / deepest);
@@ -172,7 +219,8 @@ impl Search {
         }
     }
 
-    /// The first two looks found from `from` to `to` of which the second is past the event. At both ends the contact is before it.
+    /// The first two looks found from `from` to `to` of which the second is past the event. At both
+    /// ends the contact is before it.
     fn first_past(
         &self,
         look: &impl Fn(f64) -> Look,
@@ -187,7 +235,10 @@ impl Search {
         while count > 0 {
             let right = rights[count - 1];
             let width = right.s - left.s;
-            if self.is_free(&left, &right) || self.way * width <= self.location / 2.0 || count > MAX_DEPTH {
+            if self.is_free(&left, &right)
+                || self.way * width <= self.location / 2.0
+                || count > MAX_DEPTH
+            {
                 (left, count) = (right, count - 1);
                 continue;
             }
@@ -205,8 +256,13 @@ impl Search {
         Ok(None)
     }
 
-    /// The fractions of the step at the first event and at a time when the contact is past it. `start` and `end` are the contact at both ends.
-    fn first(&self, look: impl Fn(f64) -> Look, [start, end]: [Look; 2]) -> Result<Option<[f64; 2]>, TooLong> {
+    /// The fractions of the step at the first event and at a time when the contact is past it.
+    /// `start` and `end` are the contact at both ends.
+    fn first(
+        &self,
+        look: impl Fn(f64) -> Look,
+        [start, end]: [Look; 2],
+    ) -> Result<Option<[f64; 2]>, TooLong> {
         if start.excess > 0.0 {
             return Ok(Some([0.0; 2]));
         }
@@ -216,7 +272,10 @@ impl Search {
             if to.excess > 0.0 {
                 let crossing = root_of(|s| look(s).excess, before.s, to.s);
                 found = Some([crossing, to.s]);
-                to = Look { excess: 0.0, ..look(crossing) };
+                to = Look {
+                    excess: 0.0,
+                    ..look(crossing)
+                };
             }
             match self.first_past(&look, [before, to], &mut points)? {
                 Some([left, past]) => (before, to) = (left, past),
@@ -227,8 +286,8 @@ impl Search {
     }
 }
 
-/// How far `contact` has to go to its event at the end of a step at least, in m, and its first event in the step, by the interpolant. Points of
-/// the workpiece go no farther than `drift` (m).
+/// How far `contact` has to go to its event at the end of a step at least, in m, and its first
+/// event in the step, by the interpolant. Points of the workpiece go no farther than `drift` (m).
 pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
     filament: &Filament<M, W>,
     step: &Step<'_>,
@@ -266,28 +325,54 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
         curvature,
         damping: filament.law.damping / length,
         rounding,
-        unique: if concave.is_finite() { 0.5 / concave } else { f64::INFINITY },
+        unique: if concave.is_finite() {
+            0.5 / concave
+        } else {
+            f64::INFINITY
+        },
     };
     let found = if let Some(edge) = contact.checked_sub(step.start_nodes.len()) {
-        let ends = [(step.start_nodes, step.start.time, 0.0), (step.end_nodes, step.end.time, 1.0)];
-        let on_edge = |s, Touch { station, approach, .. }: &Touch| {
-            let outwards = if station.fraction >= 1.0 { 2 } else { usize::from(station.fraction > 0.0) };
+        let ends = [
+            (step.start_nodes, step.start.time, 0.0),
+            (step.end_nodes, step.end.time, 1.0),
+        ];
+        let on_edge = |s,
+                       Touch {
+                           station, approach, ..
+                       }: &Touch| {
+            let outwards = if station.fraction >= 1.0 {
+                2
+            } else {
+                usize::from(station.fraction > 0.0)
+            };
             look(s, 2 * station.segment + outwards, approach)
         };
         let [start, end] = ends.map(|(knots, time, s)| {
-            on_edge(s, &filament.touch(contact, &at_knots(filament, knots, time, 0.0), None, time))
+            on_edge(
+                s,
+                &filament.touch(contact, &at_knots(filament, knots, time, 0.0), None, time),
+            )
         });
         let edge = &filament.workpiece.edges()[edge];
-        // While it is open, what separates it from its event is at least its gap. Beside a stretch of a spline the point that was found may
-        // not be the nearest one; but no point of the stretch is farther from its middle than half its length.
+        // While it is open, what separates it from its event is at least its gap. Beside a stretch
+        // of a spline the point that was found may not be the nearest one; but no point of the
+        // stretch is farther from its middle than half its length.
         let distance = if closed {
             0.0
         } else {
-            let gap = edge.middle(step.end.time).map_or(-end.penetration, |middle| {
-                let nodes = at_knots(filament, step.end_nodes, step.end.time, 0.0);
-                let away = Station::distance_from(middle, edge, step.end_nodes.len(), &nodes, step.end.time);
-                away - edge.length() / 2.0 - filament.law.radius
-            });
+            let gap = edge
+                .middle(step.end.time)
+                .map_or(-end.penetration, |middle| {
+                    let nodes = at_knots(filament, step.end_nodes, step.end.time, 0.0);
+                    let away = Station::distance_from(
+                        middle,
+                        edge,
+                        step.end_nodes.len(),
+                        &nodes,
+                        step.end.time,
+                    );
+                    away - edge.length() / 2.0 - filament.law.radius
+                });
             (location + gap).max(0.0)
         };
         let knots = step.start_nodes.iter().zip(step.end_nodes);
@@ -295,31 +380,62 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             let [path, path_bend] = path_bounds(start, end, length);
             [way.max(path), bend.max(path_bend)]
         });
-        // The point is not of the material: it goes round the centre as the segment turns, by up to twice the way over its length.
-        let (round, segment) = (edge.radius() + filament.law.radius + bounds[0], filament.chain.length);
+        // The point is not of the material: it goes round the centre as the segment turns, by up to
+        // twice the way over its length.
+        let (round, segment) = (
+            edge.radius() + filament.law.radius + bounds[0],
+            filament.chain.length,
+        );
         let margin_way = GAP_RATE * (bounds[0] + drift) * (1.0 + 2.0 * round / segment);
-        // Of the foot of the centre on a rigid segment. Twice as much also covers points that leave a node and come back.
-        let border_bend =
-            INFLATION * 16.0 * (1.0 + round / segment) * (bounds[1] + (bounds[0] + drift).powi(2) / segment);
-        let at = |s: f64| on_edge(s, &filament.touch(contact, &step.nodes(filament, s), None, step.time(s)));
+        // Of the foot of the centre on a rigid segment. Twice as much also covers points that leave
+        // a node and come back.
+        let border_bend = INFLATION
+            * 16.0
+            * (1.0 + round / segment)
+            * (bounds[1] + (bounds[0] + drift).powi(2) / segment);
+        let at = |s: f64| {
+            on_edge(
+                s,
+                &filament.touch(contact, &step.nodes(filament, s), None, step.time(s)),
+            )
+        };
         // The point that presses may change, and the penetration then turns up.
         let [convex, concave] = edge.largest_curvatures();
         let curvatures = [if closed { f64::INFINITY } else { convex }, concave];
-        let smooth = if edge.is_arc() { filament.chain.length } else { filament.chain.length.min(edge.length()) };
-        (distance, search(bounds, [margin_way, border_bend], curvatures, smooth).first(at, [start, end])?)
+        let smooth = if edge.is_arc() {
+            filament.chain.length
+        } else {
+            filament.chain.length.min(edge.length())
+        };
+        (
+            distance,
+            search(bounds, [margin_way, border_bend], curvatures, smooth)
+                .first(at, [start, end])?,
+        )
     } else {
         let (start, end) = (&step.start_nodes[contact], &step.end_nodes[contact]);
-        let near = |s, knot: &Knot<3>, time| look(s, contact, &filament.approach(knot.value, knot.rate, time));
-        let ends = [near(0.0, start, step.start.time), near(1.0, end, step.end.time)];
+        let near = |s, knot: &Knot<3>, time| {
+            look(s, contact, &filament.approach(knot.value, knot.rate, time))
+        };
+        let ends = [
+            near(0.0, start, step.start.time),
+            near(1.0, end, step.end.time),
+        ];
         let distance = match closed {
             false => location - ends[1].penetration,
-            true if filament.law.damping == 0.0 => ends[1].penetration.min(ends[1].margin) + location,
+            true if filament.law.damping == 0.0 => {
+                ends[1].penetration.min(ends[1].margin) + location
+            }
             true => 0.0,
         };
         let bounds = path_bounds(start, end, length);
         let at = |s: f64| {
             let (position, velocity) = step.node(contact, s);
-            look(s, contact, &filament.approach(position, velocity, step.time(s)))
+            look(
+                s,
+                contact,
+                &filament.approach(position, velocity, step.time(s)),
+            )
         };
         let margin_way = GAP_RATE * (bounds[0] + drift);
         let [convex, concave] = filament.workpiece.largest_curvatures();
@@ -331,7 +447,16 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             true => f64::INFINITY,
         };
         let margin_bounds = [margin_way, bounds[1]];
-        (distance.max(0.0), search(bounds, margin_bounds, [curvature, concave], filament.chain.length).first(at, ends)?)
+        (
+            distance.max(0.0),
+            search(
+                bounds,
+                margin_bounds,
+                [curvature, concave],
+                filament.chain.length,
+            )
+            .first(at, ends)?,
+        )
     };
     let (distance, fractions) = found;
     let crossing = fractions.map(|[after, past]| Crossing {

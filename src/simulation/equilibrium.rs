@@ -1,38 +1,46 @@
 //! The shape of a filament that turns with its tool and touches nothing.
 //!
-//! Radial filaments start relaxed. Others are bent outwards by centrifugal forces: they start in the relative equilibrium, in which
-//! `V = E_spring − ½ ω² Σ ∫ρ² dm` is stationary (MODEL, "Rotary tools of any kind and pose"). It is a static equilibrium of the same kernels under the
-//! centrifugal forces as loads. The integral over a rigid segment is that of a quadratic function, so that Simpson's rule is exact: a sixth of
-//! the mass at each end, the rest at the centre.
+//! Radial filaments start relaxed. Others are bent outwards by centrifugal forces: they start in
+//! the relative equilibrium, in which `V = E_spring − ½ ω² Σ ∫ρ² dm` is stationary (MODEL, "Rotary
+//! tools of any kind and pose"). It is a static equilibrium of the same kernels under the
+//! centrifugal forces as loads. The integral over a rigid segment is that of a quadratic function,
+//! so that Simpson's rule is exact: a sixth of the mass at each end, the rest at the centre.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::equations::linear::{add, scale, zero};
 use crate::equations::{
-    Chain, ChainDynamics, Dynamics, LaneSet, NodeLoads, NodeMotion, NodeTangent, PointLoad, PointTangent, PolarAxis,
-    StepWeights,
+    Chain, ChainDynamics, Dynamics, LaneSet, NodeLoads, NodeMotion, NodeTangent, PointLoad,
+    PointTangent, PolarAxis, StepWeights,
 };
 use crate::tool::{RotaryTool, Tool};
 
-/// The angle of the tool at which the equilibrium is computed: straight filaments then stay in the plane across `x`, far from the poles of
-/// coordinates about `x`.
+/// The angle of the tool at which the equilibrium is computed: straight filaments then stay in the
+/// plane across `x`, far from the poles of coordinates about `x`.
 const ANGLE: f64 = FRAC_PI_2;
-/// Newton's method has converged where no coordinate changes by more, in rad, or where changes below the second one no longer halve.
+/// Newton's method has converged where no coordinate changes by more, in rad, or where changes
+/// below the second one no longer halve.
 const CONVERGED: f64 = 1e-14;
 const NEARLY: f64 = 1e-8;
 /// The largest number of its iterations.
 const MAX_ITERATIONS: usize = 500;
 
-/// The shape of a filament that turns rigidly with its tool: polar angle `φ` of each segment, and how far its azimuth is ahead of the tool, in rad.
+/// The shape of a filament that turns rigidly with its tool: polar angle `φ` of each segment, and
+/// how far its azimuth is ahead of the tool, in rad.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RigidShape(Vec<[f64; 2]>);
 
 impl RigidShape {
-    /// The relative equilibrium of `chain` on `tool`, which turns at `rate` (rad/s), without gravity.
+    /// The relative equilibrium of `chain` on `tool`, which turns at `rate` (rad/s), without
+    /// gravity.
     ///
-    /// Newton's method with steps that the masses hold back at first: `(M + w ∂²V) δ = ∂V`, with a weight `w` that grows as the forces fall.
+    /// Newton's method with steps that the masses hold back at first: `(M + w ∂²V) δ = ∂V`, with a
+    /// weight `w` that grows as the forces fall.
     pub fn equilibrium(chain: &Chain<f64>, tool: &RotaryTool, rate: f64) -> Self {
-        let chain = Chain { gravity: [0.0; 3], ..chain.clone() };
+        let chain = Chain {
+            gravity: [0.0; 3],
+            ..chain.clone()
+        };
         let n = chain.segments();
         let axis = PolarAxis::X;
         let clamp = tool.clamp(ANGLE, 0.0);
@@ -45,21 +53,31 @@ impl RigidShape {
             })
             .collect();
         let rest = vec![[0.0; 2]; n];
-        let loads = Centrifugal { square: rate * rate, masses: chain.links.iter().map(|link| link.mass).collect() };
+        let loads = Centrifugal {
+            square: rate * rate,
+            masses: chain.links.iter().map(|link| link.mass).collect(),
+        };
         let mut dynamics = Dynamics::new(chain);
         dynamics.set_charts(&vec![axis; n]);
         let mut residual = rest.clone();
         // A time in which the filament moves by little at first.
-        let (mut weight, mut before, mut last) = (rate.powi(-2).min(1.0), f64::INFINITY, f64::INFINITY);
+        let (mut weight, mut before, mut last) =
+            (rate.powi(-2).min(1.0), f64::INFINITY, f64::INFINITY);
         for _ in 0..MAX_ITERATIONS {
             let at = clamp.holding(&q, &rest);
             dynamics.residual(at, &rest, &loads, &mut residual);
-            let size = residual.as_flattened().iter().fold(0.0_f64, |largest, torque| largest.max(torque.abs()));
+            let size = residual
+                .as_flattened()
+                .iter()
+                .fold(0.0_f64, |largest, torque| largest.max(torque.abs()));
             if size > 0.0 {
                 weight = (weight * (before / size).clamp(0.1, 1e3)).min(1e12);
             }
             before = size;
-            let weights = StepWeights { coordinates: weight, rates: 0.0 };
+            let weights = StepWeights {
+                coordinates: weight,
+                rates: 0.0,
+            };
             dynamics.factorise(at, &rest, &loads, weights, LaneSet::first(1));
             dynamics.solve(&mut residual);
             let mut change = 0.0_f64;
@@ -89,7 +107,9 @@ impl RigidShape {
 
     /// The coordinates about `z` at the `angle` of the tool (rad).
     pub fn at(&self, angle: f64) -> impl Iterator<Item = [f64; 2]> {
-        self.0.iter().map(move |[polar, ahead]| [*polar, angle + ahead])
+        self.0
+            .iter()
+            .map(move |[polar, ahead]| [*polar, angle + ahead])
     }
 }
 
@@ -121,7 +141,10 @@ impl Centrifugal {
 
 fn across_axis(slope: f64) -> NodeTangent<f64> {
     let position = [[slope, 0.0, 0.0], [0.0, slope, 0.0], [0.0; 3]];
-    NodeTangent { position, velocity: [zero(); 3] }
+    NodeTangent {
+        position,
+        velocity: [zero(); 3],
+    }
 }
 
 impl NodeLoads<f64> for Centrifugal {
@@ -133,7 +156,11 @@ impl NodeLoads<f64> for Centrifugal {
         for segment in 0..self.masses.len() {
             let [[inner, _], [outer, _]] = [segment, segment + 1].map(|node| nodes.node(node, 0));
             let [x, y, _] = scale(0.5 * self.at_centre(segment), add(inner, outer));
-            add_load(PointLoad { segment, fraction: 0.5, force: [x, y, 0.0] });
+            add_load(PointLoad {
+                segment,
+                fraction: 0.5,
+                force: [x, y, 0.0],
+            });
         }
     }
 
@@ -141,7 +168,10 @@ impl NodeLoads<f64> for Centrifugal {
         for segment in 0..self.masses.len() {
             // Half of the force acts on each end, and follows half of the motion of each.
             let quarter = across_axis(0.25 * self.at_centre(segment));
-            add_tangent(PointTangent { segment, ends: [[quarter; 2]; 2] });
+            add_tangent(PointTangent {
+                segment,
+                ends: [[quarter; 2]; 2],
+            });
         }
     }
 

@@ -24,8 +24,15 @@ pub enum Obstacle {
 impl fmt::Display for Obstacle {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Pole { segment } => write!(formatter, "segment {segment} is at a pole of its coordinates"),
-            Self::Fold { segment } => write!(formatter, "segment {segment} is folded back on segment {}", segment - 1),
+            Self::Pole { segment } => write!(
+                formatter,
+                "segment {segment} is at a pole of its coordinates"
+            ),
+            Self::Fold { segment } => write!(
+                formatter,
+                "segment {segment} is folded back on segment {}",
+                segment - 1
+            ),
         }
     }
 }
@@ -52,7 +59,8 @@ pub enum IntegrationError {
         /// Normal force in N; negative if it pulls.
         force: f64,
     },
-    /// The filament touches the workpiece where the pass starts, and nowhere before is it free for the lead angle.
+    /// The filament touches the workpiece where the pass starts, and nowhere before is it free for
+    /// the lead angle.
     NotFree,
     /// It was asked to stop ([`Stop`](super::Stop)).
     Stopped,
@@ -131,9 +139,9 @@ impl fmt::Display for SimulationError {
                  smaller relative tolerance, a softer contact, or more damping"
             ),
             Self::Force(error) => error.fmt(formatter),
-            Self::NotFinite => {
-                formatter.write_str("the results of the pass are not finite; are the settings of extreme size?")
-            }
+            Self::NotFinite => formatter.write_str(
+                "the results of the pass are not finite; are the settings of extreme size?",
+            ),
         }
     }
 }
@@ -152,7 +160,8 @@ impl From<IntegrationError> for SimulationError {
     }
 }
 
-/// The undeformed tool and the workpiece have no contact that could lie between the start and the end of a pass.
+/// The undeformed tool and the workpiece have no contact that could lie between the start and the
+/// end of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoContactArc;
 
@@ -173,14 +182,27 @@ mod tests {
     #[test]
     fn messages_say_what_to_try() {
         use integrate::IntegrationError::{NotFinite, Refused, StepTooSmall};
-        let too_small = |cause| StepTooSmall { time: 1e-3, step: 2e-18, cause };
+        let too_small = |cause| StepTooSmall {
+            time: 1e-3,
+            step: 2e-18,
+            cause,
+        };
         let messages = [
             IntegrationError::Step(too_small(RejectionCause::Newton)),
             IntegrationError::Step(too_small(RejectionCause::NotFinite)),
-            IntegrationError::Step(too_small(RejectionCause::Refused(Obstacle::Pole { segment: 2 }))),
+            IntegrationError::Step(too_small(RejectionCause::Refused(Obstacle::Pole {
+                segment: 2,
+            }))),
             IntegrationError::Step(NotFinite { time: 1e-3 }),
-            IntegrationError::Step(Refused { time: 1e-3, reason: Obstacle::Fold { segment: 2 } }),
-            IntegrationError::TooManySteps { steps: 30_000, share: 0.125, step: 2e-9 },
+            IntegrationError::Step(Refused {
+                time: 1e-3,
+                reason: Obstacle::Fold { segment: 2 },
+            }),
+            IntegrationError::TooManySteps {
+                steps: 30_000,
+                share: 0.125,
+                step: 2e-9,
+            },
         ]
         .map(|error| error.to_string());
         assert_eq!(

@@ -1,10 +1,12 @@
 //! The depth at which a tool presses with a given force (MODEL, "Force instead of depth").
 //!
-//! It is the smallest one, which a tool that is pressed on finds, coming from no contact. At first the force is nearly that of rigid filaments,
-//! because they have no time to bend: the search begins there. From there on forces rise and fall, by as many strikes as there is time for, before they rise
-//! for good: a brush of 10 m/s presses with 166 N at 69 µm, 110 N at 0.4 mm, and 163 N at 0.9 mm. The search therefore goes up in steps, the
-//! smaller the nearer the force is, and looks at maxima between them, until the force is reached. It then encloses the depth by the secant
-//! of the logarithms.
+//! It is the smallest one, which a tool that is pressed on finds, coming from no contact. At first
+//! the force is nearly that of rigid filaments, because they have no time to bend: the search
+//! begins there. From there on forces rise and fall, by as many strikes as there is time for,
+//! before they rise for good: a brush of 10 m/s presses with 166 N at 69 µm, 110 N at 0.4 mm, and
+//! 163 N at 0.9 mm. The search therefore goes up in steps, the smaller the nearer the force is, and
+//! looks at maxima between them, until the force is reached. It then encloses the depth by the
+//! secant of the logarithms.
 
 use std::error::Error;
 use std::f64::consts::{PI, TAU};
@@ -19,7 +21,8 @@ use crate::workpiece::unit_normal;
 const TOLERANCE: f64 = 1e-3;
 /// The largest depth as a part of the free length.
 const LARGEST: f64 = 0.5;
-/// The largest ratio of two depths that follow each other, where the force is at least this share of the one that is asked for.
+/// The largest ratio of two depths that follow each other, where the force is at least this share
+/// of the one that is asked for.
 const FACTORS: [(f64, f64); 4] = [(0.8, 1.6), (0.6, 2.0), (0.3, 3.0), (0.0, 5.0)];
 /// The relative width at which a force that jumps is enclosed.
 const WIDTH: f64 = 1e-6;
@@ -49,7 +52,12 @@ pub struct Unreachable {
 
 impl fmt::Display for Unreachable {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { force, largest, depth, deepest } = self;
+        let Self {
+            force,
+            largest,
+            depth,
+            deepest,
+        } = self;
         write!(
             formatter,
             "no depth up to {:.3} mm reaches process.tool_force_n = {force} N: the largest force is {largest:.4} N, at {:.3} mm",
@@ -105,16 +113,21 @@ pub struct DepthSearch<R> {
 }
 
 impl<R> DepthSearch<R> {
-    /// The search that `settings` ask for, if they state a force. It begins at `first` (m), if there is a guess, and then measures the stiffness by the
-    /// depths that it looks at anyway.
+    /// The search that `settings` ask for, if they state a force. It begins at `first` (m), if
+    /// there is a guess, and then measures the stiffness by the depths that it looks at anyway.
     #[must_use]
     pub fn of(settings: &Settings, first: Option<f64>) -> Option<Self> {
         let target = settings.process.tool_force_n?;
         let length = settings.filament.length_m;
         let deepest = (LARGEST * length).min(settings.clearance_m() * (1.0 - 1e-9));
         let exponent = settings.contact.exponent + 0.5;
-        let next = first.unwrap_or_else(|| rigid_depth(settings, target)).min(deepest);
-        let origin = Point { depth: 0.0, force: 0.0 };
+        let next = first
+            .unwrap_or_else(|| rigid_depth(settings, target))
+            .min(deepest);
+        let origin = Point {
+            depth: 0.0,
+            force: 0.0,
+        };
         Some(Self {
             target,
             deepest,
@@ -134,19 +147,27 @@ impl<R> DepthSearch<R> {
         self.next
     }
 
-    /// Takes the `result` of the simulation at [`DepthSearch::depth`], whose tool force is `force` (N). Returns what was found at the end.
+    /// Takes the `result` of the simulation at [`DepthSearch::depth`], whose tool force is `force`
+    /// (N). Returns what was found at the end.
     ///
     /// # Errors
     /// If no depth reaches the force.
     pub fn take(&mut self, force: f64, result: R) -> Result<Option<Found<R>>, Unreachable> {
-        let here = Point { depth: self.next, force };
-        let place = self.points.partition_point(|point| point.depth < here.depth);
+        let here = Point {
+            depth: self.next,
+            force,
+        };
+        let place = self
+            .points
+            .partition_point(|point| point.depth < here.depth);
         if self.points.get(place) != Some(&here) {
             self.points.insert(place, here);
         }
         if let Stage::Sides(left) = self.stage {
             self.stage = Stage::Sides(left - 1);
-        } else if (force / self.target - 1.0).abs() <= TOLERANCE || (self.is_narrow() && force >= self.target) {
+        } else if (force / self.target - 1.0).abs() <= TOLERANCE
+            || (self.is_narrow() && force >= self.target)
+        {
             self.found = Some((here, result));
             self.stage = Stage::Sides(if self.looks_aside { 2 } else { 0 });
         }
@@ -157,7 +178,11 @@ impl<R> DepthSearch<R> {
                 return Ok(None);
             }
             let stiffness = self.stiffness(*point);
-            let found = self.found.take().map(|(point, result)| Found { depth: point.depth, stiffness, result });
+            let found = self.found.take().map(|(point, result)| Found {
+                depth: point.depth,
+                stiffness,
+                result,
+            });
             return Ok(found);
         }
         self.advance(place)?;
@@ -166,20 +191,28 @@ impl<R> DepthSearch<R> {
 
     /// The points between which the force is first reached.
     fn bracket(&self) -> Option<[Point; 2]> {
-        let high = self.points.iter().position(|point| point.force >= self.target)?;
+        let high = self
+            .points
+            .iter()
+            .position(|point| point.force >= self.target)?;
         Some([self.points[high - 1], self.points[high]])
     }
 
     /// Whether the force jumps past the one that is asked for.
     fn is_narrow(&self) -> bool {
-        self.bracket().is_some_and(|[low, high]| high.depth - low.depth <= WIDTH * high.depth)
+        self.bracket()
+            .is_some_and(|[low, high]| high.depth - low.depth <= WIDTH * high.depth)
     }
 
     /// Decides on the depth after that of the point at `place`.
     fn advance(&mut self, place: usize) -> Result<(), Unreachable> {
         if let Some([low, high]) = self.bracket() {
             // Below a jump the force is not reached: once more above it.
-            self.next = if self.is_narrow() { high.depth } else { self.between(low, high, self.points[place]) };
+            self.next = if self.is_narrow() {
+                high.depth
+            } else {
+                self.between(low, high, self.points[place])
+            };
             self.stage = Stage::Enclose;
             return Ok(());
         }
@@ -190,9 +223,16 @@ impl<R> DepthSearch<R> {
             return Ok(());
         }
         self.stage = Stage::Scan;
-        let &[.., before, last] = &self.points[..] else { unreachable!("the origin is a point") };
+        let &[.., before, last] = &self.points[..] else {
+            unreachable!("the origin is a point")
+        };
         if last.depth >= self.deepest {
-            let largest = self.points.iter().max_by(|a, b| a.force.total_cmp(&b.force)).copied().unwrap_or(last);
+            let largest = self
+                .points
+                .iter()
+                .max_by(|a, b| a.force.total_cmp(&b.force))
+                .copied()
+                .unwrap_or(last);
             return Err(Unreachable {
                 force: self.target,
                 largest: largest.force,
@@ -201,10 +241,17 @@ impl<R> DepthSearch<R> {
             });
         }
         let share = last.force / self.target;
-        let (_, limit) = FACTORS.into_iter().find(|(least, _)| share >= *least).unwrap_or(FACTORS[3]);
+        let (_, limit) = FACTORS
+            .into_iter()
+            .find(|(least, _)| share >= *least)
+            .unwrap_or(FACTORS[3]);
         let mut factor = limit;
         if share > 0.0 {
-            let exponent = if before.depth > 0.0 { power(before, last).unwrap_or(0.2).max(0.2) } else { 1.0 };
+            let exponent = if before.depth > 0.0 {
+                power(before, last).unwrap_or(0.2).max(0.2)
+            } else {
+                1.0
+            };
             // A little beyond, so that the depth is enclosed.
             factor = (1.02 * share.powf(-1.0 / exponent)).clamp(1.05, limit);
         }
@@ -215,16 +262,23 @@ impl<R> DepthSearch<R> {
     /// A depth between the ends of the bracket.
     fn between(&mut self, low: Point, high: Point, last: Point) -> f64 {
         let is_high = last.depth == high.depth;
-        self.stayed = if self.stayed.0 == is_high { (is_high, self.stayed.1 + 1) } else { (is_high, 1) };
+        self.stayed = if self.stayed.0 == is_high {
+            (is_high, self.stayed.1 + 1)
+        } else {
+            (is_high, 1)
+        };
         if low.force <= 0.0 {
-            // Bent filaments touch somewhere in between, and may hop: their force then begins with a jump.
+            // Bent filaments touch somewhere in between, and may hop: their force then begins with
+            // a jump.
             if low.depth > 0.0 {
                 return (low.depth + high.depth) / 2.0;
             }
             // Below the first force nothing is known but a power law.
             let predicted = high.depth * (self.target / high.force).powf(1.0 / self.exponent);
-            return predicted
-                .clamp(low.depth + 0.1 * (high.depth - low.depth), low.depth + 0.9 * (high.depth - low.depth));
+            return predicted.clamp(
+                low.depth + 0.1 * (high.depth - low.depth),
+                low.depth + 0.9 * (high.depth - low.depth),
+            );
         }
         let [mut below, mut above] = [low, high].map(|point| (point.force / self.target).ln());
         // The end that stays counts for less each time (Illinois).
@@ -241,7 +295,9 @@ impl<R> DepthSearch<R> {
 
     /// The depth of a maximum between the last three points, if it may reach the force.
     fn peak(&self) -> Option<f64> {
-        let &[.., a, b, c] = &self.points[..] else { return None };
+        let &[.., a, b, c] = &self.points[..] else {
+            return None;
+        };
         if a.depth <= 0.0 || b.force <= a.force || b.force <= c.force {
             return None;
         }
@@ -252,12 +308,17 @@ impl<R> DepthSearch<R> {
         let vertex = y - slope / (2.0 * bend);
         let force = b.force - slope * slope / (4.0 * bend);
         // Twice the rise above the points: forces are no parabolas.
-        (force + (force - b.force) >= self.target && (vertex - y).abs() > 1e-3).then(|| vertex.exp())
+        (force + (force - b.force) >= self.target && (vertex - y).abs() > 1e-3)
+            .then(|| vertex.exp())
     }
 
     /// The derivative at `point` in N/m, by the parabola through its neighbours.
     fn stiffness(&self, point: Point) -> f64 {
-        let place = self.points.iter().position(|other| *other == point).unwrap_or(0);
+        let place = self
+            .points
+            .iter()
+            .position(|other| *other == point)
+            .unwrap_or(0);
         let slope = |a: Point, b: Point| (b.force - a.force) / (b.depth - a.depth);
         match (&self.points[..place], &self.points[place + 1..]) {
             ([.., before], [after, ..]) => {
@@ -271,8 +332,9 @@ impl<R> DepthSearch<R> {
     }
 }
 
-/// Finds the depth at which a tool presses with the force that `settings` state, by the force (N) and the result that `simulate` returns at a depth. `None` if
-/// they state none. The search begins at `first` (m), if there is a guess ([`DepthSearch::of`]).
+/// Finds the depth at which a tool presses with the force that `settings` state, by the force (N)
+/// and the result that `simulate` returns at a depth. `None` if they state none. The search begins
+/// at `first` (m), if there is a guess ([`DepthSearch::of`]).
 ///
 /// # Errors
 /// If no depth reaches the force, or the first one of `simulate`.
@@ -281,7 +343,9 @@ pub fn press_on<R, E: From<Unreachable>>(
     first: Option<f64>,
     mut simulate: impl FnMut(&Settings) -> Result<(f64, R), E>,
 ) -> Result<Option<Found<R>>, E> {
-    let Some(mut search) = DepthSearch::of(settings, first) else { return Ok(None) };
+    let Some(mut search) = DepthSearch::of(settings, first) else {
+        return Ok(None);
+    };
     loop {
         let (force, result) = simulate(&settings.at_depth(search.depth()))?;
         if let Some(found) = search.take(force, result)? {
@@ -290,48 +354,68 @@ pub fn press_on<R, E: From<Unreachable>>(
     }
 }
 
-/// The depth in m at which rigid filaments would press with `force` (N) on a plane, or all the time where the workpiece may be hollow: a little less
-/// than the smallest depth of those that bend.
+/// The depth in m at which rigid filaments would press with `force` (N) on a plane, or all the time
+/// where the workpiece may be hollow: a little less than the smallest depth of those that bend.
 fn rigid_depth(settings: &Settings, force: f64) -> f64 {
     /// A little less, because filaments that are bent also come deeper.
     const LESS: f64 = 0.98;
     const POINTS: usize = 64;
     let normal @ [x, y, _] = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
-    let hollow = matches!(settings.workpiece.kind, WorkpieceKind::Bore(_) | WorkpieceKind::Profile(_));
+    let hollow = matches!(
+        settings.workpiece.kind,
+        WorkpieceKind::Bore(_) | WorkpieceKind::Profile(_)
+    );
     let (trim, [reach, _]) = (Trim::of(settings), reaches(settings));
-    // Along the trim: the weight of a filament, the radius on which its tip turns, and how far it is above the deepest one.
+    // Along the trim: the weight of a filament, the radius on which its tip turns, and how far it
+    // is above the deepest one.
     let filament = |Place { s, weight }: Place| {
         let tip = trim.tip(s);
-        [weight, if hollow { 0.0 } else { tip[0] * x.hypot(y) }, reach - reach_of(tip, normal)]
+        [
+            weight,
+            if hollow { 0.0 } else { tip[0] * x.hypot(y) },
+            reach - reach_of(tip, normal),
+        ]
     };
     let filaments: Vec<[f64; 3]> = places(settings).into_iter().map(filament).collect();
     let (law, count) = (&settings.contact, settings.tool.filament_count);
     let of_filament = |radius: f64, depth: f64| {
         // Half of the angle for which a tip is below the plane.
-        let half = if depth < 2.0 * radius { 2.0 * (depth / (2.0 * radius)).sqrt().asin() } else { PI };
+        let half = if depth < 2.0 * radius {
+            2.0 * (depth / (2.0 * radius)).sqrt().asin()
+        } else {
+            PI
+        };
         let at = |i: usize| {
             let angle = half * (i as f64 + 0.5) / POINTS as f64;
-            (depth - 2.0 * radius * (angle / 2.0).sin().powi(2)).max(0.0).powf(law.exponent)
+            (depth - 2.0 * radius * (angle / 2.0).sin().powi(2))
+                .max(0.0)
+                .powf(law.exponent)
         };
         let mean = (0..POINTS).map(at).sum::<f64>() / POINTS as f64;
         count * law.stiffness_n_m * mean * 2.0 * half / TAU
     };
     let rigid = |depth: f64| {
-        let forces =
-            filaments.iter().map(|[weight, radius, above]| weight * of_filament(*radius, (depth - above).max(0.0)));
+        let forces = filaments
+            .iter()
+            .map(|[weight, radius, above]| weight * of_filament(*radius, (depth - above).max(0.0)));
         forces.sum::<f64>()
     };
     let (mut low, mut high) = (f64::MIN_POSITIVE.ln(), settings.filament.length_m.ln());
     while high - low > 1e-6 {
         let middle = (low + high) / 2.0;
-        if rigid(middle.exp()) < force { low = middle } else { high = middle }
+        if rigid(middle.exp()) < force {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     LESS * low.exp()
 }
 
 /// The exponent of the power law through two points, if both have a force.
 fn power(a: Point, b: Point) -> Option<f64> {
-    (a.force > 0.0 && b.force > a.force).then(|| (b.force / a.force).ln() / (b.depth / a.depth).ln())
+    (a.force > 0.0 && b.force > a.force)
+        .then(|| (b.force / a.force).ln() / (b.depth / a.depth).ln())
 }
 
 #[cfg(test)]
@@ -345,14 +429,18 @@ mod tests {
         let mut search = DepthSearch::of(&settings, None).expect("there is a force");
         for count in 1..100 {
             let depth = search.depth();
-            if let Some(Found { depth, stiffness, .. }) = search.take(force(depth), ())? {
+            if let Some(Found {
+                depth, stiffness, ..
+            }) = search.take(force(depth), ())?
+            {
                 return Ok((depth, stiffness, count));
             }
         }
         panic!("the search ends");
     }
 
-    /// That of rigid filaments, as far as they have no time to bend, and what is left of it, with a maximum of 166 N at 69 µm.
+    /// That of rigid filaments, as far as they have no time to bend, and what is left of it, with a
+    /// maximum of 166 N at 69 µm.
     fn of_the_papers_brush(depth: f64) -> f64 {
         let points = [
             (1e-6, 0.74),
@@ -371,21 +459,39 @@ mod tests {
             (2e-3, 234.0),
             (20e-3, 900.0),
         ];
-        let after = points.iter().position(|(d, _)| *d >= depth).unwrap_or(points.len() - 1).max(1);
-        let ([d, f], [e, g]) = ([points[after - 1].0, points[after - 1].1], [points[after].0, points[after].1]);
+        let after = points
+            .iter()
+            .position(|(d, _)| *d >= depth)
+            .unwrap_or(points.len() - 1)
+            .max(1);
+        let ([d, f], [e, g]) = (
+            [points[after - 1].0, points[after - 1].1],
+            [points[after].0, points[after].1],
+        );
         f * (g / f).powf((depth / d).ln() / (e / d).ln())
     }
 
     #[test]
     fn forces_are_found_at_the_smallest_depth_in_few_simulations() {
-        let (mut total, targets) = (0, [20.0, 50.0, 100.0, 150.0, 157.0, 164.0, 170.0, 200.0, 300.0, 500.0]);
+        let (mut total, targets) = (
+            0,
+            [
+                20.0, 50.0, 100.0, 150.0, 157.0, 164.0, 170.0, 200.0, 300.0, 500.0,
+            ],
+        );
         for target in targets {
             let (depth, stiffness, count) = search(target, of_the_papers_brush).expect("a depth");
-            assert!((of_the_papers_brush(depth) / target - 1.0).abs() <= 1e-3, "{target}: {depth}");
+            assert!(
+                (of_the_papers_brush(depth) / target - 1.0).abs() <= 1e-3,
+                "{target}: {depth}"
+            );
             assert!(stiffness > 0.0);
             let smaller = (1..1000).map(|i| depth * 0.999 * f64::from(i) / 1000.0);
             let highest = smaller.map(of_the_papers_brush).fold(0.0, f64::max);
-            assert!(highest < target * 1.001, "{target}: {highest} before {depth}");
+            assert!(
+                highest < target * 1.001,
+                "{target}: {highest} before {depth}"
+            );
             total += count - 2;
         }
         assert!(
@@ -399,22 +505,38 @@ mod tests {
     #[test]
     fn a_force_that_jumps_is_reached() {
         for onset in [2.4e-4, 2.5e-4, 3.1e-4] {
-            let force = |depth: f64| if depth < onset { 0.0 } else { 720.0 - 1e5 * (depth - onset) };
+            let force = |depth: f64| {
+                if depth < onset {
+                    0.0
+                } else {
+                    720.0 - 1e5 * (depth - onset)
+                }
+            };
             let (depth, _, count) = search(500.0, force).expect("a depth");
-            assert!(depth >= onset && depth < onset * (1.0 + 2.0 * WIDTH) && count < 32, "{onset}: {depth}, {count}");
+            assert!(
+                depth >= onset && depth < onset * (1.0 + 2.0 * WIDTH) && count < 32,
+                "{onset}: {depth}, {count}"
+            );
         }
     }
 
     #[test]
     fn the_stiffness_is_the_derivative() {
-        let (depth, stiffness, _) = search(80.0, |depth| 165.0 * (depth / 1e-3).sqrt()).expect("a depth");
-        assert!((stiffness * 2.0 * depth / 80.0 - 1.0).abs() < 2e-3, "{stiffness}");
+        let (depth, stiffness, _) =
+            search(80.0, |depth| 165.0 * (depth / 1e-3).sqrt()).expect("a depth");
+        assert!(
+            (stiffness * 2.0 * depth / 80.0 - 1.0).abs() < 2e-3,
+            "{stiffness}"
+        );
     }
 
     #[test]
     fn a_force_that_is_too_large_says_so() {
         let error = search(1000.0, |depth| 165.0 * (depth / 1e-3).sqrt()).expect_err("too large");
-        assert!((error.depth - 0.02).abs() < 1e-9 && (error.largest - 165.0 * 20.0_f64.sqrt()).abs() < 1e-6);
+        assert!(
+            (error.depth - 0.02).abs() < 1e-9
+                && (error.largest - 165.0 * 20.0_f64.sqrt()).abs() < 1e-6
+        );
         assert!(error.to_string().contains("20.000 mm"), "{error}");
     }
 }

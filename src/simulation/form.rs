@@ -1,8 +1,8 @@
 //! The equations of a pass: in space, or in the plane of rotation.
 
 use crate::equations::{
-    Chain, ChainDynamics, ChainState, Compiled, Dynamics, Energies, NodeLoads, PlanarDynamics, PolarAxis, StepWeights,
-    Task,
+    Chain, ChainDynamics, ChainState, Compiled, Dynamics, Energies, NodeLoads, PlanarDynamics,
+    PolarAxis, StepWeights, Task,
 };
 use crate::integrate::hermite::Knot;
 
@@ -11,8 +11,9 @@ use crate::integrate::hermite::Knot;
 pub enum Form {
     /// Each segment has a polar angle and an azimuth. A block of coordinates is `[φ, θ]`.
     Spatial,
-    /// Each segment has an azimuth; its polar angle is `π/2`. A block of coordinates is `[η, θ]`, where `η = ∂φ/∂τ` is the
-    /// lateral variation: how a small tilt `τ` of the clamp, out of the plane and towards `+z`, changes the polar angle.
+    /// Each segment has an azimuth; its polar angle is `π/2`. A block of coordinates is `[η, θ]`,
+    /// where `η = ∂φ/∂τ` is the lateral variation: how a small tilt `τ` of the clamp, out of the
+    /// plane and towards `+z`, changes the polar angle.
     Planar,
 }
 
@@ -88,7 +89,8 @@ impl<T: Compiled> Equations<T> {
         each!(self, dynamics => dynamics.node_in_lane(node, lane))
     }
 
-    /// Position, velocity and acceleration of every node in one lane, after [`ChainDynamics::track`] or [`ChainDynamics::residual`].
+    /// Position, velocity and acceleration of every node in one lane, after
+    /// [`ChainDynamics::track`] or [`ChainDynamics::residual`].
     pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
         each!(self, dynamics => for (node, knot) in knots.iter_mut().enumerate() {
             let [value, rate, acceleration] = dynamics.node_motion(node, lane);
@@ -112,7 +114,8 @@ impl<T: Compiled> Equations<T> {
         each!(self, dynamics => dynamics.energies(at))
     }
 
-    /// `q̈` at a state, of the motion and of its variation, with `scratch` for one entry per segment.
+    /// `q̈` at a state, of the motion and of its variation, with `scratch` for one entry per
+    /// segment.
     pub fn all_accelerations(
         &mut self,
         at: ChainState<'_, T>,

@@ -23,7 +23,11 @@ pub struct Kind {
 impl Kind {
     /// The polar axis of all coordinates at the start.
     pub(super) fn axis(self) -> PolarAxis {
-        if self.about_x { PolarAxis::X } else { PolarAxis::Z }
+        if self.about_x {
+            PolarAxis::X
+        } else {
+            PolarAxis::Z
+        }
     }
 
     pub(super) fn new<M: ClampMotion, W: Workpiece>(

@@ -1,9 +1,10 @@
 //! One filament's pass over the workpiece: integration through located contact events.
 //!
-//! [`simulate`] computes metrics from settings. It integrates a [`Pass`]: [`Pass::new`] takes the tool and the workpiece from
-//! the settings, [`Pass::with`] takes any [`Tool`](crate::tool::Tool) and any [`Workpiece`](crate::workpiece::Workpiece).
-//! [`simulate_side_by_side`] simulates many passes of settings in the lanes of the machine's vector units,
-//! [`sample_any_side_by_side`] those of any tool and workpiece.
+//! [`simulate`] computes metrics from settings. It integrates a [`Pass`]: [`Pass::new`] takes the
+//! tool and the workpiece from the settings, [`Pass::with`] takes any [`Tool`](crate::tool::Tool)
+//! and any [`Workpiece`](crate::workpiece::Workpiece). [`simulate_side_by_side`] simulates many
+//! passes of settings in the lanes of the machine's vector units, [`sample_any_side_by_side`] those
+//! of any tool and workpiece.
 
 use crate::model::metrics::Metrics;
 use crate::model::settings::Settings;
@@ -48,7 +49,8 @@ pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSys
 pub use trajectory::{Trajectory, integrate};
 pub(crate) use turns::is_steady;
 
-/// SHA-256 of all code between settings and metrics, in hexadecimal digits. Builds that differ here may differ in results.
+/// SHA-256 of all code between settings and metrics, in hexadecimal digits. Builds that differ here
+/// may differ in results.
 pub const SOLVER_FINGERPRINT: &str = env!("BRISTLE_SOLVER");
 
 /// Simulates one pass and reduces it to its metrics.
@@ -59,29 +61,44 @@ pub fn simulate(settings: &Settings) -> Result<Simulation, SimulationError> {
     simulate_with(settings, Sampling::default())
 }
 
-/// Simulates one pass and samples it at `samples` equally spaced times, including the first and the last instant.
+/// Simulates one pass and samples it at `samples` equally spaced times, including the first and the
+/// last instant.
 ///
-/// The metrics are those of [`simulate`], to the tolerance. The samples are interpolated within steps and do not affect
-/// the integration.
+/// The metrics are those of [`simulate`], to the tolerance. The samples are interpolated within
+/// steps and do not affect the integration.
 ///
 /// # Errors
 /// As for [`simulate`].
-pub fn simulate_with_history(settings: &Settings, samples: usize) -> Result<Simulation, SimulationError> {
-    simulate_with(settings, Sampling { samples, ..Sampling::default() })
+pub fn simulate_with_history(
+    settings: &Settings,
+    samples: usize,
+) -> Result<Simulation, SimulationError> {
+    simulate_with(
+        settings,
+        Sampling {
+            samples,
+            ..Sampling::default()
+        },
+    )
 }
 
-/// Simulates one pass and takes the samples that `sampling` requests; see [`simulate_with_history`].
+/// Simulates one pass and takes the samples that `sampling` requests; see
+/// [`simulate_with_history`].
 ///
 /// # Errors
 /// As for [`simulate`].
-pub fn simulate_with(settings: &Settings, sampling: Sampling) -> Result<Simulation, SimulationError> {
+pub fn simulate_with(
+    settings: &Settings,
+    sampling: Sampling,
+) -> Result<Simulation, SimulationError> {
     simulate_places(settings, sampling, &Stop::default(), &mut |_| ())
 }
 
-/// [`simulate_with`], which ends early once `stop` is requested and tells after each step what share of the pass is done
-/// ([`Pass::simulate_telling`]).
+/// [`simulate_with`], which ends early once `stop` is requested and tells after each step what
+/// share of the pass is done ([`Pass::simulate_telling`]).
 ///
-/// Where filaments along the trim differ ([`trim::places`]), samples are those of the one nearest to its middle.
+/// Where filaments along the trim differ ([`trim::places`]), samples are those of the one nearest
+/// to its middle.
 ///
 /// # Errors
 /// As for [`simulate`].
@@ -100,7 +117,12 @@ pub fn simulate_places(
         count += 1.0;
         Ok::<_, SimulationError>((simulation.metrics.tool_contact_normal_force_n, simulation))
     })?;
-    if let Some(Found { depth, stiffness, result }) = found {
+    if let Some(Found {
+        depth,
+        stiffness,
+        result,
+    }) = found
+    {
         let mut result = match sampling == Sampling::default() {
             true => result,
             false => simulate_places(&settings.at_depth(depth), sampling, stop, &mut |_| ())?,
@@ -117,17 +139,31 @@ pub fn simulate_places(
     let mut waiting: Vec<Job> = (0..places.len())
         .rev()
         .filter(|&place| place != middle)
-        .map(|number| Job { number, pass: at(number) })
+        .map(|number| Job {
+            number,
+            pass: at(number),
+        })
         .collect();
-    let others = Sampling { profile: sampling.profile, alongside: sampling.alongside, ..Sampling::default() };
-    let take = |kind: Option<Kind>| waiting.pop_if(|job| kind.is_none_or(|kind| job.pass.kind() == kind));
-    sample_side_by_side(others, take, |number, result| results[number] = Some(result));
-    let all = results.into_iter().flatten().collect::<Result<Vec<_>, _>>()?;
+    let others = Sampling {
+        profile: sampling.profile,
+        alongside: sampling.alongside,
+        ..Sampling::default()
+    };
+    let take =
+        |kind: Option<Kind>| waiting.pop_if(|job| kind.is_none_or(|kind| job.pass.kind() == kind));
+    sample_side_by_side(others, take, |number, result| {
+        results[number] = Some(result)
+    });
+    let all = results
+        .into_iter()
+        .flatten()
+        .collect::<Result<Vec<_>, _>>()?;
     Ok(of_trim(&places, all))
 }
 
-/// The simulation of a trim from those of the filaments at its `places`, in their order: metrics and impulses of turns are their weighted
-/// sums, or the largest of extremes; samples are those of the filament in the middle.
+/// The simulation of a trim from those of the filaments at its `places`, in their order: metrics
+/// and impulses of turns are their weighted sums, or the largest of extremes; samples are those of
+/// the filament in the middle.
 ///
 /// # Panics
 /// If the numbers of both differ, or are zero.
@@ -136,28 +172,61 @@ pub fn of_trim(places: &[Place], mut all: Vec<Simulation>) -> Simulation {
     if let [_] = places {
         return all.remove(0);
     }
-    let weighted: Vec<(f64, &Metrics)> =
-        places.iter().map(|place| place.weight).zip(all.iter().map(|one| &one.metrics)).collect();
+    let weighted: Vec<(f64, &Metrics)> = places
+        .iter()
+        .map(|place| place.weight)
+        .zip(all.iter().map(|one| &one.metrics))
+        .collect();
     let metrics = Metrics::weighted(&weighted).expect("there are places");
-    let turns = all.iter().map(|one| one.turn_contact_normal_impulses_n_s.len()).max().unwrap_or(0);
+    let turns = all
+        .iter()
+        .map(|one| one.turn_contact_normal_impulses_n_s.len())
+        .max()
+        .unwrap_or(0);
     // A filament that has become steady goes on as it is.
     let in_turn = |one: &Simulation, turn: usize| {
         let impulses = &one.turn_contact_normal_impulses_n_s;
-        impulses.get(turn).or(impulses.last()).copied().unwrap_or(0.0)
+        impulses
+            .get(turn)
+            .or(impulses.last())
+            .copied()
+            .unwrap_or(0.0)
     };
     let impulses = (0..turns)
-        .map(|turn| places.iter().zip(&all).map(|(place, one)| place.weight * in_turn(one, turn)).sum())
+        .map(|turn| {
+            places
+                .iter()
+                .zip(&all)
+                .map(|(place, one)| place.weight * in_turn(one, turn))
+                .sum()
+        })
         .collect();
-    let statistics = all.iter().fold(Statistics::default(), |sum, one| sum.and(&one.statistics));
+    let statistics = all
+        .iter()
+        .fold(Statistics::default(), |sum, one| sum.and(&one.statistics));
     let along_trim = places.iter().zip(&all);
-    let positions = along_trim.map(|(&place, one)| AtPlace { place, metrics: one.metrics.clone() }).collect();
-    let profile = profile::weighted(places.iter().zip(&all).map(|(place, one)| (place.weight, &one.profile[..])));
+    let positions = along_trim
+        .map(|(&place, one)| AtPlace {
+            place,
+            metrics: one.metrics.clone(),
+        })
+        .collect();
+    let profile = profile::weighted(
+        places
+            .iter()
+            .zip(&all)
+            .map(|(place, one)| (place.weight, &one.profile[..])),
+    );
     let end_time_s = all.iter().map(|one| one.end_time_s).fold(0.0, f64::max);
     let sampled = all.swap_remove(places.len() / 2);
     Simulation {
         metrics,
         turn_contact_normal_impulses_n_s: impulses,
-        end_time_s: if sampled.history.is_empty() { end_time_s } else { sampled.end_time_s },
+        end_time_s: if sampled.history.is_empty() {
+            end_time_s
+        } else {
+            sampled.end_time_s
+        },
         statistics,
         positions,
         profile,

@@ -33,7 +33,8 @@ use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Ramp, Workpiece}
 /// The method of every pass (docs/integrators.md).
 pub(super) const METHOD: &Tableau = &ESDIRK54;
 
-/// How far the nodes of a relaxed filament are ahead of those of a straight one and behind them, as angles about the tool axis in rad.
+/// How far the nodes of a relaxed filament are ahead of those of a straight one and behind them, as
+/// angles about the tool axis in rad.
 fn reach_around(clamp: &Clamp<f64>, chain: &Chain<f64>) -> [f64; 2] {
     let ([mut x, mut y, _], [direction_x, direction_y, _]) = (clamp.position, clamp.direction);
     let ([mut straight_x, mut straight_y], mut inclination) = ([x, y], 0.0);
@@ -76,8 +77,8 @@ impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
         }
     }
 
-    /// How far its nodes and the centreline are from touching at the `angle` of the tool (rad), in m, and how far they are from the axis; less
-    /// than zero if they touch.
+    /// How far its nodes and the centreline are from touching at the `angle` of the tool (rad), in
+    /// m, and how far they are from the axis; less than zero if they touch.
     fn clearance(&self, angle: f64) -> [f64; 2] {
         let Filament { chain, motion, .. } = self.filament;
         let (q, v) = self.coordinates(angle);
@@ -91,14 +92,22 @@ impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
         }
         let clear = (0..self.filament.contacts()).map(|contact| {
             let touch = self.filament.touch(contact, &|node| nodes[node], None, 0.0);
-            let Approach { penetration, margin, .. } = touch.approach;
-            if margin > 0.0 { -penetration } else { (-penetration).max(0.0) }
+            let Approach {
+                penetration,
+                margin,
+                ..
+            } = touch.approach;
+            if margin > 0.0 {
+                -penetration
+            } else {
+                (-penetration).max(0.0)
+            }
         });
         [clear.fold(f64::INFINITY, f64::min), farthest]
     }
 
-    /// By what angle in rad before `entry` it first touches the workpiece, with the angle `lead` before in which it is free. None if there is no such
-    /// angle up to `farthest`.
+    /// By what angle in rad before `entry` it first touches the workpiece, with the angle `lead`
+    /// before in which it is free. None if there is no such angle up to `farthest`.
     fn early_touch(&self, entry: f64, lead: f64, farthest: f64) -> Option<f64> {
         let clearance = |early: f64| self.clearance(entry - early);
         let (mut early, mut touched) = (0.0, None);
@@ -115,11 +124,17 @@ impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
             // A gap changes by no more than twice the way.
             early += (clear / (2.0 * radius)).clamp(LOOKS, LOOKS.max(lead));
         }
-        let Some(touched) = touched else { return Some(0.0) };
+        let Some(touched) = touched else {
+            return Some(0.0);
+        };
         let (mut low, mut high) = (touched, touched + LOOKS);
         while high - low > ROUNDING_OF_ANGLES {
             let middle = (low + high) / 2.0;
-            if clearance(middle)[0] < 0.0 { low = middle } else { high = middle }
+            if clearance(middle)[0] < 0.0 {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         Some(high)
     }
@@ -134,14 +149,17 @@ impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
 
 /// One pass of a filament over a workpiece, as integrated by [`simulate`](super::simulate).
 ///
-/// It starts with a relaxed filament that turns rigidly with the tool, at the lead angle before nominal entry, or before the first touch of
-/// that filament where this is earlier: a wavy one reaches ahead of a straight one, and its contact radius makes one thicker. It ends at the
-/// tail angle after nominal exit, later by as much as a wavy filament reaches behind a straight one, or, if the filament still touches the
-/// workpiece there, when it no longer does. With several [`Turns`] it goes on to the end of the last one:
-/// after each contact, the filament turns on, vibrates freely, and comes back as it is.
+/// It starts with a relaxed filament that turns rigidly with the tool, at the lead angle before
+/// nominal entry, or before the first touch of that filament where this is earlier: a wavy one
+/// reaches ahead of a straight one, and its contact radius makes one thicker. It ends at the tail
+/// angle after nominal exit, later by as much as a wavy filament reaches behind a straight one, or,
+/// if the filament still touches the workpiece there, when it no longer does. With several
+/// [`Turns`] it goes on to the end of the last one: after each contact, the filament turns on,
+/// vibrates freely, and comes back as it is.
 ///
-/// Where tool, workpiece and gravity make the motion planar ([`Tool::is_planar`], [`Workpiece::is_planar`]), it is integrated in
-/// the plane of rotation, and a result depends neither on rounding nor on how the set-up is turned about `z`.
+/// Where tool, workpiece and gravity make the motion planar ([`Tool::is_planar`],
+/// [`Workpiece::is_planar`]), it is integrated in the plane of rotation, and a result depends
+/// neither on rounding nor on how the set-up is turned about `z`.
 #[derive(Clone, Debug)]
 pub struct Pass<T = RotaryTool, W = Part> {
     filament: Filament<Turning<T>, W>,
@@ -162,7 +180,8 @@ pub struct Pass<T = RotaryTool, W = Part> {
 }
 
 impl Pass {
-    /// The pass of the tool and the workpiece that `settings` state, of the filament in the middle of the trim.
+    /// The pass of the tool and the workpiece that `settings` state, of the filament in the middle
+    /// of the trim.
     ///
     /// # Panics
     /// If the settings fail [`Settings::check`] because their workpiece is not possible.
@@ -180,29 +199,69 @@ impl Pass {
     /// # Panics
     /// As [`Pass::new`].
     pub fn at(settings: &Settings, s: f64) -> Self {
-        let (part, passage) = Part::at(settings, s).unwrap_or_else(|violation| panic!("{violation}"));
-        let (tool, rate) = (RotaryTool::at(settings, s), settings.angular_velocity_rad_s());
+        let (part, passage) =
+            Part::at(settings, s).unwrap_or_else(|violation| panic!("{violation}"));
+        let (tool, rate) = (
+            RotaryTool::at(settings, s),
+            settings.angular_velocity_rad_s(),
+        );
         let trim = Trim::of(settings);
-        let shape = (!trim.is_radial())
-            .then(|| RigidShape::equilibrium(&filament::chain(&settings.filament, [0.0; 3]), &tool, rate));
+        let shape = (!trim.is_radial()).then(|| {
+            RigidShape::equilibrium(&filament::chain(&settings.filament, [0.0; 3]), &tool, rate)
+        });
         let reach = match trim::differ(settings) {
-            true => trim.ends().into_iter().fold(0.0, |reach: f64, s| reach.max(trim.root(s)[0])) + trim.length,
+            true => {
+                trim.ends()
+                    .into_iter()
+                    .fold(0.0, |reach: f64, s| reach.max(trim.root(s)[0]))
+                    + trim.length
+            }
             false => 0.0,
         };
-        let (pose, depth) = (Pose::of(&settings.tool), settings.process.penetration_depth_m);
-        let setting = Setting { pose, shape, is_rotary: true, reach, depth, removal: RemovalLaw::of(settings) };
-        let pass = Self::assemble(settings, tool, part, settings.tool_radius_m(), passage, setting);
-        if pass.all_round { pass.on_ramp(settings) } else { pass }
+        let (pose, depth) = (
+            Pose::of(&settings.tool),
+            settings.process.penetration_depth_m,
+        );
+        let setting = Setting {
+            pose,
+            shape,
+            is_rotary: true,
+            reach,
+            depth,
+            removal: RemovalLaw::of(settings),
+        };
+        let pass = Self::assemble(
+            settings,
+            tool,
+            part,
+            settings.tool_radius_m(),
+            passage,
+            setting,
+        );
+        if pass.all_round {
+            pass.on_ramp(settings)
+        } else {
+            pass
+        }
     }
 
     /// The same, onto which the workpiece comes in the turn before the first.
     fn on_ramp(mut self, settings: &Settings) -> Self {
         /// What is left free at the start, as a part of the free length.
         const FREE: f64 = 1e-6;
-        let rigid = Rigid { filament: &self.filament, shape: self.setting.shape.as_ref() };
+        let rigid = Rigid {
+            filament: &self.filament,
+            shape: self.setting.shape.as_ref(),
+        };
         let deepest = rigid.depth() * (1.0 + 1e-3) + FREE * self.filament_length;
-        let way = scale(settings.process.penetration_depth_m.max(deepest), unit_normal(&settings.workpiece));
-        let ramp = Ramp { way, duration: TAU / self.filament.motion.rate };
+        let way = scale(
+            settings.process.penetration_depth_m.max(deepest),
+            unit_normal(&settings.workpiece),
+        );
+        let ramp = Ramp {
+            way,
+            duration: TAU / self.filament.motion.rate,
+        };
         self.filament.workpiece = self.filament.workpiece.on_ramp(ramp);
         self.form = Form::Spatial;
         self
@@ -229,8 +288,9 @@ struct Setting {
 impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// The pass of `tool` over `workpiece`. `settings` state everything else.
     ///
-    /// The tool turns at `ω = v_b/R`, with `v_b` from the settings and the tool's own radius. The settings of the body's
-    /// radius, of the kind and pose of the tool, the workpiece and the penetration depth are not used.
+    /// The tool turns at `ω = v_b/R`, with `v_b` from the settings and the tool's own radius. The
+    /// settings of the body's radius, of the kind and pose of the tool, the workpiece and the
+    /// penetration depth are not used.
     ///
     /// # Errors
     /// If the undeformed tips have no [contact arc](Workpiece::contact_arc) on the workpiece.
@@ -244,8 +304,22 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let radius = tool.radius(length);
         let depth = settings.process.penetration_depth_m;
         let removal = RemovalLaw::of(settings);
-        let setting = Setting { pose: Pose::UPRIGHT, shape: None, is_rotary: false, reach: 0.0, depth, removal };
-        Ok(Self::assemble(settings, tool, workpiece, radius, arc.into(), setting))
+        let setting = Setting {
+            pose: Pose::UPRIGHT,
+            shape: None,
+            is_rotary: false,
+            reach: 0.0,
+            depth,
+            removal,
+        };
+        Ok(Self::assemble(
+            settings,
+            tool,
+            workpiece,
+            radius,
+            arc.into(),
+            setting,
+        ))
     }
 
     fn assemble(
@@ -256,15 +330,24 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         passage: Passage,
         setting: Setting,
     ) -> Self {
-        let Settings { tool: brush, filament, contact, process, solver, .. } = settings;
+        let Settings {
+            tool: brush,
+            filament,
+            contact,
+            process,
+            solver,
+            ..
+        } = settings;
         let nominal = NominalContact::new(tool_radius, process.brushing_velocity_m_s, &passage);
         let ContactArc { middle, angle } = passage.window;
-        // A rate that is small for a vibrating filament, so that a slow tool does not require absurd precision.
+        // A rate that is small for a vibrating filament, so that a slow tool does not require
+        // absurd precision.
         let slow_rate = 0.01 * filament::first_natural_frequency(filament);
         let gravity = setting.pose.to_tool(process.gravity_m_s2);
         let planar = tool.is_planar() && workpiece.is_planar() && gravity[2] == 0.0;
         let chain = filament::chain(filament, gravity);
-        // A straight, thin filament of a tool from the settings touches no earlier than the undeformed one: it is the undeformed one.
+        // A straight, thin filament of a tool from the settings touches no earlier than the
+        // undeformed one: it is the undeformed one.
         let is_nominal = setting.is_rotary
             && setting.shape.is_none()
             && contact.radius_m == 0.0
@@ -280,13 +363,24 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let law = ContactLaw::from(contact);
         let filament_length = filament.length_m;
         let mass: f64 = chain.links.iter().map(|link| link.mass).sum();
-        let mut filament =
-            Filament { chain, motion: Turning { tool, rate: nominal.rate(), initial_angle }, law, workpiece };
+        let mut filament = Filament {
+            chain,
+            motion: Turning {
+                tool,
+                rate: nominal.rate(),
+                initial_angle,
+            },
+            law,
+            workpiece,
+        };
         let mut all_round = passage.all_round;
         let mut lead_angle = process.lead_angle_rad + ahead;
         if !is_nominal && !all_round {
             let farthest = TAU - angle - tail_angle - process.lead_angle_rad;
-            let rigid = Rigid { filament: &filament, shape: setting.shape.as_ref() };
+            let rigid = Rigid {
+                filament: &filament,
+                shape: setting.shape.as_ref(),
+            };
             let early = rigid.early_touch(entry, process.lead_angle_rad, farthest);
             // Bent filaments may touch during the whole turn where straight ones do not.
             all_round = early.is_none() && setting.shape.is_some();
@@ -303,16 +397,25 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         filament.motion.initial_angle = entry - lead_angle;
         let time = |angle: f64| (lead_angle + angle) / nominal.rate();
         let rate_scale = (nominal.brushing_velocity / filament_length).max(slow_rate);
-        // Where a node comes off, the force on it ceases while contact damping still takes what is stored: the motion does not show it.
+        // Where a node comes off, the force on it ceases while contact damping still takes what is
+        // stored: the motion does not show it.
         let damps = filament.law.damping > 0.0;
-        let energy = if damps { mass * (rate_scale * filament_length).powi(2) } else { f64::INFINITY };
+        let energy = if damps {
+            mass * (rate_scale * filament_length).powi(2)
+        } else {
+            f64::INFINITY
+        };
         Self {
             form: if planar { Form::Planar } else { Form::Spatial },
             filament,
             nominal,
             touches: match all_round {
                 true => vec![[0.0, TAU / nominal.rate()]],
-                false => passage.touches.iter().map(|touch| touch.map(time)).collect(),
+                false => passage
+                    .touches
+                    .iter()
+                    .map(|touch| touch.map(time))
+                    .collect(),
             },
             all_round,
             setting,
@@ -322,28 +425,40 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
                 relative: solver.relative_tolerance,
                 coordinate_scale: 1.0,
                 rate_scale,
-                // A tenth of the momentum of the filament: against all of it, friction that reverses was not resolved.
+                // A tenth of the momentum of the filament: against all of it, friction that
+                // reverses was not resolved.
                 integral_scales: [mass * nominal.brushing_velocity, energy].map(|size| 0.1 * size),
             },
             lead_angle,
             tail_angle,
-            turns: process.turns.unwrap_or(if all_round { Turns::Steady } else { Turns::default() }),
+            turns: process.turns.unwrap_or(if all_round {
+                Turns::Steady
+            } else {
+                Turns::default()
+            }),
             stop: None,
         }
     }
 
     /// The same pass, integrated in space even if it is planar.
     ///
-    /// For comparisons: where the motion is laterally unstable, rounding decides whether the filament then leaves the plane.
+    /// For comparisons: where the motion is laterally unstable, rounding decides whether the
+    /// filament then leaves the plane.
     #[must_use]
     pub fn in_space(self) -> Self {
-        Self { form: Form::Spatial, ..self }
+        Self {
+            form: Form::Spatial,
+            ..self
+        }
     }
 
     /// The same pass, which ends early with [`IntegrationError::Stopped`] once `stop` is requested.
     #[must_use]
     pub fn until(self, stop: &Stop) -> Self {
-        Self { stop: Some(stop.clone()), ..self }
+        Self {
+            stop: Some(stop.clone()),
+            ..self
+        }
     }
 
     /// The form of the equations: planar if the motion is planar by symmetry.
@@ -356,7 +471,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         &self.filament.workpiece
     }
 
-    /// The pose of the tool: everything of the pass is in the frame of the tool, samples and metrics in that of the workpiece.
+    /// The pose of the tool: everything of the pass is in the frame of the tool, samples and
+    /// metrics in that of the workpiece.
     pub fn pose(&self) -> &Pose {
         &self.setting.pose
     }
@@ -383,14 +499,23 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The properties that passes must share with this one to be simulated side by side.
     pub fn kind(&self) -> Kind {
-        Kind::new(self.form, &self.filament, self.integrates_work(), self.axis())
+        Kind::new(
+            self.form,
+            &self.filament,
+            self.integrates_work(),
+            self.axis(),
+        )
     }
 
-    /// The polar axis of the coordinates at the start: `x` for filaments that stand along `z`, or nearly so. They then seldom change to
-    /// other coordinates on their way round.
+    /// The polar axis of the coordinates at the start: `x` for filaments that stand along `z`, or
+    /// nearly so. They then seldom change to other coordinates on their way round.
     fn axis(&self) -> PolarAxis {
         let shape = self.setting.shape.as_ref().filter(|shape| shape.is_axial());
-        if shape.is_some() { PolarAxis::X } else { PolarAxis::Z }
+        if shape.is_some() {
+            PolarAxis::X
+        } else {
+            PolarAxis::Z
+        }
     }
 
     /// The equations to integrate; see [`FilamentSystem::new`].
@@ -403,7 +528,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         self.system(self.tracks_energy(sampling))
     }
 
-    /// Whether all energies are integrated: because `sampling` needs them, or their balance the work of the clamp.
+    /// Whether all energies are integrated: because `sampling` needs them, or their balance the
+    /// work of the clamp.
     pub(super) fn tracks_energy(&self, sampling: Sampling) -> bool {
         sampling.tracks_energy() || self.integrates_work()
     }
@@ -421,7 +547,10 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 
     /// The coordinates and rates at the start, about `z`.
     fn start_coordinates(&self) -> [Vec<[f64; 2]>; 2] {
-        let rigid = Rigid { filament: &self.filament, shape: self.setting.shape.as_ref() };
+        let rigid = Rigid {
+            filament: &self.filament,
+            shape: self.setting.shape.as_ref(),
+        };
         let (mut q, mut v) = rigid.coordinates(self.filament.motion.initial_angle);
         if self.form == Form::Planar {
             // Along a clamp tilted by τ: φ = π/2 − τ.
@@ -432,8 +561,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         [q, rates]
     }
 
-    /// The largest angular acceleration of a segment at the start, in the frame that turns with the tool and over the square of its rate: zero
-    /// in a relative equilibrium. Zero, too, for filaments that do not start in one.
+    /// The largest angular acceleration of a segment at the start, in the frame that turns with the
+    /// tool and over the square of its rate: zero in a relative equilibrium. Zero, too, for
+    /// filaments that do not start in one.
     fn equilibrium_residual(&self) -> f64 {
         if self.setting.shape.is_none() {
             return 0.0;
@@ -441,15 +571,17 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let start = self.start(&mut self.system(false));
         let square = self.filament.motion.rate.powi(2);
         let bends = start.charts.iter().enumerate().map(|(k, chart)| {
-            let [[x, y, _], _, bend] = chart.direction([start.q[k], start.v[k], start.accelerations[k]]);
+            let [[x, y, _], _, bend] =
+                chart.direction([start.q[k], start.v[k], start.accelerations[k]]);
             let relative = add(bend, scale(square, [x, y, 0.0]));
             dot(relative, relative).sqrt() / square
         });
         bends.fold(0.0, f64::max)
     }
 
-    /// The time in s at which the pass ends: that of its turns or, of a single one, that to the tail angle. It can end earlier if it
-    /// becomes steady, and later if the filament of a single turn still touches the workpiece.
+    /// The time in s at which the pass ends: that of its turns or, of a single one, that to the
+    /// tail angle. It can end earlier if it becomes steady, and later if the filament of a single
+    /// turn still touches the workpiece.
     pub fn end_time(&self) -> f64 {
         match self.turns.at_most() {
             0 | 1 if !self.all_round => self.pass_time(),
@@ -457,7 +589,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
     }
 
-    /// The turns before the first one that counts: one in which the workpiece comes up to filaments that touch it all round.
+    /// The turns before the first one that counts: one in which the workpiece comes up to filaments
+    /// that touch it all round.
     fn turns_before(&self) -> usize {
         usize::from(self.all_round)
     }
@@ -475,23 +608,30 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         (self.lead_angle + self.nominal.window.angle + self.tail_angle) / self.filament.motion.rate
     }
 
-    /// The times of nominal entry and nominal exit in s, in the first turn: between them lie all [touches](Pass::touches). Without
-    /// any they are those at which the tips pass the plane `y = 0`.
+    /// The times of nominal entry and nominal exit in s, in the first turn: between them lie all
+    /// [touches](Pass::touches). Without any they are those at which the tips pass the plane `y =
+    /// 0`.
     pub fn nominal_times(&self) -> [f64; 2] {
         match (self.touches().first(), self.touches().last()) {
             (Some([entry, _]), Some([_, exit])) => [*entry, *exit],
-            _ => [0.0, self.nominal.window.angle].map(|angle| (self.lead_angle + angle) / self.filament.motion.rate),
+            _ => [0.0, self.nominal.window.angle]
+                .map(|angle| (self.lead_angle + angle) / self.filament.motion.rate),
         }
     }
 
-    /// The times in s between which the undeformed filament touches the workpiece in the first turn. Those of later turns are a
-    /// whole number of turns later, also where the workpiece has moved on.
+    /// The times in s between which the undeformed filament touches the workpiece in the first
+    /// turn. Those of later turns are a whole number of turns later, also where the workpiece has
+    /// moved on.
     pub fn touches(&self) -> Vec<[f64; 2]> {
         let before = start_of_turn(self.turns_before(), self.turn_time());
-        self.touches.iter().map(|touch| touch.map(|time| before + time)).collect()
+        self.touches
+            .iter()
+            .map(|touch| touch.map(|time| before + time))
+            .collect()
     }
 
-    /// Integrates all turns of the pass in `system` from `start`; see [`integrate`](super::integrate).
+    /// Integrates all turns of the pass in `system` from `start`; see
+    /// [`integrate`](super::integrate).
     ///
     /// Steps end where turns do.
     ///
@@ -515,7 +655,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         mut observe: impl FnMut(&Step<'_>),
     ) -> Result<(Trajectory, Itinerary), IntegrationError> {
         let mut trajectory = self.trajectory_from(system, start);
-        let mut stepper = Stepper::new(METHOD, self.filament.stage_solution(), self.filament.chain.segments());
+        let mut stepper = Stepper::new(
+            METHOD,
+            self.filament.stage_solution(),
+            self.filament.chain.segments(),
+        );
         stepper.set_tolerances(0, self.tolerances);
         let mut itinerary = self.itinerary();
         loop {
@@ -527,22 +671,44 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     }
 
     pub(super) fn itinerary(&self) -> Itinerary {
-        Itinerary::new(self.turns, self.turns_before(), self.turn_time(), self.pass_time())
+        Itinerary::new(
+            self.turns,
+            self.turns_before(),
+            self.turn_time(),
+            self.pass_time(),
+        )
     }
 
-    /// An observer that reduces the steps of the last turn of this pass to the data for its metrics.
+    /// An observer that reduces the steps of the last turn of this pass to the data for its
+    /// metrics.
     pub fn observer(&self) -> ContactObserver<Turning<T>, W> {
-        ContactObserver::new(self.filament.clone(), self.form, self.filament_length, self.touches.clone())
-            .by_turns(self.turns_before(), self.turn_time())
-            .with_lateral_tilt(self.setting.shape.is_none() && self.setting.pose == Pose::UPRIGHT)
+        ContactObserver::new(
+            self.filament.clone(),
+            self.form,
+            self.filament_length,
+            self.touches.clone(),
+        )
+        .by_turns(self.turns_before(), self.turn_time())
+        .with_lateral_tilt(self.setting.shape.is_none() && self.setting.pose == Pose::UPRIGHT)
     }
 
     /// The metrics from the record of this pass's observer.
     pub fn metrics(&self, record: &ContactRecord) -> Metrics {
         let vector_impulse = self.setting.pose.from_tool(record.vector_impulse);
-        let record = ContactRecord { vector_impulse, ..*record };
-        let metrics = Metrics::new(&self.nominal, &record, self.filament_count, &self.setting.removal);
-        Metrics { penetration_depth_m: self.setting.depth, ..metrics }
+        let record = ContactRecord {
+            vector_impulse,
+            ..*record
+        };
+        let metrics = Metrics::new(
+            &self.nominal,
+            &record,
+            self.filament_count,
+            &self.setting.removal,
+        );
+        Metrics {
+            penetration_depth_m: self.setting.depth,
+            ..metrics
+        }
     }
 
     /// Simulates the pass and takes the samples that `sampling` requests.
@@ -553,8 +719,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         self.simulate_telling(sampling, |_| ())
     }
 
-    /// [`Pass::simulate`], which tells after each step what share of the pass is done, from 0 to 1. Turns that are followed until
-    /// they are steady count as many; if they are sampled, they are first followed to find out when they end.
+    /// [`Pass::simulate`], which tells after each step what share of the pass is done, from 0 to 1.
+    /// Turns that are followed until they are steady count as many; if they are sampled, they are
+    /// first followed to find out when they end.
     ///
     /// # Errors
     /// As for [`Pass::simulate`].
@@ -585,7 +752,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
     }
 
-    /// The part of the profile of the workpiece that the filament can touch during the pass; none if the workpiece has no profile.
+    /// The part of the profile of the workpiece that the filament can touch during the pass; none
+    /// if the workpiece has no profile.
     pub fn profile(&self) -> Option<ProfileCells> {
         let workpiece = &self.filament.workpiece;
         let [x, y, _] = workpiece.surface([0.0; 3], 0.0).velocity;
@@ -593,30 +761,52 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let [root_x, root_y, _] = self.filament.motion.at(0.0).position;
         let stretched = (root_x.hypot(root_y) + self.filament_length).max(self.setting.reach);
         let radius = self.nominal.tool_radius;
-        let radius = if stretched > radius * (1.0 + ROUNDING_OF_ANGLES) { stretched } else { radius };
+        let radius = if stretched > radius * (1.0 + ROUNDING_OF_ANGLES) {
+            stretched
+        } else {
+            radius
+        };
         workpiece.profile(radius + self.filament.law.radius + self.end_time() * x.hypot(y))
     }
 
-    /// The time in s at which the pass will end, if that is likely to be known. Samples are taken at equal distances up to there.
+    /// The time in s at which the pass will end, if that is likely to be known. Samples are taken
+    /// at equal distances up to there.
     pub(super) fn expected_end(&self) -> Option<f64> {
         (self.turns != Turns::Steady).then(|| self.end_time())
     }
 
     pub(super) fn sampler(&self, sampling: Sampling, end_time: Option<f64>) -> Sampler {
         let profile = sampling.profile.then(|| self.profile()).flatten();
-        Sampler::new(self.form, self.filament.chain.clone(), sampling, end_time, profile)
+        Sampler::new(
+            self.form,
+            self.filament.chain.clone(),
+            sampling,
+            end_time,
+            profile,
+        )
     }
 
-    /// The trajectory of the pass in `system`, at its start, as far as the tail angle of the first turn.
+    /// The trajectory of the pass in `system`, at its start, as far as the tail angle of the first
+    /// turn.
     pub fn trajectory(&self, system: &mut FilamentSystem<Turning<T>, W>) -> Trajectory {
         let start = self.start(system);
         self.trajectory_from(system, start)
     }
 
     /// The same from another `start`.
-    fn trajectory_from(&self, system: &mut FilamentSystem<Turning<T>, W>, start: FilamentState) -> Trajectory {
-        let end = if self.all_round { self.turn_time() } else { self.pass_time() };
-        Trajectory::new(system, start, end, METHOD, self.tolerances).must_be_free().until(self.stop.clone())
+    fn trajectory_from(
+        &self,
+        system: &mut FilamentSystem<Turning<T>, W>,
+        start: FilamentState,
+    ) -> Trajectory {
+        let end = if self.all_round {
+            self.turn_time()
+        } else {
+            self.pass_time()
+        };
+        Trajectory::new(system, start, end, METHOD, self.tolerances)
+            .must_be_free()
+            .until(self.stop.clone())
     }
 
     /// The results of a pass whose last turn has ended.
@@ -643,10 +833,20 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             ..*observer.record()
         };
         let metrics = self.metrics(&record);
-        let Sampler { mut history, mut shapes, ledger, sampling, .. } = sampler;
+        let Sampler {
+            mut history,
+            mut shapes,
+            ledger,
+            sampling,
+            ..
+        } = sampler;
         if self.setting.pose != Pose::UPRIGHT {
-            history.iter_mut().for_each(|sample| sample.turn(&self.setting.pose));
-            shapes.iter_mut().for_each(|shape| shape.turn(&self.setting.pose));
+            history
+                .iter_mut()
+                .for_each(|sample| sample.turn(&self.setting.pose));
+            shapes
+                .iter_mut()
+                .for_each(|shape| shape.turn(&self.setting.pose));
         }
         let mut profile = ledger.map_or_else(Vec::new, Ledger::into_cells);
         let finite = history.iter().all(Sample::is_finite)
@@ -662,7 +862,10 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
         let limit = LARGEST_RESIDUAL.max(10.0 * self.tolerances.relative);
         if energy_residual > limit {
-            return Err(SimulationError::Unbalanced { residual: energy_residual, limit });
+            return Err(SimulationError::Unbalanced {
+                residual: energy_residual,
+                limit,
+            });
         }
         Ok(Simulation {
             metrics,

@@ -1,8 +1,8 @@
 //! Where along the profile of the workpiece the work of a pass is done, in its last turn.
 //!
-//! Within a step, the contact force is looked at where the contact is at some instants. What acts between two of them goes to the arc
-//! lengths between the two places, evenly. The sum over a step is that of the step's integrals, so that the sum over the profile is
-//! that of the metrics.
+//! Within a step, the contact force is looked at where the contact is at some instants. What acts
+//! between two of them goes to the arc lengths between the two places, evenly. The sum over a step
+//! is that of the step's integrals, so that the sum over the profile is that of the metrics.
 
 use super::step::Step;
 use super::system::{ContactSum, Filament, Touch, integral};
@@ -33,27 +33,46 @@ crate::record! {
     }
 }
 
-/// The number of kinds of what is distributed over the profile: normal impulse in N s, friction work in J, sliding work in J.
+/// The number of kinds of what is distributed over the profile: normal impulse in N s, friction
+/// work in J, sliding work in J.
 const KINDS: usize = 3;
 
 impl ProfileCell {
     /// The amounts per length, by kind.
     fn amounts_mut(&mut self) -> [&mut f64; KINDS] {
-        [&mut self.normal_impulse_n_s_m, &mut self.friction_work_j_m, &mut self.sliding_work_j_m]
+        [
+            &mut self.normal_impulse_n_s_m,
+            &mut self.friction_work_j_m,
+            &mut self.sliding_work_j_m,
+        ]
     }
 }
 
 /// The weighted sum of the works of several filaments along the same profile.
-pub(super) fn weighted<'a>(all: impl Iterator<Item = (f64, &'a [ProfileCell])>) -> Vec<ProfileCell> {
+pub(super) fn weighted<'a>(
+    all: impl Iterator<Item = (f64, &'a [ProfileCell])>,
+) -> Vec<ProfileCell> {
     let mut sum: Vec<ProfileCell> = Vec::new();
     for (weight, cells) in all {
         if sum.is_empty() {
             sum = cells.to_vec();
-            sum.iter_mut().for_each(|cell| cell.amounts_mut().into_iter().for_each(|amount| *amount = 0.0));
+            sum.iter_mut().for_each(|cell| {
+                cell.amounts_mut()
+                    .into_iter()
+                    .for_each(|amount| *amount = 0.0)
+            });
         }
-        debug_assert_eq!(sum.len(), cells.len(), "filaments of one trim have one profile");
+        debug_assert_eq!(
+            sum.len(),
+            cells.len(),
+            "filaments of one trim have one profile"
+        );
         for (sum, cell) in sum.iter_mut().zip(cells) {
-            for (sum, amount) in sum.amounts_mut().into_iter().zip(cell.clone().amounts_mut()) {
+            for (sum, amount) in sum
+                .amounts_mut()
+                .into_iter()
+                .zip(cell.clone().amounts_mut())
+            {
                 *sum += weight * *amount;
             }
         }
@@ -70,8 +89,9 @@ struct Share {
     amounts: [f64; KINDS],
 }
 
-/// What a contact does in a step, by `place` on the workpiece: calls `each` with the places between which it acts, and with
-/// `weigh`ed forces, integrated over time. `finest` is how far it should go at most within one part.
+/// What a contact does in a step, by `place` on the workpiece: calls `each` with the places between
+/// which it acts, and with `weigh`ed forces, integrated over time. `finest` is how far it should go
+/// at most within one part.
 fn parts_of<M: ClampMotion, W: Workpiece, const N: usize>(
     (step, contact): (&Step<'_>, usize),
     filament: &Filament<M, W>,
@@ -90,7 +110,11 @@ fn parts_of<M: ClampMotion, W: Workpiece, const N: usize>(
     let count = (way / finest).ceil().clamp(least, most) as usize;
     let mut last = start;
     for index in 1..=count {
-        let next = if index == count { end } else { at(index as f64 / count as f64) };
+        let next = if index == count {
+            end
+        } else {
+            at(index as f64 / count as f64)
+        };
         let duration = step.length() / count as f64;
         let amounts = std::array::from_fn(|k| duration * (last.1[k] + next.1[k]) / 2.0);
         each([last.0, next.0], amounts);
@@ -98,11 +122,15 @@ fn parts_of<M: ClampMotion, W: Workpiece, const N: usize>(
     }
 }
 
-/// The sliding work of a step in J, then its part on edges and the moments of that: see [`integral::SLIDING_WORK`].
+/// The sliding work of a step in J, then its part on edges and the moments of that: see
+/// [`integral::SLIDING_WORK`].
 ///
-/// They are those that were integrated with the motion, unless some contact turns back within the step: there `|v_t|` has a kink, on whose sides the
-/// interpolant is integrated.
-pub(super) fn sliding_in<M: ClampMotion, W: Workpiece>(step: &Step<'_>, filament: &Filament<M, W>) -> [f64; 4] {
+/// They are those that were integrated with the motion, unless some contact turns back within the
+/// step: there `|v_t|` has a kink, on whose sides the interpolant is integrated.
+pub(super) fn sliding_in<M: ClampMotion, W: Workpiece>(
+    step: &Step<'_>,
+    filament: &Filament<M, W>,
+) -> [f64; 4] {
     /// Intervals of Simpson's rule on each side.
     const PARTS: usize = 16;
     let sliding = |contact: usize, s: f64| step.touch(filament, contact, s).approach.sliding;
@@ -117,16 +145,27 @@ pub(super) fn sliding_in<M: ClampMotion, W: Workpiece>(step: &Step<'_>, filament
         if turns_back(contact) {
             for _ in 0..f64::MANTISSA_DIGITS {
                 let middle = (low + high) / 2.0;
-                if dot(first, sliding(contact, middle)) > 0.0 { low = middle } else { high = middle }
+                if dot(first, sliding(contact, middle)) > 0.0 {
+                    low = middle
+                } else {
+                    high = middle
+                }
             }
         }
         for [from, to] in [[0.0, high], [high, 1.0]] {
             for i in 0..=PARTS {
-                let weight = if i == 0 || i == PARTS { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+                let weight = if i == 0 || i == PARTS {
+                    1.0
+                } else {
+                    2.0 + 2.0 * (i % 2) as f64
+                };
                 let at = from + (to - from) * i as f64 / PARTS as f64;
                 let part = weight * (to - from) * step.length() / (3 * PARTS) as f64;
-                let ContactSum { sliding_power, edge_power: [on_edges, first, second], .. } =
-                    filament.sum(&step.touch(filament, contact, at));
+                let ContactSum {
+                    sliding_power,
+                    edge_power: [on_edges, first, second],
+                    ..
+                } = filament.sum(&step.touch(filament, contact, at));
                 for (sum, power) in sum.iter_mut().zip([sliding_power, on_edges, first, second]) {
                     *sum += part * power;
                 }
@@ -136,16 +175,23 @@ pub(super) fn sliding_in<M: ClampMotion, W: Workpiece>(step: &Step<'_>, filament
     sum
 }
 
-/// Distributes over cells between the ascending `boundaries` what acts evenly between two places: calls `add` with cells and
-/// shares, whose sum is one. What lies outside belongs to the first or the last cell.
+/// Distributes over cells between the ascending `boundaries` what acts evenly between two places:
+/// calls `add` with cells and shares, whose sum is one. What lies outside belongs to the first or
+/// the last cell.
 fn spread(boundaries: &[f64], [from, to]: [f64; 2], mut add: impl FnMut(usize, f64)) {
     let (low, high) = (from.min(to), from.max(to));
     let last = boundaries.len() - 2;
-    let cell = |place: f64| boundaries.partition_point(|boundary| *boundary <= place).saturating_sub(1).min(last);
+    let cell = |place: f64| {
+        boundaries
+            .partition_point(|boundary| *boundary <= place)
+            .saturating_sub(1)
+            .min(last)
+    };
     let (first, end) = (cell(low), cell(high));
     let mut left = 1.0;
     for index in first..end {
-        let share = ((boundaries[index + 1] - low.max(boundaries[index])) / (high - low)).clamp(0.0, left);
+        let share =
+            ((boundaries[index + 1] - low.max(boundaries[index])) / (high - low)).clamp(0.0, left);
         add(index, share);
         left -= share;
     }
@@ -177,12 +223,25 @@ impl Ledger {
         let amounts = vec![[0.0; KINDS]; profile.cells.len()];
         let parts = Vec::with_capacity(INTERVALS[1] as usize);
         let last = [boundaries[0]; 2];
-        Some(Self { profile, boundaries, finest, amounts, parts, owed: [0.0; KINDS], last })
+        Some(Self {
+            profile,
+            boundaries,
+            finest,
+            amounts,
+            parts,
+            owed: [0.0; KINDS],
+            last,
+        })
     }
 
     /// Enters the work of the next step.
-    pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>) {
-        let [impulse, friction] = [integral::NORMAL_IMPULSE, integral::FRICTION_WORK].map(|kind| step.integrated(kind));
+    pub fn observe<M: ClampMotion, W: Workpiece>(
+        &mut self,
+        step: &Step<'_>,
+        filament: &Filament<M, W>,
+    ) {
+        let [impulse, friction] =
+            [integral::NORMAL_IMPULSE, integral::FRICTION_WORK].map(|kind| step.integrated(kind));
         let [sliding, ..] = sliding_in(step, filament);
         for (owed, amount) in self.owed.iter_mut().zip([impulse, friction, sliding]) {
             *owed += amount;
@@ -197,23 +256,45 @@ impl Ledger {
         let weigh = |touch: &Touch| {
             let force = filament.law.pressing_force(&touch.approach);
             let Approach { sliding, .. } = touch.approach;
-            [force.normal, -dot(force.tangential, sliding), force.normal * dot(sliding, sliding).sqrt()]
+            [
+                force.normal,
+                -dot(force.tangential, sliding),
+                force.normal * dot(sliding, sliding).sqrt(),
+            ]
         };
         for contact in step.contacts() {
             let parts = &mut self.parts;
-            parts_of((step, contact), filament, place, weigh, self.finest, |places, amounts| {
-                parts.push(Share { places, amounts });
-            });
+            parts_of(
+                (step, contact),
+                filament,
+                place,
+                weigh,
+                self.finest,
+                |places, amounts| {
+                    parts.push(Share { places, amounts });
+                },
+            );
         }
-        let Some(part) = self.parts.last() else { return };
+        let Some(part) = self.parts.last() else {
+            return;
+        };
         self.last = part.places;
         // Less than nothing is a rounding error, which the next step makes up for.
         let due = self.owed.map(|owed| if owed <= 0.0 { 0.0 } else { owed });
         self.owed = self.owed.map(|owed| if owed <= 0.0 { owed } else { 0.0 });
-        let sums = self.parts.iter().fold([0.0; KINDS], |sums, part| add(sums, part.amounts));
+        let sums = self
+            .parts
+            .iter()
+            .fold([0.0; KINDS], |sums, part| add(sums, part.amounts));
         for index in 0..self.parts.len() {
             let Share { places, amounts } = self.parts[index];
-            let share = |k: usize| if sums[k] > 0.0 { amounts[k] / sums[k] } else { 1.0 / self.parts.len() as f64 };
+            let share = |k: usize| {
+                if sums[k] > 0.0 {
+                    amounts[k] / sums[k]
+                } else {
+                    1.0 / self.parts.len() as f64
+                }
+            };
             self.enter(places, std::array::from_fn(|k| share(k) * due[k]));
         }
     }
@@ -228,7 +309,10 @@ impl Ledger {
                 }
             });
         };
-        let (first, last) = (self.boundaries[0], self.boundaries[self.boundaries.len() - 1]);
+        let (first, last) = (
+            self.boundaries[0],
+            self.boundaries[self.boundaries.len() - 1],
+        );
         match self.profile.period {
             // The shorter way round, across the end of the profile.
             Some(period) if (to - from).abs() > period / 2.0 => {
@@ -253,27 +337,37 @@ impl Ledger {
         self.enter(self.last, self.owed);
         let cells = self.profile.cells.iter().zip(&self.amounts);
         cells
-            .map(|(&Cell { arc_length: [start, end], ends, on_edge }, amounts)| {
-                let length_m = end - start;
-                let [x_m, y_m] = scale(0.5, add(ends[0], ends[1]));
-                let [normal_impulse_n_s_m, friction_work_j_m, sliding_work_j_m] =
-                    amounts.map(|amount| amount / length_m);
-                ProfileCell {
-                    arc_length_m: (start + end) / 2.0,
-                    x_m,
-                    y_m,
-                    length_m,
-                    on_edge,
-                    normal_impulse_n_s_m,
-                    friction_work_j_m,
-                    sliding_work_j_m,
-                }
-            })
+            .map(
+                |(
+                    &Cell {
+                        arc_length: [start, end],
+                        ends,
+                        on_edge,
+                    },
+                    amounts,
+                )| {
+                    let length_m = end - start;
+                    let [x_m, y_m] = scale(0.5, add(ends[0], ends[1]));
+                    let [normal_impulse_n_s_m, friction_work_j_m, sliding_work_j_m] =
+                        amounts.map(|amount| amount / length_m);
+                    ProfileCell {
+                        arc_length_m: (start + end) / 2.0,
+                        x_m,
+                        y_m,
+                        length_m,
+                        on_edge,
+                        normal_impulse_n_s_m,
+                        friction_work_j_m,
+                        sliding_work_j_m,
+                    }
+                },
+            )
             .collect()
     }
 }
 
-/// How evenly the filament slides over edges under load: `∫ F_n |v_t| dt` by parts of each edge, which is the friction work over `µ`.
+/// How evenly the filament slides over edges under load: `∫ F_n |v_t| dt` by parts of each edge,
+/// which is the friction work over `µ`.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct EdgeWork {
@@ -284,7 +378,9 @@ pub(crate) struct EdgeWork {
 impl EdgeWork {
     /// No work on `edges` edges.
     pub fn new(edges: usize) -> Self {
-        Self { parts: vec![[0.0; PARTS_OF_EDGE]; edges] }
+        Self {
+            parts: vec![[0.0; PARTS_OF_EDGE]; edges],
+        }
     }
 
     /// Begins again without work.
@@ -293,27 +389,43 @@ impl EdgeWork {
     }
 
     /// Enters the work of the next step on edges.
-    pub fn observe<M: ClampMotion, W: Workpiece>(&mut self, step: &Step<'_>, filament: &Filament<M, W>) {
+    pub fn observe<M: ClampMotion, W: Workpiece>(
+        &mut self,
+        step: &Step<'_>,
+        filament: &Filament<M, W>,
+    ) {
         let nodes = step.start_nodes.len();
         for (index, edge) in filament.workpiece.edges().iter().enumerate() {
             if !step.closed[nodes + index] {
                 continue;
             }
             let place = |touch: &Touch, time: f64| edge.part_before(touch.position, time);
-            let weigh = |touch: &Touch| {
-                let Approach { sliding, .. } = touch.approach;
-                [filament.law.normal_force(&touch.approach).max(0.0) * dot(sliding, sliding).sqrt()]
-            };
-            parts_of((step, nodes + index), filament, place, weigh, 1.0 / PARTS_OF_EDGE as f64, |places, [amount]| {
-                self.add(index, places, amount);
-            });
+            let weigh =
+                |touch: &Touch| {
+                    let Approach { sliding, .. } = touch.approach;
+                    [filament.law.normal_force(&touch.approach).max(0.0)
+                        * dot(sliding, sliding).sqrt()]
+                };
+            parts_of(
+                (step, nodes + index),
+                filament,
+                place,
+                weigh,
+                1.0 / PARTS_OF_EDGE as f64,
+                |places, [amount]| {
+                    self.add(index, places, amount);
+                },
+            );
         }
     }
 
     /// Enters work on one edge, between two places on it, from 0 to 1.
     pub fn add(&mut self, edge: usize, places: [f64; 2], work: f64) {
-        let boundaries: [f64; PARTS_OF_EDGE + 1] = std::array::from_fn(|index| index as f64 / PARTS_OF_EDGE as f64);
-        spread(&boundaries, places, |part, share| self.parts[edge][part] += share * work);
+        let boundaries: [f64; PARTS_OF_EDGE + 1] =
+            std::array::from_fn(|index| index as f64 / PARTS_OF_EDGE as f64);
+        spread(&boundaries, places, |part, share| {
+            self.parts[edge][part] += share * work
+        });
     }
 
     /// The number of edges.
@@ -321,16 +433,25 @@ impl EdgeWork {
         self.parts.len()
     }
 
-    /// The mean of the work per length of all edges over its largest value among their parts; zero without any.
+    /// The mean of the work per length of all edges over its largest value among their parts; zero
+    /// without any.
     pub fn evenness(&self, edges: &[Edge]) -> f64 {
-        let lengths = edges.iter().map(|edge| edge.length() / PARTS_OF_EDGE as f64);
+        let lengths = edges
+            .iter()
+            .map(|edge| edge.length() / PARTS_OF_EDGE as f64);
         let (mut work, mut length, mut largest) = (0.0, 0.0, 0.0_f64);
         for (parts, part_length) in self.parts.iter().zip(lengths) {
             work += parts.iter().sum::<f64>();
             length += part_length * PARTS_OF_EDGE as f64;
-            largest = parts.iter().fold(largest, |largest, part| largest.max(part / part_length));
+            largest = parts
+                .iter()
+                .fold(largest, |largest, part| largest.max(part / part_length));
         }
-        if largest > 0.0 { work / (length * largest) } else { 0.0 }
+        if largest > 0.0 {
+            work / (length * largest)
+        } else {
+            0.0
+        }
     }
 }
 
@@ -347,7 +468,10 @@ mod tests {
     #[test]
     fn what_acts_evenly_goes_to_the_cells_by_their_lengths() {
         let boundaries = [0.0, 1.0, 3.0, 4.0];
-        assert_eq!(shares(&boundaries, [0.5, 3.5]), shares(&boundaries, [3.5, 0.5]));
+        assert_eq!(
+            shares(&boundaries, [0.5, 3.5]),
+            shares(&boundaries, [3.5, 0.5])
+        );
         assert_eq!(shares(&boundaries, [0.0, 4.0]), [0.25, 0.5, 0.25]);
         assert_eq!(shares(&boundaries, [1.5, 1.5]), [0.0, 1.0, 0.0]);
         // Outside, and at an end.

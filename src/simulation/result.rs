@@ -21,7 +21,8 @@ pub struct Simulation {
     pub history: Vec<Sample>,
     /// The filament at equally spaced times, if requested.
     pub shapes: Vec<Shape>,
-    /// Where along the profile of the workpiece the work is done, by arc length, if requested: all cells within the tool's reach.
+    /// Where along the profile of the workpiece the work is done, by arc length, if requested: all
+    /// cells within the tool's reach.
     pub profile: Vec<ProfileCell>,
     /// The filaments along the trim, where they differ; otherwise empty.
     pub positions: Vec<AtPlace>,

@@ -1,6 +1,7 @@
 //! Zeros and maxima of functions of one variable, on a step.
 
-/// A zero of `f` between `low`, where it is negative, and `high`, where it is positive (Illinois method).
+/// A zero of `f` between `low`, where it is negative, and `high`, where it is positive (Illinois
+/// method).
 pub(super) fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let (mut below, mut above) = (f(low), f(high));
     let mut middle = high;
@@ -8,7 +9,11 @@ pub(super) fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     for _ in 0..60 {
         middle = (low * above - high * below) / (above - below);
         if !(middle > low && middle < high) {
-            return if middle.is_finite() { middle.clamp(low, high) } else { high };
+            return if middle.is_finite() {
+                middle.clamp(low, high)
+            } else {
+                high
+            };
         }
         let value = f(middle);
         if value > 0.0 {
@@ -31,8 +36,9 @@ pub(super) fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     middle
 }
 
-/// The maximum of `f` between `low` and `high`: its place, to a relative width of some 1e-6, and its value (Brent 1973,
-/// chapter 5: parabolas through the best three points, and golden sections where parabolas make no progress).
+/// The maximum of `f` between `low` and `high`: its place, to a relative width of some 1e-6, and
+/// its value (Brent 1973, chapter 5: parabolas through the best three points, and golden sections
+/// where parabolas make no progress).
 pub(super) fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
     const WIDTH: f64 = 1e-6;
     const MAX_ITERATIONS: usize = 60;
@@ -61,10 +67,18 @@ pub(super) fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (
         if inside && above.abs() < (below * limit / 2.0).abs() {
             change = above / below;
         } else {
-            last_change = if best < middle { high - best } else { low - best };
+            last_change = if best < middle {
+                high - best
+            } else {
+                low - best
+            };
             change = golden * last_change;
         }
-        let point = if change.abs() >= WIDTH { best + change } else { best + WIDTH.copysign(change) };
+        let point = if change.abs() >= WIDTH {
+            best + change
+        } else {
+            best + WIDTH.copysign(change)
+        };
         let value = f(point);
         if value >= at_best {
             if point >= best {
@@ -110,12 +124,17 @@ pub(super) fn maximum_in_step(f: impl Fn(f64) -> f64, least: f64) -> f64 {
     if is_low(&samples) {
         return least;
     }
-    let (best, &value) = samples.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("there are samples");
+    let (best, &value) = samples
+        .iter()
+        .enumerate()
+        .max_by(|a, b| a.1.total_cmp(b.1))
+        .expect("there are samples");
     let nothing_higher = match best {
         0 => f(NEAR) < value,
         4 => f(1.0 - NEAR) < value,
         _ => {
-            // The vertex of the parabola through it and its neighbours, with a margin for deviations from a parabola.
+            // The vertex of the parabola through it and its neighbours, with a margin for
+            // deviations from a parabola.
             let (before, after) = (samples[best - 1], samples[best + 1]);
             let rise = (after - before).powi(2) / (8.0 * (2.0 * value - before - after));
             value + 4.0 * rise <= least
@@ -161,10 +180,17 @@ mod tests {
                 f(x)
             };
             let (x, value) = maximise(counted, 0.0, 1.0);
-            assert!((x - expected).abs() < 1e-5 && (value - f(expected)).abs() < 1e-5, "{x} {expected}");
+            assert!(
+                (x - expected).abs() < 1e-5 && (value - f(expected)).abs() < 1e-5,
+                "{x} {expected}"
+            );
             assert!(calls.get() < 50, "{}", calls.get());
         }
-        assert_eq!(maximum_in_step(|s| -(s - 0.6).powi(2), 1.0), 1.0, "what is there already is larger");
+        assert_eq!(
+            maximum_in_step(|s| -(s - 0.6).powi(2), 1.0),
+            1.0,
+            "what is there already is larger"
+        );
         assert!((maximum_in_step(|s| 2.0 - (s - 0.6).powi(2), 1.0) - 2.0).abs() < 1e-12);
         assert_eq!(maximum_in_step(|s| s, 0.5), 1.0);
         // A maximum next to the end.

@@ -27,15 +27,18 @@ pub struct Job<T = RotaryTool, W = Part> {
 impl Job {
     /// The pass that `settings` state, under `number`.
     pub fn new(number: usize, settings: &Settings) -> Self {
-        Self { number, pass: Pass::new(settings) }
+        Self {
+            number,
+            pass: Pass::new(settings),
+        }
     }
 }
 
 /// Simulates the jobs that `take` returns, [`LANES`] at a time, and reports each to `done`.
 ///
-/// Whenever a lane is free, `take` is called for a job of the given kind, or of any kind. Each lane goes at its own pace. A job of
-/// another kind than the given one is simulated alone.
-/// A result equals that of [`Pass::simulate`] to the bit, whatever the other lanes hold.
+/// Whenever a lane is free, `take` is called for a job of the given kind, or of any kind. Each lane
+/// goes at its own pace. A job of another kind than the given one is simulated alone. A result
+/// equals that of [`Pass::simulate`] to the bit, whatever the other lanes hold.
 pub fn simulate_side_by_side(
     take: impl FnMut(Option<Kind>) -> Option<Job>,
     done: impl FnMut(usize, Result<Simulation, SimulationError>),
@@ -52,7 +55,8 @@ pub fn sample_side_by_side(
     sample_jobs(sampling, &mut take, &mut done);
 }
 
-/// [`sample_any_side_by_side`], compiled and optimised once here rather than again for each caller in each crate.
+/// [`sample_any_side_by_side`], compiled and optimised once here rather than again for each caller
+/// in each crate.
 fn sample_jobs(
     sampling: Sampling,
     take: &mut dyn FnMut(Option<Kind>) -> Option<Job>,
@@ -75,7 +79,11 @@ pub fn sample_any_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
         let kind = first.pass.kind();
         let mut batch = Batch::new(&first.pass, sampling);
         let mut first = Some(first);
-        batch.run(|| first.take().or_else(|| take(Some(kind))), kind, &mut done);
+        batch.run(
+            || first.take().or_else(|| take(Some(kind))),
+            kind,
+            &mut done,
+        );
     }
 }
 
@@ -90,14 +98,28 @@ struct Run<T, W> {
 }
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
-    /// Reports a job whose pass has ended. If its samples need another end, the job is to be repeated with that one (s).
-    fn report(self, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) -> Option<(Job<T, W>, f64)> {
-        let Self { number, pass, observer, sampler, trajectory, itinerary } = self;
+    /// Reports a job whose pass has ended. If its samples need another end, the job is to be
+    /// repeated with that one (s).
+    fn report(
+        self,
+        done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
+    ) -> Option<(Job<T, W>, f64)> {
+        let Self {
+            number,
+            pass,
+            observer,
+            sampler,
+            trajectory,
+            itinerary,
+        } = self;
         let end_time = trajectory.start().time;
         if !sampler.covers(end_time) {
             return Some((Job { number, pass }, end_time));
         }
-        done(number, pass.conclude(&observer, &trajectory, itinerary, sampler));
+        done(
+            number,
+            pass.conclude(&observer, &trajectory, itinerary, sampler),
+        );
         None
     }
 }
@@ -117,11 +139,26 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     fn new(example: &Pass<T, W>, sampling: Sampling) -> Self {
         let filament = example.filament();
         let energy = example.tracks_energy(sampling);
-        let mut system = FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], energy);
+        let mut system =
+            FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], energy);
         let axis = example.kind().axis();
-        system.set_charts(&vec![axis; if example.form() == Form::Spatial { filament.chain.segments() } else { 0 }]);
+        system.set_charts(&vec![
+            axis;
+            if example.form() == Form::Spatial {
+                filament.chain.segments()
+            } else {
+                0
+            }
+        ]);
         let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments());
-        Self { system, stepper, runs: [const { None }; LANES], steps: Lanes::ZERO, sampling, axis }
+        Self {
+            system,
+            stepper,
+            runs: [const { None }; LANES],
+            steps: Lanes::ZERO,
+            sampling,
+            axis,
+        }
     }
 
     fn run(
@@ -136,7 +173,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
             for lane in 0..LANES {
                 while !self.prepare(lane, done) && !exhausted {
                     match take() {
-                        Some(Job { number, pass }) if pass.kind() != kind => done(number, pass.simulate(self.sampling)),
+                        Some(Job { number, pass }) if pass.kind() != kind => {
+                            done(number, pass.simulate(self.sampling))
+                        }
                         Some(job) => {
                             let end_time = job.pass.expected_end();
                             self.start(lane, job, end_time);
@@ -145,7 +184,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
                     }
                 }
             }
-            let Some(busy) = self.runs.iter().position(Option::is_some) else { return };
+            let Some(busy) = self.runs.iter().position(Option::is_some) else {
+                return;
+            };
             for lane in 0..LANES {
                 if self.runs[lane].is_none() {
                     self.idle(lane, busy);
@@ -153,12 +194,16 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
             }
             self.stepper.attempt(&mut self.system, self.steps);
             for lane in 0..LANES {
-                let Some(run) = &mut self.runs[lane] else { continue };
+                let Some(run) = &mut self.runs[lane] else {
+                    continue;
+                };
                 let (observer, sampler) = (&mut run.observer, &mut run.sampler);
-                let outcome = run.trajectory.conclude(lane, &self.stepper, &mut self.system, |step| {
-                    observer.observe(step);
-                    sampler.observe(step, observer);
-                });
+                let outcome =
+                    run.trajectory
+                        .conclude(lane, &self.stepper, &mut self.system, |step| {
+                            observer.observe(step);
+                            sampler.observe(step, observer);
+                        });
                 if let Err(error) = outcome {
                     done(run.number, Err(error.into()));
                     self.runs[lane] = None;
@@ -175,15 +220,40 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         self.system.set_filament(lane, pass.filament().clone());
         trajectory.enter(lane, &mut self.system);
         self.stepper.set_tolerances(lane, trajectory.tolerances());
-        let (observer, sampler, itinerary) = (pass.observer(), pass.sampler(self.sampling, end_time), pass.itinerary());
-        self.runs[lane] = Some(Run { number, pass, observer, sampler, trajectory, itinerary });
+        let (observer, sampler, itinerary) = (
+            pass.observer(),
+            pass.sampler(self.sampling, end_time),
+            pass.itinerary(),
+        );
+        self.runs[lane] = Some(Run {
+            number,
+            pass,
+            observer,
+            sampler,
+            trajectory,
+            itinerary,
+        });
     }
 
-    /// Prepares the next step of a lane. Returns false if the lane is free, or its pass has just ended.
-    fn prepare(&mut self, lane: usize, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) -> bool {
-        let Some(run) = &mut self.runs[lane] else { return false };
-        if run.trajectory.start().charts.iter().any(|&axis| axis != self.axis) {
-            // All lanes share their charts: a filament that leaves those of its start continues alone.
+    /// Prepares the next step of a lane. Returns false if the lane is free, or its pass has just
+    /// ended.
+    fn prepare(
+        &mut self,
+        lane: usize,
+        done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
+    ) -> bool {
+        let Some(run) = &mut self.runs[lane] else {
+            return false;
+        };
+        if run
+            .trajectory
+            .start()
+            .charts
+            .iter()
+            .any(|&axis| axis != self.axis)
+        {
+            // All lanes share their charts: a filament that leaves those of its start continues
+            // alone.
             let run = self.runs[lane].take().expect("the lane has a job");
             self.finish_alone(run, done);
             return false;
@@ -213,7 +283,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         false
     }
 
-    fn finish_alone(&self, mut run: Run<T, W>, done: &mut impl FnMut(usize, Result<Simulation, SimulationError>)) {
+    fn finish_alone(
+        &self,
+        mut run: Run<T, W>,
+        done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
+    ) {
         let mut system = run.pass.system_for(self.sampling);
         run.trajectory.enter(0, &mut system);
         let solution = system.filament(0).stage_solution();
@@ -239,7 +313,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
         }
     }
 
-    /// Keeps a lane without a job at rest in the state of a busy one, with all contacts open, so that its numbers stay finite.
+    /// Keeps a lane without a job at rest in the state of a busy one, with all contacts open, so
+    /// that its numbers stay finite.
     fn idle(&mut self, lane: usize, busy: usize) {
         let run = self.runs[busy].as_ref().expect("the lane has a job");
         self.system.open_all(lane);

@@ -26,7 +26,8 @@ crate::record! {
         contact_events: usize = ["", "", "contact events located", "openings and closings of the contact"],
     }
     with {
-        /// Segments switched to their other chart. Not written to files: it describes the coordinates, not the work.
+        /// Segments switched to their other chart. Not written to files: it describes the
+        /// coordinates, not the work.
         #[cfg_attr(feature = "serde", serde(skip))]
         pub chart_changes: usize,
     }
@@ -35,7 +36,10 @@ crate::record! {
 impl Statistics {
     /// The sums of two works.
     pub(super) fn and(self, other: &Self) -> Self {
-        let mut sum = Self { chart_changes: self.chart_changes + other.chart_changes, ..self };
+        let mut sum = Self {
+            chart_changes: self.chart_changes + other.chart_changes,
+            ..self
+        };
         for column in Self::COLUMNS {
             column.set(&mut sum, column.get(&self) + column.get(other));
         }
@@ -44,8 +48,14 @@ impl Statistics {
 
     /// The `work` of the integrator, and the counts of the simulation itself.
     pub(super) fn new(work: &Work, contact_events: usize, chart_changes: usize) -> Self {
-        let Work { steps, unresolved_steps, rejected_steps, newton_iterations, newton_failures, factorisations } =
-            *work;
+        let Work {
+            steps,
+            unresolved_steps,
+            rejected_steps,
+            newton_iterations,
+            newton_failures,
+            factorisations,
+        } = *work;
         Self {
             steps,
             unresolved_steps,

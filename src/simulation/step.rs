@@ -19,7 +19,8 @@ pub struct Step<'a> {
     pub start_nodes: &'a [Knot<3>],
     /// The nodes at its end.
     pub end_nodes: &'a [Knot<3>],
-    /// The contacts that are closed throughout: those of nodes, then those with edges ([`Filament::touch`]).
+    /// The contacts that are closed throughout: those of nodes, then those with edges
+    /// ([`Filament::touch`]).
     pub closed: &'a [bool],
     /// The segment at which each contact with an edge was at the start.
     pub starts: &'a [usize],
@@ -52,7 +53,11 @@ impl Step<'_> {
     }
 
     /// The nodes of the filament at the fraction `s` of the step, by their number from the root.
-    pub fn nodes<M: ClampMotion, W>(&self, filament: &Filament<M, W>, s: f64) -> impl Fn(usize) -> [[f64; 3]; 2] {
+    pub fn nodes<M: ClampMotion, W>(
+        &self,
+        filament: &Filament<M, W>,
+        s: f64,
+    ) -> impl Fn(usize) -> [[f64; 3]; 2] {
         let weights = self.weights(s);
         move |index| match index.checked_sub(1) {
             None => root(filament, self.time(s)),
@@ -71,8 +76,15 @@ impl Step<'_> {
     }
 
     /// `contact` at the fraction `s` of the step.
-    pub fn touch<M: ClampMotion, W: Workpiece>(&self, filament: &Filament<M, W>, contact: usize, s: f64) -> Touch {
-        let start = contact.checked_sub(self.start_nodes.len()).map(|edge| self.starts[edge]);
+    pub fn touch<M: ClampMotion, W: Workpiece>(
+        &self,
+        filament: &Filament<M, W>,
+        contact: usize,
+        s: f64,
+    ) -> Touch {
+        let start = contact
+            .checked_sub(self.start_nodes.len())
+            .map(|edge| self.starts[edge]);
         filament.touch(contact, &self.nodes(filament, s), start, self.time(s))
     }
 
@@ -81,7 +93,8 @@ impl Step<'_> {
         &self.start.charts
     }
 
-    /// Coordinates and rates at the fraction `s` of the step, into `q` and `v`, about [`Step::charts`].
+    /// Coordinates and rates at the fraction `s` of the step, into `q` and `v`, about
+    /// [`Step::charts`].
     pub fn coordinates(&self, s: f64, q: &mut [[f64; 2]], v: &mut [[f64; 2]]) {
         let knot = |state: &FilamentState, k: usize| Knot {
             value: state.q[k],
@@ -108,11 +121,14 @@ impl Step<'_> {
 
 /// Position and velocity of the root at `time`.
 fn root<M: ClampMotion, W>(filament: &Filament<M, W>, time: f64) -> [[f64; 3]; 2] {
-    let Clamp { position, velocity, .. } = filament.motion.at(time);
+    let Clamp {
+        position, velocity, ..
+    } = filament.motion.at(time);
     [position, velocity]
 }
 
-/// The nodes of a filament a time `back` (s) before they are at `knots` at `time`, by their number from the root.
+/// The nodes of a filament a time `back` (s) before they are at `knots` at `time`, by their number
+/// from the root.
 pub(super) fn at_knots<M: ClampMotion, W>(
     filament: &Filament<M, W>,
     knots: &[Knot<3>],
@@ -122,8 +138,15 @@ pub(super) fn at_knots<M: ClampMotion, W>(
     move |index| match index.checked_sub(1) {
         None => root(filament, time - back),
         Some(node) => {
-            let Knot { value, rate, acceleration } = knots[node];
-            [add(value, scale(-back, rate)), add(rate, scale(-back, acceleration))]
+            let Knot {
+                value,
+                rate,
+                acceleration,
+            } = knots[node];
+            [
+                add(value, scale(-back, rate)),
+                add(rate, scale(-back, acceleration)),
+            ]
         }
     }
 }

@@ -9,8 +9,9 @@ use crate::contact::edge::{EdgeContact, Nodes, Station};
 use crate::contact::{Approach, ContactLaw};
 use crate::equations::linear::{add, dot, in_lane, zero};
 use crate::equations::{
-    Chain, ChainDynamics, ChainState, Clamp, Compiled, Energies, LANES, LaneSet, Lanewise, NodeLoads, NodeMotion,
-    NodeTangent, PointDamping, PointLoad, PointTangent, PolarAxis, StepWeights, find_pole, near_pole,
+    Chain, ChainDynamics, ChainState, Clamp, Compiled, Energies, LANES, LaneSet, Lanewise,
+    NodeLoads, NodeMotion, NodeTangent, PointDamping, PointLoad, PointTangent, PolarAxis,
+    StepWeights, find_pole, near_pole,
 };
 use crate::integrate::hermite::Knot;
 use crate::integrate::{Point, SecondOrderSystem, StageSolution, State};
@@ -33,15 +34,16 @@ pub mod integral {
     pub const JOINT_DISSIPATION: usize = 7;
     /// Energy taken by contact damping and friction in J.
     pub const CONTACT_DISSIPATION: usize = 8;
-    /// Work put in by the clamp and by a moving workpiece in J; without the clamp's, and only by a workpiece that does not just translate, unless all
-    /// energies are tracked.
+    /// Work put in by the clamp and by a moving workpiece in J; without the clamp's, and only by a
+    /// workpiece that does not just translate, unless all energies are tracked.
     pub const WORK: usize = 9;
-    /// Natural logarithm of the factor by which the lateral variation of a planar state has been divided, so that it stays
-    /// finite. Constant within a step.
+    /// Natural logarithm of the factor by which the lateral variation of a planar state has been
+    /// divided, so that it stays finite. Constant within a step.
     pub const VARIATION_SCALE: usize = 10;
     /// Sliding work `∫ F_n |v_t| dt` in J.
     pub const SLIDING_WORK: usize = 11;
-    /// The part of it on edges in J, next to it, then its first and second moment about the bisectors of the edges in J rad and J rad².
+    /// The part of it on edges in J, next to it, then its first and second moment about the
+    /// bisectors of the edges in J rad and J rad².
     pub const EDGE_WORK: usize = 12;
     /// The number of integrals.
     pub const COUNT: usize = 15;
@@ -49,8 +51,9 @@ pub mod integral {
 
 use integral::COUNT;
 
-/// Where the lateral variation of a planar state leaves this range, it is divided by [`VARIATION_FACTOR`], or multiplied again.
-/// Divided, it stays above [`LARGEST_CONTROLLED_VARIATION`](crate::integrate::LARGEST_CONTROLLED_VARIATION).
+/// Where the lateral variation of a planar state leaves this range, it is divided by
+/// [`VARIATION_FACTOR`], or multiplied again. Divided, it stays above
+/// [`LARGEST_CONTROLLED_VARIATION`](crate::integrate::LARGEST_CONTROLLED_VARIATION).
 const VARIATION_RANGE: Range<f64> = 1e32..1e90;
 /// See [`VARIATION_RANGE`].
 const VARIATION_FACTOR: f64 = 1e50;
@@ -60,14 +63,15 @@ pub const COORDINATES: usize = 2;
 
 /// The state of a filament, with the integrals of [`integral`].
 ///
-/// Coordinates are in rad, as their [`Form`] defines them. In space the charts are the polar axes of the segments' coordinates;
-/// planar coordinates have no charts.
+/// Coordinates are in rad, as their [`Form`] defines them. In space the charts are the polar axes
+/// of the segments' coordinates; planar coordinates have no charts.
 pub type FilamentState = State<Vec<PolarAxis>, COORDINATES, COUNT>;
 
 impl FilamentState {
     /// Converts coordinates, rates and accelerations of `segment` (by index) to those about `axis`.
     ///
-    /// The same motion to rounding, which grows as `1/sin² φ` where `axis` is near the segment's direction.
+    /// The same motion to rounding, which grows as `1/sin² φ` where `axis` is near the segment's
+    /// direction.
     ///
     /// # Panics
     /// If there is no such segment.
@@ -75,31 +79,48 @@ impl FilamentState {
         if self.charts[segment] == axis {
             return;
         }
-        let motion = [self.q[segment], self.v[segment], self.accelerations[segment]];
-        [self.q[segment], self.v[segment], self.accelerations[segment]] =
-            axis.coordinates(self.charts[segment].direction(motion));
+        let motion = [
+            self.q[segment],
+            self.v[segment],
+            self.accelerations[segment],
+        ];
+        [
+            self.q[segment],
+            self.v[segment],
+            self.accelerations[segment],
+        ] = axis.coordinates(self.charts[segment].direction(motion));
         self.charts[segment] = axis;
     }
 
-    /// Keeps the lateral variation of a planar state finite. Its equations are linear, and where it is divided, the tilt of the
-    /// clamp that drives them is far too small to matter.
+    /// Keeps the lateral variation of a planar state finite. Its equations are linear, and where it
+    /// is divided, the tilt of the clamp that drives them is far too small to matter.
     pub(super) fn rescale_variation(&mut self) {
-        let largest = self.q.iter().fold(0.0_f64, |largest, block| largest.max(block[0].abs()));
+        let largest = self
+            .q
+            .iter()
+            .fold(0.0_f64, |largest, block| largest.max(block[0].abs()));
         let divided = self.integrals[integral::VARIATION_SCALE] > 0.0;
         let factor = match () {
             () if largest >= VARIATION_RANGE.end => 1.0 / VARIATION_FACTOR,
             () if divided && largest < VARIATION_RANGE.start => VARIATION_FACTOR,
             () => return,
         };
-        for block in self.q.iter_mut().chain(&mut self.v).chain(&mut self.accelerations) {
+        for block in self
+            .q
+            .iter_mut()
+            .chain(&mut self.v)
+            .chain(&mut self.accelerations)
+        {
             block[0] *= factor;
         }
         self.integrals[integral::VARIATION_SCALE] -= factor.ln();
     }
 
-    /// Switches segments near a pole of their coordinates to their other chart, and returns their number.
+    /// Switches segments near a pole of their coordinates to their other chart, and returns their
+    /// number.
     ///
-    /// Call this between steps. A segment that has just switched is far from the poles of its new chart.
+    /// Call this between steps. A segment that has just switched is far from the poles of its new
+    /// chart.
     pub fn leave_poles(&mut self) -> usize {
         let mut changes = 0;
         for segment in 0..self.charts.len() {
@@ -112,7 +133,8 @@ impl FilamentState {
     }
 }
 
-/// A filament's contact with the workpiece at one place: of a node with a face, or of the centreline with an edge.
+/// A filament's contact with the workpiece at one place: of a node with a face, or of the
+/// centreline with an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch {
     /// The place on the filament. A node is the outer end of its segment, or the root.
@@ -143,7 +165,8 @@ pub struct ContactSum {
     pub damped_power: f64,
     /// `F_n |v_t|` in W.
     pub sliding_power: f64,
-    /// The part of it on edges in W, and its first and second moment about their bisectors in W rad and W rad².
+    /// The part of it on edges in W, and its first and second moment about their bisectors in W rad
+    /// and W rad².
     pub edge_power: [f64; 3],
 }
 
@@ -179,31 +202,65 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         self.law.approach(&self.workpiece, position, velocity, time)
     }
 
-    /// The number of its possible contacts: one for each node, and one for each edge of the workpiece.
+    /// The number of its possible contacts: one for each node, and one for each edge of the
+    /// workpiece.
     pub fn contacts(&self) -> usize {
         self.chain.segments() + self.workpiece.edges().len()
     }
 
-    /// A possible contact, by index: nodes first, then edges. `nodes` are the filament's nodes at `time`. The search for its place
-    /// on an edge begins at the segment `start`, or goes over all segments.
+    /// A possible contact, by index: nodes first, then edges. `nodes` are the filament's nodes at
+    /// `time`. The search for its place on an edge begins at the segment `start`, or goes over all
+    /// segments.
     #[inline]
-    pub fn touch(&self, contact: usize, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> Touch {
+    pub fn touch(
+        &self,
+        contact: usize,
+        nodes: &Nodes<'_>,
+        start: Option<usize>,
+        time: f64,
+    ) -> Touch {
         if let Some(edge) = contact.checked_sub(self.chain.segments()) {
             return self.edge_touch(&self.workpiece.edges()[edge], nodes, start, time);
         }
         let [position, velocity] = nodes(contact + 1);
-        let station = Station { segment: contact, fraction: 1.0 };
-        Touch { station, position, approach: self.approach(position, velocity, time), on_edge: None }
+        let station = Station {
+            segment: contact,
+            fraction: 1.0,
+        };
+        Touch {
+            station,
+            position,
+            approach: self.approach(position, velocity, time),
+            on_edge: None,
+        }
     }
 
     #[inline(never)]
     fn edge_touch(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> Touch {
-        let EdgeContact { station, position, approach } = self.edge_contact(edge, nodes, start, time);
-        Touch { station, position, approach, on_edge: Some(edge.angle(position, time)) }
+        let EdgeContact {
+            station,
+            position,
+            approach,
+        } = self.edge_contact(edge, nodes, start, time);
+        Touch {
+            station,
+            position,
+            approach,
+            on_edge: Some(edge.angle(position, time)),
+        }
     }
 
-    /// What a contact does, by the smooth law, even where it pulls: stages of a step that ends on an opening can lie past it.
-    pub fn sum(&self, Touch { position: [x, y, _], approach, on_edge, .. }: &Touch) -> ContactSum {
+    /// What a contact does, by the smooth law, even where it pulls: stages of a step that ends on
+    /// an opening can lie past it.
+    pub fn sum(
+        &self,
+        Touch {
+            position: [x, y, _],
+            approach,
+            on_edge,
+            ..
+        }: &Touch,
+    ) -> ContactSum {
         let force = self.law.force(approach);
         let total = force.total(approach);
         let sliding_power = force.normal * dot(approach.sliding, approach.sliding).sqrt();
@@ -215,13 +272,15 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
             friction_power: -dot(force.tangential, approach.sliding),
             damped_power: self.law.damped_power(approach),
             sliding_power,
-            edge_power: on_edge
-                .map_or([0.0; 3], |angle| [1.0, angle, angle * angle].map(|moment| sliding_power * moment)),
+            edge_power: on_edge.map_or([0.0; 3], |angle| {
+                [1.0, angle, angle * angle].map(|moment| sliding_power * moment)
+            }),
         }
     }
 
-    /// Calls `take` with each contact that presses, by index. Returns the largest [`ContactLaw::pressing`] of all contacts, and the distance
-    /// in m of the nearest one from the workpiece, which is negative where it penetrates.
+    /// Calls `take` with each contact that presses, by index. Returns the largest
+    /// [`ContactLaw::pressing`] of all contacts, and the distance in m of the nearest one from the
+    /// workpiece, which is negative where it penetrates.
     pub fn for_each_pressing(
         &self,
         nodes: impl Fn(usize) -> [[f64; 3]; 2],
@@ -233,7 +292,9 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
             if contact < self.chain.segments() {
                 // Most nodes are far away.
                 let [position, velocity] = nodes(contact + 1);
-                let [pressing, distance] = self.law.node_pressing(&self.workpiece, position, velocity, time);
+                let [pressing, distance] =
+                    self.law
+                        .node_pressing(&self.workpiece, position, velocity, time);
                 (largest, nearest) = (largest.max(pressing), nearest.min(distance));
                 if pressing <= 0.0 {
                     continue;
@@ -241,7 +302,10 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
             }
             let touch = self.touch(contact, &nodes, None, time);
             let pressing = self.law.pressing(&touch.approach);
-            (largest, nearest) = (largest.max(pressing), nearest.min(touch.approach.distance()));
+            (largest, nearest) = (
+                largest.max(pressing),
+                nearest.min(touch.approach.distance()),
+            );
             if pressing <= 0.0 {
                 continue;
             }
@@ -250,17 +314,24 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         [largest, nearest]
     }
 
-    fn edge_contact(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> EdgeContact {
+    fn edge_contact(
+        &self,
+        edge: &Edge,
+        nodes: &Nodes<'_>,
+        start: Option<usize>,
+        time: f64,
+    ) -> EdgeContact {
         let station = Station::nearest_to(edge, start, self.chain.segments(), nodes, time);
         EdgeContact::new(&self.law, edge, station, nodes, time)
     }
 
     /// How to solve the stages of its steps.
     ///
-    /// A single correction leaves a little energy in each stage. Any damping of the filament removes it. Without
-    /// dampers it accumulates: over twenty swings of a chain, to sixty times the error of converged stages. With friction a single
-    /// correction must be small to be enough. With contact damping besides, the force is so steep where nodes come off that only
-    /// converged stages keep the account of the energies.
+    /// A single correction leaves a little energy in each stage. Any damping of the filament
+    /// removes it. Without dampers it accumulates: over twenty swings of a chain, to sixty times
+    /// the error of converged stages. With friction a single correction must be small to be enough.
+    /// With contact damping besides, the force is so steep where nodes come off that only converged
+    /// stages keep the account of the energies.
     pub fn stage_solution(&self) -> StageSolution {
         let damped = self.chain.links.iter().any(|link| link.damping > 0.0);
         match (damped, self.law.friction > 0.0) {
@@ -271,8 +342,9 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         }
     }
 
-    /// How deep a node may be past its event at the end of a step, in m: `1e-4 × relative tolerance × l_f`, or less if
-    /// the contact is so stiff that this depth would cause a force above `relative tolerance × E I/l_f²`.
+    /// How deep a node may be past its event at the end of a step, in m: `1e-4 × relative tolerance
+    /// × l_f`, or less if the contact is so stiff that this depth would cause a force above
+    /// `relative tolerance × E I/l_f²`.
     pub fn event_tolerance(&self, relative: f64, time: f64) -> f64 {
         let chain = &self.chain;
         let length = chain.length * chain.segments() as f64;
@@ -283,8 +355,9 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         (1e-4 * relative * length).min(by_force).max(rounding)
     }
 
-    /// The same in m for a pass whose work is limited: `1e-2 × relative tolerance × l_f`, or less if the contact would store more
-    /// energy there than `1e-2 × relative tolerance × E I/l_f`, because switching gains or loses that energy.
+    /// The same in m for a pass whose work is limited: `1e-2 × relative tolerance × l_f`, or less
+    /// if the contact would store more energy there than `1e-2 × relative tolerance × E I/l_f`,
+    /// because switching gains or loses that energy.
     pub fn coarse_event_tolerance(&self, relative: f64) -> f64 {
         let chain = &self.chain;
         let length = chain.length * chain.segments() as f64;
@@ -295,8 +368,9 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         (share * length).min((power * energy / self.law.stiffness).powf(1.0 / power))
     }
 
-    /// The largest force in N with which a contact may begin or end, because its events are located to `location` (m): ten times that
-    /// at this depth, or a thousandth of `E I/l_f²`, which no result depends on.
+    /// The largest force in N with which a contact may begin or end, because its events are located
+    /// to `location` (m): ten times that at this depth, or a thousandth of `E I/l_f²`, which no
+    /// result depends on.
     pub fn largest_jump(&self, location: f64) -> f64 {
         let chain = &self.chain;
         let length = chain.length * chain.segments() as f64;
@@ -305,7 +379,8 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     }
 }
 
-/// The equations of a filament in contact, or of one per lane of `T`, and the state of its nodes: open or closed.
+/// The equations of a filament in contact, or of one per lane of `T`, and the state of its nodes:
+/// open or closed.
 #[derive(Clone, Debug)]
 pub struct FilamentSystem<M, W, T = f64> {
     equations: Equations<T>,
@@ -324,17 +399,33 @@ pub struct FilamentSystem<M, W, T = f64> {
 impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// The filament `chain`, clamped to `motion`, that meets `workpiece` under `law`.
     ///
-    /// With `tracks_energy` all quantities of [`integral`] are integrated, otherwise all but the work of the clamp and of a workpiece that
-    /// translates.
-    pub fn new(chain: Chain<f64>, motion: M, law: ContactLaw, workpiece: W, tracks_energy: bool) -> Self {
-        Self::side_by_side(Form::Spatial, vec![Filament { chain, motion, law, workpiece }], tracks_energy)
+    /// With `tracks_energy` all quantities of [`integral`] are integrated, otherwise all but the
+    /// work of the clamp and of a workpiece that translates.
+    pub fn new(
+        chain: Chain<f64>,
+        motion: M,
+        law: ContactLaw,
+        workpiece: W,
+        tracks_energy: bool,
+    ) -> Self {
+        Self::side_by_side(
+            Form::Spatial,
+            vec![Filament {
+                chain,
+                motion,
+                law,
+                workpiece,
+            }],
+            tracks_energy,
+        )
     }
 
-    /// The state at `time` with the coordinates `q` and the rates `v`: in space those about `z`. Nodes that press on the
-    /// workpiece in this state are closed.
+    /// The state at `time` with the coordinates `q` and the rates `v`: in space those about `z`.
+    /// Nodes that press on the workpiece in this state are closed.
     ///
-    /// Segments near the poles of `z` are switched to their other chart, as stated in the returned state. At a pole itself,
-    /// `θ` is that of the plane in which `φ` moves, and `θ̇` is meaningless.
+    /// Segments near the poles of `z` are switched to their other chart, as stated in the returned
+    /// state. At a pole itself, `θ` is that of the plane in which `φ` moves, and `θ̇` is
+    /// meaningless.
     pub fn state(&mut self, time: f64, q: Vec<[f64; 2]>, v: Vec<[f64; 2]>) -> FilamentState {
         self.state_about(PolarAxis::Z, time, q, v)
     }
@@ -360,7 +451,9 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         equations.place(at);
         for contact in 0..self.closed.len() {
             let filament = &self.filaments[0];
-            let Touch { station, approach, .. } = filament.touch(contact, &self.lane(0), None, time);
+            let Touch {
+                station, approach, ..
+            } = filament.touch(contact, &self.lane(0), None, time);
             let pressing = filament.law.pressing(&approach) > 0.0;
             self.set_closed(0, contact, pressing);
             self.set_start(0, contact, station.segment);
@@ -381,7 +474,11 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         let filament = &self.filaments[0];
         let closed = (0..self.closed.len()).filter(|&contact| self.is_closed(0, contact));
         let energies = closed.map(|contact| {
-            filament.law.stored_energy(&filament.touch(contact, &self.lane(0), None, state.time).approach)
+            filament.law.stored_energy(
+                &filament
+                    .touch(contact, &self.lane(0), None, state.time)
+                    .approach,
+            )
         });
         energies.sum()
     }
@@ -402,16 +499,25 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
 }
 
 impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
-    /// Filaments with the same number of segments, one per lane, with equations of the given form; see
-    /// [`FilamentSystem::new`]. The planar form requires that [`Pass::form`](super::Pass::form) would choose it.
+    /// Filaments with the same number of segments, one per lane, with equations of the given form;
+    /// see [`FilamentSystem::new`]. The planar form requires that [`Pass::form`](super::Pass::form)
+    /// would choose it.
     ///
     /// # Panics
     /// If their number differs from that of the lanes, or if their numbers of segments differ.
     pub fn side_by_side(form: Form, filaments: Vec<Filament<M, W>>, tracks_energy: bool) -> Self {
         assert_eq!(filaments.len(), T::LANES, "each lane has a filament");
         let (n, contacts) = (filaments[0].chain.segments(), filaments[0].contacts());
-        assert!(filaments.iter().all(|filament| filament.contacts() == contacts), "all lanes have one number of edges");
-        let clamp = (T::from_f64(f64::NAN), Clamp::from_lanes(|lane| filaments[lane].motion.at(0.0)));
+        assert!(
+            filaments
+                .iter()
+                .all(|filament| filament.contacts() == contacts),
+            "all lanes have one number of edges"
+        );
+        let clamp = (
+            T::from_f64(f64::NAN),
+            Clamp::from_lanes(|lane| filaments[lane].motion.at(0.0)),
+        );
         Self {
             equations: Equations::new(form, Chain::from_lanes(|lane| &filaments[lane].chain)),
             filaments,
@@ -428,9 +534,15 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     /// # Panics
     /// If its number of segments or of edges differs from that of the others.
     pub fn set_filament(&mut self, lane: usize, filament: Filament<M, W>) {
-        assert_eq!(filament.contacts(), self.closed.len(), "all lanes have one number of contacts");
+        assert_eq!(
+            filament.contacts(),
+            self.closed.len(),
+            "all lanes have one number of contacts"
+        );
         self.filaments[lane] = filament;
-        self.equations.chain_mut().set_lanes(|lane| &self.filaments[lane].chain);
+        self.equations
+            .chain_mut()
+            .set_lanes(|lane| &self.filaments[lane].chain);
         self.clamp.0.set_lane(lane, f64::NAN);
         self.open_all(lane);
     }
@@ -447,7 +559,8 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         &self.filaments[lane]
     }
 
-    /// True if `contact` is closed in `lane`: that of a node, or with an edge ([`Filament::touch`]).
+    /// True if `contact` is closed in `lane`: that of a node, or with an edge
+    /// ([`Filament::touch`]).
     pub fn is_closed(&self, lane: usize, contact: usize) -> bool {
         self.closed[contact].contains(lane)
     }
@@ -461,7 +574,8 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         }
     }
 
-    /// The search for the place of `contact` in `lane` begins at `segment` from now on. Of no effect on nodes.
+    /// The search for the place of `contact` in `lane` begins at `segment` from now on. Of no
+    /// effect on nodes.
     pub fn set_start(&mut self, lane: usize, contact: usize, segment: usize) {
         if let Some(edge) = contact.checked_sub(self.equations.segments()) {
             self.starts[edge][lane] = segment;
@@ -472,7 +586,10 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
     fn lane(&self, lane: usize) -> impl Fn(usize) -> [[f64; 3]; 2] {
         let (equations, clamp) = (&self.equations, &self.clamp.1);
         move |index| match index.checked_sub(1) {
-            None => [in_lane(&clamp.position, lane), in_lane(&clamp.velocity, lane)],
+            None => [
+                in_lane(&clamp.position, lane),
+                in_lane(&clamp.velocity, lane),
+            ],
             Some(node) => equations.node(node, lane),
         }
     }
@@ -501,7 +618,11 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         time: T,
         q: &'a [[T; 2]],
         v: &'a [[T; 2]],
-    ) -> (&'a mut Equations<T>, ChainState<'a, T>, ContactLoads<'a, M, W, T>) {
+    ) -> (
+        &'a mut Equations<T>,
+        ChainState<'a, T>,
+        ContactLoads<'a, M, W, T>,
+    ) {
         self.set_time(time);
         let loads = ContactLoads::new(&self.filaments, &self.closed, &self.starts, time);
         (&mut self.equations, self.clamp.1.holding(q, v), loads)
@@ -513,7 +634,9 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         for (contact, &lanes) in self.closed.iter().enumerate() {
             for lane in lanes.iter() {
                 let (filament, time) = (&self.filaments[lane], time.lane(lane));
-                let start = contact.checked_sub(segments).map(|edge| self.starts[edge][lane]);
+                let start = contact
+                    .checked_sub(segments)
+                    .map(|edge| self.starts[edge][lane]);
                 let touch = filament.touch(contact, &self.lane(lane), start, time);
                 let mut add = |integral: usize, rate: f64| {
                     rates[integral].set_lane(lane, rates[integral].lane(lane) + rate);
@@ -545,7 +668,11 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
                 if self.tracks_energy || !filament.workpiece.translates() {
                     let velocity = match contact.checked_sub(segments) {
                         None => filament.workpiece.surface(touch.position, time).velocity,
-                        Some(edge) => filament.workpiece.edges()[edge].surface(touch.position, time).velocity,
+                        Some(edge) => {
+                            filament.workpiece.edges()[edge]
+                                .surface(touch.position, time)
+                                .velocity
+                        }
                     };
                     add(integral::WORK, dot(force, velocity));
                 }
@@ -560,7 +687,8 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         rates[integral::JOINT_DISSIPATION] = dissipation + dissipation;
     }
 
-    /// Rates of the other integrals. Afterwards the dynamics are placed, with the accelerations of the nodes.
+    /// Rates of the other integrals. Afterwards the dynamics are placed, with the accelerations of
+    /// the nodes.
     fn energy_rates(&mut self, at: &Point<'_, T, 2>) -> [T; COUNT] {
         let mut scratch = std::mem::take(&mut self.scratch);
         self.residual(at, &mut scratch);
@@ -569,12 +697,15 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         let energies = equations.energies(state);
         let mut rates = zero();
         rates[integral::JOINT_DISSIPATION] = energies.dissipation + energies.dissipation;
-        rates[integral::WORK] = dot(equations.root_force(), state.clamp.velocity) + energies.clamp_torque_power;
+        rates[integral::WORK] =
+            dot(equations.root_force(), state.clamp.velocity) + energies.clamp_torque_power;
         rates
     }
 }
 
-impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES, COUNT> for FilamentSystem<M, W, T> {
+impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES, COUNT>
+    for FilamentSystem<M, W, T>
+{
     type Charts = Vec<PolarAxis>;
     type Refusal = Obstacle;
 
@@ -621,12 +752,18 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
         rates
     }
 
-    fn stage_rates(&mut self, at: &Point<'_, T, 2>, correction: &[[T; 2]], weights: StepWeights<T>) -> [T; COUNT] {
+    fn stage_rates(
+        &mut self,
+        at: &Point<'_, T, 2>,
+        correction: &[[T; 2]],
+        weights: StepWeights<T>,
+    ) -> [T; COUNT] {
         if self.tracks_energy {
             return self.rates(at);
         }
         let mut rates = zero();
-        // With the angles before the last correction of the stage, which is far below the tolerance.
+        // With the angles before the last correction of the stage, which is far below the
+        // tolerance.
         self.add_joint_dissipation(at, &mut rates);
         if self.closed.iter().any(|lanes| !lanes.is_empty()) {
             if !self.carries_variation() {
@@ -659,7 +796,12 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
         self.equations.form() == Form::Planar
     }
 
-    fn solve_variation(&mut self, at: &Point<'_, T, 2>, weights: StepWeights<T>, correction: &mut [[T; 2]]) {
+    fn solve_variation(
+        &mut self,
+        at: &Point<'_, T, 2>,
+        weights: StepWeights<T>,
+        correction: &mut [[T; 2]],
+    ) {
         let (equations, state, loads) = self.parts(at.time, at.q, at.v);
         equations.solve_variation(state, at.accelerations, &loads, weights, correction);
     }
@@ -668,8 +810,12 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
         match self.equations.form() {
             Form::Spatial => find_pole(q).map(|k| Obstacle::Pole { segment: k + 1 }),
             Form::Planar => {
-                let folded = q.windows(2).position(|pair| (pair[1][1] - pair[0][1]).abs() >= PI)?;
-                Some(Obstacle::Fold { segment: folded + 2 })
+                let folded = q
+                    .windows(2)
+                    .position(|pair| (pair[1][1] - pair[0][1]).abs() >= PI)?;
+                Some(Obstacle::Fold {
+                    segment: folded + 2,
+                })
             }
         }
     }
@@ -693,25 +839,57 @@ pub struct ContactLoads<'a, M, W, T> {
 }
 
 impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
-    fn new(filaments: &'a [Filament<M, W>], closed: &'a [LaneSet], starts: &'a [Vec<usize>], time: T) -> Self {
-        let frictional = filaments.iter().any(|filament| filament.law.friction != 0.0);
+    fn new(
+        filaments: &'a [Filament<M, W>],
+        closed: &'a [LaneSet],
+        starts: &'a [Vec<usize>],
+        time: T,
+    ) -> Self {
+        let frictional = filaments
+            .iter()
+            .any(|filament| filament.law.friction != 0.0);
         let empty = closed.iter().all(|lanes| lanes.is_empty());
         let (closed, on_edges) = closed.split_at(filaments[0].chain.segments());
-        Self { filaments, closed, on_edges, starts, empty, frictional, time }
+        Self {
+            filaments,
+            closed,
+            on_edges,
+            starts,
+            empty,
+            frictional,
+            time,
+        }
     }
 
-    /// Calls `take` with each group of closed contacts with an edge that are on the same segment: the segment, and the contact of each
-    /// lane with its lane.
-    fn for_each_segment(&self, nodes: &dyn NodeMotion, mut take: impl FnMut(usize, &Edges<'_, M, W>)) {
+    /// Calls `take` with each group of closed contacts with an edge that are on the same segment:
+    /// the segment, and the contact of each lane with its lane.
+    fn for_each_segment(
+        &self,
+        nodes: &dyn NodeMotion,
+        mut take: impl FnMut(usize, &Edges<'_, M, W>),
+    ) {
         for (edge, lanes) in self.on_edges.iter().enumerate() {
-            let mut group = Edges { edge, contacts: [const { None }; LANES] };
+            let mut group = Edges {
+                edge,
+                contacts: [const { None }; LANES],
+            };
             for lane in lanes.iter() {
                 let (filament, time) = (&self.filaments[lane], self.time.lane(lane));
                 let (edge, start) = (&filament.workpiece.edges()[edge], self.starts[edge][lane]);
-                let contact = filament.edge_contact(edge, &|index| nodes.node(index, lane), Some(start), time);
+                let contact = filament.edge_contact(
+                    edge,
+                    &|index| nodes.node(index, lane),
+                    Some(start),
+                    time,
+                );
                 group.contacts[lane] = Some((filament, contact));
             }
-            while let Some(segment) = group.contacts.iter().flatten().map(|(_, contact)| contact.station.segment).next()
+            while let Some(segment) = group
+                .contacts
+                .iter()
+                .flatten()
+                .map(|(_, contact)| contact.station.segment)
+                .next()
             {
                 let rest = group.leave(segment);
                 take(segment, &group);
@@ -720,7 +898,8 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
         }
     }
 
-    /// What `set` makes of `none` in each lane in which a node at a position with a velocity is closed; `None` if it is closed in none.
+    /// What `set` makes of `none` in each lane in which a node at a position with a velocity is
+    /// closed; `None` if it is closed in none.
     #[inline(always)]
     fn of_node<R>(
         &self,
@@ -734,9 +913,17 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
         }
         let mut result = none;
         for lane in self.closed[node].iter() {
-            let (filament, position, velocity) =
-                (&self.filaments[lane], in_lane(&position, lane), in_lane(&velocity, lane));
-            set(&mut result, lane, &filament.law, &filament.approach(position, velocity, self.time.lane(lane)));
+            let (filament, position, velocity) = (
+                &self.filaments[lane],
+                in_lane(&position, lane),
+                in_lane(&velocity, lane),
+            );
+            set(
+                &mut result,
+                lane,
+                &filament.law,
+                &filament.approach(position, velocity, self.time.lane(lane)),
+            );
         }
         Some(result)
     }
@@ -751,9 +938,15 @@ struct Edges<'a, M, W> {
 impl<M, W> Edges<'_, M, W> {
     /// Keeps those on `segment`, and returns the others.
     fn leave(&mut self, segment: usize) -> Self {
-        let mut rest = Self { edge: self.edge, contacts: [const { None }; LANES] };
+        let mut rest = Self {
+            edge: self.edge,
+            contacts: [const { None }; LANES],
+        };
         for (here, there) in self.contacts.iter_mut().zip(&mut rest.contacts) {
-            if here.as_ref().is_some_and(|(_, contact)| contact.station.segment != segment) {
+            if here
+                .as_ref()
+                .is_some_and(|(_, contact)| contact.station.segment != segment)
+            {
                 std::mem::swap(here, there);
             }
         }
@@ -762,7 +955,11 @@ impl<M, W> Edges<'_, M, W> {
 
     fn iter(&self) -> impl Iterator<Item = (usize, &Filament<M, W>, &EdgeContact)> {
         let lanes = self.contacts.iter().enumerate();
-        lanes.filter_map(|(lane, contact)| contact.as_ref().map(|(filament, contact)| (lane, *filament, contact)))
+        lanes.filter_map(|(lane, contact)| {
+            contact
+                .as_ref()
+                .map(|(filament, contact)| (lane, *filament, contact))
+        })
     }
 }
 
@@ -777,10 +974,25 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
 
     fn point_loads(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointLoad<T>)) {
         self.for_each_segment(nodes, |segment, group| {
-            let mut load = PointLoad { segment, fraction: T::ZERO, force: zero() };
-            for (lane, filament, EdgeContact { station, approach, .. }) in group.iter() {
+            let mut load = PointLoad {
+                segment,
+                fraction: T::ZERO,
+                force: zero(),
+            };
+            for (
+                lane,
+                filament,
+                EdgeContact {
+                    station, approach, ..
+                },
+            ) in group.iter()
+            {
                 load.fraction.set_lane(lane, station.fraction);
-                set_vector(&mut load.force, lane, filament.law.force(approach).total(approach));
+                set_vector(
+                    &mut load.force,
+                    lane,
+                    filament.law.force(approach).total(approach),
+                );
             }
             add(load);
         });
@@ -788,8 +1000,14 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
 
     fn point_tangents(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointTangent<T>)) {
         self.for_each_segment(nodes, |segment, group| {
-            let none = NodeTangent { position: [zero(); 3], velocity: [zero(); 3] };
-            let mut tangent = PointTangent { segment, ends: [[none; 2]; 2] };
+            let none = NodeTangent {
+                position: [zero(); 3],
+                velocity: [zero(); 3],
+            };
+            let mut tangent = PointTangent {
+                segment,
+                ends: [[none; 2]; 2],
+            };
             for (lane, filament, contact) in group.iter() {
                 let edge = &filament.workpiece.edges()[group.edge];
                 let change = contact.tangent(&filament.law, edge, &|index| nodes.node(index, lane));
@@ -806,10 +1024,22 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
     fn point_dampings(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointDamping<T>)) {
         self.for_each_segment(nodes, |segment, group| {
             let none = T::ZERO;
-            let mut load = PointDamping { segment, fraction: none, damping: none };
-            for (lane, filament, EdgeContact { station, approach, .. }) in group.iter() {
+            let mut load = PointDamping {
+                segment,
+                fraction: none,
+                damping: none,
+            };
+            for (
+                lane,
+                filament,
+                EdgeContact {
+                    station, approach, ..
+                },
+            ) in group.iter()
+            {
                 load.fraction.set_lane(lane, station.fraction);
-                load.damping.set_lane(lane, filament.law.lateral_damping(approach));
+                load.damping
+                    .set_lane(lane, filament.law.lateral_damping(approach));
             }
             add(load);
         });
@@ -824,25 +1054,43 @@ impl<M: ClampMotion, W: Workpiece, T: Lanewise> NodeLoads<T> for ContactLoads<'_
     }
 
     fn force(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]> {
-        self.of_node(node, [position, velocity], zero(), |force, lane, law, approach| {
-            set_vector(force, lane, law.force(approach).total(approach));
-        })
+        self.of_node(
+            node,
+            [position, velocity],
+            zero(),
+            |force, lane, law, approach| {
+                set_vector(force, lane, law.force(approach).total(approach));
+            },
+        )
     }
 
     fn lateral_damping(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<T> {
         if !self.frictional {
             return None;
         }
-        self.of_node(node, [position, velocity], T::ZERO, |damping, lane, law, approach| {
-            damping.set_lane(lane, law.lateral_damping(approach));
-        })
+        self.of_node(
+            node,
+            [position, velocity],
+            T::ZERO,
+            |damping, lane, law, approach| {
+                damping.set_lane(lane, law.lateral_damping(approach));
+            },
+        )
     }
 
     fn tangent(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<NodeTangent<T>> {
-        let none = NodeTangent { position: [zero(); 3], velocity: [zero(); 3] };
-        self.of_node(node, [position, velocity], none, |tangent, lane, law, approach| {
-            set_tangent(tangent, lane, &law.tangent(approach));
-        })
+        let none = NodeTangent {
+            position: [zero(); 3],
+            velocity: [zero(); 3],
+        };
+        self.of_node(
+            node,
+            [position, velocity],
+            none,
+            |tangent, lane, law, approach| {
+                set_tangent(tangent, lane, &law.tangent(approach));
+            },
+        )
     }
 }
 

@@ -12,33 +12,41 @@ use crate::equations::linear::{dot, sub};
 use crate::equations::{Compiled, Lanewise};
 use crate::integrate::hermite::Knot;
 use crate::integrate::tableau::Tableau;
-use crate::integrate::{Effort, Proposal, RejectionCause, SecondOrderSystem, StepControl, Stepper, Tolerances};
+use crate::integrate::{
+    Effort, Proposal, RejectionCause, SecondOrderSystem, StepControl, Stepper, Tolerances,
+};
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
 /// How much work `segments` segments may take to advance by `duration` (s).
 fn effort(segments: usize, duration: f64) -> Effort {
     let iterations = EFFORT / (segments + SEGMENTS_OF_OVERHEAD) as f64;
-    Effort { iterations: iterations.min(MAX_ITERATIONS) as usize, duration }
+    Effort {
+        iterations: iterations.min(MAX_ITERATIONS) as usize,
+        duration,
+    }
 }
 
-/// The work that a pass may spend, and the free flight after it, in Newton iterations of one segment: some three seconds of one core. Nearly all passes end with
-/// a hundredth of it (docs/integrators.md).
+/// The work that a pass may spend, and the free flight after it, in Newton iterations of one
+/// segment: some three seconds of one core. Nearly all passes end with a hundredth of it
+/// (docs/integrators.md).
 const EFFORT: f64 = 4e7;
 /// The overhead of an iteration, expressed in segments.
 const SEGMENTS_OF_OVERHEAD: usize = 2;
 /// Newton iterations of a pass with few segments: the work around them matters too.
 const MAX_ITERATIONS: f64 = 2.5e6;
-/// Largest number of repetitions of a step until its end lies on an event: first by Newton's method, then by bisection to
-/// rounding.
+/// Largest number of repetitions of a step until its end lies on an event: first by Newton's
+/// method, then by bisection to rounding.
 const MAX_NEWTON_LANDINGS: usize = 12;
 const MAX_LANDINGS: usize = 60;
-/// A contact takes over from another one whose penetration is at least this share of its own, inverted.
+/// A contact takes over from another one whose penetration is at least this share of its own,
+/// inverted.
 const TAKEN_OVER: f64 = 2.0;
-/// The part of the kinetic energy of the outermost segment that a contact may store when it closes; the balance of the energies tells whether that
-/// matters.
+/// The part of the kinetic energy of the outermost segment that a contact may store when it closes;
+/// the balance of the energies tells whether that matters.
 const UNNOTICED: f64 = 0.1;
-/// How often a step is shortened because another contact has its event before the one on which it ends.
+/// How often a step is shortened because another contact has its event before the one on which it
+/// ends.
 const MAX_EARLIER_LANDINGS: usize = 8;
 /// Of two events, the later one counts as simultaneous within this share of the step.
 const SIMULTANEOUS: f64 = 1e-9;
@@ -47,8 +55,8 @@ const SIMULTANEOUS: f64 = 1e-9;
 ///
 /// Steps end where a node closes or opens, located to [`Filament::event_tolerance`].
 ///
-/// Between steps, segments near a pole of their coordinates switch to their other chart. A state records its charts
-/// ([`FilamentState::charts`]). Nodes and energies do not depend on them.
+/// Between steps, segments near a pole of their coordinates switch to their other chart. A state
+/// records its charts ([`FilamentState::charts`]). Nodes and energies do not depend on them.
 ///
 /// # Errors
 /// If a step cannot be taken.
@@ -61,7 +69,11 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
     mut observe: impl FnMut(&Step<'_>),
 ) -> Result<(FilamentState, Statistics), IntegrationError> {
     let mut trajectory = Trajectory::new(system, start, end_time, tableau, tolerances);
-    let mut stepper = Stepper::new(tableau, system.filament(0).stage_solution(), system.blocks());
+    let mut stepper = Stepper::new(
+        tableau,
+        system.filament(0).stage_solution(),
+        system.blocks(),
+    );
     stepper.set_tolerances(0, tolerances);
     trajectory.finish(system, &mut stepper, &mut observe)?;
     Ok(trajectory.into_end())
@@ -69,8 +81,8 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
 
 /// The trajectory of one filament, advanced by steps that the caller attempts.
 ///
-/// [`Trajectory::next_step`] gives the step to attempt from [`Trajectory::start`]; [`Trajectory::conclude`] takes its
-/// outcome.
+/// [`Trajectory::next_step`] gives the step to attempt from [`Trajectory::start`];
+/// [`Trajectory::conclude`] takes its outcome.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
     /// The times in s between which it is followed for now.
@@ -111,32 +123,51 @@ struct Nodes {
     /// Their largest speed in m/s and acceleration in m/s².
     speed: f64,
     acceleration: f64,
-    /// Lower bounds on how far the contacts are from their events, in m; zero where nothing is known.
+    /// Lower bounds on how far the contacts are from their events, in m; zero where nothing is
+    /// known.
     distances: Vec<f64>,
 }
 
 impl Nodes {
     /// The nodes in `knots`, without speed and without the distances of `contacts` contacts.
     fn new(knots: Vec<Knot<3>>, contacts: usize) -> Self {
-        Self { knots, speed: f64::INFINITY, acceleration: f64::INFINITY, distances: vec![0.0; contacts] }
+        Self {
+            knots,
+            speed: f64::INFINITY,
+            acceleration: f64::INFINITY,
+            distances: vec![0.0; contacts],
+        }
     }
 
     /// Finds the largest speed and acceleration.
     fn measure(&mut self) {
         let largest = |of: fn(&Knot<3>) -> [f64; 3]| {
-            self.knots.iter().map(of).map(|vector| dot(vector, vector)).fold(0.0, f64::max).sqrt()
+            self.knots
+                .iter()
+                .map(of)
+                .map(|vector| dot(vector, vector))
+                .fold(0.0, f64::max)
+                .sqrt()
         };
-        (self.speed, self.acceleration) = (largest(|knot| knot.rate), largest(|knot| knot.acceleration));
+        (self.speed, self.acceleration) =
+            (largest(|knot| knot.rate), largest(|knot| knot.acceleration));
     }
 
-    /// Upper bound on how far a node goes from here to where it is at the `end` of a step of the length `length` (s), in m: within the
-    /// step it stays in the hull of its Bézier points (see [`crossing`](super::crossing)).
+    /// Upper bound on how far a node goes from here to where it is at the `end` of a step of the
+    /// length `length` (s), in m: within the step it stays in the hull of its Bézier points (see
+    /// [`crossing`](super::crossing)).
     fn way_to(&self, end: &Self, length: f64) -> f64 {
         let square = |(start, end): (&Knot<3>, &Knot<3>)| {
             let way = sub(end.value, start.value);
             dot(way, way)
         };
-        let straight = self.knots.iter().zip(&end.knots).map(square).fold(0.0, f64::max).sqrt();
+        let straight = self
+            .knots
+            .iter()
+            .zip(&end.knots)
+            .map(square)
+            .fold(0.0, f64::max)
+            .sqrt();
         let hull = |nodes: &Self| length * (0.4 * nodes.speed + 0.05 * length * nodes.acceleration);
         hull(self).max(straight + hull(end))
     }
@@ -151,8 +182,8 @@ enum Phase {
     Land(Landing),
 }
 
-/// The search for the step that ends on an event: within half of the tolerance or, if rounding prevents that, at the first
-/// instant after the event.
+/// The search for the step that ends on an event: within half of the tolerance or, if rounding
+/// prevents that, at the first instant after the event.
 #[derive(Clone, Copy, Debug)]
 struct Landing {
     crossing: Crossing,
@@ -169,19 +200,33 @@ struct Landing {
 impl Landing {
     /// On `crossing`, before which that number of events was found in the same step.
     fn on(crossing: Crossing, earlier: usize) -> Self {
-        let Crossing { after, past, at_end, .. } = crossing;
+        let Crossing {
+            after,
+            past,
+            at_end,
+            ..
+        } = crossing;
         // What only the interpolant says is looked at first.
         let length = if at_end { after } else { past };
-        Self { crossing, low: 0.0, high: past, length, attempts: 0, earlier }
+        Self {
+            crossing,
+            low: 0.0,
+            high: past,
+            length,
+            attempts: 0,
+            earlier,
+        }
     }
 }
 
-/// The largest angle in rad by which the body turns in a step. A node that turns by `θ` at a radius `R` is off by `R θ⁶/46080`
-/// between the knots of its interpolant, so that free filaments, whose steps would be longer, keep their shape in it.
+/// The largest angle in rad by which the body turns in a step. A node that turns by `θ` at a radius
+/// `R` is off by `R θ⁶/46080` between the knots of its interpolant, so that free filaments, whose
+/// steps would be longer, keep their shape in it.
 const LARGEST_TURN: f64 = 0.25;
 
 impl Trajectory {
-    /// A trajectory from `start` to `end_time` (s). The nodes closed in `system` are closed at its start.
+    /// A trajectory from `start` to `end_time` (s). The nodes closed in `system` are closed at its
+    /// start.
     pub fn new<M: ClampMotion, W: Workpiece>(
         system: &mut FilamentSystem<M, W>,
         mut start: FilamentState,
@@ -192,15 +237,25 @@ impl Trajectory {
         let (n, contacts) = (system.blocks(), system.filament(0).contacts());
         let duration = end_time - start.time;
         let [.., rate] = system.filament(0).motion.at(start.time).angular_velocity;
-        let control =
-            StepControl::new(tableau, 1e-3 * duration).within(effort(n, duration)).up_to(LARGEST_TURN / rate.abs());
+        let control = StepControl::new(tableau, 1e-3 * duration)
+            .within(effort(n, duration))
+            .up_to(LARGEST_TURN / rate.abs());
         let chart_changes = start.leave_poles();
-        let none = Knot { value: [0.0; 3], rate: [0.0; 3], acceleration: [0.0; 3] };
+        let none = Knot {
+            value: [0.0; 3],
+            rate: [0.0; 3],
+            acceleration: [0.0; 3],
+        };
         let mut start_nodes = Nodes::new(vec![none; n], contacts);
         system.track(&start, &mut start_nodes.knots);
         start_nodes.measure();
-        let location = system.filament(0).event_tolerance(tolerances.relative, start.time);
-        let coarse_location = system.filament(0).coarse_event_tolerance(tolerances.relative).max(location);
+        let location = system
+            .filament(0)
+            .event_tolerance(tolerances.relative, start.time);
+        let coarse_location = system
+            .filament(0)
+            .coarse_event_tolerance(tolerances.relative)
+            .max(location);
         let mut trajectory = Self {
             begin_time: start.time,
             end_time,
@@ -208,7 +263,9 @@ impl Trajectory {
             tolerances,
             location,
             coarse_location,
-            jump: system.filament(0).largest_jump(location.max(coarse_location)),
+            jump: system
+                .filament(0)
+                .largest_jump(location.max(coarse_location)),
             released: [f64::NEG_INFINITY, 0.0],
             phase: Phase::Advance(control.propose(start.time, end_time)),
             control,
@@ -218,7 +275,9 @@ impl Trajectory {
             start,
             end_nodes: start_nodes.clone(),
             start_nodes,
-            closed: (0..contacts).map(|contact| system.is_closed(0, contact)).collect(),
+            closed: (0..contacts)
+                .map(|contact| system.is_closed(0, contact))
+                .collect(),
             starts: vec![0; contacts - n],
             stored: vec![0.0; contacts],
             stop: None,
@@ -234,20 +293,26 @@ impl Trajectory {
         Self { stop, ..self }
     }
 
-    /// The same, which is refused with [`IntegrationError::NotFree`] if a contact is closed at its start.
+    /// The same, which is refused with [`IntegrationError::NotFree`] if a contact is closed at its
+    /// start.
     #[must_use]
     pub(super) fn must_be_free(self) -> Self {
-        Self { must_be_free: true, ..self }
+        Self {
+            must_be_free: true,
+            ..self
+        }
     }
 
-    /// Goes on to `end_time` (s) or, `while_touching`, only until no contact is closed. The work is limited anew.
+    /// Goes on to `end_time` (s) or, `while_touching`, only until no contact is closed. The work is
+    /// limited anew.
     pub fn go_on(&mut self, end_time: f64, while_touching: bool) {
         self.begin_time = self.start.time;
         self.end_time = end_time;
         self.while_touching = while_touching;
         let duration = end_time - self.start.time;
         if duration > 0.0 {
-            self.control.renew(effort(self.start_nodes.knots.len(), duration));
+            self.control
+                .renew(effort(self.start_nodes.knots.len(), duration));
         }
     }
 
@@ -262,7 +327,10 @@ impl Trajectory {
             let contact = self.start_nodes.knots.len() + edge;
             if self.closed[contact] {
                 let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, 0.0);
-                self.starts[edge] = filament.touch(contact, &nodes, None, self.start.time).station.segment;
+                self.starts[edge] = filament
+                    .touch(contact, &nodes, None, self.start.time)
+                    .station
+                    .segment;
             }
         }
     }
@@ -279,7 +347,12 @@ impl Trajectory {
 
     /// The energy in J that closed contacts have taken over from others.
     pub(super) fn taken_over(&self) -> f64 {
-        self.closed.iter().zip(&self.stored).filter(|(closed, _)| **closed).map(|(_, stored)| stored).sum()
+        self.closed
+            .iter()
+            .zip(&self.stored)
+            .filter(|(closed, _)| **closed)
+            .map(|(_, stored)| stored)
+            .sum()
     }
 
     /// Prepares the next step in `lane` of `stepper`.
@@ -289,7 +362,11 @@ impl Trajectory {
     }
 
     /// Closes in `lane` of `system` the contacts that are closed in this trajectory.
-    pub fn enter<M: ClampMotion, W: Workpiece, T: Compiled>(&self, lane: usize, system: &mut FilamentSystem<M, W, T>) {
+    pub fn enter<M: ClampMotion, W: Workpiece, T: Compiled>(
+        &self,
+        lane: usize,
+        system: &mut FilamentSystem<M, W, T>,
+    ) {
         for (contact, &closed) in self.closed.iter().enumerate() {
             system.set_closed(lane, contact, closed);
         }
@@ -338,7 +415,11 @@ impl Trajectory {
         if self.control.is_exhausted() {
             let steps = self.control.work().steps;
             let share = (time - self.begin_time) / (self.end_time - self.begin_time);
-            return Err(IntegrationError::TooManySteps { steps, share, step: self.control.step() });
+            return Err(IntegrationError::TooManySteps {
+                steps,
+                share,
+                step: self.control.step(),
+            });
         }
         self.start.check(system)?;
         let proposal = self.control.propose(time, self.end_time);
@@ -346,8 +427,8 @@ impl Trajectory {
         Ok(Some(proposal.step))
     }
 
-    /// Takes the outcome of the attempt that [`Trajectory::next_step`] asked for, made in `lane` of `stepper` and
-    /// `system`. Accepted steps are shown to `observe`.
+    /// Takes the outcome of the attempt that [`Trajectory::next_step`] asked for, made in `lane` of
+    /// `stepper` and `system`. Accepted steps are shown to `observe`.
     ///
     /// # Errors
     /// If the integration cannot continue.
@@ -389,20 +470,24 @@ impl Trajectory {
             Phase::Land(landing) => {
                 // Whatever the result of the landing, the next proposal starts anew.
                 if let Err(cause) = outcome {
-                    self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
-                    self.control.retreat(self.start.time, landing.crossing.after, cause)?;
+                    self.phase =
+                        Phase::Advance(self.control.propose(self.start.time, self.end_time));
+                    self.control
+                        .retreat(self.start.time, landing.crossing.after, cause)?;
                     return Ok(());
                 }
                 system.nodes(lane, &mut self.end_nodes.knots);
                 self.end_nodes.measure();
                 let filament = system.filament(lane);
-                let is_there =
-                    landing.crossing.at_end || landing.attempts > 0 || self.is_past_at_end(landing, filament);
+                let is_there = landing.crossing.at_end
+                    || landing.attempts > 0
+                    || self.is_past_at_end(landing, filament);
                 if is_there && let Some(next) = self.correct(landing, filament) {
                     self.phase = Phase::Land(next);
                     return Ok(());
                 }
-                let Ok(other) = self.first_crossing(filament, Some(landing.crossing.contact)) else {
+                let Ok(other) = self.first_crossing(filament, Some(landing.crossing.contact))
+                else {
                     return self.shorten(landing.length);
                 };
                 // The repeated step differs from the one in which its end was found.
@@ -418,7 +503,8 @@ impl Trajectory {
             }
         };
         self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
-        // A node that is already past its event, because another event ended the last step, switches immediately.
+        // A node that is already past its event, because another event ended the last step,
+        // switches immediately.
         if crossing.is_none_or(|crossing| crossing.after > 0.0) {
             observe(&self.step());
             std::mem::swap(&mut self.start, &mut self.end);
@@ -429,11 +515,16 @@ impl Trajectory {
             }
         }
         if let Some(Crossing { contact, .. }) = crossing {
-            let deepest = self.deepest(system.filament(lane)).max(self.just_released());
+            let deepest = self
+                .deepest(system.filament(lane))
+                .max(self.just_released());
             self.switch(contact, deepest, lane, system)?;
             for other in 0..self.closed.len() {
                 // Where a node leaves a face, an edge takes over, and the other way round.
-                if other != contact && !self.starts.is_empty() && self.is_past(other, system.filament(lane)) {
+                if other != contact
+                    && !self.starts.is_empty()
+                    && self.is_past(other, system.filament(lane))
+                {
                     self.switch(other, deepest, lane, system)?;
                 }
             }
@@ -445,46 +536,70 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Repeats a step of the length `step` (s), which is too long to find the events of a contact, shorter.
+    /// Repeats a step of the length `step` (s), which is too long to find the events of a contact,
+    /// shorter.
     fn shorten(&mut self, step: f64) -> Result<(), IntegrationError> {
         self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
-        Ok(self.control.retreat(self.start.time, step, RejectionCause::Error)?)
+        Ok(self
+            .control
+            .retreat(self.start.time, step, RejectionCause::Error)?)
     }
 
     /// The deepest penetration of a closed contact at the start, in m.
     fn deepest<M: ClampMotion, W: Workpiece>(&self, filament: &Filament<M, W>) -> f64 {
         let closed = (0..self.closed.len()).filter(|&contact| self.closed[contact]);
-        closed.map(|contact| self.approach(contact, filament).penetration).fold(0.0, f64::max)
+        closed
+            .map(|contact| self.approach(contact, filament).penetration)
+            .fold(0.0, f64::max)
     }
 
-    /// `contact` at the start. Where it is closed and has just left its face or edge, as it was before: beyond, another one is the nearest.
-    fn approach<M: ClampMotion, W: Workpiece>(&self, contact: usize, filament: &Filament<M, W>) -> Approach {
+    /// `contact` at the start. Where it is closed and has just left its face or edge, as it was
+    /// before: beyond, another one is the nearest.
+    fn approach<M: ClampMotion, W: Workpiece>(
+        &self,
+        contact: usize,
+        filament: &Filament<M, W>,
+    ) -> Approach {
         /// The way back in tolerances of the location of events.
         const BACK: f64 = 8.0;
         let at = |back: f64| {
             let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, back);
-            filament.touch(contact, &nodes, None, self.start.time - back).approach
+            filament
+                .touch(contact, &nodes, None, self.start.time - back)
+                .approach
         };
         let here = at(0.0);
         let has_left = self.closed[contact] && here.margin < 0.0;
-        if has_left { at(BACK * self.location / self.start_nodes.speed) } else { here }
+        if has_left {
+            at(BACK * self.location / self.start_nodes.speed)
+        } else {
+            here
+        }
     }
 
-    /// How deep the contact was that opened just before the start, in m; zero if there is none. Where one contact takes over from another, both
-    /// events are located to the tolerance, each by itself.
+    /// How deep the contact was that opened just before the start, in m; zero if there is none.
+    /// Where one contact takes over from another, both events are located to the tolerance, each by
+    /// itself.
     fn just_released(&self) -> f64 {
         /// The way of a node between both events, in tolerances of their location.
         const WAY: f64 = 100.0;
         let [time, depth] = self.released;
         let way = (self.start.time - time) * self.start_nodes.speed;
-        if way <= WAY * self.location { depth } else { 0.0 }
+        if way <= WAY * self.location {
+            depth
+        } else {
+            0.0
+        }
     }
 
-    /// Closes or opens `contact` at the start of the next step, before which the deepest closed contact was `deepest` (m) inside.
+    /// Closes or opens `contact` at the start of the next step, before which the deepest closed
+    /// contact was `deepest` (m) inside.
     ///
-    /// The energy stored in a contact that closes or opens while it is pressed in is accounted for: when one opens because it
-    /// recedes so fast that its damping would pull, or because the filament goes on to another face or edge, its elastic energy does no more work.
-    /// When a contact closes again before it has come out, or takes over from another one, it gets that energy back.
+    /// The energy stored in a contact that closes or opens while it is pressed in is accounted for:
+    /// when one opens because it recedes so fast that its damping would pull, or because the
+    /// filament goes on to another face or edge, its elastic energy does no more work. When a
+    /// contact closes again before it has come out, or takes over from another one, it gets that
+    /// energy back.
     ///
     /// # Errors
     /// If the force begins or ends with a jump: the event was missed.
@@ -499,22 +614,36 @@ impl Trajectory {
         let approach = self.approach(contact, filament);
         let force = filament.law.normal_force(&approach);
         let takes_over = approach.penetration <= TAKEN_OVER * deepest;
-        let stored = if approach.penetration > 0.0 { filament.law.stored_energy(&approach) } else { 0.0 };
-        // Where a node passes the border of a face and its surface at once, the one delays the other by what is as little.
-        let noticed =
-            UNNOTICED * 0.5 * filament.chain.links[self.end.q.len() - 1].mass * self.start_nodes.speed.powi(2);
+        let stored = if approach.penetration > 0.0 {
+            filament.law.stored_energy(&approach)
+        } else {
+            0.0
+        };
+        // Where a node passes the border of a face and its surface at once, the one delays the
+        // other by what is as little.
+        let noticed = UNNOTICED
+            * 0.5
+            * filament.chain.links[self.end.q.len() - 1].mass
+            * self.start_nodes.speed.powi(2);
         let jumps = match self.closed[contact] {
             true => force < -self.jump,
             false => force > self.jump && stored > noticed && !takes_over,
         };
         if jumps {
-            return Err(IntegrationError::Jump { time: self.start.time, force });
+            return Err(IntegrationError::Jump {
+                time: self.start.time,
+                force,
+            });
         }
         if self.closed[contact] {
             self.released = [self.start.time, approach.penetration];
             self.start.integrals[CONTACT_DISSIPATION] += stored - self.stored[contact];
         } else {
-            self.stored[contact] = if takes_over || filament.law.damping > 0.0 { stored } else { 0.0 };
+            self.stored[contact] = if takes_over || filament.law.damping > 0.0 {
+                stored
+            } else {
+                0.0
+            };
         }
         self.closed[contact] = !self.closed[contact];
         self.start_nodes.distances[contact] = 0.0;
@@ -524,18 +653,27 @@ impl Trajectory {
     }
 
     /// Whether `contact` presses at the start although it is open, or the other way round.
-    fn is_past<M: ClampMotion, W: Workpiece>(&self, contact: usize, filament: &Filament<M, W>) -> bool {
+    fn is_past<M: ClampMotion, W: Workpiece>(
+        &self,
+        contact: usize,
+        filament: &Filament<M, W>,
+    ) -> bool {
         let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, 0.0);
         self.excess(contact, filament, &nodes, self.start.time) > -self.location
     }
 
     /// Whether the contact of `landing` is past its event at the end of the step.
-    fn is_past_at_end<M: ClampMotion, W: Workpiece>(&self, landing: Landing, filament: &Filament<M, W>) -> bool {
+    fn is_past_at_end<M: ClampMotion, W: Workpiece>(
+        &self,
+        landing: Landing,
+        filament: &Filament<M, W>,
+    ) -> bool {
         let nodes = at_knots(filament, &self.end_nodes.knots, self.end.time, 0.0);
         self.excess(landing.crossing.contact, filament, &nodes, self.end.time) > 0.0
     }
 
-    /// How far `contact` is past its event, in m; see [`excess`]. `nodes` are those of the filament at `time`.
+    /// How far `contact` is past its event, in m; see [`excess`]. `nodes` are those of the filament
+    /// at `time`.
     fn excess<M: ClampMotion, W: Workpiece>(
         &self,
         contact: usize,
@@ -543,11 +681,14 @@ impl Trajectory {
         nodes: &dyn Fn(usize) -> [[f64; 3]; 2],
         time: f64,
     ) -> f64 {
-        let pressing = filament.law.pressing(&filament.touch(contact, nodes, None, time).approach);
+        let pressing = filament
+            .law
+            .pressing(&filament.touch(contact, nodes, None, time).approach);
         excess(self.closed[contact], pressing, self.location)
     }
 
-    /// Integrates alone to the end, or to where [`Trajectory::go_on`] has sent it. `stepper` has its [tolerances](Self::tolerances).
+    /// Integrates alone to the end, or to where [`Trajectory::go_on`] has sent it. `stepper` has
+    /// its [tolerances](Self::tolerances).
     ///
     /// # Errors
     /// If a step cannot be taken.
@@ -577,8 +718,8 @@ impl Trajectory {
         }
     }
 
-    /// The earliest event of the step, but for those of the contact `except`, at whose event it ends. Finds out how far the contacts are from
-    /// their events at its end.
+    /// The earliest event of the step, but for those of the contact `except`, at whose event it
+    /// ends. Finds out how far the contacts are from their events at its end.
     fn first_crossing<M: ClampMotion, W: Workpiece>(
         &mut self,
         filament: &Filament<M, W>,
@@ -589,7 +730,11 @@ impl Trajectory {
         let drift = step.length() * surface_speed(filament, &step);
         let way = self.start_nodes.way_to(&self.end_nodes, step.length());
         // Where the workpiece moves otherwise elsewhere, every contact is looked at.
-        let reach = if filament.workpiece.translates() { GAP_RATE * (way + drift) } else { f64::INFINITY };
+        let reach = if filament.workpiece.translates() {
+            GAP_RATE * (way + drift)
+        } else {
+            f64::INFINITY
+        };
         let mut first: Result<Option<Crossing>, TooLong> = Ok(None);
         for (contact, end) in distances.iter_mut().enumerate() {
             let start = self.start_nodes.distances[contact];
@@ -620,9 +765,21 @@ impl Trajectory {
         first
     }
 
-    /// The next landing after the attempt of `landing`; `None` if that was close enough to the event.
-    fn correct<M: ClampMotion, W: Workpiece>(&self, landing: Landing, filament: &Filament<M, W>) -> Option<Landing> {
-        let Landing { crossing, mut low, mut high, length, attempts, .. } = landing;
+    /// The next landing after the attempt of `landing`; `None` if that was close enough to the
+    /// event.
+    fn correct<M: ClampMotion, W: Workpiece>(
+        &self,
+        landing: Landing,
+        filament: &Filament<M, W>,
+    ) -> Option<Landing> {
+        let Landing {
+            crossing,
+            mut low,
+            mut high,
+            length,
+            attempts,
+            ..
+        } = landing;
         let location = self.location;
         // A little before the end.
         let excess = |back: f64| {
@@ -630,9 +787,11 @@ impl Trajectory {
             self.excess(crossing.contact, filament, &nodes, self.end.time - back)
         };
         let here = excess(0.0);
-        // Where work is limited, the end of a step may lie some depth past the event, but not before it: the node would
-        // switch back.
-        let limited = self.control.is_at_floor(crossing.past, self.end_time - self.start.time);
+        // Where work is limited, the end of a step may lie some depth past the event, but not
+        // before it: the node would switch back.
+        let limited = self
+            .control
+            .is_at_floor(crossing.past, self.end_time - self.start.time);
         let depth = if limited { self.coarse_location } else { 0.0 };
         let resolved = high - low <= 4.0 * f64::EPSILON * (self.start.time.abs() + high);
         let near = here.abs() <= location / 2.0 || (0.0..=depth).contains(&here);
@@ -654,11 +813,18 @@ impl Trajectory {
             () if inside => next,
             () => (low + high) / 2.0,
         };
-        Some(Landing { low, high, length, attempts: attempts + 1, ..landing })
+        Some(Landing {
+            low,
+            high,
+            length,
+            attempts: attempts + 1,
+            ..landing
+        })
     }
 }
 
-/// The speed of the surface of the workpiece in a step, in m/s: the larger one of those at the tip at both ends.
+/// The speed of the surface of the workpiece in a step, in m/s: the larger one of those at the tip
+/// at both ends.
 fn surface_speed<M: ClampMotion, W: Workpiece>(filament: &Filament<M, W>, step: &Step<'_>) -> f64 {
     let tip = step.start_nodes.len() - 1;
     let speed = |knot: &Knot<3>, time: f64| {
@@ -666,5 +832,9 @@ fn surface_speed<M: ClampMotion, W: Workpiece>(filament: &Filament<M, W>, step: 
         dot(velocity, velocity).sqrt()
     };
     let start = speed(&step.start_nodes[tip], step.start.time);
-    if filament.workpiece.translates() { start } else { start.max(speed(&step.end_nodes[tip], step.end.time)) }
+    if filament.workpiece.translates() {
+        start
+    } else {
+        start.max(speed(&step.end_nodes[tip], step.end.time))
+    }
 }

@@ -1,8 +1,10 @@
-//! The turns of a pass: the filament turns on after its contact, vibrates freely, and comes back as it is.
+//! The turns of a pass: the filament turns on after its contact, vibrates freely, and comes back as
+//! it is.
 //!
-//! Each turn begins at the lead angle before nominal entry and lasts for a whole turn of the tool, also the last one: a filament
-//! that vibrates may swing ahead and touch the workpiece before it is due, so that its contact spans two turns. A single turn ends
-//! at the tail angle after nominal exit or, if the filament still touches the workpiece there, when it no longer does.
+//! Each turn begins at the lead angle before nominal entry and lasts for a whole turn of the tool,
+//! also the last one: a filament that vibrates may swing ahead and touch the workpiece before it is
+//! due, so that its contact spans two turns. A single turn ends at the tail angle after nominal
+//! exit or, if the filament still touches the workpiece there, when it no longer does.
 
 use super::system::integral::NORMAL_IMPULSE;
 use super::trajectory::Trajectory;
@@ -46,12 +48,20 @@ enum Leg {
 }
 
 impl Itinerary {
-    /// At the beginning, with the number of turns `before` the first that counts. A turn lasts `turn_time` (s), and `pass_time` (s) to its tail
-    /// angle.
+    /// At the beginning, with the number of turns `before` the first that counts. A turn lasts
+    /// `turn_time` (s), and `pass_time` (s) to its tail angle.
     pub fn new(turns: Turns, before: usize, turn_time: f64, pass_time: f64) -> Self {
         let impulses = Vec::with_capacity(turns.at_most());
         let leg = if before > 0 { Leg::Before } else { Leg::Pass };
-        Self { turns, before, turn_time, pass_time, leg, earlier: 0.0, impulses }
+        Self {
+            turns,
+            before,
+            turn_time,
+            pass_time,
+            leg,
+            earlier: 0.0,
+            impulses,
+        }
     }
 
     /// Sends a trajectory that has reached its end on. Returns false at the end of the last turn.
@@ -62,7 +72,10 @@ impl Itinerary {
             Leg::Before => {
                 self.leg = Leg::Pass;
                 self.earlier = trajectory.start().integrals[NORMAL_IMPULSE];
-                trajectory.go_on(start_of_turn(self.before, self.turn_time) + self.pass_time, false);
+                trajectory.go_on(
+                    start_of_turn(self.before, self.turn_time) + self.pass_time,
+                    false,
+                );
             }
             Leg::Pass if !is_single => {
                 self.leg = Leg::Flight;
@@ -90,8 +103,15 @@ impl Itinerary {
     /// Whether the turns so far are all.
     fn is_over(&self) -> bool {
         // What is not finite will not become steady either.
-        let has_settled = || self.is_steady() || self.impulses.last().is_some_and(|impulse| !impulse.is_finite());
-        self.impulses.len() >= self.turns.at_most() || (self.turns == Turns::Steady && has_settled())
+        let has_settled = || {
+            self.is_steady()
+                || self
+                    .impulses
+                    .last()
+                    .is_some_and(|impulse| !impulse.is_finite())
+        };
+        self.impulses.len() >= self.turns.at_most()
+            || (self.turns == Turns::Steady && has_settled())
     }
 
     /// Whether the last two turns have the same impulse.
@@ -133,12 +153,20 @@ mod tests {
             ..Itinerary::new(turns, 0, 1.0, 0.1)
         };
         assert!(after(Turns::Count(1), &[1.0]).is_over());
-        assert!(!after(Turns::Count(3), &[1.0; 2]).is_over() && after(Turns::Count(3), &[1.0; 3]).is_over());
-        assert!(!after(Turns::Steady, &[0.0]).is_over() && after(Turns::Steady, &[0.0; 2]).is_over());
+        assert!(
+            !after(Turns::Count(3), &[1.0; 2]).is_over()
+                && after(Turns::Count(3), &[1.0; 3]).is_over()
+        );
+        assert!(
+            !after(Turns::Steady, &[0.0]).is_over() && after(Turns::Steady, &[0.0; 2]).is_over()
+        );
         assert!(after(Turns::Steady, &[1.0, f64::NAN]).is_over());
         let alternating: Vec<f64> = (0..MAX_TURNS).map(|turn| (turn % 2) as f64).collect();
         assert!(!after(Turns::Steady, &alternating[1..]).is_over());
-        assert!(after(Turns::Steady, &alternating).is_over() && after(Turns::Steady, &alternating).is_unsteady());
+        assert!(
+            after(Turns::Steady, &alternating).is_over()
+                && after(Turns::Steady, &alternating).is_unsteady()
+        );
         assert!(!after(Turns::Steady, &[1.0; MAX_TURNS]).is_unsteady());
         assert!(!after(Turns::Count(2), &[1.0, 2.0]).is_unsteady());
     }

@@ -1,7 +1,8 @@
 //! Tools: where they hold a filament, and how they move its clamp.
 //!
-//! A [`Tool`] is geometry: the clamp with the tool body at a given angle. [`Turning`] sets it in motion. [`RotaryTool`] is the
-//! tool of the settings, and a [`SampledTool`] has any motion; implement [`Tool`] for another mounting, and pass it to
+//! A [`Tool`] is geometry: the clamp with the tool body at a given angle. [`Turning`] sets it in
+//! motion. [`RotaryTool`] is the tool of the settings, and a [`SampledTool`] has any motion;
+//! implement [`Tool`] for another mounting, and pass it to
 //! [`Pass::with`](crate::simulation::Pass::with).
 
 mod sampled;
@@ -22,7 +23,8 @@ pub trait ClampMotion {
     /// Position, direction and their derivatives at `time` in s.
     fn at(&self, time: f64) -> Clamp<f64>;
 
-    /// [`ClampMotion::at`] for several clamps, one per lane of `times`. In each lane the result must have the same bits.
+    /// [`ClampMotion::at`] for several clamps, one per lane of `times`. In each lane the result
+    /// must have the same bits.
     fn in_lanes<'a, T: Lanewise>(clamp: impl Fn(usize) -> &'a Self, times: T) -> Clamp<T>
     where
         Self: Sized + 'a,
@@ -57,10 +59,12 @@ pub trait ClampMotion {
 /// }
 /// ```
 pub trait Tool {
-    /// The clamp with the body at `angle` (`β` in rad), turning at the constant `rate` (`ω` in rad/s).
+    /// The clamp with the body at `angle` (`β` in rad), turning at the constant `rate` (`ω` in
+    /// rad/s).
     fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64>;
 
-    /// [`Tool::clamp`] for several tools, one per lane. In each lane the result must have the same bits.
+    /// [`Tool::clamp`] for several tools, one per lane. In each lane the result must have the same
+    /// bits.
     fn in_lanes<'a, T: Lanewise>(tool: impl Fn(usize) -> &'a Self, angles: T, rates: T) -> Clamp<T>
     where
         Self: Sized + 'a,
@@ -68,24 +72,29 @@ pub trait Tool {
         Clamp::from_lanes(|lane| tool(lane).clamp(angles.lane(lane), rates.lane(lane)))
     }
 
-    /// The undeformed radius `R` in m with filaments of the free length `filament_length` (m): the distance of the tips
-    /// from the axis. The brushing velocity is `v_b = ω R`.
+    /// The undeformed radius `R` in m with filaments of the free length `filament_length` (m): the
+    /// distance of the tips from the axis. The brushing velocity is `v_b = ω R`.
     fn radius(&self, filament_length: f64) -> f64;
 
-    /// True if the clamp stays in the plane `z = 0` at every angle: `z` of its position and of its direction is zero. On a
-    /// [planar workpiece](crate::workpiece::Workpiece::is_planar) its filament is then simulated in that plane.
+    /// True if the clamp stays in the plane `z = 0` at every angle: `z` of its position and of its
+    /// direction is zero. On a [planar workpiece](crate::workpiece::Workpiece::is_planar) its
+    /// filament is then simulated in that plane.
     ///
     /// The default is false, which is always right.
     fn is_planar(&self) -> bool {
         false
     }
 
-    /// The undeformed filament with the body at `angle` (rad), turning at `rate` (rad/s): `[φ, θ]` about `z` in rad of all
-    /// its segments, and their rates in rad/s.
+    /// The undeformed filament with the body at `angle` (rad), turning at `rate` (rad/s): `[φ, θ]`
+    /// about `z` in rad of all its segments, and their rates in rad/s.
     ///
     /// The default reads them off [`Tool::clamp`]. A tool that knows them can state them exactly.
     fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
-        let Clamp { direction, direction_rate, .. } = self.clamp(angle, rate);
+        let Clamp {
+            direction,
+            direction_rate,
+            ..
+        } = self.clamp(angle, rate);
         let [q, v, _] = PolarAxis::Z.coordinates([direction, direction_rate, [0.0; 3]]);
         if find_pole(&[q]).is_none() {
             return [q, v];
@@ -124,7 +133,11 @@ impl<T: Tool> ClampMotion for Turning<T> {
         T: 'a,
     {
         let angles = L::from_lanes(|lane| clamp(lane).angle(times.lane(lane)));
-        T::in_lanes(|lane| &clamp(lane).tool, angles, L::from_lanes(|lane| clamp(lane).rate))
+        T::in_lanes(
+            |lane| &clamp(lane).tool,
+            angles,
+            L::from_lanes(|lane| clamp(lane).rate),
+        )
     }
 }
 
@@ -148,16 +161,19 @@ impl ClampMotion for FixedClamp {
     }
 }
 
-/// The tool of the settings, in its own frame: one filament of a trim that turns about `z` (MODEL, "Rotary tools of any kind and pose").
+/// The tool of the settings, in its own frame: one filament of a trim that turns about `z` (MODEL,
+/// "Rotary tools of any kind and pose").
 ///
-/// Its root is at `r_0 = r ρ̂ + z ẑ`, and the clamp holds it along `e_0 = cos ε ρ̂ + sin ε ẑ`, where `ε` is its elevation and its lateral tilt.
+/// Its root is at `r_0 = r ρ̂ + z ẑ`, and the clamp holds it along `e_0 = cos ε ρ̂ + sin ε ẑ`,
+/// where `ε` is its elevation and its lateral tilt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotaryTool {
     /// Distance `r` of the root from the axis in m.
     pub root_radius: f64,
     /// `z` of the root in m.
     pub height: f64,
-    /// Angle of the undeformed filament out of the plane of rotation, towards `+z`, in rad: `π/2 − γ`.
+    /// Angle of the undeformed filament out of the plane of rotation, towards `+z`, in rad: `π/2 −
+    /// γ`.
     pub elevation: f64,
     /// Tilt `τ` of the clamp out of there, in the same sense, in rad: an imperfection.
     pub lateral_tilt: f64,
@@ -166,7 +182,12 @@ pub struct RotaryTool {
 impl RotaryTool {
     /// A radial filament in the plane of rotation, on a body of the radius `body_radius` (m).
     pub const fn radial(body_radius: f64) -> Self {
-        Self { root_radius: body_radius, height: 0.0, elevation: 0.0, lateral_tilt: 0.0 }
+        Self {
+            root_radius: body_radius,
+            height: 0.0,
+            elevation: 0.0,
+            lateral_tilt: 0.0,
+        }
     }
 
     /// The filament in the middle of the trim that `settings` state.
@@ -179,7 +200,12 @@ impl RotaryTool {
         let trim = Trim::of(settings);
         let [root_radius, height] = trim.root(s);
         let lateral_tilt = settings.filament.lateral_tilt_rad;
-        Self { root_radius, height, elevation: trim.elevation, lateral_tilt }
+        Self {
+            root_radius,
+            height,
+            elevation: trim.elevation,
+            lateral_tilt,
+        }
     }
 
     /// Angle `ε` of the clamp out of the plane of rotation in rad.
@@ -204,7 +230,11 @@ impl Tool for RotaryTool {
         }
     }
 
-    fn in_lanes<'a, T: Lanewise>(tool: impl Fn(usize) -> &'a Self, angles: T, rates: T) -> Clamp<T> {
+    fn in_lanes<'a, T: Lanewise>(
+        tool: impl Fn(usize) -> &'a Self,
+        angles: T,
+        rates: T,
+    ) -> Clamp<T> {
         if (0..T::LANES).any(|lane| tool(lane).inclination() != 0.0) {
             return Clamp::from_lanes(|lane| tool(lane).clamp(angles.lane(lane), rates.lane(lane)));
         }
@@ -215,7 +245,10 @@ impl Tool for RotaryTool {
             acceleration: T::ZERO,
         });
         let [x, y, _] = clamp.position;
-        Clamp { position: [x, y, T::from_lanes(|lane| tool(lane).height)], ..clamp }
+        Clamp {
+            position: [x, y, T::from_lanes(|lane| tool(lane).height)],
+            ..clamp
+        }
     }
 
     fn radius(&self, filament_length: f64) -> f64 {
@@ -231,10 +264,16 @@ impl Tool for RotaryTool {
     }
 }
 
-/// The clamp of a radial filament: `r_0 = r_g e_0`, `e_0 = (cos β, sin β, 0)`, at the angle `β` (rad), rate `β̇` and
-/// acceleration `β̈` of the body.
+/// The clamp of a radial filament: `r_0 = r_g e_0`, `e_0 = (cos β, sin β, 0)`, at the angle `β`
+/// (rad), rate `β̇` and acceleration `β̈` of the body.
 pub fn radial_clamp(body_radius: f64, angle: f64, rate: f64, acceleration: f64) -> Clamp<f64> {
-    RadialClamp { body_radius, angle, rate, acceleration }.run()
+    RadialClamp {
+        body_radius,
+        angle,
+        rate,
+        acceleration,
+    }
+    .run()
 }
 
 /// The arguments of [`radial_clamp`], for one tool or for one per lane.
@@ -252,11 +291,17 @@ impl<T: Lanewise> Loop for RadialClamp<T> {
 
     #[inline(always)]
     fn run(self) -> Clamp<T> {
-        let Self { body_radius, angle, rate, acceleration } = self;
+        let Self {
+            body_radius,
+            angle,
+            rate,
+            acceleration,
+        } = self;
         let ((sin, cos), none) = (angle.sin_cos(), T::ZERO);
         let (radial, tangential) = ([cos, sin, none], [-sin, cos, none]);
         let direction_rate = scale(rate, tangential);
-        let direction_acceleration = add(scale(acceleration, tangential), scale(-rate * rate, radial));
+        let direction_acceleration =
+            add(scale(acceleration, tangential), scale(-rate * rate, radial));
         Clamp {
             position: scale(body_radius, radial),
             velocity: scale(body_radius, direction_rate),
@@ -278,7 +323,11 @@ mod tests {
     impl Tool for Cup {
         fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
             let axial = [0.0, 0.0, -1.0];
-            Clamp { direction: axial, direction_rate: [0.0; 3], ..RotaryTool::radial(0.1).clamp(angle, rate) }
+            Clamp {
+                direction: axial,
+                direction_rate: [0.0; 3],
+                ..RotaryTool::radial(0.1).clamp(angle, rate)
+            }
         }
 
         fn radius(&self, _: f64) -> f64 {
@@ -286,7 +335,12 @@ mod tests {
         }
     }
 
-    const TILTED: RotaryTool = RotaryTool { root_radius: 0.14, height: 0.0, elevation: 0.0, lateral_tilt: 0.2 };
+    const TILTED: RotaryTool = RotaryTool {
+        root_radius: 0.14,
+        height: 0.0,
+        elevation: 0.0,
+        lateral_tilt: 0.2,
+    };
 
     /// A round tool that leaves its coordinates to the default.
     struct Plain;
@@ -304,11 +358,17 @@ mod tests {
     #[test]
     fn the_default_reads_coordinates_off_the_clamp() {
         for angle in [-1.6, 0.3, 3.0] {
-            let (own, default) = (TILTED.undeformed(angle, 50.0), Plain.undeformed(angle, 50.0));
+            let (own, default) = (
+                TILTED.undeformed(angle, 50.0),
+                Plain.undeformed(angle, 50.0),
+            );
             for (own, default) in own.as_flattened().iter().zip(default.as_flattened()) {
                 assert!((own - default).abs() < 1e-13, "{own} {default}");
             }
         }
-        assert_eq!(Cup.undeformed(0.4, 50.0), [[std::f64::consts::PI, 0.0], [0.0, 0.0]]);
+        assert_eq!(
+            Cup.undeformed(0.4, 50.0),
+            [[std::f64::consts::PI, 0.0], [0.0, 0.0]]
+        );
     }
 }

@@ -8,11 +8,13 @@ use super::Tool;
 use crate::equations::Clamp;
 use crate::equations::linear::{add, dot, scale, sub};
 
-/// Terms of a Fourier series that are smaller than this share of the largest are rounding errors of the transform.
+/// Terms of a Fourier series that are smaller than this share of the largest are rounding errors of
+/// the transform.
 const NOISE: f64 = 1e-14;
 
-/// Samples that differ by no more than this share of their size from the first one, turned with the body, turn rigidly with it. It is
-/// above the rounding of single precision, and the rates of a motion that is not rigid by so little do not matter.
+/// Samples that differ by no more than this share of their size from the first one, turned with the
+/// body, turn rigidly with it. It is above the rounding of single precision, and the rates of a
+/// motion that is not rigid by so little do not matter.
 const RIGID: f64 = 1e-6;
 
 /// The fewest samples of a turn: with two, an angle and the same one backwards are not told apart.
@@ -23,12 +25,13 @@ type Series = Vec<[[f64; 3]; 2]>;
 
 /// A tool that turns about `z` by the motion of one clamp, sampled at equal angles over a turn.
 ///
-/// Between the samples the clamp goes along the Fourier series through them. It has all derivatives, so that a smooth motion is followed
-/// to rounding; a motion with kinks needs samples that are close to each other.
+/// Between the samples the clamp goes along the Fourier series through them. It has all
+/// derivatives, so that a smooth motion is followed to rounding; a motion with kinks needs samples
+/// that are close to each other.
 ///
-/// Where position and direction turn rigidly about `z`, so does the body from which the dampers see the filament. Of another motion no
-/// more is known of the body than that it turns with the direction: it is assumed not to turn about the filament
-/// ([`Clamp::without_spin`]).
+/// Where position and direction turn rigidly about `z`, so does the body from which the dampers see
+/// the filament. Of another motion no more is known of the body than that it turns with the
+/// direction: it is assumed not to turn about the filament ([`Clamp::without_spin`]).
 ///
 /// ```
 /// use bristle::tool::{RotaryTool, SampledTool, Tool};
@@ -82,12 +85,23 @@ pub enum SamplesError {
 impl Display for SamplesError {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooFew { count } => write!(formatter, "a turn needs at least {FEWEST} samples, not {count}"),
-            Self::Unlike { positions, directions } => {
-                write!(formatter, "there are {positions} positions, but {directions} directions")
+            Self::TooFew { count } => write!(
+                formatter,
+                "a turn needs at least {FEWEST} samples, not {count}"
+            ),
+            Self::Unlike {
+                positions,
+                directions,
+            } => {
+                write!(
+                    formatter,
+                    "there are {positions} positions, but {directions} directions"
+                )
             }
             Self::NotFinite { sample } => write!(formatter, "sample {sample} is not finite"),
-            Self::NoDirection { sample } => write!(formatter, "the direction of sample {sample} is zero"),
+            Self::NoDirection { sample } => {
+                write!(formatter, "the direction of sample {sample} is zero")
+            }
         }
     }
 }
@@ -95,15 +109,20 @@ impl Display for SamplesError {
 impl Error for SamplesError {}
 
 impl SampledTool {
-    /// The tool whose filament is clamped at `positions` (m) along `directions` (of any length) while its body is at the angles
-    /// 0, 2π/k, … 2π (k - 1)/k.
+    /// The tool whose filament is clamped at `positions` (m) along `directions` (of any length)
+    /// while its body is at the angles 0, 2π/k, … 2π (k - 1)/k.
     ///
     /// # Errors
     /// If these do not define a tool.
     pub fn new(positions: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<Self, SamplesError> {
-        let (count, finite) = (positions.len(), |vector: &[f64; 3]| vector.iter().all(|value| value.is_finite()));
+        let (count, finite) = (positions.len(), |vector: &[f64; 3]| {
+            vector.iter().all(|value| value.is_finite())
+        });
         if count != directions.len() {
-            return Err(SamplesError::Unlike { positions: count, directions: directions.len() });
+            return Err(SamplesError::Unlike {
+                positions: count,
+                directions: directions.len(),
+            });
         }
         if count < FEWEST {
             return Err(SamplesError::TooFew { count });
@@ -118,10 +137,21 @@ impl SampledTool {
             }
             Ok([*position, scale(1.0 / length, *direction)])
         };
-        let samples: Vec<_> = positions.iter().zip(directions).enumerate().map(sample).collect::<Result<_, _>>()?;
-        let [position, direction] = [0, 1].map(|part| series(samples.iter().map(|sample| sample[part])));
+        let samples: Vec<_> = positions
+            .iter()
+            .zip(directions)
+            .enumerate()
+            .map(sample)
+            .collect::<Result<_, _>>()?;
+        let [position, direction] =
+            [0, 1].map(|part| series(samples.iter().map(|sample| sample[part])));
         let is_rigid = turns_rigidly(&samples);
-        Ok(Self { samples, position, direction, is_rigid })
+        Ok(Self {
+            samples,
+            position,
+            direction,
+            is_rigid,
+        })
     }
 }
 
@@ -137,25 +167,42 @@ fn turns_rigidly(samples: &[[[f64; 3]; 2]]) -> bool {
     })
 }
 
-/// The Fourier series through vectors at equal angles of a turn, as far as its terms are more than rounding errors.
+/// The Fourier series through vectors at equal angles of a turn, as far as its terms are more than
+/// rounding errors.
 fn series(vectors: impl ExactSizeIterator<Item = [f64; 3]> + Clone) -> Series {
     let count = vectors.len();
-    let turns: Vec<(f64, f64)> = (0..count).map(|k| (TAU * k as f64 / count as f64).sin_cos()).collect();
+    let turns: Vec<(f64, f64)> = (0..count)
+        .map(|k| (TAU * k as f64 / count as f64).sin_cos())
+        .collect();
     let term = |order: usize| {
         let mut term = [[0.0; 3]; 2];
         for (k, vector) in vectors.clone().enumerate() {
             let (sin, cos) = turns[order * k % count];
-            term = [add(term[0], scale(cos, vector)), add(term[1], scale(sin, vector))];
+            term = [
+                add(term[0], scale(cos, vector)),
+                add(term[1], scale(sin, vector)),
+            ];
         }
-        // The mean, and the highest order of an even number of samples, stand for one term of the transform, all others for two.
-        let of_both = if order == 0 || 2 * order == count { 1.0 } else { 2.0 };
+        // The mean, and the highest order of an even number of samples, stand for one term of the
+        // transform, all others for two.
+        let of_both = if order == 0 || 2 * order == count {
+            1.0
+        } else {
+            2.0
+        };
         term.map(|part| scale(of_both / count as f64, part))
     };
     let mut series: Series = (0..=count / 2).map(term).collect();
-    let size =
-        |term: &[[f64; 3]; 2]| term.as_flattened().iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let size = |term: &[[f64; 3]; 2]| {
+        term.as_flattened()
+            .iter()
+            .fold(0.0_f64, |largest, value| largest.max(value.abs()))
+    };
     let largest = series.iter().map(size).fold(0.0, f64::max);
-    let kept = series.iter().rposition(|term| size(term) > NOISE * largest).map_or(0, |last| last + 1);
+    let kept = series
+        .iter()
+        .rposition(|term| size(term) > NOISE * largest)
+        .map_or(0, |last| last + 1);
     series.truncate(kept);
     series
 }
@@ -182,7 +229,10 @@ impl Tool for SampledTool {
         // Between samples the series is not of unit length.
         let length = dot(along, along).sqrt();
         let direction = scale(1.0 / length, along);
-        let across = scale(1.0 / length, sub(turn, scale(dot(direction, turn), direction)));
+        let across = scale(
+            1.0 / length,
+            sub(turn, scale(dot(direction, turn), direction)),
+        );
         let clamp = Clamp {
             position,
             velocity: scale(rate, slope),
@@ -191,17 +241,29 @@ impl Tool for SampledTool {
             direction_rate: scale(rate, across),
             angular_velocity: [0.0, 0.0, rate],
         };
-        if self.is_rigid { clamp } else { clamp.without_spin() }
+        if self.is_rigid {
+            clamp
+        } else {
+            clamp.without_spin()
+        }
     }
 
     /// That of the sampled angle at which it is largest.
     fn radius(&self, filament_length: f64) -> f64 {
-        let tip = |[position, direction]: &[[f64; 3]; 2]| add(*position, scale(filament_length, *direction));
-        self.samples.iter().map(tip).fold(0.0, |largest: f64, [x, y, _]| largest.max(x.hypot(y)))
+        let tip = |[position, direction]: &[[f64; 3]; 2]| {
+            add(*position, scale(filament_length, *direction))
+        };
+        self.samples
+            .iter()
+            .map(tip)
+            .fold(0.0, |largest: f64, [x, y, _]| largest.max(x.hypot(y)))
     }
 
     fn is_planar(&self) -> bool {
-        self.samples.as_flattened().iter().all(|[_, _, z]| *z == 0.0)
+        self.samples
+            .as_flattened()
+            .iter()
+            .all(|[_, _, z]| *z == 0.0)
     }
 }
 
@@ -212,11 +274,18 @@ mod tests {
 
     /// A round tool, tilted so that its motion is not planar, sampled `count` times.
     fn sampled(count: usize) -> (RotaryTool, SampledTool) {
-        let round = RotaryTool { lateral_tilt: 0.2, ..RotaryTool::radial(0.14) };
+        let round = RotaryTool {
+            lateral_tilt: 0.2,
+            ..RotaryTool::radial(0.14)
+        };
         let clamps = (0..count).map(|k| round.clamp(TAU * k as f64 / count as f64, 0.0));
-        let (positions, directions): (Vec<_>, Vec<_>) =
-            clamps.map(|clamp| (clamp.position, scale(7.0, clamp.direction))).unzip();
-        (round, SampledTool::new(&positions, &directions).expect("a tool"))
+        let (positions, directions): (Vec<_>, Vec<_>) = clamps
+            .map(|clamp| (clamp.position, scale(7.0, clamp.direction)))
+            .unzip();
+        (
+            round,
+            SampledTool::new(&positions, &directions).expect("a tool"),
+        )
     }
 
     #[test]
@@ -227,10 +296,22 @@ mod tests {
             for angle in [-1.6, 0.0, 0.3, 3.0, 100.0] {
                 let (exact, clamp) = (round.clamp(angle, 50.0), sampled.clamp(angle, 50.0));
                 let parts = |clamp: &Clamp<f64>| {
-                    [clamp.position, clamp.direction, scale(0.02, clamp.velocity), scale(4e-4, clamp.acceleration)]
+                    [
+                        clamp.position,
+                        clamp.direction,
+                        scale(0.02, clamp.velocity),
+                        scale(4e-4, clamp.acceleration),
+                    ]
                 };
-                for (exact, found) in parts(&exact).as_flattened().iter().zip(parts(&clamp).as_flattened()) {
-                    assert!((exact - found).abs() < 1e-13, "{count} samples: {exact} {found}");
+                for (exact, found) in parts(&exact)
+                    .as_flattened()
+                    .iter()
+                    .zip(parts(&clamp).as_flattened())
+                {
+                    assert!(
+                        (exact - found).abs() < 1e-13,
+                        "{count} samples: {exact} {found}"
+                    );
                 }
                 let rates = sub(clamp.direction_rate, exact.direction_rate);
                 assert!(dot(rates, rates).sqrt() < 1e-11);
@@ -247,7 +328,10 @@ mod tests {
         let tool = SampledTool::new(&positions, &[[0.0, 1.0, 0.0]; 6]).expect("a tool");
         for (k, position) in positions.iter().enumerate() {
             let found = tool.clamp(TAU * k as f64 / 6.0, 1.0);
-            assert!((found.position[0] - position[0]).abs() < 1e-15 && found.direction == [0.0, 1.0, 0.0]);
+            assert!(
+                (found.position[0] - position[0]).abs() < 1e-15
+                    && found.direction == [0.0, 1.0, 0.0]
+            );
             assert_eq!(found.angular_velocity, [0.0; 3]);
         }
         assert!(tool.is_planar());
@@ -257,11 +341,25 @@ mod tests {
     fn what_is_no_tool_is_refused() {
         let (up, along) = ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
         let refused = |positions: &[[f64; 3]], directions: &[[f64; 3]]| {
-            SampledTool::new(positions, directions).expect_err("no tool").to_string()
+            SampledTool::new(positions, directions)
+                .expect_err("no tool")
+                .to_string()
         };
-        assert_eq!(refused(&[along; 2], &[up; 2]), "a turn needs at least 3 samples, not 2");
-        assert_eq!(refused(&[along; 3], &[up; 2]), "there are 3 positions, but 2 directions");
-        assert_eq!(refused(&[along; 3], &[up, [0.0; 3], up]), "the direction of sample 1 is zero");
-        assert_eq!(refused(&[along, along, [f64::NAN; 3]], &[up; 3]), "sample 2 is not finite");
+        assert_eq!(
+            refused(&[along; 2], &[up; 2]),
+            "a turn needs at least 3 samples, not 2"
+        );
+        assert_eq!(
+            refused(&[along; 3], &[up; 2]),
+            "there are 3 positions, but 2 directions"
+        );
+        assert_eq!(
+            refused(&[along; 3], &[up, [0.0; 3], up]),
+            "the direction of sample 1 is zero"
+        );
+        assert_eq!(
+            refused(&[along, along, [f64::NAN; 3]], &[up; 3]),
+            "sample 2 is not finite"
+        );
     }
 }

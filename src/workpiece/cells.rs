@@ -1,8 +1,9 @@
 //! Where on a workpiece: its profile in the plane of rotation, cut into cells along its arc length.
 //!
-//! Arc length grows with the material on the right-hand side: below the tool in the direction in which filaments sweep. Its origin
-//! is the workpiece's own `x = 0` on a plane, a cylinder (the top) and a bore (the bottom), and the middle of the rounded part of an
-//! edge or a chamfer. It moves with the workpiece.
+//! Arc length grows with the material on the right-hand side: below the tool in the direction in
+//! which filaments sweep. Its origin is the workpiece's own `x = 0` on a plane, a cylinder (the
+//! top) and a bore (the bottom), and the middle of the rounded part of an edge or a chamfer. It
+//! moves with the workpiece.
 
 use super::cross;
 use crate::equations::linear::{dot, sub};
@@ -14,13 +15,15 @@ pub(super) const CELLS_OF_ARC: usize = 24;
 /// Largest number of cells of a curve. Cells of curves that would have more are longer.
 const MAX_CELLS: f64 = 10_000.0;
 
-/// The directions from a point in which straight lines pass near enough to some others: from the right one round to the left one, once there
-/// are such points. It is empty if the right one is to the left of the left one.
+/// The directions from a point in which straight lines pass near enough to some others: from the
+/// right one round to the left one, once there are such points. It is empty if the right one is to
+/// the left of the left one.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cone(Option<[[f64; 2]; 2]>);
 
 impl Cone {
-    /// Leaves the directions that pass a point at `to` within `error` (m): those between the tangents of the circle around it.
+    /// Leaves the directions that pass a point at `to` within `error` (m): those between the
+    /// tangents of the circle around it.
     fn narrow(&mut self, to @ [x, y]: [f64; 2], error: f64) {
         let square = dot(to, to);
         if square <= error * error {
@@ -41,7 +44,9 @@ impl Cone {
     }
 
     fn contains(&self, direction: [f64; 2]) -> bool {
-        self.0.is_none_or(|[right, left]| cross(right, direction) >= 0.0 && cross(direction, left) >= 0.0)
+        self.0.is_none_or(|[right, left]| {
+            cross(right, direction) >= 0.0 && cross(direction, left) >= 0.0
+        })
     }
 }
 
@@ -66,17 +71,37 @@ pub struct ProfileCells {
 }
 
 impl ProfileCells {
-    /// Adds cells for the arc lengths from `start` to `end` (m) of a curve with the point `at` (m) by arc length: at least `least`.
-    pub fn extend(&mut self, [start, end]: [f64; 2], least: usize, on_edge: bool, at: impl Fn(f64) -> [f64; 2]) {
+    /// Adds cells for the arc lengths from `start` to `end` (m) of a curve with the point `at` (m)
+    /// by arc length: at least `least`.
+    pub fn extend(
+        &mut self,
+        [start, end]: [f64; 2],
+        least: usize,
+        on_edge: bool,
+        at: impl Fn(f64) -> [f64; 2],
+    ) {
         let length = end - start;
         if length <= 0.0 {
             return;
         }
-        let count = (length / LONGEST_CELL).ceil().min(MAX_CELLS).max(least as f64) as usize;
-        let place = |index: usize| if index == count { end } else { start + length * index as f64 / count as f64 };
+        let count = (length / LONGEST_CELL)
+            .ceil()
+            .min(MAX_CELLS)
+            .max(least as f64) as usize;
+        let place = |index: usize| {
+            if index == count {
+                end
+            } else {
+                start + length * index as f64 / count as f64
+            }
+        };
         let cell = |index: usize| {
             let arc_length = [place(index), place(index + 1)];
-            Cell { arc_length, ends: arc_length.map(&at), on_edge }
+            Cell {
+                arc_length,
+                ends: arc_length.map(&at),
+                on_edge,
+            }
         };
         self.cells.extend((0..count).map(cell));
     }
@@ -84,16 +109,24 @@ impl ProfileCells {
     /// The arc lengths between cells in m, ascending: one more than there are cells, or none.
     pub fn boundaries(&self) -> Vec<f64> {
         let first = self.cells.first().map(|cell| cell.arc_length[0]);
-        first.into_iter().chain(self.cells.iter().map(|cell| cell.arc_length[1])).collect()
+        first
+            .into_iter()
+            .chain(self.cells.iter().map(|cell| cell.arc_length[1]))
+            .collect()
     }
 
-    /// The points between cells in m, as the workpiece lies at time zero; see [`ProfileCells::boundaries`].
+    /// The points between cells in m, as the workpiece lies at time zero; see
+    /// [`ProfileCells::boundaries`].
     pub fn points(&self) -> Vec<[f64; 2]> {
         let first = self.cells.first().map(|cell| cell.ends[0]);
-        first.into_iter().chain(self.cells.iter().map(|cell| cell.ends[1])).collect()
+        first
+            .into_iter()
+            .chain(self.cells.iter().map(|cell| cell.ends[1]))
+            .collect()
     }
 
-    /// Some of the [`points`](ProfileCells::points): without those that straight lines between the others pass within `error` (m).
+    /// Some of the [`points`](ProfileCells::points): without those that straight lines between the
+    /// others pass within `error` (m).
     pub fn simplified(&self, error: f64) -> Vec<[f64; 2]> {
         let points = self.points();
         let mut kept: Vec<[f64; 2]> = points.first().copied().into_iter().collect();
@@ -114,7 +147,15 @@ impl ProfileCells {
 
     /// Whether it goes round the material: it is closed, and turns in the negative sense.
     pub fn is_solid(&self) -> bool {
-        let area: f64 = self.cells.iter().map(|Cell { ends: [start, end], .. }| cross(*start, *end)).sum();
+        let area: f64 = self
+            .cells
+            .iter()
+            .map(
+                |Cell {
+                     ends: [start, end], ..
+                 }| cross(*start, *end),
+            )
+            .sum();
         self.period.is_some() && area < 0.0
     }
 }
@@ -128,13 +169,22 @@ mod tests {
         const ERROR: f64 = 1e-5;
         let mut outline = ProfileCells::default();
         outline.extend([0.0, 1.0], 1, false, |s| [s, 0.0]);
-        outline.extend([1.0, 1.3], 100, true, |s| [1.0 + (s - 1.0).sin(), 1.0 - (s - 1.0).cos()]);
+        outline.extend([1.0, 1.3], 100, true, |s| {
+            [1.0 + (s - 1.0).sin(), 1.0 - (s - 1.0).cos()]
+        });
         let [x, y] = [1.0 + 0.3_f64.sin(), 1.0 - 0.3_f64.cos()];
         // Back by nearly the same way.
-        outline.extend([1.3, 1.6], 1, false, |s| [x - (s - 1.3), y + 0.1 * (s - 1.3)]);
+        outline.extend([1.3, 1.6], 1, false, |s| {
+            [x - (s - 1.3), y + 0.1 * (s - 1.3)]
+        });
         let points = outline.points();
         let kept = outline.simplified(ERROR);
-        assert!(kept.len() < points.len() / 20, "{} of {}", kept.len(), points.len());
+        assert!(
+            kept.len() < points.len() / 20,
+            "{} of {}",
+            kept.len(),
+            points.len()
+        );
         let is_corner = |[a, b]: &[f64; 2]| (a - x).hypot(b - y) < 1e-12;
         assert!(kept.iter().any(is_corner), "{kept:?}");
         let distance = |point: [f64; 2], [from, to]: [[f64; 2]; 2]| {
@@ -144,7 +194,10 @@ mod tests {
             a.hypot(b)
         };
         for point in points {
-            let nearest = kept.windows(2).map(|ends| distance(point, [ends[0], ends[1]])).fold(f64::INFINITY, f64::min);
+            let nearest = kept
+                .windows(2)
+                .map(|ends| distance(point, [ends[0], ends[1]]))
+                .fold(f64::INFINITY, f64::min);
             assert!(nearest <= 1.001 * ERROR, "{point:?}: {nearest}");
         }
     }

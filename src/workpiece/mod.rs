@@ -3,8 +3,9 @@
 //! [`Part`] is the workpiece of the settings; implement [`Workpiece`] for another, and pass it to
 //! [`Pass::with`](crate::simulation::Pass::with).
 //!
-//! A workpiece has faces and edges. Faces are curved so little that the nodes of a filament meet them. Edges are convex
-//! curves whose radii are not large against a segment, and are met by the centreline.
+//! A workpiece has faces and edges. Faces are curved so little that the nodes of a filament meet
+//! them. Edges are convex curves whose radii are not large against a segment, and are met by the
+//! centreline.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -39,26 +40,41 @@ pub struct Surface {
     pub normal: [f64; 3],
     /// Velocity of the workpiece there in m/s.
     pub velocity: [f64; 3],
-    /// The tangent across the normal in the plane of the workpiece's profile: where the normal's end goes as it turns in the positive sense. Of no
-    /// meaning on a plane.
+    /// The tangent across the normal in the plane of the workpiece's profile: where the normal's
+    /// end goes as it turns in the positive sense. Of no meaning on a plane.
     pub across: [f64; 3],
-    /// By how much the normal turns, in that plane, per length that the point goes across it, in rad/m: `κ/(1 + κ g)`
-    /// with the curvature `κ` of the surface, positive where it is convex, and the gap `g`. Zero on a plane.
+    /// By how much the normal turns, in that plane, per length that the point goes across it, in
+    /// rad/m: `κ/(1 + κ g)` with the curvature `κ` of the surface, positive where it is convex, and
+    /// the gap `g`. Zero on a plane.
     pub turn: f64,
-    /// How far the point is from where it no longer meets this surface, because the nearest point of the workpiece is on an edge,
-    /// in m; negative beyond. Infinite where there is no edge.
+    /// How far the point is from where it no longer meets this surface, because the nearest point
+    /// of the workpiece is on an edge, in m; negative beyond. Infinite where there is no edge.
     pub margin: f64,
 }
 
 impl Surface {
     /// The surface of a plane without edges.
     pub fn flat(gap: f64, normal: [f64; 3], velocity: [f64; 3]) -> Self {
-        Self { gap, normal, velocity, across: [0.0; 3], turn: 0.0, margin: f64::INFINITY }
+        Self {
+            gap,
+            normal,
+            velocity,
+            across: [0.0; 3],
+            turn: 0.0,
+            margin: f64::INFINITY,
+        }
     }
 
     /// The surface of a profile extruded along `z`, with the outward unit normal `[x, y]`.
     fn of_profile(gap: f64, [x, y]: [f64; 2], velocity: [f64; 3], turn: f64, margin: f64) -> Self {
-        Self { gap, normal: [x, y, 0.0], velocity, across: [-y, x, 0.0], turn, margin }
+        Self {
+            gap,
+            normal: [x, y, 0.0],
+            velocity,
+            across: [-y, x, 0.0],
+            turn,
+            margin,
+        }
     }
 }
 
@@ -75,8 +91,8 @@ pub struct Edge {
 /// The curve of an edge at time zero.
 #[derive(Clone, Debug, PartialEq)]
 enum EdgeCurve {
-    /// From the outward unit normal at its one end to that at the other in the positive sense, by less than half a turn. None for a
-    /// whole circle.
+    /// From the outward unit normal at its one end to that at the other in the positive sense, by
+    /// less than half a turn. None for a whole circle.
     Arc {
         centre: [f64; 2],
         radius: f64,
@@ -86,21 +102,41 @@ enum EdgeCurve {
 }
 
 impl Edge {
-    /// An arc about `centre` (m) of the radius `radius` (m). It goes from the first outward unit normal of `ends` to the second in the
-    /// positive sense, by less than half a turn, or all the way round. The workpiece moves at `velocity` (m/s).
-    pub fn arc(centre: [f64; 2], radius: f64, ends: Option<[[f64; 2]; 2]>, velocity: [f64; 3]) -> Self {
-        Self { curve: EdgeCurve::Arc { centre, radius, ends }, velocity, placement: None }
+    /// An arc about `centre` (m) of the radius `radius` (m). It goes from the first outward unit
+    /// normal of `ends` to the second in the positive sense, by less than half a turn, or all the
+    /// way round. The workpiece moves at `velocity` (m/s).
+    pub fn arc(
+        centre: [f64; 2],
+        radius: f64,
+        ends: Option<[[f64; 2]; 2]>,
+        velocity: [f64; 3],
+    ) -> Self {
+        Self {
+            curve: EdgeCurve::Arc {
+                centre,
+                radius,
+                ends,
+            },
+            velocity,
+            placement: None,
+        }
     }
 
     /// The same edge in the frame of a tool.
     fn placed(self, placement: Arc<Placement>) -> Self {
-        Self { placement: Some(placement), ..self }
+        Self {
+            placement: Some(placement),
+            ..self
+        }
     }
 
     /// Where a point (m) of the frame of the tool is in the plane of the profile at `time` (s).
     #[inline]
     pub fn in_profile(&self, position: [f64; 3], time: f64) -> [f64; 2] {
-        let [x, y, _] = self.placement.as_ref().map_or(position, |placement| placement.local(position, time));
+        let [x, y, _] = self
+            .placement
+            .as_ref()
+            .map_or(position, |placement| placement.local(position, time));
         [x, y]
     }
 
@@ -117,7 +153,11 @@ impl Edge {
     }
 
     fn of_stretch(stretch: Stretch, velocity: [f64; 3]) -> Self {
-        Self { curve: EdgeCurve::Stretch(stretch), velocity, placement: None }
+        Self {
+            curve: EdgeCurve::Stretch(stretch),
+            velocity,
+            placement: None,
+        }
     }
 
     /// The smallest radius of curvature in m.
@@ -128,7 +168,8 @@ impl Edge {
         }
     }
 
-    /// The largest curvatures of the surface from which its gap is the distance, as those of a workpiece ([`Workpiece::largest_curvatures`]).
+    /// The largest curvatures of the surface from which its gap is the distance, as those of a
+    /// workpiece ([`Workpiece::largest_curvatures`]).
     pub fn largest_curvatures(&self) -> [f64; 2] {
         match (&self.curve, &self.placement) {
             (_, Some(placement)) if placement.has_ramp() => [f64::INFINITY; 2],
@@ -137,15 +178,19 @@ impl Edge {
         }
     }
 
-    /// The centre of an arc at `time` (s) in m, as all points of its own in the plane of the profile.
+    /// The centre of an arc at `time` (s) in m, as all points of its own in the plane of the
+    /// profile.
     ///
-    /// That of a stretch of a spline is the centre of curvature where the stretch is nearest to `point`, or half-way along it: the
-    /// point of a filament that is nearest to an edge is found by alternating with its centre.
+    /// That of a stretch of a spline is the centre of curvature where the stretch is nearest to
+    /// `point`, or half-way along it: the point of a filament that is nearest to an edge is found
+    /// by alternating with its centre.
     pub fn centre(&self, point: Option<[f64; 2]>, time: f64) -> [f64; 2] {
         let moved = self.moved(time);
         match &self.curve {
             EdgeCurve::Arc { centre, .. } => add(*centre, moved),
-            EdgeCurve::Stretch(stretch) => add(stretch.centre(point.map(|point| sub(point, moved))), moved),
+            EdgeCurve::Stretch(stretch) => {
+                add(stretch.centre(point.map(|point| sub(point, moved))), moved)
+            }
         }
     }
 
@@ -162,12 +207,16 @@ impl Edge {
         }
     }
 
-    /// How far a point (m), as the workpiece has it at time zero, is inside the angle of the edge, from the nearer of its sides, in m;
-    /// negative outside.
+    /// How far a point (m), as the workpiece has it at time zero, is inside the angle of the edge,
+    /// from the nearer of its sides, in m; negative outside.
     fn inside(&self, point: [f64; 2]) -> f64 {
         match &self.curve {
             EdgeCurve::Arc { ends: None, .. } => f64::INFINITY,
-            EdgeCurve::Arc { centre, ends: Some([first, second]), .. } => {
+            EdgeCurve::Arc {
+                centre,
+                ends: Some([first, second]),
+                ..
+            } => {
                 let offset = sub(point, *centre);
                 cross(*first, offset).min(cross(offset, *second))
             }
@@ -178,44 +227,64 @@ impl Edge {
     /// Its length in m.
     pub fn length(&self) -> f64 {
         match &self.curve {
-            EdgeCurve::Arc { radius, ends: None, .. } => TAU * radius,
-            EdgeCurve::Arc { radius, ends: Some([first, second]), .. } => {
-                radius * cross(*first, *second).atan2(dot(*first, *second))
-            }
+            EdgeCurve::Arc {
+                radius, ends: None, ..
+            } => TAU * radius,
+            EdgeCurve::Arc {
+                radius,
+                ends: Some([first, second]),
+                ..
+            } => radius * cross(*first, *second).atan2(dot(*first, *second)),
             EdgeCurve::Stretch(stretch) => stretch.length(),
         }
     }
 
-    /// The part of its length, from 0 to 1, that lies before the point nearest to `position` (m) at `time` (s).
+    /// The part of its length, from 0 to 1, that lies before the point nearest to `position` (m) at
+    /// `time` (s).
     pub fn part_before(&self, position: [f64; 3], time: f64) -> f64 {
         let point = sub(self.in_profile(position, time), self.moved(time));
         let before = match &self.curve {
-            EdgeCurve::Arc { centre, radius, ends } => {
+            EdgeCurve::Arc {
+                centre,
+                radius,
+                ends,
+            } => {
                 let [first, _] = ends.unwrap_or([[-1.0, 0.0]; 2]);
                 let offset = sub(point, *centre);
                 let angle = cross(first, offset).atan2(dot(first, offset));
-                radius * if ends.is_none() { angle.rem_euclid(TAU) } else { angle }
+                radius
+                    * if ends.is_none() {
+                        angle.rem_euclid(TAU)
+                    } else {
+                        angle
+                    }
             }
             EdgeCurve::Stretch(stretch) => stretch.before(point),
         };
         (before / self.length()).clamp(0.0, 1.0)
     }
 
-    /// The angle in rad from the edge's bisector of the normal nearest to `position` (m) at `time` (s), positive towards the face that filaments of
-    /// a tool which turns in the positive sense above the edge meet last. On a whole circle it counts from `+y`.
+    /// The angle in rad from the edge's bisector of the normal nearest to `position` (m) at `time`
+    /// (s), positive towards the face that filaments of a tool which turns in the positive sense
+    /// above the edge meet last. On a whole circle it counts from `+y`.
     pub fn angle(&self, position: [f64; 3], time: f64) -> f64 {
         let point = sub(self.in_profile(position, time), self.moved(time));
         let (normal, bisector) = match &self.curve {
-            EdgeCurve::Arc { centre, ends, .. } => {
-                (sub(point, *centre), ends.map_or([0.0, 1.0], |[first, second]| add(first, second)))
-            }
+            EdgeCurve::Arc { centre, ends, .. } => (
+                sub(point, *centre),
+                ends.map_or([0.0, 1.0], |[first, second]| add(first, second)),
+            ),
             EdgeCurve::Stretch(stretch) => {
                 let (foot, _) = stretch.foot(point);
                 (foot.normal, stretch.bisector())
             }
         };
-        // Filaments go towards +x, unless the tool's axis points to the other side: normals turn in the negative sense.
-        let goes_back = self.placement.as_ref().is_some_and(|placement| placement.axis()[2] < 0.0);
+        // Filaments go towards +x, unless the tool's axis points to the other side: normals turn in
+        // the negative sense.
+        let goes_back = self
+            .placement
+            .as_ref()
+            .is_some_and(|placement| placement.axis()[2] < 0.0);
         let angle = cross(normal, bisector).atan2(dot(normal, bisector));
         if goes_back { -angle } else { angle }
     }
@@ -227,24 +296,45 @@ impl Edge {
             EdgeCurve::Arc { centre, radius, .. } => {
                 let offset = sub(point, *centre);
                 let distance = dot(offset, offset).sqrt();
-                (distance - radius, scale(1.0 / distance, offset), 1.0 / distance, self.inside(point))
+                (
+                    distance - radius,
+                    scale(1.0 / distance, offset),
+                    1.0 / distance,
+                    self.inside(point),
+                )
             }
             EdgeCurve::Stretch(stretch) => {
-                let (Foot { normal, gap, curvature, .. }, inside) = stretch.foot(point);
+                let (
+                    Foot {
+                        normal,
+                        gap,
+                        curvature,
+                        ..
+                    },
+                    inside,
+                ) = stretch.foot(point);
                 (gap, normal, 1.0 / (1.0 / curvature + gap), inside)
             }
         };
         let surface = Surface::of_profile(gap, normal, self.velocity, turn, margin);
-        self.placement.as_ref().map_or(surface, |placement| placement.seen(&surface, time))
+        self.placement
+            .as_ref()
+            .map_or(surface, |placement| placement.seen(&surface, time))
     }
 
-    /// The points in m, at time zero, where an arc passes into faces; none if there are none, or if the edge is no arc that moves evenly.
+    /// The points in m, at time zero, where an arc passes into faces; none if there are none, or if
+    /// the edge is no arc that moves evenly.
     fn borders(&self) -> Option<[[f64; 2]; 2]> {
         match (&self.curve, &self.placement) {
             (_, Some(placement)) if placement.has_ramp() => None,
-            (EdgeCurve::Arc { centre, radius, ends: Some(ends) }, _) => {
-                Some(ends.map(|normal| add(*centre, scale(*radius, normal))))
-            }
+            (
+                EdgeCurve::Arc {
+                    centre,
+                    radius,
+                    ends: Some(ends),
+                },
+                _,
+            ) => Some(ends.map(|normal| add(*centre, scale(*radius, normal)))),
             _ => None,
         }
     }
@@ -256,15 +346,23 @@ impl Edge {
     }
 }
 
-/// A quarter of the least distance in m between two borders of arcs with faces: over a shorter way, the [margin](Surface::margin) of a point that is
-/// no deeper in the workpiece than this depends on one border. Zero if an edge is not such an arc; infinite without edges.
+/// A quarter of the least distance in m between two borders of arcs with faces: over a shorter way,
+/// the [margin](Surface::margin) of a point that is no deeper in the workpiece than this depends on
+/// one border. Zero if an edge is not such an arc; infinite without edges.
 pub(crate) fn border_spacing(edges: &[Edge]) -> f64 {
     let mut least = f64::INFINITY;
     for (index, edge) in edges.iter().enumerate() {
-        let Some([first, second]) = edge.borders() else { return 0.0 };
+        let Some([first, second]) = edge.borders() else {
+            return 0.0;
+        };
         let others = edges[..index].iter().filter_map(Edge::borders).flatten();
-        let pairs = others.flat_map(|other| [[first, other], [second, other]]).chain([[first, second]]);
-        least = pairs.map(|[a, b]| sub(a, b)).map(|way| dot(way, way).sqrt()).fold(least, f64::min);
+        let pairs = others
+            .flat_map(|other| [[first, other], [second, other]])
+            .chain([[first, second]]);
+        least = pairs
+            .map(|[a, b]| sub(a, b))
+            .map(|way| dot(way, way).sqrt())
+            .fold(least, f64::min);
     }
     least / 4.0
 }
@@ -277,13 +375,15 @@ fn cross([x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
 
 /// The geometry and motion of a workpiece.
 ///
-/// The tool turns about the `z` axis of the frame, in the positive direction. [`Posed`] is a workpiece in the frame of a tool whose axis is
-/// tilted against its own `z`.
+/// The tool turns about the `z` axis of the frame, in the positive direction. [`Posed`] is a
+/// workpiece in the frame of a tool whose axis is tilted against its own `z`.
 pub trait Workpiece {
-    /// The face seen from the node at `position` (m) at `time` (s). The normal should be continuous where filaments touch.
+    /// The face seen from the node at `position` (m) at `time` (s). The normal should be continuous
+    /// where filaments touch.
     ///
-    /// The gap is a distance: it must not change by more than twice the way that a position goes relative to the workpiece.
-    /// Nodes that are too far away to arrive are not looked at in every step.
+    /// The gap is a distance: it must not change by more than twice the way that a position goes
+    /// relative to the workpiece. Nodes that are too far away to arrive are not looked at in every
+    /// step.
     fn surface(&self, position: [f64; 3], time: f64) -> Surface;
 
     /// The edges.
@@ -293,47 +393,52 @@ pub trait Workpiece {
         &[]
     }
 
-    /// True if nothing about the surface depends on `z`: neither gap nor normal, and normal and velocity have no component along
-    /// it. The filaments of a [planar tool](crate::tool::Tool::is_planar) are then simulated in the plane of rotation.
+    /// True if nothing about the surface depends on `z`: neither gap nor normal, and normal and
+    /// velocity have no component along it. The filaments of a [planar
+    /// tool](crate::tool::Tool::is_planar) are then simulated in the plane of rotation.
     ///
     /// The default is false, which is always right.
     fn is_planar(&self) -> bool {
         false
     }
 
-    /// True if the workpiece moves without turning or deforming: [`Surface::velocity`] is the same everywhere. The search for
-    /// contact events then leaves out nodes that are far away.
+    /// True if the workpiece moves without turning or deforming: [`Surface::velocity`] is the same
+    /// everywhere. The search for contact events then leaves out nodes that are far away.
     ///
     /// The default is false, which is always right.
     fn translates(&self) -> bool {
         false
     }
 
-    /// The largest curvature of the surface in 1/m, where it is convex and where it is concave, if the gap is the distance from it and the
-    /// workpiece moves at a constant velocity. By it the search for contact events passes over no feature, however small.
+    /// The largest curvature of the surface in 1/m, where it is convex and where it is concave, if
+    /// the gap is the distance from it and the workpiece moves at a constant velocity. By it the
+    /// search for contact events passes over no feature, however small.
     ///
     /// By default it is unknown: infinite. Features smaller than a segment can then be passed over.
     fn largest_curvatures(&self) -> [f64; 2] {
         [f64::INFINITY; 2]
     }
 
-    /// The outline in the plane of rotation within the distance `reach` (m) of the tool axis, if that is all there is to the
-    /// workpiece: a profile extruded along `z`.
+    /// The outline in the plane of rotation within the distance `reach` (m) of the tool axis, if
+    /// that is all there is to the workpiece: a profile extruded along `z`.
     ///
     /// By default there is none, and nothing is known of where on the workpiece the work is done.
     fn profile(&self, _reach: f64) -> Option<ProfileCells> {
         None
     }
 
-    /// The arc length in m of the point of the [profile](Workpiece::profile) that is nearest to `position` (m) at `time` (s).
+    /// The arc length in m of the point of the [profile](Workpiece::profile) that is nearest to
+    /// `position` (m) at `time` (s).
     fn arc_length(&self, _position: [f64; 3], _time: f64) -> Option<f64> {
         None
     }
 
-    /// The angles of the tool between which its undeformed tips touch the workpiece as it is at time zero; none if they
-    /// never touch, or touch all the time. `tip` gives the position of a tip in m by the angle `β` in rad.
+    /// The angles of the tool between which its undeformed tips touch the workpiece as it is at
+    /// time zero; none if they never touch, or touch all the time. `tip` gives the position of a
+    /// tip in m by the angle `β` in rad.
     ///
-    /// The default searches a full turn (see [`ContactArc::find`]). A workpiece that knows the arc can state it exactly.
+    /// The default searches a full turn (see [`ContactArc::find`]). A workpiece that knows the arc
+    /// can state it exactly.
     fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
         ContactArc::find(|angle| self.surface(tip(angle), 0.0).gap)
     }

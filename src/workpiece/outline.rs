@@ -9,12 +9,28 @@ use crate::equations::linear::{add, dot, scale, sub};
 /// One curve of an outline. Lengths in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Curve {
-    /// From `point` along the unit vector `direction`, between two arc lengths, which can be infinite.
-    Line { point: [f64; 2], direction: [f64; 2], from: f64, to: f64 },
-    /// A convex arc, from the outward normal `first` to `second` in the negative sense, by less than half a turn.
-    Arc { centre: [f64; 2], radius: f64, first: [f64; 2], second: [f64; 2] },
+    /// From `point` along the unit vector `direction`, between two arc lengths, which can be
+    /// infinite.
+    Line {
+        point: [f64; 2],
+        direction: [f64; 2],
+        from: f64,
+        to: f64,
+    },
+    /// A convex arc, from the outward normal `first` to `second` in the negative sense, by less
+    /// than half a turn.
+    Arc {
+        centre: [f64; 2],
+        radius: f64,
+        first: [f64; 2],
+        second: [f64; 2],
+    },
     /// A whole circle around `centre`; the material is inside it where it is convex, else outside.
-    Circle { centre: [f64; 2], radius: f64, convex: bool },
+    Circle {
+        centre: [f64; 2],
+        radius: f64,
+        convex: bool,
+    },
 }
 
 /// The face of a curve as a point sees it.
@@ -29,19 +45,43 @@ struct Seen {
 impl Curve {
     fn see(&self, position: [f64; 2]) -> Seen {
         match *self {
-            Self::Line { point, direction, from, to } => {
+            Self::Line {
+                point,
+                direction,
+                from,
+                to,
+            } => {
                 let normal = left(direction);
                 let offset = sub(position, point);
                 let along = dot(direction, offset);
-                Seen { gap: dot(normal, offset), normal, curvature: 0.0, past: (from - along).max(along - to) }
+                Seen {
+                    gap: dot(normal, offset),
+                    normal,
+                    curvature: 0.0,
+                    past: (from - along).max(along - to),
+                }
             }
-            Self::Arc { centre, radius, first, second } => {
+            Self::Arc {
+                centre,
+                radius,
+                first,
+                second,
+            } => {
                 let offset = sub(position, centre);
                 let distance = dot(offset, offset).sqrt();
                 let past = -cross(second, offset).min(cross(offset, first));
-                Seen { gap: distance - radius, normal: scale(1.0 / distance, offset), curvature: 1.0 / radius, past }
+                Seen {
+                    gap: distance - radius,
+                    normal: scale(1.0 / distance, offset),
+                    curvature: 1.0 / radius,
+                    past,
+                }
             }
-            Self::Circle { centre, radius, convex } => {
+            Self::Circle {
+                centre,
+                radius,
+                convex,
+            } => {
                 let offset = sub(position, centre);
                 let distance = dot(offset, offset).sqrt();
                 let sign = if convex { 1.0 } else { -1.0 };
@@ -55,14 +95,25 @@ impl Curve {
         }
     }
 
-    /// The arc lengths of the curve within the distance `reach` (m) of the origin, from its own start.
+    /// The arc lengths of the curve within the distance `reach` (m) of the origin, from its own
+    /// start.
     fn range(&self, reach: f64) -> [f64; 2] {
         match *self {
-            Self::Line { point, direction, from, to } => {
+            Self::Line {
+                point,
+                direction,
+                from,
+                to,
+            } => {
                 let nearest = -dot(point, direction);
                 [from.max(nearest - reach), to.min(nearest + reach)]
             }
-            Self::Arc { radius, first, second, .. } => [0.0, radius * cross(second, first).atan2(dot(first, second))],
+            Self::Arc {
+                radius,
+                first,
+                second,
+                ..
+            } => [0.0, radius * cross(second, first).atan2(dot(first, second))],
             Self::Circle { radius, .. } => [-PI * radius, PI * radius],
         }
     }
@@ -71,32 +122,50 @@ impl Curve {
     fn at(&self, length: f64) -> [[f64; 2]; 2] {
         let on_circle = |centre, radius, angle: f64, turn: f64| {
             let (sin, cos) = angle.sin_cos();
-            [add(centre, [radius * cos, radius * sin]), [-turn * sin, turn * cos]]
+            [
+                add(centre, [radius * cos, radius * sin]),
+                [-turn * sin, turn * cos],
+            ]
         };
         match *self {
-            Self::Line { point, direction, .. } => [add(point, scale(length, direction)), direction],
-            Self::Arc { centre, radius, first: [x, y], .. } => {
-                on_circle(centre, radius, y.atan2(x) - length / radius, -1.0)
-            }
-            // The material is on the right-hand side: a convex circle is gone round in the negative sense.
-            Self::Circle { centre, radius, convex: true } => {
-                on_circle(centre, radius, FRAC_PI_2 - length / radius, -1.0)
-            }
-            Self::Circle { centre, radius, convex: false } => {
-                on_circle(centre, radius, length / radius - FRAC_PI_2, 1.0)
-            }
+            Self::Line {
+                point, direction, ..
+            } => [add(point, scale(length, direction)), direction],
+            Self::Arc {
+                centre,
+                radius,
+                first: [x, y],
+                ..
+            } => on_circle(centre, radius, y.atan2(x) - length / radius, -1.0),
+            // The material is on the right-hand side: a convex circle is gone round in the negative
+            // sense.
+            Self::Circle {
+                centre,
+                radius,
+                convex: true,
+            } => on_circle(centre, radius, FRAC_PI_2 - length / radius, -1.0),
+            Self::Circle {
+                centre,
+                radius,
+                convex: false,
+            } => on_circle(centre, radius, length / radius - FRAC_PI_2, 1.0),
         }
     }
 
-    /// The own arc lengths between which the curve comes within the distance `reach` (m) of the tool axis, all the way round if it
-    /// does so across the end of a circle; none if it does not.
+    /// The own arc lengths between which the curve comes within the distance `reach` (m) of the
+    /// tool axis, all the way round if it does so across the end of a circle; none if it does not.
     fn stretch(&self, reach: f64) -> Option<[f64; 2]> {
         let (nearest, square) = self.nearest([0.0; 2]);
         if square >= reach * reach {
             return None;
         }
         match *self {
-            Self::Line { point, direction, from, to } => {
+            Self::Line {
+                point,
+                direction,
+                from,
+                to,
+            } => {
                 let (foot, away) = (-dot(point, direction), dot(left(direction), point));
                 let half = (reach * reach - away * away).max(0.0).sqrt();
                 Some([from.max(foot - half), to.min(foot + half)])
@@ -115,21 +184,41 @@ impl Curve {
         }
     }
 
-    /// The own arc length of the point that is nearest to `position`, and the square of its distance in m².
+    /// The own arc length of the point that is nearest to `position`, and the square of its
+    /// distance in m².
     fn nearest(&self, position: [f64; 2]) -> (f64, f64) {
         let length = match *self {
-            Self::Line { point, direction, from, to } => dot(direction, sub(position, point)).clamp(from, to),
-            Self::Arc { centre, radius, first, second } => {
+            Self::Line {
+                point,
+                direction,
+                from,
+                to,
+            } => dot(direction, sub(position, point)).clamp(from, to),
+            Self::Arc {
+                centre,
+                radius,
+                first,
+                second,
+            } => {
                 let offset = sub(position, centre);
                 let angle = |from: [f64; 2], to: [f64; 2]| cross(to, from).atan2(dot(from, to));
                 let whole = angle(first, second);
-                // Beyond the arc, the nearer of its ends: half a turn goes from the middle of the arc to the opposite side.
+                // Beyond the arc, the nearer of its ends: half a turn goes from the middle of the
+                // arc to the opposite side.
                 let middle = turned(first, whole / 2.0);
                 radius * (whole / 2.0 + angle(middle, offset)).clamp(0.0, whole)
             }
-            Self::Circle { centre, radius, convex } => {
+            Self::Circle {
+                centre,
+                radius,
+                convex,
+            } => {
                 let [x, y] = sub(position, centre);
-                if convex { radius * x.atan2(y) } else { radius * x.atan2(-y) }
+                if convex {
+                    radius * x.atan2(y)
+                } else {
+                    radius * x.atan2(-y)
+                }
             }
         };
         let offset = sub(position, self.at(length)[0]);
@@ -137,8 +226,9 @@ impl Curve {
     }
 }
 
-/// The angles at the tool's axis of the points of a curve within the distance `reach` (m) of it, as intervals in rad. `at` is point and
-/// direction of the curve by arc length, in the `range`, of which `points` points are looked at.
+/// The angles at the tool's axis of the points of a curve within the distance `reach` (m) of it, as
+/// intervals in rad. `at` is point and direction of the curve by arc length, in the `range`, of
+/// which `points` points are looked at.
 pub(super) fn touches(
     at: impl Fn(f64) -> [[f64; 2]; 2],
     [start, end]: [f64; 2],
@@ -152,7 +242,10 @@ pub(super) fn touches(
     // The angle is monotonic between the points where the curve runs towards the axis.
     let sides = |length: f64| {
         let [point, direction] = at(length);
-        [dot(point, point) > reach * reach, cross(point, direction) > 0.0]
+        [
+            dot(point, point) > reach * reach,
+            cross(point, direction) > 0.0,
+        ]
     };
     let mut cuts = vec![start];
     let mut before = sides(start);
@@ -160,7 +253,11 @@ pub(super) fn touches(
         let after = sides(place(i + 1));
         for side in 0..2 {
             if after[side] != before[side] {
-                cuts.push(bisect(|length| sides(length)[side] != before[side], place(i), place(i + 1)));
+                cuts.push(bisect(
+                    |length| sides(length)[side] != before[side],
+                    place(i),
+                    place(i + 1),
+                ));
             }
         }
         before = after;
@@ -227,8 +324,9 @@ impl Corner {
 }
 
 impl Outline {
-    /// Straight faces that meet in `corners`, rounded with `radius` (m). The first face goes along `direction`; the workpiece moves
-    /// at `velocity` (m/s). Arcs of at least `face_radius` (m) are faces, others edges.
+    /// Straight faces that meet in `corners`, rounded with `radius` (m). The first face goes along
+    /// `direction`; the workpiece moves at `velocity` (m/s). Arcs of at least `face_radius` (m) are
+    /// faces, others edges.
     pub(super) fn of_corners(
         corners: &[Corner],
         direction: [f64; 2],
@@ -242,47 +340,99 @@ impl Outline {
         for corner in corners {
             let rounding = corner.rounding(radius);
             let to = dot(sub(corner.point, point), direction) - rounding;
-            curves.push(Curve::Line { point, direction, from, to });
+            curves.push(Curve::Line {
+                point,
+                direction,
+                from,
+                to,
+            });
             let normal = left(direction);
-            let centre = sub(sub(corner.point, scale(rounding, direction)), scale(radius, normal));
+            let centre = sub(
+                sub(corner.point, scale(rounding, direction)),
+                scale(radius, normal),
+            );
             direction = turned(direction, corner.turn);
-            curves.push(Curve::Arc { centre, radius, first: normal, second: left(direction) });
+            curves.push(Curve::Arc {
+                centre,
+                radius,
+                first: normal,
+                second: left(direction),
+            });
             (point, from) = (corner.point, rounding);
         }
-        curves.push(Curve::Line { point, direction, from, to: f64::INFINITY });
+        curves.push(Curve::Line {
+            point,
+            direction,
+            from,
+            to: f64::INFINITY,
+        });
         Self::new(curves, face_radius, velocity)
     }
 
     /// A circle about `centre` with `radius` (m): a cylinder if it is convex, else a bore.
-    pub(super) fn circle(centre: [f64; 2], radius: f64, convex: bool, face_radius: f64, velocity: [f64; 3]) -> Self {
-        Self::new(vec![Curve::Circle { centre, radius, convex }], face_radius, velocity)
+    pub(super) fn circle(
+        centre: [f64; 2],
+        radius: f64,
+        convex: bool,
+        face_radius: f64,
+        velocity: [f64; 3],
+    ) -> Self {
+        Self::new(
+            vec![Curve::Circle {
+                centre,
+                radius,
+                convex,
+            }],
+            face_radius,
+            velocity,
+        )
     }
 
     fn new(curves: Vec<Curve>, face_radius: f64, velocity: [f64; 3]) -> Self {
         let edge = |curve: &Curve| match *curve {
-            Curve::Arc { centre, radius, first, second } if radius < face_radius => {
+            Curve::Arc {
+                centre,
+                radius,
+                first,
+                second,
+            } if radius < face_radius => {
                 Some(Edge::arc(centre, radius, Some([second, first]), velocity))
             }
-            Curve::Circle { centre, radius, convex: true } if radius < face_radius => {
-                Some(Edge::arc(centre, radius, None, velocity))
-            }
+            Curve::Circle {
+                centre,
+                radius,
+                convex: true,
+            } if radius < face_radius => Some(Edge::arc(centre, radius, None, velocity)),
             _ => None,
         };
         let edges = curves.iter().filter_map(edge).collect();
         let are_edges: Vec<bool> = curves.iter().map(|curve| edge(curve).is_some()).collect();
-        let faces = curves.iter().filter(|curve| edge(curve).is_none()).copied().collect();
-        Self { shifts: shifts(&curves), are_edges, curves, faces, edges, velocity }
+        let faces = curves
+            .iter()
+            .filter(|curve| edge(curve).is_none())
+            .copied()
+            .collect();
+        Self {
+            shifts: shifts(&curves),
+            are_edges,
+            curves,
+            faces,
+            edges,
+            velocity,
+        }
     }
 
-    /// How the undeformed filament passes, with tips at `reach` (m) from the axis. The window also has the angles of `plane`. None
-    /// if the filament touches all the way round.
+    /// How the undeformed filament passes, with tips at `reach` (m) from the axis. The window also
+    /// has the angles of `plane`. None if the filament touches all the way round.
     pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
         const POINTS: usize = 512;
-        let of_curve = |curve: &Curve| touches(|length| curve.at(length), curve.range(reach), POINTS, reach);
+        let of_curve =
+            |curve: &Curve| touches(|length| curve.at(length), curve.range(reach), POINTS, reach);
         passage(self.curves.iter().flat_map(of_curve).collect(), plane)
     }
 
-    /// The face that a node at `position` meets: the nearest, or where an edge is nearest, the one that it has left last.
+    /// The face that a node at `position` meets: the nearest, or where an edge is nearest, the one
+    /// that it has left last.
     fn face(&self, position: [f64; 2]) -> Option<Seen> {
         let seen = self.faces.iter().map(|face| face.see(position));
         seen.reduce(|best, next| {
@@ -296,7 +446,8 @@ impl Outline {
     }
 }
 
-/// What the arc length along an outline adds to the own one of each of its curves, in m. The middle of the rounded part is at zero.
+/// What the arc length along an outline adds to the own one of each of its curves, in m. The middle
+/// of the rounded part is at zero.
 fn shifts(curves: &[Curve]) -> Vec<f64> {
     let mut end = 0.0;
     let shift = |curve: &Curve| match *curve {
@@ -311,7 +462,10 @@ fn shifts(curves: &[Curve]) -> Vec<f64> {
         }
     };
     let shifts: Vec<f64> = curves.iter().map(shift).collect();
-    shifts.into_iter().map(|shift| if end > 0.0 { shift - end / 2.0 } else { shift }).collect()
+    shifts
+        .into_iter()
+        .map(|shift| if end > 0.0 { shift - end / 2.0 } else { shift })
+        .collect()
 }
 
 /// The passage of a filament that touches where `touches` says (rad, in any order).
@@ -325,23 +479,52 @@ pub(super) fn passage(mut touches: Vec<[f64; 2]>, plane: ContactArc) -> Option<P
             _ => joined.push([start, end]),
         }
     }
-    let entry = joined.first().map_or(f64::INFINITY, |first| first[0]).min(plane.middle - plane.angle / 2.0);
-    let exit = joined.iter().fold(plane.middle + plane.angle / 2.0, |exit, touch| exit.max(touch[1]));
-    let window = ContactArc { middle: (entry + exit) / 2.0, angle: exit - entry };
-    let touches = joined.iter().map(|touch| touch.map(|angle| angle - entry)).collect();
-    (window.angle < TAU).then_some(Passage { window, touches, all_round: false })
+    let entry = joined
+        .first()
+        .map_or(f64::INFINITY, |first| first[0])
+        .min(plane.middle - plane.angle / 2.0);
+    let exit = joined
+        .iter()
+        .fold(plane.middle + plane.angle / 2.0, |exit, touch| {
+            exit.max(touch[1])
+        });
+    let window = ContactArc {
+        middle: (entry + exit) / 2.0,
+        angle: exit - entry,
+    };
+    let touches = joined
+        .iter()
+        .map(|touch| touch.map(|angle| angle - entry))
+        .collect();
+    (window.angle < TAU).then_some(Passage {
+        window,
+        touches,
+        all_round: false,
+    })
 }
 
 impl Workpiece for Outline {
     fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
         let [x_rate, y_rate, _] = self.velocity;
         let position = [x - time * x_rate, y - time * y_rate];
-        let Some(Seen { gap, normal, curvature, .. }) = self.face(position) else {
+        let Some(Seen {
+            gap,
+            normal,
+            curvature,
+            ..
+        }) = self.face(position)
+        else {
             return Surface::flat(f64::INFINITY, [0.0, 1.0, 0.0], self.velocity);
         };
         let margin = |edge: &Edge| -edge.inside(position);
         let margin = self.edges.iter().map(margin).fold(f64::INFINITY, f64::min);
-        Surface::of_profile(gap, normal, self.velocity, curvature / (1.0 + curvature * gap), margin)
+        Surface::of_profile(
+            gap,
+            normal,
+            self.velocity,
+            curvature / (1.0 + curvature * gap),
+            margin,
+        )
     }
 
     fn edges(&self) -> &[Edge] {
@@ -357,11 +540,16 @@ impl Workpiece for Outline {
     }
 
     fn profile(&self, reach: f64) -> Option<ProfileCells> {
-        let stretches: Vec<Option<[f64; 2]>> = self.curves.iter().map(|curve| curve.stretch(reach)).collect();
+        let stretches: Vec<Option<[f64; 2]>> = self
+            .curves
+            .iter()
+            .map(|curve| curve.stretch(reach))
+            .collect();
         let mut profile = ProfileCells::default();
-        let (Some(first), Some(last)) =
-            (stretches.iter().position(Option::is_some), stretches.iter().rposition(Option::is_some))
-        else {
+        let (Some(first), Some(last)) = (
+            stretches.iter().position(Option::is_some),
+            stretches.iter().rposition(Option::is_some),
+        ) else {
             return Some(profile);
         };
         for index in first..=last {
@@ -372,11 +560,18 @@ impl Workpiece for Outline {
                 start = if index == first { from } else { start };
                 end = if index == last { to } else { end };
             }
-            let least = if matches!(curve, Curve::Line { .. }) { 1 } else { CELLS_OF_ARC };
+            let least = if matches!(curve, Curve::Line { .. }) {
+                1
+            } else {
+                CELLS_OF_ARC
+            };
             let stretch = [start, end].map(|length| length + shift);
-            profile.extend(stretch, least, self.are_edges[index], |length| curve.at(length - shift)[0]);
+            profile.extend(stretch, least, self.are_edges[index], |length| {
+                curve.at(length - shift)[0]
+            });
         }
-        if let ([curve @ Curve::Circle { radius, .. }], Some(stretch)) = (&self.curves[..], stretches[0])
+        if let ([curve @ Curve::Circle { radius, .. }], Some(stretch)) =
+            (&self.curves[..], stretches[0])
             && stretch == curve.range(reach)
         {
             profile.period = Some(TAU * radius);
@@ -391,6 +586,8 @@ impl Workpiece for Outline {
             let (length, square) = curve.nearest(position);
             (length + shift, square)
         });
-        places.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(length, _)| length)
+        places
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(length, _)| length)
     }
 }

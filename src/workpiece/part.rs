@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::outline::Corner;
 use super::{
-    ContactArc, Edge, Outline, Passage, Plane, Posed, Profile, ProfileCells, Ramp, Spline, Surface, Workpiece,
-    unit_normal,
+    ContactArc, Edge, Outline, Passage, Plane, Posed, Profile, ProfileCells, Ramp, Spline, Surface,
+    Workpiece, unit_normal,
 };
 use crate::model::parameters::{Parameter, Violation};
 use crate::model::settings::{
@@ -15,8 +15,8 @@ use crate::model::settings::{
 use crate::model::trim::{self, reach_of};
 use crate::tool::{Pose, RotaryTool, Trim};
 
-/// A convex arc is a face if its radius is at least so many segments long. Nodes then meet it; a filament does not bend more
-/// tightly in a pass, so that a smaller arc touches it at one point.
+/// A convex arc is a face if its radius is at least so many segments long. Nodes then meet it; a
+/// filament does not bend more tightly in a pass, so that a smaller arc touches it at one point.
 const SEGMENTS_OF_FACE: f64 = 5.0;
 
 /// A workpiece as settings state it.
@@ -33,7 +33,8 @@ pub enum Part {
 }
 
 impl Part {
-    /// The workpiece of `settings`, and how the undeformed filament in the middle of the trim passes it.
+    /// The workpiece of `settings`, and how the undeformed filament in the middle of the trim
+    /// passes it.
     ///
     /// # Errors
     /// If the numbers do not fit together. Each must be within its own range.
@@ -41,25 +42,33 @@ impl Part {
         Self::at(settings, 0.0)
     }
 
-    /// The workpiece of `settings` in the frame of the tool, and how the undeformed filament at the place `s` (m) of the trim passes it.
+    /// The workpiece of `settings` in the frame of the tool, and how the undeformed filament at the
+    /// place `s` (m) of the trim passes it.
     ///
     /// # Errors
     /// As for [`Part::of`].
     pub fn at(settings: &Settings, s: f64) -> Result<(Self, Passage), Violation> {
-        let Settings { tool, workpiece, .. } = settings;
+        let Settings {
+            tool, workpiece, ..
+        } = settings;
         check_stated(&workpiece.kind)?;
-        let (pose, trim, [reach, _]) = (Pose::of(tool), Trim::of(settings), trim::reaches(settings));
+        let (pose, trim, [reach, _]) =
+            (Pose::of(tool), Trim::of(settings), trim::reaches(settings));
         let ground = settings.process.penetration_depth_m - reach;
         let part = Self::upright(settings, ground)?;
         let (normal, tip) = (pose.to_tool(unit_normal(workpiece)), trim.tip(s));
         let across = tip[0] * normal[0].hypot(normal[1]);
         let depth = settings.process.penetration_depth_m + (reach_of(tip, normal) - reach);
         // Filaments that touch it during their whole turn have no arc on the plane.
-        let plane = (depth < 2.0 * across).then(|| ContactArc::on_plane(normal, across, depth.max(0.0)));
+        let plane =
+            (depth < 2.0 * across).then(|| ContactArc::on_plane(normal, across, depth.max(0.0)));
         let part = match pose == Pose::UPRIGHT {
             true => part,
             false => {
-                let farthest = trim.ends().into_iter().flat_map(|s| [trim.root(s)[1], trim.tip(s)[1]]);
+                let farthest = trim
+                    .ends()
+                    .into_iter()
+                    .flat_map(|s| [trim.root(s)[1], trim.tip(s)[1]]);
                 let axial_reach = farthest.fold(0.0, |reach: f64, height| reach.max(height.abs()));
                 Self::Posed(Box::new(Posed::new(part, pose, axial_reach)))
             }
@@ -67,20 +76,34 @@ impl Part {
         let touches = || {
             let path = "workpiece.offset_m";
             let offset = Parameter::find(path).map_or(0.0, |offset| offset.get(settings));
-            Violation::of(path, offset, "such that the filaments leave the workpiece at some angle of the tool")
+            Violation::of(
+                path,
+                offset,
+                "such that the filaments leave the workpiece at some angle of the tool",
+            )
         };
         let passage = match (&part, plane) {
             (_, None) if workpiece.kind.is_plane() => Passage::all_round(PI),
             (_, Some(arc)) if workpiece.kind.is_plane() => match depth > 0.0 {
                 true => arc.into(),
-                false => Passage { touches: Vec::new(), ..arc.into() },
+                false => Passage {
+                    touches: Vec::new(),
+                    ..arc.into()
+                },
             },
             (Self::Posed(posed), plane) => {
-                let tool = RotaryTool { lateral_tilt: 0.0, ..RotaryTool::at(settings, s) };
+                let tool = RotaryTool {
+                    lateral_tilt: 0.0,
+                    ..RotaryTool::at(settings, s)
+                };
                 posed.passage(&tool, trim.length, plane)
             }
-            (Self::Outline(outline), Some(plane)) => outline.passage(tip[0], plane).ok_or_else(touches)?,
-            (Self::Profile(profile), Some(plane)) => profile.passage(tip[0], plane).ok_or_else(touches)?,
+            (Self::Outline(outline), Some(plane)) => {
+                outline.passage(tip[0], plane).ok_or_else(touches)?
+            }
+            (Self::Profile(profile), Some(plane)) => {
+                profile.passage(tip[0], plane).ok_or_else(touches)?
+            }
             _ => return Err(touches()),
         };
         Ok((part, passage))
@@ -88,32 +111,61 @@ impl Part {
 
     /// The workpiece in its own frame, where its `y = 0` lies at the height `ground` (m).
     fn upright(settings: &Settings, ground: f64) -> Result<Self, Violation> {
-        let Settings { tool, filament, workpiece, .. } = settings;
+        let Settings {
+            tool,
+            filament,
+            workpiece,
+            ..
+        } = settings;
         let face_radius = SEGMENTS_OF_FACE * filament.length_m / filament.segments as f64;
         let velocity = [workpiece.feed_velocity_m_s, 0.0, 0.0];
         let outline = match &workpiece.kind {
-            &WorkpieceKind::Edge(EdgeSettings { offset_m, included_angle_rad, edge_radius_m, side }) => {
+            &WorkpieceKind::Edge(EdgeSettings {
+                offset_m,
+                included_angle_rad,
+                edge_radius_m,
+                side,
+            }) => {
                 let turn = PI - included_angle_rad;
-                let edge = [Corner { point: [0.0, 0.0], turn }];
+                let edge = [Corner {
+                    point: [0.0, 0.0],
+                    turn,
+                }];
                 let (corners, direction) = placed(&edge, turn, [offset_m, ground], side);
                 Outline::of_corners(&corners, direction, edge_radius_m, face_radius, velocity)
             }
             WorkpieceKind::Chamfer(chamfer) => {
                 let turn = PI - chamfer.included_angle_rad;
                 let corners = corners(chamfer, turn)?;
-                let (corners, direction) = placed(&corners, turn, [chamfer.offset_m, ground], chamfer.side);
-                Outline::of_corners(&corners, direction, chamfer.edge_radius_m, face_radius, velocity)
+                let (corners, direction) =
+                    placed(&corners, turn, [chamfer.offset_m, ground], chamfer.side);
+                Outline::of_corners(
+                    &corners,
+                    direction,
+                    chamfer.edge_radius_m,
+                    face_radius,
+                    velocity,
+                )
             }
-            &WorkpieceKind::Cylinder(RoundSettings { offset_m, radius_m }) => {
-                Outline::circle([offset_m, ground - radius_m], radius_m, true, face_radius, velocity)
-            }
+            &WorkpieceKind::Cylinder(RoundSettings { offset_m, radius_m }) => Outline::circle(
+                [offset_m, ground - radius_m],
+                radius_m,
+                true,
+                face_radius,
+                velocity,
+            ),
             &WorkpieceKind::Bore(RoundSettings { offset_m, radius_m }) => {
                 let centre = [offset_m, ground + radius_m];
                 check_bore(settings, radius_m, centre)?;
                 Outline::circle(centre, radius_m, false, face_radius, velocity)
             }
             WorkpieceKind::Profile(stated) => {
-                let profile = Profile::new(spline(stated)?, [stated.offset_m, ground], face_radius, velocity);
+                let profile = Profile::new(
+                    spline(stated)?,
+                    [stated.offset_m, ground],
+                    face_radius,
+                    velocity,
+                );
                 if Pose::of(tool) == Pose::UPRIGHT {
                     check_body(&profile, tool.body_radius_m)?;
                 }
@@ -133,10 +185,15 @@ impl Part {
     }
 }
 
-/// The corners of a chamfer between faces that turn by `turn` (rad), with the top face along `y = 0` and the material at `x ≤ 0`, from the top
-/// face downwards.
+/// The corners of a chamfer between faces that turn by `turn` (rad), with the top face along `y =
+/// 0` and the material at `x ≤ 0`, from the top face downwards.
 fn corners(chamfer: &ChamferSettings, turn: f64) -> Result<[Corner; 2], Violation> {
-    let &ChamferSettings { edge_radius_m, chamfer_width_m, chamfer_angle_rad, .. } = chamfer;
+    let &ChamferSettings {
+        edge_radius_m,
+        chamfer_width_m,
+        chamfer_angle_rad,
+        ..
+    } = chamfer;
     if chamfer_angle_rad >= turn {
         return Err(Violation::of(
             "workpiece.chamfer_angle_rad",
@@ -147,10 +204,20 @@ fn corners(chamfer: &ChamferSettings, turn: f64) -> Result<[Corner; 2], Violatio
     let (sin, cos) = chamfer_angle_rad.sin_cos();
     let start = -chamfer_width_m * (turn - chamfer_angle_rad).sin() / turn.sin();
     let corners = [
-        Corner { point: [start, 0.0], turn: chamfer_angle_rad },
-        Corner { point: [start + chamfer_width_m * cos, -chamfer_width_m * sin], turn: turn - chamfer_angle_rad },
+        Corner {
+            point: [start, 0.0],
+            turn: chamfer_angle_rad,
+        },
+        Corner {
+            point: [start + chamfer_width_m * cos, -chamfer_width_m * sin],
+            turn: turn - chamfer_angle_rad,
+        },
     ];
-    let largest = chamfer_width_m / corners.iter().map(|corner| corner.rounding(1.0)).sum::<f64>();
+    let largest = chamfer_width_m
+        / corners
+            .iter()
+            .map(|corner| corner.rounding(1.0))
+            .sum::<f64>();
     if edge_radius_m >= largest {
         return Err(Violation::of(
             "workpiece.edge_radius_m",
@@ -161,17 +228,27 @@ fn corners(chamfer: &ChamferSettings, turn: f64) -> Result<[Corner; 2], Violatio
     Ok(corners)
 }
 
-/// [`corners`] at their place, in their order along the outline, and the direction of its first face.
+/// [`corners`] at their place, in their order along the outline, and the direction of its first
+/// face.
 fn placed(corners: &[Corner], turn: f64, [x, y]: [f64; 2], side: Side) -> (Vec<Corner>, [f64; 2]) {
     match side {
         Side::Leaving => {
-            let along = |&Corner { point, turn }: &Corner| Corner { point: [x + point[0], y + point[1]], turn };
+            let along = |&Corner { point, turn }: &Corner| Corner {
+                point: [x + point[0], y + point[1]],
+                turn,
+            };
             (corners.iter().map(along).collect(), [1.0, 0.0])
         }
         // Mirrored, and gone along the other way: up the side face and onto the top.
         Side::Entering => {
-            let mirrored = |&Corner { point, turn }: &Corner| Corner { point: [x - point[0], y + point[1]], turn };
-            (corners.iter().rev().map(mirrored).collect(), [turn.cos(), turn.sin()])
+            let mirrored = |&Corner { point, turn }: &Corner| Corner {
+                point: [x - point[0], y + point[1]],
+                turn,
+            };
+            (
+                corners.iter().rev().map(mirrored).collect(),
+                [turn.cos(), turn.sin()],
+            )
         }
     }
 }
@@ -183,23 +260,38 @@ fn check_bore(settings: &Settings, radius_m: f64, [x, y]: [f64; 2]) -> Result<()
     let violation = |allowed: String| Violation::of("workpiece.radius_m", radius_m, allowed);
     let least = body + length - settings.process.penetration_depth_m;
     if radius_m <= least {
-        return Err(violation(format!("greater than {least:.4e}, the distance of the bore from the tool axis, in m")));
+        return Err(violation(format!(
+            "greater than {least:.4e}, the distance of the bore from the tool axis, in m"
+        )));
     }
     if distance + body >= radius_m {
-        return Err(violation(format!("such that the brush body fits: greater than {:.4e}, in m", distance + body)));
+        return Err(violation(format!(
+            "such that the brush body fits: greater than {:.4e}, in m",
+            distance + body
+        )));
     }
     if distance + radius_m <= body + length {
-        let allowed = "such that the filaments come free in the bore: it must be wider than the brush";
-        return Err(violation(format!("{allowed}, greater than {:.4e}, in m", body + length - distance)));
+        let allowed =
+            "such that the filaments come free in the bore: it must be wider than the brush";
+        return Err(violation(format!(
+            "{allowed}, greater than {:.4e}, in m",
+            body + length - distance
+        )));
     }
     Ok(())
 }
 
-/// The spline of a profile. The last one is kept, because all cases of a study mostly have the same.
+/// The spline of a profile. The last one is kept, because all cases of a study mostly have the
+/// same.
 fn spline(profile: &ProfileSettings) -> Result<Arc<Spline>, Violation> {
     type Curve = (Vec<[f64; 2]>, usize, bool);
     static LAST: Mutex<Option<(Curve, Arc<Spline>)>> = Mutex::new(None);
-    let ProfileSettings { control_points_m, degree, closed, .. } = profile;
+    let ProfileSettings {
+        control_points_m,
+        degree,
+        closed,
+        ..
+    } = profile;
     let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(((points, last_degree, last_closed), spline)) = &*last
         && points == control_points_m
@@ -222,7 +314,10 @@ fn spline(profile: &ProfileSettings) -> Result<Arc<Spline>, Violation> {
         ));
     }
     let spline = Arc::new(spline);
-    *last = Some(((control_points_m.clone(), *degree, *closed), Arc::clone(&spline)));
+    *last = Some((
+        (control_points_m.clone(), *degree, *closed),
+        Arc::clone(&spline),
+    ));
     Ok(spline)
 }
 
@@ -232,7 +327,11 @@ fn check_body(profile: &Profile, body_radius_m: f64) -> Result<(), Violation> {
     if gap > body_radius_m {
         return Ok(());
     }
-    let value = if gap < 0.0 { "around the tool axis".to_owned() } else { format!("{gap:.4e} m from the tool axis") };
+    let value = if gap < 0.0 {
+        "around the tool axis".to_owned()
+    } else {
+        format!("{gap:.4e} m from the tool axis")
+    };
     Err(Violation {
         path: "workpiece.control_points_m",
         value,
@@ -246,7 +345,11 @@ fn check_body(profile: &Profile, body_radius_m: f64) -> Result<(), Violation> {
 fn check_stated(kind: &WorkpieceKind) -> Result<(), Violation> {
     let missing = |path, value: &str, allowed: &str, unit: &str| {
         let allowed = format!("{allowed} for a workpiece of kind `{}`{unit}", kind.name());
-        Err(Violation { path, value: value.to_owned(), allowed })
+        Err(Violation {
+            path,
+            value: value.to_owned(),
+            allowed,
+        })
     };
     let length = |path| missing(path, "left out or zero", "greater than 0", ", in m");
     match kind {
@@ -256,13 +359,18 @@ fn check_stated(kind: &WorkpieceKind) -> Result<(), Violation> {
         {
             length("workpiece.edge_radius_m")
         }
-        WorkpieceKind::Chamfer(chamfer) if chamfer.chamfer_width_m <= 0.0 => length("workpiece.chamfer_width_m"),
+        WorkpieceKind::Chamfer(chamfer) if chamfer.chamfer_width_m <= 0.0 => {
+            length("workpiece.chamfer_width_m")
+        }
         WorkpieceKind::Cylinder(round) | WorkpieceKind::Bore(round) if round.radius_m <= 0.0 => {
             length("workpiece.radius_m")
         }
-        WorkpieceKind::Profile(profile) if profile.control_points_m.is_empty() => {
-            missing("workpiece.control_points_m", "0 points", "a list of points", "")
-        }
+        WorkpieceKind::Profile(profile) if profile.control_points_m.is_empty() => missing(
+            "workpiece.control_points_m",
+            "0 points",
+            "a list of points",
+            "",
+        ),
         _ => Ok(()),
     }
 }
@@ -280,7 +388,8 @@ macro_rules! each {
 }
 
 impl Part {
-    /// The surface, in a function of its own, so that that of a plane is inlined where it is asked for.
+    /// The surface, in a function of its own, so that that of a plane is inlined where it is asked
+    /// for.
     #[inline(never)]
     fn curved_surface(&self, position: [f64; 3], time: f64) -> Surface {
         each!(self, workpiece => workpiece.surface(position, time))

@@ -1,4 +1,5 @@
-//! Workpieces in the frame of a tool whose axis is not their `z`, or from which they come nearer at first.
+//! Workpieces in the frame of a tool whose axis is not their `z`, or from which they come nearer at
+//! first.
 
 use std::sync::Arc;
 
@@ -7,7 +8,8 @@ use crate::equations::Clamp;
 use crate::equations::linear::{add, scale, sub};
 use crate::tool::{Pose, RotaryTool, Tool};
 
-/// The way on which a workpiece comes up to its place: smoothly, from rest to rest, twice differentiable in time.
+/// The way on which a workpiece comes up to its place: smoothly, from rest to rest, twice
+/// differentiable in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
     /// How far, as a vector in m along its outward normal, in its own frame.
@@ -25,7 +27,10 @@ impl Ramp {
         }
         // 1 − u³ (10 − 15 u + 6 u²)
         let v = 1.0 - u;
-        [v * v * v * (1.0 + 3.0 * u + 6.0 * u * u), -30.0 * u * u * v * v / self.duration]
+        [
+            v * v * v * (1.0 + 3.0 * u + 6.0 * u * u),
+            -30.0 * u * u * v * v / self.duration,
+        ]
     }
 }
 
@@ -65,7 +70,12 @@ impl Placement {
         }
         let [normal, across, velocity] =
             [surface.normal, surface.across, velocity].map(|vector| self.pose.to_tool(vector));
-        Surface { normal, across, velocity, ..*surface }
+        Surface {
+            normal,
+            across,
+            velocity,
+            ..*surface
+        }
     }
 
     /// The tool's axis in the frame of the workpiece.
@@ -90,20 +100,39 @@ pub struct Posed<W> {
 }
 
 impl<W: Workpiece> Posed<W> {
-    /// The `part` as a tool in `pose` sees it, whose trim comes as far as `axial_reach` (m) from its plane `z = 0`.
+    /// The `part` as a tool in `pose` sees it, whose trim comes as far as `axial_reach` (m) from
+    /// its plane `z = 0`.
     pub(super) fn new(part: W, pose: Pose, axial_reach: f64) -> Self {
-        Self { edges: Vec::new(), placement: Arc::new(Placement { pose, ramp: None }), part, axial_reach }.with_edges()
+        Self {
+            edges: Vec::new(),
+            placement: Arc::new(Placement { pose, ramp: None }),
+            part,
+            axial_reach,
+        }
+        .with_edges()
     }
 
     fn with_edges(self) -> Self {
-        let edges = self.part.edges().iter().map(|edge| edge.clone().placed(Arc::clone(&self.placement))).collect();
+        let edges = self
+            .part
+            .edges()
+            .iter()
+            .map(|edge| edge.clone().placed(Arc::clone(&self.placement)))
+            .collect();
         Self { edges, ..self }
     }
 
     /// The same, which comes up to its place on a ramp.
     pub(super) fn on_ramp(self, ramp: Ramp) -> Self {
-        let placement = Placement { ramp: Some(ramp), ..(*self.placement).clone() };
-        Self { placement: Arc::new(placement), ..self }.with_edges()
+        let placement = Placement {
+            ramp: Some(ramp),
+            ..(*self.placement).clone()
+        };
+        Self {
+            placement: Arc::new(placement),
+            ..self
+        }
+        .with_edges()
     }
 
     /// The part in its own frame.
@@ -120,22 +149,41 @@ impl<W: Workpiece> Posed<W> {
     fn gap(&self, position: [f64; 3]) -> f64 {
         let face = self.surface(position, 0.0);
         let edges = self.edges.iter().map(|edge| edge.surface(position, 0.0));
-        let there = [face].into_iter().chain(edges).filter(|surface| surface.margin >= 0.0);
+        let there = [face]
+            .into_iter()
+            .chain(edges)
+            .filter(|surface| surface.margin >= 0.0);
         // Outside of all of them the point is at a border, and the face is as near.
-        there.map(|surface| surface.gap).reduce(f64::min).unwrap_or(face.gap)
+        there
+            .map(|surface| surface.gap)
+            .reduce(f64::min)
+            .unwrap_or(face.gap)
     }
 
-    /// How the undeformed filament of `tool`, `length` (m) long, passes the part at time zero. The window also has the angles of `plane`, unless that is
-    /// all round.
-    pub(super) fn passage(&self, tool: &RotaryTool, length: f64, plane: Option<ContactArc>) -> Passage {
+    /// How the undeformed filament of `tool`, `length` (m) long, passes the part at time zero. The
+    /// window also has the angles of `plane`, unless that is all round.
+    pub(super) fn passage(
+        &self,
+        tool: &RotaryTool,
+        length: f64,
+        plane: Option<ContactArc>,
+    ) -> Passage {
         use std::f64::consts::{PI, TAU};
         /// The least step of the angle in rad: touches that are shorter can be missed.
         const LEAST_STEP: f64 = 1e-4;
-        let Clamp { position, direction, .. } = tool.clamp(0.0, 0.0);
+        let Clamp {
+            position,
+            direction,
+            ..
+        } = tool.clamp(0.0, 0.0);
         let tip = add(position, scale(length, direction));
         let farthest = position[0].abs().max(tip[0].abs());
         let gap = |angle: f64| {
-            let Clamp { position, direction, .. } = tool.clamp(angle, 0.0);
+            let Clamp {
+                position,
+                direction,
+                ..
+            } = tool.clamp(angle, 0.0);
             self.least_gap(position, direction, length)
         };
         let above = plane.map_or(PI / 2.0, |arc| arc.middle - PI);
@@ -174,8 +222,18 @@ impl<W: Workpiece> Posed<W> {
             window = [start + PI; 2];
         }
         let [first, last] = window;
-        let touches = touches.iter().map(|touch| touch.map(|angle| angle - first)).collect();
-        Passage { window: ContactArc { middle: (first + last) / 2.0, angle: last - first }, touches, all_round: false }
+        let touches = touches
+            .iter()
+            .map(|touch| touch.map(|angle| angle - first))
+            .collect();
+        Passage {
+            window: ContactArc {
+                middle: (first + last) / 2.0,
+                angle: last - first,
+            },
+            touches,
+            all_round: false,
+        }
     }
 
     /// The least gap of a straight filament in m.
@@ -187,19 +245,25 @@ impl<W: Workpiece> Posed<W> {
         if self.is_flat() {
             return ends[0].min(ends[1]);
         }
-        let (mut least, mut best) = if ends[0] < ends[1] { (ends[0], 0.0) } else { (ends[1], 1.0) };
+        let (mut least, mut best) = if ends[0] < ends[1] {
+            (ends[0], 0.0)
+        } else {
+            (ends[1], 1.0)
+        };
         let mut share = 0.0;
         while share < 1.0 {
             let here = gap(share);
             if here < least {
                 (least, best) = (here, share);
             }
-            // Parts that are too far to have the least are left out: a gap changes by no more than the way.
+            // Parts that are too far to have the least are left out: a gap changes by no more than
+            // the way.
             share += ((here - least) / length).max(1.0 / PARTS as f64);
         }
         let mut width = 1.0 / PARTS as f64;
         while width > 1e-9 {
-            let [below, above] = [best - width / 2.0, best + width / 2.0].map(|share| share.clamp(0.0, 1.0));
+            let [below, above] =
+                [best - width / 2.0, best + width / 2.0].map(|share| share.clamp(0.0, 1.0));
             let (low, high) = (gap(below), gap(above));
             if low < least && low <= high {
                 (least, best) = (low, below);
@@ -227,7 +291,10 @@ impl<W: Workpiece> Workpiece for Posed<W> {
     /// Only a plane can be, whose normal stands across the axis.
     fn is_planar(&self) -> bool {
         let surface = self.surface([0.0; 3], 0.0);
-        self.is_flat() && !self.placement.has_ramp() && surface.normal[2] == 0.0 && surface.velocity[2] == 0.0
+        self.is_flat()
+            && !self.placement.has_ramp()
+            && surface.normal[2] == 0.0
+            && surface.velocity[2] == 0.0
     }
 
     fn translates(&self) -> bool {
@@ -236,7 +303,11 @@ impl<W: Workpiece> Workpiece for Posed<W> {
 
     /// A ramp brings the part up at a velocity that is not constant.
     fn largest_curvatures(&self) -> [f64; 2] {
-        if self.placement.has_ramp() { [f64::INFINITY; 2] } else { self.part.largest_curvatures() }
+        if self.placement.has_ramp() {
+            [f64::INFINITY; 2]
+        } else {
+            self.part.largest_curvatures()
+        }
     }
 
     fn profile(&self, reach: f64) -> Option<ProfileCells> {
@@ -244,6 +315,7 @@ impl<W: Workpiece> Workpiece for Posed<W> {
     }
 
     fn arc_length(&self, position: [f64; 3], time: f64) -> Option<f64> {
-        self.part.arc_length(self.placement.local(position, time), time)
+        self.part
+            .arc_length(self.placement.local(position, time), time)
     }
 }

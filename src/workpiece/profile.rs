@@ -10,7 +10,8 @@ use crate::equations::linear::{add, dot, scale, sub};
 /// Points at which the curvature of a profile is looked at in search of its edges.
 const POINTS: usize = 4096;
 
-/// Points of a piece of the spline, which hardly turns, in search of where the undeformed filament touches.
+/// Points of a piece of the spline, which hardly turns, in search of where the undeformed filament
+/// touches.
 const POINTS_OF_PIECE: usize = 16;
 
 /// A workpiece with a spline as profile that moves without turning.
@@ -67,8 +68,8 @@ impl Stretch {
         self.spline.nearest(sub(point, self.origin)).arc_length - self.from
     }
 
-    /// The foot of `point` (m) as the workpiece has it at time zero, and how far inside the stretch it is, as in
-    /// [`Edge::surface`], in m.
+    /// The foot of `point` (m) as the workpiece has it at time zero, and how far inside the stretch
+    /// it is, as in [`Edge::surface`], in m.
     pub(super) fn foot(&self, point: [f64; 2]) -> (Foot, f64) {
         let foot = self.spline.nearest(sub(point, self.origin));
         // A point at some distance from the profile goes farther than its foot.
@@ -78,25 +79,40 @@ impl Stretch {
 
     /// The sum of the outward unit normals at its ends.
     pub(super) fn bisector(&self) -> [f64; 2] {
-        let [first, second] = [self.from, self.to].map(|along| self.spline.nearest(self.spline.at(along).0).normal);
+        let [first, second] =
+            [self.from, self.to].map(|along| self.spline.nearest(self.spline.at(along).0).normal);
         add(first, second)
     }
 
     /// The centre of curvature where the stretch is nearest to `point` (m), or half-way along it.
     pub(super) fn centre(&self, point: Option<[f64; 2]>) -> [f64; 2] {
         let along = match point {
-            Some(point) => self.spline.nearest(sub(point, self.origin)).arc_length.clamp(self.from, self.to),
+            Some(point) => self
+                .spline
+                .nearest(sub(point, self.origin))
+                .arc_length
+                .clamp(self.from, self.to),
             None => (self.from + self.to) / 2.0,
         };
-        let Foot { point, normal, curvature, .. } = self.spline.nearest(self.spline.at(along).0);
+        let Foot {
+            point,
+            normal,
+            curvature,
+            ..
+        } = self.spline.nearest(self.spline.at(along).0);
         add(self.origin, sub(point, scale(1.0 / curvature, normal)))
     }
 }
 
 impl Profile {
-    /// The `spline` with its own origin at `origin` (m), moving at `velocity` (m/s). Convex stretches with radii of curvature below
-    /// `face_radius` (m) are edges.
-    pub(super) fn new(spline: Arc<Spline>, origin: [f64; 2], face_radius: f64, velocity: [f64; 3]) -> Self {
+    /// The `spline` with its own origin at `origin` (m), moving at `velocity` (m/s). Convex
+    /// stretches with radii of curvature below `face_radius` (m) are edges.
+    pub(super) fn new(
+        spline: Arc<Spline>,
+        origin: [f64; 2],
+        face_radius: f64,
+        velocity: [f64; 3],
+    ) -> Self {
         let stretches = stretches(&spline, 1.0 / face_radius);
         let edges = stretches
             .iter()
@@ -107,10 +123,26 @@ impl Profile {
                 });
                 let radius = 1.0 / sharpest.fold(1.0 / face_radius, f64::max);
                 let middle = add(origin, spline.at((from + to) / 2.0).0);
-                Edge::of_stretch(Stretch { spline: Arc::clone(&spline), origin, from, to, radius, middle }, velocity)
+                Edge::of_stretch(
+                    Stretch {
+                        spline: Arc::clone(&spline),
+                        origin,
+                        from,
+                        to,
+                        radius,
+                        middle,
+                    },
+                    velocity,
+                )
             })
             .collect();
-        Self { spline, origin, stretches, edges, velocity }
+        Self {
+            spline,
+            origin,
+            stretches,
+            edges,
+            velocity,
+        }
     }
 
     /// The spline, in its own coordinates.
@@ -121,8 +153,11 @@ impl Profile {
     /// How the undeformed filament passes; see [`Outline`](super::Outline).
     pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
         let length = self.spline.length();
-        let placed = |(point, direction): ([f64; 2], [f64; 2])| [add(self.origin, point), direction];
-        let (pieces, at) = (self.spline.pieces(), |along: f64| placed(self.spline.at(along)));
+        let placed =
+            |(point, direction): ([f64; 2], [f64; 2])| [add(self.origin, point), direction];
+        let (pieces, at) = (self.spline.pieces(), |along: f64| {
+            placed(self.spline.at(along))
+        });
         let mut found = touches(
             |part| placed(self.spline.along_pieces(part)),
             [0.0, pieces as f64],
@@ -133,7 +168,11 @@ impl Profile {
             for end in [0.0, length] {
                 let [point, _] = at(end);
                 let way = reach + dot(point, point).sqrt();
-                let ray = if end == 0.0 { [-way, 0.0] } else { [length, length + way] };
+                let ray = if end == 0.0 {
+                    [-way, 0.0]
+                } else {
+                    [length, length + way]
+                };
                 found.extend(touches(at, ray, POINTS_OF_PIECE, reach));
             }
         }
@@ -142,26 +181,35 @@ impl Profile {
 }
 
 impl Profile {
-    /// The arc lengths in m between which the profile comes within the distance `reach` (m) of the tool axis, without gaps: all of a
-    /// closed one. None if it does not.
+    /// The arc lengths in m between which the profile comes within the distance `reach` (m) of the
+    /// tool axis, without gaps: all of a closed one. None if it does not.
     fn within(&self, reach: f64) -> Option<[f64; 2]> {
         let length = self.spline.length();
         let away = |along: f64| {
             let point = add(self.origin, self.spline.at(along).0);
             dot(point, point).sqrt()
         };
-        let range =
-            if self.spline.is_closed() { [0.0, length] } else { [-reach - away(0.0), length + reach + away(length)] };
+        let range = if self.spline.is_closed() {
+            [0.0, length]
+        } else {
+            [-reach - away(0.0), length + reach + away(length)]
+        };
         let place = |i: usize| range[0] + (range[1] - range[0]) * i as f64 / POINTS as f64;
         let inside = |i: &usize| away(place(*i)) < reach;
         let (first, last) = ((0..=POINTS).find(inside)?, (0..=POINTS).rfind(inside)?);
         if self.spline.is_closed() {
             return Some(range);
         }
-        let start =
-            if first == 0 { range[0] } else { bisect(|along| away(along) < reach, place(first - 1), place(first)) };
-        let end =
-            if last == POINTS { range[1] } else { bisect(|along| away(along) >= reach, place(last), place(last + 1)) };
+        let start = if first == 0 {
+            range[0]
+        } else {
+            bisect(|along| away(along) < reach, place(first - 1), place(first))
+        };
+        let end = if last == POINTS {
+            range[1]
+        } else {
+            bisect(|along| away(along) >= reach, place(last), place(last + 1))
+        };
         Some([start, end])
     }
 }
@@ -194,9 +242,24 @@ impl Workpiece for Profile {
     fn surface(&self, [x, y, _]: [f64; 3], time: f64) -> Surface {
         let [x_rate, y_rate, _] = self.velocity;
         let position = [x - time * x_rate, y - time * y_rate];
-        let Foot { normal, gap, curvature, .. } = self.spline.nearest(sub(position, self.origin));
-        let margin = self.edges.iter().map(|edge| -edge.inside(position)).fold(f64::INFINITY, f64::min);
-        Surface::of_profile(gap, normal, self.velocity, 1.0 / (1.0 / curvature + gap), margin)
+        let Foot {
+            normal,
+            gap,
+            curvature,
+            ..
+        } = self.spline.nearest(sub(position, self.origin));
+        let margin = self
+            .edges
+            .iter()
+            .map(|edge| -edge.inside(position))
+            .fold(f64::INFINITY, f64::min);
+        Surface::of_profile(
+            gap,
+            normal,
+            self.velocity,
+            1.0 / (1.0 / curvature + gap),
+            margin,
+        )
     }
 
     fn edges(&self) -> &[Edge] {
@@ -216,15 +279,31 @@ impl Workpiece for Profile {
     }
 
     fn profile(&self, reach: f64) -> Option<ProfileCells> {
-        let (at, length) = (|along: f64| add(self.origin, self.spline.at(along).0), self.spline.length());
+        let (at, length) = (
+            |along: f64| add(self.origin, self.spline.at(along).0),
+            self.spline.length(),
+        );
         let mut cells = ProfileCells::default();
-        let Some([start, end]) = self.within(reach) else { return Some(cells) };
-        let ends = self.stretches.iter().flatten().chain([&0.0, &length]).copied();
-        let mut cuts: Vec<f64> = ends.filter(|cut| *cut > start && *cut < end).chain([start, end]).collect();
+        let Some([start, end]) = self.within(reach) else {
+            return Some(cells);
+        };
+        let ends = self
+            .stretches
+            .iter()
+            .flatten()
+            .chain([&0.0, &length])
+            .copied();
+        let mut cuts: Vec<f64> = ends
+            .filter(|cut| *cut > start && *cut < end)
+            .chain([start, end])
+            .collect();
         cuts.sort_by(f64::total_cmp);
         for pair in cuts.windows(2) {
             let middle = (pair[0] + pair[1]) / 2.0;
-            let on_edge = self.stretches.iter().any(|[from, to]| (from..=to).contains(&&middle));
+            let on_edge = self
+                .stretches
+                .iter()
+                .any(|[from, to]| (from..=to).contains(&&middle));
             let least = if on_edge { CELLS_OF_ARC } else { 1 };
             cells.extend([pair[0], pair[1]], least, on_edge, at);
         }

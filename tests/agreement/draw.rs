@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use bristle::model::settings::{
-    ChamferSettings, EdgeSettings, FilamentSettings, ProcessSettings, ProfileSettings, RoundSettings, Settings, Side,
-    ToolSettings, Turns, WorkpieceKind, WorkpieceSettings,
+    ChamferSettings, EdgeSettings, FilamentSettings, ProcessSettings, ProfileSettings,
+    RoundSettings, Settings, Side, ToolSettings, Turns, WorkpieceKind, WorkpieceSettings,
 };
 use fastrand::Rng;
 
@@ -39,10 +39,16 @@ fn proposal(random: &mut Rng) -> Settings {
     let [modulus, density, slenderness] = match random.usize(..6) {
         0 => [1.0e11, 8500.0, between(random, 60.0, 200.0)],
         1 => [2.1e11, 7850.0, between(random, 60.0, 200.0)],
-        _ => [between(random, 8e8, 8e9), between(random, 900.0, 2000.0), between(random, 25.0, 80.0)],
+        _ => [
+            between(random, 8e8, 8e9),
+            between(random, 900.0, 2000.0),
+            between(random, 25.0, 80.0),
+        ],
     };
     let mut filament = FilamentSettings::new(length, length / slenderness);
-    filament.segments = *random.choice(&[1, 2, 3, 4, 4, 6, 6, 8, 8, 12, 25]).expect("numbers of segments");
+    filament.segments = *random
+        .choice(&[1, 2, 3, 4, 4, 6, 6, 8, 8, 12, 25])
+        .expect("numbers of segments");
     (filament.youngs_modulus_pa, filament.density_kg_m3) = (modulus, density);
     filament.damping_ratio = between(random, 0.01, 0.2);
     if once_in(random, 5) {
@@ -92,16 +98,24 @@ fn contact(settings: &mut Settings, random: &mut Rng) {
 
 /// A workpiece of any kind, within the reach of the tool.
 fn workpiece(settings: &Settings, random: &mut Rng) -> WorkpieceKind {
-    let (radius, depth) = (settings.tool_radius_m(), settings.process.penetration_depth_m);
+    let (radius, depth) = (
+        settings.tool_radius_m(),
+        settings.process.penetration_depth_m,
+    );
     let half_length = (2.0 * radius * depth).sqrt();
-    let kinds = ["plane", "edge", "edge", "chamfer", "cylinder", "bore", "profile"];
+    let kinds = [
+        "plane", "edge", "edge", "chamfer", "cylinder", "bore", "profile",
+    ];
     let kind = random.choice(kinds).expect("kinds of workpiece");
     if kind == "plane" {
         return WorkpieceKind::default();
     }
     let offset_m = about_zero(random, 0.8 * half_length);
     match kind {
-        "cylinder" => WorkpieceKind::Cylinder(RoundSettings { offset_m, radius_m: between(random, 5e-3, 0.5) }),
+        "cylinder" => WorkpieceKind::Cylinder(RoundSettings {
+            offset_m,
+            radius_m: between(random, 5e-3, 0.5),
+        }),
         "bore" => {
             let radius_m = radius * (1.0 + between(random, 0.05, 3.0));
             WorkpieceKind::Bore(RoundSettings { offset_m, radius_m })
@@ -114,18 +128,36 @@ fn workpiece(settings: &Settings, random: &mut Rng) -> WorkpieceKind {
             // The outermost ones are beyond the reach of the tool.
             let control_points_m = (-count..=count)
                 .map(|k| {
-                    let beyond = if k.abs() == count { 2.0 * radius / (count as f64 * pitch) } else { 1.0 };
+                    let beyond = if k.abs() == count {
+                        2.0 * radius / (count as f64 * pitch)
+                    } else {
+                        1.0
+                    };
                     [beyond * k as f64 * pitch, about_zero(random, bump)]
                 })
                 .collect();
-            WorkpieceKind::Profile(ProfileSettings { offset_m, degree, control_points_m, closed: false })
+            WorkpieceKind::Profile(ProfileSettings {
+                offset_m,
+                degree,
+                control_points_m,
+                closed: false,
+            })
         }
         _ => {
             let edge_radius_m = between(random, 1e-4, 4e-3);
             let included_angle_rad = 1.0 + 1.2 * random.f64();
-            let side = if random.bool() { Side::Leaving } else { Side::Entering };
+            let side = if random.bool() {
+                Side::Leaving
+            } else {
+                Side::Entering
+            };
             if kind == "edge" {
-                return WorkpieceKind::Edge(EdgeSettings { offset_m, included_angle_rad, edge_radius_m, side });
+                return WorkpieceKind::Edge(EdgeSettings {
+                    offset_m,
+                    included_angle_rad,
+                    edge_radius_m,
+                    side,
+                });
             }
             WorkpieceKind::Chamfer(ChamferSettings {
                 offset_m,
@@ -155,7 +187,11 @@ pub const SIMPLIFICATIONS: &[Simplification] = &[
     |settings| settings.filament.tip_diameter_m = None,
     |settings| {
         let filament = &mut settings.filament;
-        (filament.waviness_amplitude_m, filament.waviness_phase_rad, filament.waviness_length_m) = (0.0, 0.0, None);
+        (
+            filament.waviness_amplitude_m,
+            filament.waviness_phase_rad,
+            filament.waviness_length_m,
+        ) = (0.0, 0.0, None);
     },
     |settings| settings.filament.lateral_tilt_rad = 0.0,
     |settings| settings.process.gravity_m_s2 = [0.0; 3],

@@ -1,9 +1,11 @@
 //! What may differ between two simulations, and why.
 //!
-//! A simulation at a tolerance is exact for settings that are off by as little. So two results may differ by the tolerance, and by as
-//! much as exact results change when depth, speed, stiffness and tilt change by the tolerance. The latter is asked only where the former does
-//! not suffice: where filaments bounce often or just graze the workpiece, or where the motion is laterally unstable. Where results change so
-//! much that the comparison says nothing, the pair is counted as too sensitive.
+//! A simulation at a tolerance is exact for settings that are off by as little. So two results may
+//! differ by the tolerance, and by as much as exact results change when depth, speed, stiffness and
+//! tilt change by the tolerance. The latter is asked only where the former does not suffice: where
+//! filaments bounce often or just graze the workpiece, or where the motion is laterally unstable.
+//! Where results change so much that the comparison says nothing, the pair is counted as too
+//! sensitive.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -19,8 +21,8 @@ const EXACT: f64 = 1e-9;
 const SENSITIVE: f64 = 0.02;
 /// Where a result changes by as much as itself, chance decides about all of them.
 const CHAOTIC: f64 = 1.0;
-/// Steady turns end when the impulse changes by less than 1e-3 from turn to turn. What remains of a change that shrinks by a third or
-/// more is half of that; each of the two may end a turn earlier.
+/// Steady turns end when the impulse changes by less than 1e-3 from turn to turn. What remains of a
+/// change that shrinks by a third or more is half of that; each of the two may end a turn earlier.
 const STEADY: f64 = 3e-3;
 
 /// The part of the impulse on edges is a sum over the interpolants of steps.
@@ -61,7 +63,9 @@ struct Number {
 
 /// The verdict on a pair with these two results.
 pub fn judge(pair: &Pair, results: &[Result]) -> Verdict {
-    let [one, other] = results else { unreachable!("two results of a pair") };
+    let [one, other] = results else {
+        unreachable!("two results of a pair")
+    };
     let (one, other) = match (one, other) {
         (Ok(one), Ok(other)) => (one, other),
         (Err(message), _) | (_, Err(message)) => return Verdict::Refused(message.clone()),
@@ -71,30 +75,55 @@ pub fn judge(pair: &Pair, results: &[Result]) -> Verdict {
         return Verdict::Sensitive("laterally unstable".to_owned());
     }
     let excess = excess(pair, one, other, |_| 0.0);
-    let Some(first) = excess else { return Verdict::Same };
-    let Some(spread) = spread(pair) else { return Verdict::Differs(first) };
-    let largest = spread.iter().fold(0.0_f64, |largest, (_, share)| largest.max(*share));
+    let Some(first) = excess else {
+        return Verdict::Same;
+    };
+    let Some(spread) = spread(pair) else {
+        return Verdict::Differs(first);
+    };
+    let largest = spread
+        .iter()
+        .fold(0.0_f64, |largest, (_, share)| largest.max(*share));
     // Turns have one name; the most sensitive one is among them.
     let share = |name: &'static str| {
         let of_name = spread.iter().filter(|(other, _)| *other == name);
         of_name.fold(0.0_f64, |largest, (_, share)| largest.max(*share))
     };
     match self::excess(pair, one, other, share) {
-        Some(message) if largest < CHAOTIC => Verdict::Differs(format!("{message}, sensitivity {largest:.1e}")),
-        _ if largest > SENSITIVE => Verdict::Sensitive(format!("{first}, sensitivity {largest:.1e}")),
+        Some(message) if largest < CHAOTIC => {
+            Verdict::Differs(format!("{message}, sensitivity {largest:.1e}"))
+        }
+        _ if largest > SENSITIVE => {
+            Verdict::Sensitive(format!("{first}, sensitivity {largest:.1e}"))
+        }
         _ => Verdict::Same,
     }
 }
 
-/// The number that differs most of those that differ by more than they may, in words. `share` is what a number may differ by in addition.
-fn excess(pair: &Pair, one: &Outcome, other: &Outcome, share: impl Fn(&'static str) -> f64) -> Option<String> {
+/// The number that differs most of those that differ by more than they may, in words. `share` is
+/// what a number may differ by in addition.
+fn excess(
+    pair: &Pair,
+    one: &Outcome,
+    other: &Outcome,
+    share: impl Fn(&'static str) -> f64,
+) -> Option<String> {
     let settings = pair.settings();
     let is_steady = settings.process.turns() == Turns::Steady;
-    if !is_steady && one.turns.len() != other.turns.len() && one.metrics.turns == other.metrics.turns {
-        return Some(format!("{} and {} turns are listed", one.turns.len(), other.turns.len()));
+    if !is_steady
+        && one.turns.len() != other.turns.len()
+        && one.metrics.turns == other.metrics.turns
+    {
+        return Some(format!(
+            "{} and {} turns are listed",
+            one.turns.len(),
+            other.turns.len()
+        ));
     }
     let image = image(pair, &other.metrics);
-    let numbers = numbers(pair, one, &one.metrics, other).into_iter().zip(self::numbers(pair, other, &image, one));
+    let numbers = numbers(pair, one, &one.metrics, other)
+        .into_iter()
+        .zip(self::numbers(pair, other, &image, one));
     let excesses = numbers.filter_map(|(a, b)| {
         let difference = (a.value - b.value).abs() / a.scale.max(b.scale);
         // What is stated differs in the last digits from what is found, by another pass.
@@ -106,21 +135,32 @@ fn excess(pair: &Pair, one: &Outcome, other: &Outcome, share: impl Fn(&'static s
             let Number { name, value, .. } = a;
             (
                 difference / allowed,
-                format!("{name} is {value:e} and {:e}: by {difference:.1e}, allowed {allowed:.1e}", b.value),
+                format!(
+                    "{name} is {value:e} and {:e}: by {difference:.1e}, allowed {allowed:.1e}",
+                    b.value
+                ),
             )
         })
     });
-    excesses.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, message)| message)
+    excesses
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, message)| message)
 }
 
 /// The numbers of a result that are compared.
 fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome) -> Vec<Number> {
     let settings = pair.settings();
-    let number = |name, value, scale| Number { name, value, scale, slack: 0.0 };
+    let number = |name, value, scale| Number {
+        name,
+        value,
+        scale,
+        slack: 0.0,
+    };
     if let [Run::Settled(_), _] = pair.runs {
         return vec![number("energy taken at rest", outcome.settled, 1.0)];
     }
-    // The tolerance holds for velocities relative to the brushing velocity, and so for impulses relative to a filament's momentum.
+    // The tolerance holds for velocities relative to the brushing velocity, and so for impulses
+    // relative to a filament's momentum.
     let filament = &settings.filament;
     let mass = filament.density_kg_m3 * filament.root_area_m2() * filament.length_m;
     let momentum = 0.1 * mass * settings.process.brushing_velocity_m_s;
@@ -136,19 +176,43 @@ fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome)
     }
     let is_steady = settings.process.turns() == Turns::Steady;
     let slack = if is_steady { STEADY } else { 0.0 };
-    numbers.push(Number { slack, ..number("p_n", metrics.contact_normal_impulse_n_s, impulse) });
+    numbers.push(Number {
+        slack,
+        ..number("p_n", metrics.contact_normal_impulse_n_s, impulse)
+    });
     // The tolerance of a brush is that of the impulse.
     if !pair.is_of_brush() && !is_steady {
         let reach = settings.tool_radius_m();
-        let work = impulse * settings.process.brushing_velocity_m_s * settings.contact.friction_coefficient;
+        let work = impulse
+            * settings.process.brushing_velocity_m_s
+            * settings.contact.friction_coefficient;
         numbers.extend([
             number("impulse along x", metrics.contact_impulse_x_n_s, impulse),
             number("impulse along y", metrics.contact_impulse_y_n_s, impulse),
             number("impulse along z", metrics.contact_impulse_z_n_s, impulse),
-            number("angular impulse", metrics.contact_angular_impulse_n_m_s, reach * impulse),
-            Number { slack: EDGES, ..number("impulse on edges", metrics.edge_contact_normal_impulse_n_s, impulse) },
-            number("friction work", metrics.friction_work_j, metrics.friction_work_j.max(work)),
-            number("tip deflection", metrics.max_tip_deflection_m, 0.1 * filament.length_m),
+            number(
+                "angular impulse",
+                metrics.contact_angular_impulse_n_m_s,
+                reach * impulse,
+            ),
+            Number {
+                slack: EDGES,
+                ..number(
+                    "impulse on edges",
+                    metrics.edge_contact_normal_impulse_n_s,
+                    impulse,
+                )
+            },
+            number(
+                "friction work",
+                metrics.friction_work_j,
+                metrics.friction_work_j.max(work),
+            ),
+            number(
+                "tip deflection",
+                metrics.max_tip_deflection_m,
+                0.1 * filament.length_m,
+            ),
         ]);
     }
     numbers
@@ -156,7 +220,12 @@ fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome)
 
 /// The metrics of the second set-up as the first one has them.
 fn image(pair: &Pair, metrics: &Metrics) -> Metrics {
-    let Metrics { contact_impulse_x_n_s: x, contact_impulse_y_n_s: y, contact_impulse_z_n_s: z, .. } = *metrics;
+    let Metrics {
+        contact_impulse_x_n_s: x,
+        contact_impulse_y_n_s: y,
+        contact_impulse_z_n_s: z,
+        ..
+    } = *metrics;
     let (sin, cos) = pair.turned_by.sin_cos();
     Metrics {
         contact_impulse_x_n_s: cos * x + sin * y,
@@ -166,11 +235,16 @@ fn image(pair: &Pair, metrics: &Metrics) -> Metrics {
     }
 }
 
-/// By what share of its scale each number changes, if settings change by as much as the tolerance of the pair.
+/// By what share of its scale each number changes, if settings change by as much as the tolerance
+/// of the pair.
 fn spread(pair: &Pair) -> Option<Vec<(&'static str, f64)>> {
     let [_, reference] = &pair.runs;
     reference.settings()?;
-    let off = if pair.is_of_brush() { 1e-4 } else { pair.tolerance };
+    let off = if pair.is_of_brush() {
+        1e-4
+    } else {
+        pair.tolerance
+    };
     let changes: &[fn(&mut Settings, f64)] = &[
         |_, _| (),
         |settings, factor| settings.process.penetration_depth_m *= factor,
@@ -190,13 +264,25 @@ fn spread(pair: &Pair) -> Option<Vec<(&'static str, f64)>> {
         })
         .collect();
     let results = outcomes(&variants.iter().collect::<Vec<_>>());
-    let results: Vec<Outcome> = results.into_iter().filter_map(std::result::Result::ok).collect();
+    let results: Vec<Outcome> = results
+        .into_iter()
+        .filter_map(std::result::Result::ok)
+        .collect();
     let fewest = results.iter().min_by_key(|outcome| outcome.turns.len())?;
-    let all: Vec<Vec<Number>> =
-        results.iter().map(|outcome| numbers(pair, outcome, &outcome.metrics, fewest)).collect();
+    let all: Vec<Vec<Number>> = results
+        .iter()
+        .map(|outcome| numbers(pair, outcome, &outcome.metrics, fewest))
+        .collect();
     let names = all[0].iter().enumerate().map(|(index, first)| {
-        let values = || all.iter().filter_map(|numbers| numbers.get(index)).map(|number| number.value);
-        let [least, most] = [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)];
+        let values = || {
+            all.iter()
+                .filter_map(|numbers| numbers.get(index))
+                .map(|number| number.value)
+        };
+        let [least, most] = [
+            values().fold(f64::INFINITY, f64::min),
+            values().fold(f64::NEG_INFINITY, f64::max),
+        ];
         (first.name, (most - least) / first.scale)
     });
     Some(names.collect())

@@ -1,16 +1,20 @@
-//! A standing attack on the results: pairs of simulations of random brushes, whose metrics must be the same.
+//! A standing attack on the results: pairs of simulations of random brushes, whose metrics must be
+//! the same.
 //!
-//! [`pairs`] lists what makes two simulations the same: a tighter tolerance, an earlier start, another frame, another name for the same
-//! workpiece, a brush of one filament. [`draw`] draws the settings. [`judge`] says what may differ, and why.
+//! [`pairs`] lists what makes two simulations the same: a tighter tolerance, an earlier start,
+//! another frame, another name for the same workpiece, a brush of one filament. [`draw`] draws the
+//! settings. [`judge`] says what may differ, and why.
 //!
-//! Pairs follow from the seed, the kind and a number alone. Without arguments this is a short run for CI. `--times` makes it longer:
+//! Pairs follow from the seed, the kind and a number alone. Without arguments this is a short run
+//! for CI. `--times` makes it longer:
 //!
 //! ```sh
 //! cargo test --release -p bristle --test agreement -- --times 100 --seed 7
 //! cargo test --release -p bristle --test agreement -- brush-of-one --seed 7 --pair 1234    # one pair again
 //! ```
 //!
-//! A failure prints both numbers and an input file, from which everything was left out that the failure does not need.
+//! A failure prints both numbers and an input file, from which everything was left out that the
+//! failure does not need.
 
 mod draw;
 mod judge;
@@ -31,7 +35,8 @@ use simulate::outcomes;
 const CHUNK: usize = 64;
 /// Pairs of a kind that are shown whole, and simplified if they differ.
 const MOST_SHOWN: usize = 3;
-/// At most this share of pairs, and one, may say nothing: because they are too sensitive, or cannot be simulated.
+/// At most this share of pairs, and one, may say nothing: because they are too sensitive, or cannot
+/// be simulated.
 const MOST_SENSITIVE: f64 = 0.05;
 
 /// What to try.
@@ -45,9 +50,15 @@ struct Plan {
 }
 
 impl Plan {
-    /// That of the command line. Other arguments are those that `cargo test` passes to all test programs.
+    /// That of the command line. Other arguments are those that `cargo test` passes to all test
+    /// programs.
     fn of_arguments() -> Self {
-        let mut plan = Self { kinds: Vec::new(), seed: 1, times: 1, only: None };
+        let mut plan = Self {
+            kinds: Vec::new(),
+            seed: 1,
+            times: 1,
+            only: None,
+        };
         let mut arguments = std::env::args().skip(1);
         while let Some(argument) = arguments.next() {
             let mut number = || {
@@ -78,13 +89,20 @@ struct Trial {
 
 impl Trial {
     fn new(kind: &Kind, seed: u64, number: usize) -> Self {
-        let name = kind.name.bytes().fold(seed, |hash, byte| hash.wrapping_mul(0x0100_0000_01b3) ^ u64::from(byte));
+        let name = kind.name.bytes().fold(seed, |hash, byte| {
+            hash.wrapping_mul(0x0100_0000_01b3) ^ u64::from(byte)
+        });
         let mut random = Rng::with_seed(Rng::with_seed(name).u64(..) ^ number as u64);
         loop {
             let mut settings = draw::settings(&mut random);
             (kind.adapt)(&mut settings, &mut random);
             if let Some(pair) = possible(kind, &settings, &random) {
-                return Self { number, settings, random, pair };
+                return Self {
+                    number,
+                    settings,
+                    random,
+                    pair,
+                };
             }
         }
     }
@@ -97,7 +115,9 @@ impl Trial {
             if settings == self.settings {
                 continue;
             }
-            let Some(pair) = possible(kind, &settings, &self.random) else { continue };
+            let Some(pair) = possible(kind, &settings, &self.random) else {
+                continue;
+            };
             let results = outcomes(&pair.runs.each_ref());
             if let Verdict::Differs(_) = judge(&pair, &results) {
                 (self.settings, self.pair) = (settings, pair);
@@ -111,46 +131,78 @@ impl Trial {
 fn possible(kind: &Kind, settings: &Settings, random: &Rng) -> Option<Pair> {
     settings.check().ok()?;
     let pair = (kind.pair)(settings, &mut random.clone());
-    let are_possible = pair.runs.iter().filter_map(Run::settings).all(|settings| settings.check().is_ok());
+    let are_possible = pair
+        .runs
+        .iter()
+        .filter_map(Run::settings)
+        .all(|settings| settings.check().is_ok());
     are_possible.then_some(pair)
 }
 
 fn main() -> ExitCode {
     let plan = Plan::of_arguments();
-    let wanted = |kind: &&Kind| plan.kinds.is_empty() || plan.kinds.iter().any(|name| name == kind.name);
+    let wanted =
+        |kind: &&Kind| plan.kinds.is_empty() || plan.kinds.iter().any(|name| name == kind.name);
     // Alone, a kind with few long pairs would keep only one core busy.
-    let failures: usize = KINDS.par_iter().filter(wanted).map(|kind| attack(kind, &plan)).sum();
-    if failures == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    let failures: usize = KINDS
+        .par_iter()
+        .filter(wanted)
+        .map(|kind| attack(kind, &plan))
+        .sum();
+    if failures == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
 }
 
-/// Tries the pairs of a kind, prints what was found, in one piece, and returns the number of failures.
+/// Tries the pairs of a kind, prints what was found, in one piece, and returns the number of
+/// failures.
 fn attack(kind: &Kind, plan: &Plan) -> usize {
-    let numbers: Vec<usize> = plan.only.map_or_else(|| (0..kind.count * plan.times).collect(), |only| vec![only]);
+    let numbers: Vec<usize> = plan
+        .only
+        .map_or_else(|| (0..kind.count * plan.times).collect(), |only| vec![only]);
     let first = Trial::new(kind, plan.seed, numbers[0]).pair;
     let share = numbers.len().div_ceil(rayon::current_num_threads());
-    let chunk = if first.is_of_brush() { 1 } else { share.min(CHUNK) };
+    let chunk = if first.is_of_brush() {
+        1
+    } else {
+        share.min(CHUNK)
+    };
     let mut text = String::new();
     if plan.only.is_some() {
         text += &first.to_string();
     }
-    let verdicts: Vec<(usize, Verdict)> =
-        numbers.par_chunks(chunk).flat_map(|chunk| judged(kind, plan, chunk)).collect();
-    let count = |wanted: fn(&Verdict) -> bool| verdicts.iter().filter(|(_, verdict)| wanted(verdict)).count();
+    let verdicts: Vec<(usize, Verdict)> = numbers
+        .par_chunks(chunk)
+        .flat_map(|chunk| judged(kind, plan, chunk))
+        .collect();
+    let count = |wanted: fn(&Verdict) -> bool| {
+        verdicts
+            .iter()
+            .filter(|(_, verdict)| wanted(verdict))
+            .count()
+    };
     let [refused, sensitive, failed] = [
         count(|verdict| matches!(verdict, Verdict::Refused(_))),
         count(|verdict| matches!(verdict, Verdict::Sensitive(_))),
         count(|verdict| matches!(verdict, Verdict::Differs(_))),
     ];
     let (name, all) = (kind.name, verdicts.len());
-    text += &format!("{name:24} {all:6} pairs, {failed} differ, {sensitive} too sensitive, {refused} refused\n");
-    let wrong = verdicts.iter().filter(|(_, verdict)| !matches!(verdict, Verdict::Same));
+    text += &format!(
+        "{name:24} {all:6} pairs, {failed} differ, {sensitive} too sensitive, {refused} refused\n"
+    );
+    let wrong = verdicts
+        .iter()
+        .filter(|(_, verdict)| !matches!(verdict, Verdict::Same));
     for (position, (number, verdict)) in wrong.enumerate() {
         text += &format!("  {number}: {verdict}\n");
         if position < MOST_SHOWN {
             text += &shown(kind, plan, *number, verdict);
         }
     }
-    let too_many = plan.only.is_none() && (refused + sensitive) as f64 > 1.0 + MOST_SENSITIVE * verdicts.len() as f64;
+    let too_many = plan.only.is_none()
+        && (refused + sensitive) as f64 > 1.0 + MOST_SENSITIVE * verdicts.len() as f64;
     if too_many {
         text += &format!("  {name}: too many pairs say nothing\n");
     }
@@ -160,18 +212,25 @@ fn attack(kind: &Kind, plan: &Plan) -> usize {
 
 /// The verdicts on some pairs of a kind.
 fn judged(kind: &Kind, plan: &Plan, numbers: &[usize]) -> Vec<(usize, Verdict)> {
-    let trials: Vec<Trial> = numbers.iter().map(|number| Trial::new(kind, plan.seed, *number)).collect();
+    let trials: Vec<Trial> = numbers
+        .iter()
+        .map(|number| Trial::new(kind, plan.seed, *number))
+        .collect();
     let runs: Vec<_> = trials.iter().flat_map(|trial| &trial.pair.runs).collect();
     let results = outcomes(&runs);
     let both = trials.iter().zip(results.chunks(2));
-    both.map(|(trial, results)| (trial.number, judge(&trial.pair, results))).collect()
+    both.map(|(trial, results)| (trial.number, judge(&trial.pair, results)))
+        .collect()
 }
 
 /// How to repeat a pair with this verdict, and its settings.
 fn shown(kind: &Kind, plan: &Plan, number: usize, verdict: &Verdict) -> String {
     let mut trial = Trial::new(kind, plan.seed, number);
     let command = "cargo test --release -p bristle --test agreement";
-    let mut text = format!("  again: {command} -- {} --seed {} --pair {number}\n", kind.name, plan.seed);
+    let mut text = format!(
+        "  again: {command} -- {} --seed {} --pair {number}\n",
+        kind.name, plan.seed
+    );
     if let Verdict::Differs(_) = verdict {
         trial = trial.simplified(kind);
         let results = outcomes(&trial.pair.runs.each_ref());

@@ -5,8 +5,9 @@ use std::fmt::{self, Display, Formatter};
 
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::settings::{
-    BrushSettings, ChamferSettings, ContactSettings, EdgeSettings, FilamentSettings, ProcessSettings, ProfileSettings,
-    Settings, Side, SolverSettings, ToolKind, ToolSettings, Turns, WorkpieceKind,
+    BrushSettings, ChamferSettings, ContactSettings, EdgeSettings, FilamentSettings,
+    ProcessSettings, ProfileSettings, Settings, Side, SolverSettings, ToolKind, ToolSettings,
+    Turns, WorkpieceKind,
 };
 use fastrand::Rng;
 
@@ -21,7 +22,8 @@ pub enum Run {
     InSpace(Settings),
     /// The brush of the settings.
     Brush(Settings),
-    /// The same without any shortcut: all filaments are solved, and all pairs of points and segments searched.
+    /// The same without any shortcut: all filaments are solved, and all pairs of points and
+    /// segments searched.
     Exhaustive(Settings),
     /// One filament, of which the energy that its joints take before the contact is asked.
     Settled(Settings),
@@ -74,42 +76,85 @@ impl Run {
 /// An input file, with the settings that are not their defaults.
 impl Display for Run {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        let Some(settings) = self.settings() else { return Ok(()) };
+        let Some(settings) = self.settings() else {
+            return Ok(());
+        };
         let kind = &settings.workpiece.kind;
         let mut defaults = settings.clone();
-        let ToolSettings { body_radius_m, width_m, filament_count, .. } = settings.tool;
+        let ToolSettings {
+            body_radius_m,
+            width_m,
+            filament_count,
+            ..
+        } = settings.tool;
         defaults.tool = ToolSettings::new(body_radius_m, width_m, filament_count);
         defaults.brush = settings.brush.as_ref().map(|_| BrushSettings::default());
-        (defaults.contact, defaults.solver) = (ContactSettings::default(), SolverSettings::default());
-        defaults.workpiece = serde_json::from_value(serde_json::json!({ "kind": kind.name() })).expect("a kind");
-        defaults.filament = FilamentSettings::new(settings.filament.length_m, settings.filament.diameter_m);
+        (defaults.contact, defaults.solver) =
+            (ContactSettings::default(), SolverSettings::default());
+        defaults.workpiece =
+            serde_json::from_value(serde_json::json!({ "kind": kind.name() })).expect("a kind");
+        defaults.filament =
+            FilamentSettings::new(settings.filament.length_m, settings.filament.diameter_m);
         defaults.process = ProcessSettings::new(0.0, 0.0);
         match self {
             Self::InSpace(_) => writeln!(formatter, "# integrated in space")?,
             Self::Exhaustive(_) => writeln!(formatter, "# without shortcuts")?,
             _ => {}
         }
-        for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()) {
-            let Some(value) = parameter.read(settings) else { continue };
+        for parameter in PARAMETERS
+            .iter()
+            .filter(|parameter| parameter.instead_of.is_empty())
+        {
+            let Some(value) = parameter.read(settings) else {
+                continue;
+            };
             if parameter.required || value != parameter.get(&defaults) {
-                writeln!(formatter, "{} = {}", parameter.path, parameter.format(value))?;
+                writeln!(
+                    formatter,
+                    "{} = {}",
+                    parameter.path,
+                    parameter.format(value)
+                )?;
             }
         }
-        writeln!(formatter, "tool.kind = {:?}", format!("{:?}", settings.tool.kind).to_lowercase())?;
-        writeln!(formatter, "process.gravity_m_s2 = {:?}", settings.process.gravity_m_s2)?;
+        writeln!(
+            formatter,
+            "tool.kind = {:?}",
+            format!("{:?}", settings.tool.kind).to_lowercase()
+        )?;
+        writeln!(
+            formatter,
+            "process.gravity_m_s2 = {:?}",
+            settings.process.gravity_m_s2
+        )?;
         writeln!(formatter, "workpiece.kind = {:?}", kind.name())?;
         match kind {
-            WorkpieceKind::Plane(plane) => writeln!(formatter, "workpiece.normal = {:?}", plane.normal)?,
-            WorkpieceKind::Edge(EdgeSettings { side, .. }) | WorkpieceKind::Chamfer(ChamferSettings { side, .. }) => {
-                writeln!(formatter, "workpiece.side = {:?}", format!("{side:?}").to_lowercase())?;
+            WorkpieceKind::Plane(plane) => {
+                writeln!(formatter, "workpiece.normal = {:?}", plane.normal)?
+            }
+            WorkpieceKind::Edge(EdgeSettings { side, .. })
+            | WorkpieceKind::Chamfer(ChamferSettings { side, .. }) => {
+                writeln!(
+                    formatter,
+                    "workpiece.side = {:?}",
+                    format!("{side:?}").to_lowercase()
+                )?;
             }
             WorkpieceKind::Profile(profile) => {
-                writeln!(formatter, "workpiece.control_points_m = {:?}", profile.control_points_m)?;
+                writeln!(
+                    formatter,
+                    "workpiece.control_points_m = {:?}",
+                    profile.control_points_m
+                )?;
             }
             WorkpieceKind::Cylinder(_) | WorkpieceKind::Bore(_) => {}
         }
         if settings.process.turns() == Turns::Steady {
-            writeln!(formatter, "# and process.turns = {:?} instead", Turns::STEADY)?;
+            writeln!(
+                formatter,
+                "# and process.turns = {:?} instead",
+                Turns::STEADY
+            )?;
         }
         if let Some(brush) = &settings.brush {
             writeln!(formatter, "brush.steady = {}", brush.steady)?;
@@ -124,7 +169,10 @@ impl Display for Pair {
         let [one, other] = self.runs.each_ref().map(Run::to_string);
         formatter.write_str(&one)?;
         let is_other = |line: &&str| !one.lines().any(|other| other == *line);
-        other.lines().filter(is_other).try_for_each(|line| writeln!(formatter, "# and: {line}"))
+        other
+            .lines()
+            .filter(is_other)
+            .try_for_each(|line| writeln!(formatter, "# and: {line}"))
     }
 }
 
@@ -136,11 +184,18 @@ impl Pair {
 
     /// Whether a brush is simulated.
     pub fn is_of_brush(&self) -> bool {
-        self.runs.iter().any(|run| matches!(run, Run::Brush(_) | Run::Exhaustive(_)))
+        self.runs
+            .iter()
+            .any(|run| matches!(run, Run::Brush(_) | Run::Exhaustive(_)))
     }
 
     fn new(runs: [Run; 2], tolerance: f64) -> Self {
-        Self { runs, turned_by: 0.0, is_mirrored: false, tolerance }
+        Self {
+            runs,
+            turned_by: 0.0,
+            is_mirrored: false,
+            tolerance,
+        }
     }
 
     /// Two passes of one filament at the relative tolerance `relative`.
@@ -150,8 +205,8 @@ impl Pair {
     }
 }
 
-/// The tolerance holds for each step; a pass has some hundred, whose errors add up to at most this many. The same holds for two passes
-/// that differ by rounding: it changes the steps.
+/// The tolerance holds for each step; a pass has some hundred, whose errors add up to at most this
+/// many. The same holds for two passes that differ by rounding: it changes the steps.
 pub const STEPS: f64 = 300.0;
 
 /// The pairs of one kind.
@@ -167,23 +222,108 @@ pub struct Kind {
 
 /// All kinds.
 pub const KINDS: &[Kind] = &[
-    Kind { name: "tolerances", count: 50, adapt: |_, _| (), pair: tolerances },
-    Kind { name: "turns-and-tolerances", count: 10, adapt: several_turns, pair: tolerances },
-    Kind { name: "poses", count: 20, adapt: posed, pair: tolerances },
-    Kind { name: "edges", count: 20, adapt: over_an_edge, pair: tolerances },
-    Kind { name: "starts", count: 60, adapt: rests, pair: starts },
-    Kind { name: "turned", count: 60, adapt: on_a_plane, pair: turned },
-    Kind { name: "mirrored", count: 10, adapt: in_space, pair: mirrored },
-    Kind { name: "planar-and-in-space", count: 30, adapt: planar_and_fast, pair: planar_and_in_space },
-    Kind { name: "same-shapes", count: 60, adapt: on_a_plane, pair: same_shapes },
-    Kind { name: "shifted", count: 5, adapt: with_profile, pair: shifted },
-    Kind { name: "longer", count: 3, adapt: several_turns, pair: longer },
-    Kind { name: "at-rest", count: 20, adapt: settling, pair: at_rest },
-    Kind { name: "brush-of-one", count: 20, adapt: |_, _| (), pair: brush_of_one },
-    Kind { name: "brush-of-one-and-turns", count: 2, adapt: several_turns_of_brushes, pair: brush_of_one },
-    Kind { name: "brush-far-apart", count: 3, adapt: far_apart, pair: brush_far_apart },
-    Kind { name: "brush-tolerances", count: 8, adapt: few_filaments, pair: brush_tolerances },
-    Kind { name: "brush-shortcuts", count: 6, adapt: two_groups, pair: brush_shortcuts },
+    Kind {
+        name: "tolerances",
+        count: 50,
+        adapt: |_, _| (),
+        pair: tolerances,
+    },
+    Kind {
+        name: "turns-and-tolerances",
+        count: 10,
+        adapt: several_turns,
+        pair: tolerances,
+    },
+    Kind {
+        name: "poses",
+        count: 20,
+        adapt: posed,
+        pair: tolerances,
+    },
+    Kind {
+        name: "edges",
+        count: 20,
+        adapt: over_an_edge,
+        pair: tolerances,
+    },
+    Kind {
+        name: "starts",
+        count: 60,
+        adapt: rests,
+        pair: starts,
+    },
+    Kind {
+        name: "turned",
+        count: 60,
+        adapt: on_a_plane,
+        pair: turned,
+    },
+    Kind {
+        name: "mirrored",
+        count: 10,
+        adapt: in_space,
+        pair: mirrored,
+    },
+    Kind {
+        name: "planar-and-in-space",
+        count: 30,
+        adapt: planar_and_fast,
+        pair: planar_and_in_space,
+    },
+    Kind {
+        name: "same-shapes",
+        count: 60,
+        adapt: on_a_plane,
+        pair: same_shapes,
+    },
+    Kind {
+        name: "shifted",
+        count: 5,
+        adapt: with_profile,
+        pair: shifted,
+    },
+    Kind {
+        name: "longer",
+        count: 3,
+        adapt: several_turns,
+        pair: longer,
+    },
+    Kind {
+        name: "at-rest",
+        count: 20,
+        adapt: settling,
+        pair: at_rest,
+    },
+    Kind {
+        name: "brush-of-one",
+        count: 20,
+        adapt: |_, _| (),
+        pair: brush_of_one,
+    },
+    Kind {
+        name: "brush-of-one-and-turns",
+        count: 2,
+        adapt: several_turns_of_brushes,
+        pair: brush_of_one,
+    },
+    Kind {
+        name: "brush-far-apart",
+        count: 3,
+        adapt: far_apart,
+        pair: brush_far_apart,
+    },
+    Kind {
+        name: "brush-tolerances",
+        count: 8,
+        adapt: few_filaments,
+        pair: brush_tolerances,
+    },
+    Kind {
+        name: "brush-shortcuts",
+        count: 6,
+        adapt: two_groups,
+        pair: brush_shortcuts,
+    },
 ];
 
 /// The settings with another relative tolerance.
@@ -197,7 +337,11 @@ fn at(settings: &Settings, relative_tolerance: f64) -> Settings {
 fn rests(settings: &mut Settings, _: &mut Rng) {
     settings.process.gravity_m_s2 = [0.0; 3];
     let filament = &mut settings.filament;
-    (filament.waviness_amplitude_m, filament.waviness_phase_rad, filament.waviness_length_m) = (0.0, 0.0, None);
+    (
+        filament.waviness_amplitude_m,
+        filament.waviness_phase_rad,
+        filament.waviness_length_m,
+    ) = (0.0, 0.0, None);
     filament.lateral_tilt_rad = 0.0;
     if !settings.workpiece.kind.is_plane() {
         settings.workpiece.feed_velocity_m_s = 0.0;
@@ -213,7 +357,11 @@ fn several_turns(settings: &mut Settings, random: &mut Rng) {
     let velocity = &mut settings.process.brushing_velocity_m_s;
     *velocity = velocity.max(between(random, 8.0, 40.0));
     settings.tool.body_radius_m = settings.tool.body_radius_m.min(0.08);
-    settings.process.turns = Some(if once_in(random, 3) { Turns::Steady } else { Turns::Count(random.usize(2..5)) });
+    settings.process.turns = Some(if once_in(random, 3) {
+        Turns::Steady
+    } else {
+        Turns::Count(random.usize(2..5))
+    });
     settings.filament.damping_ratio = settings.filament.damping_ratio.max(0.05);
     settings.workpiece.feed_velocity_m_s = 0.0;
     if settings.check().is_err() {
@@ -221,7 +369,8 @@ fn several_turns(settings: &mut Settings, random: &mut Rng) {
     }
 }
 
-/// The same for brushes, whose steps are as short beside the workpiece as on it: two turns of a small tool, or few until they are steady.
+/// The same for brushes, whose steps are as short beside the workpiece as on it: two turns of a
+/// small tool, or few until they are steady.
 fn several_turns_of_brushes(settings: &mut Settings, random: &mut Rng) {
     several_turns(settings, random);
     settings.tool.body_radius_m = settings.tool.body_radius_m.min(0.03);
@@ -264,12 +413,15 @@ fn planar_and_fast(settings: &mut Settings, random: &mut Rng) {
     *velocity = velocity.max(between(random, 8.0, 40.0));
 }
 
-/// Long filaments that enter over round edges, whose contacts begin on a face and go on around the edge.
+/// Long filaments that enter over round edges, whose contacts begin on a face and go on around the
+/// edge.
 fn over_an_edge(settings: &mut Settings, random: &mut Rng) {
     let (side, edge_radius_m) = loop {
         match &mut settings.workpiece.kind {
             WorkpieceKind::Edge(edge) => break (&mut edge.side, &mut edge.edge_radius_m),
-            WorkpieceKind::Chamfer(chamfer) => break (&mut chamfer.side, &mut chamfer.edge_radius_m),
+            WorkpieceKind::Chamfer(chamfer) => {
+                break (&mut chamfer.side, &mut chamfer.edge_radius_m);
+            }
             _ => *settings = crate::draw::settings(random),
         }
     };
@@ -307,13 +459,22 @@ fn far_apart(settings: &mut Settings, random: &mut Rng) {
     }
 }
 
-/// Changes the tool, and as often the filaments, such that they are as often sparse as packed. Returns their distance at the roots in m.
+/// Changes the tool, and as often the filaments, such that they are as often sparse as packed.
+/// Returns their distance at the roots in m.
 fn pitch(settings: &mut Settings, random: &mut Rng) -> f64 {
-    let diameter = |settings: &Settings| settings.filament.diameter_m.max(settings.filament.tip_diameter_m());
+    let diameter = |settings: &Settings| {
+        settings
+            .filament
+            .diameter_m
+            .max(settings.filament.tip_diameter_m())
+    };
     if random.bool() {
         return diameter(settings) * between(random, 1.05, 1.5);
     }
-    settings.tool.body_radius_m = settings.tool.body_radius_m.min(between(random, 0.015, 0.08));
+    settings.tool.body_radius_m = settings
+        .tool
+        .body_radius_m
+        .min(between(random, 0.015, 0.08));
     let thinner = between(random, 0.4, 1.0);
     settings.filament.diameter_m *= thinner;
     settings.filament.tip_diameter_m = settings.filament.tip_diameter_m.map(|tip| tip * thinner);
@@ -327,10 +488,15 @@ fn few_filaments(settings: &mut Settings, random: &mut Rng) {
     // Periodic rows are as far apart as columns.
     let rows = random.usize(1..4);
     settings.tool.width_m = pitch * rows as f64;
-    settings.tool.filament_count = rows as f64 * (TAU * settings.tool.body_radius_m / pitch).floor();
+    settings.tool.filament_count =
+        rows as f64 * (TAU * settings.tool.body_radius_m / pitch).floor();
     let columns = if rows == 1 { random.usize(1..4) } else { 1 };
-    let mut brush =
-        BrushSettings { columns: Some(columns), rows: Some(rows), steady: false, ..BrushSettings::default() };
+    let mut brush = BrushSettings {
+        columns: Some(columns),
+        rows: Some(rows),
+        steady: false,
+        ..BrushSettings::default()
+    };
     if once_in(random, 2) {
         brush.friction_coefficient = between(random, 0.05, 0.5);
     }
@@ -340,17 +506,24 @@ fn few_filaments(settings: &mut Settings, random: &mut Rng) {
     settings.brush = Some(brush);
 }
 
-/// A row of straight filaments in more than one group of lanes, with few segments, as each pair is searched.
+/// A row of straight filaments in more than one group of lanes, with few segments, as each pair is
+/// searched.
 fn two_groups(settings: &mut Settings, random: &mut Rng) {
     rests(settings, random);
     let pitch = pitch(settings, random);
     settings.filament.segments = settings.filament.segments.min(6);
     settings.filament.damping_ratio = settings.filament.damping_ratio.max(0.05);
     settings.tool.width_m = pitch;
-    settings.tool.filament_count = (TAU * settings.tool.body_radius_m / pitch).floor().max(18.0);
+    settings.tool.filament_count = (TAU * settings.tool.body_radius_m / pitch)
+        .floor()
+        .max(18.0);
     settings.process.brushing_velocity_m_s = settings.process.brushing_velocity_m_s.max(4.0);
-    let mut brush =
-        BrushSettings { columns: Some(random.usize(9..=17)), rows: Some(1), steady: false, ..BrushSettings::default() };
+    let mut brush = BrushSettings {
+        columns: Some(random.usize(9..=17)),
+        rows: Some(1),
+        steady: false,
+        ..BrushSettings::default()
+    };
     if once_in(random, 2) {
         brush.friction_coefficient = between(random, 0.05, 0.5);
     }
@@ -378,29 +551,49 @@ fn turned(settings: &Settings, random: &mut Rng) -> Pair {
     };
     turned.workpiece.kind = WorkpieceKind::plane(turn(settings.workpiece.kind.normal()));
     turned.process.gravity_m_s2 = turn(settings.process.gravity_m_s2);
-    Pair { turned_by, ..Pair::alone(settings, &turned, 1e-6) }
+    Pair {
+        turned_by,
+        ..Pair::alone(settings, &turned, 1e-6)
+    }
 }
 
 fn mirrored(settings: &Settings, _: &mut Rng) -> Pair {
     let mut mirrored = settings.clone();
     mirrored.filament.lateral_tilt_rad *= -1.0;
     mirrored.process.gravity_m_s2[2] *= -1.0;
-    Pair { is_mirrored: true, ..Pair::alone(settings, &mirrored, 1e-6) }
+    Pair {
+        is_mirrored: true,
+        ..Pair::alone(settings, &mirrored, 1e-6)
+    }
 }
 
 fn planar_and_in_space(settings: &Settings, _: &mut Rng) -> Pair {
     let settings = at(settings, 1e-6);
-    Pair::new([Run::Alone(settings.clone()), Run::InSpace(settings)], STEPS * 1e-6)
+    Pair::new(
+        [Run::Alone(settings.clone()), Run::InSpace(settings)],
+        STEPS * 1e-6,
+    )
 }
 
 /// A plane, or an edge, as a workpiece of another kind whose other faces are out of reach.
 fn same_shapes(settings: &Settings, random: &mut Rng) -> Pair {
     let far = 3.0 * settings.tool_radius_m();
     let [mut one, mut other] = [settings.clone(), settings.clone()];
-    let (side, sense) = if random.bool() { (Side::Leaving, 1.0) } else { (Side::Entering, -1.0) };
-    let edge = EdgeSettings { side, edge_radius_m: between(random, 1e-4, 4e-3), ..EdgeSettings::default() };
+    let (side, sense) = if random.bool() {
+        (Side::Leaving, 1.0)
+    } else {
+        (Side::Entering, -1.0)
+    };
+    let edge = EdgeSettings {
+        side,
+        edge_radius_m: between(random, 1e-4, 4e-3),
+        ..EdgeSettings::default()
+    };
     other.workpiece.kind = match random.usize(..3) {
-        0 => WorkpieceKind::Edge(EdgeSettings { offset_m: sense * far, ..edge }),
+        0 => WorkpieceKind::Edge(EdgeSettings {
+            offset_m: sense * far,
+            ..edge
+        }),
         1 => WorkpieceKind::Profile(ProfileSettings {
             control_points_m: (-3..=3).map(|k| [f64::from(k) * far, 0.0]).collect(),
             degree: random.usize(1..=4),
@@ -408,11 +601,17 @@ fn same_shapes(settings: &Settings, random: &mut Rng) -> Pair {
         }),
         _ => {
             let bend = 0.3 + 0.9 * random.f64();
-            let half_length = (2.0 * settings.tool_radius_m() * settings.process.penetration_depth_m).sqrt();
+            let half_length =
+                (2.0 * settings.tool_radius_m() * settings.process.penetration_depth_m).sqrt();
             let offset_m = about_zero(random, 0.8 * half_length);
             let included_angle_rad = std::f64::consts::PI - bend;
-            one.workpiece.kind = WorkpieceKind::Edge(EdgeSettings { offset_m, included_angle_rad, ..edge });
-            // The first corner of the chamfer is before the one where its unchamfered faces would meet.
+            one.workpiece.kind = WorkpieceKind::Edge(EdgeSettings {
+                offset_m,
+                included_angle_rad,
+                ..edge
+            });
+            // The first corner of the chamfer is before the one where its unchamfered faces would
+            // meet.
             let turn = bend + 0.2;
             WorkpieceKind::Chamfer(ChamferSettings {
                 offset_m: offset_m + sense * far * (turn - bend).sin() / turn.sin(),
@@ -432,7 +631,10 @@ fn shifted(settings: &Settings, random: &mut Rng) -> Pair {
     let shift = about_zero(random, 0.05);
     if let WorkpieceKind::Profile(profile) = &mut shifted.workpiece.kind {
         profile.offset_m += shift;
-        profile.control_points_m.iter_mut().for_each(|[x, _]| *x -= shift);
+        profile
+            .control_points_m
+            .iter_mut()
+            .for_each(|[x, _]| *x -= shift);
     }
     Pair::alone(settings, &shifted, 1e-6)
 }
@@ -441,13 +643,15 @@ fn shifted(settings: &Settings, random: &mut Rng) -> Pair {
 fn longer(settings: &Settings, random: &mut Rng) -> Pair {
     let [mut one, mut other] = [settings.clone(), settings.clone()];
     let turns = random.usize(2..4);
-    (one.process.turns, other.process.turns) = (Some(Turns::Count(turns)), Some(Turns::Count(turns + 1)));
+    (one.process.turns, other.process.turns) =
+        (Some(Turns::Count(turns)), Some(Turns::Count(turns + 1)));
     Pair::alone(&one, &other, 1e-6)
 }
 
 /// A filament that has settled turns rigidly, which takes no energy, whatever its direction.
 fn at_rest(settings: &Settings, _: &mut Rng) -> Pair {
-    // Of what a joint that saw the turning of the body would take, some hundredths of the energy of its springs, a hundredth.
+    // Of what a joint that saw the turning of the body would take, some hundredths of the energy of
+    // its springs, a hundredth.
     Pair::new([Run::Settled(at(settings, 1e-8)), Run::AtRest], 1e-4)
 }
 
@@ -455,32 +659,64 @@ fn at_rest(settings: &Settings, _: &mut Rng) -> Pair {
 fn with_brush(settings: &Settings, brush: BrushSettings, filament_count: f64) -> Run {
     let mut settings = settings.clone();
     settings.tool.filament_count = filament_count;
-    settings.brush = Some(BrushSettings { rows: Some(1), steady: false, ..brush });
+    settings.brush = Some(BrushSettings {
+        rows: Some(1),
+        steady: false,
+        ..brush
+    });
     Run::Brush(settings)
 }
 
 fn brush_of_one(settings: &Settings, random: &mut Rng) -> Pair {
     let tolerance = if once_in(random, 4) { 1e-4 } else { 1e-3 };
-    let brush = BrushSettings { columns: Some(1), tolerance, ..BrushSettings::default() };
-    Pair::new([with_brush(settings, brush, 100.0), Run::Alone(at(settings, 1e-7))], tolerance)
+    let brush = BrushSettings {
+        columns: Some(1),
+        tolerance,
+        ..BrushSettings::default()
+    };
+    Pair::new(
+        [
+            with_brush(settings, brush, 100.0),
+            Run::Alone(at(settings, 1e-7)),
+        ],
+        tolerance,
+    )
 }
 
 fn brush_far_apart(settings: &Settings, _: &mut Rng) -> Pair {
-    let brush = BrushSettings { columns: Some(2), ..BrushSettings::default() };
+    let brush = BrushSettings {
+        columns: Some(2),
+        ..BrushSettings::default()
+    };
     let tolerance = brush.tolerance;
-    // A third of a turn apart: filaments thrown back reach their neighbours an eighth of a turn behind.
-    Pair::new([with_brush(settings, brush, 3.0), Run::Alone(at(settings, 1e-7))], tolerance)
+    // A third of a turn apart: filaments thrown back reach their neighbours an eighth of a turn
+    // behind.
+    Pair::new(
+        [
+            with_brush(settings, brush, 3.0),
+            Run::Alone(at(settings, 1e-7)),
+        ],
+        tolerance,
+    )
 }
 
 fn brush_tolerances(settings: &Settings, _: &mut Rng) -> Pair {
     let runs = [1e-3, 1e-4].map(|tolerance| {
         let mut settings = settings.clone();
-        settings.brush = settings.brush.map(|brush| BrushSettings { tolerance, ..brush });
+        settings.brush = settings
+            .brush
+            .map(|brush| BrushSettings { tolerance, ..brush });
         Run::Brush(settings)
     });
     Pair::new(runs, 1.1e-3)
 }
 
 fn brush_shortcuts(settings: &Settings, _: &mut Rng) -> Pair {
-    Pair::new([Run::Brush(settings.clone()), Run::Exhaustive(settings.clone())], 1e-3)
+    Pair::new(
+        [
+            Run::Brush(settings.clone()),
+            Run::Exhaustive(settings.clone()),
+        ],
+        1e-3,
+    )
 }

@@ -17,7 +17,8 @@ pub struct Outcome {
     pub turns: Vec<f64>,
     /// The energy in J that joints took of a filament that has settled, if that was asked.
     pub settled: f64,
-    /// The error of its steps that a brush states: where it is above the tolerance, users are warned.
+    /// The error of its steps that a brush states: where it is above the tolerance, users are
+    /// warned.
     pub stated_error: f64,
 }
 
@@ -27,7 +28,12 @@ pub type Result = std::result::Result<Outcome, String>;
 /// The results of some simulations. Passes are simulated side by side.
 pub fn outcomes(runs: &[&Run]) -> Vec<Result> {
     let mut results: Vec<Option<Result>> = runs.iter().map(|run| single(run)).collect();
-    let is_pass = |(number, run): (usize, &&Run)| Some(Job { number, pass: pass(run)? });
+    let is_pass = |(number, run): (usize, &&Run)| {
+        Some(Job {
+            number,
+            pass: pass(run)?,
+        })
+    };
     let mut jobs: Vec<Job> = runs.iter().enumerate().filter_map(is_pass).collect();
     let take = |kind: Option<Kind>| {
         let fits = |job: &Job| kind.is_none_or(|kind| job.pass.kind() == kind);
@@ -35,15 +41,20 @@ pub fn outcomes(runs: &[&Run]) -> Vec<Result> {
         Some(jobs.swap_remove(position))
     };
     simulate_side_by_side(take, |number, result| {
-        let result = result.map_err(|error| error.to_string()).map(|result| Outcome {
-            metrics: result.metrics,
-            turns: result.turn_contact_normal_impulses_n_s,
-            settled: 0.0,
-            stated_error: 0.0,
-        });
+        let result = result
+            .map_err(|error| error.to_string())
+            .map(|result| Outcome {
+                metrics: result.metrics,
+                turns: result.turn_contact_normal_impulses_n_s,
+                settled: 0.0,
+                stated_error: 0.0,
+            });
         results[number] = Some(result);
     });
-    results.into_iter().map(|result| result.expect("each run is simulated")).collect()
+    results
+        .into_iter()
+        .map(|result| result.expect("each run is simulated"))
+        .collect()
 }
 
 /// The pass of a run that can be simulated side by side with others.
@@ -68,35 +79,68 @@ fn single(run: &Run) -> Option<Result> {
                     if turns.is_empty() {
                         turns.push(result.tool.contact_normal_impulse_n_s);
                     }
-                    Ok(Outcome { metrics: result.tool, turns, settled: 0.0, stated_error: result.step_error })
+                    Ok(Outcome {
+                        metrics: result.tool,
+                        turns,
+                        settled: 0.0,
+                        stated_error: result.step_error,
+                    })
                 }
                 Ok(Err(error)) => Err(error.to_string()),
                 Err(_) => panic!("a brush panics: {run}"),
             })
         }
         Run::Settled(settings) => Some(settled(settings)),
-        Run::AtRest => {
-            Some(Ok(Outcome { metrics: Metrics::default(), turns: Vec::new(), settled: 0.0, stated_error: 0.0 }))
-        }
+        Run::AtRest => Some(Ok(Outcome {
+            metrics: Metrics::default(),
+            turns: Vec::new(),
+            settled: 0.0,
+            stated_error: 0.0,
+        })),
     }
 }
 
 /// The result of a brush, without shortcuts if the search `is_exhaustive`.
 fn brush(settings: &Settings, is_exhaustive: bool) -> std::result::Result<BrushResult, BrushError> {
-    let none = Shortcuts { sleep: false, leave_out: false, clearance: false, broad_phase: false };
+    let none = Shortcuts {
+        sleep: false,
+        leave_out: false,
+        clearance: false,
+        broad_phase: false,
+    };
     let shortcuts = if is_exhaustive { none } else { Shortcuts::ALL };
-    let mut run = BrushRun::new(settings, RunOptions { shortcuts, ..RunOptions::default() })?;
+    let mut run = BrushRun::new(
+        settings,
+        RunOptions {
+            shortcuts,
+            ..RunOptions::default()
+        },
+    )?;
     while run.advance()? {}
     run.finish()
 }
 
-/// The energy that joints take in the last fifth of the time before the filament touches, relative to that of its springs.
+/// The energy that joints take in the last fifth of the time before the filament touches, relative
+/// to that of its springs.
 fn settled(settings: &Settings) -> Result {
     let pass = Pass::new(settings);
-    let sampling = Sampling { samples: 1000, ..Sampling::default() };
+    let sampling = Sampling {
+        samples: 1000,
+        ..Sampling::default()
+    };
     let result = pass.simulate(sampling).map_err(|error| error.to_string())?;
-    let free: Vec<_> = result.history.iter().take_while(|sample| sample.contact_normal_impulse_n_s == 0.0).collect();
+    let free: Vec<_> = result
+        .history
+        .iter()
+        .take_while(|sample| sample.contact_normal_impulse_n_s == 0.0)
+        .collect();
     let [from, to] = [free.len() * 4 / 5, free.len() - 2];
-    let settled = (free[to].dissipated_energy_j - free[from].dissipated_energy_j) / free[to].potential_energy_j;
-    Ok(Outcome { metrics: Metrics::default(), turns: Vec::new(), settled, stated_error: 0.0 })
+    let settled = (free[to].dissipated_energy_j - free[from].dissipated_energy_j)
+        / free[to].potential_energy_j;
+    Ok(Outcome {
+        metrics: Metrics::default(),
+        turns: Vec::new(),
+        settled,
+        stated_error: 0.0,
+    })
 }

@@ -1,4 +1,5 @@
-//! Is the stepping path free of allocations? Passes with many steps and with few steps allocate the same.
+//! Is the stepping path free of allocations? Passes with many steps and with few steps allocate the
+//! same.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -33,10 +34,19 @@ fn on_edge(relative_tolerance: f64) -> Settings {
 #[test]
 fn steps_of_a_pass_do_not_allocate() {
     for settings in [at, on_edge] {
-        let steps = |tolerance| simulate(&settings(tolerance)).expect("the pass ends").statistics.steps;
-        assert!(2 * steps(1e-6) > 5 * steps(1e-3), "the test could not detect allocations in a step");
-        let [few, many] =
-            [1e-3, 1e-6].map(|tolerance| allocations(|| drop(simulate(&settings(tolerance)).expect("the pass ends"))));
+        let steps = |tolerance| {
+            simulate(&settings(tolerance))
+                .expect("the pass ends")
+                .statistics
+                .steps
+        };
+        assert!(
+            2 * steps(1e-6) > 5 * steps(1e-3),
+            "the test could not detect allocations in a step"
+        );
+        let [few, many] = [1e-3, 1e-6].map(|tolerance| {
+            allocations(|| drop(simulate(&settings(tolerance)).expect("the pass ends")))
+        });
         assert!(few > 0);
         assert_eq!(few, many);
     }
@@ -46,8 +56,15 @@ fn steps_of_a_pass_do_not_allocate() {
 fn steps_of_passes_side_by_side_do_not_allocate() {
     for settings in [at, on_edge] {
         let [few, many] = [1e-3, 1e-6].map(|tolerance| {
-            let mut jobs: Vec<Job> = (0..12).map(|number| Job::new(number, &settings(tolerance))).collect();
-            allocations(|| simulate_side_by_side(|_| jobs.pop(), |_, result| drop(result.expect("the pass ends"))))
+            let mut jobs: Vec<Job> = (0..12)
+                .map(|number| Job::new(number, &settings(tolerance)))
+                .collect();
+            allocations(|| {
+                simulate_side_by_side(
+                    |_| jobs.pop(),
+                    |_, result| drop(result.expect("the pass ends")),
+                )
+            })
         });
         assert!(few > 0);
         assert_eq!(few, many);
@@ -62,18 +79,27 @@ struct Standing {
 
 impl ClampMotion for Standing {
     fn at(&self, _: f64) -> Clamp<f64> {
-        Clamp { position: [0.0, self.y, 0.0], ..FixedClamp { direction: [1.0, 0.0, 0.0] }.at(0.0) }
+        Clamp {
+            position: [0.0, self.y, 0.0],
+            ..FixedClamp {
+                direction: [1.0, 0.0, 0.0],
+            }
+            .at(0.0)
+        }
     }
 }
 
-/// Filaments whose contact with each other opens and closes: every other one swings against its neighbours.
+/// Filaments whose contact with each other opens and closes: every other one swings against its
+/// neighbours.
 #[test]
 fn steps_of_filaments_that_touch_do_not_allocate() {
     const COUNT: usize = 10;
     let settings = case(10, 10.0, 1e-3);
     let filaments = (0..COUNT).map(|index| Filament {
         chain: chain(&settings.filament, [0.0; 3]),
-        motion: Standing { y: 1.3e-3 * index as f64 },
+        motion: Standing {
+            y: 1.3e-3 * index as f64,
+        },
         law: ContactLaw::from(&settings.contact),
         workpiece: Part::Plane(Plane::new([0.0, -1e3, 0.0], [0.0, 1.0, 0.0], [0.0; 3])),
     });
@@ -82,7 +108,14 @@ fn steps_of_filaments_that_touch_do_not_allocate() {
         let rate = if index.is_multiple_of(2) { 60.0 } else { 0.0 };
         [vec![[FRAC_PI_2, 0.0]; 10], vec![[0.0, rate]; 10]]
     };
-    let mut row = Assembly::new(filaments.collect(), &radii, PressLaw::of(&settings), 4, coordinates, 1e-4);
+    let mut row = Assembly::new(
+        filaments.collect(),
+        &radii,
+        PressLaw::of(&settings),
+        4,
+        coordinates,
+        1e-4,
+    );
     let (mut steps, mut changes, mut touching) = (0, 0, 0);
     let mut advance = |row: &mut Assembly<Standing>, end: f64| {
         while row.time() < end {
@@ -94,6 +127,9 @@ fn steps_of_filaments_that_touch_do_not_allocate() {
     // Memory grows until it has held the most contacts at a time.
     advance(&mut row, 8e-3);
     let allocated = allocations(|| advance(&mut row, 16e-3));
-    assert!(steps > 1500 && changes > 50, "{changes} changes of the contacts in {steps} steps");
+    assert!(
+        steps > 1500 && changes > 50,
+        "{changes} changes of the contacts in {steps} steps"
+    );
     assert_eq!(allocated, 0);
 }

@@ -4,10 +4,13 @@ use crate::common::{RandomState, case, filament as paper_filament, random_state}
 use bristle::equations::{Batch, LANES, Member, PolarAxis};
 use bristle::model::filament;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Job, Kind, Simulation, SimulationError, simulate, simulate_side_by_side};
+use bristle::simulation::{
+    Job, Kind, Simulation, SimulationError, simulate, simulate_side_by_side,
+};
 use fastrand::Rng;
 
-/// Chains with different constants, bent and straight; some joints are far beyond the range of the power series.
+/// Chains with different constants, bent and straight; some joints are far beyond the range of the
+/// power series.
 fn states(rng: &mut Rng, segments: usize, count: usize) -> Vec<RandomState> {
     (0..count)
         .map(|i| {
@@ -30,13 +33,23 @@ fn states(rng: &mut Rng, segments: usize, count: usize) -> Vec<RandomState> {
 }
 
 fn members(states: &[RandomState]) -> Vec<Member<'_>> {
-    states.iter().map(|state| Member { chain: &state.chain, clamp: &state.clamp, q: &state.q, v: &state.v }).collect()
+    states
+        .iter()
+        .map(|state| Member {
+            chain: &state.chain,
+            clamp: &state.clamp,
+            q: &state.q,
+            v: &state.v,
+        })
+        .collect()
 }
 
 fn batch(states: &[RandomState]) -> Vec<Vec<[f64; 2]>> {
     let segments = states[0].q.len();
     let mut accelerations = vec![[f64::NAN; 2]; segments * states.len()];
-    Batch::new(segments).accelerations(&members(states), &mut accelerations).expect("no state is at a pole");
+    Batch::new(segments)
+        .accelerations(&members(states), &mut accelerations)
+        .expect("no state is at a pole");
     accelerations.chunks(segments).map(<[_]>::to_vec).collect()
 }
 
@@ -47,8 +60,17 @@ fn states_of_a_batch_have_the_same_results_as_alone() {
         for count in [1, 7, 8, 9, 24, 29] {
             let states = states(&mut rng, segments, count);
             for (i, (accelerations, state)) in batch(&states).iter().zip(&states).enumerate() {
-                assert!(accelerations.as_flattened().iter().all(|value| value.is_finite()));
-                assert_eq!(*accelerations, state.accelerations(&state.charts()), "n = {segments}, {i} of {count}");
+                assert!(
+                    accelerations
+                        .as_flattened()
+                        .iter()
+                        .all(|value| value.is_finite())
+                );
+                assert_eq!(
+                    *accelerations,
+                    state.accelerations(&state.charts()),
+                    "n = {segments}, {i} of {count}"
+                );
             }
         }
     }
@@ -75,16 +97,26 @@ fn a_state_at_a_pole_is_refused_by_its_number() {
     let mut states = states(&mut rng, 4, 11);
     states[9].q[2][0] = 0.0;
     let mut accelerations = vec![[7.0; 2]; 4 * 11];
-    let error = Batch::new(4).accelerations(&members(&states), &mut accelerations).expect_err("a pole");
-    assert_eq!((error.member, error.pole.segment, error.pole.axis), (10, 3, PolarAxis::Z));
+    let error = Batch::new(4)
+        .accelerations(&members(&states), &mut accelerations)
+        .expect_err("a pole");
+    assert_eq!(
+        (error.member, error.pole.segment, error.pole.axis),
+        (10, 3, PolarAxis::Z)
+    );
     assert_eq!(
         error.to_string(),
         "state 10 of the batch: segment 3 with φ = 0.0 stands at a pole (sin φ = 0) of its coordinates about z, \
          where its azimuth has no meaning"
     );
-    assert!(accelerations.iter().all(|pair| *pair == [7.0; 2]), "something was computed");
+    assert!(
+        accelerations.iter().all(|pair| *pair == [7.0; 2]),
+        "something was computed"
+    );
     // An empty batch is valid, too.
-    Batch::new(4).accelerations(&[], &mut []).expect("nothing to refuse");
+    Batch::new(4)
+        .accelerations(&[], &mut [])
+        .expect("nothing to refuse");
 }
 
 /// A small study: passes with different length, stiffness and depth, more than there are lanes.
@@ -115,9 +147,15 @@ fn in_turn(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>> {
         Some(Job::new(number, &passes[number]))
     };
     simulate_side_by_side(take, |number, result| {
-        assert!(results[number].replace(result).is_none(), "a case is reported once");
+        assert!(
+            results[number].replace(result).is_none(),
+            "a case is reported once"
+        );
     });
-    results.into_iter().map(|result| result.expect("every case is reported")).collect()
+    results
+        .into_iter()
+        .map(|result| result.expect("every case is reported"))
+        .collect()
 }
 
 #[test]
@@ -130,7 +168,11 @@ fn passes_side_by_side_have_the_same_bits_as_alone() {
         for (settings, result) in passes.iter().zip(&together) {
             assert_eq!(*result, simulate(settings), "{settings:?}");
         }
-        let changes = together.iter().map(|result| result.as_ref().map_or(0, |pass| pass.statistics.chart_changes));
+        let changes = together.iter().map(|result| {
+            result
+                .as_ref()
+                .map_or(0, |pass| pass.statistics.chart_changes)
+        });
         assert!(changes.sum::<usize>() > 0, "no lane left its charts");
         passes.rotate_left(5);
         let rotated = in_turn(&passes);

@@ -1,16 +1,19 @@
-//! Is it right? Rows of filaments that touch, compared with an independent code: `derivations/reference_row.py` states them again in the
-//! plane, differentiates the energy of their contact, and integrates them with CVODES. `bristle validate` compares them with MuJoCo, too.
+//! Is it right? Rows of filaments that touch, compared with an independent code:
+//! `derivations/reference_row.py` states them again in the plane, differentiates the energy of
+//! their contact, and integrates them with CVODES. `bristle validate` compares them with MuJoCo,
+//! too.
 
 use std::f64::consts::TAU;
 
 use bristle::brush::{
-    BrushError, BrushResult, BrushRun, BrushStatistics, FilamentResult, RunOptions, Stretch, simulate_brush,
+    BrushError, BrushResult, BrushRun, BrushStatistics, FilamentResult, RunOptions, Stretch,
+    simulate_brush,
 };
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::{
-    BrushSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, RoundSettings, Settings, Side, ToolSettings,
-    Turns, UncertaintySettings, WorkpieceKind,
+    BrushSettings, Ends, FilamentSettings, Hold, Pattern, ProcessSettings, RoundSettings, Settings,
+    Side, ToolSettings, Turns, UncertaintySettings, WorkpieceKind,
 };
 use bristle::simulation::simulate;
 use serde::Deserialize;
@@ -62,24 +65,51 @@ fn row(segments: usize, around: f64, columns: usize) -> Settings {
     let mut settings = Settings::paper(10.0, 1e-3);
     settings.filament.segments = segments;
     settings.tool.filament_count = around;
-    let brush = BrushSettings { columns: Some(columns), rows: Some(1), steady: false, ..BrushSettings::default() };
-    Settings { brush: Some(brush), ..settings }
+    let brush = BrushSettings {
+        columns: Some(columns),
+        rows: Some(1),
+        steady: false,
+        ..BrushSettings::default()
+    };
+    Settings {
+        brush: Some(brush),
+        ..settings
+    }
 }
 
 fn impulses(result: &BrushResult) -> Vec<f64> {
-    result.filaments.iter().map(|filament| filament.metrics.contact_normal_impulse_n_s).collect()
+    result
+        .filaments
+        .iter()
+        .map(|filament| filament.metrics.contact_normal_impulse_n_s)
+        .collect()
 }
 
 #[test]
 fn rows_are_those_of_an_independent_code() {
-    // Other columns bounce so often that the reference itself is known to 1e-6 only, and short steps do not resolve each impact.
-    let tolerance = |case: &Reference| if case.name.contains("Hertz") { 5e-3 } else { 1e-3 };
-    for case in references().iter().filter(|case| case.friction_at.as_deref() != Some("centrelines")) {
+    // Other columns bounce so often that the reference itself is known to 1e-6 only, and short
+    // steps do not resolve each impact.
+    let tolerance = |case: &Reference| {
+        if case.name.contains("Hertz") {
+            5e-3
+        } else {
+            1e-3
+        }
+    };
+    for case in references()
+        .iter()
+        .filter(|case| case.friction_at.as_deref() != Some("centrelines"))
+    {
         let result = simulated(&with(&case.input, |brush| brush.tolerance = 1e-4));
-        for (column, (filament, expected)) in result.filaments.iter().zip(&case.filaments).enumerate() {
+        for (column, (filament, expected)) in
+            result.filaments.iter().zip(&case.filaments).enumerate()
+        {
             let errors = errors(&filament.metrics, expected);
             let name = (&case.name, case.input.process.brushing_velocity_m_s, column);
-            assert!(errors.iter().all(|error| *error < tolerance(case)), "{name:?}: {errors:?}");
+            assert!(
+                errors.iter().all(|error| *error < tolerance(case)),
+                "{name:?}: {errors:?}"
+            );
         }
     }
 }
@@ -87,16 +117,24 @@ fn rows_are_those_of_an_independent_code() {
 #[test]
 fn rows_converge_with_the_tolerance() {
     let cases = references();
-    let case = cases.iter().find(|case| case.name == "three").expect("a row of three");
+    let case = cases
+        .iter()
+        .find(|case| case.name == "three")
+        .expect("a row of three");
     let error = |tolerance: f64| {
         let result = simulated(&with(&case.input, |brush| brush.tolerance = tolerance));
         let errors = impulses(&result).into_iter().zip(&case.filaments);
-        errors.map(|(found, case)| (found / number(case, "contact_normal_impulse_n_s") - 1.0).abs()).fold(0.0, f64::max)
+        errors
+            .map(|(found, case)| (found / number(case, "contact_normal_impulse_n_s") - 1.0).abs())
+            .fold(0.0, f64::max)
     };
     let errors = [1e-3, 3e-5, 1e-6].map(error);
     let [coarse, fine, finest] = errors;
     // Impacts begin and end within steps, so that the error falls unevenly.
-    assert!(coarse < 2e-3 && fine < coarse && finest < 5e-5, "{errors:?}");
+    assert!(
+        coarse < 2e-3 && fine < coarse && finest < 5e-5,
+        "{errors:?}"
+    );
 }
 
 /// Three wavy wires throw each other about: no filament alone shows what the steps make of that.
@@ -115,8 +153,10 @@ fn steps_of_few_filaments_resolve_what_these_do_to_each_other() {
         ..FilamentSettings::new(0.016460459972740076, 0.00015317321984750426)
     };
     settings.contact.stiffness_n_m = 915007.206541307;
-    settings.workpiece.kind =
-        WorkpieceKind::Cylinder(RoundSettings { offset_m: 0.0004582255661588346, radius_m: 0.45803357735325706 });
+    settings.workpiece.kind = WorkpieceKind::Cylinder(RoundSettings {
+        offset_m: 0.0004582255661588346,
+        radius_m: 0.45803357735325706,
+    });
     settings.process = ProcessSettings::new(3.7884999984458325, 0.00013220346840266692);
     let result = simulated(&with(&settings, |brush| brush.tolerance = 1e-3));
     assert!(result.step_error <= 1e-3, "{}", result.step_error);
@@ -135,30 +175,46 @@ fn steps_of_rows_resolve_how_filaments_rub_on_each_other() {
     settings.filament.damping_ratio = 0.2;
     settings.contact.friction_coefficient = 0.1;
     let result = simulated(&settings);
-    // Simulated to tolerances of 3e-5 and 1e-5, which agree to 4e-6. In the steps that filaments alone need, it is off by 1.1e-3.
+    // Simulated to tolerances of 3e-5 and 1e-5, which agree to 4e-6. In the steps that filaments
+    // alone need, it is off by 1.1e-3.
     let error = (result.tool.contact_normal_impulse_n_s / 1.64159e-3 - 1.0).abs();
-    assert!(error < 3e-4 && result.step_error <= 1e-3, "{error}, {}", result.step_error);
+    assert!(
+        error < 3e-4 && result.step_error <= 1e-3,
+        "{error}, {}",
+        result.step_error
+    );
 }
 
 #[test]
 fn means_that_agree_by_chance_are_not_taken_for_resolved() {
-    let mut settings = with(&row(8, 680.0, 16), |brush| (brush.tolerance, brush.lateral_tilt_std_rad) = (1e-3, 1e-3));
+    let mut settings = with(&row(8, 680.0, 16), |brush| {
+        (brush.tolerance, brush.lateral_tilt_std_rad) = (1e-3, 1e-3)
+    });
     settings.tool.width_m = 1.3e-3;
     settings.process = ProcessSettings::new(2.5, 2e-3);
     let result = simulated(&settings);
     assert!(result.step_error <= 1e-3, "{}", result.step_error);
-    // Simulated to a tolerance of 1.25e-5, in 174 000 steps. To 1e-3, the means of the second and the third length agree to 1.1e-4, and both
-    // are off by 2.8e-3.
+    // Simulated to a tolerance of 1.25e-5, in 174 000 steps. To 1e-3, the means of the second and
+    // the third length agree to 1.1e-4, and both are off by 2.8e-3.
     let error = result.tool.contact_normal_impulse_n_s / 8.150887e-3 - 1.0;
     assert!(error.abs() < 3e-4, "{error}");
 }
 
 #[test]
 fn a_sample_says_how_certain_the_mean_of_differing_filaments_is() {
-    let tilted = with(&row(4, 680.0, 42), |brush| brush.lateral_tilt_std_rad = 1e-3);
-    let tilted = Settings { process: ProcessSettings::new(10.0, 5e-4), ..tilted };
+    let tilted = with(&row(4, 680.0, 42), |brush| {
+        brush.lateral_tilt_std_rad = 1e-3
+    });
+    let tilted = Settings {
+        process: ProcessSettings::new(10.0, 5e-4),
+        ..tilted
+    };
     let varying = Settings {
-        uncertainty: UncertaintySettings { length_std_m: 2e-4, hold: Hold::Machine, ..UncertaintySettings::default() },
+        uncertainty: UncertaintySettings {
+            length_std_m: 2e-4,
+            hold: Hold::Machine,
+            ..UncertaintySettings::default()
+        },
         process: ProcessSettings::new(5.0, 3e-3),
         ..row(4, 680.0, 42)
     };
@@ -171,7 +227,8 @@ fn a_sample_says_how_certain_the_mean_of_differing_filaments_is() {
     // While a sample is simulated, the run still reports the whole brush, and can be resumed.
     let mut run = BrushRun::new(&tilted, RunOptions::default()).expect("a row");
     assert!(run.advance().expect("a step"));
-    let mut resumed = BrushRun::resume(&tilted, RunOptions::default(), run.checkpoint()).expect("a state");
+    let mut resumed =
+        BrushRun::resume(&tilted, RunOptions::default(), run.checkpoint()).expect("a state");
     assert_eq!([run.columns(), resumed.columns()], [42, 42]);
     let mut done = resumed.done();
     while resumed.advance().expect("a step") {
@@ -212,20 +269,37 @@ fn one_filament_on_an_edge_has_the_metrics_of_a_pass() {
             _ => 2e-3,
         };
         let [found, expected] = [&result.tool, &alone].map(|metrics| column.get(metrics));
-        assert!((found - expected).abs() <= tolerance * expected.abs(), "{}: {found} {expected}", column.key);
+        assert!(
+            (found - expected).abs() <= tolerance * expected.abs(),
+            "{}: {found} {expected}",
+            column.key
+        );
     }
 }
 
 #[test]
 fn the_work_of_a_row_has_not_changed() {
     let result = simulated(&row(10, 682.0, 12));
-    let BrushStatistics { steps, halved_steps, .. } = result.statistics;
-    assert!(halved_steps < steps / 10, "{halved_steps} of {steps} steps are repeated");
+    let BrushStatistics {
+        steps,
+        halved_steps,
+        ..
+    } = result.statistics;
+    assert!(
+        halved_steps < steps / 10,
+        "{halved_steps} of {steps} steps are repeated"
+    );
     let effort = result.statistics.effort;
     let per_stage = effort.newton_iterations as f64 / (2 * result.statistics.steps) as f64;
     let vectors = effort.krylov_vectors as f64 / effort.newton_iterations as f64;
-    assert!(per_stage > 1.5 && per_stage < 4.0, "{per_stage} iterations a stage");
-    assert!(vectors > 0.2 && vectors < 5.0, "{vectors} vectors an iteration");
+    assert!(
+        per_stage > 1.5 && per_stage < 4.0,
+        "{per_stage} iterations a stage"
+    );
+    assert!(
+        vectors > 0.2 && vectors < 5.0,
+        "{vectors} vectors an iteration"
+    );
 }
 
 #[test]
@@ -238,9 +312,14 @@ fn a_feed_across_an_edge_takes_no_shorter_steps() {
         simulated(&settings)
     });
     // A filament that comes later meets the edge elsewhere, which is no error of the steps.
-    found.iter().for_each(|result| assert!(result.step_error <= 1e-3, "{}", result.step_error));
+    found
+        .iter()
+        .for_each(|result| assert!(result.step_error <= 1e-3, "{}", result.step_error));
     let [still, fed] = found.map(|result| result.statistics.steps as f64);
-    assert!((fed / still - 1.0).abs() < 0.2, "{fed} steps with a feed, {still} without");
+    assert!(
+        (fed / still - 1.0).abs() < 0.2,
+        "{fed} steps with a feed, {still} without"
+    );
 }
 
 #[test]
@@ -252,10 +331,19 @@ fn results_depend_neither_on_threads_nor_on_where_a_run_was_stopped() {
         // Equal bits need no short steps.
         brush.tolerance = 1e-2;
     });
-    let settings = Settings { tool: ToolSettings { width_m: 3.6e-3, ..settings.tool.clone() }, ..settings };
+    let settings = Settings {
+        tool: ToolSettings {
+            width_m: 3.6e-3,
+            ..settings.tool.clone()
+        },
+        ..settings
+    };
     let expected = simulated(&settings);
     assert_eq!(simulate_brush(&settings, 3).expect("a brush"), expected);
-    let options = RunOptions { frames: 4, ..RunOptions::default() };
+    let options = RunOptions {
+        frames: 4,
+        ..RunOptions::default()
+    };
     let mut run = BrushRun::new(&settings, options).expect("a brush");
     while run.done() < 0.6 {
         assert!(run.advance().expect("steps"));
@@ -273,7 +361,8 @@ fn results_depend_neither_on_threads_nor_on_where_a_run_was_stopped() {
 
 #[test]
 fn mirrored_and_shifted_sectors_are_the_same() {
-    // Eight columns throw each other about until single filaments differ by what Newton's method leaves.
+    // Eight columns throw each other about until single filaments differ by what Newton's method
+    // leaves.
     let base = with(&row(5, 682.0 * 3.0, 3), |brush| {
         brush.rows = Some(3);
         brush.ends = Ends::Free;
@@ -287,8 +376,10 @@ fn mirrored_and_shifted_sectors_are_the_same() {
     };
     let (one, mirrored) = (tilted(0.02), tilted(-0.02));
     for filament in &one.filaments {
-        let image =
-            mirrored.filaments.iter().find(|other| (other.column, other.row) == (filament.column, 2 - filament.row));
+        let image = mirrored
+            .filaments
+            .iter()
+            .find(|other| (other.column, other.row) == (filament.column, 2 - filament.row));
         let image = image.expect("the same filament on the other side");
         let [a, b] = [filament, image].map(|filament| filament.metrics.contact_normal_impulse_n_s);
         assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
@@ -300,12 +391,19 @@ fn mirrored_and_shifted_sectors_are_the_same() {
 #[test]
 fn rows_that_are_far_apart_are_single_rows() {
     let single = simulated(&row(5, 682.0, 6));
-    let three = with(&row(5, 682.0 * 3.0, 6), |brush| (brush.rows, brush.pattern) = (Some(3), Pattern::Aligned));
+    let three = with(&row(5, 682.0 * 3.0, 6), |brush| {
+        (brush.rows, brush.pattern) = (Some(3), Pattern::Aligned)
+    });
     let planar = simulated(&three);
     // Rows of equal filaments are simulated once.
     assert_eq!(planar.statistics, single.statistics);
-    let spatial =
-        Settings { process: ProcessSettings { gravity_m_s2: [0.0, 0.0, 1e-9], ..three.process.clone() }, ..three };
+    let spatial = Settings {
+        process: ProcessSettings {
+            gravity_m_s2: [0.0, 0.0, 1e-9],
+            ..three.process.clone()
+        },
+        ..three
+    };
     let spatial = simulated(&spatial);
     for (column, impulse) in impulses(&single).into_iter().enumerate() {
         for row in 0..3 {
@@ -326,34 +424,59 @@ fn energies_balance_and_neighbours_oppose_each_other() {
     let result = simulated(&settings);
     let balance = result.energies;
     let defect = balance.gain_j - balance.work_j + balance.dissipated_j;
-    assert!(defect.abs() < 1e-4 * balance.work_j.abs().max(balance.dissipated_j), "{balance:?}");
-    assert!(result.residuals.energy < 1e-4 && result.residuals.momentum < 1e-5, "{:?}", result.residuals);
-    let pair = result.pairs.iter().find(|pair| (pair.filament, pair.other) == ([0, 0], [1, 0])).expect("a pair");
+    assert!(
+        defect.abs() < 1e-4 * balance.work_j.abs().max(balance.dissipated_j),
+        "{balance:?}"
+    );
+    assert!(
+        result.residuals.energy < 1e-4 && result.residuals.momentum < 1e-5,
+        "{:?}",
+        result.residuals
+    );
+    let pair = result
+        .pairs
+        .iter()
+        .find(|pair| (pair.filament, pair.other) == ([0, 0], [1, 0]))
+        .expect("a pair");
     assert!(pair.vector_impulse_n_s[0].abs() > 0.1 * pair.impulse_n_s && pair.dissipated_j > 0.0);
 }
 
-/// Of the brush of the paper, with tilts that put undeformed filaments far into each other: they settle, and results converge.
+/// Of the brush of the paper, with tilts that put undeformed filaments far into each other: they
+/// settle, and results converge.
 #[test]
 fn filaments_with_large_tilts_lean_on_each_other() {
     let tilted = |std: f64, tolerance: f64| {
         let settings = with(&row(5, 682.0 * 3.0, 2), |brush| {
             (brush.rows, brush.lateral_tilt_std_rad, brush.tolerance) = (Some(3), std, tolerance);
         });
-        let settings = Settings { tool: ToolSettings { width_m: 3.6e-3, ..settings.tool.clone() }, ..settings };
+        let settings = Settings {
+            tool: ToolSettings {
+                width_m: 3.6e-3,
+                ..settings.tool.clone()
+            },
+            ..settings
+        };
         simulated(&settings)
     };
     // Rows are 0.02 mm apart; a deviation of 50 mrad moves the tips by 2 mm.
     let [coarse, fine] = [1e-3, 1e-4].map(|tolerance| tilted(0.05, tolerance));
-    assert!(coarse.history[0].press_force_n > 0.1, "they lean on each other before they meet the workpiece");
-    assert!(fine.residuals.momentum < 1e-5, "the clamps hold what presses on the roots: {:?}", fine.residuals);
+    assert!(
+        coarse.history[0].press_force_n > 0.1,
+        "they lean on each other before they meet the workpiece"
+    );
+    assert!(
+        fine.residuals.momentum < 1e-5,
+        "the clamps hold what presses on the roots: {:?}",
+        fine.residuals
+    );
     let [a, b] = [&coarse, &fine].map(|result| result.history[0].press_force_n);
     assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
     let [a, b] = [&coarse, &fine].map(|result| result.tool.contact_normal_impulse_n_s);
     assert!((a / b - 1.0).abs() < 1e-2, "{a} {b}");
 }
 
-/// Two filaments side by side, whose clamps are tilted by a standard deviation of 30 mrad, and so far apart that only the tips can meet.
-/// The brush is slow: centrifugal forces hardly stiffen it.
+/// Two filaments side by side, whose clamps are tilted by a standard deviation of 30 mrad, and so
+/// far apart that only the tips can meet. The brush is slow: centrifugal forces hardly stiffen it.
 fn two(seed: u32) -> Settings {
     let mut settings = with(&row(25, 2.0 * 600.0, 1), |brush| {
         (brush.rows, brush.pattern, brush.ends) = (Some(2), Pattern::Aligned, Ends::Free);
@@ -364,12 +487,20 @@ fn two(seed: u32) -> Settings {
     settings
 }
 
-/// By how much the undeformed tips are in each other, in m: from the tilts that the same filaments have where they are too far apart to touch.
+/// By how much the undeformed tips are in each other, in m: from the tilts that the same filaments
+/// have where they are too far apart to touch.
 fn depth(settings: &Settings) -> f64 {
     let mut apart = settings.clone();
     apart.tool.width_m *= 10.0;
     apart.filament.segments = 2;
-    let run = BrushRun::new(&apart, RunOptions { frames: 100, ..RunOptions::default() }).expect("a brush");
+    let run = BrushRun::new(
+        &apart,
+        RunOptions {
+            frames: 100,
+            ..RunOptions::default()
+        },
+    )
+    .expect("a brush");
     let first = &finished(run).frames[0];
     assert_eq!(first.contact_normal_force_n, [0.0; 2]);
     let [a, b] = [0, 1].map(|filament| {
@@ -377,7 +508,8 @@ fn depth(settings: &Settings) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|i| next[i] - root[i]);
         z.atan2(x.hypot(y))
     });
-    (a - b) * settings.filament.length_m - (0.5 * settings.tool.width_m - settings.filament.diameter_m)
+    (a - b) * settings.filament.length_m
+        - (0.5 * settings.tool.width_m - settings.filament.diameter_m)
 }
 
 /// Cantilevers whose tips hold each other apart press with `3 E I/l³` times half of their overlap.
@@ -388,16 +520,25 @@ fn tilted_filaments_lean_on_each_other_as_cantilevers_do() {
         let depth = depth(&settings);
         assert!((5e-4..7e-4).contains(&depth), "{seed}: {depth}");
         let filament = &settings.filament;
-        let stiffness = 3.0 * filament.youngs_modulus_pa * TAU / 128.0 * filament.diameter_m.powi(4);
+        let stiffness =
+            3.0 * filament.youngs_modulus_pa * TAU / 128.0 * filament.diameter_m.powi(4);
         let expected = 0.5 * depth * stiffness / filament.length_m.powi(3);
         let result = simulated(&settings);
-        let before = result.history.iter().take_while(|sample| sample.touching_filaments == 0);
-        let ratios: Vec<f64> = before.map(|sample| sample.press_force_n / expected).collect();
+        let before = result
+            .history
+            .iter()
+            .take_while(|sample| sample.touching_filaments == 0);
+        let ratios: Vec<f64> = before
+            .map(|sample| sample.press_force_n / expected)
+            .collect();
         assert!(ratios.len() > 5, "it begins before it touches");
         let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
         assert!((mean - 1.0).abs() < 0.02, "{seed}: {mean}");
         // They vibrate about it with the speed that counts as rest.
-        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.15), "{seed}: {ratios:?}");
+        assert!(
+            ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.15),
+            "{seed}: {ratios:?}"
+        );
     }
 }
 
@@ -412,7 +553,8 @@ fn filaments_that_are_apart_do_not_settle_and_others_resume_while_they_do() {
         assert!(run.advance().expect("a rung"));
     }
     assert!(run.done() > 0.0);
-    let again = BrushRun::resume(&settings, RunOptions::default(), run.checkpoint()).expect("the state is its own");
+    let again = BrushRun::resume(&settings, RunOptions::default(), run.checkpoint())
+        .expect("the state is its own");
     assert_eq!(again.done(), run.done());
     assert!(finished(run) == finished(again));
 }
@@ -423,22 +565,36 @@ fn roots_are_shifted_where_there_is_room() {
         let settings = with(&row(2, 500.0 * rows as f64, 6), |brush| {
             (brush.rows, brush.root_std_m) = (Some(rows), 0.2e-3);
         });
-        let settings =
-            Settings { tool: ToolSettings { width_m: 1.5e-3 * rows as f64, ..settings.tool.clone() }, ..settings };
+        let settings = Settings {
+            tool: ToolSettings {
+                width_m: 1.5e-3 * rows as f64,
+                ..settings.tool.clone()
+            },
+            ..settings
+        };
         (simulated(&settings), settings)
     };
     for rows in [1, 3] {
         let (result, settings) = shifted(rows);
-        let place =
-            |filament: &FilamentResult| [settings.tool.body_radius_m * filament.root_angle_rad, filament.root_z_m];
+        let place = |filament: &FilamentResult| {
+            [
+                settings.tool.body_radius_m * filament.root_angle_rad,
+                filament.root_z_m,
+            ]
+        };
         let places: Vec<[f64; 2]> = result.filaments.iter().map(place).collect();
         let diameter = settings.filament.diameter_m;
-        let is_apart =
-            |a: usize, b: usize| (places[a][0] - places[b][0]).hypot(places[a][1] - places[b][1]) >= diameter;
-        assert!((0..places.len()).all(|a| (0..a).all(|b| is_apart(a, b))), "{places:?}");
+        let is_apart = |a: usize, b: usize| {
+            (places[a][0] - places[b][0]).hypot(places[a][1] - places[b][1]) >= diameter
+        };
+        assert!(
+            (0..places.len()).all(|a| (0..a).all(|b| is_apart(a, b))),
+            "{places:?}"
+        );
         let pitch = TAU * settings.tool.body_radius_m / 500.0;
-        let is_shifted =
-            |filament: &FilamentResult| (place(filament)[0] / pitch - filament.column as f64).rem_euclid(0.5) > 0.01;
+        let is_shifted = |filament: &FilamentResult| {
+            (place(filament)[0] / pitch - filament.column as f64).rem_euclid(0.5) > 0.01
+        };
         assert!(result.filaments.iter().any(is_shifted));
         assert_eq!(places.iter().all(|[_, z]| *z == 0.0), rows == 1);
     }
@@ -451,7 +607,11 @@ fn a_brush_is_compared_with_its_own_filaments_alone() {
     settings.uncertainty.hold = Hold::Machine;
     // Too far apart to touch, they are alone in the brush too.
     let result = simulated(&settings);
-    assert!(result.pairs.is_empty() && (result.interaction_factor - 1.0).abs() < 2e-3, "{}", result.interaction_factor);
+    assert!(
+        result.pairs.is_empty() && (result.interaction_factor - 1.0).abs() < 2e-3,
+        "{}",
+        result.interaction_factor
+    );
 }
 
 #[test]
@@ -464,9 +624,18 @@ fn each_filament_has_its_own_deviations() {
     let result = simulated(&settings);
     let impulses = impulses(&result);
     let mean = impulses.iter().sum::<f64>() / 12.0;
-    let deviation = (impulses.iter().map(|impulse| (impulse - mean).powi(2)).sum::<f64>() / 11.0).sqrt();
-    assert!(deviation > 0.03 * mean && deviation < 0.5 * mean, "{impulses:?}");
-    // The same filaments, whatever the number of columns. Steps are halved where any filament needs it.
+    let deviation = (impulses
+        .iter()
+        .map(|impulse| (impulse - mean).powi(2))
+        .sum::<f64>()
+        / 11.0)
+        .sqrt();
+    assert!(
+        deviation > 0.03 * mean && deviation < 0.5 * mean,
+        "{impulses:?}"
+    );
+    // The same filaments, whatever the number of columns. Steps are halved where any filament needs
+    // it.
     let fewer = simulated(&with(&settings, |brush| brush.columns = Some(4)));
     let [a, b] = [fewer, result].map(|result| result.filaments[1].metrics.max_tip_deflection_m);
     assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
@@ -520,36 +689,78 @@ fn steady_turns_of_a_brush_go_on_until_they_are() {
     for (found, expected) in impulses.iter().zip([1.64e-3, 3.04e-3, 3.58e-3, 3.69e-3]) {
         assert!((found - expected).abs() < 6e-6, "{impulses:?}");
     }
-    let [.., before, last] = impulses[..] else { panic!("{impulses:?}") };
+    let [.., before, last] = impulses[..] else {
+        panic!("{impulses:?}")
+    };
     assert!(impulses.len() > 4 && (last / before - 1.0).abs() < 1e-3 && !brush.tool.unsteady_turns);
-    assert_eq!((brush.tool.turns, brush.tool.contact_normal_impulse_n_s), (impulses.len(), last));
-    assert!((brush.interaction_factor - 1.0).abs() < 1e-3, "{}", brush.interaction_factor);
+    assert_eq!(
+        (brush.tool.turns, brush.tool.contact_normal_impulse_n_s),
+        (impulses.len(), last)
+    );
+    assert!(
+        (brush.interaction_factor - 1.0).abs() < 1e-3,
+        "{}",
+        brush.interaction_factor
+    );
 }
 
 #[test]
 fn the_steady_stretch_is_where_impulses_no_longer_change() {
     let settings = with(&row(5, 682.0, 20), |brush| brush.steady = true);
     let error = simulate_brush(&settings, 1).expect_err("too few columns");
-    let BrushError::TooFewColumns { columns: 20, needed, .. } = error else { panic!("{error}") };
-    assert!(error.to_string().contains(&format!("`brush.columns` to {needed}")), "{error}");
+    let BrushError::TooFewColumns {
+        columns: 20,
+        needed,
+        ..
+    } = error
+    else {
+        panic!("{error}")
+    };
+    assert!(
+        error
+            .to_string()
+            .contains(&format!("`brush.columns` to {needed}")),
+        "{error}"
+    );
     // Where no stretch could be long enough, nothing is simulated.
-    let error = simulate_brush(&with(&settings, |brush| brush.columns = Some(1)), 1).expect_err("too few columns");
-    assert!(matches!(error, BrushError::TooFewColumns { columns: 1, drift: None, .. }), "{error}");
+    let error = simulate_brush(&with(&settings, |brush| brush.columns = Some(1)), 1)
+        .expect_err("too few columns");
+    assert!(
+        matches!(
+            error,
+            BrushError::TooFewColumns {
+                columns: 1,
+                drift: None,
+                ..
+            }
+        ),
+        "{error}"
+    );
     // As many as it says are enough; and so are as many as there are without a number.
     let stated = simulated(&with(&settings, |brush| brush.columns = Some(needed)));
     let default = simulated(&with(&settings, |brush| brush.columns = None));
     let longer = simulated(&with(&settings, |brush| brush.columns = Some(2 * needed)));
     for result in [stated, default] {
         let [a, b] = [&result, &longer].map(|result| result.tool.contact_normal_impulse_n_s);
-        assert!((a / b - 1.0).abs() < 3e-3, "{a} {b} {:?} {:?}", result.stretch, longer.stretch);
+        assert!(
+            (a / b - 1.0).abs() < 3e-3,
+            "{a} {b} {:?} {:?}",
+            result.stretch,
+            longer.stretch
+        );
         assert!(result.stretch.change_with_more_columns.abs() < 5e-3 && result.stretch.first > 3);
     }
 }
 
 #[test]
 fn a_row_ends_once_its_stretch_has_settled() {
-    let settings = with(&row(5, 682.0, 0), |brush| (brush.columns, brush.steady) = (None, true));
-    let options = RunOptions { frames: 20, ..RunOptions::default() };
+    let settings = with(&row(5, 682.0, 0), |brush| {
+        (brush.columns, brush.steady) = (None, true)
+    });
+    let options = RunOptions {
+        frames: 20,
+        ..RunOptions::default()
+    };
     let mut run = BrushRun::new(&settings, options).expect("a row");
     let laid_out = run.columns();
     let mut states = vec![run.checkpoint()];
@@ -557,27 +768,62 @@ fn a_row_ends_once_its_stretch_has_settled() {
         states.push(run.checkpoint());
     }
     let result = run.finish().expect("results");
-    let Stretch { first, last, change_with_more_columns, .. } = result.stretch;
-    assert!(result.columns < laid_out && last < result.columns - 1 && last + 1 - first >= 24, "{:?}", result.stretch);
+    let Stretch {
+        first,
+        last,
+        change_with_more_columns,
+        ..
+    } = result.stretch;
+    assert!(
+        result.columns < laid_out && last < result.columns - 1 && last + 1 - first >= 24,
+        "{:?}",
+        result.stretch
+    );
     assert!(change_with_more_columns.abs() <= 5e-4);
     assert_eq!(result.filaments.len(), result.columns);
-    assert!(result.frames.iter().all(|frame| frame.nodes_m.len() == result.columns));
+    assert!(
+        result
+            .frames
+            .iter()
+            .all(|frame| frame.nodes_m.len() == result.columns)
+    );
     // Whatever has touched is there, also behind the stretch.
     for frame in &result.frames {
-        let sample =
-            result.history.iter().find(|sample| sample.time_s == frame.time_s).expect("a sample of each frame");
+        let sample = result
+            .history
+            .iter()
+            .find(|sample| sample.time_s == frame.time_s)
+            .expect("a sample of each frame");
         let sum = |forces: &[f32]| forces.iter().map(|force| f64::from(*force)).sum::<f64>();
-        let (contact, press) = (sum(&frame.contact_normal_force_n), 0.5 * sum(&frame.press_force_n));
-        assert!((contact - sample.contact_normal_force_n).abs() <= 1e-6 * sample.contact_normal_force_n, "{sample:?}");
-        assert!((press - sample.press_force_n).abs() <= 1e-6 * sample.press_force_n, "{sample:?}");
+        let (contact, press) = (
+            sum(&frame.contact_normal_force_n),
+            0.5 * sum(&frame.press_force_n),
+        );
+        assert!(
+            (contact - sample.contact_normal_force_n).abs() <= 1e-6 * sample.contact_normal_force_n,
+            "{sample:?}"
+        );
+        assert!(
+            (press - sample.press_force_n).abs() <= 1e-6 * sample.press_force_n,
+            "{sample:?}"
+        );
     }
-    assert!(result.pairs.iter().all(|pair| pair.filament[0].max(pair.other[0]) < result.columns));
+    assert!(
+        result
+            .pairs
+            .iter()
+            .all(|pair| pair.filament[0].max(pair.other[0]) < result.columns)
+    );
     // The tolerance is that of the mean impulse.
     let longer = simulated(&with(&settings, |brush| brush.columns = Some(200)));
     let [a, b] = [&result, &longer].map(|result| result.tool.contact_normal_impulse_n_s);
     assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
     // It goes on from any state, also where it has settled, with columns that still rest.
-    for state in [&states[1], &states[states.len() / 2], &states[states.len() - 1]] {
+    for state in [
+        &states[1],
+        &states[states.len() / 2],
+        &states[states.len() - 1],
+    ] {
         let resumed = BrushRun::resume(&settings, options, state.clone()).expect("a state");
         assert_eq!(finished(resumed), result);
     }
@@ -587,14 +833,39 @@ fn a_row_ends_once_its_stretch_has_settled() {
 fn brushes_that_cannot_be_simulated_are_refused() {
     let refused = |settings: &Settings| simulate_brush(settings, 1).expect_err("it is refused");
     let error = refused(&row(5, 800.0, 2));
-    assert!(matches!(error, BrushError::Overlap { .. }) && error.to_string().contains("overlap"), "{error}");
+    assert!(
+        matches!(error, BrushError::Overlap { .. }) && error.to_string().contains("overlap"),
+        "{error}"
+    );
     let error = refused(&row(5, 600.0, 601));
-    assert_eq!(error, BrushError::TooManyColumns { columns: 601, around: 600 });
-    let options = RunOptions { memory: Some(1 << 20), ..RunOptions::default() };
-    let error = BrushRun::new(&row(400, 682.0, 600), options).err().expect("it is refused");
-    assert!(matches!(error, BrushError::Memory { filaments: 600, .. }), "{error}");
-    assert_eq!(refused(&row(5, 0.0, 1)), BrushError::TooManyColumns { columns: 1, around: 0 });
+    assert_eq!(
+        error,
+        BrushError::TooManyColumns {
+            columns: 601,
+            around: 600
+        }
+    );
+    let options = RunOptions {
+        memory: Some(1 << 20),
+        ..RunOptions::default()
+    };
+    let error = BrushRun::new(&row(400, 682.0, 600), options)
+        .err()
+        .expect("it is refused");
+    assert!(
+        matches!(error, BrushError::Memory { filaments: 600, .. }),
+        "{error}"
+    );
+    assert_eq!(
+        refused(&row(5, 0.0, 1)),
+        BrushError::TooManyColumns {
+            columns: 1,
+            around: 0
+        }
+    );
     // So soft that filaments go through each other.
-    let error = refused(&with(&row(8, 682.0, 20), |brush| brush.stiffness_n_m2 = 1e2));
+    let error = refused(&with(&row(8, 682.0, 20), |brush| {
+        brush.stiffness_n_m2 = 1e2
+    }));
     assert!(matches!(error, BrushError::Crossing { .. }), "{error}");
 }

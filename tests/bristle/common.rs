@@ -1,4 +1,5 @@
-//! Shared by several test files: the paper's filament, random states, and tolerances with their reasons.
+//! Shared by several test files: the paper's filament, random states, and tolerances with their
+//! reasons.
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -11,10 +12,12 @@ use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, PolarAx
 use bristle::model::filament;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
-use bristle::model::settings::{BrushSettings, EdgeSettings, FilamentSettings, Settings, Side, WorkpieceKind};
+use bristle::model::settings::{
+    BrushSettings, EdgeSettings, FilamentSettings, Settings, Side, WorkpieceKind,
+};
 use bristle::simulation::{
-    FilamentState, Job, Kind, NoContactArc, Pass, Sampling, Simulation, SimulationError, sample_any_side_by_side,
-    simulate,
+    FilamentState, Job, Kind, NoContactArc, Pass, Sampling, Simulation, SimulationError,
+    sample_any_side_by_side, simulate,
 };
 use bristle::tool::{Tool, radial_clamp};
 use bristle::workpiece::{ContactArc, Edge, ProfileCells, Surface, Workpiece};
@@ -24,10 +27,11 @@ use serde::de::DeserializeOwned;
 
 /// Tolerances, each with its reason.
 pub mod tolerance {
-    /// Two ways to compute the same numbers in double precision, over recursions of up to 30 segments.
+    /// Two ways to compute the same numbers in double precision, over recursions of up to 30
+    /// segments.
     pub const AGREEMENT: f64 = 1e-12;
-    /// Central differences: truncation `ε²` and cancellation `1e-16/ε` balance near 1e-10 for `ε = 1e-5`. The tangents mix
-    /// terms whose sizes differ by up to 1e3.
+    /// Central differences: truncation `ε²` and cancellation `1e-16/ε` balance near 1e-10 for `ε =
+    /// 1e-5`. The tangents mix terms whose sizes differ by up to 1e3.
     pub const DIFFERENCES: f64 = 1e-6;
     /// At the default tolerance of 1e-6 per step, over some 400 steps, relative to the work done.
     pub const ENERGY_BALANCE: f64 = 1e-5;
@@ -35,7 +39,9 @@ pub mod tolerance {
 
 /// The text of a file of reference data.
 pub fn data(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data")
+        .join(name);
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
@@ -44,7 +50,8 @@ pub fn filament(segments: usize) -> FilamentSettings {
     case(segments, 0.0, 0.0).filament
 }
 
-/// A case of the paper at the brushing velocity `velocity` (m/s) and the penetration depth `depth` (m).
+/// A case of the paper at the brushing velocity `velocity` (m/s) and the penetration depth `depth`
+/// (m).
 pub fn case(segments: usize, velocity: f64, depth: f64) -> Settings {
     let mut settings = Settings::paper(velocity, depth);
     settings.filament.segments = segments;
@@ -53,7 +60,12 @@ pub fn case(segments: usize, velocity: f64, depth: f64) -> Settings {
 
 /// An edge of a right angle.
 pub fn edge(side: Side, offset_m: f64, edge_radius_m: f64) -> WorkpieceKind {
-    WorkpieceKind::Edge(EdgeSettings { side, offset_m, edge_radius_m, ..EdgeSettings::default() })
+    WorkpieceKind::Edge(EdgeSettings {
+        side,
+        offset_m,
+        edge_radius_m,
+        ..EdgeSettings::default()
+    })
 }
 
 /// The cases of a file of reference data.
@@ -71,7 +83,10 @@ pub fn cases<T: DeserializeOwned>(name: &str) -> Vec<T> {
 pub fn with(settings: &Settings, change: impl FnOnce(&mut BrushSettings)) -> Settings {
     let mut brush = settings.brush.clone().expect("a brush");
     change(&mut brush);
-    Settings { brush: Some(brush), ..settings.clone() }
+    Settings {
+        brush: Some(brush),
+        ..settings.clone()
+    }
 }
 
 /// By how much the energies of a pass rise, and its end.
@@ -80,20 +95,30 @@ pub fn balance(settings: &Settings) -> (f64, FilamentState) {
     let mut system = pass.system(true);
     let start = pass.start(&mut system);
     let before = system.energies(&start);
-    let (end, _) = pass.integrate(&mut system, start, |_| ()).expect("the pass ends");
+    let (end, _) = pass
+        .integrate(&mut system, start, |_| ())
+        .expect("the pass ends");
     let after = system.energies(&end);
-    let rise = (after.kinetic - before.kinetic) + (after.spring - before.spring) + system.contact_energy(&end);
+    let rise = (after.kinetic - before.kinetic)
+        + (after.spring - before.spring)
+        + system.contact_energy(&end);
     (rise, end)
 }
 
 /// The metrics of a pass.
 pub fn metrics(settings: &Settings) -> Metrics {
-    simulate(settings).unwrap_or_else(|error| panic!("{error}: {settings:?}")).metrics
+    simulate(settings)
+        .unwrap_or_else(|error| panic!("{error}: {settings:?}"))
+        .metrics
 }
 
 /// A metric by its key.
 pub fn metric(metrics: &Metrics, key: &str) -> f64 {
-    Metrics::COLUMNS.iter().find(|column| column.key == key).expect(key).get(metrics)
+    Metrics::COLUMNS
+        .iter()
+        .find(|column| column.key == key)
+        .expect(key)
+        .get(metrics)
 }
 
 /// What an independent code states of a contact, mostly by the keys of metrics.
@@ -105,8 +130,16 @@ pub fn number(stated: &Stated, key: &str) -> f64 {
 }
 
 /// By how much a metric differs from the stated one, over a scale.
-pub fn difference(found: &Metrics, stated: &Stated, key: &'static str, scale: f64) -> (&'static str, f64) {
-    (key, ((metric(found, key) - number(stated, key)) / scale).abs())
+pub fn difference(
+    found: &Metrics,
+    stated: &Stated,
+    key: &'static str,
+    scale: f64,
+) -> (&'static str, f64) {
+    (
+        key,
+        ((metric(found, key) - number(stated, key)) / scale).abs(),
+    )
 }
 
 /// The results of passes that are simulated side by side, in lanes of equal kinds.
@@ -114,19 +147,32 @@ pub fn side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
     sampling: Sampling,
     passes: impl IntoIterator<Item = Pass<T, W>>,
 ) -> Vec<Result<Simulation, SimulationError>> {
-    let mut jobs: Vec<Job<T, W>> = passes.into_iter().enumerate().map(|(number, pass)| Job { number, pass }).collect();
+    let mut jobs: Vec<Job<T, W>> = passes
+        .into_iter()
+        .enumerate()
+        .map(|(number, pass)| Job { number, pass })
+        .collect();
     let mut results = vec![None; jobs.len()];
     let take = |kind: Option<Kind>| {
-        let position = jobs.iter().rposition(|job| kind.is_none_or(|kind| job.pass.kind() == kind))?;
+        let position = jobs
+            .iter()
+            .rposition(|job| kind.is_none_or(|kind| job.pass.kind() == kind))?;
         Some(jobs.swap_remove(position))
     };
     sample_any_side_by_side(sampling, take, |number, result| {
-        assert!(results[number].replace(result).is_none(), "a pass is reported once");
+        assert!(
+            results[number].replace(result).is_none(),
+            "a pass is reported once"
+        );
     });
-    results.into_iter().map(|result| result.expect("every pass is reported")).collect()
+    results
+        .into_iter()
+        .map(|result| result.expect("every pass is reported"))
+        .collect()
 }
 
-/// A spatial state: a randomly bent, wavy filament of random segments away from the poles, with rates as in a fast brush.
+/// A spatial state: a randomly bent, wavy filament of random segments away from the poles, with
+/// rates as in a fast brush.
 pub struct RandomState {
     pub chain: Chain<f64>,
     pub clamp: Clamp<f64>,
@@ -135,12 +181,17 @@ pub struct RandomState {
 }
 
 impl RandomState {
-    /// The accelerations by the recursion, without loads, with the segments about the axes of `charts`.
+    /// The accelerations by the recursion, without loads, with the segments about the axes of
+    /// `charts`.
     pub fn accelerations(&self, charts: &[PolarAxis]) -> Vec<[f64; 2]> {
         let mut accelerations = vec![[0.0; 2]; self.q.len()];
         let mut dynamics = Dynamics::new(self.chain.clone());
         dynamics.set_charts(charts);
-        dynamics.accelerations(self.clamp.holding(&self.q, &self.v), &NoLoads, &mut accelerations);
+        dynamics.accelerations(
+            self.clamp.holding(&self.q, &self.v),
+            &NoLoads,
+            &mut accelerations,
+        );
         accelerations
     }
 
@@ -156,12 +207,22 @@ pub fn random_state(rng: &mut Rng, segments: usize) -> RandomState {
     let mut chain = filament::chain(&filament(segments), gravity);
     for link in &mut chain.links {
         // Neither straight nor uniform.
-        for constant in [&mut link.mass, &mut link.inertia, &mut link.stiffness, &mut link.damping] {
+        for constant in [
+            &mut link.mass,
+            &mut link.inertia,
+            &mut link.stiffness,
+            &mut link.damping,
+        ] {
             *constant *= between(0.5, 1.5);
         }
         link.relaxed_angle = RelaxedAngle::new(between(-0.3, 0.3));
     }
-    let mut clamp = radial_clamp(0.14, between(-PI, PI), between(-200.0, 200.0), between(-1e4, 1e4));
+    let mut clamp = radial_clamp(
+        0.14,
+        between(-PI, PI),
+        between(-200.0, 200.0),
+        between(-1e4, 1e4),
+    );
     let bend = 2.0 / (segments as f64).sqrt();
     let (mut phi, mut theta) = (FRAC_PI_2, clamp.direction[1].atan2(clamp.direction[0]));
     let mut q = Vec::new();
@@ -170,15 +231,22 @@ pub fn random_state(rng: &mut Rng, segments: usize) -> RandomState {
         theta += bend * between(-0.5, 0.5);
         q.push([phi, theta]);
     }
-    let v = (0..segments).map(|_| [between(-200.0, 200.0), between(-200.0, 200.0)]).collect();
+    let v = (0..segments)
+        .map(|_| [between(-200.0, 200.0), between(-200.0, 200.0)])
+        .collect();
     // The clamp is at rest in a body that also turns about the filament.
-    clamp.angular_velocity = add(clamp.angular_velocity, scale(between(-200.0, 200.0), clamp.direction));
+    clamp.angular_velocity = add(
+        clamp.angular_velocity,
+        scale(between(-200.0, 200.0), clamp.direction),
+    );
     RandomState { chain, clamp, q, v }
 }
 
 /// A random vector of pairs with components of size `size`.
 pub fn random_pairs(rng: &mut Rng, segments: usize, size: f64) -> Vec<[f64; 2]> {
-    (0..segments).map(|_| [0; 2].map(|_| size * (2.0 * rng.f64() - 1.0))).collect()
+    (0..segments)
+        .map(|_| [0; 2].map(|_| size * (2.0 * rng.f64() - 1.0)))
+        .collect()
 }
 
 /// `M q̈ − f` by the recursion, without loads.
@@ -194,10 +262,13 @@ pub fn residual(state: &RandomState, accelerations: &[[f64; 2]]) -> Vec<[f64; 2]
 }
 
 pub fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |largest, value| value.abs().max(largest))
+    values
+        .iter()
+        .fold(0.0, |largest, value| value.abs().max(largest))
 }
 
-/// A tool of a test's own. Tests erase the types of theirs, so that the simulator is compiled for one pair of types instead of six.
+/// A tool of a test's own. Tests erase the types of theirs, so that the simulator is compiled for
+/// one pair of types instead of six.
 #[derive(Clone)]
 pub struct AnyTool(Arc<dyn Tool>);
 
@@ -263,5 +334,9 @@ pub fn pass_with(
     tool: impl Tool + 'static,
     workpiece: impl Workpiece + 'static,
 ) -> Result<Pass<AnyTool, AnyWorkpiece>, NoContactArc> {
-    Pass::with(settings, AnyTool(Arc::new(tool)), AnyWorkpiece(Arc::new(workpiece)))
+    Pass::with(
+        settings,
+        AnyTool(Arc::new(tool)),
+        AnyWorkpiece(Arc::new(workpiece)),
+    )
 }

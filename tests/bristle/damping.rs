@@ -45,7 +45,10 @@ impl State {
         let mut directions = vec![start];
         let (mut charts, mut q, mut rigid) = (vec![], vec![], vec![]);
         for _ in 0..segments {
-            let bent = add(directions[q.len()], random(rng, 1.0 / (segments as f64).sqrt()));
+            let bent = add(
+                directions[q.len()],
+                random(rng, 1.0 / (segments as f64).sqrt()),
+            );
             let direction = scale(1.0 / dot(bent, bent).sqrt(), bent);
             let far = |axis: f64| axis.abs() < 0.9;
             let chart = match (far(direction[2]), far(direction[0])) {
@@ -53,26 +56,45 @@ impl State {
                 (true, _) => PolarAxis::Z,
                 (false, _) => PolarAxis::X,
             };
-            let [coordinates, rates, _] = chart.coordinates([direction, cross(turning, direction), [0.0; 3]]);
+            let [coordinates, rates, _] =
+                chart.coordinates([direction, cross(turning, direction), [0.0; 3]]);
             directions.push(direction);
             charts.push(chart);
             q.push(coordinates);
             rigid.push(rates);
         }
-        Self { chain, clamp, charts, q, rigid }
+        Self {
+            chain,
+            clamp,
+            charts,
+            q,
+            rigid,
+        }
     }
 
-    /// In turn radial, axial and in any direction; on a body that turns about `z`, and about any axis.
+    /// In turn radial, axial and in any direction; on a body that turns about `z`, and about any
+    /// axis.
     fn drawn(number: usize, rng: &mut Rng) -> Self {
         let any = random(rng, 1.0);
-        let start = [[0.6, -0.8, 0.0], [0.0, 0.0, -1.0], scale(1.0 / dot(any, any).sqrt(), any)][number % 3];
-        let turning = if number.is_multiple_of(2) { [0.0, 0.0, 150.0] } else { random(rng, 150.0) };
+        let start = [
+            [0.6, -0.8, 0.0],
+            [0.0, 0.0, -1.0],
+            scale(1.0 / dot(any, any).sqrt(), any),
+        ][number % 3];
+        let turning = if number.is_multiple_of(2) {
+            [0.0, 0.0, 150.0]
+        } else {
+            random(rng, 150.0)
+        };
         Self::new(rng, [1, 2, 3, 7, 25][number % 5], start, turning)
     }
 
     fn dynamics(&self, damping: f64) -> Dynamics<f64> {
         let mut chain = self.chain.clone();
-        chain.links.iter_mut().for_each(|link| link.damping *= damping);
+        chain
+            .links
+            .iter_mut()
+            .for_each(|link| link.damping *= damping);
         let mut dynamics = Dynamics::new(chain);
         dynamics.set_charts(&self.charts);
         dynamics
@@ -81,16 +103,28 @@ impl State {
     /// `M q̈ − f`.
     fn residual(&self, damping: f64, v: &[[f64; 2]], accelerations: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let mut residual = vec![[0.0; 2]; self.q.len()];
-        self.dynamics(damping).residual(self.clamp.holding(&self.q, v), accelerations, &NoLoads, &mut residual);
+        self.dynamics(damping).residual(
+            self.clamp.holding(&self.q, v),
+            accelerations,
+            &NoLoads,
+            &mut residual,
+        );
         residual
     }
 
     /// `∂D/∂q̇`
     fn damper_torques(&self, v: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let at_rest = vec![[0.0; 2]; self.q.len()];
-        // Without springs, inertia and gravity the dampers are all that is left; the residual is linear in each.
-        let (with, without) = (self.residual(1.0, v, &at_rest), self.residual(0.0, v, &at_rest));
-        with.iter().zip(&without).map(|(with, without)| sub(*with, *without)).collect()
+        // Without springs, inertia and gravity the dampers are all that is left; the residual is
+        // linear in each.
+        let (with, without) = (
+            self.residual(1.0, v, &at_rest),
+            self.residual(0.0, v, &at_rest),
+        );
+        with.iter()
+            .zip(&without)
+            .map(|(with, without)| sub(*with, *without))
+            .collect()
     }
 
     /// `D` by its formula, from directions alone.
@@ -98,7 +132,10 @@ impl State {
         let (mut sum, mut inner) = (0.0, [0.0; 3]);
         for (k, link) in self.chain.links.iter().enumerate() {
             let [direction, rate, _] = self.charts[k].direction([self.q[k], v[k], [0.0; 2]]);
-            let outer = cross(direction, sub(rate, cross(self.clamp.angular_velocity, direction)));
+            let outer = cross(
+                direction,
+                sub(rate, cross(self.clamp.angular_velocity, direction)),
+            );
             let relative = sub(outer, inner);
             sum += 0.5 * link.damping * dot(relative, relative);
             inner = outer;
@@ -115,7 +152,10 @@ impl State {
 }
 
 fn largest(values: &[[f64; 2]]) -> f64 {
-    values.as_flattened().iter().fold(0.0, |largest: f64, value| largest.max(value.abs()))
+    values
+        .as_flattened()
+        .iter()
+        .fold(0.0, |largest: f64, value| largest.max(value.abs()))
 }
 
 #[test]
@@ -123,14 +163,21 @@ fn a_filament_that_turns_rigidly_with_the_body_dissipates_nothing() {
     let mut rng = Rng::with_seed(31);
     for number in 0..300 {
         let state = State::drawn(number, &mut rng);
-        // Rates of 150 rad/s, near a pole some 350 rad/s, cancel to their roundings; what they would cost without the body is the measure.
+        // Rates of 150 rad/s, near a pole some 350 rad/s, cancel to their roundings; what they
+        // would cost without the body is the measure.
         let at_rest = vec![[0.0; 2]; state.q.len()];
         let [lost, alone] = [&state.rigid, &at_rest].map(|v| state.energies(1.0, v).dissipation);
-        assert!(lost.abs() <= 1e-13 * alone, "{number}: {lost:e} of {alone:e}");
+        assert!(
+            lost.abs() <= 1e-13 * alone,
+            "{number}: {lost:e} of {alone:e}"
+        );
         let [torques, alone] = [&state.rigid, &at_rest].map(|v| largest(&state.damper_torques(v)));
         // Their difference also has the roundings of springs and inertia.
         let rest = largest(&state.residual(0.0, &state.rigid, &at_rest));
-        assert!(torques <= 1e-13 * (alone + rest), "{number}: {torques:e} of {alone:e}");
+        assert!(
+            torques <= 1e-13 * (alone + rest),
+            "{number}: {torques:e} of {alone:e}"
+        );
     }
 }
 
@@ -144,7 +191,10 @@ fn the_dissipation_is_that_of_the_formula() {
         let at = state.clamp.holding(&state.q, &v);
         dynamics.place(at);
         for found in [dynamics.energies(at).dissipation, dynamics.dissipation(at)] {
-            assert!((found - expected).abs() <= tolerance::AGREEMENT * expected, "{number}: {found:e} {expected:e}");
+            assert!(
+                (found - expected).abs() <= tolerance::AGREEMENT * expected,
+                "{number}: {found:e} {expected:e}"
+            );
         }
     }
 }
@@ -158,9 +208,16 @@ fn the_body_puts_in_what_the_dampers_take_and_do() {
         let [damped, undamped] = [1.0, 0.0].map(|damping| state.energies(damping, &v));
         // D is homogeneous in q̇ and Ω together: 2 D = q̇·∂D/∂q̇ + Ω·∂D/∂Ω.
         let torques = state.damper_torques(&v);
-        let on_segments: f64 = v.iter().zip(&torques).map(|(v, torque)| dot(*v, *torque)).sum();
+        let on_segments: f64 = v
+            .iter()
+            .zip(&torques)
+            .map(|(v, torque)| dot(*v, *torque))
+            .sum();
         let from_body = damped.clamp_torque_power - undamped.clamp_torque_power;
-        let (taken, size) = (2.0 * damped.dissipation, 2.0 * damped.dissipation + on_segments.abs());
+        let (taken, size) = (
+            2.0 * damped.dissipation,
+            2.0 * damped.dissipation + on_segments.abs(),
+        );
         // The torques are differences of larger numbers.
         assert!(
             (on_segments + from_body - taken).abs() <= 1e-9 * size,
@@ -180,46 +237,95 @@ fn factorised_step_matrix_on_a_turning_body_matches_differences() -> Result<(), 
         let direction = random_pairs(&mut rng, segments, 1.0);
         let at_rest = vec![[0.0; 2]; segments];
         // Weights that leave the dampers of a step on the coordinates alone visible.
-        let weights = StepWeights { coordinates: 1e-4, rates: 0.0 };
+        let weights = StepWeights {
+            coordinates: 1e-4,
+            rates: 0.0,
+        };
         let mut dynamics = state.dynamics(1.0);
         dynamics.check_poles(&state.q)?;
         let at = state.clamp.holding(&state.q, &v);
         dynamics.residual(at, &at_rest, &NoLoads, &mut vec![[0.0; 2]; segments]);
-        dynamics.factorise(at, &at_rest, &NoLoads, weights, bristle::equations::LaneSet::first(1));
+        dynamics.factorise(
+            at,
+            &at_rest,
+            &NoLoads,
+            weights,
+            bristle::equations::LaneSet::first(1),
+        );
         let residual = |size: f64| {
             let moved = |values: &[[f64; 2]], weight: f64| -> Vec<[f64; 2]> {
-                values.iter().zip(&direction).map(|(value, delta)| add(*value, scale(size * weight, *delta))).collect()
+                values
+                    .iter()
+                    .zip(&direction)
+                    .map(|(value, delta)| add(*value, scale(size * weight, *delta)))
+                    .collect()
             };
             let q = moved(&state.q, weights.coordinates);
             let mut residual = vec![[0.0; 2]; segments];
             let (v, accelerations) = (moved(&v, weights.rates), moved(&at_rest, 1.0));
-            state.dynamics(1.0).residual(state.clamp.holding(&q, &v), &accelerations, &NoLoads, &mut residual);
+            state.dynamics(1.0).residual(
+                state.clamp.holding(&q, &v),
+                &accelerations,
+                &NoLoads,
+                &mut residual,
+            );
             residual
         };
         let (step, [above, below]) = (1e-2, [1e-2, -1e-2].map(residual));
-        let mut change: Vec<[f64; 2]> =
-            above.iter().zip(&below).map(|(above, below)| scale(0.5 / step, sub(*above, *below))).collect();
+        let mut change: Vec<[f64; 2]> = above
+            .iter()
+            .zip(&below)
+            .map(|(above, below)| scale(0.5 / step, sub(*above, *below)))
+            .collect();
         dynamics.solve(&mut change);
-        let error = change.iter().zip(&direction).map(|(found, expected)| sub(*found, *expected)).collect::<Vec<_>>();
+        let error = change
+            .iter()
+            .zip(&direction)
+            .map(|(found, expected)| sub(*found, *expected))
+            .collect::<Vec<_>>();
         // The residual is curved; the step moves coordinates by 1e-6.
-        assert!(largest(&error) < 1e-6 * largest(&direction), "{number}: {:e}", largest(&error));
+        assert!(
+            largest(&error) < 1e-6 * largest(&direction),
+            "{number}: {:e}",
+            largest(&error)
+        );
     }
     Ok(())
 }
 
 #[test]
 fn a_sampled_tool_turns_with_its_body_where_its_samples_do() {
-    let axial = |angle: f64| ([0.1 * angle.cos(), 0.1 * angle.sin(), 0.02], [0.0, 0.0, -1.0]);
-    let rocking = |angle: f64| ([0.1, 0.0, 0.0], [(0.2 * angle.sin()).cos(), (0.2 * angle.sin()).sin(), 0.0]);
+    let axial = |angle: f64| {
+        (
+            [0.1 * angle.cos(), 0.1 * angle.sin(), 0.02],
+            [0.0, 0.0, -1.0],
+        )
+    };
+    let rocking = |angle: f64| {
+        (
+            [0.1, 0.0, 0.0],
+            [(0.2 * angle.sin()).cos(), (0.2 * angle.sin()).sin(), 0.0],
+        )
+    };
     let sampled = |clamp: &dyn Fn(f64) -> ([f64; 3], [f64; 3])| {
-        let (positions, directions): (Vec<_>, Vec<_>) =
-            (0..64).map(|k| clamp(std::f64::consts::TAU * f64::from(k) / 64.0)).unzip();
-        SampledTool::new(&positions, &directions).expect("a tool").clamp(0.3, 50.0)
+        let (positions, directions): (Vec<_>, Vec<_>) = (0..64)
+            .map(|k| clamp(std::f64::consts::TAU * f64::from(k) / 64.0))
+            .unzip();
+        SampledTool::new(&positions, &directions)
+            .expect("a tool")
+            .clamp(0.3, 50.0)
     };
     assert_eq!(sampled(&axial).angular_velocity, [0.0, 0.0, 50.0]);
     let clamp = sampled(&rocking);
-    assert_eq!(clamp.angular_velocity, cross(clamp.direction, clamp.direction_rate));
+    assert_eq!(
+        clamp.angular_velocity,
+        cross(clamp.direction, clamp.direction_rate)
+    );
     assert!((clamp.angular_velocity[2] - 50.0 * 0.2 * 0.3_f64.cos()).abs() < 1e-9);
-    let tilted = RotaryTool { lateral_tilt: 0.3, ..RotaryTool::radial(0.14) }.clamp(0.3, 50.0);
+    let tilted = RotaryTool {
+        lateral_tilt: 0.3,
+        ..RotaryTool::radial(0.14)
+    }
+    .clamp(0.3, 50.0);
     assert_eq!(tilted.angular_velocity, [0.0, 0.0, 50.0]);
 }

@@ -1,6 +1,7 @@
-//! Is it right? Passes over edges, chamfers, cylinders, bores and splines, turns, and wavy and tapered filaments, compared with an
-//! independent code: `derivations/reference_edges.py` states the chain in the plane again, and integrates it with CVODES, and
-//! `reference_profiles.py` adds splines.
+//! Is it right? Passes over edges, chamfers, cylinders, bores and splines, turns, and wavy and
+//! tapered filaments, compared with an independent code: `derivations/reference_edges.py` states
+//! the chain in the plane again, and integrates it with CVODES, and `reference_profiles.py` adds
+//! splines.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{FilamentSettings, Settings, Turns, WorkpieceSettings};
@@ -10,13 +11,15 @@ use serde_json::Value;
 
 use crate::common::{Stated, case, cases, difference, number};
 
-/// Largest difference of an impulse over `p_n`, of times and work relative to themselves, and of the tip over `l_f`, beyond ten times
-/// the error that the reference states. The solver runs at 1e-9, and they agree to 4e-7, except that the share of an edge differs by up
-/// to 4e-6 of `p_n` where a tip slides from a face onto it.
+/// Largest difference of an impulse over `p_n`, of times and work relative to themselves, and of
+/// the tip over `l_f`, beyond ten times the error that the reference states. The solver runs at
+/// 1e-9, and they agree to 4e-7, except that the share of an edge differs by up to 4e-6 of `p_n`
+/// where a tip slides from a face onto it.
 const TOLERANCE: f64 = 5e-6;
 
-/// The same of the share of an edge onto which a tip slides from a face under force: the solver locates that in the tip's way, by its
-/// tolerance. In one case it is 1.6e-4 at 1e-6, 5.6e-5 at 1e-8 and 2.1e-5 at 1e-10.
+/// The same of the share of an edge onto which a tip slides from a face under force: the solver
+/// locates that in the tip's way, by its tolerance. In one case it is 1.6e-4 at 1e-6, 5.6e-5 at
+/// 1e-8 and 2.1e-5 at 1e-10.
 const SLIDING_ONTO_EDGES: f64 = 5e-5;
 
 /// A case of `reference_edges.json` or `reference_profiles.json` in `tests/data/`.
@@ -51,9 +54,18 @@ struct Filament {
 
 impl Reference {
     fn settings(&self) -> Settings {
-        let Filament { segments, tip_diameter_m, waviness_amplitude_m, waviness_length_m, waviness_phase_rad } =
-            self.filament;
-        let mut settings = case(segments, self.brushing_velocity_m_s, self.penetration_depth_m);
+        let Filament {
+            segments,
+            tip_diameter_m,
+            waviness_amplitude_m,
+            waviness_length_m,
+            waviness_phase_rad,
+        } = self.filament;
+        let mut settings = case(
+            segments,
+            self.brushing_velocity_m_s,
+            self.penetration_depth_m,
+        );
         settings.filament = FilamentSettings {
             tip_diameter_m: Some(tip_diameter_m),
             waviness_amplitude_m,
@@ -70,7 +82,8 @@ impl Reference {
         process.lead_angle_rad -= self.start_angle_rad - pass.tool().angle(0.0);
         let rate = settings.angular_velocity_rad_s();
         if self.turns == 1 {
-            settings.process.tail_angle_rad -= rate * (Pass::new(&settings).end_time() - self.end_s);
+            settings.process.tail_angle_rad -=
+                rate * (Pass::new(&settings).end_time() - self.end_s);
         }
         settings
     }
@@ -99,7 +112,8 @@ impl Reference {
         let peak = where_stated("peak_contact_normal_force_n").unwrap_or(1.0);
         let whole = where_stated("sliding_work_j").unwrap_or(1.0);
         // An angle is as sure as the part of the work that it is the angle of.
-        let by_work = where_stated("edge_sliding_work_j").map_or(1.0, |work| whole / work.max(f64::MIN_POSITIVE));
+        let by_work = where_stated("edge_sliding_work_j")
+            .map_or(1.0, |work| whole / work.max(f64::MIN_POSITIVE));
         let others = [
             ("peak_contact_normal_force_n", peak),
             ("sliding_work_j", whole),
@@ -108,9 +122,14 @@ impl Reference {
             ("edge_work_angle_rad", by_work),
             ("edge_work_angle_std_rad", by_work),
         ];
-        let others = others.into_iter().filter(|(key, _)| where_stated(key).is_some());
+        let others = others
+            .into_iter()
+            .filter(|(key, _)| where_stated(key).is_some());
         let of_metrics = contact.into_iter().chain(others);
-        motion.into_iter().chain(of_metrics.map(|(key, scale)| difference(metrics, &self.stated, key, scale))).collect()
+        motion
+            .into_iter()
+            .chain(of_metrics.map(|(key, scale)| difference(metrics, &self.stated, key, scale)))
+            .collect()
     }
 }
 
@@ -139,22 +158,38 @@ fn agree(file: &str, count: usize, of_edges: f64) {
         let end = pass.history.last().expect("there are two samples");
         let mut differences = case.differences(&pass.metrics, end);
         if case.largest_edge_penetration_m > 0.0 {
-            // The reference looks at it every microsecond, in which an impact changes by some per cent.
+            // The reference looks at it every microsecond, in which an impact changes by some per
+            // cent.
             let ratio = pass.metrics.max_edge_penetration_m / case.largest_edge_penetration_m;
-            differences.push(("max_edge_penetration_m", TOLERANCE / 0.03 * (ratio - 1.0).abs()));
+            differences.push((
+                "max_edge_penetration_m",
+                TOLERANCE / 0.03 * (ratio - 1.0).abs(),
+            ));
         }
         assert_eq!(pass.turn_contact_normal_impulses_n_s.len(), case.turns);
-        for (impulse, expected) in
-            pass.turn_contact_normal_impulses_n_s.iter().zip(&case.turn_contact_normal_impulses_n_s)
+        for (impulse, expected) in pass
+            .turn_contact_normal_impulses_n_s
+            .iter()
+            .zip(&case.turn_contact_normal_impulses_n_s)
         {
-            differences.push(("turn_contact_normal_impulses_n_s", (impulse / expected - 1.0).abs()));
+            differences.push((
+                "turn_contact_normal_impulses_n_s",
+                (impulse / expected - 1.0).abs(),
+            ));
         }
         for (name, difference) in differences {
-            let tolerance = if name.starts_with("edge_") { of_edges } else { TOLERANCE };
+            let tolerance = if name.starts_with("edge_") {
+                of_edges
+            } else {
+                TOLERANCE
+            };
             if difference.is_nan() || difference > tolerance + 10.0 * case.own_error {
                 failures.push(format!(
                     "{}, {} m/s, {} m, µ = {}: {name} {difference:.1e}",
-                    case.name, case.brushing_velocity_m_s, case.penetration_depth_m, case.friction_coefficient
+                    case.name,
+                    case.brushing_velocity_m_s,
+                    case.penetration_depth_m,
+                    case.friction_coefficient
                 ));
             }
         }

@@ -1,4 +1,5 @@
-//! The hash by which a journal recognises results of another build covers every file that can change a result.
+//! The hash by which a journal recognises results of another build covers every file that can
+//! change a result.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,7 +7,8 @@ use std::path::{Path, PathBuf};
 use bristle::simulation::SOLVER_FINGERPRINT;
 use bristle_codegen::fingerprint::{digest, locked, sources};
 
-/// What the build step hashes in addition to the generated code: sources, and the versions of packages.
+/// What the build step hashes in addition to the generated code: sources, and the versions of
+/// packages.
 const SOURCES: &str = "src";
 const PACKAGES: [&str; 3] = ["fastrand", "pulp", "spec_math"];
 const KERNELS: &str = include_str!(concat!(env!("OUT_DIR"), "/kernels.rs"));
@@ -31,16 +33,27 @@ fn files(path: &Path) -> Vec<PathBuf> {
     if !path.is_dir() {
         return vec![path.to_owned()];
     }
-    fs::read_dir(path).expect("a directory").flat_map(|entry| files(&entry.expect("an entry").path())).collect()
+    fs::read_dir(path)
+        .expect("a directory")
+        .flat_map(|entry| files(&entry.expect("an entry").path()))
+        .collect()
 }
 
 #[test]
 fn every_source_of_the_core_changes_the_hash_of_the_solver() {
-    // Paths are hashed as given, so they are relative, as in the build step. Tests run in the directory of the package.
+    // Paths are hashed as given, so they are relative, as in the build step. Tests run in the
+    // directory of the package.
     let packages = locked(Path::new("Cargo.lock"), &PACKAGES).expect("the lock");
     assert_eq!(packages.matches("version = ").count(), PACKAGES.len());
     let hash_of_tree = sources(&[SOURCES]).expect("the sources");
-    assert_eq!(digest([KERNELS, SERIES, &packages, &hash_of_tree].concat().as_bytes()), SOLVER_FINGERPRINT);
+    assert_eq!(
+        digest(
+            [KERNELS, SERIES, &packages, &hash_of_tree]
+                .concat()
+                .as_bytes()
+        ),
+        SOLVER_FINGERPRINT
+    );
 
     let directory = tempfile::tempdir().expect("a temporary directory");
     let copied = directory.path().join(SOURCES);

@@ -1,4 +1,5 @@
-//! The lateral amplification of planar passes, held against spatial passes of slightly tilted clamps.
+//! The lateral amplification of planar passes, held against spatial passes of slightly tilted
+//! clamps.
 
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::record::Record;
@@ -9,7 +10,8 @@ use crate::common::case;
 
 /// Tolerance of the comparisons with exact derivatives: its error is far below the limits below.
 const TIGHT: f64 = 1e-9;
-/// Largest `|z_tip|/l_f` of the tilted passes. The motion is odd in the tilt, so that the ratio deviates by its square.
+/// Largest `|z_tip|/l_f` of the tilted passes. The motion is odd in the tilt, so that the ratio
+/// deviates by its square.
 const EXCURSION: f64 = 1e-3;
 
 /// Cases of the paper's brush, and what is changed in each.
@@ -26,11 +28,32 @@ fn cases() -> [(&'static str, Settings); 14] {
         ("slow", plain(5.0, 5e-3)),
         ("slower", plain(2.5, 1.5e-3)),
         ("slower and deeper", plain(2.5, 2.5e-3)),
-        ("friction", with(2.5, 5e-3, |settings| settings.contact.friction_coefficient = 0.1)),
-        ("slight friction", with(5.0, 4e-3, |settings| settings.contact.friction_coefficient = 0.02)),
-        ("damping", with(5.0, 3e-3, |settings| settings.filament.damping_ratio = 0.4)),
-        ("gravity", with(5.0, 3e-3, |settings| settings.process.gravity_m_s2 = [30.0, -98.1, 0.0])),
-        ("contact radius", with(5.0, 3e-3, |settings| settings.contact.radius_m = 0.5e-3)),
+        (
+            "friction",
+            with(2.5, 5e-3, |settings| {
+                settings.contact.friction_coefficient = 0.1
+            }),
+        ),
+        (
+            "slight friction",
+            with(5.0, 4e-3, |settings| {
+                settings.contact.friction_coefficient = 0.02
+            }),
+        ),
+        (
+            "damping",
+            with(5.0, 3e-3, |settings| settings.filament.damping_ratio = 0.4),
+        ),
+        (
+            "gravity",
+            with(5.0, 3e-3, |settings| {
+                settings.process.gravity_m_s2 = [30.0, -98.1, 0.0]
+            }),
+        ),
+        (
+            "contact radius",
+            with(5.0, 3e-3, |settings| settings.contact.radius_m = 0.5e-3),
+        ),
         (
             "wavy and tapered",
             with(10.0, 1e-3, |settings| {
@@ -38,10 +61,17 @@ fn cases() -> [(&'static str, Settings); 14] {
                 settings.filament.tip_diameter_m = Some(1e-3);
             }),
         ),
-        ("feed", with(5.0, 3e-3, |settings| settings.workpiece.feed_velocity_m_s = 2.0)),
+        (
+            "feed",
+            with(5.0, 3e-3, |settings| {
+                settings.workpiece.feed_velocity_m_s = 2.0
+            }),
+        ),
         (
             "exponent",
-            with(5.0, 3e-3, |settings| (settings.contact.exponent, settings.contact.stiffness_n_m) = (1.5, 1e7)),
+            with(5.0, 3e-3, |settings| {
+                (settings.contact.exponent, settings.contact.stiffness_n_m) = (1.5, 1e7)
+            }),
         ),
         (
             "another normal and contact damping",
@@ -58,12 +88,20 @@ fn pass(settings: &Settings, tilt: f64, tolerance: f64, samples: usize) -> Simul
     let mut settings = settings.clone();
     settings.filament.lateral_tilt_rad = tilt;
     settings.solver.relative_tolerance = tolerance;
-    let sampling = Sampling { samples, shapes: 0, loads: false, profile: false, alongside: false };
+    let sampling = Sampling {
+        samples,
+        shapes: 0,
+        loads: false,
+        profile: false,
+        alongside: false,
+    };
     simulate_with(&settings, sampling).expect("the pass is simulated")
 }
 
 fn amplification(settings: &Settings, tilt: f64, tolerance: f64) -> f64 {
-    pass(settings, tilt, tolerance, 2).metrics.lateral_amplification
+    pass(settings, tilt, tolerance, 2)
+        .metrics
+        .lateral_amplification
 }
 
 #[test]
@@ -72,7 +110,10 @@ fn the_amplification_is_that_of_a_small_tilt() {
     for (name, settings) in cases() {
         let expected = amplification(&settings, 0.0, TIGHT);
         let measured = amplification(&settings, EXCURSION / expected, TIGHT);
-        assert!((measured / expected - 1.0).abs() < 0.01, "{name}: {measured} for {expected}");
+        assert!(
+            (measured / expected - 1.0).abs() < 0.01,
+            "{name}: {measured} for {expected}"
+        );
         unstable += usize::from(expected > UNSTABLE_AMPLIFICATION);
     }
     assert!((4..=9).contains(&unstable), "{unstable} are unstable");
@@ -81,15 +122,22 @@ fn the_amplification_is_that_of_a_small_tilt() {
 #[test]
 fn at_the_default_tolerance_the_amplification_is_accurate() {
     for (name, settings) in cases() {
-        let [default, exact] = [1e-6, TIGHT].map(|tolerance| amplification(&settings, 0.0, tolerance));
-        assert!((default / exact - 1.0).abs() < 0.005, "{name}: {default} instead of {exact}");
+        let [default, exact] =
+            [1e-6, TIGHT].map(|tolerance| amplification(&settings, 0.0, tolerance));
+        assert!(
+            (default / exact - 1.0).abs() < 0.005,
+            "{name}: {default} instead of {exact}"
+        );
     }
 }
 
 #[test]
 fn the_opposite_tilt_mirrors_the_motion() {
     // Large enough for the motion to be far from planar, in stable cases and in an unstable one.
-    for (name, settings) in cases().into_iter().filter(|(name, _)| ["sweeping", "slow", "friction"].contains(name)) {
+    for (name, settings) in cases()
+        .into_iter()
+        .filter(|(name, _)| ["sweeping", "slow", "friction"].contains(name))
+    {
         let [one, other] = [1e-2, -1e-2].map(|tilt| pass(&settings, tilt, 1e-6, 200));
         for column in Metrics::COLUMNS {
             if column.key == "energy_residual" {
@@ -100,14 +148,29 @@ fn the_opposite_tilt_mirrors_the_motion() {
             if ["contact_impulse_z_n_s", "tool_lateral_force_n"].contains(&column.key) {
                 b = -b;
             }
-            assert!((a - b).abs() <= 1e-8 * a.abs(), "{name}: {} is {a} and {b}", column.key);
+            assert!(
+                (a - b).abs() <= 1e-8 * a.abs(),
+                "{name}: {} is {a} and {b}",
+                column.key
+            );
         }
-        let largest = one.history.iter().map(|sample| sample.tip_z_m.abs()).fold(0.0, f64::max);
+        let largest = one
+            .history
+            .iter()
+            .map(|sample| sample.tip_z_m.abs())
+            .fold(0.0, f64::max);
         assert!(largest > 1e-4, "{name}: {largest}");
         for (a, b) in one.history.iter().zip(&other.history) {
             let in_plane = [a.tip_x_m - b.tip_x_m, a.tip_y_m - b.tip_y_m];
             let across = a.tip_z_m + b.tip_z_m;
-            assert!(in_plane.iter().chain([&across]).all(|d| d.abs() < 1e-8 * largest), "{name} at {} s", a.time_s);
+            assert!(
+                in_plane
+                    .iter()
+                    .chain([&across])
+                    .all(|d| d.abs() < 1e-8 * largest),
+                "{name} at {} s",
+                a.time_s
+            );
         }
     }
 }
@@ -117,5 +180,8 @@ fn a_spatial_pass_without_a_tilt_has_no_amplification() {
     let mut settings = case(10, 20.0, 1e-3);
     settings.process.gravity_m_s2 = [0.0, 0.0, 9.81];
     let metrics = pass(&settings, 0.0, 1e-6, 2).metrics;
-    assert_eq!((metrics.lateral_amplification, metrics.laterally_unstable), (0.0, false));
+    assert_eq!(
+        (metrics.lateral_amplification, metrics.laterally_unstable),
+        (0.0, false)
+    );
 }

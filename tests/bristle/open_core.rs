@@ -1,4 +1,5 @@
-//! Is the core open? A tool and a workpiece from outside the crate get the same results as the built-in ones, to the bit.
+//! Is the core open? A tool and a workpiece from outside the crate get the same results as the
+//! built-in ones, to the bit.
 
 use crate::common::{AnyTool, AnyWorkpiece, case, pass_with, side_by_side};
 use bristle::equations::{Clamp, PolarAxis};
@@ -9,7 +10,13 @@ use bristle::simulation::{NoContactArc, Pass, Sampling, Simulation, simulate_wit
 use bristle::tool::{RotaryTool, Tool, radial_clamp};
 use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
 
-const SAMPLING: Sampling = Sampling { samples: 20, shapes: 5, loads: true, profile: false, alongside: false };
+const SAMPLING: Sampling = Sampling {
+    samples: 20,
+    shapes: 5,
+    loads: true,
+    profile: false,
+    alongside: false,
+};
 
 /// The plane of MODEL, implemented again.
 #[derive(Clone, Debug)]
@@ -20,9 +27,15 @@ struct Table {
 
 impl Table {
     fn new(settings: &Settings) -> Self {
-        let (radius, depth) = (Wheel.radius(settings.filament.length_m), settings.process.penetration_depth_m);
+        let (radius, depth) = (
+            Wheel.radius(settings.filament.length_m),
+            settings.process.penetration_depth_m,
+        );
         let arc = ContactArc::on_plane([0.0, 1.0, 0.0], radius, depth);
-        Self { height: -(radius - depth), arc: Some(arc) }
+        Self {
+            height: -(radius - depth),
+            arc: Some(arc),
+        }
     }
 }
 
@@ -32,7 +45,8 @@ impl Workpiece for Table {
     }
 
     fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
-        self.arc.or_else(|| ContactArc::find(|angle| self.surface(tip(angle), 0.0).gap))
+        self.arc
+            .or_else(|| ContactArc::find(|angle| self.surface(tip(angle), 0.0).gap))
     }
 
     fn is_planar(&self) -> bool {
@@ -82,15 +96,30 @@ fn outside(settings: &Settings) -> Pass<AnyTool, AnyWorkpiece> {
 #[test]
 fn outside_tools_and_workpieces_have_the_bits_of_the_built_in_ones() {
     let cases = cases();
-    let built_in: Vec<Simulation> =
-        cases.iter().map(|settings| simulate_with(settings, SAMPLING).expect("the pass ends")).collect();
+    let built_in: Vec<Simulation> = cases
+        .iter()
+        .map(|settings| simulate_with(settings, SAMPLING).expect("the pass ends"))
+        .collect();
     for (settings, expected) in cases.iter().zip(&built_in) {
         let simulation = outside(settings).simulate(SAMPLING).expect("the pass ends");
-        assert!(simulation == *expected, "{:?} {:?}", simulation.metrics, expected.metrics);
+        assert!(
+            simulation == *expected,
+            "{:?} {:?}",
+            simulation.metrics,
+            expected.metrics
+        );
     }
-    for (result, expected) in side_by_side(SAMPLING, cases.iter().map(outside)).into_iter().zip(&built_in) {
+    for (result, expected) in side_by_side(SAMPLING, cases.iter().map(outside))
+        .into_iter()
+        .zip(&built_in)
+    {
         let simulation = result.expect("the pass ends");
-        assert!(simulation == *expected, "{:?} {:?}", simulation.metrics, expected.metrics);
+        assert!(
+            simulation == *expected,
+            "{:?} {:?}",
+            simulation.metrics,
+            expected.metrics
+        );
     }
 }
 
@@ -101,31 +130,49 @@ fn a_pass_of_its_own_plane_is_that_of_the_settings() {
     let tool = RotaryTool::of(&settings);
     let plane = Plane::of(&settings.workpiece, settings.reach_m() - 2e-3);
     let pass = pass_with(&settings, tool, plane).expect("the tips touch the plane");
-    let [found, stated] =
-        [pass.simulate(SAMPLING), simulate_with(&settings, SAMPLING)].map(|result| result.expect("the pass ends"));
-    // A plane does not know the tool: its arc is found to 1e-11 rad, where that of the settings is computed.
+    let [found, stated] = [pass.simulate(SAMPLING), simulate_with(&settings, SAMPLING)]
+        .map(|result| result.expect("the pass ends"));
+    // A plane does not know the tool: its arc is found to 1e-11 rad, where that of the settings is
+    // computed.
     assert_eq!(found.statistics, stated.statistics);
     let (found, stated) = (found.metrics, stated.metrics);
     for column in Metrics::COLUMNS {
         let [found, stated] = [&found, &stated].map(|metrics| column.get(metrics));
         // The residual is that of rounding.
-        let slack = if column.key == "energy_residual" { 1e-8 } else { 1e-9 * stated.abs() };
-        assert!((found - stated).abs() <= slack, "{}: {found} {stated}", column.key);
+        let slack = if column.key == "energy_residual" {
+            1e-8
+        } else {
+            1e-9 * stated.abs()
+        };
+        assert!(
+            (found - stated).abs() <= slack,
+            "{}: {found} {stated}",
+            column.key
+        );
     }
 }
 
 #[test]
 fn an_arc_that_is_not_stated_is_found() {
     let settings = case(5, 20.0, 2e-3);
-    let found = Table { arc: None, ..Table::new(&settings) };
+    let found = Table {
+        arc: None,
+        ..Table::new(&settings)
+    };
     let found = pass_with(&settings, Wheel, found).expect("the tips touch the table");
     let stated = outside(&settings);
-    let times = |pass: &Pass<AnyTool, AnyWorkpiece>| [&pass.nominal_times()[..], &[pass.end_time()]].concat();
+    let times = |pass: &Pass<AnyTool, AnyWorkpiece>| {
+        [&pass.nominal_times()[..], &[pass.end_time()]].concat()
+    };
     for (found, stated) in times(&found).into_iter().zip(times(&stated)) {
         assert!((found / stated - 1.0).abs() < 1e-9, "{found} {stated}");
     }
-    let [found, stated] = [&found, &stated].map(|pass| pass.simulate(SAMPLING).expect("the pass ends").metrics);
-    let (found, stated) = (found.contact_normal_impulse_n_s, stated.contact_normal_impulse_n_s);
+    let [found, stated] =
+        [&found, &stated].map(|pass| pass.simulate(SAMPLING).expect("the pass ends").metrics);
+    let (found, stated) = (
+        found.contact_normal_impulse_n_s,
+        stated.contact_normal_impulse_n_s,
+    );
     assert!((found / stated - 1.0).abs() < 1e-5, "{found} {stated}");
 }
 
@@ -134,7 +181,11 @@ fn a_workpiece_out_of_reach_is_refused() {
     let settings = case(5, 20.0, 2e-3);
     for height in [-0.2, 0.2] {
         let table = Table { height, arc: None };
-        assert_eq!(pass_with(&settings, Wheel, table).err(), Some(NoContactArc), "{height}");
+        assert_eq!(
+            pass_with(&settings, Wheel, table).err(),
+            Some(NoContactArc),
+            "{height}"
+        );
     }
 }
 
@@ -144,7 +195,11 @@ struct Cup;
 
 impl Tool for Cup {
     fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
-        Clamp { direction: [0.0, 0.0, -1.0], direction_rate: [0.0; 3], ..radial_clamp(0.05, angle, rate, 0.0) }
+        Clamp {
+            direction: [0.0, 0.0, -1.0],
+            direction_rate: [0.0; 3],
+            ..radial_clamp(0.05, angle, rate, 0.0)
+        }
     }
 
     fn radius(&self, _: f64) -> f64 {
@@ -175,6 +230,9 @@ fn filaments_along_the_axis_start_in_the_chart_about_x() {
     let start = pass.start(&mut system);
     assert!(start.charts.iter().all(|&axis| axis == PolarAxis::X));
     let metrics = pass.simulate(SAMPLING).expect("the pass ends").metrics;
-    assert!(metrics.contact_normal_impulse_n_s > 0.0 && metrics.contact_count > 0, "{metrics:?}");
+    assert!(
+        metrics.contact_normal_impulse_n_s > 0.0 && metrics.contact_count > 0,
+        "{metrics:?}"
+    );
     assert!((metrics.nominal_contact_length_m - 0.05 * metrics.contact_angle_rad).abs() < 1e-15);
 }

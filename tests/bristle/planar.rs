@@ -1,5 +1,6 @@
-//! Is it physics? The result of a pass that is planar by symmetry depends on the settings and on nothing else: not on how the set-up
-//! is turned about `z` or mirrored, nor, beyond the tolerance, on the tolerance.
+//! Is it physics? The result of a pass that is planar by symmetry depends on the settings and on
+//! nothing else: not on how the set-up is turned about `z` or mirrored, nor, beyond the tolerance,
+//! on the tolerance.
 
 use crate::common::{AnyTool, AnyWorkpiece, pass_with, side_by_side};
 use bristle::equations::Clamp;
@@ -16,7 +17,8 @@ use std::sync::LazyLock;
 /// Number of random settings.
 const SETTINGS: usize = 200;
 
-/// Settings of a planar pass, slow ones among them: 0.2 m/s at the paper's stiffness is slow enough to buckle sideways.
+/// Settings of a planar pass, slow ones among them: 0.2 m/s at the paper's stiffness is slow enough
+/// to buckle sideways.
 fn draw(rng: &mut Rng) -> Settings {
     let between = |rng: &mut Rng, low: f64, high: f64| low * (high / low).powf(rng.f64());
     let mut settings = Settings::paper(between(rng, 0.2, 40.0), between(rng, 0.3e-3, 6e-3));
@@ -59,14 +61,21 @@ static DRAWN: LazyLock<(Vec<Settings>, Vec<Metrics>)> = LazyLock::new(|| {
 /// The metrics of passes, computed in lanes.
 fn metrics<T: Tool + Clone, W: Workpiece + Clone>(passes: Vec<Pass<T, W>>) -> Vec<Metrics> {
     let results = side_by_side(Sampling::default(), passes);
-    results.into_iter().map(|result| result.expect("the pass ends").metrics).collect()
+    results
+        .into_iter()
+        .map(|result| result.expect("the pass ends").metrics)
+        .collect()
 }
 
-/// The largest relative difference of any metric except the lateral amplification, and that of the amplification.
+/// The largest relative difference of any metric except the lateral amplification, and that of the
+/// amplification.
 fn deviation(a: &Metrics, b: &Metrics) -> [f64; 2] {
     let mut largest = [0.0_f64; 2];
     // The residual is an error by itself.
-    for column in Metrics::COLUMNS.iter().filter(|column| column.key != "energy_residual") {
+    for column in Metrics::COLUMNS
+        .iter()
+        .filter(|column| column.key != "energy_residual")
+    {
         let scale = scale(column.key, a);
         let (a, b) = (column.get(a), column.get(b));
         let kind = usize::from(column.key == "lateral_amplification");
@@ -77,7 +86,8 @@ fn deviation(a: &Metrics, b: &Metrics) -> [f64; 2] {
     largest
 }
 
-/// What a component or a moment of the contact force is measured against: it can be the small difference of large numbers.
+/// What a component or a moment of the contact force is measured against: it can be the small
+/// difference of large numbers.
 fn scale(key: &str, metrics: &Metrics) -> f64 {
     const LEVER: f64 = 0.1;
     let force = metrics.tool_contact_normal_force_n;
@@ -93,9 +103,15 @@ fn scale(key: &str, metrics: &Metrics) -> f64 {
     }
 }
 
-/// The metrics of the same contact where directions in the plane become `image` of them, and the sense of rotation that times `sense`.
+/// The metrics of the same contact where directions in the plane become `image` of them, and the
+/// sense of rotation that times `sense`.
 fn image(metrics: &Metrics, image: impl Fn([f64; 3]) -> [f64; 3], sense: f64) -> Metrics {
-    let Metrics { contact_impulse_x_n_s: x, contact_impulse_y_n_s: y, contact_impulse_z_n_s: z, .. } = *metrics;
+    let Metrics {
+        contact_impulse_x_n_s: x,
+        contact_impulse_y_n_s: y,
+        contact_impulse_z_n_s: z,
+        ..
+    } = *metrics;
     let [x_image, y_image, z_image] = image([x, y, z]);
     let per_impulse = metrics.tool_contact_normal_force_n / metrics.contact_normal_impulse_n_s;
     Metrics {
@@ -116,11 +132,22 @@ fn assert_same(found: &[Metrics], tolerances: [f64; 2]) {
     assert_close(&DRAWN.0, &DRAWN.1, found, tolerances);
 }
 
-fn assert_close(settings: &[Settings], expected: &[Metrics], found: &[Metrics], tolerances: [f64; 2]) {
+fn assert_close(
+    settings: &[Settings],
+    expected: &[Metrics],
+    found: &[Metrics],
+    tolerances: [f64; 2],
+) {
     for ((settings, expected), found) in settings.iter().zip(expected).zip(found) {
         let deviations = deviation(expected, found);
-        let within = deviations.iter().zip(tolerances).all(|(deviation, tolerance)| *deviation <= tolerance);
-        assert!(within, "{deviations:?}\n{settings:?}\n{expected:?}\n{found:?}");
+        let within = deviations
+            .iter()
+            .zip(tolerances)
+            .all(|(deviation, tolerance)| *deviation <= tolerance);
+        assert!(
+            within,
+            "{deviations:?}\n{settings:?}\n{expected:?}\n{found:?}"
+        );
     }
 }
 
@@ -128,15 +155,20 @@ fn assert_close(settings: &[Settings], expected: &[Metrics], found: &[Metrics], 
 fn turning_the_set_up_about_z_changes_nothing() {
     let mut rng = Rng::with_seed(15);
     let angles: Vec<f64> = DRAWN.0.iter().map(|_| TAU * rng.f64()).collect();
-    let turned = DRAWN.0.iter().zip(&angles).map(|(settings, angle)| Pass::new(&turn(settings, *angle)));
+    let turned = DRAWN
+        .0
+        .iter()
+        .zip(&angles)
+        .map(|(settings, angle)| Pass::new(&turn(settings, *angle)));
     let found = metrics(turned.collect());
     let found: Vec<Metrics> = found
         .iter()
         .zip(&angles)
         .map(|(metrics, angle)| image(metrics, |vector| turned_by(vector, -angle), 1.0))
         .collect();
-    // Roundings change the steps after an event, each of which has an error of the tolerance, 1e-6, or less.
-    // Rounding shifts the short contacts of grazing nodes, of which hard contacts have hundreds.
+    // Roundings change the steps after an event, each of which has an error of the tolerance, 1e-6,
+    // or less. Rounding shifts the short contacts of grazing nodes, of which hard contacts have
+    // hundreds.
     assert_same(&found, [1e-5, 5e-5]);
 }
 
@@ -167,7 +199,9 @@ impl Mirrored {
 
     /// The mirror image of the pass of `settings`.
     fn pass(settings: &Settings) -> Pass<AnyTool, AnyWorkpiece> {
-        let mirrored = Self { tool: RotaryTool::of(settings) };
+        let mirrored = Self {
+            tool: RotaryTool::of(settings),
+        };
         let depth = settings.process.penetration_depth_m;
         let distance = settings.tool_radius_m() - depth;
         let feed = [settings.workpiece.feed_velocity_m_s, 0.0, 0.0];
@@ -180,8 +214,14 @@ impl Mirrored {
 
 impl Tool for Mirrored {
     fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
-        let Clamp { position, velocity, acceleration, direction, direction_rate, angular_velocity } =
-            self.tool.clamp(angle, rate);
+        let Clamp {
+            position,
+            velocity,
+            acceleration,
+            direction,
+            direction_rate,
+            angular_velocity,
+        } = self.tool.clamp(angle, rate);
         Clamp {
             position: self.image(position),
             velocity: self.image(velocity),
@@ -205,7 +245,10 @@ impl Tool for Mirrored {
 #[test]
 fn a_mirror_image_has_the_same_metrics() {
     let found = metrics(DRAWN.0.iter().map(Mirrored::pass).collect());
-    let found: Vec<Metrics> = found.iter().map(|metrics| image(metrics, |[x, y, z]| [-x, y, z], -1.0)).collect();
+    let found: Vec<Metrics> = found
+        .iter()
+        .map(|metrics| image(metrics, |[x, y, z]| [-x, y, z], -1.0))
+        .collect();
     // Rounding shifts the short contacts of grazing nodes, of which hard contacts have hundreds.
     assert_same(&found, [1e-5, 5e-5]);
 }
@@ -217,7 +260,8 @@ fn a_tighter_tolerance_changes_no_more_than_the_tolerance_explains() {
         settings.solver.relative_tolerance /= 10.0;
         Pass::new(&settings)
     });
-    // The tolerance of one step is 1e-6; a pass has some hundred, and single contacts of grazing nodes are short.
+    // The tolerance of one step is 1e-6; a pass has some hundred, and single contacts of grazing
+    // nodes are short.
     assert_same(&metrics(tighter.collect()), [1e-3, 2e-2]);
 }
 
@@ -229,12 +273,30 @@ fn a_pass_is_planar_where_tool_workpiece_and_gravity_are() {
         Pass::new(&settings).form()
     };
     assert_eq!(form(|_| ()), Form::Planar);
-    assert_eq!(form(|settings| settings.workpiece.kind = WorkpieceKind::plane([-3.0, 0.4, 0.0])), Form::Planar);
-    assert_eq!(form(|settings| settings.process.gravity_m_s2 = [1.0, -9.81, 0.0]), Form::Planar);
-    assert_eq!(form(|settings| settings.contact.friction_coefficient = 0.3), Form::Planar);
-    assert_eq!(form(|settings| settings.workpiece.kind = WorkpieceKind::plane([0.0, 1.0, 1e-12])), Form::Spatial);
-    assert_eq!(form(|settings| settings.process.gravity_m_s2[2] = 1e-9), Form::Spatial);
-    assert_eq!(form(|settings| settings.filament.lateral_tilt_rad = 1e-9), Form::Spatial);
+    assert_eq!(
+        form(|settings| settings.workpiece.kind = WorkpieceKind::plane([-3.0, 0.4, 0.0])),
+        Form::Planar
+    );
+    assert_eq!(
+        form(|settings| settings.process.gravity_m_s2 = [1.0, -9.81, 0.0]),
+        Form::Planar
+    );
+    assert_eq!(
+        form(|settings| settings.contact.friction_coefficient = 0.3),
+        Form::Planar
+    );
+    assert_eq!(
+        form(|settings| settings.workpiece.kind = WorkpieceKind::plane([0.0, 1.0, 1e-12])),
+        Form::Spatial
+    );
+    assert_eq!(
+        form(|settings| settings.process.gravity_m_s2[2] = 1e-9),
+        Form::Spatial
+    );
+    assert_eq!(
+        form(|settings| settings.filament.lateral_tilt_rad = 1e-9),
+        Form::Spatial
+    );
     let pass = Pass::new(&Settings::paper(10.0, 1e-3));
     assert_eq!(pass.in_space().form(), Form::Spatial);
 }
@@ -243,20 +305,34 @@ fn a_pass_is_planar_where_tool_workpiece_and_gravity_are() {
 fn a_planar_filament_stays_in_the_plane() {
     // The filament of this pass buckles sideways in space, as rounding decides.
     let settings = Settings::paper(0.5, 5e-3);
-    let Simulation { metrics, history, .. } = simulate_with_history(&settings, 500).expect("the pass ends");
+    let Simulation {
+        metrics, history, ..
+    } = simulate_with_history(&settings, 500).expect("the pass ends");
     assert!(history.iter().all(|sample| sample.tip_z_m == 0.0));
     assert!(metrics.laterally_unstable, "{metrics:?}");
 }
 
 #[test]
 fn stable_passes_are_the_same_in_space() {
-    for (velocity, depth, friction) in [(10.0, 1e-3, 0.0), (20.0, 3e-3, 0.0), (30.0, 5e-3, 0.0), (15.0, 2e-3, 0.3)] {
+    for (velocity, depth, friction) in [
+        (10.0, 1e-3, 0.0),
+        (20.0, 3e-3, 0.0),
+        (30.0, 5e-3, 0.0),
+        (15.0, 2e-3, 0.3),
+    ] {
         let mut settings = Settings::paper(velocity, depth);
         settings.contact.friction_coefficient = friction;
         settings.solver.relative_tolerance = 1e-8;
-        let [planar, spatial] = [Pass::new(&settings), Pass::new(&settings).in_space()]
-            .map(|pass| pass.simulate(Default::default()).expect("the pass ends").metrics);
-        let spatial = Metrics { lateral_amplification: planar.lateral_amplification, ..spatial };
+        let [planar, spatial] =
+            [Pass::new(&settings), Pass::new(&settings).in_space()].map(|pass| {
+                pass.simulate(Default::default())
+                    .expect("the pass ends")
+                    .metrics
+            });
+        let spatial = Metrics {
+            lateral_amplification: planar.lateral_amplification,
+            ..spatial
+        };
         assert_close(&[settings], &[planar], &[spatial], [2e-6, 0.0]);
     }
 }

@@ -7,7 +7,9 @@ use crate::common::{RandomState, filament, largest, random_pairs, random_state, 
 use bristle::contact::ContactLaw;
 use bristle::equations::kernels::{self, JointConstants, Side};
 use bristle::equations::linear::sub;
-use bristle::equations::{Chain, ChainDynamics, Dynamics, Energies, NoLoads, POLE, PolarAxis, UniformChain};
+use bristle::equations::{
+    Chain, ChainDynamics, Dynamics, Energies, NoLoads, POLE, PolarAxis, UniformChain,
+};
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::integrate::{IntegrationError, Integrator, RejectionCause, StageSolution, Tolerances};
 use bristle::model::filament::{chain, first_natural_frequency};
@@ -36,7 +38,15 @@ fn converted(charts: Vec<PolarAxis>, state: &RandomState, accelerations: &[[f64;
 }
 
 fn random_charts(rng: &mut Rng, segments: usize) -> Vec<PolarAxis> {
-    (0..segments).map(|_| if rng.bool() { PolarAxis::Z } else { PolarAxis::X }).collect()
+    (0..segments)
+        .map(|_| {
+            if rng.bool() {
+                PolarAxis::Z
+            } else {
+                PolarAxis::X
+            }
+        })
+        .collect()
 }
 
 /// A random state whose segments are away from the poles of both charts.
@@ -44,7 +54,11 @@ fn regular_state(rng: &mut Rng, segments: usize) -> RandomState {
     loop {
         let state = random_state(rng, segments);
         let along_x = |q: &[f64; 2]| (q[0].sin() * q[1].cos()).abs();
-        if state.q.iter().all(|q| along_x(q) < 0.9 && q[0].cos().abs() < 0.9) {
+        if state
+            .q
+            .iter()
+            .all(|q| along_x(q) < 0.9 && q[0].cos().abs() < 0.9)
+        {
             return state;
         }
     }
@@ -56,17 +70,40 @@ fn accelerations_do_not_depend_on_the_charts() {
     for segments in [1, 2, 3, 5, 8, 13, 25] {
         let state = regular_state(&mut rng, segments);
         let accelerations = state.accelerations(&state.charts());
-        let bends = |charts: &[PolarAxis], q: &[[f64; 2]], v: &[[f64; 2]], a: &[[f64; 2]]| -> Vec<f64> {
-            (0..segments).flat_map(|k| charts[k].direction([q[k], v[k], a[k]])[2]).collect()
-        };
-        let expected = bends(&vec![PolarAxis::Z; segments], &state.q, &state.v, &accelerations);
-        for charts in [vec![PolarAxis::X; segments], random_charts(&mut rng, segments)] {
+        let bends =
+            |charts: &[PolarAxis], q: &[[f64; 2]], v: &[[f64; 2]], a: &[[f64; 2]]| -> Vec<f64> {
+                (0..segments)
+                    .flat_map(|k| charts[k].direction([q[k], v[k], a[k]])[2])
+                    .collect()
+            };
+        let expected = bends(
+            &vec![PolarAxis::Z; segments],
+            &state.q,
+            &state.v,
+            &accelerations,
+        );
+        for charts in [
+            vec![PolarAxis::X; segments],
+            random_charts(&mut rng, segments),
+        ] {
             let (charts, q, v, _) = converted(charts, &state, &accelerations);
-            let there = RandomState { q, v, chain: state.chain.clone(), clamp: state.clamp };
+            let there = RandomState {
+                q,
+                v,
+                chain: state.chain.clone(),
+                clamp: state.clamp,
+            };
             let bends = bends(&charts, &there.q, &there.v, &there.accelerations(&charts));
-            let error =
-                bends.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest(&expected);
-            assert!(error < tolerance::AGREEMENT, "n = {segments}, {charts:?}: {error:.1e}");
+            let error = bends
+                .iter()
+                .zip(&expected)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max)
+                / largest(&expected);
+            assert!(
+                error < tolerance::AGREEMENT,
+                "n = {segments}, {charts:?}: {error:.1e}"
+            );
         }
     }
 }
@@ -81,24 +118,46 @@ fn energies_nodes_and_the_root_do_not_depend_on_the_charts() {
             let (charts, q, v, a) = converted(charts, &state, &accelerations);
             let mut dynamics = Dynamics::new(state.chain.clone());
             dynamics.set_charts(&charts);
-            dynamics.residual(state.clamp.holding(&q, &v), &a, &NoLoads, &mut vec![[0.0; 2]; segments]);
+            dynamics.residual(
+                state.clamp.holding(&q, &v),
+                &a,
+                &NoLoads,
+                &mut vec![[0.0; 2]; segments],
+            );
             let energies = dynamics.energies(state.clamp.holding(&q, &v));
             let nodes: Vec<f64> = (0..segments)
                 .flat_map(|k| {
                     let acceleration = dynamics.node_acceleration(k);
-                    [dynamics.positions()[k], dynamics.velocities()[k], acceleration].concat()
+                    [
+                        dynamics.positions()[k],
+                        dynamics.velocities()[k],
+                        acceleration,
+                    ]
+                    .concat()
                 })
                 .collect();
-            let Energies { kinetic, spring, gravity, dissipation, clamp_torque_power } = energies;
+            let Energies {
+                kinetic,
+                spring,
+                gravity,
+                dissipation,
+                clamp_torque_power,
+            } = energies;
             let energies = [kinetic, spring, gravity, dissipation, clamp_torque_power];
             [&energies[..], &dynamics.root_force(), &nodes].concat()
         };
         let expected = results(vec![PolarAxis::Z; segments]);
-        for charts in [vec![PolarAxis::X; segments], random_charts(&mut rng, segments)] {
+        for charts in [
+            vec![PolarAxis::X; segments],
+            random_charts(&mut rng, segments),
+        ] {
             for (value, expected) in results(charts).iter().zip(&expected) {
                 let error = (value - expected).abs();
                 // Absolute where sums of a component cancel.
-                assert!(error <= tolerance::AGREEMENT * expected.abs().max(1.0), "n = {segments}: {value} {expected}");
+                assert!(
+                    error <= tolerance::AGREEMENT * expected.abs().max(1.0),
+                    "n = {segments}: {value} {expected}"
+                );
             }
         }
     }
@@ -110,9 +169,17 @@ fn factorised_step_matrix_with_two_charts_matches_differences() {
     for segments in [1, 2, 3, 7, 25] {
         let state = regular_state(&mut rng, segments);
         let accelerations = random_pairs(&mut rng, segments, 1e4);
-        for charts in [vec![PolarAxis::X; segments], random_charts(&mut rng, segments)] {
+        for charts in [
+            vec![PolarAxis::X; segments],
+            random_charts(&mut rng, segments),
+        ] {
             let (charts, q, v, a) = converted(charts, &state, &accelerations);
-            let state = RandomState { q, v, chain: state.chain.clone(), clamp: state.clamp };
+            let state = RandomState {
+                q,
+                v,
+                chain: state.chain.clone(),
+                clamp: state.clamp,
+            };
             check_solve(&state, &charts, &a, &NoLoads, &mut rng);
         }
     }
@@ -150,23 +217,38 @@ fn energies(inner: (PolarAxis, Coordinates), outer: (PolarAxis, Coordinates)) ->
     };
     let square = |a: [f64; 3]| a.iter().map(|a| a * a).sum::<f64>();
     let angle = 2.0 * (square(sub(next, relaxed(e))).sqrt() / 2.0).asin();
-    [0.5 * angle * angle, 0.5 * square(sub(cross(next, next_rate), cross(e, e_rate)))]
+    [
+        0.5 * angle * angle,
+        0.5 * square(sub(cross(next, next_rate), cross(e, e_rate))),
+    ]
 }
 
 /// A side of a joint as the kernels take it.
 fn side([q, rates]: Coordinates) -> Side<f64, 4> {
-    Side { angles: trigonometry(q), rates }
+    Side {
+        angles: trigonometry(q),
+        rates,
+    }
 }
 
-/// The outer side of a joint, about z, and inner sides, about x: bent, and relaxed and turning as a whole.
+/// The outer side of a joint, about z, and inner sides, about x: bent, and relaxed and turning as a
+/// whole.
 fn crossed_sides() -> [(Coordinates, Coordinates); 2] {
     let z = [[1.1, 0.7], [0.4, -0.9]];
     let [theta, rest] = [z[0][1] - RELAXED, 0.0];
-    let inner = PolarAxis::X.coordinates(PolarAxis::Z.direction([[z[0][0], theta], [rest, z[1][1]], [0.0; 2]]));
-    [(z, [[0.8, 1.3], [0.6, 0.3]]), ([z[0], [rest, z[1][1]]], [inner[0], inner[1]])]
+    let inner = PolarAxis::X.coordinates(PolarAxis::Z.direction([
+        [z[0][0], theta],
+        [rest, z[1][1]],
+        [0.0; 2],
+    ]));
+    [
+        (z, [[0.8, 1.3], [0.6, 0.3]]),
+        ([z[0], [rest, z[1][1]]], [inner[0], inner[1]]),
+    ]
 }
 
-/// Checks the torques of a joint, one per coordinate of its inner and its outer side, against the slopes of its energies.
+/// Checks the torques of a joint, one per coordinate of its inner and its outer side, against the
+/// slopes of its energies.
 fn check_slopes(
     torques: &[f64],
     inner: (PolarAxis, Coordinates),
@@ -190,9 +272,14 @@ fn check_slopes(
 
 #[test]
 fn crossed_joint_is_the_slope_of_its_energies() {
-    let constants = JointConstants { stiffness: 0.7, damping: 0.3 };
+    let constants = JointConstants {
+        stiffness: 0.7,
+        damping: 0.3,
+    };
     let [(z, x), straight] = crossed_sides();
-    let crossed = |z: Coordinates, x: Coordinates| kernels::crossed_joint(side(z), side(x), unbent(z[0]), constants);
+    let crossed = |z: Coordinates, x: Coordinates| {
+        kernels::crossed_joint(side(z), side(x), unbent(z[0]), constants)
+    };
     let joint = crossed(z, x);
     let torques = [joint.x, joint.z].concat();
     check_slopes(&torques, (PolarAxis::X, x), (PolarAxis::Z, z), constants);
@@ -204,7 +291,10 @@ fn crossed_joint_is_the_slope_of_its_energies() {
 
 #[test]
 fn joint_about_x_is_the_slope_of_its_energies_and_its_tangents_match_differences() {
-    let constants = JointConstants { stiffness: 0.7, damping: 0.3 };
+    let constants = JointConstants {
+        stiffness: 0.7,
+        damping: 0.3,
+    };
     let sides: [Coordinates; 2] = [[[0.8, 1.3], [0.6, 0.3]], [[1.2, 0.9], [-0.2, 0.5]]];
     let turn = [RELAXED.sin(), RELAXED.cos()];
     let step = |[previous, next]: [Coordinates; 2]| {
@@ -212,24 +302,38 @@ fn joint_about_x_is_the_slope_of_its_energies_and_its_tangents_match_differences
         [step.sin(), step.cos()]
     };
     let joint = |sides: [Coordinates; 2]| {
-        let joint = kernels::joint_about_x(side(sides[0]), side(sides[1]), step(sides), turn, constants);
+        let joint =
+            kernels::joint_about_x(side(sides[0]), side(sides[1]), step(sides), turn, constants);
         [joint.previous, joint.next]
     };
-    check_slopes(&joint(sides).concat(), (PolarAxis::X, sides[0]), (PolarAxis::X, sides[1]), constants);
+    check_slopes(
+        &joint(sides).concat(),
+        (PolarAxis::X, sides[0]),
+        (PolarAxis::X, sides[1]),
+        constants,
+    );
     for weights in WEIGHTS {
         let [previous, next] = sides.map(side);
-        let tangent = kernels::joint_about_x_tangent(previous, next, step(sides), turn, constants, weights);
-        let blocks = [[tangent.previous_previous, tangent.previous_next], [tangent.next_previous, tangent.next_next]];
+        let tangent =
+            kernels::joint_about_x_tangent(previous, next, step(sides), turn, constants, weights);
+        let blocks = [
+            [tangent.previous_previous, tangent.previous_next],
+            [tangent.next_previous, tangent.next_next],
+        ];
         check_joint_tangent(blocks, joint, sides, weights);
     }
 }
 
 #[test]
 fn crossed_joint_tangents_match_differences() {
-    let constants = JointConstants { stiffness: 0.7, damping: 0.3 };
+    let constants = JointConstants {
+        stiffness: 0.7,
+        damping: 0.3,
+    };
     for (z, x) in crossed_sides() {
         for weights in WEIGHTS {
-            let tangent = kernels::crossed_joint_tangent(side(z), side(x), unbent(z[0]), constants, weights);
+            let tangent =
+                kernels::crossed_joint_tangent(side(z), side(x), unbent(z[0]), constants, weights);
             let blocks = [[tangent.z_z, tangent.z_x], [tangent.x_z, tangent.x_x]];
             let torques = |[z, x]: [Coordinates; 2]| {
                 let joint = kernels::crossed_joint(side(z), side(x), unbent(z[0]), constants);
@@ -242,7 +346,8 @@ fn crossed_joint_tangents_match_differences() {
 
 type System = FilamentSystem<FixedClamp, Plane>;
 
-/// Rotates the frame by 90° about `x`: `z` becomes `−y`. It does not permute the axes of the charts cyclically.
+/// Rotates the frame by 90° about `x`: `z` becomes `−y`. It does not permute the axes of the charts
+/// cyclically.
 fn turned([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x, -z, y]
 }
@@ -251,7 +356,8 @@ fn turned_back([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x, z, -y]
 }
 
-/// A motion of a clamped filament: its chain, the clamp's direction, and `e` and `ė` of each segment at the start.
+/// A motion of a clamped filament: its chain, the clamp's direction, and `e` and `ė` of each
+/// segment at the start.
 #[derive(Clone)]
 struct Clamped {
     chain: Chain<f64>,
@@ -275,7 +381,10 @@ struct Seen {
 impl Clamped {
     fn turned(&self) -> Self {
         Self {
-            chain: Chain { gravity: turned(self.chain.gravity), ..self.chain.clone() },
+            chain: Chain {
+                gravity: turned(self.chain.gravity),
+                ..self.chain.clone()
+            },
             clamp: turned(self.clamp),
             start: self.start.iter().map(|motion| motion.map(turned)).collect(),
             ..self.clone()
@@ -285,11 +394,22 @@ impl Clamped {
     fn system(&self) -> System {
         let law = ContactLaw::from(&ContactSettings::default());
         let far = Plane::new([0.0, -1e3, 0.0], [0.0, 1.0, 0.0], [0.0; 3]);
-        FilamentSystem::new(self.chain.clone(), FixedClamp { direction: self.clamp }, law, far, false)
+        FilamentSystem::new(
+            self.chain.clone(),
+            FixedClamp {
+                direction: self.clamp,
+            },
+            law,
+            far,
+            false,
+        )
     }
 
     fn state(&self, system: &mut System) -> FilamentState {
-        let coordinates = self.start.iter().map(|[e, rate]| PolarAxis::Z.coordinates([*e, *rate, [0.0; 3]]));
+        let coordinates = self
+            .start
+            .iter()
+            .map(|[e, rate]| PolarAxis::Z.coordinates([*e, *rate, [0.0; 3]]));
         let (q, v) = coordinates.map(|[q, v, _]| (q, v)).unzip();
         system.state(0.0, q, v)
     }
@@ -300,7 +420,10 @@ impl Clamped {
         let tolerances = Tolerances::of_motion(relative, 1.0, self.rate_scale);
         let energies = |system: &mut System, state: &FilamentState| {
             let energies = system.energies(state);
-            (energies.kinetic, energies.kinetic + energies.spring + energies.gravity)
+            (
+                energies.kinetic,
+                energies.kinetic + energies.spring + energies.gravity,
+            )
         };
         let mut observing = self.system();
         let (mut kinetic, total) = energies(&mut observing, &start);
@@ -313,19 +436,35 @@ impl Clamped {
             nodes = step.end_nodes.iter().map(|knot| knot.value).collect();
             for (k, near) in near.iter_mut().enumerate() {
                 let motion = [step.end.q[k], step.end.v[k], [0.0; 2]];
-                let is_near = step.end.charts[k].direction(motion)[0][2].abs() > 17.0_f64.to_radians().cos();
+                let is_near =
+                    step.end.charts[k].direction(motion)[0][2].abs() > 17.0_f64.to_radians().cos();
                 visits += usize::from(is_near && !*near);
                 *near = is_near;
             }
         };
-        let (_, statistics) = integrate(&mut system, start, self.duration, &ESDIRK54, tolerances, observe)
-            .unwrap_or_else(|error| panic!("{error}"));
-        Seen { nodes, statistics, energy_error: change / kinetic, visits }
+        let (_, statistics) = integrate(
+            &mut system,
+            start,
+            self.duration,
+            &ESDIRK54,
+            tolerances,
+            observe,
+        )
+        .unwrap_or_else(|error| panic!("{error}"));
+        Seen {
+            nodes,
+            statistics,
+            energy_error: change / kinetic,
+            visits,
+        }
     }
 }
 
 fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| largest(&sub(*a, *b))).fold(0.0, f64::max)
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| largest(&sub(*a, *b)))
+        .fold(0.0, f64::max)
 }
 
 /// A rigid pendulum of length 1 m under gravity along `−z`, from `e` and `ė`.
@@ -341,22 +480,33 @@ fn pendulum(e: [f64; 3], rate: [f64; 3], duration: f64) -> Clamped {
         joint_damping: 0.0,
         gravity: [0.0, 0.0, -9.81],
     });
-    Clamped { chain, clamp: [0.0, 1.0, 0.0], start: vec![[e, rate]], duration, rate_scale: 1.0 }
+    Clamped {
+        chain,
+        clamp: [0.0, 1.0, 0.0],
+        start: vec![[e, rate]],
+        duration,
+        rate_scale: 1.0,
+    }
 }
 
 /// Tolerance of the integration, per step.
 const TOLERANCE: f64 = 1e-8;
-/// Energy over a whole motion, relative to the largest kinetic energy: up to 1e5 steps, whose errors mostly cancel.
+/// Energy over a whole motion, relative to the largest kinetic energy: up to 1e5 steps, whose
+/// errors mostly cancel.
 const ENERGY: f64 = 1e-6;
-/// Two integrations of one motion, relative to its length: the steps are the same, but their errors depend on the
-/// coordinates.
+/// Two integrations of one motion, relative to its length: the steps are the same, but their errors
+/// depend on the coordinates.
 const SAME_MOTION: f64 = 1e-5;
 
-/// Checks a motion: its energy is conserved, and in rotated axes, where it meets no pole, it is the same motion.
+/// Checks a motion: its energy is conserved, and in rotated axes, where it meets no pole, it is the
+/// same motion.
 fn check_motion(motion: &Clamped, relative: f64) -> Seen {
     let seen = motion.integrate(relative);
     let turned = motion.turned().integrate(relative);
-    assert_eq!(turned.statistics.chart_changes, 0, "it meets a pole in rotated axes");
+    assert_eq!(
+        turned.statistics.chart_changes, 0,
+        "it meets a pole in rotated axes"
+    );
     let nodes: Vec<[f64; 3]> = turned.nodes.iter().map(|node| turned_back(*node)).collect();
     let length = motion.chain.length * motion.chain.segments() as f64;
     let difference = distance(&seen.nodes, &nodes) / length;
@@ -387,15 +537,27 @@ fn spherical_pendulum_tumbles_through_the_poles_of_both_charts() {
     }
 }
 
-/// The undamped `filament`, clamped along `clamp` (`±z`), bent towards `x` by up to `bend` (rad) and released with a
-/// velocity along `y`, for `periods` periods of its first bending mode.
-fn released(filament: &FilamentSettings, gravity: [f64; 3], clamp: f64, bend: f64, periods: f64) -> Clamped {
-    let filament = FilamentSettings { damping_ratio: 0.0, ..filament.clone() };
+/// The undamped `filament`, clamped along `clamp` (`±z`), bent towards `x` by up to `bend` (rad)
+/// and released with a velocity along `y`, for `periods` periods of its first bending mode.
+fn released(
+    filament: &FilamentSettings,
+    gravity: [f64; 3],
+    clamp: f64,
+    bend: f64,
+    periods: f64,
+) -> Clamped {
+    let filament = FilamentSettings {
+        damping_ratio: 0.0,
+        ..filament.clone()
+    };
     let frequency = first_natural_frequency(&filament);
     let start = (0..filament.segments).map(|k| {
         let share = (FRAC_PI_2 * (k as f64 + 0.5) / filament.segments as f64).sin();
         let (sin, cos) = (bend * share).sin_cos();
-        [[sin, 0.0, clamp * cos], [0.0, 0.2 * bend * share * frequency, 0.0]]
+        [
+            [sin, 0.0, clamp * cos],
+            [0.0, 0.2 * bend * share * frequency, 0.0],
+        ]
     });
     Clamped {
         chain: chain(&filament, gravity),
@@ -413,14 +575,21 @@ fn axial_filament_swings_through_the_axis() {
         let motion = released(&filament(segments), [0.0; 3], 1.0, 0.8, periods);
         let seen = check_motion(&motion, TOLERANCE);
         assert!(seen.visits > segments, "{}", seen.visits);
-        assert!(seen.statistics.chart_changes > segments / 2, "{:?}", seen.statistics);
+        assert!(
+            seen.statistics.chart_changes > segments / 2,
+            "{:?}",
+            seen.statistics
+        );
     }
 }
 
 #[test]
 fn hanging_filament_swings_through_the_vertical() {
     // So soft that its weight, not its stiffness, restores it.
-    let soft = FilamentSettings { youngs_modulus_pa: 1e6, ..filament(5) };
+    let soft = FilamentSettings {
+        youngs_modulus_pa: 1e6,
+        ..filament(5)
+    };
     let motion = released(&soft, [0.0, 0.0, -9.81], -1.0, 1.3, 3.0);
     let seen = check_motion(&motion, TOLERANCE);
     assert!(seen.visits > 15, "{}", seen.visits);
@@ -432,8 +601,15 @@ fn history_of_a_pass_continues_across_chart_changes() {
     let mut settings = crate::common::case(10, 10.0, 1e-3);
     settings.process.gravity_m_s2 = [0.0, 0.0, 2e5];
     let simulation = simulate_with_history(&settings, 2001).expect("the pass ends");
-    assert!(simulation.statistics.chart_changes > 0, "{:?}", simulation.statistics);
-    let of_energy: [fn(&Sample) -> f64; 2] = [|sample| sample.kinetic_energy_j, |sample| sample.potential_energy_j];
+    assert!(
+        simulation.statistics.chart_changes > 0,
+        "{:?}",
+        simulation.statistics
+    );
+    let of_energy: [fn(&Sample) -> f64; 2] = [
+        |sample| sample.kinetic_energy_j,
+        |sample| sample.potential_energy_j,
+    ];
     for of_energy in of_energy {
         let energies: Vec<f64> = simulation.history.iter().map(of_energy).collect();
         let jumps: Vec<f64> = energies.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -455,7 +631,9 @@ fn states_at_a_pole_are_refused_by_name() {
     for polar_angle in [0.0, 0.9 * POLE, PI, PI - 0.9 * POLE, -0.9 * POLE] {
         state.q[2] = polar_angle;
         match evaluate(&filament(2), 0.14, &state) {
-            Err(EvaluationError::Pole(error)) => assert_eq!((error.segment, error.axis), (2, PolarAxis::Z)),
+            Err(EvaluationError::Pole(error)) => {
+                assert_eq!((error.segment, error.axis), (2, PolarAxis::Z))
+            }
             other => panic!("{other:?}"),
         }
     }
@@ -463,19 +641,36 @@ fn states_at_a_pole_are_refused_by_name() {
     assert!(evaluate(&filament(2), 0.14, &state).is_ok());
     let mut dynamics = Dynamics::new(chain(&filament(2), [0.0; 3]));
     dynamics.set_charts(&[PolarAxis::Z, PolarAxis::X]);
-    let message = dynamics.check_poles(&[[1.0, 0.0], [PI, 0.0]]).expect_err("at a pole of x").to_string();
-    assert!(message.starts_with("segment 2 with φ = 3.14") && message.contains("about x"), "{message}");
+    let message = dynamics
+        .check_poles(&[[1.0, 0.0], [PI, 0.0]])
+        .expect_err("at a pole of x")
+        .to_string();
+    assert!(
+        message.starts_with("segment 2 with φ = 3.14") && message.contains("about x"),
+        "{message}"
+    );
 }
 
 /// A free rotation at 1 rad/s that reaches a pole of `z` at 0.35 s.
 fn rotation() -> Clamped {
-    let motion = pendulum([0.35_f64.sin(), 0.0, 0.35_f64.cos()], [-0.35_f64.cos(), 0.0, 0.35_f64.sin()], 0.35);
-    Clamped { chain: Chain { gravity: [0.0; 3], ..motion.chain }, ..motion }
+    let motion = pendulum(
+        [0.35_f64.sin(), 0.0, 0.35_f64.cos()],
+        [-0.35_f64.cos(), 0.0, 0.35_f64.sin()],
+        0.35,
+    );
+    Clamped {
+        chain: Chain {
+            gravity: [0.0; 3],
+            ..motion.chain
+        },
+        ..motion
+    }
 }
 
 #[test]
 fn steps_that_end_at_a_pole_are_rejected_by_name() {
-    // If nothing changes the chart of the segment, an integrator gets as close to the pole as allowed.
+    // If nothing changes the chart of the segment, an integrator gets as close to the pole as
+    // allowed.
     let motion = rotation();
     let mut system = motion.system();
     let mut start = motion.state(&mut system);
@@ -489,15 +684,34 @@ fn steps_that_end_at_a_pole_are_rejected_by_name() {
             Err(error) => break error,
         }
     };
-    let IntegrationError::StepTooSmall { cause, time, .. } = error else { panic!("{error:?}") };
-    assert_eq!(cause, RejectionCause::Refused(Obstacle::Pole { segment: 1 }));
+    let IntegrationError::StepTooSmall { cause, time, .. } = error else {
+        panic!("{error:?}")
+    };
+    assert_eq!(
+        cause,
+        RejectionCause::Refused(Obstacle::Pole { segment: 1 })
+    );
     assert!((time - (0.35 - POLE)).abs() < 1e-9, "{time}");
-    assert!(error.to_string().contains("segment 1 is at a pole"), "{error}");
+    assert!(
+        error.to_string().contains("segment 1 is at a pole"),
+        "{error}"
+    );
 
     // Nor can a step start there.
     start.q[0][0] = 0.0;
-    let error = integrator.advance(&mut system, &start, &mut end, 1.0).expect_err("a pole");
-    assert!(matches!(error, IntegrationError::Refused { reason: Obstacle::Pole { segment: 1 }, .. }), "{error:?}");
+    let error = integrator
+        .advance(&mut system, &start, &mut end, 1.0)
+        .expect_err("a pole");
+    assert!(
+        matches!(
+            error,
+            IntegrationError::Refused {
+                reason: Obstacle::Pole { segment: 1 },
+                ..
+            }
+        ),
+        "{error:?}"
+    );
     assert!(error.to_string().contains("segment 1"), "{error}");
 
     // If charts change, the same motion reaches its end.
@@ -515,14 +729,26 @@ fn a_state_at_a_pole_starts_in_the_other_chart() {
         assert_eq!(state.charts, [PolarAxis::X]);
         let [e, rate, _] = PolarAxis::X.direction([state.q[0], state.v[0], state.accelerations[0]]);
         assert!(largest(&sub(e, [0.0, 0.0, z])) < 1e-15, "{e:?}");
-        assert!(largest(&sub(rate, [2.0 * z * 0.3_f64.cos(), 2.0 * z * 0.3_f64.sin(), 0.0])) < 1e-15, "{rate:?}");
+        assert!(
+            largest(&sub(
+                rate,
+                [2.0 * z * 0.3_f64.cos(), 2.0 * z * 0.3_f64.sin(), 0.0]
+            )) < 1e-15,
+            "{rate:?}"
+        );
         // No force acts, so the angular velocity stays the same.
-        assert!(state.accelerations.as_flattened().iter().all(|a| a.is_finite()));
+        assert!(
+            state
+                .accelerations
+                .as_flattened()
+                .iter()
+                .all(|a| a.is_finite())
+        );
     }
 }
 
-/// The condition number of `M` for a straight filament of `segments` segments, with the middle one at `sin φ = sine` and the
-/// others at the equator.
+/// The condition number of `M` for a straight filament of `segments` segments, with the middle one
+/// at `sin φ = sine` and the others at the equator.
 fn condition(segments: usize, sine: f64) -> f64 {
     let size = 2 * segments;
     let mut q = vec![[FRAC_PI_2, 0.0]; segments];
@@ -533,12 +759,20 @@ fn condition(segments: usize, sine: f64) -> f64 {
         link.stiffness = 0.0;
     }
     let mut dynamics = Dynamics::new(chain);
-    let clamp = FixedClamp { direction: [1.0, 0.0, 0.0] }.at(0.0);
+    let clamp = FixedClamp {
+        direction: [1.0, 0.0, 0.0],
+    }
+    .at(0.0);
     let mut mass = DMatrix::zeros(size, size);
     for i in 0..size {
         let (mut accelerations, mut residual) = (rest.clone(), rest.clone());
         accelerations.as_flattened_mut()[i] = 1.0;
-        dynamics.residual(clamp.holding(&q, &rest), &accelerations, &NoLoads, &mut residual);
+        dynamics.residual(
+            clamp.holding(&q, &rest),
+            &accelerations,
+            &NoLoads,
+            &mut residual,
+        );
         mass.set_column(i, &DVector::from_column_slice(residual.as_flattened()));
     }
     let eigenvalues = SymmetricEigen::new(mass).eigenvalues;

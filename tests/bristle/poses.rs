@@ -11,7 +11,11 @@ use bristle::tool::Pose;
 
 fn posed(segments: usize, [tilt, skew]: [f64; 2]) -> Settings {
     let mut settings = case(segments, 10.0, 1e-3);
-    (settings.tool.tilt_rad, settings.tool.skew_rad, settings.tool.positions) = (Some(tilt), skew, Some(1));
+    (
+        settings.tool.tilt_rad,
+        settings.tool.skew_rad,
+        settings.tool.positions,
+    ) = (Some(tilt), skew, Some(1));
     settings
 }
 
@@ -22,13 +26,22 @@ fn cup(segments: usize) -> Settings {
 }
 
 fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance * expected.abs().max(1e-12), "{found}, not {expected}");
+    assert!(
+        (found - expected).abs() <= tolerance * expected.abs().max(1e-12),
+        "{found}, not {expected}"
+    );
 }
 
 /// A tool and the normal of its workpiece, turned together, have the same contact.
 #[test]
 fn a_pose_and_its_workpiece_may_be_turned_together() {
-    let mut cases = vec![posed(5, [0.3, 0.2]), posed(5, [0.1, 0.0]), cup(5), cup(5), cup(5)];
+    let mut cases = vec![
+        posed(5, [0.3, 0.2]),
+        posed(5, [0.1, 0.0]),
+        cup(5),
+        cup(5),
+        cup(5),
+    ];
     cases[3].tool.tilt_rad = Some(FRAC_PI_2 - 0.12);
     (cases[4].tool.kind, cases[4].tool.filament_angle_rad) = (ToolKind::Cone, Some(0.9));
     for mut settings in cases {
@@ -39,45 +52,93 @@ fn a_pose_and_its_workpiece_may_be_turned_together() {
             let mut turned = settings.clone();
             (turned.tool.tilt_rad, turned.tool.skew_rad) = (Some(tilt), skew);
             let other = Pose::of(&turned.tool);
-            turned.workpiece.kind = WorkpieceKind::plane(other.from_tool(pose.to_tool([0.0, 1.0, 0.0])));
+            turned.workpiece.kind =
+                WorkpieceKind::plane(other.from_tool(pose.to_tool([0.0, 1.0, 0.0])));
             let there = metrics(&turned);
-            near(there.contact_normal_impulse_n_s, here.contact_normal_impulse_n_s, 1e-6);
-            near(there.contact_angular_impulse_n_m_s, here.contact_angular_impulse_n_m_s, 1e-6);
-            near(there.nominal_contact_time_s, here.nominal_contact_time_s, 1e-9);
+            near(
+                there.contact_normal_impulse_n_s,
+                here.contact_normal_impulse_n_s,
+                1e-6,
+            );
+            near(
+                there.contact_angular_impulse_n_m_s,
+                here.contact_angular_impulse_n_m_s,
+                1e-6,
+            );
+            near(
+                there.nominal_contact_time_s,
+                here.nominal_contact_time_s,
+                1e-9,
+            );
             let impulse = |metrics: &Metrics, pose: &Pose| {
-                let keys = ["contact_impulse_x_n_s", "contact_impulse_y_n_s", "contact_impulse_z_n_s"];
+                let keys = [
+                    "contact_impulse_x_n_s",
+                    "contact_impulse_y_n_s",
+                    "contact_impulse_z_n_s",
+                ];
                 pose.to_tool(keys.map(|key| metric(metrics, key)))
             };
-            for (there, here) in impulse(&there, &other)[2..].iter().zip(&impulse(&here, &pose)[2..]) {
-                assert!((there - here).abs() < 1e-6 * here.abs() + 1e-12, "{there} {here}");
+            for (there, here) in impulse(&there, &other)[2..]
+                .iter()
+                .zip(&impulse(&here, &pose)[2..])
+            {
+                assert!(
+                    (there - here).abs() < 1e-6 * here.abs() + 1e-12,
+                    "{there} {here}"
+                );
             }
         }
     }
 }
 
-/// The way through the frame of a tilted tool does not change what an upright one does, on any workpiece.
+/// The way through the frame of a tilted tool does not change what an upright one does, on any
+/// workpiece.
 #[test]
 fn a_tilt_that_is_too_small_to_matter_changes_nothing() {
-    let control_points_m =
-        [-0.2, -0.05, -0.02, 0.0, 0.02, 0.05, 0.2].map(|x: f64| [x, if x.abs() < 0.01 { 1e-3 } else { 0.0 }]).to_vec();
-    let bump = ProfileSettings { control_points_m, ..ProfileSettings::default() };
+    let control_points_m = [-0.2, -0.05, -0.02, 0.0, 0.02, 0.05, 0.2]
+        .map(|x: f64| [x, if x.abs() < 0.01 { 1e-3 } else { 0.0 }])
+        .to_vec();
+    let bump = ProfileSettings {
+        control_points_m,
+        ..ProfileSettings::default()
+    };
     let edge = edge(Side::Entering, -5e-3, 0.5e-3);
-    for (kind, feed) in [(edge, 0.0), (WorkpieceKind::cylinder(0.05), 0.5), (WorkpieceKind::Profile(bump), 0.0)] {
+    for (kind, feed) in [
+        (edge, 0.0),
+        (WorkpieceKind::cylinder(0.05), 0.5),
+        (WorkpieceKind::Profile(bump), 0.0),
+    ] {
         let mut settings = case(8, 10.0, 2e-3);
-        (settings.workpiece.kind, settings.workpiece.feed_velocity_m_s) = (kind, feed);
+        (
+            settings.workpiece.kind,
+            settings.workpiece.feed_velocity_m_s,
+        ) = (kind, feed);
         settings.contact.friction_coefficient = 0.2;
         settings.tool.positions = Some(1);
         let upright = metrics(&settings);
         settings.tool.skew_rad = 1e-13;
         let posed = metrics(&settings);
-        near(posed.contact_normal_impulse_n_s, upright.contact_normal_impulse_n_s, 1e-5);
-        near(posed.edge_contact_normal_impulse_n_s, upright.edge_contact_normal_impulse_n_s, 1e-5);
-        near(posed.nominal_contact_time_s, upright.nominal_contact_time_s, 1e-6);
+        near(
+            posed.contact_normal_impulse_n_s,
+            upright.contact_normal_impulse_n_s,
+            1e-5,
+        );
+        near(
+            posed.edge_contact_normal_impulse_n_s,
+            upright.edge_contact_normal_impulse_n_s,
+            1e-5,
+        );
+        near(
+            posed.nominal_contact_time_s,
+            upright.nominal_contact_time_s,
+            1e-6,
+        );
         near(posed.friction_work_j, upright.friction_work_j, 1e-5);
     }
 }
 
-/// Slow axial filaments bend as a cantilever under the centrifugal force of its root (order 2 in the length of the segments).
+/// Slow axial filaments bend as a cantilever under the centrifugal force of its root (order 2 in
+/// the length of the segments).
 #[test]
 fn a_slow_cup_splays_as_a_cantilever() {
     for segments in [5, 25] {
@@ -116,12 +177,27 @@ fn a_flat_cup_touches_all_round() {
     let result = simulate(&settings).expect("it turns");
     let found = &result.metrics;
     assert!(found.contact_time_ratio > 0.999_999, "{found:?}");
-    near(found.nominal_contact_time_s, std::f64::consts::TAU / settings.angular_velocity_rad_s(), 1e-12);
-    assert!(found.turns >= 2 && !found.unsteady_turns && found.turns == result.turn_contact_normal_impulses_n_s.len());
-    assert!(found.equilibrium_residual < 1e-5 && found.energy_residual < 1e-4, "{found:?}");
+    near(
+        found.nominal_contact_time_s,
+        std::f64::consts::TAU / settings.angular_velocity_rad_s(),
+        1e-12,
+    );
+    assert!(
+        found.turns >= 2
+            && !found.unsteady_turns
+            && found.turns == result.turn_contact_normal_impulses_n_s.len()
+    );
+    assert!(
+        found.equilibrium_residual < 1e-5 && found.energy_residual < 1e-4,
+        "{found:?}"
+    );
     // Its force is the mean of all filaments.
     let force = found.contact_normal_impulse_n_s / found.nominal_contact_time_s;
-    near(found.tool_contact_normal_force_n, force * settings.tool.filament_count, 1e-12);
+    near(
+        found.tool_contact_normal_force_n,
+        force * settings.tool.filament_count,
+        1e-12,
+    );
     // Turns that the file states are those.
     settings.process.turns = Some(Turns::Count(2));
     assert_eq!(metrics(&settings).turns, 2);
@@ -131,17 +207,24 @@ fn a_flat_cup_touches_all_round() {
     assert_eq!(metrics(&settings).contact_normal_impulse_n_s, 0.0);
 }
 
-/// Axial filaments have other coordinates than radial ones; in lanes they have the same bits as alone.
+/// Axial filaments have other coordinates than radial ones; in lanes they have the same bits as
+/// alone.
 #[test]
 fn cups_are_the_same_side_by_side() {
     let passes = |speed: f64| {
         let mut settings = cup(6);
         settings.tool.tilt_rad = Some(FRAC_PI_2 - 0.1);
-        (settings.process.brushing_velocity_m_s, settings.contact.friction_coefficient) = (speed, 0.2);
+        (
+            settings.process.brushing_velocity_m_s,
+            settings.contact.friction_coefficient,
+        ) = (speed, 0.2);
         Pass::new(&settings)
     };
     let all = [5.0, 8.0, 12.0, 20.0].map(passes);
-    for (pass, result) in all.iter().zip(side_by_side(Sampling::default(), all.clone())) {
+    for (pass, result) in all
+        .iter()
+        .zip(side_by_side(Sampling::default(), all.clone()))
+    {
         let alone = pass.simulate(Sampling::default());
         assert!(result == alone, "{result:?} {alone:?}");
         assert!(result.is_ok_and(|simulation| simulation.metrics.contact_normal_impulse_n_s > 0.0));

@@ -1,12 +1,20 @@
 //! Where along the profile of the workpiece the work of a pass is done.
 
-use bristle::model::settings::{ChamferSettings, ProfileSettings, Settings, Side, Turns, WorkpieceKind};
+use bristle::model::settings::{
+    ChamferSettings, ProfileSettings, Settings, Side, Turns, WorkpieceKind,
+};
 use bristle::simulation::{Job, Pass, ProfileCell, Sampling, Simulation, sample_side_by_side};
 use bristle::workpiece::Workpiece;
 
 use crate::common;
 
-const PROFILE: Sampling = Sampling { samples: 0, shapes: 0, loads: false, profile: true, alongside: false };
+const PROFILE: Sampling = Sampling {
+    samples: 0,
+    shapes: 0,
+    loads: false,
+    profile: true,
+    alongside: false,
+};
 
 fn settings(kind: WorkpieceKind, friction: f64) -> Settings {
     let mut settings = Settings::paper(10.0, 1e-3);
@@ -22,19 +30,35 @@ fn edge(side: Side, offset_m: f64) -> WorkpieceKind {
 }
 
 fn all() -> impl Iterator<Item = Settings> {
-    let chamfer = ChamferSettings { edge_radius_m: 0.2e-3, chamfer_width_m: 1e-3, ..ChamferSettings::default() };
+    let chamfer = ChamferSettings {
+        edge_radius_m: 0.2e-3,
+        chamfer_width_m: 1e-3,
+        ..ChamferSettings::default()
+    };
     // A corner, rounded by a spline.
-    let control_points_m = vec![[-0.06, 0.0], [-0.003, 0.0], [0.0, 0.0], [0.0, -0.003], [0.0, -0.06]];
+    let control_points_m = vec![
+        [-0.06, 0.0],
+        [-0.003, 0.0],
+        [0.0, 0.0],
+        [0.0, -0.003],
+        [0.0, -0.06],
+    ];
     let kinds = [
         WorkpieceKind::default(),
         edge(Side::Leaving, 0.0),
         WorkpieceKind::Chamfer(chamfer),
         WorkpieceKind::cylinder(0.1),
         WorkpieceKind::bore(0.4),
-        WorkpieceKind::Profile(ProfileSettings { degree: 2, control_points_m, ..ProfileSettings::default() }),
+        WorkpieceKind::Profile(ProfileSettings {
+            degree: 2,
+            control_points_m,
+            ..ProfileSettings::default()
+        }),
     ];
-    let mut all: Vec<Settings> =
-        kinds.iter().flat_map(|kind| [0.0, 0.3].map(|friction| settings(kind.clone(), friction))).collect();
+    let mut all: Vec<Settings> = kinds
+        .iter()
+        .flat_map(|kind| [0.0, 0.3].map(|friction| settings(kind.clone(), friction)))
+        .collect();
     let entering = settings(edge(Side::Entering, -0.01), 0.3);
     let mut moving = settings(edge(Side::Leaving, 0.005), 0.3);
     moving.workpiece.feed_velocity_m_s = 0.3;
@@ -48,7 +72,9 @@ fn all() -> impl Iterator<Item = Settings> {
 }
 
 fn simulate(settings: &Settings, sampling: Sampling) -> Simulation {
-    Pass::new(settings).simulate(sampling).expect("the pass ends")
+    Pass::new(settings)
+        .simulate(sampling)
+        .expect("the pass ends")
 }
 
 fn sum(profile: &[ProfileCell], value: impl Fn(&ProfileCell) -> f64) -> f64 {
@@ -58,15 +84,44 @@ fn sum(profile: &[ProfileCell], value: impl Fn(&ProfileCell) -> f64) -> f64 {
 #[test]
 fn sums_over_the_profile_are_the_metrics() {
     for settings in all() {
-        for sampling in [PROFILE, Sampling { samples: 37, shapes: 3, ..PROFILE }] {
-            let Simulation { metrics, profile, .. } = simulate(&settings, sampling);
+        for sampling in [
+            PROFILE,
+            Sampling {
+                samples: 37,
+                shapes: 3,
+                ..PROFILE
+            },
+        ] {
+            let Simulation {
+                metrics, profile, ..
+            } = simulate(&settings, sampling);
             let near = |found: f64, expected: f64| (found - expected).abs() <= 1e-12 * expected;
-            let (impulse, work) = (sum(&profile, |c| c.normal_impulse_n_s_m), sum(&profile, |c| c.friction_work_j_m));
-            assert!(metrics.contact_normal_impulse_n_s > 0.0, "{:?}", settings.workpiece);
-            assert!(near(impulse, metrics.contact_normal_impulse_n_s), "{impulse} {metrics:?}");
+            let (impulse, work) = (
+                sum(&profile, |c| c.normal_impulse_n_s_m),
+                sum(&profile, |c| c.friction_work_j_m),
+            );
+            assert!(
+                metrics.contact_normal_impulse_n_s > 0.0,
+                "{:?}",
+                settings.workpiece
+            );
+            assert!(
+                near(impulse, metrics.contact_normal_impulse_n_s),
+                "{impulse} {metrics:?}"
+            );
             assert!(near(work, metrics.friction_work_j), "{work} {metrics:?}");
-            assert!(profile.iter().all(|cell| cell.normal_impulse_n_s_m >= 0.0 && cell.friction_work_j_m >= 0.0));
-            let on_edges = sum(&profile, |cell| if cell.on_edge { cell.normal_impulse_n_s_m } else { 0.0 });
+            assert!(
+                profile
+                    .iter()
+                    .all(|cell| cell.normal_impulse_n_s_m >= 0.0 && cell.friction_work_j_m >= 0.0)
+            );
+            let on_edges = sum(&profile, |cell| {
+                if cell.on_edge {
+                    cell.normal_impulse_n_s_m
+                } else {
+                    0.0
+                }
+            });
             // A contact that leaves an edge or enters it within a step is spread over both.
             assert!(
                 (on_edges - metrics.edge_contact_normal_impulse_n_s).abs() <= 0.02 * impulse,
@@ -80,19 +135,32 @@ fn sums_over_the_profile_are_the_metrics() {
 #[test]
 fn the_work_is_where_its_moment_says() {
     for settings in all().filter(|settings| settings.contact.friction_coefficient == 0.0) {
-        let Simulation { metrics, profile, .. } = simulate(&settings, PROFILE);
+        let Simulation {
+            metrics, profile, ..
+        } = simulate(&settings, PROFILE);
         let pass = Pass::new(&settings);
         let moment = |cell: &ProfileCell| {
             let position = [cell.x_m, cell.y_m, 0.0];
-            let edge = pass.workpiece().edges().iter().map(|edge| edge.surface(position, 0.0));
-            let seen = edge.filter(|surface| surface.margin > 0.0).find(|_| cell.on_edge);
-            let [x, y, _] = seen.unwrap_or_else(|| pass.workpiece().surface(position, 0.0)).normal;
+            let edge = pass
+                .workpiece()
+                .edges()
+                .iter()
+                .map(|edge| edge.surface(position, 0.0));
+            let seen = edge
+                .filter(|surface| surface.margin > 0.0)
+                .find(|_| cell.on_edge);
+            let [x, y, _] = seen
+                .unwrap_or_else(|| pass.workpiece().surface(position, 0.0))
+                .normal;
             (cell.x_m * y - cell.y_m * x) * cell.normal_impulse_n_s_m
         };
         // On the scale of the contact's length.
         let scale = 0.02 * metrics.contact_normal_impulse_n_s;
         let found = sum(&profile, moment);
-        assert!((found - metrics.contact_angular_impulse_n_m_s).abs() < 2e-3 * scale, "{found} {metrics:?}");
+        assert!(
+            (found - metrics.contact_angular_impulse_n_m_s).abs() < 2e-3 * scale,
+            "{found} {metrics:?}"
+        );
     }
 }
 
@@ -101,8 +169,21 @@ fn the_work_is_where_its_moment_says() {
 fn a_moving_workpiece_has_the_work_in_its_own_coordinates() {
     let mut settings = settings(WorkpieceKind::default(), 0.0);
     settings.workpiece.feed_velocity_m_s = 0.4;
-    let Simulation { metrics, profile, history, .. } = simulate(&settings, Sampling { samples: 4001, ..PROFILE });
-    let mean: f64 = sum(&profile, |cell| cell.arc_length_m * cell.normal_impulse_n_s_m);
+    let Simulation {
+        metrics,
+        profile,
+        history,
+        ..
+    } = simulate(
+        &settings,
+        Sampling {
+            samples: 4001,
+            ..PROFILE
+        },
+    );
+    let mean: f64 = sum(&profile, |cell| {
+        cell.arc_length_m * cell.normal_impulse_n_s_m
+    });
     let later: f64 = history
         .windows(2)
         .map(|pair| {
@@ -112,9 +193,13 @@ fn a_moving_workpiece_has_the_work_in_its_own_coordinates() {
         .sum();
     // ∫ F_n (x − v_ft t) dt
     let expected = metrics.contact_angular_impulse_n_m_s - 0.4 * later;
-    // A part of a cell, which is where most of the impulse of an impact is; the feed shifts it by much more.
+    // A part of a cell, which is where most of the impulse of an impact is; the feed shifts it by
+    // much more.
     let tolerance = 0.1 * 0.25e-3 * metrics.contact_normal_impulse_n_s;
-    assert!((mean - expected).abs() < tolerance && 0.4 * later > 10.0 * tolerance, "{mean} {expected} {later}");
+    assert!(
+        (mean - expected).abs() < tolerance && 0.4 * later > 10.0 * tolerance,
+        "{mean} {expected} {later}"
+    );
 }
 
 #[test]
@@ -126,7 +211,8 @@ fn profiles_are_the_same_in_lanes_and_change_no_metric() {
         PROFILE,
         |kind| {
             let (number, settings) = jobs.clone().next()?;
-            kind.is_none_or(|kind| bristle::simulation::Kind::of(settings) == kind).then(|| jobs.next())?;
+            kind.is_none_or(|kind| bristle::simulation::Kind::of(settings) == kind)
+                .then(|| jobs.next())?;
             Some(Job::new(number, settings))
         },
         |number, result| results[number] = Some(result.expect("the pass ends")),
@@ -135,7 +221,10 @@ fn profiles_are_the_same_in_lanes_and_change_no_metric() {
         let result = result.expect("every job is done");
         assert_eq!(result, simulate(settings, PROFILE));
         let without = simulate(settings, Sampling::default());
-        assert_eq!((&result.metrics, result.statistics), (&without.metrics, without.statistics));
+        assert_eq!(
+            (&result.metrics, result.statistics),
+            (&without.metrics, without.statistics)
+        );
         assert!(without.profile.is_empty());
     }
 }
@@ -157,15 +246,23 @@ fn cells_are_an_outline_by_arc_length() {
             let [start, end] = cell.ends;
             let length = cell.arc_length[1] - cell.arc_length[0];
             let chord = (end[0] - start[0]).hypot(end[1] - start[1]);
-            assert!(length <= 0.2501e-3 && chord <= length * (1.0 + 1e-9) && chord > 0.99 * length, "{cell:?}");
+            assert!(
+                length <= 0.2501e-3 && chord <= length * (1.0 + 1e-9) && chord > 0.99 * length,
+                "{cell:?}"
+            );
             // A little inside and outside, where the workpiece has moved to.
             let [x, y] = [(start[0] + end[0]) / 2.0, (start[1] + end[1]) / 2.0];
             let [u, v] = [(end[0] - start[0]) / length, (end[1] - start[1]) / length];
             for away in [-1e-5, 1e-5] {
                 let shift = 0.01 * settings.workpiece.feed_velocity_m_s;
-                let found = workpiece.arc_length([x - away * v + shift, y + away * u, 0.0], 0.01).expect("a place");
+                let found = workpiece
+                    .arc_length([x - away * v + shift, y + away * u, 0.0], 0.01)
+                    .expect("a place");
                 let middle = (cell.arc_length[0] + cell.arc_length[1]) / 2.0;
-                assert!((found - middle).abs() < 1e-3 * length, "{found} {middle} {cell:?}");
+                assert!(
+                    (found - middle).abs() < 1e-3 * length,
+                    "{found} {middle} {cell:?}"
+                );
             }
         }
         let on_edges = profile.cells.iter().filter(|cell| cell.on_edge).count();
@@ -179,12 +276,25 @@ fn an_edge_has_a_share_of_the_impulse_and_an_evenness() {
         let metrics = simulate(&settings, Sampling::default()).metrics;
         let share = metrics.edge_contact_normal_impulse_n_s / metrics.contact_normal_impulse_n_s;
         assert_eq!(metrics.edge_share, share.clamp(0.0, 1.0));
-        assert_eq!(metrics.edge_evenness > 0.0, metrics.edge_share > 0.0, "{metrics:?}");
+        assert_eq!(
+            metrics.edge_evenness > 0.0,
+            metrics.edge_share > 0.0,
+            "{metrics:?}"
+        );
         assert!(metrics.edge_evenness <= 1.0);
     }
     // It passes where there is nothing.
     let never = settings(edge(Side::Leaving, -0.1), 0.3);
-    let Simulation { metrics, profile, .. } = simulate(&never, PROFILE);
-    assert_eq!((metrics.edge_share, metrics.edge_evenness, metrics.contact_normal_impulse_n_s), (0.0, 0.0, 0.0));
+    let Simulation {
+        metrics, profile, ..
+    } = simulate(&never, PROFILE);
+    assert_eq!(
+        (
+            metrics.edge_share,
+            metrics.edge_evenness,
+            metrics.contact_normal_impulse_n_s
+        ),
+        (0.0, 0.0, 0.0)
+    );
     assert!(profile.iter().all(|cell| cell.normal_impulse_n_s_m == 0.0));
 }

@@ -1,4 +1,5 @@
-//! Is it right? Values from independent codes. `derivations/README.md` lists the codes, and how to regenerate the values.
+//! Is it right? Values from independent codes. `derivations/README.md` lists the codes, and how to
+//! regenerate the values.
 
 use bristle::model::settings::FilamentSettings;
 use bristle_inspect::evaluation::{ChainState, Evaluation, evaluate};
@@ -11,7 +12,8 @@ fn states<T: DeserializeOwned>(name: &str) -> Vec<T> {
         states: Vec<T>,
     }
 
-    let file: States<T> = serde_json::from_str(&crate::common::data(name)).expect("the file is JSON");
+    let file: States<T> =
+        serde_json::from_str(&crate::common::data(name)).expect("the file is JSON");
     file.states
 }
 
@@ -44,17 +46,24 @@ impl ReferenceState {
             v: self.v.clone(),
         };
         let segments = self.q.len() / 2;
-        let filament =
-            FilamentSettings { youngs_modulus_pa: self.youngs_modulus_pa, ..crate::common::filament(segments) };
+        let filament = FilamentSettings {
+            youngs_modulus_pa: self.youngs_modulus_pa,
+            ..crate::common::filament(segments)
+        };
         evaluate(&filament, 0.14, &state).expect("the state is regular")
     }
 
     fn assert_accelerations(&self, result: &Evaluation, tolerance: f64) {
-        // A torque that should vanish is known to one rounding of c, which divided by J is 1e-6 rad/s² at n = 25.
+        // A torque that should vanish is known to one rounding of c, which divided by J is 1e-6
+        // rad/s² at n = 25.
         let bound = tolerance * crate::common::largest(&self.accelerations) + 1e-5;
         assert_eq!(result.accelerations.len(), self.accelerations.len());
         for (value, expected) in result.accelerations.iter().zip(&self.accelerations) {
-            assert!((value - expected).abs() < bound, "{}: {value} {expected}", self.case());
+            assert!(
+                (value - expected).abs() < bound,
+                "{}: {value} {expected}",
+                self.case()
+            );
         }
     }
 }
@@ -83,7 +92,10 @@ fn equations_agree_with_60_digit_arithmetic() {
             let (values, exact) = (entries(&result.mass_matrix), entries(mass_matrix));
             assert_eq!(values.len(), exact.len(), "{case}");
             for (value, exact) in values.iter().zip(&exact) {
-                assert!((value - exact).abs() < 1e-14 * result.mass_matrix[0][0], "{case}: {value} {exact}");
+                assert!(
+                    (value - exact).abs() < 1e-14 * result.mass_matrix[0][0],
+                    "{case}: {value} {exact}"
+                );
             }
         }
         let scalars = [
@@ -93,9 +105,16 @@ fn equations_agree_with_60_digit_arithmetic() {
         ];
         for (value, exact) in scalars {
             // If the exact value comes from rounding of the inputs (1e-30), so does the result.
-            assert!((value - exact).abs() <= 1e-12 * exact.abs() + 1e-28, "{case}: {value} {exact}");
+            assert!(
+                (value - exact).abs() <= 1e-12 * exact.abs() + 1e-28,
+                "{case}: {value} {exact}"
+            );
         }
-        for (value, exact) in result.tip_position_m.into_iter().zip(expected.tip_position_m) {
+        for (value, exact) in result
+            .tip_position_m
+            .into_iter()
+            .zip(expected.tip_position_m)
+        {
             assert!((value - exact).abs() < 1e-15, "{case}: {value} {exact}");
         }
     }
@@ -103,15 +122,19 @@ fn equations_agree_with_60_digit_arithmetic() {
 
 /// Rigid bodies in spherical joints, solved by Pinocchio's articulated-body algorithm.
 ///
-/// Body `k` has the orientation `R_k = R_z(θ_k) R_y(φ_k)`, which maps its own z axis to `e_k`. The quaternion of the joint
-/// is that of `R_{k−1}ᵀ R_k`, its velocity is `R_kᵀ (ω_k − ω_{k−1})` with `ω_k = e_k × ė_k`, without spin about the body's
-/// own axis. The axes of the first joint move with the root and do not turn; gravity there is `g − r̈_0`. Pinocchio's
-/// angular accelerations `a_k` give `ë_k = a_k × e_k + ω_k × (ω_k × e_k)`, and thus `φ̈_k` and `θ̈_k`.
+/// Body `k` has the orientation `R_k = R_z(θ_k) R_y(φ_k)`, which maps its own z axis to `e_k`. The
+/// quaternion of the joint is that of `R_{k−1}ᵀ R_k`, its velocity is `R_kᵀ (ω_k − ω_{k−1})` with
+/// `ω_k = e_k × ė_k`, without spin about the body's own axis. The axes of the first joint move with
+/// the root and do not turn; gravity there is `g − r̈_0`. Pinocchio's angular accelerations `a_k`
+/// give `ë_k = a_k × e_k + ω_k × (ω_k × e_k)`, and thus `φ̈_k` and `θ̈_k`.
 #[test]
 fn accelerations_agree_with_articulated_rigid_bodies() {
     let reference: Vec<ReferenceState> = states("reference_aba.json");
     for segments in [2, 7, 25] {
-        assert!(reference.iter().any(|state| state.q.len() == 2 * segments), "n = {segments}");
+        assert!(
+            reference.iter().any(|state| state.q.len() == 2 * segments),
+            "n = {segments}"
+        );
     }
     for expected in reference {
         // At n = 25 the file itself has errors of up to 2e-12, as 40-digit arithmetic showed.

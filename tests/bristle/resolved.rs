@@ -1,13 +1,17 @@
-//! Is every contact resolved? Passes whose contacts are short, thick, or out of the way of the undeformed filament.
+//! Is every contact resolved? Passes whose contacts are short, thick, or out of the way of the
+//! undeformed filament.
 
 use crate::common::{case, pass_with};
 use bristle::equations::linear::{add, dot, scale};
 use bristle::model::settings::{ChamferSettings, ProfileSettings, Settings, Side, WorkpieceKind};
-use bristle::simulation::{IntegrationError, Pass, Sampling, SimulationError, simulate, simulate_with};
+use bristle::simulation::{
+    IntegrationError, Pass, Sampling, SimulationError, simulate, simulate_with,
+};
 use bristle::tool::{RotaryTool, Tool};
 use bristle::workpiece::{ContactArc, Plane, Surface, Workpiece};
 
-/// A filament whose tip crosses the face of a chamfer within 87 µs, an eighth of a step, before it meets the edge behind.
+/// A filament whose tip crosses the face of a chamfer within 87 µs, an eighth of a step, before it
+/// meets the edge behind.
 fn short_face(tolerance: f64) -> Settings {
     let mut settings = Settings::paper(21.19, 2.428e-3);
     settings.tool.body_radius_m = 0.19309;
@@ -33,8 +37,14 @@ fn short_face(tolerance: f64) -> Settings {
 #[test]
 fn a_face_that_is_crossed_within_a_step_is_met() {
     let impulse = |tolerance| {
-        let metrics = simulate(&short_face(tolerance)).expect("the pass ends").metrics;
-        assert!(metrics.energy_residual < 1e-4, "{tolerance}: {}", metrics.energy_residual);
+        let metrics = simulate(&short_face(tolerance))
+            .expect("the pass ends")
+            .metrics;
+        assert!(
+            metrics.energy_residual < 1e-4,
+            "{tolerance}: {}",
+            metrics.energy_residual
+        );
         metrics.contact_normal_impulse_n_s
     };
     // Converged: at 1e-9. Missed, the contact gave 4.41e-3.
@@ -42,11 +52,15 @@ fn a_face_that_is_crossed_within_a_step_is_met() {
     for tolerance in [1e-4, 1e-5, 1e-6, 1e-7] {
         let impulse = impulse(tolerance);
         // The error of a step is the tolerance, of some hundred steps.
-        assert!((impulse / expected - 1.0).abs() < 100.0 * tolerance.max(1e-7), "{tolerance}: {impulse:e}");
+        assert!(
+            (impulse / expected - 1.0).abs() < 100.0 * tolerance.max(1e-7),
+            "{tolerance}: {impulse:e}"
+        );
     }
 }
 
-/// A stiff filament of three segments that bounces over bumps, 1.5 mm apart and drawn with `seed`, a tenth of a segment.
+/// A stiff filament of three segments that bounces over bumps, 1.5 mm apart and drawn with `seed`,
+/// a tenth of a segment.
 fn over_bumps(seed: u64, tolerance: f64) -> Settings {
     let mut settings = Settings::paper(19.3, 1.23e-3);
     settings.tool.body_radius_m = 0.043;
@@ -61,8 +75,11 @@ fn over_bumps(seed: u64, tolerance: f64) -> Settings {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut point = |k: i32| [1.5e-3 * f64::from(k), 1.3e-4 * (2.0 * random.f64() - 1.0)];
     let control_points_m = (-20..=20).map(&mut point).collect();
-    settings.workpiece.kind =
-        WorkpieceKind::Profile(ProfileSettings { degree: 2, control_points_m, ..ProfileSettings::default() });
+    settings.workpiece.kind = WorkpieceKind::Profile(ProfileSettings {
+        degree: 2,
+        control_points_m,
+        ..ProfileSettings::default()
+    });
     settings.solver.relative_tolerance = tolerance;
     settings
 }
@@ -71,11 +88,17 @@ fn over_bumps(seed: u64, tolerance: f64) -> Settings {
 fn no_bump_of_a_spline_is_passed_over() {
     for seed in 0..16 {
         let [loose, tight] = [1e-5, 1e-8].map(|tolerance| {
-            let metrics = simulate(&over_bumps(seed, tolerance)).expect("the pass ends").metrics;
+            let metrics = simulate(&over_bumps(seed, tolerance))
+                .expect("the pass ends")
+                .metrics;
             metrics.contact_normal_impulse_n_s
         });
-        // The error of a step is the tolerance, of some hundred steps. One bump that is missed changes all that follow, by up to 30 %.
-        assert!((loose / tight - 1.0).abs() < 1e-3, "{seed}: {loose:e} {tight:e}");
+        // The error of a step is the tolerance, of some hundred steps. One bump that is missed
+        // changes all that follow, by up to 30 %.
+        assert!(
+            (loose / tight - 1.0).abs() < 1e-3,
+            "{seed}: {loose:e} {tight:e}"
+        );
     }
 }
 
@@ -87,11 +110,19 @@ fn a_thick_filament_starts_before_it_touches() {
             settings.contact.radius_m = radius_m;
             settings.process.lead_angle_rad = lead_angle_rad;
             let metrics = simulate(&settings).expect("the pass ends").metrics;
-            assert!(metrics.energy_residual < 1e-5, "{radius_m}: {}", metrics.energy_residual);
+            assert!(
+                metrics.energy_residual < 1e-5,
+                "{radius_m}: {}",
+                metrics.energy_residual
+            );
             metrics.contact_normal_impulse_n_s
         });
-        // A straight filament that turns rigidly stays so: the lead angle changes rounding and steps.
-        assert!((near / far - 1.0).abs() < 1e-4, "{radius_m}: {near:e} {far:e}");
+        // A straight filament that turns rigidly stays so: the lead angle changes rounding and
+        // steps.
+        assert!(
+            (near / far - 1.0).abs() < 1e-4,
+            "{radius_m}: {near:e} {far:e}"
+        );
     }
 }
 
@@ -101,13 +132,28 @@ fn the_profile_reaches_as_far_as_the_contact_radius() {
     settings.contact.radius_m = 2e-3;
     // 1 mm below the tips of the undeformed filament.
     let control_points_m = [-0.04, -0.02, 0.0, 0.02, 0.04].map(|x| [x, -2e-3]).to_vec();
-    settings.workpiece.kind =
-        WorkpieceKind::Profile(ProfileSettings { control_points_m, ..ProfileSettings::default() });
-    let simulation =
-        simulate_with(&settings, Sampling { profile: true, ..Sampling::default() }).expect("the pass ends");
+    settings.workpiece.kind = WorkpieceKind::Profile(ProfileSettings {
+        control_points_m,
+        ..ProfileSettings::default()
+    });
+    let simulation = simulate_with(
+        &settings,
+        Sampling {
+            profile: true,
+            ..Sampling::default()
+        },
+    )
+    .expect("the pass ends");
     let impulse = simulation.metrics.contact_normal_impulse_n_s;
-    let sum: f64 = simulation.profile.iter().map(|cell| cell.normal_impulse_n_s_m * cell.length_m).sum();
-    assert!(impulse > 1e-4 && (sum / impulse - 1.0).abs() < 1e-12, "{impulse:e} {sum:e}");
+    let sum: f64 = simulation
+        .profile
+        .iter()
+        .map(|cell| cell.normal_impulse_n_s_m * cell.length_m)
+        .sum();
+    assert!(
+        impulse > 1e-4 && (sum / impulse - 1.0).abs() < 1e-12,
+        "{impulse:e} {sum:e}"
+    );
 }
 
 /// A plane without an end of the contact: all around the tool.
@@ -117,7 +163,11 @@ struct Around(Plane);
 impl Workpiece for Around {
     fn surface(&self, [x, y, z]: [f64; 3], time: f64) -> Surface {
         let surface = self.0.surface([x, y, z], time);
-        Surface { gap: 0.17 - x.hypot(y), normal: [-x / x.hypot(y), -y / x.hypot(y), 0.0], ..surface }
+        Surface {
+            gap: 0.17 - x.hypot(y),
+            normal: [-x / x.hypot(y), -y / x.hypot(y), 0.0],
+            ..surface
+        }
     }
 
     fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
@@ -129,39 +179,68 @@ impl Workpiece for Around {
 fn a_tool_that_begins_inside_the_workpiece_is_refused() {
     let settings = case(6, 10.0, 1e-3);
     let tool = RotaryTool::of(&settings);
-    let plane = Plane::of(&settings.workpiece, tool.radius(settings.filament.length_m) - 1e-3);
+    let plane = Plane::of(
+        &settings.workpiece,
+        tool.radius(settings.filament.length_m) - 1e-3,
+    );
     let pass = pass_with(&settings, tool, Around(plane)).expect("a contact arc is stated");
-    let error = pass.simulate(Sampling::default()).expect_err("no angle is free");
-    assert!(error.to_string().contains("start inside the workpiece"), "{error}");
+    let error = pass
+        .simulate(Sampling::default())
+        .expect_err("no angle is free");
+    assert!(
+        error.to_string().contains("start inside the workpiece"),
+        "{error}"
+    );
 }
 
 /// A plane that breaks a promise of [`Workpiece`].
 #[derive(Clone, Debug)]
 struct Broken {
     plane: Plane,
-    /// Until this time in s, what is inside seems to be outside, as if the onset of its contact were passed over.
+    /// Until this time in s, what is inside seems to be outside, as if the onset of its contact
+    /// were passed over.
     hidden_until: f64,
     /// By how much the normal leans towards `x`, away from the gradient of the gap.
     lean: f64,
 }
 
 impl Broken {
-    /// The energy residual of the pass over a plane that `change` breaks; it gets the times of the nominal contact.
-    fn residual(settings: &Settings, change: impl FnOnce(&mut Self, [f64; 2])) -> Result<f64, SimulationError> {
-        let plane = Plane::of(&settings.workpiece, settings.tool_radius_m() - settings.process.penetration_depth_m);
-        let mut broken = Self { plane, hidden_until: f64::NEG_INFINITY, lean: 0.0 };
+    /// The energy residual of the pass over a plane that `change` breaks; it gets the times of the
+    /// nominal contact.
+    fn residual(
+        settings: &Settings,
+        change: impl FnOnce(&mut Self, [f64; 2]),
+    ) -> Result<f64, SimulationError> {
+        let plane = Plane::of(
+            &settings.workpiece,
+            settings.tool_radius_m() - settings.process.penetration_depth_m,
+        );
+        let mut broken = Self {
+            plane,
+            hidden_until: f64::NEG_INFINITY,
+            lean: 0.0,
+        };
         change(&mut broken, Pass::new(settings).nominal_times());
         let pass = pass_with(settings, RotaryTool::of(settings), broken).expect("the tips touch");
-        pass.simulate(Sampling::default()).map(|simulation| simulation.metrics.energy_residual)
+        pass.simulate(Sampling::default())
+            .map(|simulation| simulation.metrics.energy_residual)
     }
 }
 
 impl Workpiece for Broken {
     fn surface(&self, position: [f64; 3], time: f64) -> Surface {
         let surface = self.plane.surface(position, time);
-        let gap = if time < self.hidden_until { surface.gap.abs() } else { surface.gap };
+        let gap = if time < self.hidden_until {
+            surface.gap.abs()
+        } else {
+            surface.gap
+        };
         let leaning = add(surface.normal, [self.lean, 0.0, 0.0]);
-        Surface { gap, normal: scale(1.0 / dot(leaning, leaning).sqrt(), leaning), ..surface }
+        Surface {
+            gap,
+            normal: scale(1.0 / dot(leaning, leaning).sqrt(), leaning),
+            ..surface
+        }
     }
 
     fn is_planar(&self) -> bool {
@@ -183,9 +262,17 @@ fn a_missed_onset_is_an_error() {
     let kept = Broken::residual(&settings, |_, _| ()).expect("it breaks nothing");
     assert!(kept < 1e-5, "{kept}");
     for part in [0.01, 0.1] {
-        let hide = |broken: &mut Broken, [entry, exit]: [f64; 2]| broken.hidden_until = entry + part * (exit - entry);
+        let hide = |broken: &mut Broken, [entry, exit]: [f64; 2]| {
+            broken.hidden_until = entry + part * (exit - entry)
+        };
         let error = Broken::residual(&settings, hide).expect_err("the force jumps");
-        assert!(matches!(error, SimulationError::Integration(IntegrationError::Jump { .. })), "{error}");
+        assert!(
+            matches!(
+                error,
+                SimulationError::Integration(IntegrationError::Jump { .. })
+            ),
+            "{error}"
+        );
     }
 }
 
@@ -193,7 +280,11 @@ fn a_missed_onset_is_an_error() {
 fn forces_along_another_normal_do_not_balance() {
     let settings = case(6, 10.0, 1e-3);
     for lean in [-0.01, 0.01, 0.1] {
-        let error = Broken::residual(&settings, |broken, _| broken.lean = lean).expect_err("energy comes or goes");
-        assert!(matches!(error, SimulationError::Unbalanced { .. }), "{lean}: {error}");
+        let error = Broken::residual(&settings, |broken, _| broken.lean = lean)
+            .expect_err("energy comes or goes");
+        assert!(
+            matches!(error, SimulationError::Unbalanced { .. }),
+            "{lean}: {error}"
+        );
     }
 }

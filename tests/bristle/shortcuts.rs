@@ -1,7 +1,8 @@
 //! Is it right where filaments are sparse? And do shortcuts only save work?
 //!
-//! A brush is sparse where filaments touch each other only once they bend. Contacts between groups of filaments that are computed side by
-//! side, and those of filaments that slept before, are seen here: results must not depend on where a group begins.
+//! A brush is sparse where filaments touch each other only once they bend. Contacts between groups
+//! of filaments that are computed side by side, and those of filaments that slept before, are seen
+//! here: results must not depend on where a group begins.
 
 use bristle::brush::{BrushResult, BrushRun, RunOptions, Shortcuts, simulate_brush};
 use bristle::equations::LANES;
@@ -9,7 +10,8 @@ use bristle::model::settings::{
     BrushSettings, FilamentSettings, ProcessSettings, Settings, ToolSettings, Turns, WorkpieceKind,
 };
 
-/// A planar row of a catalogue brush: filaments of 0.6 mm of PA 6.12 with 30 % SiC, 333 around, at 1000 rpm and 1.5 mm.
+/// A planar row of a catalogue brush: filaments of 0.6 mm of PA 6.12 with 30 % SiC, 333 around, at
+/// 1000 rpm and 1.5 mm.
 fn sparse(columns: usize) -> Settings {
     let filament = FilamentSettings {
         segments: 8,
@@ -27,10 +29,14 @@ fn sparse(columns: usize) -> Settings {
         steady: false,
         ..BrushSettings::default()
     };
-    Settings { brush: Some(brush), ..Settings::new(ToolSettings::new(0.070, 1e-3, 333.0), filament, process) }
+    Settings {
+        brush: Some(brush),
+        ..Settings::new(ToolSettings::new(0.070, 1e-3, 333.0), filament, process)
+    }
 }
 
-/// The same row on a plane that leans by so little that its filaments move in space, but not out of their plane.
+/// The same row on a plane that leans by so little that its filaments move in space, but not out of
+/// their plane.
 fn in_space(columns: usize) -> Settings {
     let mut settings = sparse(columns);
     settings.workpiece.kind = WorkpieceKind::plane([0.0, 1.0, 1e-9]);
@@ -42,8 +48,16 @@ fn packed(columns: usize) -> Settings {
     let mut settings = Settings::paper(10.0, 1e-3);
     settings.filament.segments = 5;
     settings.tool.filament_count = 682.0;
-    let brush = BrushSettings { columns: Some(columns), rows: Some(1), steady: false, ..BrushSettings::default() };
-    Settings { brush: Some(brush), ..settings }
+    let brush = BrushSettings {
+        columns: Some(columns),
+        rows: Some(1),
+        steady: false,
+        ..BrushSettings::default()
+    };
+    Settings {
+        brush: Some(brush),
+        ..settings
+    }
 }
 
 fn simulated(settings: &Settings) -> BrushResult {
@@ -51,18 +65,26 @@ fn simulated(settings: &Settings) -> BrushResult {
 }
 
 fn without(settings: &Settings, shortcuts: Shortcuts) -> BrushResult {
-    let options = RunOptions { shortcuts, ..RunOptions::default() };
+    let options = RunOptions {
+        shortcuts,
+        ..RunOptions::default()
+    };
     let mut run = BrushRun::new(settings, options).expect("a brush");
     while run.advance().expect("a step") {}
     run.finish().expect("a result")
 }
 
 fn impulses(result: &BrushResult) -> Vec<f64> {
-    result.filaments.iter().map(|filament| filament.metrics.contact_normal_impulse_n_s).collect()
+    result
+        .filaments
+        .iter()
+        .map(|filament| filament.metrics.contact_normal_impulse_n_s)
+        .collect()
 }
 
-/// Impulses in mN s of an explicit code that shares nothing with this one. The first filaments meet an empty gap, and the last one has
-/// none behind it. In between no impulse depends on the column, nor on its place in a group.
+/// Impulses in mN s of an explicit code that shares nothing with this one. The first filaments meet
+/// an empty gap, and the last one has none behind it. In between no impulse depends on the column,
+/// nor on its place in a group.
 #[test]
 fn a_sparse_row_is_that_of_an_independent_code() {
     let found = impulses(&simulated(&sparse(40)));
@@ -82,7 +104,11 @@ fn a_sparse_row_is_that_of_an_independent_code() {
     let mean_of = |lane: usize| steady.iter().skip(lane).step_by(LANES).sum::<f64>() / 3.0;
     let mean = steady.iter().sum::<f64>() / steady.len() as f64;
     for lane in 0..LANES {
-        assert!((mean_of(lane) / mean - 1.0).abs() < 5e-4, "lane {lane}: {} of {mean}", mean_of(lane));
+        assert!(
+            (mean_of(lane) / mean - 1.0).abs() < 5e-4,
+            "lane {lane}: {} of {mean}",
+            mean_of(lane)
+        );
     }
 }
 
@@ -97,19 +123,27 @@ fn rows_do_not_depend_on_where_they_begin() {
             let before = before.iter().zip(&whole);
             for (column, (one, other)) in before.chain([(last, &whole[13])]).enumerate() {
                 let error = one / other - 1.0;
-                assert!(error.abs() < 1e-3, "{left_out} columns left out, column {column}: {error:.1e}");
+                assert!(
+                    error.abs() < 1e-3,
+                    "{left_out} columns left out, column {column}: {error:.1e}"
+                );
             }
         }
     }
 }
 
-/// What the broad phase and the distance to the workpiece exclude, the search does not find: results are equal to the bit. Filaments that
-/// sleep or are left out have no equations, whose solution has an error.
+/// What the broad phase and the distance to the workpiece exclude, the search does not find:
+/// results are equal to the bit. Filaments that sleep or are left out have no equations, whose
+/// solution has an error.
 #[test]
 fn shortcuts_only_save_work() {
     let mut rubbing = sparse(10);
     rubbing.contact.friction_coefficient = 0.4;
-    rubbing.brush.as_mut().expect("a brush").friction_coefficient = 0.3;
+    rubbing
+        .brush
+        .as_mut()
+        .expect("a brush")
+        .friction_coefficient = 0.3;
     let mut turning = packed(9);
     turning.process.turns = Some(Turns::Count(2));
     let brushes = [
@@ -121,19 +155,39 @@ fn shortcuts_only_save_work() {
     ];
     for (name, settings) in brushes {
         let all = simulated(&settings);
-        let unbounded =
-            [Shortcuts { broad_phase: false, ..Shortcuts::ALL }, Shortcuts { clearance: false, ..Shortcuts::ALL }];
+        let unbounded = [
+            Shortcuts {
+                broad_phase: false,
+                ..Shortcuts::ALL
+            },
+            Shortcuts {
+                clearance: false,
+                ..Shortcuts::ALL
+            },
+        ];
         for shortcuts in unbounded {
             let result = without(&settings, shortcuts);
             assert!(impulses(&result) == impulses(&all), "{name}, {shortcuts:?}");
             assert_eq!(result.statistics, all.statistics, "{name}, {shortcuts:?}");
         }
-        let awake = [Shortcuts { sleep: false, ..Shortcuts::ALL }, Shortcuts { leave_out: false, ..Shortcuts::ALL }];
+        let awake = [
+            Shortcuts {
+                sleep: false,
+                ..Shortcuts::ALL
+            },
+            Shortcuts {
+                leave_out: false,
+                ..Shortcuts::ALL
+            },
+        ];
         for shortcuts in awake {
             let result = without(&settings, shortcuts);
             for (column, (one, other)) in impulses(&result).iter().zip(impulses(&all)).enumerate() {
                 let error = one / other - 1.0;
-                assert!(error.abs() < 2e-4, "{name}, {shortcuts:?}, filament {column}: {error:.1e}");
+                assert!(
+                    error.abs() < 2e-4,
+                    "{name}, {shortcuts:?}, filament {column}: {error:.1e}"
+                );
             }
         }
     }

@@ -5,7 +5,8 @@ use bristle::simulation::{Statistics, simulate};
 
 use crate::common::{case, edge};
 
-/// Newton iterations of one segment that a pass may take, see `EFFORT` and `EXHAUSTION` in the sources.
+/// Newton iterations of one segment that a pass may take, see `EFFORT` and `EXHAUSTION` in the
+/// sources.
 const WORK: f64 = 3.5 * 4e7;
 
 /// Segments, v_b in m/s, a_e in m.
@@ -17,32 +18,51 @@ fn undamped_passes_end() {
         let mut settings = case(segments, velocity, depth);
         settings.filament.damping_ratio = 0.0;
         let simulation = simulate(&settings).expect("the pass ends");
-        let Statistics { newton_iterations, .. } = simulation.statistics;
+        let Statistics {
+            newton_iterations, ..
+        } = simulation.statistics;
         let work = (newton_iterations * (segments + 2)) as f64;
-        assert!(work <= WORK, "n = {segments}: {newton_iterations} Newton iterations");
+        assert!(
+            work <= WORK,
+            "n = {segments}: {newton_iterations} Newton iterations"
+        );
     }
 }
 
 #[test]
 fn slow_damped_passes_keep_their_tolerance() {
     for (segments, velocity, depth) in SLOW {
-        let statistics = simulate(&case(segments, velocity, depth)).expect("the pass ends").statistics;
-        assert_eq!(statistics.unresolved_steps, 0, "n = {segments}: {statistics:?}");
+        let statistics = simulate(&case(segments, velocity, depth))
+            .expect("the pass ends")
+            .statistics;
+        assert_eq!(
+            statistics.unresolved_steps, 0,
+            "n = {segments}: {statistics:?}"
+        );
     }
 }
 
-/// The tip meets the side of the part where its arc begins, and presses there while it hardly goes to either.
+/// The tip meets the side of the part where its arc begins, and presses there while it hardly goes
+/// to either.
 #[test]
 fn tips_that_touch_where_an_arc_begins_take_no_shorter_steps() {
     for edge_radius_m in [1e-4, 5e-4, 1e-3] {
         let mut settings = case(6, 10.0, 1e-3);
         settings.workpiece.kind = edge(Side::Entering, 0.0, edge_radius_m);
-        let Statistics { steps, rejected_steps, .. } = simulate(&settings).expect("the pass ends").statistics;
-        assert!(steps + rejected_steps < 450, "{edge_radius_m} m: {steps} steps, {rejected_steps} rejected");
+        let Statistics {
+            steps,
+            rejected_steps,
+            ..
+        } = simulate(&settings).expect("the pass ends").statistics;
+        assert!(
+            steps + rejected_steps < 450,
+            "{edge_radius_m} m: {steps} steps, {rejected_steps} rejected"
+        );
     }
 }
 
-/// Contacts that damp come off at nearly the rate at which they cease to press: what is left of it has long been within rounding.
+/// Contacts that damp come off at nearly the rate at which they cease to press: what is left of it
+/// has long been within rounding.
 #[test]
 fn contacts_that_damp_take_no_shorter_steps() {
     let mut flat = case(6, 8.5, 7.3e-4);
@@ -53,10 +73,21 @@ fn contacts_that_damp_take_no_shorter_steps() {
     let mut curved = case(3, 20.0, 2e-3);
     (curved.tool.body_radius_m, curved.filament.diameter_m) = (0.05, 5e-4);
     curved.workpiece.kind = WorkpieceKind::cylinder(0.02);
-    (curved.contact.stiffness_n_m, curved.contact.damping_s_m, curved.contact.friction_coefficient) = (1e4, 1.0, 0.5);
+    (
+        curved.contact.stiffness_n_m,
+        curved.contact.damping_s_m,
+        curved.contact.friction_coefficient,
+    ) = (1e4, 1.0, 0.5);
 
     for (settings, most) in [(flat, 1500), (curved, 400)] {
-        let Statistics { steps, rejected_steps, .. } = simulate(&settings).expect("the pass ends").statistics;
-        assert!(steps + rejected_steps < most, "{steps} steps, {rejected_steps} rejected");
+        let Statistics {
+            steps,
+            rejected_steps,
+            ..
+        } = simulate(&settings).expect("the pass ends").statistics;
+        assert!(
+            steps + rejected_steps < most,
+            "{steps} steps, {rejected_steps} rejected"
+        );
     }
 }

@@ -1,5 +1,6 @@
-//! Is it right? One and two filaments in space that touch the workpiece and each other, with friction, compared with an independent
-//! code: `derivations/reference_space.py` states them again, and integrates them with CVODES.
+//! Is it right? One and two filaments in space that touch the workpiece and each other, with
+//! friction, compared with an independent code: `derivations/reference_space.py` states them again,
+//! and integrates them with CVODES.
 
 use bristle::brush::simulate_brush;
 use bristle::model::metrics::Metrics;
@@ -9,8 +10,9 @@ use serde::Deserialize;
 
 use crate::common::{Stated, cases, difference, number, with};
 
-/// Of a brush, which takes fixed steps that impacts do not cut, at the tolerance of [`BRUSH_TOLERANCE`]; impulses over `p_n`, or over the
-/// impulse between the filaments, work relative to itself.
+/// Of a brush, which takes fixed steps that impacts do not cut, at the tolerance of
+/// [`BRUSH_TOLERANCE`]; impulses over `p_n`, or over the impulse between the filaments, work
+/// relative to itself.
 const BRUSH: f64 = 1e-3;
 const BRUSH_TOLERANCE: f64 = 1e-4;
 /// Of a single pass at 1e-9, beyond the error that the reference states.
@@ -35,7 +37,10 @@ struct OwnErrors {
 
 impl Reference {
     fn subject(&self) -> String {
-        format!("{}, {} m/s", self.name, self.input.process.brushing_velocity_m_s)
+        format!(
+            "{}, {} m/s",
+            self.name, self.input.process.brushing_velocity_m_s
+        )
     }
 }
 
@@ -59,18 +64,31 @@ fn references() -> Vec<Reference> {
 }
 
 /// Reports the differences that exceed the tolerance.
-fn check(failures: &mut Vec<String>, subject: &str, differences: &[(&'static str, f64)], tolerance: f64) {
-    let exceeding = differences.iter().filter(|(_, difference)| difference.is_nan() || *difference > tolerance);
-    failures
-        .extend(exceeding.map(|(name, difference)| format!("{subject}: {name} {difference:.1e} > {tolerance:.1e}")));
+fn check(
+    failures: &mut Vec<String>,
+    subject: &str,
+    differences: &[(&'static str, f64)],
+    tolerance: f64,
+) {
+    let exceeding = differences
+        .iter()
+        .filter(|(_, difference)| difference.is_nan() || *difference > tolerance);
+    failures.extend(
+        exceeding.map(|(name, difference)| {
+            format!("{subject}: {name} {difference:.1e} > {tolerance:.1e}")
+        }),
+    );
 }
 
 #[test]
 fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
     let mut failures = Vec::new();
     for case in references() {
-        let result = simulate_brush(&with(&case.input, |brush| brush.tolerance = BRUSH_TOLERANCE), 1)
-            .expect("the settings are valid");
+        let result = simulate_brush(
+            &with(&case.input, |brush| brush.tolerance = BRUSH_TOLERANCE),
+            1,
+        )
+        .expect("the settings are valid");
         let name = case.subject();
         let mut found: Vec<_> = result.filaments.iter().collect();
         found.sort_by_key(|filament| (filament.column, filament.row));
@@ -86,8 +104,13 @@ fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
         }
         assert_eq!(result.pairs.len(), case.neighbours.len());
         for (pair, expected) in result.pairs.iter().zip(&case.neighbours) {
-            assert_eq!(pair.filament, [0, 0], "the forces are those on the filament that is ahead");
-            let [normal, work] = ["normal_impulse_n_s", "friction_work_j"].map(|key| number(expected, key));
+            assert_eq!(
+                pair.filament,
+                [0, 0],
+                "the forces are those on the filament that is ahead"
+            );
+            let [normal, work] =
+                ["normal_impulse_n_s", "friction_work_j"].map(|key| number(expected, key));
             let [x, y, z] = pair.vector_impulse_n_s;
             let sizes = [
                 ("normal_impulse_n_s", pair.impulse_n_s, normal),
@@ -97,7 +120,12 @@ fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
                 ("friction_work_j", pair.dissipated_j, work),
             ]
             .map(|(key, value, scale)| (key, ((value - number(expected, key)) / scale).abs()));
-            check(&mut failures, &format!("{name}, between them"), &sizes, 10.0 * BRUSH + case.own_errors.neighbours);
+            check(
+                &mut failures,
+                &format!("{name}, between them"),
+                &sizes,
+                10.0 * BRUSH + case.own_errors.neighbours,
+            );
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
@@ -106,12 +134,23 @@ fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
 #[test]
 fn a_tilted_filament_agrees_with_casadi_and_cvodes() {
     let mut failures = Vec::new();
-    for case in references().iter().filter(|case| case.neighbours.is_empty()) {
-        let mut settings = Settings { brush: None, ..case.input.clone() };
+    for case in references()
+        .iter()
+        .filter(|case| case.neighbours.is_empty())
+    {
+        let mut settings = Settings {
+            brush: None,
+            ..case.input.clone()
+        };
         settings.solver.relative_tolerance = 1e-9;
         let result = simulate(&settings).expect("the settings are valid");
         let differences = differences(&result.metrics, &case.filaments[0]);
-        check(&mut failures, &case.subject(), &differences, PASS + 10.0 * case.own_errors.filaments);
+        check(
+            &mut failures,
+            &case.subject(),
+            &differences,
+            PASS + 10.0 * case.own_errors.filaments,
+        );
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

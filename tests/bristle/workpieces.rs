@@ -7,14 +7,17 @@ use bristle::equations::{ChainDynamics, Dynamics, NodeLoads, PlanarDynamics, Ste
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{
-    ChamferSettings, ProfileSettings, RoundSettings, Settings, Side, WorkpieceKind, WorkpieceSettings,
+    ChamferSettings, ProfileSettings, RoundSettings, Settings, Side, WorkpieceKind,
+    WorkpieceSettings,
 };
 use bristle::simulation::{FilamentSystem, Form, Pass, Sampling, integral, simulate};
 use bristle::workpiece::{Edge, Part, Surface, Workpiece};
 use fastrand::Rng;
 
 use crate::agreement::check_solve;
-use crate::common::{self, RandomState, balance, case, metrics, random_pairs, random_state, side_by_side, tolerance};
+use crate::common::{
+    self, RandomState, balance, case, metrics, random_pairs, random_state, side_by_side, tolerance,
+};
 
 /// A case of the paper on a workpiece.
 fn on(kind: WorkpieceKind, velocity: f64, depth: f64) -> Settings {
@@ -30,16 +33,26 @@ fn edge(velocity: f64, depth: f64, side: Side, offset_m: f64) -> Settings {
 
 /// A chamfer with the width 1 mm, whose edges have the radius 0.2 mm.
 fn chamfer() -> ChamferSettings {
-    ChamferSettings { edge_radius_m: 0.2e-3, chamfer_width_m: 1e-3, ..ChamferSettings::default() }
+    ChamferSettings {
+        edge_radius_m: 0.2e-3,
+        chamfer_width_m: 1e-3,
+        ..ChamferSettings::default()
+    }
 }
 
 fn profile(degree: usize, control_points_m: Vec<[f64; 2]>) -> WorkpieceKind {
-    WorkpieceKind::Profile(ProfileSettings { degree, control_points_m, ..ProfileSettings::default() })
+    WorkpieceKind::Profile(ProfileSettings {
+        degree,
+        control_points_m,
+        ..ProfileSettings::default()
+    })
 }
 
 /// Passes that meet edges inside segments and at the tip, and curved faces.
 fn passes() -> Vec<Settings> {
-    let waves = (-6..=6).map(|i| [f64::from(i) * 0.01, 3e-4 * f64::from(i % 2)]).collect();
+    let waves = (-6..=6)
+        .map(|i| [f64::from(i) * 0.01, 3e-4 * f64::from(i % 2)])
+        .collect();
     let cases = [
         edge(10.0, 1e-3, Side::Leaving, 0.0),
         edge(5.0, 2e-3, Side::Leaving, 4e-3),
@@ -48,7 +61,14 @@ fn passes() -> Vec<Settings> {
         on(WorkpieceKind::cylinder(0.05), 10.0, 1e-3),
         on(WorkpieceKind::bore(0.3), 10.0, 1e-3),
         on(WorkpieceKind::cylinder(2e-3), 10.0, 1e-3),
-        on(WorkpieceKind::Chamfer(ChamferSettings { offset_m: 2e-3, ..chamfer() }), 8.0, 1.5e-3),
+        on(
+            WorkpieceKind::Chamfer(ChamferSettings {
+                offset_m: 2e-3,
+                ..chamfer()
+            }),
+            8.0,
+            1.5e-3,
+        ),
         on(profile(3, waves), 10.0, 1e-3),
     ];
     let frictional = cases.clone().into_iter().map(|mut settings| {
@@ -62,13 +82,23 @@ fn deviation(a: &Metrics, b: &Metrics) -> f64 {
     let pairs = [
         (a.contact_normal_impulse_n_s, b.contact_normal_impulse_n_s),
         (a.contact_impulse_x_n_s, b.contact_impulse_x_n_s),
-        (a.edge_contact_normal_impulse_n_s, b.edge_contact_normal_impulse_n_s),
-        (10.0 * a.contact_angular_impulse_n_m_s, 10.0 * b.contact_angular_impulse_n_m_s),
+        (
+            a.edge_contact_normal_impulse_n_s,
+            b.edge_contact_normal_impulse_n_s,
+        ),
+        (
+            10.0 * a.contact_angular_impulse_n_m_s,
+            10.0 * b.contact_angular_impulse_n_m_s,
+        ),
     ];
-    pairs.into_iter().map(|(x, y)| (x - y).abs() / a.contact_normal_impulse_n_s).fold(0.0, f64::max)
+    pairs
+        .into_iter()
+        .map(|(x, y)| (x - y).abs() / a.contact_normal_impulse_n_s)
+        .fold(0.0, f64::max)
 }
 
-/// A bent chain in the plane above an edge that it touches at `fraction` of a segment, or at a node.
+/// A bent chain in the plane above an edge that it touches at `fraction` of a segment, or at a
+/// node.
 fn touching(rng: &mut Rng, segments: usize, at: f64) -> (RandomState, Edge) {
     let mut state = random_state(rng, segments);
     for q in &mut state.q {
@@ -108,12 +138,20 @@ impl Workpiece for Wire {
 
 #[test]
 fn the_step_matrix_of_an_edge_contact_matches_differences() {
-    let law =
-        ContactLaw { stiffness: 3e6, exponent: 1.5, damping: 0.3, radius: 1e-4, friction: 0.4, regularisation: 0.05 };
+    let law = ContactLaw {
+        stiffness: 3e6,
+        exponent: 1.5,
+        damping: 0.3,
+        radius: 1e-4,
+        friction: 0.4,
+        regularisation: 0.05,
+    };
     let mut rng = Rng::with_seed(21);
     for (segments, at) in [(2, 0.3), (5, 0.7), (9, 0.5)] {
         let (state, edge) = touching(&mut rng, segments, at);
-        let motion = bristle::tool::FixedClamp { direction: [1.0, 0.0, 0.0] };
+        let motion = bristle::tool::FixedClamp {
+            direction: [1.0, 0.0, 0.0],
+        };
         let mut system = FilamentSystem::new(state.chain.clone(), motion, law, Wire(edge), false);
         system.set_closed(0, segments, true);
         system.set_start(0, segments, segments - 1);
@@ -124,30 +162,60 @@ fn the_step_matrix_of_an_edge_contact_matches_differences() {
         check_solve(&state, &state.charts(), &accelerations, &loads, &mut rng);
         // In the plane.
         let mut dynamics = PlanarDynamics::new(state.chain.clone());
-        let in_plane = |blocks: &[[f64; 2]]| blocks.iter().map(|block| [0.0, block[1]]).collect::<Vec<_>>();
-        let (q, v, accelerations) = (in_plane(&state.q), in_plane(&state.v), in_plane(&accelerations));
-        let weights = StepWeights { coordinates: 1e-9, rates: 3e-5 };
+        let in_plane = |blocks: &[[f64; 2]]| {
+            blocks
+                .iter()
+                .map(|block| [0.0, block[1]])
+                .collect::<Vec<_>>()
+        };
+        let (q, v, accelerations) = (
+            in_plane(&state.q),
+            in_plane(&state.v),
+            in_plane(&accelerations),
+        );
+        let weights = StepWeights {
+            coordinates: 1e-9,
+            rates: 3e-5,
+        };
         let direction = in_plane(&random_pairs(&mut rng, segments, 1.0));
         let size = 10.0;
         let mut at = |size: f64| {
             let moved = |values: &[[f64; 2]], weight: f64| {
                 let pairs = values.iter().zip(&direction);
-                pairs.map(|(value, delta)| add(*value, scale(weight * size, *delta))).collect::<Vec<_>>()
+                pairs
+                    .map(|(value, delta)| add(*value, scale(weight * size, *delta)))
+                    .collect::<Vec<_>>()
             };
             let mut residual = vec![[0.0; 2]; segments];
-            let (q, v, a) = (moved(&q, weights.coordinates), moved(&v, weights.rates), moved(&accelerations, 1.0));
+            let (q, v, a) = (
+                moved(&q, weights.coordinates),
+                moved(&v, weights.rates),
+                moved(&accelerations, 1.0),
+            );
             dynamics.residual(state.clamp.holding(&q, &v), &a, &loads, &mut residual);
             residual
         };
         let (above, below) = (at(size), at(-size));
-        let mut solution: Vec<[f64; 2]> =
-            above.iter().zip(&below).map(|(above, below)| scale(0.5 / size, sub(*above, *below))).collect();
+        let mut solution: Vec<[f64; 2]> = above
+            .iter()
+            .zip(&below)
+            .map(|(above, below)| scale(0.5 / size, sub(*above, *below)))
+            .collect();
         at(0.0);
-        dynamics.factorise(state.clamp.holding(&q, &v), &accelerations, &loads, weights, LaneSet::first(1));
+        dynamics.factorise(
+            state.clamp.holding(&q, &v),
+            &accelerations,
+            &loads,
+            weights,
+            LaneSet::first(1),
+        );
         dynamics.solve(&mut solution);
         for (solution, expected) in solution.iter().zip(&direction) {
             let error = (solution[1] - expected[1]).abs();
-            assert!(error < tolerance::DIFFERENCES, "n = {segments}: {error:.1e}");
+            assert!(
+                error < tolerance::DIFFERENCES,
+                "n = {segments}: {error:.1e}"
+            );
         }
     }
 }
@@ -167,7 +235,8 @@ fn energy_is_conserved_over_edges_and_curved_faces() {
     for settings in passes() {
         let (rise, end) = balance(&settings);
         let work = end.integrals[integral::WORK];
-        let taken = end.integrals[integral::JOINT_DISSIPATION] + end.integrals[integral::CONTACT_DISSIPATION];
+        let taken = end.integrals[integral::JOINT_DISSIPATION]
+            + end.integrals[integral::CONTACT_DISSIPATION];
         let error = (work - taken - rise).abs() / (work.abs() + taken);
         assert!(error < tolerance::ENERGY_BALANCE, "{error:e}: {settings:?}");
     }
@@ -179,10 +248,16 @@ fn passes_over_edges_are_the_same_in_space() {
         settings.solver.relative_tolerance = 1e-8;
         let pass = Pass::new(&settings);
         assert_eq!(pass.form(), Form::Planar);
-        let [planar, spatial] = [pass.clone(), pass.in_space()]
-            .map(|pass| pass.simulate(Sampling::default()).expect("the pass ends").metrics);
+        let [planar, spatial] = [pass.clone(), pass.in_space()].map(|pass| {
+            pass.simulate(Sampling::default())
+                .expect("the pass ends")
+                .metrics
+        });
         let error = deviation(&planar, &spatial);
-        assert!(error < 1e-5, "{error:e}: {settings:?}\n{planar:?}\n{spatial:?}");
+        assert!(
+            error < 1e-5,
+            "{error:e}: {settings:?}\n{planar:?}\n{spatial:?}"
+        );
     }
 }
 
@@ -192,14 +267,20 @@ fn a_straight_profile_is_a_plane() {
         let mut settings = case(10, 15.0, 1e-3);
         settings.contact.friction_coefficient = 0.2;
         let plane = metrics(&settings);
-        settings.workpiece.kind = profile(degree, (-6..=6).map(|i| [f64::from(i) * 0.01, 0.0]).collect());
+        settings.workpiece.kind = profile(
+            degree,
+            (-6..=6).map(|i| [f64::from(i) * 0.01, 0.0]).collect(),
+        );
         let profile = metrics(&settings);
         assert!(deviation(&plane, &profile) < 1e-6, "{plane:?} {profile:?}");
-        assert!((plane.nominal_contact_time_s / profile.nominal_contact_time_s - 1.0).abs() < 1e-12);
+        assert!(
+            (plane.nominal_contact_time_s / profile.nominal_contact_time_s - 1.0).abs() < 1e-12
+        );
     }
 }
 
-/// The control points of a circle of a closed cubic spline, whose radius is `radius` (m) where its points are `count`.
+/// The control points of a circle of a closed cubic spline, whose radius is `radius` (m) where its
+/// points are `count`.
 fn circle(count: usize, radius: f64) -> Vec<[f64; 2]> {
     // The mean of three neighbours, with the weights 1, 4, 1.
     let control = radius * 6.0 / (4.0 + 2.0 * (std::f64::consts::TAU / count as f64).cos());
@@ -217,14 +298,24 @@ fn a_round_profile_is_a_cylinder() {
     for radius in [0.05, 2e-3] {
         for friction in [0.0, 0.3] {
             let control_points_m = circle(120, radius);
-            let closed = ProfileSettings { control_points_m, closed: true, ..ProfileSettings::default() };
-            let kinds = [WorkpieceKind::cylinder(radius), WorkpieceKind::Profile(closed)];
+            let closed = ProfileSettings {
+                control_points_m,
+                closed: true,
+                ..ProfileSettings::default()
+            };
+            let kinds = [
+                WorkpieceKind::cylinder(radius),
+                WorkpieceKind::Profile(closed),
+            ];
             let [cylinder, profile] = kinds.map(|kind| {
                 let mut settings = on(kind, 10.0, 1e-3);
                 settings.contact.friction_coefficient = friction;
                 metrics(&settings)
             });
-            assert!(deviation(&cylinder, &profile) < 2e-5, "{radius} {friction}:\n{cylinder:?}\n{profile:?}");
+            assert!(
+                deviation(&cylinder, &profile) < 2e-5,
+                "{radius} {friction}:\n{cylinder:?}\n{profile:?}"
+            );
         }
     }
 }
@@ -249,42 +340,82 @@ fn results_converge_with_segments_at_order_2_over_an_edge() {
     };
     let [coarse, middle, fine] = [25, 50, 100].map(impulse);
     let order = ((coarse - middle) / (middle - fine)).abs().log2();
-    assert!((1.5..2.6).contains(&order), "{coarse} {middle} {fine}: order {order}");
+    assert!(
+        (1.5..2.6).contains(&order),
+        "{coarse} {middle} {fine}: order {order}"
+    );
 }
 
 #[test]
 fn nominal_contact_is_that_of_the_undeformed_filament() {
-    // An edge below the axis: the filament touches during the first half of the pass over the plane, or during the second.
+    // An edge below the axis: the filament touches during the first half of the pass over the
+    // plane, or during the second.
     let plane = Pass::new(&case(10, 10.0, 1e-3)).nominal().contact_angle;
     for side in [Side::Leaving, Side::Entering] {
         let mut settings = edge(10.0, 1e-3, side, 0.0);
         settings.workpiece.kind.set_edge_radius_m(1e-6);
         let pass = Pass::new(&settings);
-        assert!((pass.nominal().contact_angle / plane - 0.5).abs() < 1e-4, "{side:?}");
+        assert!(
+            (pass.nominal().contact_angle / plane - 0.5).abs() < 1e-4,
+            "{side:?}"
+        );
         assert!((pass.nominal().window.angle - plane).abs() < 1e-12);
     }
     // Two circles: that of the tips and the cylinder.
-    let cylinder = |offset_m| on(WorkpieceKind::Cylinder(RoundSettings { offset_m, radius_m: 0.05 }), 10.0, 1e-3);
+    let cylinder = |offset_m| {
+        on(
+            WorkpieceKind::Cylinder(RoundSettings {
+                offset_m,
+                radius_m: 0.05,
+            }),
+            10.0,
+            1e-3,
+        )
+    };
     let (tips, radius, distance) = (0.18_f64, 0.05_f64, 0.18 - 1e-3 + 0.05_f64);
-    let half = ((tips * tips + distance * distance - radius * radius) / (2.0 * tips * distance)).acos();
+    let half =
+        ((tips * tips + distance * distance - radius * radius) / (2.0 * tips * distance)).acos();
     let found = Pass::new(&cylinder(0.0)).nominal().contact_angle;
     assert!((found / (2.0 * half) - 1.0).abs() < 1e-9, "{found} {half}");
     // Out of reach.
     let missed = metrics(&cylinder(0.2));
-    assert_eq!((missed.nominal_contact_time_s, missed.contact_time_ratio, missed.contact_count), (0.0, 0.0, 0));
+    assert_eq!(
+        (
+            missed.nominal_contact_time_s,
+            missed.contact_time_ratio,
+            missed.contact_count
+        ),
+        (0.0, 0.0, 0)
+    );
 }
 
 #[test]
 fn numbers_that_do_not_fit_together_are_refused() {
-    let refused = |kind| on(kind, 10.0, 1e-3).check().expect_err("it does not fit").path;
+    let refused = |kind| {
+        on(kind, 10.0, 1e-3)
+            .check()
+            .expect_err("it does not fit")
+            .path
+    };
     assert_eq!(refused(WorkpieceKind::edge(0.0)), "workpiece.edge_radius_m");
     assert_eq!(refused(WorkpieceKind::cylinder(0.0)), "workpiece.radius_m");
-    assert_eq!(refused(profile(3, Vec::new())), "workpiece.control_points_m");
+    assert_eq!(
+        refused(profile(3, Vec::new())),
+        "workpiece.control_points_m"
+    );
     for radius in [0.1, 0.179, 0.1792] {
-        assert_eq!(refused(WorkpieceKind::bore(radius)), "workpiece.radius_m", "{radius}");
+        assert_eq!(
+            refused(WorkpieceKind::bore(radius)),
+            "workpiece.radius_m",
+            "{radius}"
+        );
     }
     let chamfered = |chamfer_width_m, chamfer_angle_rad| {
-        WorkpieceKind::Chamfer(ChamferSettings { chamfer_width_m, chamfer_angle_rad, ..chamfer() })
+        WorkpieceKind::Chamfer(ChamferSettings {
+            chamfer_width_m,
+            chamfer_angle_rad,
+            ..chamfer()
+        })
     };
     assert_eq!(refused(chamfered(1e-4, 0.7)), "workpiece.edge_radius_m");
     assert_eq!(refused(chamfered(1e-3, 1.6)), "workpiece.chamfer_angle_rad");
@@ -305,16 +436,34 @@ fn what_a_kind_does_not_have_is_refused() {
     let parameter = Parameter::find(path).expect("a parameter");
     assert_eq!(parameter.read(&plane), None);
     let allowed = "left out: a workpiece of kind `plane` has none".to_owned();
-    assert_eq!(parameter.check_presence(&plane, 0.1), Err(Violation { path, value: "0.1".to_owned(), allowed }));
+    assert_eq!(
+        parameter.check_presence(&plane, 0.1),
+        Err(Violation {
+            path,
+            value: "0.1".to_owned(),
+            allowed
+        })
+    );
     // A vector is no parameter.
-    let edge = serde_json::json!({ "kind": "edge", "edge_radius_m": 0.2e-3, "normal": [0.1, 1.0, 0.0] });
-    let error = serde_json::from_value::<WorkpieceSettings>(edge).expect_err("an edge has no normal");
-    assert!(error.to_string().starts_with("unknown field `normal`"), "{error}");
+    let edge =
+        serde_json::json!({ "kind": "edge", "edge_radius_m": 0.2e-3, "normal": [0.1, 1.0, 0.0] });
+    let error =
+        serde_json::from_value::<WorkpieceSettings>(edge).expect_err("an edge has no normal");
+    assert!(
+        error.to_string().starts_with("unknown field `normal`"),
+        "{error}"
+    );
 }
 
 #[test]
 fn parts_have_the_edges_of_their_kind() {
-    let count = |settings: &Settings| Part::of(settings).expect("the settings fit").0.edges().len();
+    let count = |settings: &Settings| {
+        Part::of(settings)
+            .expect("the settings fit")
+            .0
+            .edges()
+            .len()
+    };
     assert_eq!(count(&case(10, 10.0, 1e-3)), 0);
     let mut settings = edge(10.0, 1e-3, Side::Leaving, 0.0);
     assert_eq!(count(&settings), 1);

@@ -1,5 +1,5 @@
-//! Emits the expressions of `src/catalogue.rs` to `OUT_DIR/expressions.rs`, with tables of the functions, and the chains of
-//! `src/chains.rs` to `OUT_DIR/whole.rs`.
+//! Emits the expressions of `src/catalogue.rs` to `OUT_DIR/expressions.rs`, with tables of the
+//! functions, and the chains of `src/chains.rs` to `OUT_DIR/whole.rs`.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -24,7 +24,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=../../codegen/tests/codegen/expressions.rs");
     let mut source = emit(
         &catalogue::kernels(),
-        Origin { title: "Random expressions, and every operator.", maker: "src/catalogue.rs", again: "cargo test" },
+        Origin {
+            title: "Random expressions, and every operator.",
+            maker: "src/catalogue.rs",
+            again: "cargo test",
+        },
     )?;
     let forms = FORMS.len();
     write!(
@@ -50,13 +54,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A module for each chain, whose `values` calls all functions with the elements of their inputs and returns those of their outputs.
+/// A module for each chain, whose `values` calls all functions with the elements of their inputs
+/// and returns those of their outputs.
 fn whole() -> Result<String, Box<dyn Error>> {
     let mut source = String::new();
     let mut table = String::new();
     for (name, segments, motion) in chains::CHAINS {
         let kernels = chains::kernels(segments, motion);
-        let emitted = emit(&kernels, Origin { title: name, maker: "src/chains.rs", again: "cargo test" })?;
+        let emitted = emit(
+            &kernels,
+            Origin {
+                title: name,
+                maker: "src/chains.rs",
+                again: "cargo test",
+            },
+        )?;
         let calls: String = kernels.iter().map(call).collect();
         writeln!(
             source,
@@ -93,5 +105,10 @@ fn call(kernel: &Kernel) -> String {
             Shape::Matrix(..) => format!("values.extend(result.{name}.as_flattened());\n"),
         }
     });
-    format!("let result = {}({});\n{}", kernel.name, arguments.join(", "), appended.collect::<String>())
+    format!(
+        "let result = {}({});\n{}",
+        kernel.name,
+        arguments.join(", "),
+        appended.collect::<String>()
+    )
 }

@@ -1,13 +1,13 @@
 //! LaTeX from the notation of the model: names, formulas and sentences, in ASCII.
 //!
-//! The input is Unicode, which may come from a file. The output is LaTeX that typesets it and does nothing else.
+//! The input is Unicode, which may come from a file. The output is LaTeX that typesets it and does
+//! nothing else.
 
 use crate::ir::constant::Constant;
 use crate::ir::notation::{Notation, Written, scientific};
 
 /// Accents, as combining marks, each with its command behind it.
-const ACCENTS: &str =
-    "\u{307}\\dot \u{308}\\ddot \u{20db}\\dddot \u{302}\\hat \u{303}\\tilde \u{304}\\bar \u{305}\\bar \u{20d7}\\vec";
+const ACCENTS: &str = "\u{307}\\dot \u{308}\\ddot \u{20db}\\dddot \u{302}\\hat \u{303}\\tilde \u{304}\\bar \u{305}\\bar \u{20d7}\\vec";
 
 /// Letters that Unicode has with their dots, as letter and dotted letter.
 const DOTTED: &str = "aȧbḃcċdḋeėfḟgġhḣmṁnṅoȯpṗrṙsṡtṫwẇxẋyẏzżAȦBḂCĊDḊEĖFḞGĠHḢMṀNṄOȮPṖRṘSṠTṪWẆXẊYẎZŻ";
@@ -35,22 +35,33 @@ const RAISED: [&str; 2] = ["⁰¹²³⁴⁵⁶⁷⁸⁹⁻ᵀ", "0123456789-T"];
 const FUNCTIONS: [&str; 6] = ["arccos", "arcsin", "cos", "max", "min", "sin"];
 
 fn find(table: &'static str, character: char) -> Option<&'static str> {
-    table.split_whitespace().find_map(|entry| entry.strip_prefix(character))
+    table
+        .split_whitespace()
+        .find_map(|entry| entry.strip_prefix(character))
 }
 
 /// What a raised character is on the line.
 fn lowered(character: char) -> Option<char> {
     let [raised, lowered] = RAISED.map(str::chars);
-    raised.zip(lowered).find(|(raised, _)| *raised == character).map(|(_, lowered)| lowered)
+    raised
+        .zip(lowered)
+        .find(|(raised, _)| *raised == character)
+        .map(|(_, lowered)| lowered)
 }
 
 /// Letters that carry their dots or bar as letter and combining mark.
 fn decomposed(text: &str) -> Vec<char> {
-    let tables = [(DOTTED, '\u{307}'), (TWICE_DOTTED, '\u{308}'), (BARRED, '\u{304}')];
+    let tables = [
+        (DOTTED, '\u{307}'),
+        (TWICE_DOTTED, '\u{308}'),
+        (BARRED, '\u{304}'),
+    ];
     let split = |letter: char| {
         // Each is behind the letter that it is made of, which is one of ASCII.
         let mut tables = tables.iter().filter(|_| !letter.is_ascii());
-        tables.find_map(|(table, mark)| Some([table.split_once(letter)?.0.chars().next_back()?, *mark]))
+        tables.find_map(|(table, mark)| {
+            Some([table.split_once(letter)?.0.chars().next_back()?, *mark])
+        })
     };
     let mut characters = Vec::new();
     for letter in text.chars() {
@@ -108,14 +119,25 @@ fn push(text: &mut String, token: &str) {
     text.push_str(token);
 }
 
-/// A name of the model: a letter (or a word) with its accents, the rest as subscript. `φ̇1` becomes `\dot\varphi_{1}`.
+/// A name of the model: a letter (or a word) with its accents, the rest as subscript. `φ̇1` becomes
+/// `\dot\varphi_{1}`.
 pub(crate) fn symbol(notation: &str) -> String {
     let characters = decomposed(notation);
-    let run = characters.iter().take_while(|letter| letter.is_ascii_alphabetic()).count();
+    let run = characters
+        .iter()
+        .take_while(|letter| letter.is_ascii_alphabetic())
+        .count();
     // In `gx` the second letter is a component; longer runs are words.
     let component = run == 2 && matches!(characters[1], 'x' | 'y' | 'z');
-    let marked = characters.get(1).copied().is_some_and(|second| accent(second).is_some());
-    let length = if run < 2 || component || marked { characters.len().min(1) } else { run };
+    let marked = characters
+        .get(1)
+        .copied()
+        .is_some_and(|second| accent(second).is_some());
+    let length = if run < 2 || component || marked {
+        characters.len().min(1)
+    } else {
+        run
+    };
     let (base, mut rest) = characters.split_at(length);
     let mut head = match base {
         [] => return "\\text{?}".into(),
@@ -124,7 +146,10 @@ pub(crate) fn symbol(notation: &str) -> String {
             let mut words: String = word.iter().collect();
             // `outer_force` is two words, not a word with a subscript.
             while let ['_', next @ ..] = rest
-                && let length @ 2.. = next.iter().take_while(|letter| letter.is_ascii_alphabetic()).count()
+                && let length @ 2.. = next
+                    .iter()
+                    .take_while(|letter| letter.is_ascii_alphabetic())
+                    .count()
             {
                 words.push_str("\\ ");
                 words.extend(&next[..length]);
@@ -146,12 +171,21 @@ pub(crate) fn symbol(notation: &str) -> String {
     let mut subscript = String::new();
     let mut index = 0;
     while index < rest.len() {
-        let letters = rest[index..].iter().take_while(|letter| letter.is_ascii_alphabetic()).count();
+        let letters = rest[index..]
+            .iter()
+            .take_while(|letter| letter.is_ascii_alphabetic())
+            .count();
         if let Some(count) = primes(rest[index]) {
             prime_count += count;
             index += 1;
         } else if letters > 1 {
-            push(&mut subscript, &format!("\\mathrm{{{}}}", rest[index..index + letters].iter().collect::<String>()));
+            push(
+                &mut subscript,
+                &format!(
+                    "\\mathrm{{{}}}",
+                    rest[index..index + letters].iter().collect::<String>()
+                ),
+            );
             index += letters;
         } else {
             match rest[index] {
@@ -177,7 +211,12 @@ pub(crate) fn formula(text: &str) -> String {
     while index < characters.len() {
         let first = characters[index];
         let greek = find(GREEK, first).is_some();
-        if greek && matches!(first, 'δ' | 'Δ') && characters.get(index + 1).is_some_and(char::is_ascii_alphabetic) {
+        if greek
+            && matches!(first, 'δ' | 'Δ')
+            && characters
+                .get(index + 1)
+                .is_some_and(char::is_ascii_alphabetic)
+        {
             // δq is one quantity, not δ with a subscript.
             push(&mut result, &character(first));
             index += 1;
@@ -196,9 +235,16 @@ pub(crate) fn formula(text: &str) -> String {
             }
             index += length;
         } else if lowered(first).is_some() {
-            let raised: String = characters[index..].iter().map_while(|&letter| lowered(letter)).collect();
+            let raised: String = characters[index..]
+                .iter()
+                .map_while(|&letter| lowered(letter))
+                .collect();
             index += raised.chars().count();
-            let raised = if raised == "T" { "\\mathrm{T}".into() } else { raised };
+            let raised = if raised == "T" {
+                "\\mathrm{T}".into()
+            } else {
+                raised
+            };
             result.push_str(&format!("^{{{raised}}}"));
         } else {
             match first {
@@ -207,7 +253,8 @@ pub(crate) fn formula(text: &str) -> String {
                 mark if accent(mark).is_some() => {}
                 mark if primes(mark).is_some() => result.push('\''),
                 other => {
-                    depth += i64::from(matches!(other, '(' | '[')) - i64::from(matches!(other, ')' | ']'));
+                    depth += i64::from(matches!(other, '(' | '['))
+                        - i64::from(matches!(other, ')' | ']'));
                     push(&mut result, &character(other));
                 }
             }
@@ -224,8 +271,12 @@ pub(crate) fn words(text: &str) -> String {
     let mut index = 0;
     while index < characters.len() {
         let math = |at: usize| {
-            let marked = characters.get(at + 1).is_some_and(|&next| accent(next).is_some());
-            characters.get(at).is_some_and(|letter| !letter.is_ascii() || letter.is_ascii_alphabetic() && marked)
+            let marked = characters
+                .get(at + 1)
+                .is_some_and(|&next| accent(next).is_some());
+            characters
+                .get(at)
+                .is_some_and(|letter| !letter.is_ascii() || letter.is_ascii_alphabetic() && marked)
         };
         let length = (index..).take_while(|&at| math(at)).count();
         if length > 0 {
@@ -254,10 +305,14 @@ pub(crate) fn words(text: &str) -> String {
         index += 1;
     }
     // A hyphen between letters needs no protection from its neighbours.
-    result.replace("-{}", "-\u{0}").replace("-\u{0}-", "-{}-").replace('\u{0}', "")
+    result
+        .replace("-{}", "-\u{0}")
+        .replace("-\u{0}-", "-{}-")
+        .replace('\u{0}', "")
 }
 
-/// The width of a formula on a line, in thousandths of an em. A rough estimate, more often too large than too small.
+/// The width of a formula on a line, in thousandths of an em. A rough estimate, more often too
+/// large than too small.
 pub(crate) fn width(formula: &str) -> usize {
     let mut scales = vec![1000];
     let mut total = 0;
@@ -274,8 +329,8 @@ pub(crate) fn width(formula: &str) -> usize {
                 match name.as_str() {
                     "sin" | "cos" => 1700,
                     "arcsin" | "arccos" => 2900,
-                    "dot" | "ddot" | "dddot" | "hat" | "tilde" | "bar" | "vec" | "mathrm" | "text" | "tfrac"
-                    | "frac" => 0,
+                    "dot" | "ddot" | "dddot" | "hat" | "tilde" | "bar" | "vec" | "mathrm"
+                    | "text" | "tfrac" | "frac" => 0,
                     "quad" | "sqrt" => 1000,
                     "cdot" | "times" => 1200,
                     _ => 620,
@@ -308,7 +363,8 @@ pub(crate) fn width(formula: &str) -> usize {
 /// Formulas of LaTeX, in ASCII.
 pub(crate) struct Latex;
 
-/// Widest numerator, denominator or radicand, in thousandths of an em: LaTeX breaks no line inside them.
+/// Widest numerator, denominator or radicand, in thousandths of an em: LaTeX breaks no line inside
+/// them.
 const MAX_FRACTION: usize = 12_000;
 
 impl Notation for Latex {
@@ -319,7 +375,9 @@ impl Notation for Latex {
     fn number(&self, value: Constant) -> String {
         match value {
             Constant::Rational(ratio) if *ratio.denom() == 1 => ratio.numer().to_string(),
-            Constant::Rational(ratio) => format!("\\tfrac{{{}}}{{{}}}", ratio.numer(), ratio.denom()),
+            Constant::Rational(ratio) => {
+                format!("\\tfrac{{{}}}{{{}}}", ratio.numer(), ratio.denom())
+            }
             Constant::Float(float) => match scientific(float) {
                 Some((mantissa, exponent)) => format!("{mantissa} \\cdot 10^{{{exponent}}}"),
                 None => float.to_string(),
@@ -343,7 +401,8 @@ impl Notation for Latex {
 
     fn fraction(&self, above: &Written, below: &Written) -> Option<String> {
         let narrow = |part: &Written| self.width(&part.text) <= MAX_FRACTION;
-        (narrow(above) && narrow(below)).then(|| format!("\\frac{{{}}}{{{}}}", above.text, below.text))
+        (narrow(above) && narrow(below))
+            .then(|| format!("\\frac{{{}}}{{{}}}", above.text, below.text))
     }
 
     fn raised(&self, base: &str, exponent: i32) -> String {
@@ -358,8 +417,16 @@ impl Notation for Latex {
     }
 
     fn function(&self, name: &str, exponent: i32) -> String {
-        let name = if name == "asin" { "\\arcsin".into() } else { format!("\\{name}") };
-        if exponent == 1 { name } else { self.raised(&name, exponent) }
+        let name = if name == "asin" {
+            "\\arcsin".into()
+        } else {
+            format!("\\{name}")
+        };
+        if exponent == 1 {
+            name
+        } else {
+            self.raised(&name, exponent)
+        }
     }
 
     fn half_angle_squared(&self, order: u8) -> String {
@@ -398,8 +465,14 @@ mod tests {
             ("t12", "t_{12}"),
             ("S″", "S''"),
             ("", "\\text{?}"),
-            ("\\input{x}", "\\backslash_{\\mathrm{input}\\lbrace x\\rbrace}"),
-            ("a%$#&~^", "a_{\\text{\\%}\\text{U+0024}\\text{\\#}\\text{\\&}\\sim\\wedge}"),
+            (
+                "\\input{x}",
+                "\\backslash_{\\mathrm{input}\\lbrace x\\rbrace}",
+            ),
+            (
+                "a%$#&~^",
+                "a_{\\text{\\%}\\text{U+0024}\\text{\\#}\\text{\\&}\\sim\\wedge}",
+            ),
             ("漢", "\\text{U+6F22}"),
         ] {
             assert_eq!(symbol(notation), expected, "{notation}");
@@ -410,15 +483,24 @@ mod tests {
     fn formulas_and_words_are_typeset() {
         for (text, expected) in [
             ("p = m ẍ + C q̈ + p_0", "p = m \\ddot x + C \\ddot q + p_{0}"),
-            ("M = ∂²E_kin/∂q̇²", "M = \\partial^{2}E_{\\mathrm{kin}}/\\partial\\dot q^{2}"),
+            (
+                "M = ∂²E_kin/∂q̇²",
+                "M = \\partial^{2}E_{\\mathrm{kin}}/\\partial\\dot q^{2}",
+            ),
             ("δq = w_q δq̈", "\\delta q = w_{q} \\delta\\ddot q"),
-            ("½ d |ω' − ω|²", "\\tfrac{1}{2} d \\vert\\omega' - \\omega\\vert^{2}"),
+            (
+                "½ d |ω' − ω|²",
+                "\\tfrac{1}{2} d \\vert\\omega' - \\omega\\vert^{2}",
+            ),
             ("a, Gᵀ F", "a,\\quad G^{\\mathrm{T}} F"),
             ("1 − cos α", "1 - \\cos \\alpha"),
         ] {
             assert_eq!(formula(text), expected, "{text}");
         }
-        assert_eq!(words("50 % of α_k \\ a--b q̈"), "50 \\% of $\\alpha$\\_k \\textbackslash{} a-{}-b $\\ddot q$");
+        assert_eq!(
+            words("50 % of α_k \\ a--b q̈"),
+            "50 \\% of $\\alpha$\\_k \\textbackslash{} a-{}-b $\\ddot q$"
+        );
         assert!(words("\u{1f600}\u{202e}\r`").is_ascii());
     }
 }

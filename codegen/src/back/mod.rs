@@ -1,4 +1,5 @@
-//! The outputs of the engine: kernels in programming languages, as JSON, and as mathematics for people to read.
+//! The outputs of the engine: kernels in programming languages, as JSON, and as mathematics for
+//! people to read.
 
 pub mod json;
 pub mod languages;

@@ -40,7 +40,8 @@ pub struct OperationCount {
     pub multiplications: usize,
     /// Divisions.
     pub divisions: usize,
-    /// Square roots, sines, cosines, arc sines, comparisons, and evaluations of `S` and its derivatives.
+    /// Square roots, sines, cosines, arc sines, comparisons, and evaluations of `S` and its
+    /// derivatives.
     pub functions: usize,
 }
 
@@ -53,7 +54,12 @@ impl OperationCount {
 
 impl std::fmt::Display for OperationCount {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { additions, multiplications, divisions, functions } = self;
+        let Self {
+            additions,
+            multiplications,
+            divisions,
+            functions,
+        } = self;
         write!(
             formatter,
             "{additions} additions, {multiplications} multiplications, {divisions} divisions, {functions} functions"
@@ -96,11 +102,24 @@ pub struct Origin<'a> {
     pub again: &'a str,
 }
 
-/// The header: origin, fingerprint of the expressions, and operations. Each line is a comment after `mark`.
-pub(crate) fn header(kernels: &[Kernel], origin: Origin<'_>, mark: &str) -> Result<String, EmitError> {
-    let fingerprint = fingerprint(kernels).map_err(|error| EmitError::Fingerprint(error.to_string()))?;
-    let operations: usize = kernels.iter().map(|kernel| count_operations(kernel).total()).sum();
-    let Origin { title, maker, again } = origin;
+/// The header: origin, fingerprint of the expressions, and operations. Each line is a comment after
+/// `mark`.
+pub(crate) fn header(
+    kernels: &[Kernel],
+    origin: Origin<'_>,
+    mark: &str,
+) -> Result<String, EmitError> {
+    let fingerprint =
+        fingerprint(kernels).map_err(|error| EmitError::Fingerprint(error.to_string()))?;
+    let operations: usize = kernels
+        .iter()
+        .map(|kernel| count_operations(kernel).total())
+        .sum();
+    let Origin {
+        title,
+        maker,
+        again,
+    } = origin;
     let lines = format!(
         "{title}\nMade by {maker}; do not edit.\nSHA-256 of the expressions: {fingerprint}\n\
          To make it again: {again}\nOperations: {operations}."
@@ -110,5 +129,7 @@ pub(crate) fn header(kernels: &[Kernel], origin: Origin<'_>, mark: &str) -> Resu
 
 /// `text` as comment lines after `mark`.
 pub(crate) fn comment(text: &str, mark: &str) -> String {
-    text.lines().map(|line| format!("{mark} {line}").trim_end().to_string() + "\n").collect()
+    text.lines()
+        .map(|line| format!("{mark} {line}").trim_end().to_string() + "\n")
+        .collect()
 }

@@ -5,8 +5,8 @@ use num_traits::{CheckedAdd, CheckedMul, One, ToPrimitive, Zero};
 
 /// An exact rational number, or an `f64`.
 ///
-/// Arithmetic between rationals is exact; where a numerator or denominator would overflow `i64`, or an operand
-/// is a float, the result is a float. A float is never turned into a rational.
+/// Arithmetic between rationals is exact; where a numerator or denominator would overflow `i64`, or
+/// an operand is a float, the result is a float. A float is never turned into a rational.
 #[derive(Clone, Copy, Debug)]
 pub enum Constant {
     /// An exact value; in a valid graph its numerator is not `i64::MIN`, which has no negative.
@@ -15,7 +15,8 @@ pub enum Constant {
     Float(f64),
 }
 
-// Identity is by bits, so that constants can be interned: 0.0 and -0.0 differ, and a NaN equals itself.
+// Identity is by bits, so that constants can be interned: 0.0 and -0.0 differ, and a NaN equals
+// itself.
 impl PartialEq for Constant {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
@@ -150,7 +151,10 @@ mod tests {
 
     #[test]
     fn rationals_stay_exact_and_overflow_becomes_float() {
-        assert_eq!(Constant::ratio(1, 3) + Constant::ratio(1, 6), Constant::ratio(1, 2));
+        assert_eq!(
+            Constant::ratio(1, 3) + Constant::ratio(1, 6),
+            Constant::ratio(1, 2)
+        );
         assert_eq!(Constant::ratio(2, 3).powi(-2), Some(Constant::ratio(9, 4)));
         assert_eq!(Constant::from(0).powi(-1), None);
         let product = Constant::from(i64::MAX) * Constant::from(2);

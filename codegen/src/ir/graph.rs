@@ -1,7 +1,7 @@
 //! The expression graph: interned nodes with typed ids, operands before users.
 //!
-//! Interning makes equal expressions one node, so common subexpressions cost nothing, equality is a comparison
-//! of ids, and differentiation and dead-node removal are single sweeps over the arena.
+//! Interning makes equal expressions one node, so common subexpressions cost nothing, equality is a
+//! comparison of ids, and differentiation and dead-node removal are single sweeps over the arena.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -9,7 +9,8 @@ use crate::ir::constant::Constant;
 use crate::ir::special;
 use crate::ir::unit::Unit;
 
-/// A node of one [`Graph`]. Ids grow in the order of creation, and operands have smaller ids than their users.
+/// A node of one [`Graph`]. Ids grow in the order of creation, and operands have smaller ids than
+/// their users.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeId(u32);
 
@@ -80,9 +81,11 @@ impl Node {
     pub fn operands(&self) -> impl Iterator<Item = NodeId> + use<> {
         let (first, second) = match *self {
             Self::Constant(_) | Self::Symbol(_) => (None, None),
-            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) | Self::LessThan(a, b) => {
-                (Some(a), Some(b))
-            }
+            Self::Add(a, b)
+            | Self::Sub(a, b)
+            | Self::Mul(a, b)
+            | Self::Div(a, b)
+            | Self::LessThan(a, b) => (Some(a), Some(b)),
             Self::Neg(a)
             | Self::Powi(a, _)
             | Self::Sqrt(a)
@@ -150,7 +153,10 @@ pub enum GraphError {
         name: String,
     },
     /// A derivative of `S` beyond the highest that is defined.
-    #[error("node {node} asks for derivative {order} of S; the highest defined is {}", special::MAX_ORDER)]
+    #[error(
+        "node {node} asks for derivative {order} of S; the highest defined is {}",
+        special::MAX_ORDER
+    )]
     UndefinedOrder {
         /// Index of the node.
         node: usize,
@@ -184,8 +190,8 @@ impl std::fmt::Debug for Rule {
 /// - no two nodes are equal;
 /// - constants are finite; symbols have unique names that are Rust identifiers.
 ///
-/// The constructors (`add`, `mul`, …) first apply the rules that the graph was made with: [`Graph::new`] takes those of
-/// [`crate::ir::simplify`], [`Graph::raw`] takes none.
+/// The constructors (`add`, `mul`, …) first apply the rules that the graph was made with:
+/// [`Graph::new`] takes those of [`crate::ir::simplify`], [`Graph::raw`] takes none.
 #[derive(Clone, Debug)]
 pub struct Graph {
     nodes: Vec<Node>,
@@ -203,7 +209,13 @@ impl Graph {
 
     /// An empty graph whose constructors apply `rules`, in this order.
     pub(crate) fn with_rules(rules: &'static [Rule]) -> Self {
-        Self { nodes: Vec::new(), interned: HashMap::new(), symbols: Vec::new(), by_name: BTreeMap::new(), rules }
+        Self {
+            nodes: Vec::new(),
+            interned: HashMap::new(),
+            symbols: Vec::new(),
+            by_name: BTreeMap::new(),
+            rules,
+        }
     }
 
     /// The operation at `id`.
@@ -231,8 +243,13 @@ impl Graph {
     /// # Panics
     /// If an operand is not of this graph, or the graph outgrows `u32`.
     pub fn intern(&mut self, node: Node) -> NodeId {
-        let next = NodeId(u32::try_from(self.nodes.len()).expect("an expression graph holds at most 2^32 nodes"));
-        assert!(node.operands().all(|operand| operand < next), "an operand is not of this graph");
+        let next = NodeId(
+            u32::try_from(self.nodes.len()).expect("an expression graph holds at most 2^32 nodes"),
+        );
+        assert!(
+            node.operands().all(|operand| operand < next),
+            "an operand is not of this graph"
+        );
         *self.interned.entry(node).or_insert_with(|| {
             self.nodes.push(node);
             next
@@ -255,7 +272,11 @@ impl Graph {
             return id;
         }
         let symbol = SymbolId(self.symbols.len() as u32);
-        self.symbols.push(Symbol { name: name.into(), notation: notation.into(), unit });
+        self.symbols.push(Symbol {
+            name: name.into(),
+            notation: notation.into(),
+            unit,
+        });
         let id = self.intern(Node::Symbol(symbol));
         self.by_name.insert(name.into(), id);
         id
@@ -408,15 +429,24 @@ impl Graph {
     }
 
     /// The same without what only the nodes need that `is_given` names.
-    pub(crate) fn reachable_until(&self, outputs: &[NodeId], is_given: impl Fn(NodeId) -> bool) -> Vec<NodeId> {
-        let end = outputs.iter().map(|output| output.index() + 1).max().unwrap_or(0);
+    pub(crate) fn reachable_until(
+        &self,
+        outputs: &[NodeId],
+        is_given: impl Fn(NodeId) -> bool,
+    ) -> Vec<NodeId> {
+        let end = outputs
+            .iter()
+            .map(|output| output.index() + 1)
+            .max()
+            .unwrap_or(0);
         let mut live = vec![false; end];
         for output in outputs {
             live[output.index()] = true;
         }
         for (index, node) in self.nodes[..end].iter().enumerate().rev() {
             if live[index] && !is_given(NodeId(index as u32)) {
-                node.operands().for_each(|operand| live[operand.index()] = true);
+                node.operands()
+                    .for_each(|operand| live[operand.index()] = true);
             }
         }
         self.ids().take(end).filter(|id| live[id.index()]).collect()
@@ -431,18 +461,30 @@ impl Graph {
         for id in self.ids() {
             let node = self.node(id);
             if let Some(operand) = node.operands().find(|&operand| operand >= id) {
-                return Err(GraphError::OperandAfterUser { user: id.index(), operand: operand.index() });
+                return Err(GraphError::OperandAfterUser {
+                    user: id.index(),
+                    operand: operand.index(),
+                });
             }
             if let Some(first) = seen.insert(node, id) {
-                return Err(GraphError::Duplicate { first: first.index(), second: id.index() });
+                return Err(GraphError::Duplicate {
+                    first: first.index(),
+                    second: id.index(),
+                });
             }
             match node {
                 Node::Constant(value) if !value.value().is_finite() => {
-                    return Err(GraphError::NonFiniteConstant { node: id.index(), value: format!("{value:?}") });
+                    return Err(GraphError::NonFiniteConstant {
+                        node: id.index(),
+                        value: format!("{value:?}"),
+                    });
                 }
                 Node::Symbol(symbol) => self.validate_symbol(symbol, id)?,
                 Node::HalfAngleSquared(order, _) if order > special::MAX_ORDER => {
-                    return Err(GraphError::UndefinedOrder { node: id.index(), order });
+                    return Err(GraphError::UndefinedOrder {
+                        node: id.index(),
+                        order,
+                    });
                 }
                 _ => {}
             }
@@ -451,12 +493,18 @@ impl Graph {
     }
 
     fn validate_symbol(&self, symbol: SymbolId, id: NodeId) -> Result<(), GraphError> {
-        let name = self.symbols.get(symbol.index()).map_or("", |symbol| &symbol.name);
+        let name = self
+            .symbols
+            .get(symbol.index())
+            .map_or("", |symbol| &symbol.name);
         let registered = self.by_name.get(name) == Some(&id);
         if registered && syn::parse_str::<syn::Ident>(name).is_ok() {
             return Ok(());
         }
-        Err(GraphError::BadSymbol { symbol: symbol.index(), name: name.into() })
+        Err(GraphError::BadSymbol {
+            symbol: symbol.index(),
+            name: name.into(),
+        })
     }
 
     /// Values of all nodes, for the given values of the symbols (by symbol index).
@@ -466,7 +514,11 @@ impl Graph {
     /// # Panics
     /// If `symbols` does not have one value per symbol.
     pub fn evaluate(&self, symbols: &[f64]) -> Vec<f64> {
-        assert_eq!(symbols.len(), self.symbols.len(), "one value for each symbol");
+        assert_eq!(
+            symbols.len(),
+            self.symbols.len(),
+            "one value for each symbol"
+        );
         let mut values: Vec<f64> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
             let at = |id: NodeId| values[id.index()];
@@ -498,7 +550,10 @@ mod tests {
     #[test]
     fn equal_expressions_are_one_node() {
         let mut graph = Graph::raw();
-        let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
+        let (x, y) = (
+            graph.symbol("x", "x", Unit::ONE),
+            graph.symbol("y", "y", Unit::ONE),
+        );
         let (a, b) = (graph.mul(x, y), graph.mul(x, y));
         assert_eq!(a, b);
         assert_eq!(graph.symbol("x", "x", Unit::ONE), x);
@@ -510,19 +565,40 @@ mod tests {
         let mut graph = Graph::raw();
         let x = graph.symbol("x", "x", Unit::ONE);
         graph.nodes.push(Node::Symbol(SymbolId(0)));
-        assert_eq!(graph.validate(), Err(GraphError::Duplicate { first: 0, second: 1 }));
+        assert_eq!(
+            graph.validate(),
+            Err(GraphError::Duplicate {
+                first: 0,
+                second: 1
+            })
+        );
 
         graph.nodes[1] = Node::Neg(NodeId(1));
-        assert_eq!(graph.validate(), Err(GraphError::OperandAfterUser { user: 1, operand: 1 }));
+        assert_eq!(
+            graph.validate(),
+            Err(GraphError::OperandAfterUser {
+                user: 1,
+                operand: 1
+            })
+        );
 
         graph.nodes[1] = Node::Constant(Constant::Float(f64::INFINITY));
-        assert!(matches!(graph.validate(), Err(GraphError::NonFiniteConstant { node: 1, .. })));
+        assert!(matches!(
+            graph.validate(),
+            Err(GraphError::NonFiniteConstant { node: 1, .. })
+        ));
 
         graph.nodes[1] = Node::HalfAngleSquared(9, x);
-        assert_eq!(graph.validate(), Err(GraphError::UndefinedOrder { node: 1, order: 9 }));
+        assert_eq!(
+            graph.validate(),
+            Err(GraphError::UndefinedOrder { node: 1, order: 9 })
+        );
 
         let mut graph = Graph::raw();
         graph.symbol("not an identifier", "x", Unit::ONE);
-        assert!(matches!(graph.validate(), Err(GraphError::BadSymbol { symbol: 0, .. })));
+        assert!(matches!(
+            graph.validate(),
+            Err(GraphError::BadSymbol { symbol: 0, .. })
+        ));
     }
 }

@@ -42,13 +42,16 @@ impl Kernel {
 
     /// A symbol that the outputs need and no input gives.
     pub fn unbound_symbol(&self) -> Option<&str> {
-        self.computed().into_iter().find_map(|id| self.graph.symbol_name(id))
+        self.computed()
+            .into_iter()
+            .find_map(|id| self.graph.symbol_name(id))
     }
 }
 
 /// The operands whose values an operation needs: all except the base of a zeroth power.
 pub(crate) fn computed_operands(node: Node) -> impl Iterator<Item = NodeId> {
-    node.operands().filter(move |_| !matches!(node, Node::Powi(_, 0)))
+    node.operands()
+        .filter(move |_| !matches!(node, Node::Powi(_, 0)))
 }
 
 /// An argument of a [`Kernel`]: a scalar, or an array of scalars.
@@ -64,7 +67,11 @@ pub struct Input {
 
 impl Input {
     pub(crate) fn new(name: &str, doc: &str, elements: Vec<(String, NodeId)>) -> Self {
-        Self { name: name.into(), doc: doc.into(), elements }
+        Self {
+            name: name.into(),
+            doc: doc.into(),
+            elements,
+        }
     }
 
     /// The symbols `names` of `graph` as one argument.
@@ -73,7 +80,9 @@ impl Input {
     /// If the graph has no such symbol.
     pub(crate) fn symbols(graph: &Graph, name: &str, doc: &str, names: &[&str]) -> Self {
         let find = |symbol: &&str| {
-            let node = graph.find_symbol(symbol).unwrap_or_else(|| panic!("`{symbol}` is a symbol of the graph"));
+            let node = graph
+                .find_symbol(symbol)
+                .unwrap_or_else(|| panic!("`{symbol}` is a symbol of the graph"));
             (symbol.to_string(), node)
         };
         Self::new(name, doc, names.iter().map(find).collect())
@@ -119,27 +128,52 @@ pub struct Output {
 
 impl Output {
     pub(crate) fn scalar(name: &str, doc: &str, unit: Unit, node: NodeId) -> Self {
-        Self { name: name.into(), doc: doc.into(), unit, shape: Shape::Scalar, nodes: vec![node] }
+        Self {
+            name: name.into(),
+            doc: doc.into(),
+            unit,
+            shape: Shape::Scalar,
+            nodes: vec![node],
+        }
     }
 
     pub(crate) fn vector(name: &str, doc: &str, unit: Unit, nodes: Vec<NodeId>) -> Self {
-        Self { name: name.into(), doc: doc.into(), unit, shape: Shape::Vector(nodes.len()), nodes }
+        Self {
+            name: name.into(),
+            doc: doc.into(),
+            unit,
+            shape: Shape::Vector(nodes.len()),
+            nodes,
+        }
     }
 
     pub(crate) fn matrix(name: &str, doc: &str, unit: Unit, rows: Vec<Vec<NodeId>>) -> Self {
         let shape = Shape::Matrix(rows.len(), rows.first().map_or(0, Vec::len));
-        Self { name: name.into(), doc: doc.into(), unit, shape, nodes: rows.concat() }
+        Self {
+            name: name.into(),
+            doc: doc.into(),
+            unit,
+            shape,
+            nodes: rows.concat(),
+        }
     }
 
     /// The unit, to follow what the output is.
     pub(crate) fn in_unit(&self) -> String {
-        if self.unit == Unit::ONE { String::new() } else { format!(", in {}", self.unit) }
+        if self.unit == Unit::ONE {
+            String::new()
+        } else {
+            format!(", in {}", self.unit)
+        }
     }
 }
 
 /// The elements of `outputs`, in order.
 pub(crate) fn output_nodes(outputs: &[Output]) -> Vec<NodeId> {
-    outputs.iter().flat_map(|output| output.nodes.iter().copied()).collect()
+    outputs
+        .iter()
+        .flat_map(|output| output.nodes.iter().copied())
+        .collect()
 }
 
 /// Puts `nodes` in the place of [`output_nodes`], as a pass returns them.

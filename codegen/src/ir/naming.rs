@@ -4,7 +4,10 @@
 pub(crate) fn camel_case(name: &str) -> String {
     let capitalise = |word: &str| {
         let mut letters = word.chars();
-        letters.next().map(|first| first.to_uppercase().chain(letters).collect::<String>()).unwrap_or_default()
+        letters
+            .next()
+            .map(|first| first.to_uppercase().chain(letters).collect::<String>())
+            .unwrap_or_default()
     };
     name.split('_').map(capitalise).collect()
 }

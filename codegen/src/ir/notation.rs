@@ -20,12 +20,19 @@ pub(crate) struct Written {
 
 impl Written {
     pub fn new(text: impl Into<String>, strength: u8) -> Self {
-        Self { text: text.into(), strength }
+        Self {
+            text: text.into(),
+            strength,
+        }
     }
 
     /// In parentheses if it binds less than `context`.
     pub fn within(self, context: u8) -> String {
-        if self.strength < context { format!("({})", self.text) } else { self.text }
+        if self.strength < context {
+            format!("({})", self.text)
+        } else {
+            self.text
+        }
     }
 }
 
@@ -64,8 +71,10 @@ const LARGE: f64 = 1e7;
 /// Mantissa and exponent of a float that is written with a power of ten; none for the others.
 pub(crate) fn scientific(value: f64) -> Option<(String, String)> {
     let plain = value == 0.0 || !value.is_finite() || (1.0 / LARGE..LARGE).contains(&value.abs());
-    let (mantissa, exponent) =
-        (!plain).then(|| format!("{value:e}"))?.split_once('e').map(|(m, e)| (m.into(), e.into()))?;
+    let (mantissa, exponent) = (!plain)
+        .then(|| format!("{value:e}"))?
+        .split_once('e')
+        .map(|(m, e)| (m.into(), e.into()))?;
     Some((mantissa, exponent))
 }
 
@@ -91,8 +100,9 @@ impl Notation for Text {
         {
             return format!("{mantissa}e{exponent}");
         }
-        let fraction =
-            FRACTIONS.iter().find(|((numerator, denominator), _)| value == Constant::ratio(*numerator, *denominator));
+        let fraction = FRACTIONS.iter().find(|((numerator, denominator), _)| {
+            value == Constant::ratio(*numerator, *denominator)
+        });
         fraction.map_or_else(|| value.to_string(), |(_, text)| text.to_string())
     }
 
@@ -117,12 +127,18 @@ impl Notation for Text {
     }
 
     fn function(&self, name: &str, exponent: i32) -> String {
-        if exponent == 1 { name.into() } else { self.raised(name, exponent) }
+        if exponent == 1 {
+            name.into()
+        } else {
+            self.raised(name, exponent)
+        }
     }
 
     fn half_angle_squared(&self, order: u8) -> String {
         const PRIMES: [&str; 4] = ["", "′", "″", "‴"];
-        PRIMES.get(usize::from(order)).map_or_else(|| format!("S^({order})"), |primes| format!("S{primes}"))
+        PRIMES
+            .get(usize::from(order))
+            .map_or_else(|| format!("S^({order})"), |primes| format!("S{primes}"))
     }
 
     fn width(&self, text: &str) -> usize {

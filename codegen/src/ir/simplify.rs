@@ -1,7 +1,8 @@
 //! Simplification of single operations: rewriting rules with names and side conditions.
 //!
-//! The constructors of a [`Graph`] apply [`RULES`] to each operation and its operands, so that no trivial operation
-//! ever enters it. A graph itself knows no rules: it carries the table that it was made with.
+//! The constructors of a [`Graph`] apply [`RULES`] to each operation and its operands, so that no
+//! trivial operation ever enters it. A graph itself knows no rules: it carries the table that it
+//! was made with.
 
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId, Rule};
@@ -21,13 +22,33 @@ impl Graph {
 
 /// The rules that a graph's constructors apply, in this order.
 ///
-/// Each has its name, what it does, and where it holds. It makes the expression smaller or brings it closer to a canonical order, so that
-/// rewriting ends.
+/// Each has its name, what it does, and where it holds. It makes the expression smaller or brings
+/// it closer to a canonical order, so that rewriting ends.
 pub const RULES: &[Rule] = &[
-    rule("fold-constants", "operation on constants → its value", "finite results", fold_constants),
-    rule("add-zero", "a + 0 → a, a − 0 → a, 0 − a → −a, a − a → 0", "everywhere", add_zero),
-    rule("mul-unit", "0 a → 0, 1 a → a, −1 a → −a, a/1 → a, 0/a → 0", "a finite, a ≠ 0 as a divisor", mul_unit),
-    rule("power-unit", "a^0 → 1, a^1 → a, (a^j)^k → a^(jk)", "a ≠ 0 where j < 0 < k or k = 0", power_unit),
+    rule(
+        "fold-constants",
+        "operation on constants → its value",
+        "finite results",
+        fold_constants,
+    ),
+    rule(
+        "add-zero",
+        "a + 0 → a, a − 0 → a, 0 − a → −a, a − a → 0",
+        "everywhere",
+        add_zero,
+    ),
+    rule(
+        "mul-unit",
+        "0 a → 0, 1 a → a, −1 a → −a, a/1 → a, 0/a → 0",
+        "a finite, a ≠ 0 as a divisor",
+        mul_unit,
+    ),
+    rule(
+        "power-unit",
+        "a^0 → 1, a^1 → a, (a^j)^k → a^(jk)",
+        "a ≠ 0 where j < 0 < k or k = 0",
+        power_unit,
+    ),
     rule(
         "pull-sign",
         "−(−a) → a, −(a − b) → b − a, (−a) b → −(a b), a + (−b) → a − b, a − (−b) → a + b",
@@ -40,10 +61,30 @@ pub const RULES: &[Rule] = &[
         "c, d constant",
         pull_constant,
     ),
-    rule("like-terms", "c a + d a → (c + d) a", "c, d constant", like_terms),
-    rule("same-base", "a^j a^k → a^(j+k)", "a ≠ 0 where j k < 0", same_base),
-    rule("parity", "sin(−a) → −sin a, cos(−a) → cos a, asin(−a) → −asin a", "everywhere", parity),
-    rule("order-operands", "b + a → a + b, b a → a b", "a created before b", order_operands),
+    rule(
+        "like-terms",
+        "c a + d a → (c + d) a",
+        "c, d constant",
+        like_terms,
+    ),
+    rule(
+        "same-base",
+        "a^j a^k → a^(j+k)",
+        "a ≠ 0 where j k < 0",
+        same_base,
+    ),
+    rule(
+        "parity",
+        "sin(−a) → −sin a, cos(−a) → cos a, asin(−a) → −asin a",
+        "everywhere",
+        parity,
+    ),
+    rule(
+        "order-operands",
+        "b + a → a + b, b a → a b",
+        "a created before b",
+        order_operands,
+    ),
 ];
 
 const fn rule(
@@ -52,7 +93,12 @@ const fn rule(
     domain: &'static str,
     apply: fn(&mut Graph, Node) -> Option<NodeId>,
 ) -> Rule {
-    Rule { name, statement, domain, apply }
+    Rule {
+        name,
+        statement,
+        domain,
+        apply,
+    }
 }
 
 fn fold_constants(graph: &mut Graph, node: Node) -> Option<NodeId> {
@@ -134,7 +180,12 @@ fn pull_sign(graph: &mut Graph, node: Node) -> Option<NodeId> {
             (None, None) => None,
             (Some(a), Some(b)) => Some(remake(graph, node, a, b)),
             (positive_a, positive_b) => {
-                let positive = remake(graph, node, positive_a.unwrap_or(a), positive_b.unwrap_or(b));
+                let positive = remake(
+                    graph,
+                    node,
+                    positive_a.unwrap_or(a),
+                    positive_b.unwrap_or(b),
+                );
                 Some(graph.neg(positive))
             }
         },
@@ -146,7 +197,11 @@ fn pull_sign(graph: &mut Graph, node: Node) -> Option<NodeId> {
         Node::Sub(a, b) => negated(graph, b).map(|b| graph.add(a, b)),
         Node::Powi(a, exponent) => {
             let power = graph.powi(negated(graph, a)?, exponent);
-            Some(if exponent % 2 == 0 { power } else { graph.neg(power) })
+            Some(if exponent % 2 == 0 {
+                power
+            } else {
+                graph.neg(power)
+            })
         }
         _ => None,
     }
@@ -155,14 +210,20 @@ fn pull_sign(graph: &mut Graph, node: Node) -> Option<NodeId> {
 /// The operation `like` on the operands `a` and `b`.
 fn remake(graph: &mut Graph, like: Node, a: NodeId, b: NodeId) -> NodeId {
     let mut operands = [a, b].into_iter();
-    graph.make(like.map(|_| operands.next().expect("a binary operation has two operands")))
+    graph.make(like.map(|_| {
+        operands
+            .next()
+            .expect("a binary operation has two operands")
+    }))
 }
 
 /// `id` as `coefficient × body`, where the coefficient is an explicit constant factor.
 pub(crate) fn split_coefficient(graph: &Graph, id: NodeId) -> (Constant, NodeId) {
     match graph.node(id) {
         Node::Neg(a) => (Constant::from(-1), a),
-        Node::Mul(a, b) => graph.as_constant(a).map_or((Constant::from(1), id), |factor| (factor, b)),
+        Node::Mul(a, b) => graph
+            .as_constant(a)
+            .map_or((Constant::from(1), id), |factor| (factor, b)),
         _ => (Constant::from(1), id),
     }
 }
@@ -219,10 +280,16 @@ fn same_base(graph: &mut Graph, node: Node) -> Option<NodeId> {
 }
 
 fn parity(graph: &mut Graph, node: Node) -> Option<NodeId> {
-    let (Node::Sin(a) | Node::Cos(a) | Node::Asin(a)) = node else { return None };
+    let (Node::Sin(a) | Node::Cos(a) | Node::Asin(a)) = node else {
+        return None;
+    };
     let a = negated(graph, a)?;
     let value = graph.make(node.map(|_| a));
-    Some(if let Node::Cos(_) = node { value } else { graph.neg(value) })
+    Some(if let Node::Cos(_) = node {
+        value
+    } else {
+        graph.neg(value)
+    })
 }
 
 fn order_operands(graph: &mut Graph, node: Node) -> Option<NodeId> {

@@ -6,14 +6,23 @@ use std::fmt::{self, Display, Formatter};
 const NAMES: [&str; 7] = ["kg", "N", "J", "W", "m", "rad", "s"];
 
 /// Mass, length and time exponents of each of [`NAMES`]; a radian is a number.
-const DIMENSIONS: [[i32; 3]; 7] = [[1, 0, 0], [1, 1, -2], [1, 2, -2], [1, 2, -3], [0, 1, 0], [0, 0, 0], [0, 0, 1]];
+const DIMENSIONS: [[i32; 3]; 7] = [
+    [1, 0, 0],
+    [1, 1, -2],
+    [1, 2, -2],
+    [1, 2, -3],
+    [0, 1, 0],
+    [0, 0, 0],
+    [0, 0, 1],
+];
 
 /// Largest magnitude of an exponent in a unit that is read.
 const MAX_EXPONENT: i8 = 9;
 
 /// A unit: a product of powers of kg, N, J, W, m, rad and s.
 ///
-/// `Display` writes it as in print (`kg m²`, `rad/s`); [`Unit::code`] writes the form of files (`rad s^-1`).
+/// `Display` writes it as in print (`kg m²`, `rad/s`); [`Unit::code`] writes the form of files
+/// (`rad s^-1`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit([i8; 7]);
 
@@ -75,7 +84,10 @@ impl Unit {
 
     /// The factors with their exponents, in the order of printing.
     pub fn factors(self) -> impl Iterator<Item = (&'static str, i8)> {
-        NAMES.into_iter().zip(self.0).filter(|&(_, exponent)| exponent != 0)
+        NAMES
+            .into_iter()
+            .zip(self.0)
+            .filter(|&(_, exponent)| exponent != 0)
     }
 
     /// The form of files: factors with `^` and the exponent, `1` for a number.
@@ -85,7 +97,11 @@ impl Unit {
             _ => format!("{name}^{exponent}"),
         };
         let factors: Vec<String> = self.factors().map(factor).collect();
-        if factors.is_empty() { "1".into() } else { factors.join(" ") }
+        if factors.is_empty() {
+            "1".into()
+        } else {
+            factors.join(" ")
+        }
     }
 
     /// Reads the form that [`Unit::code`] writes; the factors may come in any order.
@@ -101,7 +117,8 @@ impl Unit {
             }
             let exponent: i8 = exponent.parse().ok()?;
             let entry = &mut exponents[NAMES.iter().position(|&known| known == name)?];
-            let allowed = exponent != 0 && (-MAX_EXPONENT..=MAX_EXPONENT).contains(&exponent) && *entry == 0;
+            let allowed =
+                exponent != 0 && (-MAX_EXPONENT..=MAX_EXPONENT).contains(&exponent) && *entry == 0;
             *entry = allowed.then_some(exponent)?;
         }
         Some(Self(exponents))
@@ -110,15 +127,24 @@ impl Unit {
 
 impl Display for Unit {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        let (above, below): (Vec<_>, Vec<_>) = self.factors().partition(|&(_, exponent)| exponent > 0);
+        let (above, below): (Vec<_>, Vec<_>) =
+            self.factors().partition(|&(_, exponent)| exponent > 0);
         let join = |factors: Vec<(&str, i8)>| {
             let factor = |(name, exponent): (&str, i8)| match exponent.unsigned_abs() {
                 1 => name.to_string(),
                 size => format!("{name}{}", superscript(size.into())),
             };
-            factors.into_iter().map(factor).collect::<Vec<_>>().join(" ")
+            factors
+                .into_iter()
+                .map(factor)
+                .collect::<Vec<_>>()
+                .join(" ")
         };
-        let numerator = if above.is_empty() { "1".into() } else { join(above) };
+        let numerator = if above.is_empty() {
+            "1".into()
+        } else {
+            join(above)
+        };
         match below.len() {
             0 => formatter.write_str(&numerator),
             1 => write!(formatter, "{numerator}/{}", join(below)),
@@ -152,7 +178,10 @@ impl Dimension {
 
     /// The dimension of a square root; none if an exponent is odd.
     pub fn sqrt(self) -> Option<Self> {
-        self.0.iter().all(|exponent| exponent % 2 == 0).then(|| Self(self.0.map(|exponent| exponent / 2)))
+        self.0
+            .iter()
+            .all(|exponent| exponent % 2 == 0)
+            .then(|| Self(self.0.map(|exponent| exponent / 2)))
     }
 
     fn combine(self, other: Self, operation: fn(i32, i32) -> Option<i32>) -> Option<Self> {
@@ -173,7 +202,10 @@ impl Display for Dimension {
             1 => name.to_string(),
             _ => format!("{name}{}", superscript(exponent)),
         };
-        let factors = ["kg", "m", "s"].into_iter().zip(self.0).filter(|&(_, exponent)| exponent != 0);
+        let factors = ["kg", "m", "s"]
+            .into_iter()
+            .zip(self.0)
+            .filter(|&(_, exponent)| exponent != 0);
         formatter.write_str(&factors.map(factor).collect::<Vec<_>>().join(" "))
     }
 }
@@ -203,14 +235,21 @@ mod tests {
             (acceleration, "m s^-2", "m/s²"),
             (damping, "N m s", "N m s"),
             (Unit::SECOND.powi(-1), "s^-1", "1/s"),
-            (Unit::NEWTON.per(Unit::METRE.times(Unit::SECOND)), "N m^-1 s^-1", "N/(m s)"),
+            (
+                Unit::NEWTON.per(Unit::METRE.times(Unit::SECOND)),
+                "N m^-1 s^-1",
+                "N/(m s)",
+            ),
         ] {
-            assert_eq!((unit.code().as_str(), unit.to_string().as_str()), (code, text));
+            assert_eq!(
+                (unit.code().as_str(), unit.to_string().as_str()),
+                (code, text)
+            );
             assert_eq!(Unit::parse(code), Some(unit));
         }
         for bad in [
-            "", "m^0", "m m", "kg^10", "m  s", "ft", "m^", "m^x", "m s^-2 ", "1 m", "m^1000", "m^+2", "m^02", "m^-02",
-            "m^-", "m^2^2",
+            "", "m^0", "m m", "kg^10", "m  s", "ft", "m^", "m^x", "m s^-2 ", "1 m", "m^1000",
+            "m^+2", "m^02", "m^-02", "m^-", "m^2^2",
         ] {
             assert_eq!(Unit::parse(bad), None, "{bad}");
         }
@@ -218,12 +257,27 @@ mod tests {
 
     #[test]
     fn dimensions_follow_from_units() {
-        assert_eq!(Unit::JOULE.dimension(), Unit::NEWTON.times(Unit::METRE).dimension());
-        assert_eq!(Unit::WATT.times(Unit::SECOND).dimension(), Unit::JOULE.dimension());
+        assert_eq!(
+            Unit::JOULE.dimension(),
+            Unit::NEWTON.times(Unit::METRE).dimension()
+        );
+        assert_eq!(
+            Unit::WATT.times(Unit::SECOND).dimension(),
+            Unit::JOULE.dimension()
+        );
         assert_eq!(Unit::RADIAN.dimension(), Dimension::NONE);
-        assert_eq!(Unit::METRE.powi(2).dimension().sqrt(), Some(Unit::METRE.dimension()));
+        assert_eq!(
+            Unit::METRE.powi(2).dimension().sqrt(),
+            Some(Unit::METRE.dimension())
+        );
         assert_eq!(Unit::METRE.dimension().sqrt(), None);
-        assert_eq!(Unit::METRE.dimension().powi(i32::MAX).and_then(|d| d.powi(2)), None);
+        assert_eq!(
+            Unit::METRE
+                .dimension()
+                .powi(i32::MAX)
+                .and_then(|d| d.powi(2)),
+            None
+        );
         assert_eq!(Unit::NEWTON.dimension().to_string(), "kg m s⁻²");
     }
 }

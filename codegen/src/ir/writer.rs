@@ -7,8 +7,8 @@ use crate::ir::unit::Unit;
 
 /// Writes the expressions of one graph.
 ///
-/// Sums and products of any length are written without recursion. Other operations recurse once per level, so that
-/// whoever writes deep expressions must cut them by names.
+/// Sums and products of any length are written without recursion. Other operations recurse once per
+/// level, so that whoever writes deep expressions must cut them by names.
 pub(crate) struct Writer<'a> {
     graph: &'a Graph,
     notation: &'a dyn Notation,
@@ -19,7 +19,11 @@ pub(crate) struct Writer<'a> {
 impl<'a> Writer<'a> {
     /// Without names.
     pub(crate) fn new(graph: &'a Graph, notation: &'a dyn Notation) -> Self {
-        Self { graph, notation, names: vec![String::new(); graph.nodes().len()] }
+        Self {
+            graph,
+            notation,
+            names: vec![String::new(); graph.nodes().len()],
+        }
     }
 
     /// Writes `id` as `name` from now on.
@@ -53,9 +57,11 @@ impl<'a> Writer<'a> {
                 Written::new(format!("{minus}{}", self.notation.number(-value)), SUM)
             }
             Node::Constant(value) => Written::new(self.notation.number(value), PRODUCT),
-            Node::Symbol(symbol) => {
-                Written::new(self.notation.symbol(&self.graph.symbols()[symbol.index()].notation), ATOM)
-            }
+            Node::Symbol(symbol) => Written::new(
+                self.notation
+                    .symbol(&self.graph.symbols()[symbol.index()].notation),
+                ATOM,
+            ),
             Node::Add(..) | Node::Sub(..) => Written::new(self.sum(id), SUM),
             Node::Neg(a) => Written::new(format!("{minus}{}", of(a, QUOTIENT)), SUM),
             Node::Mul(a, b) => match self.graph.as_constant(a) {
@@ -72,7 +78,10 @@ impl<'a> Writer<'a> {
                 let (above, below) = (self.expression(a), self.expression(b));
                 match self.notation.fraction(&above, &below) {
                     Some(fraction) => Written::new(fraction, PRODUCT),
-                    None => Written::new(format!("{}/{}", above.within(PRODUCT), below.within(POWER)), QUOTIENT),
+                    None => Written::new(
+                        format!("{}/{}", above.within(PRODUCT), below.within(POWER)),
+                        QUOTIENT,
+                    ),
                 }
             }
             Node::Powi(a, exponent) => Written::new(self.power(a, exponent), POWER),
@@ -81,24 +90,32 @@ impl<'a> Writer<'a> {
             Node::Cos(a) => Written::new(self.function("cos", 1, a), POWER),
             Node::Asin(a) => Written::new(self.function("asin", 1, a), POWER),
             Node::LessThan(a, b) => Written::new(format!("[{} < {}]", of(a, 0), of(b, 0)), POWER),
-            Node::HalfAngleSquared(order, a) => {
-                Written::new(format!("{}({})", self.notation.half_angle_squared(order), of(a, 0)), POWER)
-            }
+            Node::HalfAngleSquared(order, a) => Written::new(
+                format!("{}({})", self.notation.half_angle_squared(order), of(a, 0)),
+                POWER,
+            ),
         }
     }
 
-    /// The terms with their signs. Without recursion, because a sum can have more terms than fit on the stack.
+    /// The terms with their signs. Without recursion, because a sum can have more terms than fit on
+    /// the stack.
     fn sum(&self, top: NodeId) -> String {
         let mut text = String::new();
         let mut pending = vec![(top, false)];
         while let Some((id, negative)) = pending.pop() {
             match self.graph.node(id) {
-                Node::Add(a, b) if id == top || !self.is_named(id) => pending.extend([(b, negative), (a, negative)]),
-                Node::Sub(a, b) if id == top || !self.is_named(id) => pending.extend([(b, !negative), (a, negative)]),
+                Node::Add(a, b) if id == top || !self.is_named(id) => {
+                    pending.extend([(b, negative), (a, negative)])
+                }
+                Node::Sub(a, b) if id == top || !self.is_named(id) => {
+                    pending.extend([(b, !negative), (a, negative)])
+                }
                 _ => {
                     let minus = self.notation.minus();
                     let first = text.is_empty() && !negative;
-                    let term = self.expression(id).within(if first { SUM } else { QUOTIENT });
+                    let term = self
+                        .expression(id)
+                        .within(if first { SUM } else { QUOTIENT });
                     match (text.is_empty(), negative) {
                         (true, false) => {}
                         (true, true) => text.push(minus),
@@ -133,7 +150,11 @@ impl<'a> Writer<'a> {
             [factor] => self.expression(*factor).within(QUOTIENT),
             _ => self.power(equal[0], equal.len() as i32),
         };
-        factors.chunk_by(|a, b| a == b).map(write).collect::<Vec<_>>().join(" ")
+        factors
+            .chunk_by(|a, b| a == b)
+            .map(write)
+            .collect::<Vec<_>>()
+            .join(" ")
     }
 
     fn rank(&self, factor: NodeId) -> (u8, NodeId) {
@@ -158,12 +179,19 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// A positive power of a sine or cosine has its exponent after the name; `sin⁻¹` would be read as an arc sine.
+    /// A positive power of a sine or cosine has its exponent after the name; `sin⁻¹` would be read
+    /// as an arc sine.
     fn power(&self, base: NodeId, exponent: i32) -> String {
         match self.graph.node(base) {
-            Node::Sin(argument) if exponent > 0 && !self.is_named(base) => self.function("sin", exponent, argument),
-            Node::Cos(argument) if exponent > 0 && !self.is_named(base) => self.function("cos", exponent, argument),
-            _ => self.notation.raised(&self.expression(base).within(ATOM), exponent),
+            Node::Sin(argument) if exponent > 0 && !self.is_named(base) => {
+                self.function("sin", exponent, argument)
+            }
+            Node::Cos(argument) if exponent > 0 && !self.is_named(base) => {
+                self.function("cos", exponent, argument)
+            }
+            _ => self
+                .notation
+                .raised(&self.expression(base).within(ATOM), exponent),
         }
     }
 }
@@ -191,7 +219,8 @@ fn copy_levels(graph: &Graph, id: NodeId, copy: &mut Graph, levels: usize) -> No
         }
         node if levels == 0 && node.operands().next().is_some() => copy.symbol("…", "…", Unit::ONE),
         node => {
-            let node = node.map(|operand| copy_levels(graph, operand, copy, levels.saturating_sub(1)));
+            let node =
+                node.map(|operand| copy_levels(graph, operand, copy, levels.saturating_sub(1)));
             copy.intern(node)
         }
     }

@@ -1,11 +1,12 @@
 //! The physics: the energies of a chain of rigid segments, and nothing else.
 //!
-//! A filament is `n` rigid segments of length `h`, mass `m` and transverse moment of inertia `J` about their
-//! centres, joined by rotational springs and dampers (Uhlmann and Hoyer 2021, section 2). A wavy filament has springs that are
-//! relaxed at an angle `κ` about `z`; mass, inertia, stiffness and damping of a tapered one change along it. Segment `k` points
-//! along `e_k = (sin φ_k cos θ_k, sin φ_k sin θ_k, cos φ_k)`; the first is clamped at `r_0(t)` along `e_0(t)`.
-//! Every energy is a sum over segments or joints and is stated here once. The whole equations of a chain and the
-//! kernels of one segment or joint are derived from the same functions.
+//! A filament is `n` rigid segments of length `h`, mass `m` and transverse moment of inertia `J`
+//! about their centres, joined by rotational springs and dampers (Uhlmann and Hoyer 2021, section
+//! 2). A wavy filament has springs that are relaxed at an angle `κ` about `z`; mass, inertia,
+//! stiffness and damping of a tapered one change along it. Segment `k` points along `e_k = (sin φ_k
+//! cos θ_k, sin φ_k sin θ_k, cos φ_k)`; the first is clamped at `r_0(t)` along `e_0(t)`. Every
+//! energy is a sum over segments or joints and is stated here once. The whole equations of a chain
+//! and the kernels of one segment or joint are derived from the same functions.
 
 use std::collections::BTreeMap;
 
@@ -78,8 +79,8 @@ impl Motion {
         }
     }
 
-    /// `energies` of `segments` for this motion. In the plane `φ = π/2` and `φ̇ = 0`, nothing moves or pulls along `z`, and
-    /// the angle of a joint is the difference of two azimuths.
+    /// `energies` of `segments` for this motion. In the plane `φ = π/2` and `φ̇ = 0`, nothing moves
+    /// or pulls along `z`, and the angle of a joint is the difference of two azimuths.
     pub fn specialise<const N: usize>(
         self,
         graph: &mut Graph,
@@ -91,20 +92,30 @@ impl Motion {
         }
         let values = in_plane(graph, segments);
         let planar = substitute(graph, &energies, &values);
-        angles_of_springs(graph, &planar).try_into().expect("each energy has an image")
+        angles_of_springs(graph, &planar)
+            .try_into()
+            .expect("each energy has an image")
     }
 }
 
-/// What is known of a motion in the plane: `sin φ`, `cos φ` and `φ̇` of each segment, and each component along `z`. The angular
-/// velocity of the body has no other component.
+/// What is known of a motion in the plane: `sin φ`, `cos φ` and `φ̇` of each segment, and each
+/// component along `z`. The angular velocity of the body has no other component.
 pub fn in_plane(graph: &mut Graph, segments: &[Segment]) -> BTreeMap<NodeId, NodeId> {
     let (zero, one) = (graph.integer(0), graph.integer(1));
-    let along_z = graph.symbols().iter().filter(|symbol| symbol.name.ends_with("_z")).map(|symbol| symbol.name.clone());
-    let names: Vec<String> = along_z.filter(|name| *name != angular_velocity_name("z")).collect();
+    let along_z = graph
+        .symbols()
+        .iter()
+        .filter(|symbol| symbol.name.ends_with("_z"))
+        .map(|symbol| symbol.name.clone());
+    let names: Vec<String> = along_z
+        .filter(|name| *name != angular_velocity_name("z"))
+        .collect();
     let symbols = names.iter().filter_map(|name| graph.find_symbol(name));
     let across = ["x", "y"].map(|axis| graph.find_symbol(&angular_velocity_name(axis)));
-    let mut values: BTreeMap<NodeId, NodeId> =
-        symbols.chain(across.into_iter().flatten()).map(|symbol| (symbol, zero)).collect();
+    let mut values: BTreeMap<NodeId, NodeId> = symbols
+        .chain(across.into_iter().flatten())
+        .map(|symbol| (symbol, zero))
+        .collect();
     for segment in segments {
         values.insert(graph.sin(segment.phi), one);
         values.insert(graph.cos(segment.phi), zero);
@@ -115,7 +126,11 @@ pub fn in_plane(graph: &mut Graph, segments: &[Segment]) -> BTreeMap<NodeId, Nod
 
 /// `_label`, or nothing without a label.
 fn ending(label: &str) -> String {
-    if label.is_empty() { String::new() } else { format!("_{label}") }
+    if label.is_empty() {
+        String::new()
+    } else {
+        format!("_{label}")
+    }
 }
 
 /// The constants of one segment, as symbols.
@@ -135,8 +150,16 @@ impl Body {
         let end = ending(label);
         Self {
             length: graph.symbol("segment_length", "h", Unit::METRE),
-            mass: graph.symbol(&format!("segment_mass{end}"), &format!("m{label}"), Unit::KILOGRAM),
-            inertia: graph.symbol(&format!("segment_inertia{end}"), &format!("J{label}"), INERTIA),
+            mass: graph.symbol(
+                &format!("segment_mass{end}"),
+                &format!("m{label}"),
+                Unit::KILOGRAM,
+            ),
+            inertia: graph.symbol(
+                &format!("segment_inertia{end}"),
+                &format!("J{label}"),
+                INERTIA,
+            ),
         }
     }
 }
@@ -148,18 +171,32 @@ pub struct Hinge {
     pub stiffness: NodeId,
     /// Damping `d` in N m s.
     pub damping: NodeId,
-    /// Relaxed angle `κ` in rad: the spring is relaxed where the outer side is the inner one turned about `z` by `κ`.
+    /// Relaxed angle `κ` in rad: the spring is relaxed where the outer side is the inner one turned
+    /// about `z` by `κ`.
     pub relaxed_angle: NodeId,
 }
 
 impl Hinge {
-    /// The symbols of the joint at the inner end of the segment `label` (its number, or nothing) in `graph`.
+    /// The symbols of the joint at the inner end of the segment `label` (its number, or nothing) in
+    /// `graph`.
     pub fn new(graph: &mut Graph, label: &str) -> Self {
         let end = ending(label);
         Self {
-            stiffness: graph.symbol(&format!("joint_stiffness{end}"), &format!("c{label}"), STIFFNESS),
-            damping: graph.symbol(&format!("joint_damping{end}"), &format!("d{label}"), DAMPING),
-            relaxed_angle: graph.symbol(&format!("relaxed_angle{end}"), &format!("κ{label}"), Unit::RADIAN),
+            stiffness: graph.symbol(
+                &format!("joint_stiffness{end}"),
+                &format!("c{label}"),
+                STIFFNESS,
+            ),
+            damping: graph.symbol(
+                &format!("joint_damping{end}"),
+                &format!("d{label}"),
+                DAMPING,
+            ),
+            relaxed_angle: graph.symbol(
+                &format!("relaxed_angle{end}"),
+                &format!("κ{label}"),
+                Unit::RADIAN,
+            ),
         }
     }
 }
@@ -169,8 +206,9 @@ impl Hinge {
 pub struct Shape {
     /// It is straight: every relaxed angle is zero.
     pub is_straight: bool,
-    /// It is a cylinder: all segments have the same mass and inertia, and all joints the same stiffness and damping, except that the
-    /// joint of the clamp bends only half the length (MODEL, "Energies"), which makes it twice as stiff.
+    /// It is a cylinder: all segments have the same mass and inertia, and all joints the same
+    /// stiffness and damping, except that the joint of the clamp bends only half the length (MODEL,
+    /// "Energies"), which makes it twice as stiff.
     pub is_cylinder: bool,
 }
 
@@ -188,21 +226,33 @@ pub struct Parameters {
 impl Parameters {
     /// The constants of a chain of `segments` segments in `graph`.
     pub fn new(graph: &mut Graph, segments: usize, shape: Shape) -> Self {
-        let label = |k: usize| if shape.is_cylinder { String::new() } else { k.to_string() };
+        let label = |k: usize| {
+            if shape.is_cylinder {
+                String::new()
+            } else {
+                k.to_string()
+            }
+        };
         Self {
-            bodies: (1..=segments).map(|k| Body::new(graph, &label(k))).collect(),
+            bodies: (1..=segments)
+                .map(|k| Body::new(graph, &label(k)))
+                .collect(),
             hinges: (1..=segments)
                 .map(|k| {
                     let mut hinge = Hinge::new(graph, &label(k));
                     if shape.is_cylinder && k == 1 {
                         let two = graph.integer(2);
-                        [hinge.stiffness, hinge.damping] =
-                            [hinge.stiffness, hinge.damping].map(|constant| graph.mul(two, constant));
+                        [hinge.stiffness, hinge.damping] = [hinge.stiffness, hinge.damping]
+                            .map(|constant| graph.mul(two, constant));
                     }
                     hinge.relaxed_angle = match shape {
-                        Shape { is_straight: true, .. } => graph.integer(0),
+                        Shape {
+                            is_straight: true, ..
+                        } => graph.integer(0),
                         // A wave differs from joint to joint in a cylinder, too.
-                        Shape { is_cylinder: true, .. } => Hinge::new(graph, &k.to_string()).relaxed_angle,
+                        Shape {
+                            is_cylinder: true, ..
+                        } => Hinge::new(graph, &k.to_string()).relaxed_angle,
                         _ => hinge.relaxed_angle,
                     };
                     hinge
@@ -214,8 +264,17 @@ impl Parameters {
 
     /// The scalar constants, by which the terms of the equations are collected.
     pub fn constants(&self) -> Vec<NodeId> {
-        let bodies = self.bodies.iter().flat_map(|body| [body.length, body.mass, body.inertia]);
-        bodies.chain(self.hinges.iter().flat_map(|hinge| [hinge.stiffness, hinge.damping])).collect()
+        let bodies = self
+            .bodies
+            .iter()
+            .flat_map(|body| [body.length, body.mass, body.inertia]);
+        bodies
+            .chain(
+                self.hinges
+                    .iter()
+                    .flat_map(|hinge| [hinge.stiffness, hinge.damping]),
+            )
+            .collect()
     }
 }
 
@@ -249,7 +308,12 @@ impl Clamp {
             velocity: vector_symbol(graph, "root_velocity", "ṙ0", VELOCITY),
             acceleration: vector_symbol(graph, "root_acceleration", "r̈0", ACCELERATION),
             direction: vector_symbol(graph, "clamp_direction", "e0", Unit::ONE),
-            direction_rate: vector_symbol(graph, "clamp_direction_rate", "ė0", Unit::SECOND.powi(-1)),
+            direction_rate: vector_symbol(
+                graph,
+                "clamp_direction_rate",
+                "ė0",
+                Unit::SECOND.powi(-1),
+            ),
             angular_velocity: angular_velocity(graph),
         }
     }
@@ -257,7 +321,13 @@ impl Clamp {
 
 /// The symbols of the angular velocity of the brush body, `Ω`, in `graph`.
 pub fn angular_velocity(graph: &mut Graph) -> Vec3 {
-    ["x", "y", "z"].map(|axis| graph.symbol(&angular_velocity_name(axis), &format!("Ω{axis}"), ANGULAR_RATE))
+    ["x", "y", "z"].map(|axis| {
+        graph.symbol(
+            &angular_velocity_name(axis),
+            &format!("Ω{axis}"),
+            ANGULAR_RATE,
+        )
+    })
 }
 
 /// The name of its component along `axis`.
@@ -308,8 +378,8 @@ impl Segment {
         self.direction_at(graph, self.theta)
     }
 
-    /// `e` turned back about `z` by the relaxed angle of the joint at its inner end: where the spring is relaxed, it equals the
-    /// direction of the inner side.
+    /// `e` turned back about `z` by the relaxed angle of the joint at its inner end: where the
+    /// spring is relaxed, it equals the direction of the inner side.
     pub fn unbent_direction(&self, graph: &mut Graph, hinge: &Hinge) -> Vec3 {
         let azimuth = graph.sub(self.theta, hinge.relaxed_angle);
         self.direction_at(graph, azimuth)
@@ -318,7 +388,11 @@ impl Segment {
     fn direction_at(&self, graph: &mut Graph, azimuth: NodeId) -> Vec3 {
         let (sin_phi, cos_phi) = (graph.sin(self.phi), graph.cos(self.phi));
         let (sin_theta, cos_theta) = (graph.sin(azimuth), graph.cos(azimuth));
-        [graph.mul(sin_phi, cos_theta), graph.mul(sin_phi, sin_theta), cos_phi]
+        [
+            graph.mul(sin_phi, cos_theta),
+            graph.mul(sin_phi, sin_theta),
+            cos_phi,
+        ]
     }
 
     /// Its rate `ė`.
@@ -331,7 +405,12 @@ impl Segment {
 
 /// `½ m |ċ|² + ½ J |ė|²` of a segment whose inner end moves at `base_velocity`; its centre moves at
 /// `ċ = ẋ + (h/2) ė`.
-pub fn kinetic_energy(graph: &mut Graph, body: &Body, base_velocity: Vec3, direction_rate: Vec3) -> NodeId {
+pub fn kinetic_energy(
+    graph: &mut Graph,
+    body: &Body,
+    base_velocity: Vec3,
+    direction_rate: Vec3,
+) -> NodeId {
     let velocity = along(graph, base_velocity, body.length, (1, 2), direction_rate);
     let translation = half_square(graph, body.mass, velocity);
     let rotation = half_square(graph, body.inertia, direction_rate);
@@ -339,18 +418,25 @@ pub fn kinetic_energy(graph: &mut Graph, body: &Body, base_velocity: Vec3, direc
 }
 
 /// `−m g·c` of a segment whose inner end is at `base_position`; its centre is at `c = x + (h/2) e`.
-pub fn gravity_energy(graph: &mut Graph, body: &Body, gravity: Vec3, base_position: Vec3, direction: Vec3) -> NodeId {
+pub fn gravity_energy(
+    graph: &mut Graph,
+    body: &Body,
+    gravity: Vec3,
+    base_position: Vec3,
+    direction: Vec3,
+) -> NodeId {
     let centre = along(graph, base_position, body.length, (1, 2), direction);
     let height = graph.dot(&gravity, &centre);
     let energy = graph.mul(body.mass, height);
     graph.neg(energy)
 }
 
-/// `½ c α² = c S(u)` of a joint between the directions `previous` and `next`, with `u = ½|e' − e|² = 1 − cos α`. One of the two is
-/// turned about `z` by the relaxed angle of the joint ([`Segment::unbent_direction`]), so that `α = 0` where the spring is relaxed.
+/// `½ c α² = c S(u)` of a joint between the directions `previous` and `next`, with `u = ½|e' − e|²
+/// = 1 − cos α`. One of the two is turned about `z` by the relaxed angle of the joint
+/// ([`Segment::unbent_direction`]), so that `α = 0` where the spring is relaxed.
 ///
-/// The chord form of `u` is never negative and keeps its relative precision at the straight joint, where `S` is
-/// analytic (see [`crate::ir::special`]).
+/// The chord form of `u` is never negative and keeps its relative precision at the straight joint,
+/// where `S` is analytic (see [`crate::ir::special`]).
 pub fn spring_energy(graph: &mut Graph, stiffness: NodeId, previous: Vec3, next: Vec3) -> NodeId {
     let chord = difference(graph, next, previous);
     let one = graph.integer(1);
@@ -365,16 +451,28 @@ pub fn rigid_rate(graph: &mut Graph, angular_velocity: Vec3, direction: Vec3) ->
 }
 
 /// The rate of a direction `e` as seen from the body, `ė − Ω × e`.
-pub fn rate_in_body(graph: &mut Graph, angular_velocity: Vec3, direction: Vec3, direction_rate: Vec3) -> Vec3 {
+pub fn rate_in_body(
+    graph: &mut Graph,
+    angular_velocity: Vec3,
+    direction: Vec3,
+    direction_rate: Vec3,
+) -> Vec3 {
     let rigid = rigid_rate(graph, angular_velocity, direction);
     difference(graph, direction_rate, rigid)
 }
 
-/// `½ d |ω' − ω|²` of a joint, with the angular velocity `ω = e × (ė − Ω × e)` of each side as seen from the body. A side is its
-/// direction and [`rate_in_body`]; the clamp has none, because it is at rest in the body.
+/// `½ d |ω' − ω|²` of a joint, with the angular velocity `ω = e × (ė − Ω × e)` of each side as seen
+/// from the body. A side is its direction and [`rate_in_body`]; the clamp has none, because it is
+/// at rest in the body.
 ///
-/// A filament that turns rigidly with the body therefore dissipates nothing, whatever its shape and direction.
-pub fn dissipation(graph: &mut Graph, damping: NodeId, previous: Option<(Vec3, Vec3)>, next: (Vec3, Vec3)) -> NodeId {
+/// A filament that turns rigidly with the body therefore dissipates nothing, whatever its shape and
+/// direction.
+pub fn dissipation(
+    graph: &mut Graph,
+    damping: NodeId,
+    previous: Option<(Vec3, Vec3)>,
+    next: (Vec3, Vec3),
+) -> NodeId {
     let next = cross(graph, next.0, next.1);
     let relative = match previous {
         Some((direction, rate)) => {
@@ -400,7 +498,13 @@ pub fn turned_back(graph: &mut Graph, [x, y, z]: Vec3, [sin, cos]: [NodeId; 2]) 
 
 /// Three symbols, `name_x` and so on, in `unit`.
 pub fn vector_symbol(graph: &mut Graph, name: &str, notation: &str, unit: Unit) -> Vec3 {
-    ["x", "y", "z"].map(|axis| graph.symbol(&format!("{name}_{axis}"), &format!("{notation}{axis}"), unit))
+    ["x", "y", "z"].map(|axis| {
+        graph.symbol(
+            &format!("{name}_{axis}"),
+            &format!("{notation}{axis}"),
+            unit,
+        )
+    })
 }
 
 /// Three nodes as a vector.
@@ -412,7 +516,13 @@ pub fn to_vec3(nodes: Vec<NodeId>) -> Vec3 {
 }
 
 /// `base + share × length × direction`
-fn along(graph: &mut Graph, base: Vec3, length: NodeId, share: (i64, i64), direction: Vec3) -> Vec3 {
+fn along(
+    graph: &mut Graph,
+    base: Vec3,
+    length: NodeId,
+    share: (i64, i64),
+    direction: Vec3,
+) -> Vec3 {
     let share = graph.ratio(share.0, share.1);
     let reach = graph.mul(share, length);
     std::array::from_fn(|i| {

@@ -1,7 +1,7 @@
 //! The elements of a chain: one segment and one joint, with what their kernels have in common.
 //!
-//! From here the kernels are named: those of motion in space and in the plane in [`super::kernels`], those of the lateral
-//! variation in [`super::lateral`].
+//! From here the kernels are named: those of motion in space and in the plane in
+//! [`super::kernels`], those of the lateral variation in [`super::lateral`].
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,8 @@ use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
 use crate::model::chain::{
-    self, ACCELERATION, ANGULAR_RATE, Body, Hinge, Motion, Segment, VELOCITY, Vec3, turned_back, vector_symbol,
+    self, ACCELERATION, ANGULAR_RATE, Body, Hinge, Motion, Segment, VELOCITY, Vec3, turned_back,
+    vector_symbol,
 };
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 use crate::passes::dimension::{self, DimensionError};
@@ -39,7 +40,10 @@ impl Derivation {
         style: Option<Style<'_>>,
         inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
     ) -> Result<Kernel, DimensionError> {
-        let Self { mut graph, mut outputs } = self;
+        let Self {
+            mut graph,
+            mut outputs,
+        } = self;
         dimension::check(&graph, &outputs)?;
         if let Some(style) = style {
             let normalised = normalise(&graph, &output_nodes(&outputs), style);
@@ -48,7 +52,13 @@ impl Derivation {
             dimension::check(&graph, &outputs)?;
         }
         let inputs = inputs(&mut graph);
-        Ok(Kernel { name: name.into(), summary: summary.into(), graph, inputs, outputs })
+        Ok(Kernel {
+            name: name.into(),
+            summary: summary.into(),
+            graph,
+            inputs,
+            outputs,
+        })
     }
 
     /// The same for `motion`, which the name and the summary state.
@@ -64,13 +74,22 @@ impl Derivation {
             Motion::Spatial => "",
             Motion::Planar => "\nFor motion in the plane of rotation, where `φ = π/2` and `q = θ`.",
         };
-        self.kernel(&motion.name_for(name), &format!("{summary}{place}"), style, inputs)
+        self.kernel(
+            &motion.name_for(name),
+            &format!("{summary}{place}"),
+            style,
+            inputs,
+        )
     }
 }
 
 /// `name`, or `name_label` if there is a label.
 pub(super) fn labelled(name: &str, label: &str) -> String {
-    if label.is_empty() { name.into() } else { format!("{name}_{label}") }
+    if label.is_empty() {
+        name.into()
+    } else {
+        format!("{name}_{label}")
+    }
 }
 
 /// Sines and cosines of a segment's angles.
@@ -78,23 +97,37 @@ pub(super) fn trigonometry(graph: &mut Graph, motion: Motion, name: &str, label:
     let Segment { phi, theta, .. } = Segment::new(graph, label);
     let mut of = |angle: &str, node: NodeId| sine_and_cosine(graph, &labelled(angle, label), node);
     match motion {
-        Motion::Spatial => {
-            Input::new(name, "sin φ, cos φ, sin θ, cos θ", [of("phi", phi), of("theta", theta)].concat())
-        }
+        Motion::Spatial => Input::new(
+            name,
+            "sin φ, cos φ, sin θ, cos θ",
+            [of("phi", phi), of("theta", theta)].concat(),
+        ),
         Motion::Planar => Input::new(name, "sin θ, cos θ", of("theta", theta)),
     }
 }
 
 /// The elements of an input: sine and cosine of an `angle` with this name.
-pub(super) fn sine_and_cosine(graph: &mut Graph, name: &str, angle: NodeId) -> Vec<(String, NodeId)> {
-    vec![(format!("sin_{name}"), graph.sin(angle)), (format!("cos_{name}"), graph.cos(angle))]
+pub(super) fn sine_and_cosine(
+    graph: &mut Graph,
+    name: &str,
+    angle: NodeId,
+) -> Vec<(String, NodeId)> {
+    vec![
+        (format!("sin_{name}"), graph.sin(angle)),
+        (format!("cos_{name}"), graph.cos(angle)),
+    ]
 }
 
 /// The rates of a segment: in space as one argument, `name`; in the plane `θ̇` under its own name.
 pub(super) fn rates(graph: &Graph, motion: Motion, name: &str, label: &str) -> Input {
     let theta_rate = labelled("theta_rate", label);
     match motion {
-        Motion::Spatial => Input::symbols(graph, name, "φ̇, θ̇ in rad/s", &[&labelled("phi_rate", label), &theta_rate]),
+        Motion::Spatial => Input::symbols(
+            graph,
+            name,
+            "φ̇, θ̇ in rad/s",
+            &[&labelled("phi_rate", label), &theta_rate],
+        ),
         Motion::Planar => Input::symbols(graph, &theta_rate, "θ̇ in rad/s", &[&theta_rate]),
     }
 }
@@ -102,7 +135,10 @@ pub(super) fn rates(graph: &Graph, motion: Motion, name: &str, label: &str) -> I
 /// The rates of a segment as seen from the body, like [`rates`].
 pub(super) fn rates_in_body(graph: &Graph, motion: Motion, name: &str, label: &str) -> Input {
     let rates = rates(graph, motion, name, label);
-    Input { doc: format!("{}, {IN_BODY}", rates.doc), ..rates }
+    Input {
+        doc: format!("{}, {IN_BODY}", rates.doc),
+        ..rates
+    }
 }
 
 /// What the rates of joints are less than those of the segments.
@@ -119,19 +155,40 @@ pub(super) fn segment_constants(graph: &Graph) -> Vec<Input> {
 /// The symbols `w_q` and `w_v`.
 pub(super) fn step_weights(graph: &mut Graph) -> (NodeId, NodeId) {
     let coordinates = graph.symbol("coordinate_weight", "w_q", Unit::SECOND.powi(2));
-    (coordinates, graph.symbol("rate_weight", "w_v", Unit::SECOND))
+    (
+        coordinates,
+        graph.symbol("rate_weight", "w_v", Unit::SECOND),
+    )
 }
 
 pub(super) fn weights(graph: &Graph) -> Vec<Input> {
     vec![
-        Input::symbols(graph, "coordinate_weight", "w_q in s²: δq = w_q δq̈", &["coordinate_weight"]),
-        Input::symbols(graph, "rate_weight", "w_v in s: δq̇ = w_v δq̈", &["rate_weight"]),
+        Input::symbols(
+            graph,
+            "coordinate_weight",
+            "w_q in s²: δq = w_q δq̈",
+            &["coordinate_weight"],
+        ),
+        Input::symbols(
+            graph,
+            "rate_weight",
+            "w_v in s: δq̇ = w_v δq̈",
+            &["rate_weight"],
+        ),
     ]
 }
 
 pub(super) fn vector_input(graph: &Graph, motion: Motion, name: &str, doc: &str) -> Input {
-    let names: Vec<String> = ["x", "y", "z"][..motion.axes()].iter().map(|axis| format!("{name}_{axis}")).collect();
-    Input::symbols(graph, name, doc, &names.iter().map(String::as_str).collect::<Vec<_>>())
+    let names: Vec<String> = ["x", "y", "z"][..motion.axes()]
+        .iter()
+        .map(|axis| format!("{name}_{axis}"))
+        .collect();
+    Input::symbols(
+        graph,
+        name,
+        doc,
+        &names.iter().map(String::as_str).collect::<Vec<_>>(),
+    )
 }
 
 /// One segment with a free inner end.
@@ -159,8 +216,11 @@ impl FreeSegment {
         let origin = [g.integer(0); 3];
         let [x, y, z] = chain::outer_end(g, &body, origin, direction);
         let [x_rate, y_rate, z_rate] = chain::outer_end(g, &body, origin, rate);
-        let [kinetic_energy, x, y, z, x_rate, y_rate, z_rate] =
-            motion.specialise(g, &[segment], [kinetic_energy, x, y, z, x_rate, y_rate, z_rate]);
+        let [kinetic_energy, x, y, z, x_rate, y_rate, z_rate] = motion.specialise(
+            g,
+            &[segment],
+            [kinetic_energy, x, y, z, x_rate, y_rate, z_rate],
+        );
         let components = |vector: [NodeId; 3]| vector[..motion.axes()].to_vec();
         Self {
             graph,
@@ -230,15 +290,22 @@ impl InverseDynamics {
         });
         let torque = torque.collect();
         let reach_acceleration = directional_derivative(g, &free.reach_rate, &moving);
-        Self { free, accelerations, torque, base_force, reach_acceleration }
+        Self {
+            free,
+            accelerations,
+            torque,
+            base_force,
+            reach_acceleration,
+        }
     }
 }
 
 /// A joint between two directions and the segments whose coordinates it acts on.
 ///
-/// The rates of these segments are those in the body, `q̇ − q̇_r`, with the rates `q̇_r` of a segment that turns rigidly with it
-/// ([`RigidRates`]). With them the rate of a direction is the one in the body, and because `q̇_r` does not depend on `q̇`,
-/// `∂D/∂q̇` is the derivative by them. So neither `Ω` nor, between segments, an azimuth itself enters a joint.
+/// The rates of these segments are those in the body, `q̇ − q̇_r`, with the rates `q̇_r` of a
+/// segment that turns rigidly with it ([`RigidRates`]). With them the rate of a direction is the
+/// one in the body, and because `q̇_r` does not depend on `q̇`, `∂D/∂q̇` is the derivative by them.
+/// So neither `Ω` nor, between segments, an azimuth itself enters a joint.
 pub(super) struct Joint {
     pub graph: Graph,
     pub motion: Motion,
@@ -267,7 +334,8 @@ impl RelaxedClamp {
     }
 }
 
-/// What is on one side of a joint: the direction to the spring, and what the damper sees, which is nothing at the clamp.
+/// What is on one side of a joint: the direction to the spring, and what the damper sees, which is
+/// nothing at the clamp.
 struct Neighbour {
     to_spring: Vec3,
     /// Direction and its rate in the body.
@@ -277,37 +345,72 @@ struct Neighbour {
 impl Joint {
     pub fn between_segments(motion: Motion) -> Self {
         Self::new(motion, &["previous", "next"], |graph, hinge, segments| {
-            let [previous, next] = [segments[0], segments[1]].map(|segment| Neighbour::of(graph, segment));
+            let [previous, next] =
+                [segments[0], segments[1]].map(|segment| Neighbour::of(graph, segment));
             let turned = segments[1].unbent_direction(graph, hinge);
-            [previous, Neighbour { to_spring: turned, ..next }]
+            [
+                previous,
+                Neighbour {
+                    to_spring: turned,
+                    ..next
+                },
+            ]
         })
     }
 
     /// Between two segments whose polar axis is `x`.
     pub fn about_x() -> Self {
-        Self::new(Motion::Spatial, &["previous", "next"], |graph, hinge, segments| {
-            let [previous, next] = [segments[0], segments[1]].map(|segment| Neighbour::of(graph, segment).about_x());
-            let turn = [graph.sin(hinge.relaxed_angle), graph.cos(hinge.relaxed_angle)];
-            let turned = turned_back(graph, next.to_spring, turn);
-            [previous, Neighbour { to_spring: turned, ..next }]
-        })
+        Self::new(
+            Motion::Spatial,
+            &["previous", "next"],
+            |graph, hinge, segments| {
+                let [previous, next] = [segments[0], segments[1]]
+                    .map(|segment| Neighbour::of(graph, segment).about_x());
+                let turn = [
+                    graph.sin(hinge.relaxed_angle),
+                    graph.cos(hinge.relaxed_angle),
+                ];
+                let turned = turned_back(graph, next.to_spring, turn);
+                [
+                    previous,
+                    Neighbour {
+                        to_spring: turned,
+                        ..next
+                    },
+                ]
+            },
+        )
     }
 
-    /// Between a segment whose polar axis is `z` and one whose polar axis is `x`, in either order: the energies are the same from
-    /// both sides, except that the relaxed angle changes its sign. Here the former is the outer one.
+    /// Between a segment whose polar axis is `z` and one whose polar axis is `x`, in either order:
+    /// the energies are the same from both sides, except that the relaxed angle changes its sign.
+    /// Here the former is the outer one.
     pub fn crossed() -> Self {
         Self::new(Motion::Spatial, &["z", "x"], |graph, hinge, segments| {
             let [z, x] = [segments[0], segments[1]].map(|segment| Neighbour::of(graph, segment));
             let turned = segments[0].unbent_direction(graph, hinge);
-            [Neighbour { to_spring: turned, ..z }, x.about_x()]
+            [
+                Neighbour {
+                    to_spring: turned,
+                    ..z
+                },
+                x.about_x(),
+            ]
         })
     }
 
-    /// Between the clamp and the first segment. The inner side is turned to the spring, whatever the polar axis of the segment is.
+    /// Between the clamp and the first segment. The inner side is turned to the spring, whatever
+    /// the polar axis of the segment is.
     pub fn at_clamp(motion: Motion) -> Self {
         Self::new(motion, &["next"], |graph, _, segments| {
             let clamp = RelaxedClamp::new(graph);
-            [Neighbour { to_spring: clamp.direction, to_damper: None }, Neighbour::of(graph, segments[0])]
+            [
+                Neighbour {
+                    to_spring: clamp.direction,
+                    to_damper: None,
+                },
+                Neighbour::of(graph, segments[0]),
+            ]
         })
     }
 
@@ -323,11 +426,22 @@ impl Joint {
         let clamp = RelaxedClamp::new(g);
         let segments: Vec<Segment> = labels.iter().map(|label| Segment::new(g, label)).collect();
         let [inner, outer] = sides(g, &hinge, &segments);
-        let spring_energy = chain::spring_energy(g, hinge.stiffness, inner.to_spring, outer.to_spring);
-        let outer_in_body = outer.to_damper.expect("only the clamp is at rest in the body");
+        let spring_energy =
+            chain::spring_energy(g, hinge.stiffness, inner.to_spring, outer.to_spring);
+        let outer_in_body = outer
+            .to_damper
+            .expect("only the clamp is at rest in the body");
         let dissipation = chain::dissipation(g, hinge.damping, inner.to_damper, outer_in_body);
-        let [spring_energy, dissipation] = motion.specialise(g, &segments, [spring_energy, dissipation]);
-        Self { graph, motion, segments, clamp, spring_energy, dissipation }
+        let [spring_energy, dissipation] =
+            motion.specialise(g, &segments, [spring_energy, dissipation]);
+        Self {
+            graph,
+            motion,
+            segments,
+            clamp,
+            spring_energy,
+            dissipation,
+        }
     }
 
     /// The coordinates of all segments, and their rates.
@@ -382,7 +496,11 @@ impl RigidRates {
         });
         let rates: Vec<NodeId> = rates.collect();
         let slopes = jacobian(g, &rates, &segment.coordinates());
-        Self { graph, rates, slopes }
+        Self {
+            graph,
+            rates,
+            slopes,
+        }
     }
 }
 
@@ -390,7 +508,12 @@ impl RigidRates {
 pub(super) type Tangent = (Graph, Vec<Vec<NodeId>>);
 
 /// Minus the derivative of `torques` when `δq = w_q δq̈` and `δq̇ = w_v δq̈`.
-pub(super) fn tangent(mut graph: Graph, torques: &[NodeId], coordinates: &[NodeId], rates: &[NodeId]) -> Tangent {
+pub(super) fn tangent(
+    mut graph: Graph,
+    torques: &[NodeId],
+    coordinates: &[NodeId],
+    rates: &[NodeId],
+) -> Tangent {
     let resistance: Vec<NodeId> = torques.iter().map(|&torque| graph.neg(torque)).collect();
     let (coordinate_weight, rate_weight) = step_weights(&mut graph);
     let columns: Vec<Vec<NodeId>> = coordinates
@@ -408,7 +531,10 @@ impl Neighbour {
     /// That of `segment`, whose polar axis is `z`, as it is. Its rates are those in the body.
     fn of(graph: &mut Graph, segment: Segment) -> Self {
         let direction = segment.direction(graph);
-        Self { to_spring: direction, to_damper: Some((direction, segment.direction_rate(graph))) }
+        Self {
+            to_spring: direction,
+            to_damper: Some((direction, segment.direction_rate(graph))),
+        }
     }
 
     /// The same with the polar axis `x`: `e = (cos φ, sin φ cos θ, sin φ sin θ)`.
@@ -416,13 +542,15 @@ impl Neighbour {
         let along_x = |[x, y, z]: Vec3| [z, x, y];
         Self {
             to_spring: along_x(self.to_spring),
-            to_damper: self.to_damper.map(|(direction, rate)| (along_x(direction), along_x(rate))),
+            to_damper: self
+                .to_damper
+                .map(|(direction, rate)| (along_x(direction), along_x(rate))),
         }
     }
 }
 
-/// The blocks of the tangent of a joint, row by row, with their names and the segments that they concern. The weights of the step
-/// come after `inputs`.
+/// The blocks of the tangent of a joint, row by row, with their names and the segments that they
+/// concern. The weights of the step come after `inputs`.
 pub(super) fn tangent_kernel(
     motion: Motion,
     name: &str,
@@ -436,8 +564,16 @@ pub(super) fn tangent_kernel(
     let torques = if size == 1 { "torque" } else { "torques" };
     let block = |(i, (name, where_to)): (usize, &(&str, &str))| {
         let (row, column) = (size * (i / sides), size * (i % sides));
-        let block = rows[row..row + size].iter().map(|row| row[column..column + size].to_vec()).collect();
-        Output::matrix(name, &format!("{torques} on {where_to}"), TORQUE_SLOPE, block)
+        let block = rows[row..row + size]
+            .iter()
+            .map(|row| row[column..column + size].to_vec())
+            .collect();
+        Output::matrix(
+            name,
+            &format!("{torques} on {where_to}"),
+            TORQUE_SLOPE,
+            block,
+        )
     };
     let outputs = blocks.iter().enumerate().map(block).collect();
     let inputs = |graph: &mut Graph| [inputs(graph), weights(graph)].concat();
@@ -447,8 +583,14 @@ pub(super) fn tangent_kernel(
 /// The blocks of the tangent of a joint between two segments.
 pub(super) const BLOCKS: [(&str, &str); 4] = [
     ("previous_previous", "the previous segment along its `q̈`"),
-    ("previous_next", "the previous segment along the next one's `q̈`"),
-    ("next_previous", "the next segment along the previous one's `q̈`"),
+    (
+        "previous_next",
+        "the previous segment along the next one's `q̈`",
+    ),
+    (
+        "next_previous",
+        "the next segment along the previous one's `q̈`",
+    ),
     ("next_next", "the next segment along its `q̈`"),
 ];
 
@@ -459,8 +601,8 @@ pub(super) fn joint_constants(graph: &Graph) -> Vec<Input> {
     ]
 }
 
-/// The azimuth of the next segment less that of the previous one enters by its sine and cosine: as it is, and less the relaxed
-/// angle.
+/// The azimuth of the next segment less that of the previous one enters by its sine and cosine: as
+/// it is, and less the relaxed angle.
 pub(super) fn azimuth_steps(graph: &mut Graph) -> [Input; 2] {
     let (previous, next) = (Segment::new(graph, "previous"), Segment::new(graph, "next"));
     let relaxed_angle = Hinge::new(graph, "").relaxed_angle;
@@ -470,30 +612,55 @@ pub(super) fn azimuth_steps(graph: &mut Graph) -> [Input; 2] {
         Input::new(name, doc, sine_and_cosine(graph, name, step))
     };
     [
-        step("azimuth_step", "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment", next.theta),
-        step("unbent_step", "sin(θ − θ' + κ), cos(θ − θ' + κ), with the relaxed angle κ", unbent),
+        step(
+            "azimuth_step",
+            "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment",
+            next.theta,
+        ),
+        step(
+            "unbent_step",
+            "sin(θ − θ' + κ), cos(θ − θ' + κ), with the relaxed angle κ",
+            unbent,
+        ),
     ]
 }
 
-/// Sine and cosine of the azimuth of the segment `label` less the relaxed angle of the joint inside it.
+/// Sine and cosine of the azimuth of the segment `label` less the relaxed angle of the joint inside
+/// it.
 pub(super) fn unbent_azimuth(graph: &mut Graph, label: &str) -> Input {
-    let (segment, relaxed_angle) = (Segment::new(graph, label), Hinge::new(graph, "").relaxed_angle);
+    let (segment, relaxed_angle) = (
+        Segment::new(graph, label),
+        Hinge::new(graph, "").relaxed_angle,
+    );
     let azimuth = graph.sub(segment.theta, relaxed_angle);
     let name = format!("unbent_{label}");
     let elements = sine_and_cosine(graph, &name, azimuth);
-    Input::new(&name, "sin(θ − κ), cos(θ − κ), with the relaxed angle κ", elements)
+    Input::new(
+        &name,
+        "sin(θ − κ), cos(θ − κ), with the relaxed angle κ",
+        elements,
+    )
 }
 
 /// Sine and cosine of the relaxed angle.
 pub(super) fn relaxed_turn(graph: &mut Graph) -> Input {
     let angle = Hinge::new(graph, "").relaxed_angle;
     let elements = sine_and_cosine(graph, "relaxed", angle);
-    Input::new("relaxed_turn", "sin κ, cos κ, with the relaxed angle κ", elements)
+    Input::new(
+        "relaxed_turn",
+        "sin κ, cos κ, with the relaxed angle κ",
+        elements,
+    )
 }
 
 pub(super) fn clamp_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
     let inputs = vec![
-        vector_input(graph, motion, "relaxed_direction", "ē0, which is e0 turned about z by the relaxed angle"),
+        vector_input(
+            graph,
+            motion,
+            "relaxed_direction",
+            "ē0, which is e0 turned about z by the relaxed angle",
+        ),
         trigonometry(graph, motion, "next", "next"),
         rates_in_body(graph, motion, "next_rates", "next"),
     ];
@@ -502,5 +669,7 @@ pub(super) fn clamp_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
 
 pub(super) fn transpose(columns: &[Vec<NodeId>]) -> Vec<Vec<NodeId>> {
     let rows = columns.first().map_or(0, Vec::len);
-    (0..rows).map(|row| columns.iter().map(|column| column[row]).collect()).collect()
+    (0..rows)
+        .map(|row| columns.iter().map(|column| column[row]).collect())
+        .collect()
 }

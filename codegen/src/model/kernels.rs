@@ -1,33 +1,39 @@
 //! The derivatives of one segment and of one joint, over which the solver loops in O(n).
 //!
-//! A segment is seen from its inner end `x`: its coordinates are `(x, φ, θ)`, and Lagrange's equations for them
-//! give the force `p` that must act at `x` and the torques `τ` that must act on `(φ, θ)`:
+//! A segment is seen from its inner end `x`: its coordinates are `(x, φ, θ)`, and Lagrange's
+//! equations for them give the force `p` that must act at `x` and the torques `τ` that must act on
+//! `(φ, θ)`:
 //!
 //! ```text
 //! p = m ẍ + C q̈ + p_0 + F,   τ = Cᵀ ẍ + I q̈ + τ_0 + Gᵀ F,   ẍ' = ẍ + G q̈ + b,
 //! ```
 //!
-//! where `F` is what the outer part of the chain needs at the segment's outer end `x'`. A joint adds torques
-//! to the two segments that it connects. Its damper sees rates as they are in the body: those of the segments less those of a
-//! segment that turns rigidly with it (`rigid_rates`). Tangents are derivatives along `q̈`, with the coordinates and rates
-//! following it as an implicit step does: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.
+//! where `F` is what the outer part of the chain needs at the segment's outer end `x'`. A joint
+//! adds torques to the two segments that it connects. Its damper sees rates as they are in the
+//! body: those of the segments less those of a segment that turns rigidly with it (`rigid_rates`).
+//! Tangents are derivatives along `q̈`, with the coordinates and rates following it as an implicit
+//! step does: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.
 //!
-//! The sines and cosines of the coordinates are inputs of the kernels, so that the solver computes each once per segment.
+//! The sines and cosines of the coordinates are inputs of the kernels, so that the solver computes
+//! each once per segment.
 //!
-//! In the plane of rotation a segment has the one coordinate `θ`, and vectors have two components. The same functions derive
-//! these kernels from the energies for `φ = π/2`; their names begin with `planar_`. [`super::lateral`] adds the linearised
-//! equations of the motion out of that plane.
+//! In the plane of rotation a segment has the one coordinate `θ`, and vectors have two components.
+//! The same functions derive these kernels from the energies for `φ = π/2`; their names begin with
+//! `planar_`. [`super::lateral`] adds the linearised equations of the motion out of that plane.
 
 use std::collections::BTreeMap;
 
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output};
 use crate::ir::unit::Unit;
-use crate::model::chain::{self, ACCELERATION, ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, vector_symbol};
+use crate::model::chain::{
+    self, ACCELERATION, ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, vector_symbol,
+};
 use crate::model::elements::{
-    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, RelaxedClamp, RigidRates, TORQUE,
-    azimuth_steps, clamp_inputs, joint_constants, rates, rates_in_body, relaxed_turn, segment_constants,
-    sine_and_cosine, step_weights, tangent_kernel, transpose, trigonometry, unbent_azimuth, vector_input, weights,
+    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, RelaxedClamp, RigidRates,
+    TORQUE, azimuth_steps, clamp_inputs, joint_constants, rates, rates_in_body, relaxed_turn,
+    segment_constants, sine_and_cosine, step_weights, tangent_kernel, transpose, trigonometry,
+    unbent_azimuth, vector_input, weights,
 };
 use crate::model::lateral;
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
@@ -50,7 +56,8 @@ pub fn spatial_kernels() -> Result<Vec<Kernel>, DimensionError> {
     Ok(kernels)
 }
 
-/// Kernels for motion in the plane of rotation, then those of its lateral variation ([`super::lateral`]).
+/// Kernels for motion in the plane of rotation, then those of its lateral variation
+/// ([`super::lateral`]).
 ///
 /// # Errors
 /// If a term of the derivation makes no physical sense.
@@ -82,7 +89,10 @@ fn of_motion(motion: Motion) -> Result<Vec<Kernel>, DimensionError> {
         clamp_tangent,
         clamp_energy,
     ];
-    derivations.into_iter().map(|derive| derive(motion)).collect()
+    derivations
+        .into_iter()
+        .map(|derive| derive(motion))
+        .collect()
 }
 
 fn segment(motion: Motion) -> Result<Kernel, DimensionError> {
@@ -98,31 +108,70 @@ fn segment(motion: Motion) -> Result<Kernel, DimensionError> {
     let base_bias = directional_derivative(g, &base_momentum, &moving);
     let momentum_rate = directional_derivative(g, &momentum, &moving);
     let kinetic_gradient = gradient(g, free.kinetic_energy, &coordinates);
-    let bias = (0..d).map(|i| g.sub(momentum_rate[i], kinetic_gradient[i])).collect();
+    let bias = (0..d)
+        .map(|i| g.sub(momentum_rate[i], kinetic_gradient[i]))
+        .collect();
     let reach_jacobian = jacobian(g, &free.reach, &coordinates);
     let reach_bias = directional_derivative(g, &free.reach_rate, &moving);
     let outputs = vec![
         Output::matrix("inertia", "`I = ∂²E_kin/∂q̇²`", INERTIA, inertia),
         Output::matrix("coupling", "`C = ∂²E_kin/∂ẋ∂q̇`", MASS_LENGTH, coupling),
-        Output::vector("bias", "`τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q` for `ẍ = 0`, `q̈ = 0`", TORQUE, bias),
-        Output::vector("base_bias", "`p_0 = d/dt(∂E_kin/∂ẋ)` for `ẍ = 0`, `q̈ = 0`", Unit::NEWTON, base_bias),
-        Output::vector("reach", "`h e`, outer end less inner end", Unit::METRE, free.reach),
+        Output::vector(
+            "bias",
+            "`τ_0 = d/dt(∂E_kin/∂q̇) − ∂E_kin/∂q` for `ẍ = 0`, `q̈ = 0`",
+            TORQUE,
+            bias,
+        ),
+        Output::vector(
+            "base_bias",
+            "`p_0 = d/dt(∂E_kin/∂ẋ)` for `ẍ = 0`, `q̈ = 0`",
+            Unit::NEWTON,
+            base_bias,
+        ),
+        Output::vector(
+            "reach",
+            "`h e`, outer end less inner end",
+            Unit::METRE,
+            free.reach,
+        ),
         Output::vector("reach_rate", "`h ė`", VELOCITY, free.reach_rate),
-        Output::matrix("reach_jacobian", "`G = ∂(h e)/∂q`", Unit::METRE, reach_jacobian),
-        Output::vector("reach_bias", "`b = h ë` for `q̈ = 0`", ACCELERATION, reach_bias),
+        Output::matrix(
+            "reach_jacobian",
+            "`G = ∂(h e)/∂q`",
+            Unit::METRE,
+            reach_jacobian,
+        ),
+        Output::vector(
+            "reach_bias",
+            "`b = h ë` for `q̈ = 0`",
+            ACCELERATION,
+            reach_bias,
+        ),
     ];
     let summary = "Kinematics and inertia of one segment, seen from its inner end `x`:\n\
                    `p = m ẍ + C q̈ + p_0 + F`, `τ = Cᵀ ẍ + I q̈ + τ_0 + Gᵀ F`, `ẍ' = ẍ + G q̈ + b`,\n\
                    from `E_kin = ½ m |ẋ + ½ h ė|² + ½ J |ė|²`.";
-    Derivation { graph: free.graph, outputs }.kernel_for(motion, "segment", summary, Some(Style::Cheap), |graph| {
-        let moving = vec![trigonometry(graph, motion, "angles", ""), rates(graph, motion, "rates", "")];
+    Derivation {
+        graph: free.graph,
+        outputs,
+    }
+    .kernel_for(motion, "segment", summary, Some(Style::Cheap), |graph| {
+        let moving = vec![
+            trigonometry(graph, motion, "angles", ""),
+            rates(graph, motion, "rates", ""),
+        ];
         [moving, segment_constants(graph)].concat()
     })
 }
 
 fn segment_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
-    let InverseDynamics { mut free, accelerations, torque, base_force, reach_acceleration } =
-        InverseDynamics::new(motion);
+    let InverseDynamics {
+        mut free,
+        accelerations,
+        torque,
+        base_force,
+        reach_acceleration,
+    } = InverseDynamics::new(motion);
     let [coordinates, rates_of] = free.variables();
     let g = &mut free.graph;
     let (coordinate_weight, rate_weight) = step_weights(g);
@@ -141,38 +190,65 @@ fn segment_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
     };
     let outputs = vec![
         Output::matrix("torque", "`∂τ/∂q̈`", INERTIA, along_step(&torque)),
-        Output::matrix("base_force", "`∂p/∂q̈`", MASS_LENGTH, along_step(&base_force)),
-        Output::matrix("outer_acceleration", "`∂ẍ'/∂q̈`", Unit::METRE, along_step(&reach_acceleration)),
+        Output::matrix(
+            "base_force",
+            "`∂p/∂q̈`",
+            MASS_LENGTH,
+            along_step(&base_force),
+        ),
+        Output::matrix(
+            "outer_acceleration",
+            "`∂ẍ'/∂q̈`",
+            Unit::METRE,
+            along_step(&reach_acceleration),
+        ),
     ];
-    let derivation = Derivation { graph: free.graph, outputs };
+    let derivation = Derivation {
+        graph: free.graph,
+        outputs,
+    };
     let plain = motion.name_for("segment");
     let summary = format!(
         "Tangent of one segment: how `τ`, `p` and `ẍ'` of [`{plain}`] change with its own `q̈` when\n\
          `δq = w_q δq̈` and `δq̇ = w_v δq̈`, for fixed `ẍ` and `F`."
     );
-    derivation.kernel_for(motion, "segment_tangent", &summary, Some(Style::Cheap), |graph| {
-        let inputs = vec![
-            trigonometry(graph, motion, "angles", ""),
-            rates(graph, motion, "rates", ""),
-            match motion {
-                Motion::Spatial => {
-                    let names = ["phi_acceleration", "theta_acceleration"];
-                    Input::symbols(graph, "accelerations", "φ̈, θ̈ in rad/s²", &names)
-                }
-                Motion::Planar => Input::symbols(graph, "theta_acceleration", "θ̈ in rad/s²", &["theta_acceleration"]),
-            },
-            vector_input(graph, motion, "base_acceleration", "ẍ in m/s²"),
-            vector_input(graph, motion, "outer_force", "F in N"),
-        ];
-        [inputs, segment_constants(graph), weights(graph)].concat()
-    })
+    derivation.kernel_for(
+        motion,
+        "segment_tangent",
+        &summary,
+        Some(Style::Cheap),
+        |graph| {
+            let inputs = vec![
+                trigonometry(graph, motion, "angles", ""),
+                rates(graph, motion, "rates", ""),
+                match motion {
+                    Motion::Spatial => {
+                        let names = ["phi_acceleration", "theta_acceleration"];
+                        Input::symbols(graph, "accelerations", "φ̈, θ̈ in rad/s²", &names)
+                    }
+                    Motion::Planar => Input::symbols(
+                        graph,
+                        "theta_acceleration",
+                        "θ̈ in rad/s²",
+                        &["theta_acceleration"],
+                    ),
+                },
+                vector_input(graph, motion, "base_acceleration", "ẍ in m/s²"),
+                vector_input(graph, motion, "outer_force", "F in N"),
+            ];
+            [inputs, segment_constants(graph), weights(graph)].concat()
+        },
+    )
 }
 
 fn segment_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     let free = FreeSegment::new(motion);
     let mut graph = free.graph;
     let base = vector_symbol(&mut graph, "base_position", "x", Unit::METRE);
-    let (direction, pull) = (free.segment.direction(&mut graph), chain::gravity(&mut graph));
+    let (direction, pull) = (
+        free.segment.direction(&mut graph),
+        chain::gravity(&mut graph),
+    );
     let gravity = chain::gravity_energy(&mut graph, &free.body, pull, base, direction);
     let [gravity] = motion.specialise(&mut graph, &[free.segment], [gravity]);
     let outputs = vec![
@@ -192,31 +268,46 @@ fn segment_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     })
 }
 
-/// Inputs of a joint between two segments. Only the difference of the azimuths enters, because the energies do not
-/// change when both sides turn about `z`.
+/// Inputs of a joint between two segments. Only the difference of the azimuths enters, because the
+/// energies do not change when both sides turn about `z`.
 fn joint_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
     let angles = match motion {
         Motion::Spatial => {
             let [previous, next] = ["previous", "next"].map(|name| {
                 let polar = Segment::new(graph, name).phi;
-                Input::new(name, "sin φ, cos φ", sine_and_cosine(graph, &format!("phi_{name}"), polar))
+                Input::new(
+                    name,
+                    "sin φ, cos φ",
+                    sine_and_cosine(graph, &format!("phi_{name}"), polar),
+                )
             });
             let [plain, unbent] = azimuth_steps(graph);
             vec![previous, next, plain, unbent]
         }
         Motion::Planar => vec![
             Input::symbols(graph, "theta_previous", "θ in rad", &["theta_previous"]),
-            Input::symbols(graph, "theta_next", "θ' in rad, less than π from θ + κ", &["theta_next"]),
+            Input::symbols(
+                graph,
+                "theta_next",
+                "θ' in rad, less than π from θ + κ",
+                &["theta_next"],
+            ),
             Input::symbols(graph, "relaxed_angle", "κ in rad", &["relaxed_angle"]),
         ],
     };
     // In the plane only their difference enters.
-    let rates_of = if motion == Motion::Spatial { rates_in_body } else { rates };
-    let rates = ["previous", "next"].map(|label| rates_of(graph, motion, &format!("{label}_rates"), label));
+    let rates_of = if motion == Motion::Spatial {
+        rates_in_body
+    } else {
+        rates
+    };
+    let rates =
+        ["previous", "next"].map(|label| rates_of(graph, motion, &format!("{label}_rates"), label));
     [angles, rates.into(), joint_constants(graph)].concat()
 }
 
-/// The torques of `joint` on its `sides`, of which each has the name of the output and of the segment.
+/// The torques of `joint` on its `sides`, of which each has the name of the output and of the
+/// segment.
 fn torques_kernel(
     name: &str,
     summary: &str,
@@ -231,10 +322,19 @@ fn torques_kernel(
     let torques = joint.torques();
     let torques = torques.chunks(torques.len() / sides.len());
     let output = |(&(side, segment), torques): (&(&str, &str), &[NodeId])| {
-        Output::vector(side, &format!("{what} of the {segment}"), TORQUE, torques.to_vec())
+        Output::vector(
+            side,
+            &format!("{what} of the {segment}"),
+            TORQUE,
+            torques.to_vec(),
+        )
     };
     let outputs = sides.iter().zip(torques).map(output).collect();
-    Derivation { graph: joint.graph, outputs }.kernel_for(joint.motion, name, summary, Some(Style::Cheap), inputs)
+    Derivation {
+        graph: joint.graph,
+        outputs,
+    }
+    .kernel_for(joint.motion, name, summary, Some(Style::Cheap), inputs)
 }
 
 /// The sides of a joint between two segments.
@@ -251,9 +351,16 @@ fn joint(motion: Motion) -> Result<Kernel, DimensionError> {
         }
         Motion::Planar => PLANAR_ENERGIES,
     };
-    let summary =
-        format!("Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it connects, from\n{energies}");
-    torques_kernel("joint", &summary, Joint::between_segments(motion), &SIDES, |graph| joint_inputs(graph, motion))
+    let summary = format!(
+        "Torques of a joint, `−∂E_spring/∂q − ∂D/∂q̇`, on the two segments that it connects, from\n{energies}"
+    );
+    torques_kernel(
+        "joint",
+        &summary,
+        Joint::between_segments(motion),
+        &SIDES,
+        |graph| joint_inputs(graph, motion),
+    )
 }
 
 fn joint_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
@@ -263,11 +370,18 @@ fn joint_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
          `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is {size} × {size}."
     );
     let tangent = Joint::between_segments(motion).tangent();
-    tangent_kernel(motion, "joint_tangent", &summary, tangent, &BLOCKS, |graph| match motion {
-        Motion::Spatial => joint_inputs(graph, motion),
-        // The torques are linear, so that the state does not enter.
-        Motion::Planar => joint_constants(graph),
-    })
+    tangent_kernel(
+        motion,
+        "joint_tangent",
+        &summary,
+        tangent,
+        &BLOCKS,
+        |graph| match motion {
+            Motion::Spatial => joint_inputs(graph, motion),
+            // The torques are linear, so that the state does not enter.
+            Motion::Planar => joint_constants(graph),
+        },
+    )
 }
 
 fn energies(joint: &Joint) -> Vec<Output> {
@@ -279,7 +393,10 @@ fn energies(joint: &Joint) -> Vec<Output> {
 
 fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     let joint = Joint::between_segments(motion);
-    let derivation = Derivation { outputs: energies(&joint), graph: joint.graph };
+    let derivation = Derivation {
+        outputs: energies(&joint),
+        graph: joint.graph,
+    };
     let formulas = match motion {
         Motion::Spatial => {
             "`E_spring = c S(½|ē' − e|²)` and `D = ½ d |ω' − ω|²`, `ω = e × ė` with the rates in the body."
@@ -287,25 +404,39 @@ fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
         Motion::Planar => PLANAR_ENERGIES,
     };
     let summary = format!("Energy and dissipation function of a joint: {formulas}");
-    let style = if motion == Motion::Spatial { None } else { Some(Style::Cheap) };
-    derivation.kernel_for(motion, "joint_energy", &summary, style, |graph| match motion {
-        Motion::Spatial => {
-            let inputs = vec![
-                trigonometry(graph, motion, "previous", "previous"),
-                trigonometry(graph, motion, "next", "next"),
-                unbent_azimuth(graph, "next"),
-                rates_in_body(graph, motion, "previous_rates", "previous"),
-                rates_in_body(graph, motion, "next_rates", "next"),
-            ];
-            [inputs, joint_constants(graph)].concat()
-        }
-        Motion::Planar => joint_inputs(graph, motion),
-    })
+    let style = if motion == Motion::Spatial {
+        None
+    } else {
+        Some(Style::Cheap)
+    };
+    derivation.kernel_for(
+        motion,
+        "joint_energy",
+        &summary,
+        style,
+        |graph| match motion {
+            Motion::Spatial => {
+                let inputs = vec![
+                    trigonometry(graph, motion, "previous", "previous"),
+                    trigonometry(graph, motion, "next", "next"),
+                    unbent_azimuth(graph, "next"),
+                    rates_in_body(graph, motion, "previous_rates", "previous"),
+                    rates_in_body(graph, motion, "next_rates", "next"),
+                ];
+                [inputs, joint_constants(graph)].concat()
+            }
+            Motion::Planar => joint_inputs(graph, motion),
+        },
+    )
 }
 
 /// How a segment moves that turns rigidly with the body.
 fn rigid_rates() -> Result<Kernel, DimensionError> {
-    let RigidRates { graph, rates, slopes } = RigidRates::new();
+    let RigidRates {
+        graph,
+        rates,
+        slopes,
+    } = RigidRates::new();
     let outputs = vec![
         Output::vector("rates", "`q̇_r`", ANGULAR_RATE, rates),
         Output::matrix("slopes", "`∂q̇_r/∂q`, 2 × 2", ANGULAR_RATE, slopes),
@@ -315,7 +446,12 @@ fn rigid_rates() -> Result<Kernel, DimensionError> {
     Derivation { graph, outputs }.kernel("rigid_rates", summary, Some(Style::Cheap), |graph| {
         vec![
             trigonometry(graph, Motion::Spatial, "angles", ""),
-            vector_input(graph, Motion::Spatial, "angular_velocity", "Ω of the body in rad/s"),
+            vector_input(
+                graph,
+                Motion::Spatial,
+                "angular_velocity",
+                "Ω of the body in rad/s",
+            ),
         ]
     })
 }
@@ -336,7 +472,13 @@ fn about_x_inputs(graph: &mut Graph) -> Vec<Input> {
 
 fn joint_about_x() -> Result<Kernel, DimensionError> {
     let summary = "Torques of a joint as in [`joint`], between two segments with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x).";
-    torques_kernel("joint_about_x", summary, Joint::about_x(), &SIDES, about_x_inputs)
+    torques_kernel(
+        "joint_about_x",
+        summary,
+        Joint::about_x(),
+        &SIDES,
+        about_x_inputs,
+    )
 }
 
 fn joint_about_x_tangent() -> Result<Kernel, DimensionError> {
@@ -364,11 +506,20 @@ fn crossed_joint_inputs(graph: &mut Graph) -> Vec<Input> {
 }
 
 fn crossed_joint() -> Result<Kernel, DimensionError> {
-    let sides = [("z", "segment with polar axis z"), ("x", "segment with polar axis x")];
+    let sides = [
+        ("z", "segment with polar axis z"),
+        ("x", "segment with polar axis x"),
+    ];
     let summary = "Torques of a joint as in [`joint`], between a segment with `e = (sin φ cos θ, sin φ sin θ, cos φ)`\n\
                    (polar axis z) and one with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x), in either order.\n\
                    `κ` is the relaxed angle where the segment about z is the outer one, and minus that angle where it is the inner one.";
-    torques_kernel("crossed_joint", summary, Joint::crossed(), &sides, crossed_joint_inputs)
+    torques_kernel(
+        "crossed_joint",
+        summary,
+        Joint::crossed(),
+        &sides,
+        crossed_joint_inputs,
+    )
 }
 
 fn crossed_joint_tangent() -> Result<Kernel, DimensionError> {
@@ -397,7 +548,13 @@ fn clamp(motion: Motion) -> Result<Kernel, DimensionError> {
          the clamp's `ē0` and `ω0 = 0` on the inner side."
     );
     let sides = [("next", "first segment")];
-    torques_kernel("clamp", &summary, Joint::at_clamp(motion), &sides, |graph| clamp_inputs(graph, motion))
+    torques_kernel(
+        "clamp",
+        &summary,
+        Joint::at_clamp(motion),
+        &sides,
+        |graph| clamp_inputs(graph, motion),
+    )
 }
 
 fn clamp_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
@@ -407,15 +564,23 @@ fn clamp_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
          `δq = w_q δq̈` and `δq̇ = w_v δq̈`."
     );
     let blocks = [("next_next", "the first segment along its `q̈`")];
-    tangent_kernel(motion, "clamp_tangent", &summary, Joint::at_clamp(motion).tangent(), &blocks, |graph| {
-        clamp_inputs(graph, motion)
-    })
+    tangent_kernel(
+        motion,
+        "clamp_tangent",
+        &summary,
+        Joint::at_clamp(motion).tangent(),
+        &blocks,
+        |graph| clamp_inputs(graph, motion),
+    )
 }
 
 fn clamp_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     let mut joint = Joint::at_clamp(motion);
     let g = &mut joint.graph;
-    let RelaxedClamp { direction, direction_rate } = joint.clamp;
+    let RelaxedClamp {
+        direction,
+        direction_rate,
+    } = joint.clamp;
     let elastic = gradient(g, joint.spring_energy, &direction[..motion.axes()]);
     let power = g.dot(&elastic, &direction_rate);
     let mut outputs = energies(&joint);
@@ -427,9 +592,18 @@ fn clamp_energy(motion: Motion) -> Result<Kernel, DimensionError> {
     ));
     let summary = "Energy and dissipation function of the clamp joint, `c S(½|e' − ē0|²)` and `½ d |ω'|²`, and the power of\n\
                    its turning against the spring, `∂E_spring/∂ē0·ē̇0`.";
-    Derivation { graph: joint.graph, outputs }.kernel_for(motion, "clamp_energy", summary, None, |graph| {
+    Derivation {
+        graph: joint.graph,
+        outputs,
+    }
+    .kernel_for(motion, "clamp_energy", summary, None, |graph| {
         let mut inputs = clamp_inputs(graph, motion);
-        inputs.push(vector_input(graph, motion, "relaxed_direction_rate", "ē̇0 in 1/s"));
+        inputs.push(vector_input(
+            graph,
+            motion,
+            "relaxed_direction_rate",
+            "ē̇0 in 1/s",
+        ));
         inputs
     })
 }

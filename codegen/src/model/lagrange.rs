@@ -8,9 +8,10 @@ use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 
 /// The whole equations of a chain of `n` segments, as expressions.
 ///
-/// `M q̈ = f + Q` is `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, `L = E_kin − E_spring − E_grav` (Uhlmann and Hoyer 2021,
-/// Eq. 1), with the terms in `q̈` on the left. Coordinates are in the order `φ1, θ1, …, φn, θn`; in the plane of rotation,
-/// where every `φ = π/2`, in the order `θ1, …, θn`. In what follows `N` is their number.
+/// `M q̈ = f + Q` is `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, `L = E_kin − E_spring − E_grav` (Uhlmann
+/// and Hoyer 2021, Eq. 1), with the terms in `q̈` on the left. Coordinates are in the order `φ1,
+/// θ1, …, φn, θn`; in the plane of rotation, where every `φ = π/2`, in the order `θ1, …, θn`. In
+/// what follows `N` is their number.
 #[derive(Clone, Debug)]
 pub struct WholeEquations {
     /// How the chain moves.
@@ -59,19 +60,39 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
     let g = &mut graph;
     let parameters = Parameters::new(g, segments, shape);
     let clamp = Clamp::new(g);
-    let segments: Vec<Segment> = (1..=segments).map(|k| Segment::new(g, &k.to_string())).collect();
+    let segments: Vec<Segment> = (1..=segments)
+        .map(|k| Segment::new(g, &k.to_string()))
+        .collect();
 
     let (mut kinetic, mut spring, mut gravity, mut dissipation) = (vec![], vec![], vec![], vec![]);
     let (mut position, mut velocity) = (clamp.position, clamp.velocity);
     let (mut previous, mut previous_in_body) = (clamp.direction, None);
-    for ((segment, body), hinge) in segments.iter().zip(&parameters.bodies).zip(&parameters.hinges) {
+    for ((segment, body), hinge) in segments
+        .iter()
+        .zip(&parameters.bodies)
+        .zip(&parameters.hinges)
+    {
         let (direction, rate) = (segment.direction(g), segment.direction_rate(g));
         let unbent = segment.unbent_direction(g, hinge);
         kinetic.push(chain::kinetic_energy(g, body, velocity, rate));
-        gravity.push(chain::gravity_energy(g, body, parameters.gravity, position, direction));
+        gravity.push(chain::gravity_energy(
+            g,
+            body,
+            parameters.gravity,
+            position,
+            direction,
+        ));
         spring.push(chain::spring_energy(g, hinge.stiffness, previous, unbent));
-        let in_body = (direction, chain::rate_in_body(g, clamp.angular_velocity, direction, rate));
-        dissipation.push(chain::dissipation(g, hinge.damping, previous_in_body, in_body));
+        let in_body = (
+            direction,
+            chain::rate_in_body(g, clamp.angular_velocity, direction, rate),
+        );
+        dissipation.push(chain::dissipation(
+            g,
+            hinge.damping,
+            previous_in_body,
+            in_body,
+        ));
         position = chain::outer_end(g, body, position, direction);
         velocity = chain::outer_end(g, body, velocity, rate);
         (previous, previous_in_body) = (direction, Some(in_body));
@@ -79,13 +100,33 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
     let [kinetic_energy, spring_energy, gravity_energy, dissipation] =
         [kinetic, spring, gravity, dissipation].map(|terms| g.sum(terms));
     let [x, y, z] = position;
-    let [kinetic_energy, spring_energy, gravity_energy, dissipation, x, y, z] =
-        motion.specialise(g, &segments, [kinetic_energy, spring_energy, gravity_energy, dissipation, x, y, z]);
+    let [
+        kinetic_energy,
+        spring_energy,
+        gravity_energy,
+        dissipation,
+        x,
+        y,
+        z,
+    ] = motion.specialise(
+        g,
+        &segments,
+        [
+            kinetic_energy,
+            spring_energy,
+            gravity_energy,
+            dissipation,
+            x,
+            y,
+            z,
+        ],
+    );
 
     let [coordinates, rates] = motion.variables(&segments);
     let momenta = gradient(g, kinetic_energy, &rates);
     let mass_matrix = jacobian(g, &momenta, &rates);
-    let momentum_rates = directional_derivative(g, &momenta, &free_motion(&coordinates, &rates, &clamp));
+    let momentum_rates =
+        directional_derivative(g, &momenta, &free_motion(&coordinates, &rates, &clamp));
     let kinetic_gradient = gradient(g, kinetic_energy, &coordinates);
     let potential = g.add(spring_energy, gravity_energy);
     let potential_gradient = gradient(g, potential, &coordinates);
@@ -112,9 +153,18 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
     }
 }
 
-/// The rate of everything that varies while `q̈ = 0`: the rest of `d/dt` depends on `q`, `q̇` and the motion of the clamp.
-fn free_motion(coordinates: &[NodeId], rates: &[NodeId], clamp: &Clamp) -> BTreeMap<NodeId, NodeId> {
-    let mut motion: BTreeMap<NodeId, NodeId> = coordinates.iter().copied().zip(rates.iter().copied()).collect();
+/// The rate of everything that varies while `q̈ = 0`: the rest of `d/dt` depends on `q`, `q̇` and
+/// the motion of the clamp.
+fn free_motion(
+    coordinates: &[NodeId],
+    rates: &[NodeId],
+    clamp: &Clamp,
+) -> BTreeMap<NodeId, NodeId> {
+    let mut motion: BTreeMap<NodeId, NodeId> = coordinates
+        .iter()
+        .copied()
+        .zip(rates.iter().copied())
+        .collect();
     motion.extend(clamp.velocity.into_iter().zip(clamp.acceleration));
     motion
 }
@@ -148,7 +198,11 @@ impl WholeEquations {
         let momenta = gradient(g, self.kinetic_energy, &rates);
         let momentum_rates = directional_derivative(g, &momenta, &motion);
         let kinetic_gradient = gradient(g, self.kinetic_energy, &coordinates);
-        let inertial = kinetic_gradient.into_iter().zip(momentum_rates).map(|(a, b)| g.sub(a, b)).collect();
+        let inertial = kinetic_gradient
+            .into_iter()
+            .zip(momentum_rates)
+            .map(|(a, b)| g.sub(a, b))
+            .collect();
         let mut negative_gradient = |energy, variables: &[NodeId]| -> Vec<NodeId> {
             let gradient = gradient(g, energy, variables);
             gradient.into_iter().map(|slope| g.neg(slope)).collect()
@@ -156,7 +210,13 @@ impl WholeEquations {
         let spring = negative_gradient(self.spring_energy, &coordinates);
         let gravity = negative_gradient(self.gravity_energy, &coordinates);
         let damping = negative_gradient(self.dissipation, &rates);
-        Parts { momenta, inertial, spring, gravity, damping }
+        Parts {
+            momenta,
+            inertial,
+            spring,
+            gravity,
+            damping,
+        }
     }
 }
 
@@ -164,14 +224,26 @@ impl WholeEquations {
 mod tests {
     use super::*;
 
-    /// The functions of a straight cylinder are those of any filament at the same constants, with twice those of a joint at the clamp.
+    /// The functions of a straight cylinder are those of any filament at the same constants, with
+    /// twice those of a joint at the clamp.
     #[test]
     fn shapes_have_the_equations_of_any_filament_at_their_constants() {
         // The sums have some tens of terms of order one.
         const TOLERANCE: f64 = 1e-12;
-        let cylinder = Shape { is_straight: false, is_cylinder: true };
-        for (shape, motion) in [(cylinder, Motion::Spatial), (Shape { is_straight: true, ..cylinder }, Motion::Planar)]
-        {
+        let cylinder = Shape {
+            is_straight: false,
+            is_cylinder: true,
+        };
+        for (shape, motion) in [
+            (cylinder, Motion::Spatial),
+            (
+                Shape {
+                    is_straight: true,
+                    ..cylinder
+                },
+                Motion::Planar,
+            ),
+        ] {
             let at = |whole: &WholeEquations| {
                 let value = |name: &str| match name.trim_end_matches(['_', '1', '2', '3']) {
                     "segment_mass" => 0.7,
@@ -181,15 +253,35 @@ mod tests {
                     "relaxed_angle" if shape.is_straight => 0.0,
                     _ => 0.3 + 0.1 * name.bytes().map(f64::from).sum::<f64>().sin(),
                 };
-                let point: Vec<f64> = whole.graph.symbols().iter().map(|symbol| value(&symbol.name)).collect();
+                let point: Vec<f64> = whole
+                    .graph
+                    .symbols()
+                    .iter()
+                    .map(|symbol| value(&symbol.name))
+                    .collect();
                 let values = whole.graph.evaluate(&point);
                 let outputs = whole.mass_matrix.iter().flatten().chain(&whole.force);
-                let energies = [whole.kinetic_energy, whole.spring_energy, whole.gravity_energy, whole.dissipation];
-                outputs.copied().chain(energies).map(|node| values[node.index()]).collect::<Vec<_>>()
+                let energies = [
+                    whole.kinetic_energy,
+                    whole.spring_energy,
+                    whole.gravity_energy,
+                    whole.dissipation,
+                ];
+                outputs
+                    .copied()
+                    .chain(energies)
+                    .map(|node| values[node.index()])
+                    .collect::<Vec<_>>()
             };
-            let (any, shaped) = (at(&whole_equations(3, motion)), at(&whole_equations_of(3, motion, shape)));
+            let (any, shaped) = (
+                at(&whole_equations(3, motion)),
+                at(&whole_equations_of(3, motion, shape)),
+            );
             for (i, (any, shaped)) in any.iter().zip(&shaped).enumerate() {
-                assert!((any - shaped).abs() < TOLERANCE, "{motion:?}, {i}: {any} {shaped}");
+                assert!(
+                    (any - shaped).abs() < TOLERANCE,
+                    "{motion:?}, {i}: {any} {shaped}"
+                );
             }
         }
     }
@@ -201,13 +293,24 @@ mod tests {
         for motion in [Motion::Spatial, Motion::Planar] {
             let mut whole = whole_equations(3, motion);
             let parts = whole.parts();
-            let point: Vec<f64> = (0..whole.graph.symbols().len()).map(|i| 0.3 + 0.1 * (i as f64).sin()).collect();
+            let point: Vec<f64> = (0..whole.graph.symbols().len())
+                .map(|i| 0.3 + 0.1 * (i as f64).sin())
+                .collect();
             let values = whole.graph.evaluate(&point);
             let at = |node: NodeId| values[node.index()];
             for (i, &force) in whole.force.iter().enumerate() {
-                let parts = [&parts.inertial, &parts.spring, &parts.gravity, &parts.damping];
+                let parts = [
+                    &parts.inertial,
+                    &parts.spring,
+                    &parts.gravity,
+                    &parts.damping,
+                ];
                 let sum: f64 = parts.map(|part| at(part[i])).iter().sum();
-                assert!((sum - at(force)).abs() < TOLERANCE, "{motion:?}, {i}: {sum} {}", at(force));
+                assert!(
+                    (sum - at(force)).abs() < TOLERANCE,
+                    "{motion:?}, {i}: {sum} {}",
+                    at(force)
+                );
             }
         }
     }

@@ -15,11 +15,13 @@ pub enum Purpose {
     Reading,
     /// The same for filaments of one shape, without the constants that it determines.
     ReadingOf(Shape),
-    /// The shared structure of the derivation: O(n²) operations for `M`, O(n) for `f` and the energies.
+    /// The shared structure of the derivation: O(n²) operations for `M`, O(n) for `f` and the
+    /// energies.
     Computing,
 }
 
-/// The names of the whole equations of motion in space. [`Motion::name_for`] gives those of other motions.
+/// The names of the whole equations of motion in space. [`Motion::name_for`] gives those of other
+/// motions.
 pub const NAMES: [&str; 3] = ["mass_matrix", "force", "energies"];
 
 /// The functions [`NAMES`] of a chain of `segments` segments.
@@ -31,7 +33,11 @@ pub const NAMES: [&str; 3] = ["mass_matrix", "force", "energies"];
 ///
 /// # Panics
 /// If `segments` is zero.
-pub fn whole_kernels(segments: usize, motion: Motion, purpose: Purpose) -> Result<Vec<Kernel>, DimensionError> {
+pub fn whole_kernels(
+    segments: usize,
+    motion: Motion,
+    purpose: Purpose,
+) -> Result<Vec<Kernel>, DimensionError> {
     let shape = match purpose {
         Purpose::ReadingOf(shape) => shape,
         Purpose::Reading | Purpose::Computing => Shape::default(),
@@ -48,7 +54,12 @@ pub fn whole_kernels(segments: usize, motion: Motion, purpose: Purpose) -> Resul
         INERTIA,
         whole.mass_matrix.clone(),
     );
-    let force = Output::vector("force", "`f` of `M q̈ = f + Q`, without contact", STIFFNESS, whole.force.clone());
+    let force = Output::vector(
+        "force",
+        "`f` of `M q̈ = f + Q`, without contact",
+        STIFFNESS,
+        whole.force.clone(),
+    );
     let energies = vec![
         Output::scalar("kinetic", "`E_kin`", Unit::JOULE, whole.kinetic_energy),
         Output::scalar("spring", "`E_spring`", Unit::JOULE, whole.spring_energy),
@@ -61,7 +72,11 @@ pub fn whole_kernels(segments: usize, motion: Motion, purpose: Purpose) -> Resul
         Motion::Planar => "planar ",
     };
     let chain = format!("of a {planar}chain of {segments} segment{plural}");
-    let relaxed = if shape.is_straight { ",\n" } else { "\n(`α` from `e` turned about `z` by `κ`), " };
+    let relaxed = if shape.is_straight {
+        ",\n"
+    } else {
+        "\n(`α` from `e` turned about `z` by `κ`), "
+    };
     let [mass_matrix_name, force_name, energies_name] = NAMES;
     [
         (mass_matrix_name, format!("Mass matrix {chain}: `M = ∂²E_kin/∂q̇²`."), vec![mass_matrix]),
@@ -99,7 +114,11 @@ fn kernel(
     let nodes = output_nodes(&outputs);
     let (graph, nodes) = match purpose {
         Purpose::Reading | Purpose::ReadingOf(_) => {
-            let normalised = normalise(&whole.graph, &nodes, Style::Collected(&whole.parameters.constants()));
+            let normalised = normalise(
+                &whole.graph,
+                &nodes,
+                Style::Collected(&whole.parameters.constants()),
+            );
             (normalised.graph, normalised.outputs)
         }
         Purpose::Computing => whole.graph.extract(&nodes),
@@ -107,21 +126,37 @@ fn kernel(
     set_output_nodes(&mut outputs, nodes);
     dimension::check(&graph, &outputs)?;
     let inputs = inputs(whole, &graph);
-    Ok(Kernel { name: name.into(), summary, graph, inputs, outputs })
+    Ok(Kernel {
+        name: name.into(),
+        summary,
+        graph,
+        inputs,
+        outputs,
+    })
 }
 
 /// The arguments, the same for each function.
 fn inputs(whole: &WholeEquations, graph: &Graph) -> Vec<Input> {
     let group = |name: &str, doc: &str, symbols: Vec<NodeId>| {
-        let names = symbols.into_iter().filter_map(|symbol| whole.graph.symbol_name(symbol));
+        let names = symbols
+            .into_iter()
+            .filter_map(|symbol| whole.graph.symbol_name(symbol));
         Input::symbols(graph, name, doc, &names.collect::<Vec<_>>())
     };
-    let WholeEquations { motion, parameters, clamp, .. } = whole;
-    let vector = |name: &str, doc: &str, symbols: Vec3| group(name, doc, symbols[..motion.axes()].to_vec());
-    let bodies =
-        |name: &str, doc: &str, of: fn(&Body) -> NodeId| group(name, doc, parameters.bodies.iter().map(of).collect());
-    let hinges =
-        |name: &str, doc: &str, of: fn(&Hinge) -> NodeId| group(name, doc, parameters.hinges.iter().map(of).collect());
+    let WholeEquations {
+        motion,
+        parameters,
+        clamp,
+        ..
+    } = whole;
+    let vector =
+        |name: &str, doc: &str, symbols: Vec3| group(name, doc, symbols[..motion.axes()].to_vec());
+    let bodies = |name: &str, doc: &str, of: fn(&Body) -> NodeId| {
+        group(name, doc, parameters.bodies.iter().map(of).collect())
+    };
+    let hinges = |name: &str, doc: &str, of: fn(&Hinge) -> NodeId| {
+        group(name, doc, parameters.hinges.iter().map(of).collect())
+    };
     let [coordinates, rates] = whole.variables();
     let [coordinates_doc, rates_doc] = match motion {
         Motion::Spatial => ["φ1, θ1, φ2, … in rad", "φ̇1, θ̇1, φ̇2, … in rad/s"],
@@ -135,17 +170,35 @@ fn inputs(whole: &WholeEquations, graph: &Graph) -> Vec<Input> {
         vector("root_acceleration", "r̈0 in m/s²", clamp.acceleration),
         vector("clamp_direction", "e0", clamp.direction),
         match motion {
-            Motion::Spatial => group("angular_velocity", "Ω of the body in rad/s", clamp.angular_velocity.to_vec()),
-            Motion::Planar => {
-                group("angular_velocity", "Ω of the body in rad/s, along z", vec![clamp.angular_velocity[2]])
-            }
+            Motion::Spatial => group(
+                "angular_velocity",
+                "Ω of the body in rad/s",
+                clamp.angular_velocity.to_vec(),
+            ),
+            Motion::Planar => group(
+                "angular_velocity",
+                "Ω of the body in rad/s, along z",
+                vec![clamp.angular_velocity[2]],
+            ),
         },
         vector("gravity", "g in m/s²", parameters.gravity),
-        group("segment_length", "h in m", vec![parameters.bodies[0].length]),
+        group(
+            "segment_length",
+            "h in m",
+            vec![parameters.bodies[0].length],
+        ),
         bodies("segment_mass", "m1, m2, … in kg", |body| body.mass),
-        bodies("segment_inertia", "J1, J2, … in kg m²", |body| body.inertia),
-        hinges("joint_stiffness", "c1, c2, … in N m", |hinge| hinge.stiffness),
-        hinges("joint_damping", "d1, d2, … in N m s", |hinge| hinge.damping),
-        hinges("relaxed_angle", "κ1, κ2, … in rad", |hinge| hinge.relaxed_angle),
+        bodies("segment_inertia", "J1, J2, … in kg m²", |body| {
+            body.inertia
+        }),
+        hinges("joint_stiffness", "c1, c2, … in N m", |hinge| {
+            hinge.stiffness
+        }),
+        hinges("joint_damping", "d1, d2, … in N m s", |hinge| {
+            hinge.damping
+        }),
+        hinges("relaxed_angle", "κ1, κ2, … in rad", |hinge| {
+            hinge.relaxed_angle
+        }),
     ]
 }

@@ -1,4 +1,5 @@
-//! Differentiation: gradients by one reverse sweep, Jacobians and time derivatives by forward sweeps.
+//! Differentiation: gradients by one reverse sweep, Jacobians and time derivatives by forward
+//! sweeps.
 
 use std::collections::BTreeMap;
 
@@ -48,8 +49,8 @@ fn local_derivatives(graph: &mut Graph, id: NodeId) -> Vec<NodeId> {
 
 /// The gradient of `function` with respect to `variables`.
 ///
-/// One reverse sweep: the number of nodes made is a small multiple of those that `function` needs, whatever the
-/// number of variables.
+/// One reverse sweep: the number of nodes made is a small multiple of those that `function` needs,
+/// whatever the number of variables.
 pub fn gradient(graph: &mut Graph, function: NodeId, variables: &[NodeId]) -> Vec<NodeId> {
     let needed = graph.reachable(&[function]);
     let depends = dependence(graph, &needed, variables);
@@ -58,7 +59,9 @@ pub fn gradient(graph: &mut Graph, function: NodeId, variables: &[NodeId]) -> Ve
         adjoints[function.index()] = Some(graph.integer(1));
     }
     for &id in needed.iter().rev() {
-        let Some(adjoint) = adjoints[id.index()] else { continue };
+        let Some(adjoint) = adjoints[id.index()] else {
+            continue;
+        };
         let slopes = local_derivatives(graph, id);
         for (operand, slope) in graph.node(id).operands().zip(slopes) {
             if depends[operand.index()] {
@@ -68,7 +71,16 @@ pub fn gradient(graph: &mut Graph, function: NodeId, variables: &[NodeId]) -> Ve
         }
     }
     let zero = graph.integer(0);
-    variables.iter().map(|variable| adjoints.get(variable.index()).copied().flatten().unwrap_or(zero)).collect()
+    variables
+        .iter()
+        .map(|variable| {
+            adjoints
+                .get(variable.index())
+                .copied()
+                .flatten()
+                .unwrap_or(zero)
+        })
+        .collect()
 }
 
 fn accumulate(graph: &mut Graph, sum: &mut Option<NodeId>, term: NodeId) {
@@ -87,15 +99,24 @@ fn dependence(graph: &Graph, needed: &[NodeId], variables: &[NodeId]) -> Vec<boo
         }
     }
     for &id in needed {
-        if graph.node(id).operands().any(|operand| depends[operand.index()]) {
+        if graph
+            .node(id)
+            .operands()
+            .any(|operand| depends[operand.index()])
+        {
             depends[id.index()] = true;
         }
     }
     depends
 }
 
-/// The derivative of `outputs` along a direction: each key of `rates` changes at the rate of its value.
-pub fn directional_derivative(graph: &mut Graph, outputs: &[NodeId], rates: &BTreeMap<NodeId, NodeId>) -> Vec<NodeId> {
+/// The derivative of `outputs` along a direction: each key of `rates` changes at the rate of its
+/// value.
+pub fn directional_derivative(
+    graph: &mut Graph,
+    outputs: &[NodeId],
+    rates: &BTreeMap<NodeId, NodeId>,
+) -> Vec<NodeId> {
     let needed = graph.reachable(outputs);
     push_forward(graph, &needed, outputs, rates)
 }
@@ -107,7 +128,8 @@ fn push_forward(
     outputs: &[NodeId],
     rates: &BTreeMap<NodeId, NodeId>,
 ) -> Vec<NodeId> {
-    let mut tangents: Vec<Option<NodeId>> = vec![None; needed.last().map_or(0, |last| last.index() + 1)];
+    let mut tangents: Vec<Option<NodeId>> =
+        vec![None; needed.last().map_or(0, |last| last.index() + 1)];
     for (variable, &rate) in rates {
         if let Some(tangent) = tangents.get_mut(variable.index()) {
             *tangent = Some(rate);
@@ -115,7 +137,11 @@ fn push_forward(
     }
     for &id in needed {
         let node = graph.node(id);
-        if rates.contains_key(&id) || !node.operands().any(|operand| tangents[operand.index()].is_some()) {
+        if rates.contains_key(&id)
+            || !node
+                .operands()
+                .any(|operand| tangents[operand.index()].is_some())
+        {
             continue;
         }
         let slopes = local_derivatives(graph, id);
@@ -129,7 +155,10 @@ fn push_forward(
         tangents[id.index()] = sum.filter(|&sum| !graph.is_zero(sum));
     }
     let zero = graph.integer(0);
-    outputs.iter().map(|output| tangents[output.index()].unwrap_or(zero)).collect()
+    outputs
+        .iter()
+        .map(|output| tangents[output.index()].unwrap_or(zero))
+        .collect()
 }
 
 /// The Jacobian of `outputs` (rows) with respect to `variables` (columns).
@@ -151,9 +180,13 @@ mod tests {
     use super::*;
     use crate::ir::unit::Unit;
 
-    /// `f(x, y) = sin(x y)/(y² + cos(x y)) − √(x + S(y/4))`; `tests/emitted` tests every operator alone.
+    /// `f(x, y) = sin(x y)/(y² + cos(x y)) − √(x + S(y/4))`; `tests/emitted` tests every operator
+    /// alone.
     fn example(graph: &mut Graph) -> (NodeId, [NodeId; 2]) {
-        let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
+        let (x, y) = (
+            graph.symbol("x", "x", Unit::ONE),
+            graph.symbol("y", "y", Unit::ONE),
+        );
         let product = graph.mul(x, y);
         let sin = graph.sin(product);
         let cos = graph.cos(product);

@@ -1,4 +1,5 @@
-//! Checks of SI dimensions: the terms of a sum have the same dimension, a function takes a number, an output has its unit.
+//! Checks of SI dimensions: the terms of a sum have the same dimension, a function takes a number,
+//! an output has its unit.
 //!
 //! The symbols of the graph carry units. The result is nothing, or the first inconsistent term.
 
@@ -11,7 +12,9 @@ use crate::ir::writer::excerpt;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DimensionError {
     /// Terms of different dimensions are added, subtracted or compared.
-    #[error("`{left_term}` is {left} and `{right_term}` is {right}: they cannot be combined in `{term}`")]
+    #[error(
+        "`{left_term}` is {left} and `{right_term}` is {right}: they cannot be combined in `{term}`"
+    )]
     Mismatch {
         /// The sum.
         term: String,
@@ -62,7 +65,8 @@ pub enum DimensionError {
 /// The first inconsistent term, operands before users.
 pub fn check(graph: &Graph, outputs: &[Output]) -> Result<(), DimensionError> {
     let needed = graph.reachable(&output_nodes(outputs));
-    let mut dimensions: Vec<Option<Dimension>> = vec![None; needed.last().map_or(0, |last| last.index() + 1)];
+    let mut dimensions: Vec<Option<Dimension>> =
+        vec![None; needed.last().map_or(0, |last| last.index() + 1)];
     for id in needed {
         dimensions[id.index()] = dimension(graph, id, &dimensions)?;
     }
@@ -73,7 +77,12 @@ pub fn check(graph: &Graph, outputs: &[Output]) -> Result<(), DimensionError> {
             {
                 let term = excerpt(graph, node);
                 let (output, unit) = (output.name.clone(), output.unit.to_string());
-                return Err(DimensionError::Output { output, unit, dimension, term });
+                return Err(DimensionError::Output {
+                    output,
+                    unit,
+                    dimension,
+                    term,
+                });
             }
         }
     }
@@ -81,17 +90,28 @@ pub fn check(graph: &Graph, outputs: &[Output]) -> Result<(), DimensionError> {
 }
 
 /// The dimension of a node; none for zero, which has every dimension.
-fn dimension(graph: &Graph, id: NodeId, dimensions: &[Option<Dimension>]) -> Result<Option<Dimension>, DimensionError> {
+fn dimension(
+    graph: &Graph,
+    id: NodeId,
+    dimensions: &[Option<Dimension>],
+) -> Result<Option<Dimension>, DimensionError> {
     let of = |operand: NodeId| dimensions[operand.index()];
     let number = |argument: NodeId| match of(argument) {
         None | Some(Dimension::NONE) => Ok(Some(Dimension::NONE)),
         Some(dimension) => {
             let (term, argument) = (excerpt(graph, id), excerpt(graph, argument));
-            Err(DimensionError::Argument { term, argument, dimension })
+            Err(DimensionError::Argument {
+                term,
+                argument,
+                dimension,
+            })
         }
     };
     let whole = |result: Option<Dimension>, operand: Dimension| {
-        result.ok_or_else(|| DimensionError::Power { term: excerpt(graph, id), dimension: operand })
+        result.ok_or_else(|| DimensionError::Power {
+            term: excerpt(graph, id),
+            dimension: operand,
+        })
     };
     match graph.node(id) {
         Node::Constant(value) => Ok((!value.is_zero()).then_some(Dimension::NONE)),
@@ -101,16 +121,34 @@ fn dimension(graph: &Graph, id: NodeId, dimensions: &[Option<Dimension>]) -> Res
                 && left != right
             {
                 let [term, left_term, right_term] = [id, a, b].map(|node| excerpt(graph, node));
-                return Err(DimensionError::Mismatch { term, left_term, left, right_term, right });
+                return Err(DimensionError::Mismatch {
+                    term,
+                    left_term,
+                    left,
+                    right_term,
+                    right,
+                });
             }
             let compared = matches!(graph.node(id), Node::LessThan(..));
-            Ok(if compared { Some(Dimension::NONE) } else { of(a).or(of(b)) })
+            Ok(if compared {
+                Some(Dimension::NONE)
+            } else {
+                of(a).or(of(b))
+            })
         }
-        Node::Mul(a, b) => of(a).zip(of(b)).map(|(left, right)| whole(left.times(right), left)).transpose(),
-        Node::Div(a, b) => of(a).zip(of(b)).map(|(above, below)| whole(above.per(below), above)).transpose(),
+        Node::Mul(a, b) => of(a)
+            .zip(of(b))
+            .map(|(left, right)| whole(left.times(right), left))
+            .transpose(),
+        Node::Div(a, b) => of(a)
+            .zip(of(b))
+            .map(|(above, below)| whole(above.per(below), above))
+            .transpose(),
         Node::Neg(a) => Ok(of(a)),
         Node::Powi(_, 0) => Ok(Some(Dimension::NONE)),
-        Node::Powi(a, exponent) => of(a).map(|base| whole(base.powi(exponent), base)).transpose(),
+        Node::Powi(a, exponent) => of(a)
+            .map(|base| whole(base.powi(exponent), base))
+            .transpose(),
         Node::Sqrt(a) => of(a).map(|square| whole(square.sqrt(), square)).transpose(),
         Node::Sin(a) | Node::Cos(a) | Node::Asin(a) | Node::HalfAngleSquared(_, a) => number(a),
     }
@@ -127,7 +165,9 @@ mod tests {
         let angle = graph.symbol("phi_1", "φ1", Unit::RADIAN);
         let node = build(&mut graph, length, angle);
         let output = Output::scalar("force", "", Unit::NEWTON, node);
-        check(&graph, &[output]).expect_err("the term makes no sense").to_string()
+        check(&graph, &[output])
+            .expect_err("the term makes no sense")
+            .to_string()
     }
 
     #[test]
@@ -137,7 +177,10 @@ mod tests {
             let sum = graph.add(length, angle);
             graph.mul(sine, sum)
         });
-        assert_eq!(text, "`h` is m and `φ1` is a number: they cannot be combined in `h + φ1`");
+        assert_eq!(
+            text,
+            "`h` is m and `φ1` is a number: they cannot be combined in `h + φ1`"
+        );
     }
 
     #[test]
@@ -145,8 +188,12 @@ mod tests {
         let text = message(|graph, length, _| graph.sin(length));
         assert_eq!(text, "`h` is m, but `sin h` is defined for numbers only");
         let text = message(|graph, length, _| graph.sqrt(length));
-        assert_eq!(text, "`√(h)` has no dimension with whole exponents: its operand is m");
-        let text = message(|graph, length, _| (0..40).fold(length, |power, _| graph.powi(power, 8)));
+        assert_eq!(
+            text,
+            "`√(h)` has no dimension with whole exponents: its operand is m"
+        );
+        let text =
+            message(|graph, length, _| (0..40).fold(length, |power, _| graph.powi(power, 8)));
         assert!(text.contains("whole exponents"), "{text}");
         let text = message(|graph, length, angle| graph.mul(length, angle));
         assert_eq!(text, "output `force` is stated in N but is m: `h φ1`");

@@ -10,11 +10,11 @@ use crate::ir::simplify::{scaled, split_coefficient};
 /// What the sums of products are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style<'a> {
-    /// For readers: every product is multiplied out, and the terms are collected by their powers of these symbols
-    /// of the source (the constants of the model) and of `S`.
+    /// For readers: every product is multiplied out, and the terms are collected by their powers of
+    /// these symbols of the source (the constants of the model) and of `S`.
     Collected(&'a [NodeId]),
-    /// For computing: a product is multiplied out only where the reduced sum costs no more operations, and frequent
-    /// factors are taken out.
+    /// For computing: a product is multiplied out only where the reduced sum costs no more
+    /// operations, and frequent factors are taken out.
     Cheap,
 }
 
@@ -83,7 +83,10 @@ fn multiply(a: &Monomial, b: &Monomial) -> Monomial {
         let factor = match x.0.cmp(&y.0) {
             Ordering::Less => a.next(),
             Ordering::Greater => b.next(),
-            Ordering::Equal => a.next().zip(b.next()).map(|((atom, j), (_, k))| (atom, j + k)),
+            Ordering::Equal => a
+                .next()
+                .zip(b.next())
+                .map(|((atom, j), (_, k))| (atom, j + k)),
         };
         product.extend(factor.filter(|&(_, exponent)| exponent != 0));
     }
@@ -93,12 +96,16 @@ fn multiply(a: &Monomial, b: &Monomial) -> Monomial {
 }
 
 fn divide(monomial: &Monomial, atoms: &[NodeId]) -> Monomial {
-    let divisor = atoms.iter().fold(Monomial::new(), |product, &atom| multiply(&product, &vec![(atom, -1)]));
+    let divisor = atoms.iter().fold(Monomial::new(), |product, &atom| {
+        multiply(&product, &vec![(atom, -1)])
+    });
     multiply(monomial, &divisor)
 }
 
 fn times(monomial: &Monomial, atoms: &[NodeId]) -> Monomial {
-    atoms.iter().fold(monomial.clone(), |product, &atom| multiply(&product, &vec![(atom, 1)]))
+    atoms.iter().fold(monomial.clone(), |product, &atom| {
+        multiply(&product, &vec![(atom, 1)])
+    })
 }
 
 fn add_term(sum: &mut Sum, monomial: Monomial, coefficient: Constant) {
@@ -117,11 +124,19 @@ fn constant_sum(value: Constant) -> Sum {
 }
 
 fn scale(sum: &Sum, factor: Constant) -> Sum {
-    sum.iter().map(|(monomial, &coefficient)| (monomial.clone(), coefficient * factor)).collect()
+    sum.iter()
+        .map(|(monomial, &coefficient)| (monomial.clone(), coefficient * factor))
+        .collect()
 }
 
-/// The factors `function(x)` of a monomial with an exponent of at least `least`, each with its argument `x`.
-fn factors(graph: &Graph, monomial: &Monomial, least: i32, function: fn(NodeId) -> Node) -> Vec<(NodeId, NodeId)> {
+/// The factors `function(x)` of a monomial with an exponent of at least `least`, each with its
+/// argument `x`.
+fn factors(
+    graph: &Graph,
+    monomial: &Monomial,
+    least: i32,
+    function: fn(NodeId) -> Node,
+) -> Vec<(NodeId, NodeId)> {
     let factors = monomial.iter().filter(|&&(_, exponent)| exponent >= least);
     let with_argument = |&(atom, _): &(NodeId, i32)| {
         let argument = graph.node(atom).operands().next()?;
@@ -131,35 +146,54 @@ fn factors(graph: &Graph, monomial: &Monomial, least: i32, function: fn(NodeId) 
 }
 
 fn pythagoras(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<Rewrite> {
-    let squares = [factors(graph, term, 2, Node::Cos), factors(graph, term, 2, Node::Sin)].concat();
+    let squares = [
+        factors(graph, term, 2, Node::Cos),
+        factors(graph, term, 2, Node::Sin),
+    ]
+    .concat();
     for (function, x) in squares {
         let (sin, cos) = (graph.sin(x), graph.cos(x));
         let rest = divide(term, &[function, function]);
         let (sines, cosines) = (times(&rest, &[sin, sin]), times(&rest, &[cos, cos]));
-        let (Some(&a), Some(&b)) = (sum.get(&sines), sum.get(&cosines)) else { continue };
+        let (Some(&a), Some(&b)) = (sum.get(&sines), sum.get(&cosines)) else {
+            continue;
+        };
         if a.is_negative() != b.is_negative() {
             continue;
         }
         let added = vec![(rest, b), (sines.clone(), a + -b)];
-        return Some(Rewrite { removed: [sines, cosines], added });
+        return Some(Rewrite {
+            removed: [sines, cosines],
+            added,
+        });
     }
     None
 }
 
 /// `x − y` or `y − x`, in a fixed order, and whether it is `y − x`.
 fn difference(graph: &mut Graph, x: NodeId, y: NodeId) -> (NodeId, bool) {
-    if x < y { (graph.sub(x, y), false) } else { (graph.sub(y, x), true) }
+    if x < y {
+        (graph.sub(x, y), false)
+    } else {
+        (graph.sub(y, x), true)
+    }
 }
 
 fn cosine_of_difference(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<Rewrite> {
-    for factors in [factors(graph, term, 1, Node::Cos), factors(graph, term, 1, Node::Sin)] {
+    for factors in [
+        factors(graph, term, 1, Node::Cos),
+        factors(graph, term, 1, Node::Sin),
+    ] {
         for (i, &(function_x, x)) in factors.iter().enumerate() {
             for &(function_y, y) in &factors[i + 1..] {
                 let rest = divide(term, &[function_x, function_y]);
                 let [cos_x, cos_y] = [x, y].map(|angle| graph.cos(angle));
                 let [sin_x, sin_y] = [x, y].map(|angle| graph.sin(angle));
-                let (cosines, sines) = (times(&rest, &[cos_x, cos_y]), times(&rest, &[sin_x, sin_y]));
-                let (Some(&a), Some(&b)) = (sum.get(&cosines), sum.get(&sines)) else { continue };
+                let (cosines, sines) =
+                    (times(&rest, &[cos_x, cos_y]), times(&rest, &[sin_x, sin_y]));
+                let (Some(&a), Some(&b)) = (sum.get(&cosines), sum.get(&sines)) else {
+                    continue;
+                };
                 let argument = if a == b {
                     difference(graph, x, y).0
                 } else if a == -b {
@@ -168,7 +202,10 @@ fn cosine_of_difference(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option
                     continue;
                 };
                 let cos = graph.cos(argument);
-                return Some(Rewrite { removed: [cosines, sines], added: vec![(times(&rest, &[cos]), a)] });
+                return Some(Rewrite {
+                    removed: [cosines, sines],
+                    added: vec![(times(&rest, &[cos]), a)],
+                });
             }
         }
     }
@@ -184,7 +221,9 @@ fn sine_of_difference(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<R
             let rest = divide(term, &[sin_x, cos_y]);
             let (cos_x, sin_y) = (graph.cos(x), graph.sin(y));
             let partner = times(&rest, &[cos_x, sin_y]);
-            let (a, Some(&b)) = (sum[term], sum.get(&partner)) else { continue };
+            let (a, Some(&b)) = (sum[term], sum.get(&partner)) else {
+                continue;
+            };
             let (argument, flipped) = if a == -b {
                 difference(graph, x, y)
             } else if a == b {
@@ -194,7 +233,10 @@ fn sine_of_difference(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<R
             };
             let sin = graph.sin(argument);
             let added = vec![(times(&rest, &[sin]), if flipped { -a } else { a })];
-            return Some(Rewrite { removed: [term.clone(), partner], added });
+            return Some(Rewrite {
+                removed: [term.clone(), partner],
+                added,
+            });
         }
     }
     None
@@ -202,14 +244,19 @@ fn sine_of_difference(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<R
 
 /// Applies [`SUM_RULES`] until none applies to a term of `pending`.
 ///
-/// The rules find a pair from either of its terms, so that terms without a new partner need not be visited.
+/// The rules find a pair from either of its terms, so that terms without a new partner need not be
+/// visited.
 fn reduce(graph: &mut Graph, mut sum: Sum, mut pending: BTreeSet<Monomial>) -> Sum {
     while let Some(term) = pending.pop_first() {
         if !sum.contains_key(&term) {
             continue;
         }
-        let rewrite = SUM_RULES.iter().find_map(|rule| (rule.apply)(graph, &sum, &term));
-        let Some(Rewrite { removed, added }) = rewrite else { continue };
+        let rewrite = SUM_RULES
+            .iter()
+            .find_map(|rule| (rule.apply)(graph, &sum, &term));
+        let Some(Rewrite { removed, added }) = rewrite else {
+            continue;
+        };
         for monomial in removed {
             sum.remove(&monomial);
         }
@@ -223,10 +270,12 @@ fn reduce(graph: &mut Graph, mut sum: Sum, mut pending: BTreeSet<Monomial>) -> S
 
 /// `a + factor × b` of two reduced sums, reduced.
 ///
-/// The shorter sum is added to the longer one in place: a chain of additions costs as much as the terms that it adds.
+/// The shorter sum is added to the longer one in place: a chain of additions costs as much as the
+/// terms that it adds.
 fn add_reduced(graph: &mut Graph, a: Sum, factor: i64, mut b: Sum) -> Sum {
     let factor = Constant::from(factor);
-    b.values_mut().for_each(|coefficient| *coefficient = *coefficient * factor);
+    b.values_mut()
+        .for_each(|coefficient| *coefficient = *coefficient * factor);
     let (mut sum, small) = if a.len() < b.len() { (b, a) } else { (a, b) };
     let pending = small.keys().cloned().collect();
     for (monomial, coefficient) in small {
@@ -258,7 +307,10 @@ struct Sums {
 
 impl Sums {
     fn single(sum: Sum) -> Self {
-        Self { compact: sum, other: None }
+        Self {
+            compact: sum,
+            other: None,
+        }
     }
 
     fn expanded(&self) -> &Sum {
@@ -266,7 +318,8 @@ impl Sums {
     }
 }
 
-/// The forms of the nodes of a source, each until its last use: a sum of many terms has a partial sum for each of them.
+/// The forms of the nodes of a source, each until its last use: a sum of many terms has a partial
+/// sum for each of them.
 struct Forms {
     forms: Vec<Option<Sums>>,
     /// By index: how often a form will be used yet.
@@ -278,12 +331,19 @@ impl Forms {
     fn new(source: &Graph, needed: &[NodeId], outputs: &[NodeId]) -> Self {
         let mut uses = vec![0; source.nodes().len()];
         let operands = needed.iter().flat_map(|&id| source.node(id).operands());
-        operands.chain(outputs.iter().copied()).for_each(|id| uses[id.index()] += 1);
-        Self { forms: vec![None; uses.len()], uses }
+        operands
+            .chain(outputs.iter().copied())
+            .for_each(|id| uses[id.index()] += 1);
+        Self {
+            forms: vec![None; uses.len()],
+            uses,
+        }
     }
 
     fn of(&self, id: NodeId) -> &Sums {
-        self.forms[id.index()].as_ref().expect("operands come first")
+        self.forms[id.index()]
+            .as_ref()
+            .expect("operands come first")
     }
 
     /// Counts a use of the form.
@@ -298,7 +358,12 @@ impl Forms {
     fn take(&mut self, id: NodeId) -> Sums {
         self.uses[id.index()] -= 1;
         let form = &mut self.forms[id.index()];
-        if self.uses[id.index()] == 0 { form.take() } else { form.clone() }.expect("operands come first")
+        if self.uses[id.index()] == 0 {
+            form.take()
+        } else {
+            form.clone()
+        }
+        .expect("operands come first")
     }
 }
 
@@ -311,26 +376,38 @@ pub struct Normalised {
     pub outputs: Vec<NodeId>,
 }
 
-/// Rewrites `outputs` as sums of products: like terms collected, trigonometric identities applied, common
-/// factors taken out.
+/// Rewrites `outputs` as sums of products: like terms collected, trigonometric identities applied,
+/// common factors taken out.
 pub fn normalise(source: &Graph, outputs: &[NodeId], style: Style<'_>) -> Normalised {
     let graph = source.with_same_symbols();
     let collected = match style {
         Style::Cheap => None,
         Style::Collected(symbols) => {
-            let names = symbols.iter().filter_map(|&symbol| source.symbol_name(symbol));
+            let names = symbols
+                .iter()
+                .filter_map(|&symbol| source.symbol_name(symbol));
             Some(names.filter_map(|name| graph.find_symbol(name)).collect())
         }
     };
-    let mut normaliser = Normaliser { graph, collected, costs: BTreeMap::new() };
+    let mut normaliser = Normaliser {
+        graph,
+        collected,
+        costs: BTreeMap::new(),
+    };
     let needed = source.reachable(outputs);
     let mut forms = Forms::new(source, &needed, outputs);
     for id in needed {
         let form = normaliser.form(source, source.node(id), &mut forms);
         forms.forms[id.index()] = Some(form);
     }
-    let outputs = outputs.iter().map(|&output| normaliser.build(&forms.take(output).compact)).collect();
-    Normalised { graph: normaliser.graph, outputs }
+    let outputs = outputs
+        .iter()
+        .map(|&output| normaliser.build(&forms.take(output).compact))
+        .collect();
+    Normalised {
+        graph: normaliser.graph,
+        outputs,
+    }
 }
 
 struct Normaliser {
@@ -359,14 +436,19 @@ impl Normaliser {
             Node::Constant(value) => Sums::single(constant_sum(value)),
             Node::Symbol(symbol) => {
                 let symbol = &source.symbols()[symbol.index()];
-                let atom = self.graph.symbol(&symbol.name, &symbol.notation, symbol.unit);
+                let atom = self
+                    .graph
+                    .symbol(&symbol.name, &symbol.notation, symbol.unit);
                 self.atom(atom, 1)
             }
             Node::Add(..) | Node::Sub(..) => unreachable!("sums take the forms of their terms"),
             Node::Neg(a) => {
                 let minus = Constant::from(-1);
                 let Sums { compact, other } = of(a);
-                Sums { compact: scale(compact, minus), other: other.as_ref().map(|sum| scale(sum, minus)) }
+                Sums {
+                    compact: scale(compact, minus),
+                    other: other.as_ref().map(|sum| scale(sum, minus)),
+                }
             }
             Node::Mul(a, b) => self.product(of(a), of(b)),
             Node::Div(a, b) => {
@@ -408,7 +490,10 @@ impl Normaliser {
         if let Some((monomial, coefficient)) = single(&base.compact)
             && let Some(inverse) = coefficient.powi(-exponent)
         {
-            let monomial = monomial.iter().map(|&(atom, power)| (atom, -power * exponent)).collect();
+            let monomial = monomial
+                .iter()
+                .map(|&(atom, power)| (atom, -power * exponent))
+                .collect();
             return Sums::single(Sum::from([(monomial, inverse)]));
         }
         let atom = self.build(&base.compact);
@@ -454,7 +539,10 @@ impl Normaliser {
         if expanded.len() > MAX_SPECULATIVE_TERMS {
             return Sums::single(compact);
         }
-        Sums { compact, other: Some(expanded) }
+        Sums {
+            compact,
+            other: Some(expanded),
+        }
     }
 
     /// Additions and multiplications; each atom that represents a sum counts once.
@@ -462,12 +550,19 @@ impl Normaliser {
         let mut atoms = BTreeSet::new();
         let mut operations = sum.len().saturating_sub(1);
         for (monomial, coefficient) in sum {
-            let factors: usize = monomial.iter().map(|&(_, exponent)| exponent.unsigned_abs() as usize).sum();
+            let factors: usize = monomial
+                .iter()
+                .map(|&(_, exponent)| exponent.unsigned_abs() as usize)
+                .sum();
             let scaled = usize::from(!coefficient.is_one() && !coefficient.is_minus_one());
             operations += (factors + scaled).saturating_sub(1);
             atoms.extend(monomial.iter().map(|&(atom, _)| atom));
         }
-        operations + atoms.iter().filter_map(|atom| self.costs.get(atom)).sum::<usize>()
+        operations
+            + atoms
+                .iter()
+                .filter_map(|atom| self.costs.get(atom))
+                .sum::<usize>()
     }
 
     /// The sum as a node, with common factors taken out.
@@ -486,15 +581,23 @@ impl Normaliser {
             return self.build_groups(groups);
         }
         if let Some(common) = common_magnitude(sum) {
-            let rest = self.build(&scale(sum, common.recip().expect("coefficients are not zero")));
+            let rest = self.build(&scale(
+                sum,
+                common.recip().expect("coefficients are not zero"),
+            ));
             return scaled(&mut self.graph, common, rest);
         }
         let Some(factor) = frequent_factor(sum) else {
             return self.build_terms(sum);
         };
-        let (with, without): (Sum, Sum) =
-            sum.iter().map(|(m, &c)| (m.clone(), c)).partition(|(monomial, _)| exponent_of(monomial, factor) > 0);
-        let quotient = with.iter().map(|(monomial, &c)| (divide(monomial, &[factor]), c)).collect();
+        let (with, without): (Sum, Sum) = sum
+            .iter()
+            .map(|(m, &c)| (m.clone(), c))
+            .partition(|(monomial, _)| exponent_of(monomial, factor) > 0);
+        let quotient = with
+            .iter()
+            .map(|(monomial, &c)| (divide(monomial, &[factor]), c))
+            .collect();
         let quotient = self.build(&quotient);
         let grouped = self.graph.mul(factor, quotient);
         if without.is_empty() {
@@ -504,19 +607,36 @@ impl Normaliser {
         self.graph.add(grouped, rest)
     }
 
-    /// The sum of `coefficient × rest` for each group; groups that are negative throughout are subtracted.
+    /// The sum of `coefficient × rest` for each group; groups that are negative throughout are
+    /// subtracted.
     fn build_groups(&mut self, groups: BTreeMap<Monomial, Sum>) -> NodeId {
         let mut total = None;
-        let (negative, positive): (Vec<_>, Vec<_>) =
-            groups.into_iter().partition(|(_, rest)| rest.values().all(|coefficient| coefficient.is_negative()));
-        let negative = negative.into_iter().map(|(key, rest)| (key, scale(&rest, Constant::from(-1)), true));
-        for (key, rest, subtract) in positive.into_iter().map(|(key, rest)| (key, rest, false)).chain(negative) {
+        let (negative, positive): (Vec<_>, Vec<_>) = groups
+            .into_iter()
+            .partition(|(_, rest)| rest.values().all(|coefficient| coefficient.is_negative()));
+        let negative = negative
+            .into_iter()
+            .map(|(key, rest)| (key, scale(&rest, Constant::from(-1)), true));
+        for (key, rest, subtract) in positive
+            .into_iter()
+            .map(|(key, rest)| (key, rest, false))
+            .chain(negative)
+        {
             let magnitude = common_magnitude(&rest).unwrap_or(Constant::from(1));
             let shared = common_factor(&rest);
-            let inverse: Monomial = shared.iter().map(|&(atom, exponent)| (atom, -exponent)).collect();
+            let inverse: Monomial = shared
+                .iter()
+                .map(|&(atom, exponent)| (atom, -exponent))
+                .collect();
             let scale_back = magnitude.recip().expect("coefficients are not zero");
-            let rest = rest.iter().map(|(monomial, &c)| (multiply(monomial, &inverse), c * scale_back)).collect();
-            let (front, rest) = (self.build_monomial(&multiply(&key, &shared)), self.build_terms(&rest));
+            let rest = rest
+                .iter()
+                .map(|(monomial, &c)| (multiply(monomial, &inverse), c * scale_back))
+                .collect();
+            let (front, rest) = (
+                self.build_monomial(&multiply(&key, &shared)),
+                self.build_terms(&rest),
+            );
             let product = self.graph.mul(front, rest);
             let term = scaled(&mut self.graph, magnitude, product);
             total = Some(match (total, subtract) {
@@ -531,7 +651,9 @@ impl Normaliser {
 
     fn build_terms(&mut self, sum: &Sum) -> NodeId {
         // Positive terms first, so that a sum does not start with a sign.
-        let (negative, positive): (Vec<_>, Vec<_>) = sum.iter().partition(|(_, coefficient)| coefficient.is_negative());
+        let (negative, positive): (Vec<_>, Vec<_>) = sum
+            .iter()
+            .partition(|(_, coefficient)| coefficient.is_negative());
         let mut total = None;
         for (monomial, &coefficient) in positive.into_iter().chain(negative) {
             let product = self.build_monomial(monomial);
@@ -551,9 +673,12 @@ impl Normaliser {
     }
 
     fn build_monomial(&mut self, monomial: &Monomial) -> NodeId {
-        let (below, above): (Vec<_>, Vec<_>) = monomial.iter().partition(|&&(_, exponent)| exponent < 0);
+        let (below, above): (Vec<_>, Vec<_>) =
+            monomial.iter().partition(|&&(_, exponent)| exponent < 0);
         let product = |graph: &mut Graph, factors: Vec<&(NodeId, i32)>| {
-            let powers = factors.into_iter().map(|&(atom, exponent)| (atom, exponent.abs()));
+            let powers = factors
+                .into_iter()
+                .map(|&(atom, exponent)| (atom, exponent.abs()));
             powers.fold(None, |product: Option<NodeId>, (atom, exponent)| {
                 let power = graph.powi(atom, exponent);
                 Some(product.map_or(power, |product| graph.mul(product, power)))
@@ -569,18 +694,26 @@ impl Normaliser {
 
 fn single(sum: &Sum) -> Option<(&Monomial, Constant)> {
     match sum.len() {
-        1 => sum.iter().next().map(|(monomial, &coefficient)| (monomial, coefficient)),
+        1 => sum
+            .iter()
+            .next()
+            .map(|(monomial, &coefficient)| (monomial, coefficient)),
         _ => None,
     }
 }
 
 fn exponent_of(monomial: &Monomial, atom: NodeId) -> i32 {
-    monomial.iter().find(|&&(other, _)| other == atom).map_or(0, |&(_, exponent)| exponent)
+    monomial
+        .iter()
+        .find(|&&(other, _)| other == atom)
+        .map_or(0, |&(_, exponent)| exponent)
 }
 
 /// The terms by their powers of `symbols` and of `S`.
 fn collect(graph: &Graph, symbols: &BTreeSet<NodeId>, sum: &Sum) -> BTreeMap<Monomial, Sum> {
-    let collected = |atom: NodeId| symbols.contains(&atom) || matches!(graph.node(atom), Node::HalfAngleSquared(..));
+    let collected = |atom: NodeId| {
+        symbols.contains(&atom) || matches!(graph.node(atom), Node::HalfAngleSquared(..))
+    };
     let mut groups: BTreeMap<Monomial, Sum> = BTreeMap::new();
     for (monomial, &coefficient) in sum {
         let (key, rest) = monomial.iter().partition(|&&(atom, _)| collected(atom));
@@ -594,15 +727,26 @@ fn common_factor(sum: &Sum) -> Monomial {
     let mut terms = sum.keys();
     let first = terms.next().cloned().unwrap_or_default();
     let shared = terms.fold(first, |shared, monomial| {
-        let kept = shared.into_iter().map(|(atom, exponent)| (atom, exponent.min(exponent_of(monomial, atom))));
+        let kept = shared
+            .into_iter()
+            .map(|(atom, exponent)| (atom, exponent.min(exponent_of(monomial, atom))));
         kept.filter(|&(_, exponent)| exponent > 0).collect()
     });
-    shared.into_iter().filter(|&(_, exponent)| exponent > 0).collect()
+    shared
+        .into_iter()
+        .filter(|&(_, exponent)| exponent > 0)
+        .collect()
 }
 
 /// The magnitude that all coefficients share, if it is not one.
 fn common_magnitude(sum: &Sum) -> Option<Constant> {
-    let magnitude = |coefficient: Constant| if coefficient.is_negative() { -coefficient } else { coefficient };
+    let magnitude = |coefficient: Constant| {
+        if coefficient.is_negative() {
+            -coefficient
+        } else {
+            coefficient
+        }
+    };
     let mut magnitudes = sum.values().map(|&coefficient| magnitude(coefficient));
     let first = magnitudes.next()?;
     (!first.is_one() && magnitudes.all(|other| other == first)).then_some(first)
@@ -617,7 +761,10 @@ fn frequent_factor(sum: &Sum) -> Option<NodeId> {
         }
     }
     let most = counts.values().copied().max().filter(|&count| count > 1)?;
-    counts.into_iter().find(|&(_, count)| count == most).map(|(atom, _)| atom)
+    counts
+        .into_iter()
+        .find(|&(_, count)| count == most)
+        .map(|(atom, _)| atom)
 }
 
 #[cfg(test)]
@@ -630,7 +777,9 @@ mod tests {
     fn value(graph: &Graph, sum: &Sum, point: &[f64]) -> f64 {
         let values = graph.evaluate(point);
         let term = |(monomial, coefficient): (&Monomial, &Constant)| {
-            let factors = monomial.iter().map(|&(atom, exponent)| values[atom.index()].powi(exponent));
+            let factors = monomial
+                .iter()
+                .map(|&(atom, exponent)| values[atom.index()].powi(exponent));
             coefficient.value() * factors.product::<f64>()
         };
         sum.iter().map(term).sum()
@@ -644,7 +793,8 @@ mod tests {
             let mut graph = Graph::new();
             let g = &mut graph;
             let [x, y, r] = ["x", "y", "r"].map(|name| g.symbol(name, name, Unit::ONE));
-            let ([sin_x, sin_y], [cos_x, cos_y]) = ([x, y].map(|a| g.sin(a)), [x, y].map(|a| g.cos(a)));
+            let ([sin_x, sin_y], [cos_x, cos_y]) =
+                ([x, y].map(|a| g.sin(a)), [x, y].map(|a| g.cos(a)));
             let product = |factors: &[NodeId]| times(&vec![(r, 2)], factors);
             let (a, b) = (Constant::ratio(3, 2), Constant::ratio(1, 2));
             let pairs = [
@@ -658,21 +808,37 @@ mod tests {
             ];
             let mut fired = 0;
             for (first, a, second, b) in pairs {
-                let sum = Sum::from([(product(&first), a), (product(&second), b), (product(&[sin_x]), a)]);
+                let sum = Sum::from([
+                    (product(&first), a),
+                    (product(&second), b),
+                    (product(&[sin_x]), a),
+                ]);
                 for term in sum.keys() {
-                    let Some(Rewrite { removed, added }) = (rule.apply)(&mut graph, &sum, term) else { continue };
+                    let Some(Rewrite { removed, added }) = (rule.apply)(&mut graph, &sum, term)
+                    else {
+                        continue;
+                    };
                     fired += 1;
                     let mut rewritten = sum.clone();
                     for monomial in removed {
-                        assert!(rewritten.remove(&monomial).is_some(), "{rule:?} removes what is there");
+                        assert!(
+                            rewritten.remove(&monomial).is_some(),
+                            "{rule:?} removes what is there"
+                        );
                     }
                     for (monomial, coefficient) in added {
                         add_term(&mut rewritten, monomial, coefficient);
                     }
                     for _ in 0..100 {
                         let point = [0; 3].map(|_| 6.0 * rng.f64() - 3.0);
-                        let (expected, result) = (value(&graph, &sum, &point), value(&graph, &rewritten, &point));
-                        assert!((expected - result).abs() < 1e-13, "{rule:?} at {point:?}: {expected} {result}");
+                        let (expected, result) = (
+                            value(&graph, &sum, &point),
+                            value(&graph, &rewritten, &point),
+                        );
+                        assert!(
+                            (expected - result).abs() < 1e-13,
+                            "{rule:?} at {point:?}: {expected} {result}"
+                        );
                     }
                 }
             }

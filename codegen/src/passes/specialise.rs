@@ -5,18 +5,31 @@ use std::collections::BTreeMap;
 use crate::ir::graph::{Graph, Node, NodeId};
 use crate::passes::normal_form::{Style, normalise};
 
-/// The `outputs` with each key of `values` replaced by its value. The constructors of the graph simplify the result.
-pub fn substitute(graph: &mut Graph, outputs: &[NodeId], values: &BTreeMap<NodeId, NodeId>) -> Vec<NodeId> {
-    rewrite(graph, outputs, |graph, id, node| values.get(&id).copied().unwrap_or_else(|| graph.make(node)))
+/// The `outputs` with each key of `values` replaced by its value. The constructors of the graph
+/// simplify the result.
+pub fn substitute(
+    graph: &mut Graph,
+    outputs: &[NodeId],
+    values: &BTreeMap<NodeId, NodeId>,
+) -> Vec<NodeId> {
+    rewrite(graph, outputs, |graph, id, node| {
+        values.get(&id).copied().unwrap_or_else(|| graph.make(node))
+    })
 }
 
-/// The `outputs` with `½ a²` in the place of `S(1 − cos a)`, the energy of a spring whose angle `a` is known.
+/// The `outputs` with `½ a²` in the place of `S(1 − cos a)`, the energy of a spring whose angle `a`
+/// is known.
 ///
-/// Holds for `−π < a < π`. The argument of `S` need not have this form, only a normal form that does.
+/// Holds for `−π < a < π`. The argument of `S` need not have this form, only a normal form that
+/// does.
 pub fn angles_of_springs(graph: &mut Graph, outputs: &[NodeId]) -> Vec<NodeId> {
     rewrite(graph, outputs, |graph, _, node| {
-        let Node::HalfAngleSquared(0, u) = node else { return graph.make(node) };
-        let Some(angle) = angle_of_cosine(graph, u) else { return graph.make(node) };
+        let Node::HalfAngleSquared(0, u) = node else {
+            return graph.make(node);
+        };
+        let Some(angle) = angle_of_cosine(graph, u) else {
+            return graph.make(node);
+        };
         let (half, square) = (graph.ratio(1, 2), graph.powi(angle, 2));
         graph.mul(half, square)
     })
@@ -25,9 +38,17 @@ pub fn angles_of_springs(graph: &mut Graph, outputs: &[NodeId]) -> Vec<NodeId> {
 /// The `a` of an expression that equals `1 − cos a`, if its normal form shows it.
 fn angle_of_cosine(graph: &mut Graph, u: NodeId) -> Option<NodeId> {
     let normal = normalise(graph, &[u], Style::Cheap);
-    let Node::Sub(one, cosine) = normal.graph.node(normal.outputs[0]) else { return None };
-    let Node::Cos(angle) = normal.graph.node(cosine) else { return None };
-    normal.graph.as_constant(one)?.is_one().then(|| import(graph, &normal.graph, angle))
+    let Node::Sub(one, cosine) = normal.graph.node(normal.outputs[0]) else {
+        return None;
+    };
+    let Node::Cos(angle) = normal.graph.node(cosine) else {
+        return None;
+    };
+    normal
+        .graph
+        .as_constant(one)?
+        .is_one()
+        .then(|| import(graph, &normal.graph, angle))
 }
 
 /// A node of another graph, with the symbols of this one that have the same names.
@@ -46,8 +67,8 @@ fn import(graph: &mut Graph, source: &Graph, node: NodeId) -> NodeId {
     images[&node]
 }
 
-/// Builds the `outputs` again, operands before users. `image` gives a node's image, from its own id and from the node with the
-/// images of its operands.
+/// Builds the `outputs` again, operands before users. `image` gives a node's image, from its own id
+/// and from the node with the images of its operands.
 fn rewrite(
     graph: &mut Graph,
     outputs: &[NodeId],
@@ -76,7 +97,10 @@ mod tests {
         let (zero, one) = (g.integer(0), g.integer(1));
         let (left, right) = (g.mul(sin, y), g.mul(cos, y));
         let sum = g.add(left, right);
-        assert_eq!(substitute(g, &[sum, x], &BTreeMap::from([(sin, one), (cos, zero)])), [y, x]);
+        assert_eq!(
+            substitute(g, &[sum, x], &BTreeMap::from([(sin, one), (cos, zero)])),
+            [y, x]
+        );
     }
 
     #[test]
@@ -90,7 +114,9 @@ mod tests {
         let (half, square) = (g.ratio(1, 2), g.dot(&chord, &chord));
         let u = g.mul(half, square);
         let energy = g.half_angle_squared(u);
-        let [rewritten] = angles_of_springs(g, &[energy])[..] else { panic!("one output gives one") };
+        let [rewritten] = angles_of_springs(g, &[energy])[..] else {
+            panic!("one output gives one")
+        };
         for [angle, other] in [[0.3, 0.3], [0.1, 1.9], [-2.0, 1.1], [1.0, -2.1]] {
             let values = graph.evaluate(&[angle, other]);
             assert!((values[rewritten.index()] - 0.5 * (other - angle).powi(2)).abs() < 1e-15);

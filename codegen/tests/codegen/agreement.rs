@@ -1,4 +1,5 @@
-//! Is it right? The built-in derivation agrees with those of other engines, whose graphs are committed.
+//! Is it right? The built-in derivation agrees with those of other engines, whose graphs are
+//! committed.
 //!
 //! `derivations/README.md` says how the graphs were made and how to make them again.
 
@@ -15,21 +16,26 @@ use bristle_codegen::model::whole::{Purpose, whole_kernels};
 const STATES: usize = 1000;
 
 fn committed(name: &str) -> GraphFile {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../derivations/graphs").join(name);
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../derivations/graphs")
+        .join(name);
+    let text = std::fs::read_to_string(&path)
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     from_json(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 /// The built-in derivation of the whole equations of `segments` and `motion`.
 ///
-/// In the form for computing: the one for reading writes the chord of a joint through cosines, which cancel.
+/// In the form for computing: the one for reading writes the chord of a joint through cosines,
+/// which cancel.
 fn built_in(segments: usize, motion: Motion) -> Vec<Kernel> {
     whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound")
 }
 
 fn assert_agreement(expected: &[Kernel], name: &str, states: States) {
     let found = committed(name);
-    let deviations = compare(expected, &found.kernels, STATES, states, 1).expect("they compute the same things");
+    let deviations =
+        compare(expected, &found.kernels, STATES, states, 1).expect("they compute the same things");
     for deviation in deviations {
         assert!(deviation.largest <= TOLERANCE, "{name}: {deviation:?}");
     }
@@ -40,7 +46,10 @@ fn casadi_derives_the_same_whole_equations() {
     for (motion, end) in [(Motion::Spatial, ""), (Motion::Planar, "_planar")] {
         for segments in [1, 2, 3, 5] {
             let name = format!("chain_{segments}{end}.json");
-            assert_eq!(whole_chain(&committed(&name).kernels), Some((segments, motion)));
+            assert_eq!(
+                whole_chain(&committed(&name).kernels),
+                Some((segments, motion))
+            );
             assert_agreement(&built_in(segments, motion), &name, States::All);
         }
     }
@@ -48,13 +57,22 @@ fn casadi_derives_the_same_whole_equations() {
 
 #[test]
 fn casadi_derives_the_same_kernels_and_tangents() {
-    assert_agreement(&kernels().expect("the derivation is sound"), "kernels.json", States::All);
+    assert_agreement(
+        &kernels().expect("the derivation is sound"),
+        "kernels.json",
+        States::All,
+    );
 }
 
-/// SymPy states the angle of a joint by the arc cosine, whose derivative has no value at the straight joint.
+/// SymPy states the angle of a joint by the arc cosine, whose derivative has no value at the
+/// straight joint.
 #[test]
 fn sympy_derives_the_same_whole_equations() {
     for segments in [1, 2] {
-        assert_agreement(&built_in(segments, Motion::Spatial), &format!("sympy_{segments}.json"), States::Bent);
+        assert_agreement(
+            &built_in(segments, Motion::Spatial),
+            &format!("sympy_{segments}.json"),
+            States::Bent,
+        );
     }
 }

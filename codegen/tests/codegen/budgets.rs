@@ -1,7 +1,8 @@
-//! Did the work change? Upper limits for what the derivation may cost at run time and the emitted source at build time.
+//! Did the work change? Upper limits for what the derivation may cost at run time and the emitted
+//! source at build time.
 //!
-//! The snapshots of `golden.rs` show every change; these limits say how much is too much. `cargo bench --bench speed -- derivation` measures
-//! times, not this test.
+//! The snapshots of `golden.rs` show every change; these limits say how much is too much. `cargo
+//! bench --bench speed -- derivation` measures times, not this test.
 
 use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::{Origin, count_operations};
@@ -10,7 +11,11 @@ use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::lagrange::whole_equations;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 
-const ORIGIN: Origin<'_> = Origin { title: "A test.", maker: "a test", again: "cargo test" };
+const ORIGIN: Origin<'_> = Origin {
+    title: "A test.",
+    maker: "a test",
+    again: "cargo test",
+};
 
 /// Operations of each kernel: the number when the limit was set, plus a tenth.
 const OPERATIONS: [(&str, usize); 29] = [
@@ -48,7 +53,8 @@ const OPERATIONS: [(&str, usize); 29] = [
 /// Bytes of the emitted kernels. Compile time is proportional to them.
 const KERNEL_BYTES: usize = 117_000;
 
-/// Operations of the whole equations of n segments in the form for computing: M takes O(n²), f and the energies O(n).
+/// Operations of the whole equations of n segments in the form for computing: M takes O(n²), f and
+/// the energies O(n).
 const WHOLE: [(Motion, usize, [usize; 3]); 4] = [
     (Motion::Spatial, 5, [1_130, 1_410, 608]),
     (Motion::Spatial, 25, [24_000, 7_210, 3_090]),
@@ -59,20 +65,34 @@ const WHOLE: [(Motion, usize, [usize; 3]); 4] = [
 /// Bytes of the emitted whole equations for 25 segments.
 const WHOLE_BYTES: usize = 650_000;
 
-/// Nodes that the derivation of the whole equations makes for 12 and for 25 segments, including those that simplification
-/// drops: in the form for reading, and in the form for computing. Run time is proportional to them.
-const WORK: [(Purpose, [usize; 2]); 2] =
-    [(Purpose::Reading, [34_400, 147_000]), (Purpose::Computing, [21_400, 70_300])];
+/// Nodes that the derivation of the whole equations makes for 12 and for 25 segments, including
+/// those that simplification drops: in the form for reading, and in the form for computing. Run
+/// time is proportional to them.
+const WORK: [(Purpose, [usize; 2]); 2] = [
+    (Purpose::Reading, [34_400, 147_000]),
+    (Purpose::Computing, [21_400, 70_300]),
+];
 
 #[test]
 fn the_derivation_stays_within_its_budget() {
     for (index, segments) in [12, 25].into_iter().enumerate() {
-        let derived = whole_equations(segments, Motion::Spatial).graph.nodes().len();
+        let derived = whole_equations(segments, Motion::Spatial)
+            .graph
+            .nodes()
+            .len();
         for (purpose, limits) in WORK {
             let limit = limits[index];
-            let kernels = whole_kernels(segments, Motion::Spatial, purpose).expect("the derivation is sound");
-            let nodes = derived + kernels.iter().map(|kernel| kernel.graph.nodes().len()).sum::<usize>();
-            assert!(nodes <= limit, "n = {segments}, {purpose:?}: {nodes} nodes, the budget is {limit}");
+            let kernels =
+                whole_kernels(segments, Motion::Spatial, purpose).expect("the derivation is sound");
+            let nodes = derived
+                + kernels
+                    .iter()
+                    .map(|kernel| kernel.graph.nodes().len())
+                    .sum::<usize>();
+            assert!(
+                nodes <= limit,
+                "n = {segments}, {purpose:?}: {nodes} nodes, the budget is {limit}"
+            );
         }
     }
 }
@@ -84,25 +104,42 @@ fn kernels_stay_within_their_budgets() {
     for (kernel, (name, limit)) in kernels.iter().zip(OPERATIONS) {
         let operations = count_operations(kernel).total();
         assert_eq!(kernel.name, name);
-        assert!(operations <= limit, "{name}: {operations} operations, the budget is {limit}");
+        assert!(
+            operations <= limit,
+            "{name}: {operations} operations, the budget is {limit}"
+        );
     }
-    let bytes = emit(&kernels, ORIGIN).expect("the kernels can be emitted").len();
-    assert!(bytes <= KERNEL_BYTES, "{bytes} bytes, the budget is {KERNEL_BYTES}");
+    let bytes = emit(&kernels, ORIGIN)
+        .expect("the kernels can be emitted")
+        .len();
+    assert!(
+        bytes <= KERNEL_BYTES,
+        "{bytes} bytes, the budget is {KERNEL_BYTES}"
+    );
 }
 
 #[test]
 fn whole_equations_stay_within_their_budgets() {
     for (motion, segments, limits) in WHOLE {
-        let kernels = whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound");
+        let kernels =
+            whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound");
         assert_eq!(kernels.len(), limits.len(), "each kernel has a budget");
         for (kernel, limit) in kernels.iter().zip(limits) {
             let operations = count_operations(kernel).total();
             let of = format!("{motion:?}, n = {segments}, {}", kernel.name);
-            assert!(operations <= limit, "{of}: {operations} operations, the budget is {limit}");
+            assert!(
+                operations <= limit,
+                "{of}: {operations} operations, the budget is {limit}"
+            );
         }
         if motion == Motion::Spatial && segments == 25 {
-            let bytes = emit(&kernels, ORIGIN).expect("the equations can be emitted").len();
-            assert!(bytes <= WHOLE_BYTES, "{bytes} bytes, the budget is {WHOLE_BYTES}");
+            let bytes = emit(&kernels, ORIGIN)
+                .expect("the equations can be emitted")
+                .len();
+            assert!(
+                bytes <= WHOLE_BYTES,
+                "{bytes} bytes, the budget is {WHOLE_BYTES}"
+            );
         }
     }
 }

@@ -29,7 +29,10 @@ fn frame([phi, theta]: [f64; 2]) -> [Vec3; 3] {
 fn rigid_rates(q: [f64; 2], turning: Vec3) -> [f64; 2] {
     let [direction, by_phi, by_theta] = frame(q);
     let rate = cross(turning, direction);
-    [dot(rate, by_phi), dot(rate, by_theta) / dot(by_theta, by_theta)]
+    [
+        dot(rate, by_phi),
+        dot(rate, by_theta) / dot(by_theta, by_theta),
+    ]
 }
 
 /// `D` with unit dampings, from directions alone.
@@ -38,7 +41,10 @@ fn dissipation(q: &[[f64; 2]], v: &[[f64; 2]], turning: Vec3) -> f64 {
     for (&q, v) in q.iter().zip(v) {
         let [direction, by_phi, by_theta] = frame(q);
         let rigid = cross(turning, direction);
-        let outer = cross(direction, std::array::from_fn(|i| v[0] * by_phi[i] + v[1] * by_theta[i] - rigid[i]));
+        let outer = cross(
+            direction,
+            std::array::from_fn(|i| v[0] * by_phi[i] + v[1] * by_theta[i] - rigid[i]),
+        );
         let relative: Vec3 = std::array::from_fn(|i| outer[i] - inner[i]);
         sum += 0.5 * dot(relative, relative);
         inner = outer;
@@ -52,7 +58,10 @@ fn values(whole: &WholeEquations, q: &[[f64; 2]], v: &[[f64; 2]], turning: Vec3)
     let mut point = vec![1.0; symbols.len()];
     let mut set = |node: NodeId, value: f64| {
         let name = whole.graph.symbol_name(node).expect("it is a symbol");
-        let index = symbols.iter().position(|symbol| symbol.name == name).expect("it has an index");
+        let index = symbols
+            .iter()
+            .position(|symbol| symbol.name == name)
+            .expect("it has an index");
         point[index] = value;
     };
     for (k, segment) in whole.segments.iter().enumerate() {
@@ -61,7 +70,12 @@ fn values(whole: &WholeEquations, q: &[[f64; 2]], v: &[[f64; 2]], turning: Vec3)
             set(segment.rates()[i], v[k][i]);
         }
     }
-    whole.clamp.angular_velocity.into_iter().zip(turning).for_each(|(node, value)| set(node, value));
+    whole
+        .clamp
+        .angular_velocity
+        .into_iter()
+        .zip(turning)
+        .for_each(|(node, value)| set(node, value));
     whole.graph.evaluate(&point)
 }
 
@@ -76,11 +90,18 @@ fn a_filament_that_turns_rigidly_with_the_body_dissipates_nothing_and_any_other_
         for _ in 0..200 {
             let mut between = |low: f64, high: f64| low + (high - low) * rng.f64();
             let turning = [0; 3].map(|_| between(-2.0, 2.0));
-            let q: Vec<[f64; 2]> = (0..segments).map(|_| [between(0.2, 2.9), between(-3.0, 3.0)]).collect();
-            let v: Vec<[f64; 2]> = (0..segments).map(|_| [between(-2.0, 2.0), between(-2.0, 2.0)]).collect();
+            let q: Vec<[f64; 2]> = (0..segments)
+                .map(|_| [between(0.2, 2.9), between(-3.0, 3.0)])
+                .collect();
+            let v: Vec<[f64; 2]> = (0..segments)
+                .map(|_| [between(-2.0, 2.0), between(-2.0, 2.0)])
+                .collect();
             let found = values(&whole, &q, &v, turning)[whole.dissipation.index()];
             let expected = dissipation(&q, &v, turning);
-            assert!((found - expected).abs() <= TOLERANCE * expected.max(1.0), "{found} {expected}");
+            assert!(
+                (found - expected).abs() <= TOLERANCE * expected.max(1.0),
+                "{found} {expected}"
+            );
 
             let rigid: Vec<[f64; 2]> = q.iter().map(|&q| rigid_rates(q, turning)).collect();
             let at = values(&whole, &q, &rigid, turning);

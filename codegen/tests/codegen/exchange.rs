@@ -1,5 +1,5 @@
-//! Does the reader understand valid files of graphs and refuse invalid ones? Files that are damaged at random: the target `graph` of
-//! `crates/cli/tests/attack/`.
+//! Does the reader understand valid files of graphs and refuse invalid ones? Files that are damaged
+//! at random: the target `graph` of `crates/cli/tests/attack/`.
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -18,7 +18,11 @@ const PAGE: &str = include_str!("../../../docs/graph-format.md");
 const SCHEMA: &str = include_str!("../../../docs/graph-format.schema.json");
 
 fn origin(maker: &str) -> Origin<'_> {
-    Origin { title: "A test.", maker, again: "cargo test" }
+    Origin {
+        title: "A test.",
+        maker,
+        again: "cargo test",
+    }
 }
 
 fn example() -> Value {
@@ -29,7 +33,9 @@ fn example() -> Value {
 fn changed(changes: &[(&str, Value)]) -> String {
     let mut file = example();
     for (place, value) in changes {
-        *file.pointer_mut(place).unwrap_or_else(|| panic!("the example has {place}")) = value.clone();
+        *file
+            .pointer_mut(place)
+            .unwrap_or_else(|| panic!("the example has {place}")) = value.clone();
     }
     file.to_string()
 }
@@ -50,7 +56,9 @@ fn refused_with(text: &str, part: &str) -> String {
 fn derived() -> Vec<Vec<Kernel>> {
     let mut derived = vec![kernels().expect("the derivation is sound")];
     for motion in [Motion::Spatial, Motion::Planar] {
-        let whole = |segments| whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound");
+        let whole = |segments| {
+            whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound")
+        };
         derived.extend([1, 2, 3, 5].map(whole));
     }
     derived
@@ -62,10 +70,26 @@ fn written(kernels: &[Kernel]) -> String {
 
 /// The values of a kernel's outputs, where the value of every symbol follows from its name.
 fn values(kernel: &Kernel) -> Vec<f64> {
-    let value = |name: &str| 0.3 + 0.1 * (name.bytes().fold(0.0, |sum, byte| 1.7 * sum + f64::from(byte)) % 7.0);
-    let point: Vec<f64> = kernel.graph.symbols().iter().map(|symbol| value(&symbol.name)).collect();
+    let value = |name: &str| {
+        0.3 + 0.1
+            * (name
+                .bytes()
+                .fold(0.0, |sum, byte| 1.7 * sum + f64::from(byte))
+                % 7.0)
+    };
+    let point: Vec<f64> = kernel
+        .graph
+        .symbols()
+        .iter()
+        .map(|symbol| value(&symbol.name))
+        .collect();
     let values = kernel.graph.evaluate(&point);
-    kernel.outputs.iter().flat_map(|output| &output.nodes).map(|node| values[node.index()]).collect()
+    kernel
+        .outputs
+        .iter()
+        .flat_map(|output| &output.nodes)
+        .map(|node| values[node.index()])
+        .collect()
 }
 
 #[test]
@@ -75,22 +99,30 @@ fn what_is_written_is_read_with_its_values_and_written_again_with_its_bytes() {
         let file = from_json(&text).expect("what is written can be read");
         assert_eq!(file.generator, "a test");
         assert_eq!(written(&file.kernels), text);
-        let fingerprint = |kernels: &[Kernel]| json::fingerprint(kernels).expect("they were written before");
+        let fingerprint =
+            |kernels: &[Kernel]| json::fingerprint(kernels).expect("they were written before");
         assert_eq!(fingerprint(&file.kernels), fingerprint(&set));
         for (read, original) in file.kernels.iter().zip(&set) {
             assert_eq!(read.graph.validate(), Ok(()));
             assert_eq!(values(read), values(original), "{}", read.name);
         }
-        let source = |kernels: &[Kernel]| emit(kernels, origin("a test")).expect("the kernels can be emitted");
+        let source = |kernels: &[Kernel]| {
+            emit(kernels, origin("a test")).expect("the kernels can be emitted")
+        };
         assert_eq!(source(&file.kernels), source(&set));
     }
 }
 
 #[test]
 fn the_example_of_the_page_is_read() {
-    assert!(PAGE.contains(EXAMPLE), "the page shows docs/graph-format.example.json");
+    assert!(
+        PAGE.contains(EXAMPLE),
+        "the page shows docs/graph-format.example.json"
+    );
     let file = from_json(EXAMPLE).expect("the example is right");
-    let [kernel] = &file.kernels[..] else { panic!("it has one kernel") };
+    let [kernel] = &file.kernels[..] else {
+        panic!("it has one kernel")
+    };
     let point = [std::f64::consts::FRAC_PI_6, 2.0, 9.81, 0.5, 2.0];
     let values = kernel.graph.evaluate(&point);
     let at = |output: usize, element: usize| values[kernel.outputs[output].nodes[element].index()];
@@ -100,25 +132,59 @@ fn the_example_of_the_page_is_read() {
         assert!((value - expected).abs() < 1e-14, "{value} {expected}");
     }
     let source = emit(&file.kernels, origin(&file.generator)).expect("it can be emitted");
-    assert!(source.contains("pub fn pendulum<T: Real>(state: [T; 2], gravity: T, length: T, mass: T)"), "{source}");
+    assert!(
+        source.contains("pub fn pendulum<T: Real>(state: [T; 2], gravity: T, length: T, mass: T)"),
+        "{source}"
+    );
 }
 
 #[test]
 fn files_of_another_kind_are_refused() {
     for (place, value, message) in [
-        ("/format", json!("gltf"), "the format is `gltf`, not `bristle-graph`"),
-        ("/version", json!(1), "the version is 1; this program reads version 2: derive the graph again"),
-        ("/generator", json!("a\rb"), "`generator` holds the control character \\u{d}"),
+        (
+            "/format",
+            json!("gltf"),
+            "the format is `gltf`, not `bristle-graph`",
+        ),
+        (
+            "/version",
+            json!(1),
+            "the version is 1; this program reads version 2: derive the graph again",
+        ),
+        (
+            "/generator",
+            json!("a\rb"),
+            "`generator` holds the control character \\u{d}",
+        ),
     ] {
         assert_eq!(refused(&changed(&[(place, value)])).to_string(), message);
     }
-    assert_eq!(refused(&changed(&[("/kernels", json!([]))])), ExchangeError::Empty);
+    assert_eq!(
+        refused(&changed(&[("/kernels", json!([]))])),
+        ExchangeError::Empty
+    );
     let large = " ".repeat(json::MAX_BYTES + 1);
-    assert_eq!(refused(&large), ExchangeError::TooLarge { bytes: large.len() });
+    assert_eq!(
+        refused(&large),
+        ExchangeError::TooLarge { bytes: large.len() }
+    );
     let error = refused("{\"format\":\"bristle-graph\",\n\"version\":");
-    assert!(matches!(error, ExchangeError::Syntax { line: 2, column: 10, .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            ExchangeError::Syntax {
+                line: 2,
+                column: 10,
+                ..
+            }
+        ),
+        "{error}"
+    );
     let error = refused("").to_string();
-    assert!(error.starts_with("line 1, column 0, at `file`: EOF"), "{error}");
+    assert!(
+        error.starts_with("line 1, column 0, at `file`: EOF"),
+        "{error}"
+    );
 }
 
 /// Faults of form: what is changed, and what the message contains. The schema finds them too.
@@ -131,42 +197,158 @@ fn faults_of_form() -> Vec<(&'static str, Value, &'static str)> {
         ("/kernels/0", json!(["a", "", [], [], []]), "an object"),
         ("/kernels/0/name", json!("Pendulum"), "is not a valid name"),
         ("/kernels/0/name", json!("a__b"), "is not a valid name"),
-        ("/kernels/0/name", json!("a".repeat(65)), "is not a valid name"),
-        ("/kernels/0/name", json!("pendulum\n"), "is not a valid name"),
+        (
+            "/kernels/0/name",
+            json!("a".repeat(65)),
+            "is not a valid name",
+        ),
+        (
+            "/kernels/0/name",
+            json!("pendulum\n"),
+            "is not a valid name",
+        ),
         ("/kernels/0/name", json!("real"), "is reserved"),
-        ("/kernels/0/summary", json!("a\rb"), "the summary of the kernel holds the control character"),
-        ("/kernels/0/summary", json!("ä".repeat(4001)), "is longer than 4000 characters"),
-        ("/kernels/0/inputs/0", json!(["state", "", [["phi", 0]]]), "kernels[0].inputs[0]"),
-        ("/kernels/0/inputs/0/name", json!("t12"), "input `t12` is reserved"),
-        ("/kernels/0/inputs/0/doc", json!("a\nb"), "the text of input `state` holds"),
-        ("/kernels/0/inputs/0/elements", json!([]), "input `state` has no element"),
-        ("/kernels/0/inputs/0/elements/0", json!(["phi"]), "kernels[0].inputs[0].elements[0]"),
-        ("/kernels/0/inputs/0/elements/0", json!(["phi", 0, 1]), "elements"),
-        ("/kernels/0/inputs/0/elements/0/1", json!(-1), "integer `-1`"),
-        ("/kernels/0/outputs", json!([]), "the list of outputs has no element"),
-        ("/kernels/0/outputs/0/unit", json!("ft"), "`ft` is not a unit; units are products like `kg m^2`"),
+        (
+            "/kernels/0/summary",
+            json!("a\rb"),
+            "the summary of the kernel holds the control character",
+        ),
+        (
+            "/kernels/0/summary",
+            json!("ä".repeat(4001)),
+            "is longer than 4000 characters",
+        ),
+        (
+            "/kernels/0/inputs/0",
+            json!(["state", "", [["phi", 0]]]),
+            "kernels[0].inputs[0]",
+        ),
+        (
+            "/kernels/0/inputs/0/name",
+            json!("t12"),
+            "input `t12` is reserved",
+        ),
+        (
+            "/kernels/0/inputs/0/doc",
+            json!("a\nb"),
+            "the text of input `state` holds",
+        ),
+        (
+            "/kernels/0/inputs/0/elements",
+            json!([]),
+            "input `state` has no element",
+        ),
+        (
+            "/kernels/0/inputs/0/elements/0",
+            json!(["phi"]),
+            "kernels[0].inputs[0].elements[0]",
+        ),
+        (
+            "/kernels/0/inputs/0/elements/0",
+            json!(["phi", 0, 1]),
+            "elements",
+        ),
+        (
+            "/kernels/0/inputs/0/elements/0/1",
+            json!(-1),
+            "integer `-1`",
+        ),
+        (
+            "/kernels/0/outputs",
+            json!([]),
+            "the list of outputs has no element",
+        ),
+        (
+            "/kernels/0/outputs/0/unit",
+            json!("ft"),
+            "`ft` is not a unit; units are products like `kg m^2`",
+        ),
         ("/kernels/0/outputs/0/unit", json!("m^+2"), "is not a unit"),
         ("/kernels/0/outputs/0/unit", json!("m  s"), "is not a unit"),
-        ("/kernels/0/outputs/0/shape", json!([1, 1, 1]), "at most 2 entries"),
-        ("/kernels/0/outputs/0/shape", json!([0]), "output `acceleration` has the shape [0] but 1 elements"),
+        (
+            "/kernels/0/outputs/0/shape",
+            json!([1, 1, 1]),
+            "at most 2 entries",
+        ),
+        (
+            "/kernels/0/outputs/0/shape",
+            json!([0]),
+            "output `acceleration` has the shape [0] but 1 elements",
+        ),
         (operation, json!("div"), "an operation, a list like"),
         (operation, json!([]), "an operation has a name"),
-        (operation, json!(["tan", 0]), "unknown operator `tan`; known are symbol, rational, float, add"),
-        (operation, json!(["div", 2]), "kernels[0].operations[6]`: `div` takes 2 operands"),
-        (operation, json!(["div", 2, 3, 4]), "`div` has more entries than it takes"),
+        (
+            operation,
+            json!(["tan", 0]),
+            "unknown operator `tan`; known are symbol, rational, float, add",
+        ),
+        (
+            operation,
+            json!(["div", 2]),
+            "kernels[0].operations[6]`: `div` takes 2 operands",
+        ),
+        (
+            operation,
+            json!(["div", 2, 3, 4]),
+            "`div` has more entries than it takes",
+        ),
         (operation, json!(["div", 2, 3.5]), "3.5"),
-        (operation, json!(["powi", 2]), "`powi` takes 1 operand and an integer"),
-        (operation, json!(["powi", 2, 65]), "operation 6 (`powi`) has the parameter 65; it must be -64 to 64"),
-        (operation, json!(["powi", 2, i64::MIN]), "kernels[0].operations[6]"),
-        (operation, json!(["half_angle_squared", 0, 4]), "it must be 0 to 3"),
-        (operation, json!(["rational", 1, 0]), "`rational` takes a numerator and a positive denominator"),
-        (operation, json!(["rational", 1, -2]), "positive denominator"),
-        (operation, json!(["rational", i64::MIN, 1]), "`rational` takes"),
-        (operation, json!(["rational", u64::MAX, 1]), "kernels[0].operations[6]"),
+        (
+            operation,
+            json!(["powi", 2]),
+            "`powi` takes 1 operand and an integer",
+        ),
+        (
+            operation,
+            json!(["powi", 2, 65]),
+            "operation 6 (`powi`) has the parameter 65; it must be -64 to 64",
+        ),
+        (
+            operation,
+            json!(["powi", 2, i64::MIN]),
+            "kernels[0].operations[6]",
+        ),
+        (
+            operation,
+            json!(["half_angle_squared", 0, 4]),
+            "it must be 0 to 3",
+        ),
+        (
+            operation,
+            json!(["rational", 1, 0]),
+            "`rational` takes a numerator and a positive denominator",
+        ),
+        (
+            operation,
+            json!(["rational", 1, -2]),
+            "positive denominator",
+        ),
+        (
+            operation,
+            json!(["rational", i64::MIN, 1]),
+            "`rational` takes",
+        ),
+        (
+            operation,
+            json!(["rational", u64::MAX, 1]),
+            "kernels[0].operations[6]",
+        ),
         (operation, json!(["float", "1"]), "kernels[0].operations[6]"),
-        (operation, json!(["symbol", "x", "x"]), "`symbol` takes a name, a notation and a unit"),
-        (operation, json!(["symbol", "fn\0", "x", "1"]), "operation 6: symbol `fn\\u{0}` is not a valid name"),
-        (operation, json!(["symbol", "x", "a\u{1b}[2J", "1"]), "the notation of symbol `x` holds"),
+        (
+            operation,
+            json!(["symbol", "x", "x"]),
+            "`symbol` takes a name, a notation and a unit",
+        ),
+        (
+            operation,
+            json!(["symbol", "fn\0", "x", "1"]),
+            "operation 6: symbol `fn\\u{0}` is not a valid name",
+        ),
+        (
+            operation,
+            json!(["symbol", "x", "a\u{1b}[2J", "1"]),
+            "the notation of symbol `x` holds",
+        ),
     ]
 }
 
@@ -180,31 +362,106 @@ fn faults_of_meaning() -> Vec<(Vec<(&'static str, Value)>, &'static str)> {
     let mut like_it = kernel.clone();
     like_it["name"] = json!("pendulum1");
     vec![
-        (vec![("/kernels/0/name", json!("fn"))], "kernel `fn`: the name `fn` is reserved"),
-        (vec![("/kernels", json!([kernel, kernel]))], "kernel `pendulum`: the name `pendulum` is taken"),
-        (vec![("/kernels", json!([namesake, like_it]))], "gives its result the same type"),
-        (vec![(operation, json!(["div", 2, 6]))], "operation 6 (`div`) uses operation 6, which does not come before"),
-        (vec![(operation, json!(["neg", usize::MAX]))], "which does not come before it"),
-        (vec![(operation, json!(["symbol", "mass", "m", "kg"]))], "operation 6: the symbol `mass` is listed already"),
-        (vec![(operation, json!(["add", 2, 3]))], "`g` is m s⁻² and `h` is m: they cannot be combined in `g + h`"),
-        (vec![(operation, json!(["sin", 3]))], "`h` is m, but `sin h` is defined for numbers only"),
-        (vec![(operation, json!(["sqrt", 3]))], "has no dimension with whole exponents"),
-        (vec![("/kernels/0/outputs/0/unit", json!("N"))], "output `acceleration` is stated in N but is"),
-        (vec![("/kernels/0/outputs/1/shape", json!([2, 2]))], "output `energies` has the shape [2, 2] but 2 elements"),
-        (vec![("/kernels/0/outputs/1/shape", json!([usize::MAX, 2]))], "but 2 elements"),
-        (vec![("/kernels/0/outputs/1/operations/0", json!(20))], "output `energies` refers to operation 20"),
-        (vec![("/kernels/0/outputs/1/name", json!("acceleration"))], "output `acceleration` is taken"),
-        (vec![("/kernels/0/inputs/1/name", json!("state"))], "input `state` is taken by another input"),
-        (vec![("/kernels/0/inputs/1/name", json!("phi"))], "input `phi` is taken by another input or element"),
-        (vec![("/kernels/0/inputs/1/elements/0/0", json!("state"))], "element `state` is taken"),
-        (vec![("/kernels/0/inputs/1/elements/0/0", json!("phi"))], "element `phi` is taken"),
-        (vec![("/kernels/0/inputs/1/elements/0/1", json!(0))], "input `gravity` gives operation 0, which another"),
-        (vec![("/kernels/0/inputs/1/elements/0/1", json!(9))], "gives operation 9, which is a constant"),
-        (vec![("/kernels/0/inputs/1/elements/0/1", json!(20))], "but there are 20"),
-        (vec![("/kernels/0/inputs/1/elements/0/1", json!(5))], "an output needs the symbol `gravity`"),
-        (vec![(doc, json!("a\u{202e}b"))], "the text of output `acceleration` holds the control character \\u{202e}"),
-        (vec![(doc, json!("- ```"))], "which can start a block of code"),
-        (vec![(doc, json!("-     panic!()"))], "which can start a block of code"),
+        (
+            vec![("/kernels/0/name", json!("fn"))],
+            "kernel `fn`: the name `fn` is reserved",
+        ),
+        (
+            vec![("/kernels", json!([kernel, kernel]))],
+            "kernel `pendulum`: the name `pendulum` is taken",
+        ),
+        (
+            vec![("/kernels", json!([namesake, like_it]))],
+            "gives its result the same type",
+        ),
+        (
+            vec![(operation, json!(["div", 2, 6]))],
+            "operation 6 (`div`) uses operation 6, which does not come before",
+        ),
+        (
+            vec![(operation, json!(["neg", usize::MAX]))],
+            "which does not come before it",
+        ),
+        (
+            vec![(operation, json!(["symbol", "mass", "m", "kg"]))],
+            "operation 6: the symbol `mass` is listed already",
+        ),
+        (
+            vec![(operation, json!(["add", 2, 3]))],
+            "`g` is m s⁻² and `h` is m: they cannot be combined in `g + h`",
+        ),
+        (
+            vec![(operation, json!(["sin", 3]))],
+            "`h` is m, but `sin h` is defined for numbers only",
+        ),
+        (
+            vec![(operation, json!(["sqrt", 3]))],
+            "has no dimension with whole exponents",
+        ),
+        (
+            vec![("/kernels/0/outputs/0/unit", json!("N"))],
+            "output `acceleration` is stated in N but is",
+        ),
+        (
+            vec![("/kernels/0/outputs/1/shape", json!([2, 2]))],
+            "output `energies` has the shape [2, 2] but 2 elements",
+        ),
+        (
+            vec![("/kernels/0/outputs/1/shape", json!([usize::MAX, 2]))],
+            "but 2 elements",
+        ),
+        (
+            vec![("/kernels/0/outputs/1/operations/0", json!(20))],
+            "output `energies` refers to operation 20",
+        ),
+        (
+            vec![("/kernels/0/outputs/1/name", json!("acceleration"))],
+            "output `acceleration` is taken",
+        ),
+        (
+            vec![("/kernels/0/inputs/1/name", json!("state"))],
+            "input `state` is taken by another input",
+        ),
+        (
+            vec![("/kernels/0/inputs/1/name", json!("phi"))],
+            "input `phi` is taken by another input or element",
+        ),
+        (
+            vec![("/kernels/0/inputs/1/elements/0/0", json!("state"))],
+            "element `state` is taken",
+        ),
+        (
+            vec![("/kernels/0/inputs/1/elements/0/0", json!("phi"))],
+            "element `phi` is taken",
+        ),
+        (
+            vec![("/kernels/0/inputs/1/elements/0/1", json!(0))],
+            "input `gravity` gives operation 0, which another",
+        ),
+        (
+            vec![("/kernels/0/inputs/1/elements/0/1", json!(9))],
+            "gives operation 9, which is a constant",
+        ),
+        (
+            vec![("/kernels/0/inputs/1/elements/0/1", json!(20))],
+            "but there are 20",
+        ),
+        (
+            vec![("/kernels/0/inputs/1/elements/0/1", json!(5))],
+            "an output needs the symbol `gravity`",
+        ),
+        (
+            vec![(doc, json!("a\u{202e}b"))],
+            "the text of output `acceleration` holds the control character \\u{202e}",
+        ),
+        (
+            vec![(doc, json!("- ```"))],
+            "which can start a block of code",
+        ),
+        (
+            vec![(doc, json!("-     panic!()"))],
+            "which can start a block of code",
+        ),
         (vec![(doc, json!("<script>"))], "put a space after `<`"),
     ]
 }
@@ -219,9 +476,16 @@ fn faults_are_named_with_their_place() {
         let message = refused_with(&changed(&changes), expected);
         assert!(message.starts_with("kernel `"), "{message}");
     }
-    for (place, field) in [("", "kernels"), ("/kernels/0", "summary"), ("/kernels/0/outputs/0", "unit")] {
+    for (place, field) in [
+        ("", "kernels"),
+        ("/kernels/0", "summary"),
+        ("/kernels/0/outputs/0", "unit"),
+    ] {
         let mut file = example();
-        file.pointer_mut(place).and_then(Value::as_object_mut).expect("it is an object").remove(field);
+        file.pointer_mut(place)
+            .and_then(Value::as_object_mut)
+            .expect("it is an object")
+            .remove(field);
         refused_with(&file.to_string(), &format!("missing field `{field}`"));
         let mut file = example();
         file.pointer_mut(place).expect("it is there")["colour"] = json!(1);
@@ -238,9 +502,19 @@ fn faults_are_named_with_their_place() {
 #[test]
 fn messages_stay_short() {
     let long = format!("{}\n\u{1b}", "a".repeat(1 << 20));
-    for place in ["/format", "/version", "/generator", "/kernels", "/kernels/0/name", "/kernels/0/operations/5/0"] {
+    for place in [
+        "/format",
+        "/version",
+        "/generator",
+        "/kernels",
+        "/kernels/0/name",
+        "/kernels/0/operations/5/0",
+    ] {
         let message = refused(&changed(&[(place, json!(long))])).to_string();
-        assert!(message.chars().count() < 700 && !message.contains(char::is_control), "{place}: {message}");
+        assert!(
+            message.chars().count() < 700 && !message.contains(char::is_control),
+            "{place}: {message}"
+        );
     }
     let key = EXAMPLE.replacen("\"summary\"", &format!("\"{}\"", "a".repeat(1 << 20)), 1);
     assert!(refused(&key).to_string().chars().count() < 700);
@@ -252,7 +526,12 @@ fn deep_and_long_json_is_refused_in_time() {
     let nested = format!("{}{}", "[".repeat(1 << 20), "]".repeat(1 << 20));
     let objects = "{\"a\":".repeat(1 << 20);
     let digits = "9".repeat(1 << 22);
-    for (place, text) in [("\"pendulum\"", &nested), ("[\"sin\",0]", &nested), ("1.0", &digits), ("2,", &objects)] {
+    for (place, text) in [
+        ("\"pendulum\"", &nested),
+        ("[\"sin\",0]", &nested),
+        ("1.0", &digits),
+        ("2,", &objects),
+    ] {
         refused(&EXAMPLE.replacen(place, text, 1));
     }
     refused(&nested);
@@ -260,10 +539,15 @@ fn deep_and_long_json_is_refused_in_time() {
     // A fraction with this many digits is still a number.
     let fraction = EXAMPLE.replacen("1.0", &format!("0.{digits}"), 1);
     from_json(&fraction).expect("it is rounded");
-    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+    assert!(
+        start.elapsed() < Duration::from_secs(20),
+        "{:?}",
+        start.elapsed()
+    );
 }
 
-/// A file of one kernel with the input `x` and these operations after its symbol; the last is the output.
+/// A file of one kernel with the input `x` and these operations after its symbol; the last is the
+/// output.
 fn file_of(operations: impl Iterator<Item = String>) -> String {
     let mut text = String::from(
         "{\"format\":\"bristle-graph\",\"version\":2,\"generator\":\"a test\",\"kernels\":[{\"name\":\"long\",\
@@ -276,12 +560,17 @@ fn file_of(operations: impl Iterator<Item = String>) -> String {
         text.push_str(&operation);
         last += 1;
     }
-    let output = format!("{{\"name\":\"y\",\"doc\":\"\",\"unit\":\"1\",\"shape\":[],\"operations\":[{last}]}}");
+    let output = format!(
+        "{{\"name\":\"y\",\"doc\":\"\",\"unit\":\"1\",\"shape\":[],\"operations\":[{last}]}}"
+    );
     text + "],\"outputs\":[" + &output + "]}]}"
 }
 
 fn on_a_small_stack(work: impl FnOnce() + Send + 'static) {
-    let thread = std::thread::Builder::new().stack_size(256 << 10).spawn(work).expect("a thread can be started");
+    let thread = std::thread::Builder::new()
+        .stack_size(256 << 10)
+        .spawn(work)
+        .expect("a thread can be started");
     thread.join().expect("it does not panic");
 }
 
@@ -296,7 +585,9 @@ fn long_chains_need_no_stack() {
 
         let expected = ExchangeError::Kernel {
             kernel: "long".into(),
-            error: KernelError::TooDeep { operation: json::MAX_DEPTH as usize + 1 },
+            error: KernelError::TooDeep {
+                operation: json::MAX_DEPTH as usize + 1,
+            },
         };
         assert_eq!(refused(&chain(json::MAX_DEPTH + 1)), expected);
 
@@ -313,8 +604,16 @@ fn too_many_entries_are_refused() {
     let powers = json::MAX_OPERATIONS / json::MAX_EXPONENT as usize;
     let file = |count: usize| file_of((0..count).map(|i| format!("[\"powi\",{i},64]")));
     from_json(&file(powers)).expect("the powers are within the limit");
-    let error = KernelError::PowersTooLarge { operation: powers + 1 };
-    assert_eq!(refused(&file(powers + 1)), ExchangeError::Kernel { kernel: "long".into(), error });
+    let error = KernelError::PowersTooLarge {
+        operation: powers + 1,
+    };
+    assert_eq!(
+        refused(&file(powers + 1)),
+        ExchangeError::Kernel {
+            kernel: "long".into(),
+            error
+        }
+    );
 
     for (place, most) in [
         ("/kernels", json::MAX_KERNELS),
@@ -326,7 +625,10 @@ fn too_many_entries_are_refused() {
         let entry = file.pointer(place).expect("it is there")[0].clone();
         *file.pointer_mut(place).expect("it is there") = Value::Array(vec![entry; most + 1]);
         let message = refused(&file.to_string()).to_string();
-        assert!(message.contains(&format!("this list has at most {most} entries")), "{place}: {message}");
+        assert!(
+            message.contains(&format!("this list has at most {most} entries")),
+            "{place}: {message}"
+        );
     }
 }
 
@@ -353,7 +655,13 @@ fn texts_stay_texts() {
         let items = syn::parse_file(&source).expect("it is Rust").items;
         assert_eq!(items.len(), 2, "{source}");
         let code = |line: &&str| !line.trim_start().starts_with("//");
-        assert!(!source.lines().filter(code).any(|line| line.contains("evil")), "{source}");
+        assert!(
+            !source
+                .lines()
+                .filter(code)
+                .any(|line| line.contains("evil")),
+            "{source}"
+        );
     }
     // The reader refuses this one, but a kernel need not come from a file.
     let mut kernel = from_json(EXAMPLE).expect("it is right").kernels.remove(0);
@@ -382,7 +690,11 @@ fn schema() -> &'static jsonschema::Validator {
 
 #[test]
 fn the_schema_accepts_what_is_written_and_refuses_faults_of_form() {
-    for text in derived().iter().map(|set| written(set)).chain([EXAMPLE.into()]) {
+    for text in derived()
+        .iter()
+        .map(|set| written(set))
+        .chain([EXAMPLE.into()])
+    {
         let file: Value = serde_json::from_str(&text).expect("it is JSON");
         if let Err(error) = schema().validate(&file) {
             panic!("{} at {}", error, error.instance_path());
@@ -390,7 +702,11 @@ fn the_schema_accepts_what_is_written_and_refuses_faults_of_form() {
     }
     for (place, value, _) in faults_of_form() {
         let file: Value = serde_json::from_str(&changed(&[(place, value)])).expect("it is JSON");
-        assert!(!schema().is_valid(&file), "{place}: {}", file.pointer(place).expect("it is there"));
+        assert!(
+            !schema().is_valid(&file),
+            "{place}: {}",
+            file.pointer(place).expect("it is there")
+        );
     }
 }
 
@@ -401,8 +717,10 @@ fn schema_and_page_have_the_operators_of_the_reader() {
         file["kernels"][0]["operations"][19] = operation;
         schema().is_valid(&file)
     };
-    let rows: Vec<&str> =
-        PAGE.lines().filter(|line| line.starts_with("| `") && line.matches('|').count() >= 6).collect();
+    let rows: Vec<&str> = PAGE
+        .lines()
+        .filter(|line| line.starts_with("| `") && line.matches('|').count() >= 6)
+        .collect();
     assert_eq!(rows.len(), json::operators().count(), "{rows:?}");
     for (name, operands, parameter) in json::operators() {
         let least = parameter.map(|(least, _)| least);
@@ -423,7 +741,10 @@ fn schema_and_page_have_the_operators_of_the_reader() {
             range = format!("{least} to {most} ").replace('-', "−");
         }
         let row = format!("| `{name}` | {operands} | {range}|");
-        assert!(rows.iter().any(|line| line.starts_with(&row)), "the page has no row {row}");
+        assert!(
+            rows.iter().any(|line| line.starts_with(&row)),
+            "the page has no row {row}"
+        );
     }
     assert!(!accepted(json!(["tan", 0])));
 }
@@ -432,15 +753,26 @@ fn schema_and_page_have_the_operators_of_the_reader() {
 fn the_page_states_the_limits() {
     let spaced = |number: usize| {
         let digits = number.to_string();
-        let groups: Vec<&str> =
-            digits.as_bytes().rchunks(3).rev().map(|group| std::str::from_utf8(group).expect("digits")).collect();
-        if number < 10_000 { digits.clone() } else { groups.join(" ") }
+        let groups: Vec<&str> = digits
+            .as_bytes()
+            .rchunks(3)
+            .rev()
+            .map(|group| std::str::from_utf8(group).expect("digits"))
+            .collect();
+        if number < 10_000 {
+            digits.clone()
+        } else {
+            groups.join(" ")
+        }
     };
     for (what, limit) in [
         ("bytes of a file", json::MAX_BYTES),
         ("kernels of a file", json::MAX_KERNELS),
         ("operations of a kernel", json::MAX_OPERATIONS),
-        ("operations that use each other in a chain", json::MAX_DEPTH as usize),
+        (
+            "operations that use each other in a chain",
+            json::MAX_DEPTH as usize,
+        ),
         ("inputs, and outputs, of a kernel", json::MAX_FIELDS),
         ("elements of an input or output", json::MAX_ELEMENTS),
     ] {

@@ -39,11 +39,15 @@ pub enum Instruction {
 }
 
 /// Names of the variables of a random expression, and the ranges in which it is evaluated.
-pub const VARIABLES: [(&str, std::ops::Range<f64>); 3] = [("x", 0.1..2.0), ("y", -2.0..-0.1), ("z", 0.3..1.7)];
+pub const VARIABLES: [(&str, std::ops::Range<f64>); 3] =
+    [("x", 0.1..2.0), ("y", -2.0..-0.1), ("z", 0.3..1.7)];
 
 /// The variables as symbols of `graph`.
 pub fn variables(graph: &mut Graph) -> Vec<NodeId> {
-    VARIABLES.iter().map(|(name, _)| graph.symbol(name, name, Unit::ONE)).collect()
+    VARIABLES
+        .iter()
+        .map(|(name, _)| graph.symbol(name, name, Unit::ONE))
+        .collect()
 }
 
 /// Builds the expression; the last node is its result.
@@ -102,6 +106,9 @@ fn one_and_square(graph: &mut Graph, a: NodeId) -> NodeId {
 pub fn value(graph: &Graph, node: NodeId, point: &[f64]) -> (f64, f64) {
     let values = graph.evaluate(point);
     let needed = graph.reachable(&[node]);
-    let largest = needed.iter().map(|id| values[id.index()].abs()).fold(1.0, f64::max);
+    let largest = needed
+        .iter()
+        .map(|id| values[id.index()].abs())
+        .fold(1.0, f64::max);
     (values[node.index()], largest)
 }

@@ -1,4 +1,5 @@
-//! Did the text change? Snapshots of the readable equations, the emitted kernels and their operation counts.
+//! Did the text change? Snapshots of the readable equations, the emitted kernels and their
+//! operation counts.
 //!
 //! Accept an intended change with `cargo insta review`, or `INSTA_UPDATE=always cargo test`.
 
@@ -20,7 +21,11 @@ use bristle_codegen::passes::normal_form::SUM_RULES;
 const AGAIN: &str = "cargo test -p bristle-codegen";
 
 fn origin(title: &str) -> Origin<'_> {
-    Origin { title, maker: "a test of bristle-codegen", again: AGAIN }
+    Origin {
+        title,
+        maker: "a test of bristle-codegen",
+        again: AGAIN,
+    }
 }
 
 /// The motions, each with what the names of its snapshots begin with.
@@ -38,7 +43,10 @@ fn kernels() -> Vec<Kernel> {
 fn readable_equations() {
     for (motion, start) in MOTIONS {
         for segments in [1, 2, 3] {
-            insta::assert_snapshot!(format!("{start}equations_{segments}"), page(PageForm::Text, segments, motion));
+            insta::assert_snapshot!(
+                format!("{start}equations_{segments}"),
+                page(PageForm::Text, segments, motion)
+            );
         }
         for segments in [1, 2] {
             let latex = page(PageForm::Latex, segments, motion);
@@ -50,7 +58,17 @@ fn readable_equations() {
 /// The whole equations of `segments` and `motion` in `form`.
 fn page(form: PageForm, segments: usize, motion: Motion) -> String {
     let kernels = whole(segments, motion, Purpose::Reading);
-    written(|out| equations(out, form, segments, motion, Shape::default(), &kernels, AGAIN))
+    written(|out| {
+        equations(
+            out,
+            form,
+            segments,
+            motion,
+            Shape::default(),
+            &kernels,
+            AGAIN,
+        )
+    })
 }
 
 /// Some kernels of the solver in `form`.
@@ -68,30 +86,57 @@ fn written(write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>) -> String {
 fn the_derivation_step_by_step() {
     // docs/equations.md has that in space.
     let walkthrough = Walkthrough::new(1, Motion::Planar).expect("the derivation is sound");
-    insta::assert_snapshot!("planar_walkthrough_1", written(|out| walkthrough.write(out, AGAIN)));
+    insta::assert_snapshot!(
+        "planar_walkthrough_1",
+        written(|out| walkthrough.write(out, AGAIN))
+    );
 }
 
 #[test]
 fn readable_kernels() {
-    for (name, form) in [("kernels_math", PageForm::Text), ("kernels_latex", PageForm::Latex)] {
-        insta::assert_snapshot!(name, kernels_page(form, "Kernels of the solver", &kernels()[..1]));
+    for (name, form) in [
+        ("kernels_math", PageForm::Text),
+        ("kernels_latex", PageForm::Latex),
+    ] {
+        insta::assert_snapshot!(
+            name,
+            kernels_page(form, "Kernels of the solver", &kernels()[..1])
+        );
     }
 }
 
-/// What a paper takes in: equations with labels, vectors and matrices, whose lines end before a sign.
+/// What a paper takes in: equations with labels, vectors and matrices, whose lines end before a
+/// sign.
 #[test]
 fn equations_for_a_paper() {
-    insta::assert_snapshot!("planar_equations_2_fragment", page(PageForm::Fragment, 2, Motion::Planar));
+    insta::assert_snapshot!(
+        "planar_equations_2_fragment",
+        page(PageForm::Fragment, 2, Motion::Planar)
+    );
     for (motion, _) in MOTIONS {
         for segments in [1, 2, 3] {
             let fragment = page(PageForm::Fragment, segments, motion);
             assert!(fragment.is_ascii() && !fragment.contains("\\documentclass"));
-            let labels = fragment.lines().filter_map(|line| Some(line.split_once("\\label{")?.1.split_once('}')?.0));
+            let labels = fragment
+                .lines()
+                .filter_map(|line| Some(line.split_once("\\label{")?.1.split_once('}')?.0));
             let labels: Vec<&str> = labels.collect();
-            assert!(labels.iter().enumerate().all(|(i, label)| !labels[..i].contains(label)), "{labels:?}");
-            let matrix = if motion == Motion::Planar { "eq:planar-mass-matrix:M" } else { "eq:mass-matrix:M" };
+            assert!(
+                labels
+                    .iter()
+                    .enumerate()
+                    .all(|(i, label)| !labels[..i].contains(label)),
+                "{labels:?}"
+            );
+            let matrix = if motion == Motion::Planar {
+                "eq:planar-mass-matrix:M"
+            } else {
+                "eq:mass-matrix:M"
+            };
             assert!(labels.contains(&matrix), "{labels:?}");
-            let continued = fragment.lines().filter_map(|line| line.strip_prefix("&\\quad "));
+            let continued = fragment
+                .lines()
+                .filter_map(|line| line.strip_prefix("&\\quad "));
             let is_term = |line: &str| line.starts_with(['+', '-']);
             assert!(continued.clone().count() > 0 || segments == 1);
             assert!(continued.clone().all(is_term), "{fragment}");
@@ -111,7 +156,8 @@ fn latex_is_ascii() {
 
 #[test]
 fn emitted_kernels() {
-    let source = emit(&kernels(), origin("Kernels of the solver.")).expect("the kernels can be emitted");
+    let source =
+        emit(&kernels(), origin("Kernels of the solver.")).expect("the kernels can be emitted");
     insta::assert_snapshot!("kernels", source);
 }
 
@@ -127,14 +173,26 @@ fn emitted_whole_equations() {
 #[test]
 fn other_languages() {
     let origin = origin("Two segments.");
-    let [computing, reading] = [Purpose::Computing, Purpose::Reading].map(|purpose| whole(2, Motion::Planar, purpose));
+    let [computing, reading] =
+        [Purpose::Computing, Purpose::Reading].map(|purpose| whole(2, Motion::Planar, purpose));
     let mut files = c::emit(&computing, origin).expect("the equations can be emitted");
     files.extend(matlab::emit(&computing, origin).expect("the equations can be emitted"));
-    let python = [("numpy.py", numpy::emit(&computing, origin)), ("sympy.py", sympy::emit(&reading, origin))];
-    files.extend(python.map(|(name, text)| SourceFile { name: name.into(), text: text.expect("see above") }));
+    let python = [
+        ("numpy.py", numpy::emit(&computing, origin)),
+        ("sympy.py", sympy::emit(&reading, origin)),
+    ];
+    files.extend(python.map(|(name, text)| SourceFile {
+        name: name.into(),
+        text: text.expect("see above"),
+    }));
     // `S`, which the plane does not need.
-    let spatial = matlab::emit(&whole(1, Motion::Spatial, Purpose::Computing), origin).expect("see above");
-    files.extend(spatial.into_iter().filter(|file| file.name == "half_angle_squared.m"));
+    let spatial =
+        matlab::emit(&whole(1, Motion::Spatial, Purpose::Computing), origin).expect("see above");
+    files.extend(
+        spatial
+            .into_iter()
+            .filter(|file| file.name == "half_angle_squared.m"),
+    );
     for SourceFile { name, text } in files {
         insta::assert_snapshot!(name.replace('.', "_"), text);
     }
@@ -143,7 +201,8 @@ fn other_languages() {
 #[test]
 fn exchanged_equations() {
     for (motion, start) in MOTIONS {
-        let json = to_json(&whole(1, motion, Purpose::Computing), "one segment").expect("the equations can be written");
+        let json = to_json(&whole(1, motion, Purpose::Computing), "one segment")
+            .expect("the equations can be written");
         insta::assert_snapshot!(format!("{start}whole_1_json"), json);
     }
 }
@@ -155,7 +214,11 @@ fn operation_counts() {
     for (motion, _) in MOTIONS {
         for segments in [1, 2, 3, 25] {
             for kernel in whole(segments, motion, Purpose::Computing) {
-                table += &format!("n = {segments:2}  {:18} {}\n", kernel.name, count_operations(&kernel));
+                table += &format!(
+                    "n = {segments:2}  {:18} {}\n",
+                    kernel.name,
+                    count_operations(&kernel)
+                );
             }
         }
     }
@@ -165,16 +228,30 @@ fn operation_counts() {
 #[test]
 fn same_input_gives_the_same_bytes() {
     for (motion, _) in MOTIONS {
-        let source = || emit(&whole(4, motion, Purpose::Computing), origin("Four segments."));
-        assert_eq!(source().expect("the equations can be emitted"), source().expect("the equations can be emitted"));
-        assert_eq!(page(PageForm::Text, 4, motion), page(PageForm::Text, 4, motion));
+        let source = || {
+            emit(
+                &whole(4, motion, Purpose::Computing),
+                origin("Four segments."),
+            )
+        };
+        assert_eq!(
+            source().expect("the equations can be emitted"),
+            source().expect("the equations can be emitted")
+        );
+        assert_eq!(
+            page(PageForm::Text, 4, motion),
+            page(PageForm::Text, 4, motion)
+        );
     }
 }
 
 #[test]
 fn rules_have_unique_names() {
-    let mut names: Vec<&str> =
-        RULES.iter().map(|rule| rule.name).chain(SUM_RULES.iter().map(|rule| rule.name)).collect();
+    let mut names: Vec<&str> = RULES
+        .iter()
+        .map(|rule| rule.name)
+        .chain(SUM_RULES.iter().map(|rule| rule.name))
+        .collect();
     names.sort_unstable();
     let count = names.len();
     names.dedup();

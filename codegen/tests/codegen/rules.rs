@@ -1,4 +1,5 @@
-//! Is it right? Simplified expressions have the values of the raw ones; the derivation has its known form.
+//! Is it right? Simplified expressions have the values of the raw ones; the derivation has its
+//! known form.
 
 use crate::expressions::{Instruction, VARIABLES, build, value};
 use bristle_codegen::back::languages::rust::emit;
@@ -73,8 +74,16 @@ fn every_rule_fires_and_keeps_the_value() {
     for rule in RULES {
         let mut fired = 0;
         let mut graph = Graph::raw();
-        let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
-        let (two, three, zero, one) = (graph.integer(2), graph.integer(3), graph.integer(0), graph.integer(1));
+        let (x, y) = (
+            graph.symbol("x", "x", Unit::ONE),
+            graph.symbol("y", "y", Unit::ONE),
+        );
+        let (two, three, zero, one) = (
+            graph.integer(2),
+            graph.integer(3),
+            graph.integer(0),
+            graph.integer(1),
+        );
         let minus_x = graph.neg(x);
         let difference = graph.sub(x, y);
         let (two_x, three_x) = (graph.mul(two, x), graph.mul(three, x));
@@ -123,10 +132,15 @@ fn every_rule_fires_and_keeps_the_value() {
                 for point in &points {
                     let values = graph.evaluate(point);
                     let (expected, result) = (values[expected.index()], values[result.index()]);
-                    // NaN on both sides: the argument is outside the domain of the operation itself.
+                    // NaN on both sides: the argument is outside the domain of the operation
+                    // itself.
                     let both_nan = expected.is_nan() && result.is_nan();
                     let same = both_nan || (expected - result).abs() <= 1e-14 * expected.abs();
-                    assert!(same, "{} on {candidate:?} at {point:?}: {expected} {result}", rule.name);
+                    assert!(
+                        same,
+                        "{} on {candidate:?} at {point:?}: {expected} {result}",
+                        rule.name
+                    );
                 }
             }
         }
@@ -137,7 +151,10 @@ fn every_rule_fires_and_keeps_the_value() {
 #[test]
 fn trigonometric_identities_are_found() {
     let mut graph = Graph::new();
-    let (x, y) = (graph.symbol("x", "x", Unit::ONE), graph.symbol("y", "y", Unit::ONE));
+    let (x, y) = (
+        graph.symbol("x", "x", Unit::ONE),
+        graph.symbol("y", "y", Unit::ONE),
+    );
     let [sin_x, sin_y] = [x, y].map(|angle| graph.sin(angle));
     let [cos_x, cos_y] = [x, y].map(|angle| graph.cos(angle));
     let one = graph.dot(&[sin_x, cos_x], &[sin_x, cos_x]);
@@ -145,7 +162,9 @@ fn trigonometric_identities_are_found() {
     let products = [graph.mul(sin_x, cos_y), graph.mul(cos_x, sin_y)];
     let sine = graph.sub(products[0], products[1]);
     let normalised = normalise(&graph, &[one, cosine, sine], Style::Cheap);
-    let [one, cosine, sine] = normalised.outputs[..] else { panic!("three outputs") };
+    let [one, cosine, sine] = normalised.outputs[..] else {
+        panic!("three outputs")
+    };
     assert_eq!(normalised.graph.as_constant(one), Some(Constant::from(1)));
     assert!(matches!(normalised.graph.node(cosine), Node::Cos(_)));
     assert!(matches!(normalised.graph.node(sine), Node::Sin(_)));
@@ -153,17 +172,24 @@ fn trigonometric_identities_are_found() {
 
 #[test]
 fn derived_graphs_keep_their_invariants() {
-    for (segments, motion) in [1, 2, 7].into_iter().flat_map(|segments| MOTIONS.map(|motion| (segments, motion))) {
+    for (segments, motion) in [1, 2, 7]
+        .into_iter()
+        .flat_map(|segments| MOTIONS.map(|motion| (segments, motion)))
+    {
         let whole = whole_equations(segments, motion);
         assert_eq!(whole.graph.validate(), Ok(()));
         for (i, row) in whole.mass_matrix.iter().enumerate() {
             for (j, &entry) in row.iter().enumerate() {
-                let values = whole.graph.evaluate(&vec![0.6; whole.graph.symbols().len()]);
+                let values = whole
+                    .graph
+                    .evaluate(&vec![0.6; whole.graph.symbols().len()]);
                 let mirrored = whole.mass_matrix[j][i];
                 assert!((values[entry.index()] - values[mirrored.index()]).abs() < 1e-14);
             }
         }
-        for kernel in whole_kernels(segments, motion, Purpose::Reading).expect("the derivation is sound") {
+        for kernel in
+            whole_kernels(segments, motion, Purpose::Reading).expect("the derivation is sound")
+        {
             assert_eq!(kernel.graph.validate(), Ok(()));
         }
     }
@@ -183,12 +209,17 @@ fn readable_form_has_the_values_of_the_compact_one() {
     });
     for (compact, readable) in pairs {
         let symbols = compact.graph.symbols().len();
-        let point: Vec<f64> = (0..symbols).map(|i| 0.4 + 0.37 * (i as f64 * 1.7).sin()).collect();
+        let point: Vec<f64> = (0..symbols)
+            .map(|i| 0.4 + 0.37 * (i as f64 * 1.7).sin())
+            .collect();
         let values = [&compact, &readable].map(|kernel| kernel.graph.evaluate(&point));
         for (expected, result) in compact.outputs.iter().zip(&readable.outputs) {
             for (expected, result) in expected.nodes.iter().zip(&result.nodes) {
                 let (expected, result) = (values[0][expected.index()], values[1][result.index()]);
-                assert!((expected - result).abs() < 1e-12 * expected.abs().max(1.0), "{expected} {result}");
+                assert!(
+                    (expected - result).abs() < 1e-12 * expected.abs().max(1.0),
+                    "{expected} {result}"
+                );
             }
         }
     }
@@ -196,8 +227,20 @@ fn readable_form_has_the_values_of_the_compact_one() {
 
 fn kernel(graph: Graph, inputs: Vec<Input>, node: NodeId) -> Kernel {
     let (name, doc, nodes) = ("value".into(), "the value".into(), vec![node]);
-    let output = Output { name, doc, unit: Unit::ONE, shape: Shape::Scalar, nodes };
-    Kernel { name: "example".into(), summary: "An example.".into(), graph, inputs, outputs: vec![output] }
+    let output = Output {
+        name,
+        doc,
+        unit: Unit::ONE,
+        shape: Shape::Scalar,
+        nodes,
+    };
+    Kernel {
+        name: "example".into(),
+        summary: "An example.".into(),
+        graph,
+        inputs,
+        outputs: vec![output],
+    }
 }
 
 /// With these symbols as inputs.
@@ -205,26 +248,39 @@ fn kernel_of(graph: Graph, names: &[&str], node: NodeId) -> Kernel {
     let input = |name: &&str| Input {
         name: (*name).into(),
         doc: String::new(),
-        elements: vec![((*name).into(), graph.find_symbol(name).expect("it is a symbol"))],
+        elements: vec![(
+            (*name).into(),
+            graph.find_symbol(name).expect("it is a symbol"),
+        )],
     };
     let inputs = names.iter().map(input).collect();
     kernel(graph, inputs, node)
 }
 
-const ORIGIN: Origin<'_> = Origin { title: "An example.", maker: "a test", again: "cargo test" };
+const ORIGIN: Origin<'_> = Origin {
+    title: "An example.",
+    maker: "a test",
+    again: "cargo test",
+};
 
 #[test]
 fn emission_says_what_is_missing() {
     let mut graph = Graph::raw();
     let x = graph.symbol("x", "x", Unit::ONE);
     let unbound = kernel(graph, Vec::new(), x);
-    let expected = EmitError::UnboundSymbol { kernel: "example".into(), symbol: "x".into() };
+    let expected = EmitError::UnboundSymbol {
+        kernel: "example".into(),
+        symbol: "x".into(),
+    };
     assert_eq!(emit(&[unbound], ORIGIN), Err(expected));
 
     let mut graph = Graph::raw();
     let infinite = graph.constant(Constant::Float(f64::INFINITY));
     let error = emit(&[kernel(graph, Vec::new(), infinite)], ORIGIN);
-    assert!(matches!(error, Err(EmitError::NonFiniteConstant { .. })), "{error:?}");
+    assert!(
+        matches!(error, Err(EmitError::NonFiniteConstant { .. })),
+        "{error:?}"
+    );
 }
 
 #[test]
@@ -235,8 +291,12 @@ fn emission_keeps_precedence_and_constants() {
     let difference = graph.sub(a, inner);
     let tiny = graph.constant(Constant::Float(-1.0 / 3.0));
     let scaled = graph.mul(tiny, difference);
-    let source = emit(&[kernel_of(graph, &["a", "b", "c"], scaled)], ORIGIN).expect("it can be emitted");
-    assert!(source.contains("T::from_f64(-0.3333333333333333) * (a - (b - c))"), "{source}");
+    let source =
+        emit(&[kernel_of(graph, &["a", "b", "c"], scaled)], ORIGIN).expect("it can be emitted");
+    assert!(
+        source.contains("T::from_f64(-0.3333333333333333) * (a - (b - c))"),
+        "{source}"
+    );
 }
 
 #[test]
@@ -246,11 +306,17 @@ fn inputs_that_belong_together_are_one_argument_unless_its_names_are_taken() {
         let [a, b, c] = names.map(|name| graph.symbol(name, name, Unit::ONE));
         let sum = graph.add(a, b);
         let sum = graph.add(sum, c);
-        let kernel = Kernel { name: function.into(), ..kernel_of(graph, &names, sum) };
+        let kernel = Kernel {
+            name: function.into(),
+            ..kernel_of(graph, &names, sum)
+        };
         emit(&[kernel], ORIGIN).expect("it can be emitted")
     };
     let source = emitted("example", ["coordinate_weight", "x", "rate_weight"]);
-    assert!(source.contains("(weights: StepWeights<T>, x: T)"), "{source}");
+    assert!(
+        source.contains("(weights: StepWeights<T>, x: T)"),
+        "{source}"
+    );
     for (function, other) in [("example", "weights"), ("step_weights", "x")] {
         let source = emitted(function, ["coordinate_weight", other, "rate_weight"]);
         assert!(!source.contains(": StepWeights<T>"), "{source}");
@@ -269,5 +335,8 @@ fn names_of_inputs_do_not_hide_elements() {
     };
     let inputs = vec![input("b", "a", a), input("a", "b", b)];
     let source = emit(&[kernel(graph, inputs, difference)], ORIGIN).expect("it can be emitted");
-    assert!(source.contains("(a: T, b: T)") && source.contains("value: a - b"), "{source}");
+    assert!(
+        source.contains("(a: T, b: T)") && source.contains("value: a - b"),
+        "{source}"
+    );
 }

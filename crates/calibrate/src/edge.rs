@@ -44,7 +44,10 @@ impl Radii {
             Brushed::Time(time) => time / second_per_turn,
             Brushed::Turns(turns) => turns,
         };
-        let preston = settings.removal_or_default().preston_m2_n.unwrap_or_default();
+        let preston = settings
+            .removal_or_default()
+            .preston_m2_n
+            .unwrap_or_default();
         let stated = [preston, settings.workpiece.kind.edge_radius_m()];
         Self {
             turns: points.iter().map(turns).collect(),
@@ -65,12 +68,21 @@ impl Radii {
     /// The largest radius in m, and when it was measured.
     fn largest(&self) -> ObservedEdge {
         let later = (0..self.points.len()).filter(|&point| self.turns[point] > 0.0);
-        let largest = later.max_by(|&a, &b| self.points[a].radius.value.total_cmp(&self.points[b].radius.value));
+        let largest = later.max_by(|&a, &b| {
+            self.points[a]
+                .radius
+                .value
+                .total_cmp(&self.points[b].radius.value)
+        });
         let point = largest.expect("a problem has a radius after the start");
-        ObservedEdge { edge_radius_m: self.points[point].radius.value, time_s: self.time_s(point) }
+        ObservedEdge {
+            edge_radius_m: self.points[point].radius.value,
+            time_s: self.time_s(point),
+        }
     }
 
-    /// Simulates how the edge grows from the least radius that it may have had at the start. `tell` hears how many passes of a batch are simulated.
+    /// Simulates how the edge grows from the least radius that it may have had at the start. `tell`
+    /// hears how many passes of a batch are simulated.
     pub(crate) fn follow(
         &mut self,
         settings: &Settings,
@@ -91,22 +103,42 @@ impl Radii {
 
     /// The same radii, to be fitted by the square root of time.
     pub(crate) fn by_square_root(&self) -> Self {
-        let ObservedEdge { edge_radius_m, time_s } = self.largest();
-        let rate = edge_radius_m.powi(2) / (self.guess.unwrap_or(1.0) * time_s / self.second_per_turn);
-        Self { law: Law::SquareRoot(rate), ..self.clone() }
+        let ObservedEdge {
+            edge_radius_m,
+            time_s,
+        } = self.largest();
+        let rate =
+            edge_radius_m.powi(2) / (self.guess.unwrap_or(1.0) * time_s / self.second_per_turn);
+        Self {
+            law: Law::SquareRoot(rate),
+            ..self.clone()
+        }
     }
 
-    /// By how much the simulated growth changed at most when the number of passes was doubled, over itself.
+    /// By how much the simulated growth changed at most when the number of passes was doubled, over
+    /// itself.
     #[must_use]
     pub fn change_when_refined(&self) -> f64 {
-        if let Law::Simulated(course) = &self.law { course.change_when_refined } else { 0.0 }
+        if let Law::Simulated(course) = &self.law {
+            course.change_when_refined
+        } else {
+            0.0
+        }
     }
 
-    /// The coefficient in m²/N and the radius at the start in m with these values of the fitted settings.
+    /// The coefficient in m²/N and the radius at the start in m with these values of the fitted
+    /// settings.
     fn constants(&self, fitted: &[Fitted], values: &[f64]) -> [f64; 2] {
-        let value = |path: &str| fitted.iter().position(|fitted| fitted.parameter.path == path);
+        let value = |path: &str| {
+            fitted
+                .iter()
+                .position(|fitted| fitted.parameter.path == path)
+        };
         let [preston, start] = [PRESTON, START].map(|path| value(path).map(|own| values[own]));
-        [preston.unwrap_or(self.stated[0]), start.unwrap_or(self.stated[1])]
+        [
+            preston.unwrap_or(self.stated[0]),
+            start.unwrap_or(self.stated[1]),
+        ]
     }
 
     /// The radii in m after `turns`, which ascend, with these values of the fitted settings.
@@ -114,9 +146,10 @@ impl Radii {
         let [preston, start] = self.constants(fitted, values);
         match &self.law {
             Law::Simulated(course) => course.radii(preston, start, turns),
-            Law::SquareRoot(rate) => {
-                turns.iter().map(|turns| (start * start + rate * preston * turns).sqrt()).collect()
-            }
+            Law::SquareRoot(rate) => turns
+                .iter()
+                .map(|turns| (start * start + rate * preston * turns).sqrt())
+                .collect(),
             Law::Unknown => vec![f64::NAN; turns.len()],
         }
     }
@@ -124,6 +157,10 @@ impl Radii {
     /// `c` of `R² = R_0² + c² t` in m/√s, by the square root of time.
     pub(crate) fn speed_of_root(&self, fitted: &[Fitted], values: &[f64]) -> f64 {
         let [preston, _] = self.constants(fitted, values);
-        if let Law::SquareRoot(rate) = self.law { (rate * preston / self.second_per_turn).sqrt() } else { 0.0 }
+        if let Law::SquareRoot(rate) = self.law {
+            (rate * preston / self.second_per_turn).sqrt()
+        } else {
+            0.0
+        }
     }
 }

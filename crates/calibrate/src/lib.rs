@@ -1,8 +1,10 @@
-//! Calibration: settings of a brush from measured forces (MODEL, "Calibration"), or from the radii of an edge over time ("Removal and wear").
+//! Calibration: settings of a brush from measured forces (MODEL, "Calibration"), or from the radii
+//! of an edge over time ("Removal and wear").
 //!
-//! A [`Problem`] has brushes, the settings that are [`Fitted`] and what was measured. [`calibrate`] finds the values with the least sum of
-//! squares from several starts, and tells how well the forces determine them: standard errors, intervals, correlations, what is not
-//! determined, and where to measure next.
+//! A [`Problem`] has brushes, the settings that are [`Fitted`] and what was measured. [`calibrate`]
+//! finds the values with the least sum of squares from several starts, and tells how well the
+//! forces determine them: standard errors, intervals, correlations, what is not determined, and
+//! where to measure next.
 
 mod calibrated;
 mod edge;
@@ -33,26 +35,53 @@ use simulator::{Precision, Simulator};
 pub use statistics::{Errors, Undetermined, undetermined};
 pub use words::{estimate, lines, square_root_words, summary};
 
-/// The starts go downhill with filaments alone, of few segments, and as precisely as it takes to find the minima.
-const COARSE: Precision =
-    Precision { tolerance: 3e-3, step: 0.02, central: false, segments: 8, interacts: false, arrival: 0.1 };
-/// Near the minimum, for intervals, and points to measure at next: forces to 1e-4 of their values (docs/calibration.md).
-const MIDDLE: Precision = Precision { tolerance: 1e-3, step: 0.01, segments: usize::MAX, arrival: 1e-2, ..COARSE };
+/// The starts go downhill with filaments alone, of few segments, and as precisely as it takes to
+/// find the minima.
+const COARSE: Precision = Precision {
+    tolerance: 3e-3,
+    step: 0.02,
+    central: false,
+    segments: 8,
+    interacts: false,
+    arrival: 0.1,
+};
+/// Near the minimum, for intervals, and points to measure at next: forces to 1e-4 of their values
+/// (docs/calibration.md).
+const MIDDLE: Precision = Precision {
+    tolerance: 1e-3,
+    step: 0.01,
+    segments: usize::MAX,
+    arrival: 1e-2,
+    ..COARSE
+};
 /// The minimum itself: errors of the derivatives are below 1e-4 (docs/calibration.md).
-const FINE: Precision = Precision { tolerance: 1e-6, step: 1e-3, arrival: 1e-4, ..MIDDLE };
+const FINE: Precision = Precision {
+    tolerance: 1e-6,
+    step: 1e-3,
+    arrival: 1e-4,
+    ..MIDDLE
+};
 /// Brushes keep their own tolerance, 1e-3 of the impulse unless a file states another.
-const OF_BRUSHES: Precision = Precision { step: 0.05, interacts: true, arrival: 1e-2, ..FINE };
+const OF_BRUSHES: Precision = Precision {
+    step: 0.05,
+    interacts: true,
+    arrival: 1e-2,
+    ..FINE
+};
 /// The most rounds in which the effect of interaction follows the settings.
 const INTERACTION_ROUNDS: usize = 4;
 /// Change of a coordinate at which it does no longer.
 const SETTLED: f64 = 2e-3;
-/// Relative error of derivatives next to a force that bends, and the step of derivatives that look past bends.
+/// Relative error of derivatives next to a force that bends, and the step of derivatives that look
+/// past bends.
 const BENT: f64 = 5e-3;
 const WIDE: f64 = 0.03;
-/// How far the minimum is from where derivatives were taken, over the standard error, at which they are taken anew, and how often they are at most.
+/// How far the minimum is from where derivatives were taken, over the standard error, at which they
+/// are taken anew, and how often they are at most.
 const FAR: f64 = 0.5;
 const ROUNDS: usize = 5;
-/// Probability of residuals below which more than noise makes them, and slope over its standard error from which on it is one.
+/// Probability of residuals below which more than noise makes them, and slope over its standard
+/// error from which on it is one.
 const UNLIKELY: f64 = 0.01;
 const TRENDING: f64 = 3.0;
 /// Times at which the growth of an edge is told.
@@ -71,15 +100,18 @@ pub struct Calibration {
     pub forces: Vec<f64>,
     /// The standard error that the calibration leaves each of them.
     pub force_errors: Vec<f64>,
-    /// The errors of the coordinates: of logarithms of positive settings, and of shares of their range of others.
+    /// The errors of the coordinates: of logarithms of positive settings, and of shares of their
+    /// range of others.
     pub errors: Errors,
-    /// The ends of the 95 % interval of each value, by the profile of the sum of squares; none if it is not determined.
+    /// The ends of the 95 % interval of each value, by the profile of the sum of squares; none if
+    /// it is not determined.
     pub intervals: Vec<Option<[f64; 2]>>,
     /// The sum of squared residuals over their standard deviations.
     pub chi_squared: f64,
     /// What is not determined.
     pub undetermined: Vec<Undetermined>,
-    /// The sum of squares and the number of starts of each minimum that the starts found, the least first, at a coarse precision.
+    /// The sum of squares and the number of starts of each minimum that the starts found, the least
+    /// first, at a coarse precision.
     pub minima: Vec<(f64, usize)>,
     /// The number of starts that were stopped far above the least minimum.
     pub stopped_starts: usize,
@@ -95,7 +127,8 @@ pub struct Calibration {
     pub growth: Vec<GrownEdge>,
 }
 
-/// The square root of time `R² = R_0² + c² t` in the place of the simulated growth, fitted to the same radii.
+/// The square root of time `R² = R_0² + c² t` in the place of the simulated growth, fitted to the
+/// same radii.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SquareRoot {
     /// `c` in m/√s.
@@ -104,7 +137,8 @@ pub struct SquareRoot {
     pub chi_squared: f64,
     /// Its radius in m at each observation.
     pub radii: Vec<f64>,
-    /// The slope of what was measured less these radii, in standard deviations over the logarithm of time, over its standard error.
+    /// The slope of what was measured less these radii, in standard deviations over the logarithm
+    /// of time, over its standard error.
     pub trend: f64,
 }
 
@@ -128,7 +162,8 @@ impl Calibration {
         self.problem.observations.len() - self.values.len()
     }
 
-    /// The probability that noise alone makes the sum of squares as large, if standard deviations are stated.
+    /// The probability that noise alone makes the sum of squares as large, if standard deviations
+    /// are stated.
     #[must_use]
     pub fn probability(&self) -> Option<f64> {
         self.probability_of(self.chi_squared)
@@ -140,8 +175,9 @@ impl Calibration {
         (self.problem.has_std && freedom > 0).then(|| chdtrc(freedom as f64, chi_squared))
     }
 
-    /// Whether the square root of time fits the radii: noise alone makes such residuals, or, without standard deviations, they have no trend. `None`
-    /// if there are as many settings as radii.
+    /// Whether the square root of time fits the radii: noise alone makes such residuals, or,
+    /// without standard deviations, they have no trend. `None` if there are as many settings as
+    /// radii.
     #[must_use]
     pub fn square_root_fits(&self, root: &SquareRoot) -> Option<bool> {
         match self.probability_of(root.chi_squared) {
@@ -153,16 +189,21 @@ impl Calibration {
     /// Whether the forces determine a setting.
     #[must_use]
     pub fn is_determined(&self, setting: usize) -> bool {
-        !self.undetermined.iter().any(|group| group.settings.contains(&setting))
+        !self
+            .undetermined
+            .iter()
+            .any(|group| group.settings.contains(&setting))
     }
 
     /// The standard error of a value.
     #[must_use]
     pub fn standard_error(&self, setting: usize) -> f64 {
-        self.errors.standard_error(setting) * self.problem.fitted[setting].slope(self.values[setting])
+        self.errors.standard_error(setting)
+            * self.problem.fitted[setting].slope(self.values[setting])
     }
 
-    /// The residual of an observation over its standard deviation, which is that of the residuals if none is stated.
+    /// The residual of an observation over its standard deviation, which is that of the residuals
+    /// if none is stated.
     #[must_use]
     pub fn residual(&self, observation: usize) -> f64 {
         let Observation { value, std, .. } = self.problem.observations[observation];
@@ -170,48 +211,102 @@ impl Calibration {
     }
 }
 
-/// Fits the settings of a problem to what was measured. `None` if none of the starts can be simulated.
+/// Fits the settings of a problem to what was measured. `None` if none of the starts can be
+/// simulated.
 ///
 /// # Errors
 /// If it is interrupted.
-pub fn calibrate(mut problem: Problem, reach: Reach, means: Means<'_>) -> Result<Option<Calibration>, Interrupted> {
+pub fn calibrate(
+    mut problem: Problem,
+    reach: Reach,
+    means: Means<'_>,
+) -> Result<Option<Calibration>, Interrupted> {
     // Where an edge begins to grow is known, and its growth has one minimum.
-    let starts = if problem.radii.is_some() { 0 } else { means.starts };
+    let starts = if problem.radii.is_some() {
+        0
+    } else {
+        means.starts
+    };
     let means = Means { starts, ..means };
     if let Some(radii) = &mut problem.radii {
         let tell = |done: usize, of: usize| means.observer.done(0.9 * done as f64 / of as f64);
-        radii.follow(&problem.brushes[0].settings, &problem.fitted, means.resources, means.stop, &tell)?;
+        radii.follow(
+            &problem.brushes[0].settings,
+            &problem.fitted,
+            means.resources,
+            means.stop,
+            &tell,
+        )?;
     }
     let mut model = Model::new(Simulator::new(&problem, means));
-    let Search { minima, stopped, failed } = search::minima(&model, COARSE)?;
-    let Some(lowest) = minima.first().map(|minimum| minimum.squares) else { return Ok(None) };
+    let Search {
+        minima,
+        stopped,
+        failed,
+    } = search::minima(&model, COARSE)?;
+    let Some(lowest) = minima.first().map(|minimum| minimum.squares) else {
+        return Ok(None);
+    };
     let highest = model.highest(lowest);
-    let near = minima.iter().filter(|minimum| minimum.squares <= highest).cloned().collect();
+    let near = minima
+        .iter()
+        .filter(|minimum| minimum.squares <= highest)
+        .cloned()
+        .collect();
     let refined = search::refined(&model, near, MIDDLE)?;
-    let Some(best) = refined.into_iter().min_by(|a, b| a.squares.total_cmp(&b.squares)) else { return Ok(None) };
+    let Some(best) = refined
+        .into_iter()
+        .min_by(|a, b| a.squares.total_cmp(&b.squares))
+    else {
+        return Ok(None);
+    };
     model.simulator.tell(0.6);
     let (best, derivative_error) = if problem.has_brush() {
         interacting(&mut model, best)?
     } else {
-        let Some(found) = precise(&model, best)? else { return Ok(None) };
+        let Some(found) = precise(&model, best)? else {
+            return Ok(None);
+        };
         found
     };
     let jacobian = &best.jacobian;
     let chi_squared = model.residuals(&best.forces).norm_squared();
     let freedom = problem.observations.len() - problem.fitted.len();
-    let scale = if problem.has_std { 1.0 } else { chi_squared / freedom as f64 };
+    let scale = if problem.has_std {
+        1.0
+    } else {
+        chi_squared / freedom as f64
+    };
     let errors = Errors::of(jacobian, scale);
     let values = model.values(&best.x);
     let spread = jacobian * errors.covariance() * jacobian.transpose();
     let observations = problem.observations.iter().enumerate();
-    let force_errors = observations.map(|(row, own)| own.std * spread[(row, row)].max(0.0).sqrt()).collect();
+    let force_errors = observations
+        .map(|(row, own)| own.std * spread[(row, row)].max(0.0).sqrt())
+        .collect();
     let undetermined = undetermined(&problem, &values, &errors);
     let determined: Vec<usize> = (0..values.len())
-        .filter(|setting| !undetermined.iter().any(|group| group.settings.contains(setting)))
+        .filter(|setting| {
+            !undetermined
+                .iter()
+                .any(|group| group.settings.contains(setting))
+        })
         .collect();
     let share = 0.5 + 0.5 * CONFIDENCE;
-    let quantile = if problem.has_std { spec_math::cephes64::ndtri(share) } else { stdtri(freedom as isize, share) };
-    let found = profile::intervals(&model, &best, jacobian, &errors, quantile.powi(2) * scale, &determined, MIDDLE)?;
+    let quantile = if problem.has_std {
+        spec_math::cephes64::ndtri(share)
+    } else {
+        stdtri(freedom as isize, share)
+    };
+    let found = profile::intervals(
+        &model,
+        &best,
+        jacobian,
+        &errors,
+        quantile.powi(2) * scale,
+        &determined,
+        MIDDLE,
+    )?;
     let mut intervals = vec![None; values.len()];
     for (&setting, ends) in determined.iter().zip(&found) {
         intervals[setting] = Some(ends.map(|end| problem.fitted[setting].value(end)));
@@ -219,13 +314,31 @@ pub fn calibrate(mut problem: Problem, reach: Reach, means: Means<'_>) -> Result
     model.simulator.tell(0.9);
     let (square_root, growth, next) = match &problem.radii {
         Some(radii) => {
-            let Some(rooted) = by_square_root(&problem, radii, means)? else { return Ok(None) };
+            let Some(rooted) = by_square_root(&problem, radii, means)? else {
+                return Ok(None);
+            };
             let growth = grown(&model, radii, &best, &errors, &rooted);
             (Some(rooted.0), growth, Vec::new())
         }
-        None => (None, Vec::new(), next::next(&model, &best, &errors, reach, Precision { central: true, ..MIDDLE })?),
+        None => (
+            None,
+            Vec::new(),
+            next::next(
+                &model,
+                &best,
+                &errors,
+                reach,
+                Precision {
+                    central: true,
+                    ..MIDDLE
+                },
+            )?,
+        ),
     };
-    let minima = minima.iter().map(|minimum| (minimum.squares, minimum.starts)).collect();
+    let minima = minima
+        .iter()
+        .map(|minimum| (minimum.squares, minimum.starts))
+        .collect();
     let forces = best.forces;
     Ok(Some(Calibration {
         values,
@@ -246,15 +359,21 @@ pub fn calibrate(mut problem: Problem, reach: Reach, means: Means<'_>) -> Result
     }))
 }
 
-/// The square root of time, fitted to the radii, and its problem and its values of the fitted settings.
+/// The square root of time, fitted to the radii, and its problem and its values of the fitted
+/// settings.
 fn by_square_root(
     problem: &Problem,
     radii: &Radii,
     means: Means<'_>,
 ) -> Result<Option<(SquareRoot, Problem, Vec<f64>)>, Interrupted> {
-    let problem = Problem { radii: Some(radii.by_square_root()), ..problem.clone() };
+    let problem = Problem {
+        radii: Some(radii.by_square_root()),
+        ..problem.clone()
+    };
     let model = Model::new(Simulator::new(&problem, means));
-    let Some(best) = search::minima(&model, FINE)?.minima.into_iter().next() else { return Ok(None) };
+    let Some(best) = search::minima(&model, FINE)?.minima.into_iter().next() else {
+        return Ok(None);
+    };
     let values = model.values(&best.x);
     let residuals = -model.residuals(&best.forces);
     let later: Vec<(f64, f64)> = radii
@@ -265,7 +384,10 @@ fn by_square_root(
         .map(|(turns, own)| (turns.ln(), *own))
         .collect();
     let root = SquareRoot {
-        c_m_per_sqrt_s: problem.radii.as_ref().map_or(0.0, |radii| radii.speed_of_root(&problem.fitted, &values)),
+        c_m_per_sqrt_s: problem
+            .radii
+            .as_ref()
+            .map_or(0.0, |radii| radii.speed_of_root(&problem.fitted, &values)),
         chi_squared: best.squares,
         radii: best.forces,
         trend: trend(&later),
@@ -278,9 +400,16 @@ fn trend(points: &[(f64, f64)]) -> f64 {
     let count = points.len() as f64;
     let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
     let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
-    let (xx, xy) = (mean(&|point| (point.0 - x).powi(2)), mean(&|point| (point.0 - x) * (point.1 - y)));
+    let (xx, xy) = (
+        mean(&|point| (point.0 - x).powi(2)),
+        mean(&|point| (point.0 - x) * (point.1 - y)),
+    );
     let rest = mean(&|point| (point.1 - y - xy / xx * (point.0 - x)).powi(2));
-    if points.len() < 3 || rest == 0.0 { 0.0 } else { xy / xx / (rest / (count - 2.0) / xx).sqrt() }
+    if points.len() < 3 || rest == 0.0 {
+        0.0
+    } else {
+        xy / xx / (rest / (count - 2.0) / xx).sqrt()
+    }
 }
 
 /// The growth from the start to the last radius, with its error.
@@ -293,15 +422,30 @@ fn grown(
 ) -> Vec<GrownEdge> {
     let fitted = &model.problem().fitted;
     let last = radii.turns.last().copied().unwrap_or_default();
-    let turns: Vec<f64> = (0..=TIMES).map(|i| last * (i as f64 / TIMES as f64).powi(2)).collect();
+    let turns: Vec<f64> = (0..=TIMES)
+        .map(|i| last * (i as f64 / TIMES as f64).powi(2))
+        .collect();
     let here = radii.after(fitted, &model.values(&best.x), &turns);
-    let stencil = model.stencil(&best.x, Precision { central: true, ..FINE });
-    let around: Vec<Vec<f64>> = stencil.points.iter().map(|x| radii.after(fitted, &model.values(x), &turns)).collect();
-    let of_root = rooted.radii.as_ref().map_or_else(Vec::new, |radii| radii.after(fitted, values_of_root, &turns));
+    let stencil = model.stencil(
+        &best.x,
+        Precision {
+            central: true,
+            ..FINE
+        },
+    );
+    let around: Vec<Vec<f64>> = stencil
+        .points
+        .iter()
+        .map(|x| radii.after(fitted, &model.values(x), &turns))
+        .collect();
+    let of_root = rooted.radii.as_ref().map_or_else(Vec::new, |radii| {
+        radii.after(fitted, values_of_root, &turns)
+    });
     let covariance = errors.covariance();
     let edge = |(i, turns): (usize, &f64)| {
-        let slopes =
-            DVector::from_fn(fitted.len(), |column, _| stencil.derivative(column, here[i], |point| around[point][i]));
+        let slopes = DVector::from_fn(fitted.len(), |column, _| {
+            stencil.derivative(column, here[i], |point| around[point][i])
+        });
         GrownEdge {
             time_s: turns * radii.second_per_turn,
             radius_m: here[i],
@@ -312,18 +456,27 @@ fn grown(
     turns.iter().enumerate().map(edge).collect()
 }
 
-/// Goes on to the minimum of filaments alone, with the derivatives there and their error. Where they tell that a contact begins or ends
-/// nearby, it moves to a lower minimum, if there is one beyond.
+/// Goes on to the minimum of filaments alone, with the derivatives there and their error. Where
+/// they tell that a contact begins or ends nearby, it moves to a lower minimum, if there is one
+/// beyond.
 fn precise(model: &Model<'_>, mut best: Minimum) -> Result<Option<(Minimum, f64)>, Interrupted> {
     let mut found = None;
     for _ in 0..ROUNDS {
-        let Some(at) = search::evaluated(model, vec![best.x], FINE)?.pop().filter(|at| at.squares.is_finite()) else {
+        let Some(at) = search::evaluated(model, vec![best.x], FINE)?
+            .pop()
+            .filter(|at| at.squares.is_finite())
+        else {
             return Ok(found);
         };
-        if found.as_ref().is_some_and(|(lowest, _): &(Minimum, f64)| at.squares >= lowest.squares) {
+        if found
+            .as_ref()
+            .is_some_and(|(lowest, _): &(Minimum, f64)| at.squares >= lowest.squares)
+        {
             break;
         }
-        let Some((end, error, moved)) = exact(model, at, FINE)? else { break };
+        let Some((end, error, moved)) = exact(model, at, FINE)? else {
+            break;
+        };
         found = Some((end.clone(), error));
         best = end;
         if moved > FAR {
@@ -332,41 +485,77 @@ fn precise(model: &Model<'_>, mut best: Minimum) -> Result<Option<(Minimum, f64)
         if error < BENT {
             break;
         }
-        let wide = model.jacobians(&[(&best.x, &best.forces)], Precision { step: WIDE, central: true, ..MIDDLE })?;
-        let Some(lower) = search::lower(model, &best, &wide[0], MIDDLE)? else { break };
+        let wide = model.jacobians(
+            &[(&best.x, &best.forces)],
+            Precision {
+                step: WIDE,
+                central: true,
+                ..MIDDLE
+            },
+        )?;
+        let Some(lower) = search::lower(model, &best, &wide[0], MIDDLE)? else {
+            break;
+        };
         best = lower;
     }
     Ok(found)
 }
 
-/// Takes precise derivatives at a point near a minimum, and goes there with them: the minimum, the error of the derivatives, and how far the
-/// minimum is over the standard error in its direction. None if what is around the point cannot be simulated.
-fn exact(model: &Model<'_>, at: Minimum, precision: Precision) -> Result<Option<(Minimum, f64, f64)>, Interrupted> {
+/// Takes precise derivatives at a point near a minimum, and goes there with them: the minimum, the
+/// error of the derivatives, and how far the minimum is over the standard error in its direction.
+/// None if what is around the point cannot be simulated.
+fn exact(
+    model: &Model<'_>,
+    at: Minimum,
+    precision: Precision,
+) -> Result<Option<(Minimum, f64, f64)>, Interrupted> {
     let (jacobian, error) = model.precise_jacobian(&at.x, &at.forces, precision)?;
     if !jacobian.iter().all(|derivative| derivative.is_finite()) {
         return Ok(None);
     }
-    let end = search::descended(model, vec![Minimum { jacobian, ..at.clone() }], precision)?.pop();
+    let end = search::descended(
+        model,
+        vec![Minimum {
+            jacobian,
+            ..at.clone()
+        }],
+        precision,
+    )?
+    .pop();
     let end = end.expect("it begins where it can be simulated");
-    let step = DVector::from_iterator(at.x.len(), end.x.iter().zip(&at.x).map(|(end, at)| end - at));
+    let step = DVector::from_iterator(
+        at.x.len(),
+        end.x.iter().zip(&at.x).map(|(end, at)| end - at),
+    );
     let moved = (&end.jacobian * step).norm() / model.unit(end.squares).sqrt();
     Ok(Some((end, error, moved)))
 }
 
-/// The minimum with filaments that touch, from that of filaments alone, with the derivatives there and their error. The forces of filaments
-/// alone, times the effect of interaction at the last estimate, lead near it; then descents with interaction itself.
+/// The minimum with filaments that touch, from that of filaments alone, with the derivatives there
+/// and their error. The forces of filaments alone, times the effect of interaction at the last
+/// estimate, lead near it; then descents with interaction itself.
 fn interacting(model: &mut Model<'_>, mut minimum: Minimum) -> Result<(Minimum, f64), Interrupted> {
     for _ in 0..INTERACTION_ROUNDS {
         follow_interaction(model, &minimum.x)?;
-        let Some(next) = search::refined(model, vec![minimum.clone()], MIDDLE)?.pop() else { break };
-        let moved = next.x.iter().zip(&minimum.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let Some(next) = search::refined(model, vec![minimum.clone()], MIDDLE)?.pop() else {
+            break;
+        };
+        let moved = next
+            .x
+            .iter()
+            .zip(&minimum.x)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
         minimum = next;
         if moved < SETTLED {
             break;
         }
     }
-    let near = search::refined(model, vec![minimum], OF_BRUSHES)?.pop().ok_or_else(|| model.simulator.failure())?;
-    let (minimum, error, _) = exact(model, near, OF_BRUSHES)?.ok_or_else(|| model.simulator.failure())?;
+    let near = search::refined(model, vec![minimum], OF_BRUSHES)?
+        .pop()
+        .ok_or_else(|| model.simulator.failure())?;
+    let (minimum, error, _) =
+        exact(model, near, OF_BRUSHES)?.ok_or_else(|| model.simulator.failure())?;
     follow_interaction(model, &minimum.x)?;
     Ok((minimum, error))
 }
@@ -381,7 +570,11 @@ fn follow_interaction(model: &mut Model<'_>, x: &[f64]) -> Result<(), Interrupte
     }
     let without = model.forces(&points, MIDDLE)?;
     for ((factor, with), without) in model.factors.iter_mut().zip(&with[0]).zip(&without[0]) {
-        *factor = if *without != 0.0 && (with / without).is_finite() { with / without } else { 1.0 };
+        *factor = if *without != 0.0 && (with / without).is_finite() {
+            with / without
+        } else {
+            1.0
+        };
     }
     Ok(())
 }

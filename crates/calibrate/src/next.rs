@@ -1,4 +1,5 @@
-//! What to measure next: of a grid of speeds and depths, the points that shrink the determinant of the covariance most (D-optimal).
+//! What to measure next: of a grid of speeds and depths, the points that shrink the determinant of
+//! the covariance most (D-optimal).
 
 use nalgebra::DMatrix;
 
@@ -55,22 +56,40 @@ pub fn next(
     let points = &stencil.points;
     let evaluations: Vec<(ToolPlace, Vec<f64>)> = places
         .iter()
-        .flat_map(|place| std::iter::once(&minimum.x).chain(points).map(|x| (*place, model.values(x))))
+        .flat_map(|place| {
+            std::iter::once(&minimum.x)
+                .chain(points)
+                .map(|x| (*place, model.values(x)))
+        })
         .collect();
     let forces = model.simulator.forces(&evaluations, precision)?;
     // A setting that nothing determines is somewhere in its range.
-    let information = errors.covariance().try_inverse().unwrap_or_else(|| DMatrix::zeros(values.len(), values.len()));
+    let information = errors
+        .covariance()
+        .try_inverse()
+        .unwrap_or_else(|| DMatrix::zeros(values.len(), values.len()));
     let of_range = DMatrix::from_fn(values.len(), values.len(), |row, column| {
         let [low, high] = problem.fitted[row].limits();
-        if row == column { (high - low).powi(-2) } else { 0.0 }
+        if row == column {
+            (high - low).powi(-2)
+        } else {
+            0.0
+        }
     });
     let before = information + of_range;
-    let Some(covariance) = before.clone().try_inverse() else { return Ok(Vec::new()) };
+    let Some(covariance) = before.clone().try_inverse() else {
+        return Ok(Vec::new());
+    };
     let mut found: Vec<Next> = Vec::new();
     for (place, forces) in places.into_iter().zip(forces.chunks(1 + points.len())) {
-        let Some(forces) = forces.iter().copied().collect::<Option<Vec<_>>>() else { continue };
-        let measured: Vec<(usize, f64)> =
-            stds.iter().enumerate().filter_map(|(force, std)| Some((force, (*std)?))).collect();
+        let Some(forces) = forces.iter().copied().collect::<Option<Vec<_>>>() else {
+            continue;
+        };
+        let measured: Vec<(usize, f64)> = stds
+            .iter()
+            .enumerate()
+            .filter_map(|(force, std)| Some((force, (*std)?)))
+            .collect();
         let rows = DMatrix::from_fn(measured.len(), values.len(), |row, column| {
             let (force, std) = measured[row];
             let here = forces[0][force];
@@ -79,13 +98,24 @@ pub fn next(
         if rows.iter().any(|derivative| !derivative.is_finite()) {
             continue;
         }
-        let gain =
-            (DMatrix::identity(measured.len(), measured.len()) + &rows * &covariance * rows.transpose()).determinant();
-        let Some(after) = (&before + rows.transpose() * &rows).try_inverse() else { continue };
-        let shrinks = (0..values.len()).map(|column| (after[(column, column)] / covariance[(column, column)]).sqrt());
-        let Ok(settings) = problem.settings(&place, &values) else { continue };
+        let gain = (DMatrix::identity(measured.len(), measured.len())
+            + &rows * &covariance * rows.transpose())
+        .determinant();
+        let Some(after) = (&before + rows.transpose() * &rows).try_inverse() else {
+            continue;
+        };
+        let shrinks = (0..values.len())
+            .map(|column| (after[(column, column)] / covariance[(column, column)]).sqrt());
+        let Ok(settings) = problem.settings(&place, &values) else {
+            continue;
+        };
         let speed = |path| Parameter::find(path).map_or(0.0, |parameter| parameter.get(&settings));
-        found.push(Next { place, speeds: [VELOCITY, SPEED].map(speed), gain, shrinks: shrinks.collect() });
+        found.push(Next {
+            place,
+            speeds: [VELOCITY, SPEED].map(speed),
+            gain,
+            shrinks: shrinks.collect(),
+        });
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found.truncate(BEST);
@@ -95,8 +125,13 @@ pub fn next(
 /// The relative standard deviation with which each force is measured, where it is: the median.
 fn relative_stds(problem: &Problem) -> [Option<f64>; 4] {
     std::array::from_fn(|force| {
-        let own = problem.observations.iter().filter(|observation| observation.force == force);
-        let mut stds: Vec<f64> = own.map(|Observation { std, value, .. }| std / value).collect();
+        let own = problem
+            .observations
+            .iter()
+            .filter(|observation| observation.force == force);
+        let mut stds: Vec<f64> = own
+            .map(|Observation { std, value, .. }| std / value)
+            .collect();
         stds.sort_by(f64::total_cmp);
         stds.get(stds.len() / 2).copied()
     })
@@ -105,23 +140,51 @@ fn relative_stds(problem: &Problem) -> [Option<f64>; 4] {
 /// The places that come into question.
 fn grid(problem: &Problem, values: &[f64], reach: Reach) -> Vec<ToolPlace> {
     let largest = |value: &dyn Fn(&ToolPlace) -> f64| {
-        problem.points.iter().map(|point| value(&ToolPlace::of(point))).fold(0.0, f64::max)
+        problem
+            .points
+            .iter()
+            .map(|point| value(&ToolPlace::of(point)))
+            .fold(0.0, f64::max)
     };
-    let depth = reach.max_depth_m.unwrap_or_else(|| largest(&|place| place.penetration_depth_m));
+    let depth = reach
+        .max_depth_m
+        .unwrap_or_else(|| largest(&|place| place.penetration_depth_m));
     let [speeds, depths] = GRID;
     let mut places = Vec::new();
     for tool in 0..problem.brushes.len() {
-        let Some(first) = problem.points.iter().find(|point| point.tool.unwrap_or(0) == tool) else { continue };
+        let Some(first) = problem
+            .points
+            .iter()
+            .find(|point| point.tool.unwrap_or(0) == tool)
+        else {
+            continue;
+        };
         let is_velocity = matches!(first.speed, Speed::Velocity(_));
-        let speed = |value: f64| if is_velocity { Speed::Velocity(value) } else { Speed::Rotational(value) };
+        let speed = |value: f64| {
+            if is_velocity {
+                Speed::Velocity(value)
+            } else {
+                Speed::Rotational(value)
+            }
+        };
         // The velocity of the largest rotational speed.
         let of_rpm = |rpm: f64| {
-            let place =
-                ToolPlace { tool, speed: Speed::Rotational(rpm), penetration_depth_m: first.penetration_depth_m };
+            let place = ToolPlace {
+                tool,
+                speed: Speed::Rotational(rpm),
+                penetration_depth_m: first.penetration_depth_m,
+            };
             let settings = problem.settings(&place, values).ok()?;
-            Some(if is_velocity { settings.process.brushing_velocity_m_s } else { rpm })
+            Some(if is_velocity {
+                settings.process.brushing_velocity_m_s
+            } else {
+                rpm
+            })
         };
-        let fastest = reach.max_rpm.and_then(of_rpm).unwrap_or_else(|| largest(&|place| place.speed.value()));
+        let fastest = reach
+            .max_rpm
+            .and_then(of_rpm)
+            .unwrap_or_else(|| largest(&|place| place.speed.value()));
         for row in 1..=depths {
             for column in 1..=speeds {
                 places.push(ToolPlace {
@@ -133,7 +196,9 @@ fn grid(problem: &Problem, values: &[f64], reach: Reach) -> Vec<ToolPlace> {
         }
     }
     let parameter = Parameter::find(DEPTH).expect("the table has the depth");
-    places
-        .retain(|place| parameter.check(place.penetration_depth_m).is_ok() && problem.settings(place, values).is_ok());
+    places.retain(|place| {
+        parameter.check(place.penetration_depth_m).is_ok()
+            && problem.settings(place, values).is_ok()
+    });
     places
 }

@@ -32,7 +32,8 @@ pub struct Fitted {
 #[error("{0}")]
 pub struct FitError(pub(crate) String);
 
-/// The error about a `key` that is none of a setting that can be fitted. `meant` is what may have been meant, behind a semicolon.
+/// The error about a `key` that is none of a setting that can be fitted. `meant` is what may have
+/// been meant, behind a semicolon.
 fn unknown(key: &str, meant: &str) -> FitError {
     FitError(format!(
         "`{}` is no scalar setting of [tool], [filament], [contact] or [brush], nor {PRESTON} or {START}, which radii of an edge tell; \
@@ -52,10 +53,16 @@ impl Fitted {
         }
         let path = parameter.path;
         if parameter.range.whole {
-            return Err(FitError(format!("`{path}` is a whole number, which cannot be fitted")));
+            return Err(FitError(format!(
+                "`{path}` is a whole number, which cannot be fitted"
+            )));
         }
         let usual = parameter.usual.map(|usual| [usual.least, usual.largest]);
-        let no_range = || FitError(format!("`{path}` has no usual range: state one, as in --fit {path}=LOW..HIGH"));
+        let no_range = || {
+            FitError(format!(
+                "`{path}` has no usual range: state one, as in --fit {path}=LOW..HIGH"
+            ))
+        };
         let [low, high] = bounds.or(usual).ok_or_else(no_range)?;
         if !(low < high && parameter.range.contains(low) && parameter.range.contains(high)) {
             let allowed = parameter.allowed();
@@ -63,10 +70,14 @@ impl Fitted {
                 "the bounds {low} and {high} of `{path}` must be {allowed}, the first one lower"
             )));
         }
-        Ok(Self { parameter, bounds: [low, high] })
+        Ok(Self {
+            parameter,
+            bounds: [low, high],
+        })
     }
 
-    /// Reads `KEY` or `KEY=LOW..HIGH`. The key may end in another unit, in which the bounds then are.
+    /// Reads `KEY` or `KEY=LOW..HIGH`. The key may end in another unit, in which the bounds then
+    /// are.
     ///
     /// # Errors
     /// If it is not of this form, or cannot be fitted.
@@ -78,7 +89,11 @@ impl Fitted {
         let found = own_keys(key).find_map(|(own, unit)| Some((Parameter::find(&own)?, unit)));
         let Some((parameter, unit)) = found else {
             let meant = bristle_input::document::setting_meant(key);
-            let meant = if meant.is_empty() { meant } else { format!("; {meant}") };
+            let meant = if meant.is_empty() {
+                meant
+            } else {
+                format!("; {meant}")
+            };
             return Err(unknown(key, &meant));
         };
         let form = || {
@@ -90,7 +105,13 @@ impl Fitted {
         let bounds = bounds.map(|bounds| {
             let (low, high) = bounds.split_once("..").ok_or_else(form)?;
             // A key without a unit states a number, not per cent.
-            let to_own = |number: f64| if unit.suffix.is_empty() { number } else { unit.to_own(number) };
+            let to_own = |number: f64| {
+                if unit.suffix.is_empty() {
+                    number
+                } else {
+                    unit.to_own(number)
+                }
+            };
             let number = |text: &str| text.trim().parse().map(to_own).map_err(|_| form());
             Ok([number(low)?, number(high)?])
         });
@@ -112,20 +133,32 @@ impl Fitted {
     /// The coordinate of a value: its logarithm, or else the value over the width of its bounds.
     #[must_use]
     pub fn coordinate(&self, value: f64) -> f64 {
-        if self.is_logarithmic() { value.ln() } else { value / self.width() }
+        if self.is_logarithmic() {
+            value.ln()
+        } else {
+            value / self.width()
+        }
     }
 
     /// The value of a coordinate, within its range.
     #[must_use]
     pub fn value(&self, coordinate: f64) -> f64 {
-        let value = if self.is_logarithmic() { coordinate.exp() } else { coordinate * self.width() };
+        let value = if self.is_logarithmic() {
+            coordinate.exp()
+        } else {
+            coordinate * self.width()
+        };
         value.clamp(self.bounds[0], self.bounds[1])
     }
 
     /// How fast its value grows with its coordinate.
     #[must_use]
     pub fn slope(&self, value: f64) -> f64 {
-        if self.is_logarithmic() { value } else { self.width() }
+        if self.is_logarithmic() {
+            value
+        } else {
+            self.width()
+        }
     }
 
     fn width(&self) -> f64 {

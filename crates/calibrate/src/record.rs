@@ -120,14 +120,20 @@ impl Calibration {
     pub fn json(&self) -> String {
         let count = self.values.len();
         let table = |entry: &dyn Fn(usize, usize) -> f64| {
-            (0..count).map(|row| (0..count).map(|column| entry(row, column)).collect()).collect()
+            (0..count)
+                .map(|row| (0..count).map(|column| entry(row, column)).collect())
+                .collect()
         };
         let record = Record {
             version: env!("CARGO_PKG_VERSION"),
-            parameters: (0..count).map(|setting| self.parameter_record(setting)).collect(),
+            parameters: (0..count)
+                .map(|setting| self.parameter_record(setting))
+                .collect(),
             correlations: table(&|row, column| self.errors.correlation(row, column)),
             covariance: table(&|row, column| {
-                self.errors.correlation(row, column) * self.standard_error(row) * self.standard_error(column)
+                self.errors.correlation(row, column)
+                    * self.standard_error(row)
+                    * self.standard_error(column)
             }),
             chi_squared: self.chi_squared / self.errors.scale,
             degrees_of_freedom: self.degrees_of_freedom(),
@@ -135,13 +141,33 @@ impl Calibration {
             standard_deviations_are_stated: self.problem.has_std,
             singular_values: self.errors.singular_values.clone(),
             derivative_error: self.derivative_error,
-            undetermined: self.undetermined.iter().map(|group| self.undetermined_record(group)).collect(),
-            minima: self.minima.iter().map(|&(chi_squared, starts)| MinimumRecord { chi_squared, starts }).collect(),
+            undetermined: self
+                .undetermined
+                .iter()
+                .map(|group| self.undetermined_record(group))
+                .collect(),
+            minima: self
+                .minima
+                .iter()
+                .map(|&(chi_squared, starts)| MinimumRecord {
+                    chi_squared,
+                    starts,
+                })
+                .collect(),
             stopped_starts: self.stopped_starts,
             failed_starts: self.failed_starts,
-            residuals: (0..self.forces.len()).map(|observation| self.residual_record(observation)).collect(),
-            square_root: self.square_root.as_ref().map(|root| self.square_root_record(root)),
-            next_measurement: self.next.iter().map(|next| self.next_record(next)).collect(),
+            residuals: (0..self.forces.len())
+                .map(|observation| self.residual_record(observation))
+                .collect(),
+            square_root: self
+                .square_root
+                .as_ref()
+                .map(|root| self.square_root_record(root)),
+            next_measurement: self
+                .next
+                .iter()
+                .map(|next| self.next_record(next))
+                .collect(),
         };
         serde_json::to_string_pretty(&record).expect("all keys are texts") + "\n"
     }
@@ -152,12 +178,15 @@ impl Calibration {
     /// If `out` cannot be written to.
     pub fn write_residuals(&self, out: impl Write) -> io::Result<()> {
         let mut writer = csv::Writer::from_writer(out);
-        let records: Vec<ResidualRecord> =
-            (0..self.forces.len()).map(|observation| self.residual_record(observation)).collect();
+        let records: Vec<ResidualRecord> = (0..self.forces.len())
+            .map(|observation| self.residual_record(observation))
+            .collect();
         let is_stated = |has: fn(&ResidualRecord) -> bool| records.iter().any(has);
         // Where it was measured: the tool, its speed and its depth, or the time.
-        let place: &[&str] = match (self.problem.radii.is_some(), is_stated(|own| own.brushing_velocity_m_s.is_some()))
-        {
+        let place: &[&str] = match (
+            self.problem.radii.is_some(),
+            is_stated(|own| own.brushing_velocity_m_s.is_some()),
+        ) {
             (true, _) => &["time_s", "turns"],
             (false, true) => &["brushing_velocity_m_s", "penetration_depth_m"],
             (false, false) => &["rotational_speed_rpm", "penetration_depth_m"],
@@ -165,17 +194,34 @@ impl Calibration {
         let tool = is_stated(|own| own.tool.is_some()).then_some("tool");
         let root = self.square_root.as_ref().map(|_| "square_root");
         let values = ["quantity", "measured", "std", "fitted", "residual"];
-        writer.write_record(tool.iter().chain(place).chain(&values).chain(&root).chain(&["line"]))?;
+        writer.write_record(
+            tool.iter()
+                .chain(place)
+                .chain(&values)
+                .chain(&root)
+                .chain(&["line"]),
+        )?;
         for own in records {
             let number = |number: f64| format!("{number:?}");
             let place = match self.problem.radii {
                 Some(_) => [own.time_s, own.turns],
-                None => [own.brushing_velocity_m_s.or(own.rotational_speed_rpm), own.penetration_depth_m],
+                None => [
+                    own.brushing_velocity_m_s.or(own.rotational_speed_rpm),
+                    own.penetration_depth_m,
+                ],
             };
             let place = place.map(|place| place.map_or_else(String::new, number));
             let values = [own.measured, own.std, own.fitted, own.residual].map(number);
-            let row = own.tool.into_iter().chain(place).chain([own.quantity.to_owned()]).chain(values);
-            writer.write_record(row.chain(own.square_root.map(number)).chain([own.line.to_string()]))?;
+            let row = own
+                .tool
+                .into_iter()
+                .chain(place)
+                .chain([own.quantity.to_owned()])
+                .chain(values);
+            writer.write_record(
+                row.chain(own.square_root.map(number))
+                    .chain([own.line.to_string()]),
+            )?;
         }
         writer.flush()
     }
@@ -196,7 +242,11 @@ impl Calibration {
 
     fn undetermined_record(&self, group: &Undetermined) -> UndeterminedRecord {
         UndeterminedRecord {
-            keys: group.settings.iter().map(|&setting| self.problem.fitted[setting].parameter.path).collect(),
+            keys: group
+                .settings
+                .iter()
+                .map(|&setting| self.problem.fitted[setting].parameter.path)
+                .collect(),
             statement: group.statement.clone(),
             exponents: group.product.map(|(exponents, _)| exponents),
             relative_standard_error: group.product.map(|(_, error)| error),
@@ -212,12 +262,20 @@ impl Calibration {
             std: own.std * self.errors.scale.sqrt(),
             fitted: self.forces[observation],
             residual: self.residual(observation),
-            square_root: self.square_root.as_ref().map(|root| root.radii[observation]),
+            square_root: self
+                .square_root
+                .as_ref()
+                .map(|root| root.radii[observation]),
             ..ResidualRecord::default()
         };
         if let Some(radii) = &self.problem.radii {
             let (line, turns) = (radii.points[own.point].line, Some(radii.turns[own.point]));
-            return ResidualRecord { line, time_s: Some(radii.time_s(own.point)), turns, ..record };
+            return ResidualRecord {
+                line,
+                time_s: Some(radii.time_s(own.point)),
+                turns,
+                ..record
+            };
         }
         let point = self.problem.points[own.point];
         let (brushing_velocity_m_s, rotational_speed_rpm) = match point.speed {

@@ -72,7 +72,8 @@ pub struct Means<'a> {
     pub stop: &'a Stop,
     /// Watches it.
     pub observer: &'a dyn Observer,
-    /// The number of starts besides the stated values, [`STARTS`](crate::STARTS) unless these are known to be near the minimum.
+    /// The number of starts besides the stated values, [`STARTS`](crate::STARTS) unless these are
+    /// known to be near the minimum.
     pub starts: usize,
 }
 
@@ -105,13 +106,20 @@ pub struct Simulator<'a> {
 
 impl<'a> Simulator<'a> {
     pub fn new(problem: &'a Problem, means: Means<'a>) -> Self {
-        Self { problem, means, brushes: AtomicUsize::new(0), failure: Mutex::new(None) }
+        Self {
+            problem,
+            means,
+            brushes: AtomicUsize::new(0),
+            failure: Mutex::new(None),
+        }
     }
 
     /// The error about a brush that could not be simulated.
     pub fn failure(&self) -> Interrupted {
         let failure = self.failure.lock().expect(UNBROKEN).take();
-        Interrupted::Brush(failure.unwrap_or_else(|| "its settings contradict each other".to_owned()))
+        Interrupted::Brush(
+            failure.unwrap_or_else(|| "its settings contradict each other".to_owned()),
+        )
     }
 
     /// Counts a brush, and tells the share of the work if it is about that of brushes.
@@ -120,8 +128,11 @@ impl<'a> Simulator<'a> {
         const DESCENTS: usize = 3;
         let done = 1 + self.brushes.fetch_add(1, Ordering::Relaxed);
         let settings = self.problem.fitted.len();
-        let expected = self.problem.points.len() * (2 + DESCENTS * (1 + 2 * settings) + 4 * settings);
-        self.means.observer.done((done as f64 / expected as f64).min(0.95));
+        let expected =
+            self.problem.points.len() * (2 + DESCENTS * (1 + 2 * settings) + 4 * settings);
+        self.means
+            .observer
+            .done((done as f64 / expected as f64).min(0.95));
     }
 
     /// Tells the share of the work that is done, where it is that of filaments alone.
@@ -131,19 +142,31 @@ impl<'a> Simulator<'a> {
         }
     }
 
-    /// The forces at `places`, each with its values of the fitted settings; `None` where there is no simulation.
+    /// The forces at `places`, each with its values of the fitted settings; `None` where there is
+    /// no simulation.
     pub fn forces(
         &self,
         places: &[(ToolPlace, Vec<f64>)],
         precision: Precision,
     ) -> Result<Vec<Option<Forces>>, Interrupted> {
-        let Means { resources, stop, observer, .. } = self.means;
+        let Means {
+            resources,
+            stop,
+            observer,
+            ..
+        } = self.means;
         let mut forces: Vec<Option<Forces>> = vec![None; places.len()];
         let (mut positions, mut cases) = (Vec::new(), Vec::new());
         for (position, (place, values)) in places.iter().enumerate() {
-            let Ok(settings) = self.problem.settings(place, values) else { continue };
+            let Ok(settings) = self.problem.settings(place, values) else {
+                continue;
+            };
             let settings = at(settings, precision);
-            match settings.brush.as_ref().and_then(|_| observer.recall(&settings)) {
+            match settings
+                .brush
+                .as_ref()
+                .and_then(|_| observer.recall(&settings))
+            {
                 Some(known) => {
                     forces[position] = Some(known);
                     self.count();
@@ -164,7 +187,10 @@ impl<'a> Simulator<'a> {
             let flow = Mutex::new(ControlFlow::Continue(()));
             let done = |number: usize, result: CaseResult| {
                 let case = own[number];
-                let forces = result.as_ref().ok().map(|summary| forces_of(&summary.metrics));
+                let forces = result
+                    .as_ref()
+                    .ok()
+                    .map(|summary| forces_of(&summary.metrics));
                 found.lock().expect(UNBROKEN)[case] = forces;
                 if cases[case].brush.is_none() {
                     return ControlFlow::Continue(());
@@ -172,7 +198,9 @@ impl<'a> Simulator<'a> {
                 if let Err(error) = result {
                     *self.failure.lock().expect(UNBROKEN) = Some(error);
                 }
-                let kept = forces.map_or(ControlFlow::Continue(()), |forces| observer.keep(&cases[case], &forces));
+                let kept = forces.map_or(ControlFlow::Continue(()), |forces| {
+                    observer.keep(&cases[case], &forces)
+                });
                 self.count();
                 if kept.is_break() {
                     *flow.lock().expect(UNBROKEN) = kept;
@@ -180,7 +208,15 @@ impl<'a> Simulator<'a> {
                 kept
             };
             let all: Vec<usize> = (0..own.len()).collect();
-            simulate_cases(&study, &all, resources, stop, Sampling::default(), |_, _| {}, done)?;
+            simulate_cases(
+                &study,
+                &all,
+                resources,
+                stop,
+                Sampling::default(),
+                |_, _| {},
+                done,
+            )?;
             is_kept &= flow.into_inner().expect(UNBROKEN).is_continue();
         }
         if stop.is_requested() {
@@ -189,7 +225,10 @@ impl<'a> Simulator<'a> {
         if !is_kept {
             return Err(Interrupted::NotKept);
         }
-        for (position, found) in positions.into_iter().zip(found.into_inner().expect(UNBROKEN)) {
+        for (position, found) in positions
+            .into_iter()
+            .zip(found.into_inner().expect(UNBROKEN))
+        {
             forces[position] = found;
         }
         Ok(forces)
@@ -199,7 +238,15 @@ impl<'a> Simulator<'a> {
 const UNBROKEN: &str = "nothing panics with the results in hand";
 
 /// Settings that are simulated with a precision.
-fn at(mut settings: Settings, Precision { tolerance, interacts, segments, .. }: Precision) -> Settings {
+fn at(
+    mut settings: Settings,
+    Precision {
+        tolerance,
+        interacts,
+        segments,
+        ..
+    }: Precision,
+) -> Settings {
     if !interacts {
         settings.brush = None;
         settings.uncertainty = UncertaintySettings::default();

@@ -6,8 +6,8 @@ use bristle_input::schema::input_schema;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::commands::{
-    advise, brush, calibrate, compare, compare_studies, completions, converge, derive, evaluate, explain, merge, new,
-    plot, remove, simulate, study, validate,
+    advise, brush, calibrate, compare, compare_studies, completions, converge, derive, evaluate,
+    explain, merge, new, plot, remove, simulate, study, validate,
 };
 use crate::error::CliError;
 use crate::terminal::print;
@@ -101,8 +101,8 @@ pub enum Command {
     Explain(explain::ExplainArgs),
     /// Print the JSON schema of an input file
     ///
-    /// The schema states the meaning, unit, default and limits of each setting. With it, an editor completes and checks
-    /// input files as you type.
+    /// The schema states the meaning, unit, default and limits of each setting. With it, an editor
+    /// completes and checks input files as you type.
     Schema,
     Completions(completions::CompletionsArgs),
     Man(completions::ManArgs),
@@ -128,7 +128,9 @@ impl Command {
             Self::CompareStudies(arguments) => compare_studies::run(&arguments)?,
             Self::Plot(arguments) => plot::run(&arguments)?,
             Self::Advise(arguments) => advise::run(&arguments)?,
-            Self::Completions(arguments) => completions::print_completions(&arguments, Cli::command())?,
+            Self::Completions(arguments) => {
+                completions::print_completions(&arguments, Cli::command())?
+            }
             Self::Man(arguments) => completions::write_manual(&arguments, Cli::command())?,
             Self::Schema => print(&input_schema())?,
         }
@@ -143,14 +145,19 @@ mod tests {
     #[test]
     fn the_overview_is_one_screen_with_all_commands() {
         assert!(OVERVIEW.lines().count() <= 24);
-        assert!(OVERVIEW.lines().all(|line| line.chars().count() <= 80), "{OVERVIEW}");
+        assert!(
+            OVERVIEW.lines().all(|line| line.chars().count() <= 80),
+            "{OVERVIEW}"
+        );
         let listed: Vec<&str> = OVERVIEW
             .lines()
             .filter_map(|line| line.strip_prefix("  "))
             .flat_map(|line| line.split("  ").next().unwrap_or_default().split(", "))
             .collect();
-        let mut commands: Vec<String> =
-            Cli::command().get_subcommands().map(|command| command.get_name().to_owned()).collect();
+        let mut commands: Vec<String> = Cli::command()
+            .get_subcommands()
+            .map(|command| command.get_name().to_owned())
+            .collect();
         commands.sort();
         let mut sorted = listed.clone();
         sorted.sort_unstable();

@@ -27,8 +27,8 @@ pub struct CheckpointFile<'a> {
 }
 
 impl<'a> CheckpointFile<'a> {
-    /// That in a directory, of a brush with these settings and this number of frames, with the state that it holds. Discards this
-    /// state if `restart` is set.
+    /// That in a directory, of a brush with these settings and this number of frames, with the
+    /// state that it holds. Discards this state if `restart` is set.
     pub fn open(
         directory: &Path,
         settings: &'a Settings,
@@ -37,17 +37,37 @@ impl<'a> CheckpointFile<'a> {
         restart: bool,
     ) -> Result<(Self, Option<Checkpoint>), CliError> {
         let path = directory.join(CHECKPOINT);
-        let unusable = |error| CliError::Checkpoint { path: path.clone(), error };
-        let bytes = if path.exists() { Some(read_bytes(&path)?) } else { None };
-        let state = match bytes.as_deref().map(|bytes| read_checkpoint(settings, frames, bytes)) {
-            // A file that is not a checkpoint belongs to someone else: not even a restart may discard it.
+        let unusable = |error| CliError::Checkpoint {
+            path: path.clone(),
+            error,
+        };
+        let bytes = if path.exists() {
+            Some(read_bytes(&path)?)
+        } else {
+            None
+        };
+        let state = match bytes
+            .as_deref()
+            .map(|bytes| read_checkpoint(settings, frames, bytes))
+        {
+            // A file that is not a checkpoint belongs to someone else: not even a restart may
+            // discard it.
             Some(Err(CheckpointError::Foreign)) => return Err(unusable(CheckpointError::Foreign)),
             None => None,
             Some(_) if restart => None,
             Some(Err(error)) => return Err(unusable(error)),
             Some(Ok(state)) => Some(state),
         };
-        Ok((Self { path, settings, frames, pause, written: Instant::now() }, state))
+        Ok((
+            Self {
+                path,
+                settings,
+                frames,
+                pause,
+                written: Instant::now(),
+            },
+            state,
+        ))
     }
 
     /// Where it is.
@@ -57,14 +77,19 @@ impl<'a> CheckpointFile<'a> {
 
     /// Writes the state if the last attempt to do so is old. Returns whether it was written.
     pub fn keep(&mut self, state: impl FnOnce() -> Checkpoint) -> Result<bool, FileError> {
-        if self.written.elapsed() < self.pause { Ok(false) } else { self.write(&state()).map(|()| true) }
+        if self.written.elapsed() < self.pause {
+            Ok(false)
+        } else {
+            self.write(&state()).map(|()| true)
+        }
     }
 
     /// Writes the state, in the place of the last one, which remains if that fails.
     pub fn write(&mut self, state: &Checkpoint) -> Result<(), FileError> {
         let begun = Instant::now();
         let bytes = write_checkpoint(self.settings, self.frames, state);
-        let written = StagedFile::write(self.path.clone(), |out| out.write_all(&bytes)).and_then(StagedFile::commit);
+        let written = StagedFile::write(self.path.clone(), |out| out.write_all(&bytes))
+            .and_then(StagedFile::commit);
         self.pause = self.pause.max(begun.elapsed().div_f64(SHARE));
         self.written = Instant::now();
         written.map(drop)

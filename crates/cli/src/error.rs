@@ -43,7 +43,10 @@ pub enum CliError {
     Data(#[from] DataError),
     /// What is wrong in a file, or with what it states.
     #[error("{}: {error}", shown_path(path))]
-    In { path: PathBuf, error: Box<dyn Error> },
+    In {
+        path: PathBuf,
+        error: Box<dyn Error>,
+    },
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
     #[error(transparent)]
@@ -58,12 +61,22 @@ pub enum CliError {
     BrushFailed(Box<BrushError>),
     /// Nothing can be said of the precision that a contact needs.
     #[error("{}: {error}", shown_path(path))]
-    Convergence { path: PathBuf, error: ConvergenceError },
+    Convergence {
+        path: PathBuf,
+        error: ConvergenceError,
+    },
     #[error(transparent)]
     ForceJournal(#[from] ForceJournalError),
     /// The checkpoint in the directory of a brush does not belong to this simulation.
-    #[error("cannot resume from `{}`: {error}\n{}", shown_path(path), advice(error))]
-    Checkpoint { path: PathBuf, error: CheckpointError },
+    #[error(
+        "cannot resume from `{}`: {error}\n{}",
+        shown_path(path),
+        advice(error)
+    )]
+    Checkpoint {
+        path: PathBuf,
+        error: CheckpointError,
+    },
     /// Figures cannot have the size or the font.
     #[error(transparent)]
     Format(#[from] FormatError),
@@ -95,7 +108,11 @@ pub enum CliError {
          and merge again, or simulate the missing cases by `bristle study` with the same --out",
         shown_path(path)
     )]
-    Incomplete { path: PathBuf, missing: usize, total: usize },
+    Incomplete {
+        path: PathBuf,
+        missing: usize,
+        total: usize,
+    },
     #[error(transparent)]
     UnknownKey(#[from] UnknownKey),
     #[error("`{}` exists already: choose another name, or remove it", shown_path(.0))]
@@ -115,7 +132,10 @@ pub enum CliError {
 impl CliError {
     /// What is wrong in the file at `path`, or with what it states.
     pub fn of(path: &Path, error: impl Into<Box<dyn Error>>) -> Self {
-        Self::In { path: path.to_owned(), error: error.into() }
+        Self::In {
+            path: path.to_owned(),
+            error: error.into(),
+        }
     }
 
     /// The message for the user.
@@ -126,7 +146,8 @@ impl CliError {
         }
     }
 
-    /// The error that ended the evaluation of a brush. Its settings are to blame if there is no steady stretch of columns.
+    /// The error that ended the evaluation of a brush. Its settings are to blame if there is no
+    /// steady stretch of columns.
     pub fn after(path: &Path, error: BrushError) -> Self {
         match error {
             BrushError::TooFewColumns { .. } => Self::of(path, error),
@@ -139,7 +160,10 @@ impl CliError {
         match self {
             Self::Simulation(_)
             | Self::BrushFailed(_)
-            | Self::Convergence { error: ConvergenceError::Stated(_), .. } => SIMULATION_FAILED.into(),
+            | Self::Convergence {
+                error: ConvergenceError::Stated(_),
+                ..
+            } => SIMULATION_FAILED.into(),
             _ => BAD_INPUT.into(),
         }
     }
@@ -147,7 +171,9 @@ impl CliError {
 
 fn advice(error: &CheckpointError) -> &'static str {
     match error {
-        CheckpointError::Foreign => "help: move the file away, or choose another directory with --out",
+        CheckpointError::Foreign => {
+            "help: move the file away, or choose another directory with --out"
+        }
         _ => {
             "help: choose another directory with --out to keep this state, \
              or use --restart to discard it and simulate from the beginning"
@@ -157,7 +183,11 @@ fn advice(error: &CheckpointError) -> &'static str {
 
 /// Exit status of a comparison.
 pub fn agreement(agrees: bool) -> ExitCode {
-    if agrees { ExitCode::SUCCESS } else { DISAGREEMENT.into() }
+    if agrees {
+        ExitCode::SUCCESS
+    } else {
+        DISAGREEMENT.into()
+    }
 }
 
 #[cfg(test)]

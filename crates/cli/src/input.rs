@@ -22,7 +22,8 @@ pub struct InputArgs {
     /// Input file, see `bristle schema`; - reads it from stdin
     #[arg(value_name = "FILE.toml")]
     pub file: PathBuf,
-    /// State a key in place of the file, as in --set process.rotational_speed_rpm=1200; may be repeated
+    /// State a key in place of the file, as in --set process.rotational_speed_rpm=1200; may be
+    /// repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Refuse settings that are unusual, instead of warning of them
@@ -41,10 +42,18 @@ impl InputArgs {
     /// Reads the file.
     pub fn read(&self) -> Result<InputText<'_>, FileError> {
         if self.is_stdin() {
-            return Ok(InputText { arguments: self, name: STDIN.to_owned(), text: read_stdin()? });
+            return Ok(InputText {
+                arguments: self,
+                name: STDIN.to_owned(),
+                text: read_stdin()?,
+            });
         }
         let name = self.file.to_string_lossy().into_owned();
-        Ok(InputText { arguments: self, name, text: read_input(&self.file)? })
+        Ok(InputText {
+            arguments: self,
+            name,
+            text: read_input(&self.file)?,
+        })
     }
 
     /// The name of the file without its directory, for titles.
@@ -52,7 +61,10 @@ impl InputArgs {
         if self.is_stdin() {
             return Cow::Borrowed(STDIN);
         }
-        self.file.file_name().unwrap_or(self.file.as_os_str()).to_string_lossy()
+        self.file
+            .file_name()
+            .unwrap_or(self.file.as_os_str())
+            .to_string_lossy()
     }
 
     fn is_stdin(&self) -> bool {
@@ -66,14 +78,21 @@ impl InputArgs {
     pub fn warn_of(&self, unusual: &[Unusual]) -> Result<(), CliError> {
         if self.strict && !unusual.is_empty() {
             let warnings = warnings(unusual).join("\n");
-            return Err(CliError::of(&self.file, format!("--strict refuses settings that are unusual\n{warnings}")));
+            return Err(CliError::of(
+                &self.file,
+                format!("--strict refuses settings that are unusual\n{warnings}"),
+            ));
         }
         warnings(unusual).iter().for_each(say);
         Ok(())
     }
 
     /// Checks that all brushes of a study can be simulated, if it has any.
-    pub fn check_brushes(&self, study: &Study, Resources { threads, memory }: Resources) -> Result<(), CliError> {
+    pub fn check_brushes(
+        &self,
+        study: &Study,
+        Resources { threads, memory }: Resources,
+    ) -> Result<(), CliError> {
         if !study.has_brush() {
             return Ok(());
         }
@@ -89,7 +108,12 @@ impl InputText<'_> {
 
     /// What the text states.
     pub fn document(&self) -> Result<Document<'_>, CliError> {
-        Ok(read_document(&self.arguments.file, &self.text, &self.name, &self.arguments.set)?)
+        Ok(read_document(
+            &self.arguments.file,
+            &self.text,
+            &self.name,
+            &self.arguments.set,
+        )?)
     }
 
     /// The same, with each filament `alone` or with those that touch each other.

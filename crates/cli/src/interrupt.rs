@@ -10,7 +10,8 @@ use crate::values::INTERRUPTED;
 pub fn stop_on_interrupt() -> Stop {
     let stop = Stop::default();
     let mark = stop.clone();
-    // If signals are handled elsewhere, or ignored, that is intended: what is kept survives an end without notice.
+    // If signals are handled elsewhere, or ignored, that is intended: what is kept survives an end
+    // without notice.
     let _ = ctrlc::try_set_handler(move || {
         if mark.is_requested() {
             process::exit(INTERRUPTED.into());

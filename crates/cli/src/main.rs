@@ -1,4 +1,5 @@
-//! The program `bristle`: reads files, calls the libraries, writes results. Results go to files and stdout, all else to stderr.
+//! The program `bristle`: reads files, calls the libraries, writes results. Results go to files and
+//! stdout, all else to stderr.
 
 mod args;
 mod checkpoint_file;
@@ -58,11 +59,13 @@ fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Cli, clap::Error> 
     Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
-/// The error about a wrong call as if every character of the arguments were visible, and none of them long.
+/// The error about a wrong call as if every character of the arguments were visible, and none of
+/// them long.
 fn visible(error: clap::Error) -> clap::Error {
     /// Longest argument in the message, in characters.
     const LONGEST: usize = 200;
-    let arguments = env::args_os().map(|argument| shown(&argument.to_string_lossy(), LONGEST).into());
+    let arguments =
+        env::args_os().map(|argument| shown(&argument.to_string_lossy(), LONGEST).into());
     match parse(arguments) {
         Err(visible) if visible.use_stderr() => visible,
         _ => error,

@@ -1,4 +1,5 @@
-//! Figures as files, `DIR/figures/NAME.svg`, `NAME.png` and `NAME.pdf`, drawn from new or saved results.
+//! Figures as files, `DIR/figures/NAME.svg`, `NAME.png` and `NAME.pdf`, drawn from new or saved
+//! results.
 
 use std::io;
 use std::num::NonZeroUsize;
@@ -10,7 +11,8 @@ use bristle_input::measured::{Format as TableFormat, Measurement, read_measured}
 use bristle_insight::measured::{Comparison, compare, comparison_table, write_comparison};
 use bristle_report::drawing::format::{Format, parse_font, parse_font_size, parse_width};
 use bristle_report::figures::{
-    Picture, Pictures, brush_figures, is_of_brush, is_of_contact, is_of_study, main_figures, study_figures,
+    Picture, Pictures, brush_figures, is_of_brush, is_of_contact, is_of_study, main_figures,
+    study_figures,
 };
 use bristle_store::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use bristle_store::study_files::{COMPARISON, MEASURED};
@@ -35,8 +37,9 @@ const ENDINGS: [&str; 3] = [SVG, PNG, PDF];
 /// The figures that a command draws.
 #[derive(Args, Clone)]
 pub struct FigureArgs {
-    /// Which figures are drawn, and as which files; several with commas between them, as all,pdf. The five that matter most are drawn without
-    /// all, and all three kinds of files without one of them
+    /// Which figures are drawn, and as which files; several with commas between them, as all,pdf.
+    /// The five that matter most are drawn without all, and all three kinds of files without one of
+    /// them
     #[arg(long, value_name = "WHICH", value_delimiter = ',')]
     figures: Vec<FigureChoice>,
     /// Draw no figures, as --figures none
@@ -45,14 +48,17 @@ pub struct FigureArgs {
     /// Figures without title and subtitle, which the caption in a paper has
     #[arg(long)]
     no_title: bool,
-    /// Width of figures on paper, as 84mm, 3.3in, 239pt or the column of a journal: ieee, ieee-double, elsevier,
-    /// elsevier-double, springer, springer-double. PNG files then have 600 dpi
+    /// Width of figures on paper, as 84mm, 3.3in, 239pt or the column of a journal: ieee,
+    /// ieee-double, elsevier, elsevier-double, springer, springer-double. PNG files then have 600
+    /// dpi
     #[arg(long, value_name = "WIDTH", value_parser = parse_width)]
     figure_width: Option<f64>,
-    /// Size of all text in figures at that width, as 8pt [default: 9bp at 180mm, with larger titles]
+    /// Size of all text in figures at that width, as 8pt [default: 9bp at 180mm, with larger
+    /// titles]
     #[arg(long, value_name = "SIZE", value_parser = parse_font_size)]
     font_size: Option<f64>,
-    /// Font of SVG figures, by name, as "Latin Modern Roman"; PNG and PDF figures have Liberation Sans (like Helvetica)
+    /// Font of SVG figures, by name, as "Latin Modern Roman"; PNG and PDF figures have Liberation
+    /// Sans (like Helvetica)
     #[arg(long, value_name = "NAME", value_parser = parse_font)]
     font: Option<String>,
 }
@@ -88,8 +94,15 @@ impl FigureArgs {
     /// If figures cannot be drawn so.
     pub fn figures(&self) -> Result<Figures, CliError> {
         let has = |choice| self.figures.contains(&choice);
-        let kinds = [(FigureChoice::Svg, SVG), (FigureChoice::Png, PNG), (FigureChoice::Pdf, PDF)];
-        let stated: Vec<&str> = kinds.into_iter().filter_map(|(kind, ending)| has(kind).then_some(ending)).collect();
+        let kinds = [
+            (FigureChoice::Svg, SVG),
+            (FigureChoice::Png, PNG),
+            (FigureChoice::Pdf, PDF),
+        ];
+        let stated: Vec<&str> = kinds
+            .into_iter()
+            .filter_map(|(kind, ending)| has(kind).then_some(ending))
+            .collect();
         let endings = match stated {
             _ if self.no_figures || has(FigureChoice::None) => Vec::new(),
             stated if stated.is_empty() => ENDINGS.to_vec(),
@@ -99,8 +112,16 @@ impl FigureArgs {
         if endings.iter().any(|ending| *ending != SVG) {
             format.check_bitmaps()?;
         }
-        let format = if self.no_title { format.without_title() } else { format };
-        Ok(Figures { endings, all: has(FigureChoice::All), format })
+        let format = if self.no_title {
+            format.without_title()
+        } else {
+            format
+        };
+        Ok(Figures {
+            endings,
+            all: has(FigureChoice::All),
+            format,
+        })
     }
 }
 
@@ -113,9 +134,17 @@ impl Figures {
     /// Those of the pictures that are drawn, and a note on the others.
     fn chosen(&self, pictures: Vec<Picture>) -> (Vec<Picture>, String) {
         let total = pictures.len();
-        let chosen = if self.all { pictures } else { main_figures(pictures) };
+        let chosen = if self.all {
+            pictures
+        } else {
+            main_figures(pictures)
+        };
         let others = total - chosen.len();
-        let note = if others > 0 { format!(" ({others} more with --figures all)") } else { String::new() };
+        let note = if others > 0 {
+            format!(" ({others} more with --figures all)")
+        } else {
+            String::new()
+        };
         (chosen, note)
     }
 }
@@ -131,7 +160,11 @@ pub struct Drawn {
 
 /// Reads measured forces from a table written in a `format`.
 pub fn measured_forces(path: &Path, format: &TableFormat) -> Result<Vec<Measurement>, CliError> {
-    Ok(read_measured(&read_table(path)?, &path.to_string_lossy(), format)?)
+    Ok(read_measured(
+        &read_table(path)?,
+        &path.to_string_lossy(),
+        format,
+    )?)
 }
 
 /// The measured forces of the `study` that is saved in a directory.
@@ -139,11 +172,14 @@ pub fn measured_of(directory: &Path, study: &SavedStudy) -> Result<Vec<Measureme
     if !study.measured {
         return Ok(Vec::new());
     }
-    measured_forces(&directory.join(MEASURED), &TableFormat::of_tools(&study.study))
+    measured_forces(
+        &directory.join(MEASURED),
+        &TableFormat::of_tools(&study.study),
+    )
 }
 
-/// Draws a study below `directory`, with measured forces and their `comparisons` if there are any. Removes pictures of an earlier
-/// study that this one does not have.
+/// Draws a study below `directory`, with measured forces and their `comparisons` if there are any.
+/// Removes pictures of an earlier study that this one does not have.
 pub fn draw_study(
     directory: &Path,
     study: &Study,
@@ -159,13 +195,20 @@ pub fn draw_study(
         message.push_str(&format!("\n  ({note})"));
     }
     if !comparisons.is_empty() {
-        StagedFile::write(directory.join(COMPARISON), |out| write_comparison(out, &comparisons))?.commit()?;
+        StagedFile::write(directory.join(COMPARISON), |out| {
+            write_comparison(out, &comparisons)
+        })?
+        .commit()?;
     }
-    Ok(Drawn { message, comparisons })
+    Ok(Drawn {
+        message,
+        comparisons,
+    })
 }
 
-/// Writes those of the pictures that `figures` asks for below `directory`, all of them or none, and removes others that `is_ours`
-/// names. Without a number there are as many threads as cores; the number does not change the files.
+/// Writes those of the pictures that `figures` asks for below `directory`, all of them or none, and
+/// removes others that `is_ours` names. Without a number there are as many threads as cores; the
+/// number does not change the files.
 pub fn draw(
     directory: &Path,
     make: impl FnOnce(&Format) -> Vec<Picture>,
@@ -177,7 +220,10 @@ pub fn draw(
     let message = stage_pictures(directory, &pictures, threads, figures)?;
     remove_others(directory, &pictures, figures, is_ours);
     let message = message + if figures.are_drawn() { &note } else { "" };
-    Ok(Drawn { message, comparisons: Vec::new() })
+    Ok(Drawn {
+        message,
+        comparisons: Vec::new(),
+    })
 }
 
 /// Whether a picture of this name is one of a contact or a brush.
@@ -185,27 +231,59 @@ pub fn is_of_simulation(name: &str) -> bool {
     is_of_contact(name) || is_of_brush(name)
 }
 
-/// Redraws the results saved in `saved` below `directory`: those of a study, of one contact or brush, or of both.
-pub fn draw_saved(saved: &Path, directory: &Path, figures: &Figures) -> Result<Vec<Drawn>, CliError> {
+/// Redraws the results saved in `saved` below `directory`: those of a study, of one contact or
+/// brush, or of both.
+pub fn draw_saved(
+    saved: &Path,
+    directory: &Path,
+    figures: &Figures,
+) -> Result<Vec<Drawn>, CliError> {
     // Everything is read before anything is written.
     let (study, case, brush) = (saved_study(saved)?, saved_case(saved)?, saved_brush(saved)?);
     if study.is_none() && case.is_none() && brush.is_none() {
         return Err(CliError::NoResults(saved.to_owned()));
     }
-    let measured = study.as_ref().map(|(study, _)| measured_of(saved, study)).transpose()?.unwrap_or_default();
+    let measured = study
+        .as_ref()
+        .map(|(study, _)| measured_of(saved, study))
+        .transpose()?
+        .unwrap_or_default();
     prepare_directory(directory)?;
     let is_ours = is_picture(|name| is_of_study(name) || is_of_simulation(name));
-    let _occupied = occupy(directory, &[("", &|name| name == COMPARISON), (FIGURES, &is_ours)])?;
+    let _occupied = occupy(
+        directory,
+        &[("", &|name| name == COMPARISON), (FIGURES, &is_ours)],
+    )?;
     let mut drawn = Vec::new();
     if let Some((SavedStudy { study, .. }, results)) = study {
         let comparisons = compare(&study, &results, &measured);
-        drawn.push(draw_study(directory, &study, &results, &measured, comparisons, None, figures)?);
+        drawn.push(draw_study(
+            directory,
+            &study,
+            &results,
+            &measured,
+            comparisons,
+            None,
+            figures,
+        )?);
     }
     if let Some(contact) = case {
-        drawn.push(draw(directory, |format| contact.pictures(format), None, figures, is_of_simulation)?);
+        drawn.push(draw(
+            directory,
+            |format| contact.pictures(format),
+            None,
+            figures,
+            is_of_simulation,
+        )?);
     }
     if let Some(brush) = brush {
-        drawn.push(draw(directory, |format| brush_figures(&brush, format), None, figures, is_of_simulation)?);
+        drawn.push(draw(
+            directory,
+            |format| brush_figures(&brush, format),
+            None,
+            figures,
+            is_of_simulation,
+        )?);
     }
     Ok(drawn)
 }
@@ -229,25 +307,50 @@ fn stage_pictures(
                 PNG => canvas.png(),
                 _ => canvas.pdf(),
             };
-            StagedFile::write(directory.join(format!("{name}.{ending}")), |out| out.write_all(&content))
+            StagedFile::write(directory.join(format!("{name}.{ending}")), |out| {
+                out.write_all(&content)
+            })
         };
-        figures.endings.iter().map(file).collect::<Result<Vec<_>, FileError>>()
+        figures
+            .endings
+            .iter()
+            .map(file)
+            .collect::<Result<Vec<_>, FileError>>()
     };
     let waiting = Mutex::new(pictures.iter());
-    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let work = || iter::from_fn(next).map(stage).collect::<Result<Vec<_>, FileError>>();
+    let next = || {
+        waiting
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .next()
+    };
+    let work = || {
+        iter::from_fn(next)
+            .map(stage)
+            .collect::<Result<Vec<_>, FileError>>()
+    };
     let threads = thread_count(threads).min(pictures.len());
     let staged: Result<Vec<_>, FileError> = thread::scope(|scope| {
         let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-        let others = others.into_iter().map(|other| other.join().expect("drawing does not panic"));
+        let others = others
+            .into_iter()
+            .map(|other| other.join().expect("drawing does not panic"));
         iter::once_with(work).chain(others).collect()
     });
     for file in staged?.into_iter().flatten().flatten() {
         file.commit()?;
     }
-    let count = if pictures.len() == 1 { "figure" } else { "figures" };
+    let count = if pictures.len() == 1 {
+        "figure"
+    } else {
+        "figures"
+    };
     let kinds = figures.endings.join(", ").to_uppercase();
-    Ok(format!("wrote {} {count} as {kinds} to {}", pictures.len(), shown_path(&directory)))
+    Ok(format!(
+        "wrote {} {count} as {kinds} to {}",
+        pictures.len(),
+        shown_path(&directory)
+    ))
 }
 
 /// Whether a file name is that of a picture that `is_ours` names.
@@ -257,17 +360,29 @@ pub fn is_picture(is_ours: fn(&str) -> bool) -> impl Fn(&str) -> bool {
 
 /// The name of the picture in a file.
 fn picture(name: &str) -> Option<&str> {
-    ENDINGS.iter().find_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))
+    ENDINGS
+        .iter()
+        .find_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))
 }
 
-/// Removes pictures of earlier results, of those that `is_ours` names, which would be mistaken for those of these. So are files of
-/// kinds that are not drawn. A failure to remove one is not an error.
-fn remove_others(directory: &Path, pictures: &[Picture], figures: &Figures, is_ours: fn(&str) -> bool) {
+/// Removes pictures of earlier results, of those that `is_ours` names, which would be mistaken for
+/// those of these. So are files of kinds that are not drawn. A failure to remove one is not an
+/// error.
+fn remove_others(
+    directory: &Path,
+    pictures: &[Picture],
+    figures: &Figures,
+    is_ours: fn(&str) -> bool,
+) {
     let remove = |entry: io::Result<fs::DirEntry>| {
         let path = entry.ok()?.path();
         let name = picture(path.file_name()?.to_str()?)?;
-        let is_drawn = figures.endings.iter().any(|ending| path.extension().is_some_and(|own| own == *ending));
-        let is_old = is_ours(name) && !(is_drawn && pictures.iter().any(|picture| picture.name == name));
+        let is_drawn = figures
+            .endings
+            .iter()
+            .any(|ending| path.extension().is_some_and(|own| own == *ending));
+        let is_old =
+            is_ours(name) && !(is_drawn && pictures.iter().any(|picture| picture.name == name));
         is_old.then(|| fs::remove_file(&path).ok()).flatten()
     };
     if let Ok(entries) = fs::read_dir(directory.join(FIGURES)) {
@@ -276,7 +391,16 @@ fn remove_others(directory: &Path, pictures: &[Picture], figures: &Figures, is_o
 }
 
 /// Tells the user what was drawn, and shows how measured and simulated forces compare.
-pub fn say_drawn(Drawn { message, comparisons }: &Drawn) -> io::Result<()> {
+pub fn say_drawn(
+    Drawn {
+        message,
+        comparisons,
+    }: &Drawn,
+) -> io::Result<()> {
     say(message);
-    if comparisons.is_empty() { Ok(()) } else { show(comparison_table(comparisons, width())) }
+    if comparisons.is_empty() {
+        Ok(())
+    } else {
+        show(comparison_table(comparisons, width()))
+    }
 }

@@ -1,5 +1,6 @@
-//! The progress of a study: a bar for people at a terminal, or one JSON object per line for programs. And that of one long
-//! simulation: a bar. Where stderr is no terminal, lines of text now and then take the place of a bar.
+//! The progress of a study: a bar for people at a terminal, or one JSON object per line for
+//! programs. And that of one long simulation: a bar. Where stderr is no terminal, lines of text now
+//! and then take the place of a bar.
 
 use std::collections::VecDeque;
 use std::io;
@@ -18,7 +19,8 @@ use crate::terminal::{self, print, say};
 
 /// Shortest time between two progress objects.
 const BETWEEN_EVENTS: Duration = Duration::from_millis(100);
-/// Time in s over which the rate is averaged, as the cases of one study can differ in length by a factor of a hundred.
+/// Time in s over which the rate is averaged, as the cases of one study can differ in length by a
+/// factor of a hundred.
 const WINDOW_S: f64 = 10.0;
 /// Shortest time in s between the samples that the rate is computed from.
 const SPACING_S: f64 = 0.2;
@@ -51,7 +53,8 @@ enum Event<'a> {
     },
 }
 
-/// The work that each case of a study takes, compared with the others; zero where it has a result or is not to be simulated.
+/// The work that each case of a study takes, compared with the others; zero where it has a result
+/// or is not to be simulated.
 pub struct Works {
     works: Vec<f64>,
     /// Numbers of cases, of which so many have a result already.
@@ -63,12 +66,21 @@ impl Works {
     /// Those of the cases that `is_own` names.
     pub fn of(run: &StudyRun, is_own: impl Fn(usize) -> bool) -> Self {
         let study = run.study();
-        let own = || run.results().iter().enumerate().filter(|(case, _)| is_own(*case));
+        let own = || {
+            run.results()
+                .iter()
+                .enumerate()
+                .filter(|(case, _)| is_own(*case))
+        };
         let mut works = vec![0.0; study.case_count()];
         for (case, _) in own().filter(|(_, result)| result.is_none()) {
             works[case] = work(study, case);
         }
-        Self { works, total: own().count(), resumed: own().filter(|(_, result)| result.is_some()).count() }
+        Self {
+            works,
+            total: own().count(),
+            resumed: own().filter(|(_, result)| result.is_some()).count(),
+        }
     }
 }
 
@@ -98,18 +110,28 @@ struct Tally {
     told: Instant,
     /// The time that it took, once it has ended.
     seconds: f64,
-    /// The first error of writing an object. It does not stop the study, whose results are in files.
+    /// The first error of writing an object. It does not stop the study, whose results are in
+    /// files.
     error: Option<io::Error>,
 }
 
 impl Progress {
     /// Starts with the cases that already have a result.
-    pub fn begin(Works { works, total, resumed }: Works, failures: usize, json: bool) -> Self {
+    pub fn begin(
+        Works {
+            works,
+            total,
+            resumed,
+        }: Works,
+        failures: usize,
+        json: bool,
+    ) -> Self {
         let begun = Instant::now();
         let output = if json {
             Output::Json
         } else {
-            let bar = bar(total as u64, "{bar:30} {pos}/{len} cases{msg}").with_position(resumed as u64);
+            let bar =
+                bar(total as u64, "{bar:30} {pos}/{len} cases{msg}").with_position(resumed as u64);
             if bar.is_hidden() {
                 Output::Lines(Lines::begin())
             } else {
@@ -126,7 +148,14 @@ impl Progress {
             seconds: 0.0,
             error: None,
         };
-        let progress = Self { total, resumed, works, begun, state: Mutex::new(state), output };
+        let progress = Self {
+            total,
+            resumed,
+            works,
+            begun,
+            state: Mutex::new(state),
+            output,
+        };
         progress.tell(&mut progress.state());
         progress
     }
@@ -136,12 +165,19 @@ impl Progress {
         self.state().seconds
     }
 
-    /// Writes the last object, if the output is JSON. Returns the first error of writing any object.
+    /// Writes the last object, if the output is JSON. Returns the first error of writing any
+    /// object.
     pub fn summarise(self, files: &[PathBuf]) -> io::Result<()> {
         if let Output::Json = self.output {
             let mut state = self.state();
             let (cases, failures, seconds) = (state.done, state.failures, state.seconds);
-            state.print(&Event::Summary { cases, failures, resumed: self.resumed, seconds, files });
+            state.print(&Event::Summary {
+                cases,
+                failures,
+                resumed: self.resumed,
+                seconds,
+                files,
+            });
         }
         self.state().error.take().map_or(Ok(()), Err)
     }
@@ -155,18 +191,30 @@ impl Progress {
                 bar.set_message(in_words(rate, seconds_left, state.failures));
             }
             Output::Lines(lines) => {
-                let (done, total, words) = (state.done, self.total, in_words(rate, seconds_left, state.failures));
+                let (done, total, words) = (
+                    state.done,
+                    self.total,
+                    in_words(rate, seconds_left, state.failures),
+                );
                 lines.set(format!("{done} of {total} cases{words}"));
             }
             Output::Json => {
                 let (done, failures) = (state.done, state.failures);
-                state.print(&Event::Progress { done, total: self.total, failures, rate, seconds_left });
+                state.print(&Event::Progress {
+                    done,
+                    total: self.total,
+                    failures,
+                    rate,
+                    seconds_left,
+                });
             }
         }
     }
 
     fn state(&self) -> MutexGuard<'_, Tally> {
-        self.state.lock().expect("nothing panics while holding the progress")
+        self.state
+            .lock()
+            .expect("nothing panics while holding the progress")
     }
 }
 
@@ -178,7 +226,10 @@ impl Observer for Progress {
         let [done, left] = state.work;
         state.work = [done + self.works[case], left - self.works[case]];
         state.failures += usize::from(failed);
-        let (seconds, simulated) = (now.duration_since(self.begun).as_secs_f64(), state.done - self.resumed);
+        let (seconds, simulated) = (
+            now.duration_since(self.begun).as_secs_f64(),
+            state.done - self.resumed,
+        );
         state.pace.count(seconds, simulated);
         match &self.output {
             Output::Json if now.duration_since(state.told) < BETWEEN_EVENTS => {}
@@ -208,14 +259,19 @@ impl Observer for Progress {
 
 /// A bar with its template, whose message comes last. indicatif shows it on a terminal only.
 fn bar(length: u64, template: &str) -> ProgressBar {
-    ProgressBar::new(length).with_style(ProgressStyle::with_template(template).expect("the template is right"))
+    ProgressBar::new(length)
+        .with_style(ProgressStyle::with_template(template).expect("the template is right"))
 }
 
 /// The text after the number of cases, such as `, 680/s, 2 s left, 1 failed`.
 fn in_words(rate: Option<f64>, seconds_left: Option<f64>, failures: usize) -> String {
     let mut text = String::new();
     if let Some(rate) = rate {
-        text += &if rate >= 9.95 { format!(", {rate:.0}/s") } else { format!(", {rate:.2}/s") };
+        text += &if rate >= 9.95 {
+            format!(", {rate:.0}/s")
+        } else {
+            format!(", {rate:.2}/s")
+        };
     }
     if let Some(seconds) = seconds_left {
         text += &time_left(seconds);
@@ -234,7 +290,10 @@ fn time_left(seconds: f64) -> String {
 /// Such as `2 min 10 s`.
 fn in_time(seconds: f64) -> String {
     let seconds = seconds.floor();
-    let (hours, minutes) = ((seconds / 3600.0).floor(), (seconds % 3600.0 / 60.0).floor());
+    let (hours, minutes) = (
+        (seconds / 3600.0).floor(),
+        (seconds % 3600.0 / 60.0).floor(),
+    );
     match seconds {
         3600.0.. => format!("{hours} h {minutes} min"),
         60.0.. => format!("{minutes} min {} s", seconds % 60.0),
@@ -242,7 +301,8 @@ fn in_time(seconds: f64) -> String {
     }
 }
 
-/// Lines of progress on stderr, from a thread of their own: the work may have nothing to tell for long.
+/// Lines of progress on stderr, from a thread of their own: the work may have nothing to tell for
+/// long.
 struct Lines {
     told: Arc<(Mutex<Told>, Condvar)>,
     thread: Mutex<Option<JoinHandle<()>>>,
@@ -265,7 +325,10 @@ impl Lines {
     }
 
     /// Lines after `pauses`, the last of which is repeated, that `write` takes.
-    fn with<const N: usize>(pauses: [Duration; N], write: impl Fn(String) + Send + 'static) -> Self {
+    fn with<const N: usize>(
+        pauses: [Duration; N],
+        write: impl Fn(String) + Send + 'static,
+    ) -> Self {
         let told = Arc::new((Mutex::new(Told::default()), Condvar::new()));
         let (begun, shared) = (Instant::now(), Arc::clone(&told));
         let tell = move || {
@@ -275,16 +338,25 @@ impl Lines {
                 due += pauses[usize::min(number, N - 1)];
                 let told = told.lock().expect(UNBROKEN);
                 let wait = due.saturating_duration_since(Instant::now());
-                let (told, _) = ended.wait_timeout_while(told, wait, |told| !told.ended).expect(UNBROKEN);
+                let (told, _) = ended
+                    .wait_timeout_while(told, wait, |told| !told.ended)
+                    .expect(UNBROKEN);
                 if told.ended {
                     return;
                 }
-                write(format!("after {}: {}", in_time(begun.elapsed().as_secs_f64()), told.done));
+                write(format!(
+                    "after {}: {}",
+                    in_time(begun.elapsed().as_secs_f64()),
+                    told.done
+                ));
             }
         };
         // Without a thread there are no lines, and results all the same.
         let thread = thread::Builder::new().spawn(tell).ok();
-        Self { told, thread: Mutex::new(thread) }
+        Self {
+            told,
+            thread: Mutex::new(thread),
+        }
     }
 
     fn set(&self, done: String) {
@@ -311,7 +383,8 @@ impl Drop for Lines {
 
 const UNBROKEN: &str = "nothing panics while holding what is told";
 
-/// The progress of one long simulation, from any thread: nothing at first, then a bar on a terminal.
+/// The progress of one long simulation, from any thread: nothing at first, then a bar on a
+/// terminal.
 pub struct PassProgress {
     begun: Instant,
     /// What is simulated, in words.
@@ -340,7 +413,13 @@ impl PassProgress {
     pub fn begin(what: &'static str, earlier: f64) -> Self {
         let lines = ProgressBar::new(1).is_hidden().then(Lines::begin);
         let now = Instant::now();
-        let progress = Self { begun: now, what, earlier, shown: Mutex::new(Shown { at: now, bar: None }), lines };
+        let progress = Self {
+            begun: now,
+            what,
+            earlier,
+            shown: Mutex::new(Shown { at: now, bar: None }),
+            lines,
+        };
         progress.set_line(earlier, String::new());
         progress
     }
@@ -360,12 +439,19 @@ impl PassProgress {
         }
         shown.at = Instant::now();
         let rate = (share - self.earlier) / passed.as_secs_f64();
-        let left = if rate > 0.0 { time_left((1.0 - share) / rate) } else { String::new() };
+        let left = if rate > 0.0 {
+            time_left((1.0 - share) / rate)
+        } else {
+            String::new()
+        };
         if self.lines.is_some() {
             return self.set_line(share, left);
         }
         let bar = shown.bar.get_or_insert_with(|| {
-            let bar = bar(Self::PARTS as u64, &format!("{{bar:30}} {{percent}} % of {}{{msg}}", self.what));
+            let bar = bar(
+                Self::PARTS as u64,
+                &format!("{{bar:30}} {{percent}} % of {}{{msg}}", self.what),
+            );
             terminal::keep_below(&bar);
             bar
         });
@@ -377,7 +463,12 @@ impl PassProgress {
 /// Ends the bar.
 impl Drop for PassProgress {
     fn drop(&mut self) {
-        if let Some(bar) = &self.shown.get_mut().unwrap_or_else(PoisonError::into_inner).bar {
+        if let Some(bar) = &self
+            .shown
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner)
+            .bar
+        {
             bar.finish_and_clear();
             terminal::nothing_below();
         }
@@ -403,12 +494,18 @@ impl Tally {
     }
 }
 
-/// JSON with the characters escaped that could drive a terminal or disguise a path. JSON has such characters in strings only.
+/// JSON with the characters escaped that could drive a terminal or disguise a path. JSON has such
+/// characters in strings only.
 fn visible(json: &str) -> String {
     let mut visible = String::with_capacity(json.len());
     for letter in json.chars() {
         if is_invisible(letter) {
-            visible.extend(letter.encode_utf16(&mut [0; 2]).iter().map(|unit| format!("\\u{unit:04x}")));
+            visible.extend(
+                letter
+                    .encode_utf16(&mut [0; 2])
+                    .iter()
+                    .map(|unit| format!("\\u{unit:04x}")),
+            );
         } else {
             visible.push(letter);
         }
@@ -426,16 +523,27 @@ struct Pace {
 impl Pace {
     /// Starts at zero seconds with a count of zero.
     fn new() -> Self {
-        Self { points: VecDeque::from([(0.0, 0)]), last: (0.0, 0) }
+        Self {
+            points: VecDeque::from([(0.0, 0)]),
+            last: (0.0, 0),
+        }
     }
 
     /// Records a count. Neither the count nor the time may be less than before.
     fn count(&mut self, seconds: f64, count: usize) {
         self.last = (seconds, count);
-        if self.points.back().is_none_or(|&(latest, _)| seconds - latest >= SPACING_S) {
+        if self
+            .points
+            .back()
+            .is_none_or(|&(latest, _)| seconds - latest >= SPACING_S)
+        {
             self.points.push_back(self.last);
         }
-        while self.points.get(1).is_some_and(|&(second, _)| second <= seconds - WINDOW_S) {
+        while self
+            .points
+            .get(1)
+            .is_some_and(|&(second, _)| second <= seconds - WINDOW_S)
+        {
             self.points.pop_front();
         }
     }
@@ -487,7 +595,9 @@ mod tests {
     fn lines_come_now_and_then_until_the_end() {
         let (sender, lines) = std::sync::mpsc::channel();
         let pauses = [Duration::from_millis(20), Duration::from_millis(1)];
-        let told = Lines::with(pauses, move |line| sender.send(line).expect("the test listens"));
+        let told = Lines::with(pauses, move |line| {
+            sender.send(line).expect("the test listens")
+        });
         told.set("3 of 4 cases".to_owned());
         for _ in 0..3 {
             assert_eq!(lines.recv(), Ok("after 0 s: 3 of 4 cases".to_owned()));
@@ -498,15 +608,26 @@ mod tests {
         // What is over soon has none.
         let (sender, lines) = std::sync::mpsc::channel();
         let patience = [Duration::from_secs(3600)];
-        drop(Lines::with(patience, move |line| sender.send(line).expect("the test listens")));
+        drop(Lines::with(patience, move |line| {
+            sender.send(line).expect("the test listens")
+        }));
         assert!(lines.recv().is_err());
     }
 
     #[test]
     fn words_fit_the_time() {
         assert_eq!(in_words(None, None, 0), "");
-        assert_eq!(in_words(Some(680.4), Some(1.2), 1), ", 680/s, 2 s left, 1 failed");
-        assert_eq!(in_words(Some(1.5), Some(59.5), 0), ", 1.50/s, 1 min 0 s left");
-        assert_eq!(in_words(Some(0.25), Some(3600.0 * 5.0 + 61.0), 0), ", 0.25/s, 5 h 1 min left");
+        assert_eq!(
+            in_words(Some(680.4), Some(1.2), 1),
+            ", 680/s, 2 s left, 1 failed"
+        );
+        assert_eq!(
+            in_words(Some(1.5), Some(59.5), 0),
+            ", 1.50/s, 1 min 0 s left"
+        );
+        assert_eq!(
+            in_words(Some(0.25), Some(3600.0 * 5.0 + 61.0), 0),
+            ", 0.25/s, 5 h 1 min left"
+        );
     }
 }

@@ -13,8 +13,9 @@ use bristle_store::study_files::{RUNS, STUDY};
 
 use bristle_grid::CaseResult;
 use bristle_store::results::{
-    Origin, SavedCase, SavedStudy, read_brush_history, read_case, read_contacts, read_filaments, read_history,
-    read_interaction, read_profile, read_runs, read_shapes, read_study, read_turn_impulses,
+    Origin, SavedCase, SavedStudy, read_brush_history, read_case, read_contacts, read_filaments,
+    read_history, read_interaction, read_profile, read_runs, read_shapes, read_study,
+    read_turn_impulses,
 };
 use bristle_text::{shortened, shown_path};
 
@@ -36,14 +37,16 @@ pub const FILAMENTS: &str = "filaments.csv";
 pub const CONTACTS: &str = "contacts.csv";
 pub const BRUSH_PAGE: &str = "brush.html";
 
-/// The files that only a contact has, and those that only a brush has. One of them replaces the other in a directory, as both have
-/// metrics and a history.
+/// The files that only a contact has, and those that only a brush has. One of them replaces the
+/// other in a directory, as both have metrics and a history.
 pub const OF_CONTACT: [&str; 5] = [CASE, PROFILE, POSITIONS, SHAPES, HISTORY_PARQUET];
 pub const OF_BRUSH: [&str; 4] = [BRUSH, FILAMENTS, CONTACTS, BRUSH_PAGE];
 
 /// The study in a directory, with its results; `None` if there is no study.
 pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResult>)>, CliError> {
-    let Some((text, name)) = read_if_there(directory, STUDY)? else { return Ok(None) };
+    let Some((text, name)) = read_if_there(directory, STUDY)? else {
+        return Ok(None);
+    };
     let saved = read_study(&text, &name)?;
     let (text, name) = read(directory, RUNS)?;
     let results = read_runs(&text, &name, &saved)?;
@@ -71,13 +74,22 @@ pub struct Contact {
 impl Contact {
     /// Its figures.
     pub fn pictures(&self, format: &Format) -> Vec<Picture> {
-        contact_figures(&self.settings, &self.history, &self.impulses, &self.profile, &self.shapes, format)
+        contact_figures(
+            &self.settings,
+            &self.history,
+            &self.impulses,
+            &self.profile,
+            &self.shapes,
+            format,
+        )
     }
 }
 
 /// The contact in a directory; `None` if there is none.
 pub fn saved_case(directory: &Path) -> Result<Option<Contact>, CliError> {
-    let Some((text, name)) = read_if_there(directory, CASE)? else { return Ok(None) };
+    let Some((text, name)) = read_if_there(directory, CASE)? else {
+        return Ok(None);
+    };
     let case = read_case(&text, &name)?;
     let history = table(directory, &case, HISTORY, read_history)?;
     let profile = table(directory, &case, PROFILE, read_profile)?;
@@ -85,16 +97,28 @@ pub fn saved_case(directory: &Path) -> Result<Option<Contact>, CliError> {
     let impulses = table(directory, &case, METRICS, read_turn_impulses)?;
     // The other files are not needed, but must not be those of another run.
     let is_ours = |file: &&str| vtk_name(file).is_some_and(is_file_name);
-    for file in case.files().filter(is_ours).filter(|file| directory.join(file).exists()) {
+    for file in case
+        .files()
+        .filter(is_ours)
+        .filter(|file| directory.join(file).exists())
+    {
         let (text, name) = read(directory, file)?;
         case.check(file, &text, &name)?;
     }
-    Ok(Some(Contact { settings: case.settings, history, impulses, profile, shapes }))
+    Ok(Some(Contact {
+        settings: case.settings,
+        history,
+        impulses,
+        profile,
+        shapes,
+    }))
 }
 
 /// The brush in a directory; `None` if there is none.
 pub fn saved_brush(directory: &Path) -> Result<Option<Brush>, CliError> {
-    let Some((text, name)) = read_if_there(directory, BRUSH)? else { return Ok(None) };
+    let Some((text, name)) = read_if_there(directory, BRUSH)? else {
+        return Ok(None);
+    };
     let case = read_case(&text, &name)?;
     Ok(Some(Brush {
         interaction: table(directory, &case, METRICS, read_interaction)?,
@@ -121,7 +145,11 @@ fn table<T>(
 
 /// What [`read`] gives, if there is such a file.
 fn read_if_there(directory: &Path, name: &str) -> Result<Option<(String, String)>, FileError> {
-    directory.join(name).exists().then(|| read(directory, name)).transpose()
+    directory
+        .join(name)
+        .exists()
+        .then(|| read(directory, name))
+        .transpose()
 }
 
 /// The text of a file, and its name for error messages.

@@ -1,5 +1,5 @@
-//! Text for people: results on stdout, all else on stderr and above the progress bar if there is one. And the log requested by
-//! `RUST_LOG`.
+//! Text for people: results on stdout, all else on stderr and above the progress bar if there is
+//! one. And the log requested by `RUST_LOG`.
 
 use std::env::{self, VarError};
 use std::fmt::Display;
@@ -32,7 +32,8 @@ pub fn nothing_below() {
 
 const UNBROKEN: &str = "nothing panics while holding the bar";
 
-/// Tells the user something. Whatever it quotes, it cannot drive the terminal. A closed stderr is not an error.
+/// Tells the user something. Whatever it quotes, it cannot drive the terminal. A closed stderr is
+/// not an error.
 pub fn say(message: impl Display) {
     above_the_bar(|| {
         let _ = writeln!(io::stderr(), "{}", Lines(message));
@@ -56,8 +57,8 @@ fn above_the_bar<R>(write: impl FnOnce() -> R) -> R {
     }
 }
 
-/// Writes a log to stderr if the environment variable `RUST_LOG` requests one, with values such as `debug` or
-/// `bristle_grid=debug`.
+/// Writes a log to stderr if the environment variable `RUST_LOG` requests one, with values such as
+/// `debug` or `bristle_grid=debug`.
 ///
 /// Only levels per module can be selected. The usual filter would add regular expressions.
 pub fn start_log() {
@@ -65,12 +66,21 @@ pub fn start_log() {
     let wanted = match env::var(VARIABLE) {
         Ok(wanted) if !wanted.is_empty() => wanted,
         Ok(_) | Err(VarError::NotPresent) => return,
-        Err(VarError::NotUnicode(_)) => return say(format_args!("note: {VARIABLE} is not text and has no effect")),
+        Err(VarError::NotUnicode(_)) => {
+            return say(format_args!(
+                "note: {VARIABLE} is not text and has no effect"
+            ));
+        }
     };
     match wanted.parse::<Targets>() {
         Ok(targets) => {
-            let lines = tracing_subscriber::fmt::layer().with_ansi(false).with_writer(|| Log);
-            tracing_subscriber::registry().with(targets).with(lines).init();
+            let lines = tracing_subscriber::fmt::layer()
+                .with_ansi(false)
+                .with_writer(|| Log);
+            tracing_subscriber::registry()
+                .with(targets)
+                .with(lines)
+                .init();
         }
         Err(error) => {
             say(format_args!(
@@ -102,20 +112,26 @@ pub fn print(data: &str) -> io::Result<()> {
 /// Least width that tables are made for, in columns.
 const LEAST_WIDTH: usize = 40;
 
-/// Width in columns that results on stdout are made for: what `COLUMNS` says, or else the terminal; 80 where stdout is none.
+/// Width in columns that results on stdout are made for: what `COLUMNS` says, or else the terminal;
+/// 80 where stdout is none.
 pub fn width() -> usize {
-    let stated = env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok()).filter(|columns| *columns > 0);
+    let stated = env::var("COLUMNS")
+        .ok()
+        .and_then(|columns| columns.parse().ok())
+        .filter(|columns| *columns > 0);
     let measured = || terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
     stated.or_else(measured).unwrap_or(WIDTH).max(LEAST_WIDTH)
 }
 
-/// Prints results that people read. As for [`say`], whatever they quote, they cannot drive the terminal.
+/// Prints results that people read. As for [`say`], whatever they quote, they cannot drive the
+/// terminal.
 pub fn show(results: impl Display) -> io::Result<()> {
     let text = Lines(results).to_string();
     print(&format!("{}\n", text.trim_end_matches('\n')))
 }
 
-/// Calls a function that writes to stdout, and flushes what it has written. All output to stdout passes through here.
+/// Calls a function that writes to stdout, and flushes what it has written. All output to stdout
+/// passes through here.
 pub fn print_by(write: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
     match write().and_then(|()| io::stdout().flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
@@ -125,7 +141,11 @@ pub fn print_by(write: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
 
 /// Shows what was not stated, if there is anything.
 pub fn show_assumptions(assumptions: &Assumptions) -> io::Result<()> {
-    if assumptions.list.is_empty() { Ok(()) } else { show(format_args!("\n{}", assumptions.text(width()))) }
+    if assumptions.list.is_empty() {
+        Ok(())
+    } else {
+        show(format_args!("\n{}", assumptions.text(width())))
+    }
 }
 
 /// Tells the user that a file was written.
@@ -135,5 +155,7 @@ pub fn say_written(path: &Path) {
 
 /// Gives files their final names, and tells the user.
 pub fn commit(files: impl IntoIterator<Item = StagedFile>) -> Result<(), FileError> {
-    files.into_iter().try_for_each(|file| file.commit().map(|path| say_written(&path)))
+    files
+        .into_iter()
+        .try_for_each(|file| file.commit().map(|path| say_written(&path)))
 }

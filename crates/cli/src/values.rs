@@ -10,7 +10,8 @@ use clap::Args;
 /// Largest number of threads.
 const MAX_THREADS: u64 = 1024;
 
-/// Exit status if Ctrl-C stopped a simulation. As in shells, it is 128 plus the number of the signal.
+/// Exit status if Ctrl-C stopped a simulation. As in shells, it is 128 plus the number of the
+/// signal.
 pub const INTERRUPTED: u8 = 130;
 
 /// The number of threads.
@@ -24,7 +25,8 @@ pub struct ThreadArgs {
 impl ThreadArgs {
     /// The number that was asked for.
     pub fn number(&self) -> Option<NonZeroUsize> {
-        self.threads.and_then(|threads| NonZeroUsize::new(threads as usize))
+        self.threads
+            .and_then(|threads| NonZeroUsize::new(threads as usize))
     }
 }
 
@@ -40,14 +42,18 @@ pub struct ResourceArgs {
 impl ResourceArgs {
     /// Threads and memory.
     pub fn resources(&self) -> Resources {
-        Resources { threads: self.threads.number(), memory: self.memory.limit() }
+        Resources {
+            threads: self.threads.number(),
+            memory: self.memory.limit(),
+        }
     }
 }
 
 /// The memory that brushes may need.
 #[derive(Args)]
 pub struct MemoryArgs {
-    /// Refuse brushes that need more memory than this [default: what is available, if the system says so]
+    /// Refuse brushes that need more memory than this [default: what is available, if the system
+    /// says so]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     memory_mib: Option<u64>,
 }
@@ -55,14 +61,18 @@ pub struct MemoryArgs {
 impl MemoryArgs {
     /// In bytes.
     pub fn limit(&self) -> Option<u64> {
-        self.memory_mib.map(|mebibytes| mebibytes << 20).or_else(available_memory)
+        self.memory_mib
+            .map(|mebibytes| mebibytes << 20)
+            .or_else(available_memory)
     }
 }
 
 /// The memory that the machine has left, in bytes, where it says so: on Linux.
 fn available_memory() -> Option<u64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let available = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let available = text
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kibibytes: u64 = available.trim().strip_suffix("kB")?.trim().parse().ok()?;
     kibibytes.checked_mul(1 << 10)
 }

@@ -13,12 +13,14 @@ use bristle_store::staged::{FileError, StagedFile, remove};
 /// Subdirectory of the results for the files.
 pub const VTK: &str = "vtk";
 
-/// The name of the file at a path relative to the directory of the results, as `case.json` states it; `None` if it is not in this subdirectory.
+/// The name of the file at a path relative to the directory of the results, as `case.json` states
+/// it; `None` if it is not in this subdirectory.
 pub fn vtk_name(path: &str) -> Option<&str> {
     path.strip_prefix(VTK)?.strip_prefix('/')
 }
 
-/// Writes `files`, their names and texts, below `directory` under temporary names, and adds their `hashes`.
+/// Writes `files`, their names and texts, below `directory` under temporary names, and adds their
+/// `hashes`.
 pub fn stage_vtk(
     directory: &Path,
     files: impl Iterator<Item = (String, String)>,
@@ -32,11 +34,15 @@ pub fn stage_vtk(
     files.map(stage).collect()
 }
 
-/// Gives the files their final names. Returns the path of the last, which is the collection, if there is one.
+/// Gives the files their final names. Returns the path of the last, which is the collection, if
+/// there is one.
 ///
 /// Removes other files of an earlier run, which would be mistaken for those of this run.
 pub fn commit_vtk(directory: &Path, staged: Vec<StagedFile>) -> Result<Option<PathBuf>, FileError> {
-    let written = staged.into_iter().map(StagedFile::commit).collect::<Result<Vec<PathBuf>, FileError>>()?;
+    let written = staged
+        .into_iter()
+        .map(StagedFile::commit)
+        .collect::<Result<Vec<PathBuf>, FileError>>()?;
     let directory = directory.join(VTK);
     let own: BTreeSet<&OsStr> = written.iter().filter_map(|path| path.file_name()).collect();
     // If there is no directory, there is nothing to remove.

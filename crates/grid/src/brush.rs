@@ -1,5 +1,5 @@
-//! What is checked before a study of brushes begins, and which metrics results have. What a brush has beyond those of its tool is an
-//! [`Interaction`](crate::Interaction).
+//! What is checked before a study of brushes begins, and which metrics results have. What a brush
+//! has beyond those of its tool is an [`Interaction`](crate::Interaction).
 
 use std::num::NonZeroUsize;
 
@@ -18,16 +18,22 @@ use crate::scheduler::thread_count;
 #[error("{0}")]
 pub struct BrushStudyError(String);
 
-/// Checks that the filaments of each case can be arranged, before any of them is simulated, and that the cases which so many `threads`
-/// simulate at once need at most `memory` (bytes) together.
+/// Checks that the filaments of each case can be arranged, before any of them is simulated, and
+/// that the cases which so many `threads` simulate at once need at most `memory` (bytes) together.
 ///
 /// # Errors
 /// The first case that cannot be simulated; or else the memory.
-pub fn check_brushes(study: &Study, threads: Option<NonZeroUsize>, memory: Option<u64>) -> Result<(), BrushStudyError> {
+pub fn check_brushes(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    memory: Option<u64>,
+) -> Result<(), BrushStudyError> {
     let needs = (0..study.case_count()).map(|case| {
         let needed = match (study.brush_memory(case), memory) {
             // The error says what is too large.
-            (Ok(needed), Some(limit)) if needed > limit => check_brush(&tentative(study.settings(case)), memory),
+            (Ok(needed), Some(limit)) if needed > limit => {
+                check_brush(&tentative(study.settings(case)), memory)
+            }
             (needed, _) => needed,
         };
         let wrong = |error| BrushStudyError(format!("case {} of the study: {error}", case + 1));
@@ -36,7 +42,9 @@ pub fn check_brushes(study: &Study, threads: Option<NonZeroUsize>, memory: Optio
     let mut needs = needs.collect::<Result<Vec<(u64, usize)>, _>>()?;
     needs.sort_unstable();
     let at_once = &needs[needs.len().saturating_sub(thread_count(threads))..];
-    let needed = at_once.iter().fold(0_u64, |sum, (needed, _)| sum.saturating_add(*needed));
+    let needed = at_once
+        .iter()
+        .fold(0_u64, |sum, (needed, _)| sum.saturating_add(*needed));
     match (memory, at_once) {
         (Some(limit), [.., (_, case)]) if needed > limit => Err(BrushStudyError(format!(
             "{} cases at once need up to {} MB of memory, case {} the most, but {} MB are available: choose fewer `--threads`, \
@@ -70,7 +78,10 @@ impl Having {
         Self {
             brush: settings.brush.is_some(),
             force: settings.process.tool_force_n.is_some(),
-            edge: matches!(settings.workpiece.kind, WorkpieceKind::Edge(_) | WorkpieceKind::Chamfer(_)),
+            edge: matches!(
+                settings.workpiece.kind,
+                WorkpieceKind::Edge(_) | WorkpieceKind::Chamfer(_)
+            ),
             removal: RemovalLaw::of(settings),
         }
     }
@@ -78,26 +89,47 @@ impl Having {
     /// The results of a study: what some case has.
     #[must_use]
     pub fn of_study(study: &Study) -> Self {
-        let having =
-            study.each_tool_at_its_ends().map(|settings| Self::of(&settings)).fold(Self::default(), |all, one| {
-                let (all_of, RemovalLaw { preston, wear, area_rate }) = (all.removal, one.removal);
+        let having = study
+            .each_tool_at_its_ends()
+            .map(|settings| Self::of(&settings))
+            .fold(Self::default(), |all, one| {
+                let (
+                    all_of,
+                    RemovalLaw {
+                        preston,
+                        wear,
+                        area_rate,
+                    },
+                ) = (all.removal, one.removal);
                 let removal = RemovalLaw {
                     preston: all_of.preston.or(preston),
                     wear: all_of.wear.or(wear),
                     area_rate: all_of.area_rate.or(area_rate),
                 };
-                Self { edge: all.edge || one.edge, removal, ..all }
+                Self {
+                    edge: all.edge || one.edge,
+                    removal,
+                    ..all
+                }
             });
-        Self { brush: study.has_brush(), force: study.is_pressed_on(), ..having }
+        Self {
+            brush: study.has_brush(),
+            force: study.is_pressed_on(),
+            ..having
+        }
     }
 
     /// Whether the results have what a metric needs.
     fn has(&self, needs: Needs) -> bool {
-        let RemovalLaw { preston, wear, area_rate } = self.removal;
+        let RemovalLaw {
+            preston,
+            wear,
+            area_rate,
+        } = self.removal;
         match needs {
             Needs::Nothing => true,
-            // How a lone filament answers a tilt of its clamp says little about one that others push and hold; and a brush has a
-            // balance of its own.
+            // How a lone filament answers a tilt of its clamp says little about one that others
+            // push and hold; and a brush has a balance of its own.
             Needs::OneFilament => !self.brush,
             Needs::GivenForce => self.force,
             Needs::Edge => self.edge,
@@ -110,10 +142,16 @@ impl Having {
 
 /// The metrics of a contact that tables of such results have.
 pub fn metric_columns(having: Having) -> impl Iterator<Item = &'static Column<Metrics>> + Clone {
-    Metrics::COLUMNS.iter().filter(move |column| having.has(column.display.needs))
+    Metrics::COLUMNS
+        .iter()
+        .filter(move |column| having.has(column.display.needs))
 }
 
 /// The metrics that each filament of a brush has.
 pub fn filament_columns() -> impl Iterator<Item = &'static Column<Metrics>> + Clone {
-    metric_columns(Having { brush: true, edge: true, ..Having::default() })
+    metric_columns(Having {
+        brush: true,
+        edge: true,
+        ..Having::default()
+    })
 }

@@ -16,11 +16,13 @@ pub struct CaseSummary {
     pub turn_contact_normal_impulses_n_s: Vec<f64>,
     /// The solver's work.
     pub statistics: Statistics,
-    /// The distribution of the tool force where filaments scatter. `None` if most of the sampled tools failed.
+    /// The distribution of the tool force where filaments scatter. `None` if most of the sampled
+    /// tools failed.
     pub scatter: Option<ForceScatter>,
     /// What a brush has beyond its metrics. `None` if the case is one filament alone.
     pub brush: Option<Interaction>,
-    /// The largest relative change of the headline metrics when the case was repeated more precisely. `None` if it was not.
+    /// The largest relative change of the headline metrics when the case was repeated more
+    /// precisely. `None` if it was not.
     pub change_when_checked: Option<f64>,
 }
 
@@ -30,6 +32,7 @@ pub type CaseResult = Result<CaseSummary, String>;
 /// Settings with a depth: the first one of a search, where they state a force.
 #[must_use]
 pub fn tentative(settings: Settings) -> Settings {
-    let first = DepthSearch::<()>::of(&settings, None).map(|search| settings.at_depth(search.depth()));
+    let first =
+        DepthSearch::<()>::of(&settings, None).map(|search| settings.at_depth(search.depth()));
     first.unwrap_or(settings)
 }

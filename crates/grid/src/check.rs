@@ -1,4 +1,5 @@
-//! How much a result changes when it is computed more precisely: a pass at a tenth of its tolerance, a brush in steps of half the length.
+//! How much a result changes when it is computed more precisely: a pass at a tenth of its
+//! tolerance, a brush in steps of half the length.
 //!
 //! What a numerical error does to a metric is not known, but mostly much smaller than this change.
 
@@ -33,16 +34,28 @@ impl Change {
     pub fn of(column: &Column<Metrics>, metrics: &Metrics, checked: &Metrics) -> Self {
         let [value, checked] = [metrics, checked].map(|metrics| column.get(metrics));
         let larger = value.abs().max(checked.abs());
-        let relative_change = if value == checked { 0.0 } else { (checked - value).abs() / larger };
-        Self { value, checked, relative_change }
+        let relative_change = if value == checked {
+            0.0
+        } else {
+            (checked - value).abs() / larger
+        };
+        Self {
+            value,
+            checked,
+            relative_change,
+        }
     }
 }
 
 /// The largest relative change of the metrics that tables show.
 #[must_use]
 pub fn largest_change(metrics: &Metrics, checked: &Metrics) -> f64 {
-    let shown = Metrics::COLUMNS.iter().filter(|column| column.display.prominence == Prominence::Headline);
-    shown.map(|column| Change::of(column, metrics, checked).relative_change).fold(0.0, f64::max)
+    let shown = Metrics::COLUMNS
+        .iter()
+        .filter(|column| column.display.prominence == Prominence::Headline);
+    shown
+        .map(|column| Change::of(column, metrics, checked).relative_change)
+        .fold(0.0, f64::max)
 }
 
 /// The settings with which a pass is repeated.
@@ -56,16 +69,24 @@ pub fn finer(settings: &Settings) -> Settings {
 /// The options with which a brush is repeated.
 #[must_use]
 pub fn finer_steps(options: RunOptions) -> RunOptions {
-    RunOptions { frames: 0, halvings: options.halvings + 1, ..options }
+    RunOptions {
+        frames: 0,
+        halvings: options.halvings + 1,
+        ..options
+    }
 }
 
 /// The text of `check.json`: how the result was computed `again`, and the changes of all metrics.
 #[must_use]
 pub fn check_text(again: &str, metrics: &Metrics, checked: &Metrics) -> String {
     let change = |column: &Column<Metrics>| {
-        let change = serde_json::to_value(Change::of(column, metrics, checked)).expect("metrics are finite");
+        let change =
+            serde_json::to_value(Change::of(column, metrics, checked)).expect("metrics are finite");
         (column.key.to_owned(), change)
     };
     let changes: serde_json::Map<_, _> = Metrics::COLUMNS.iter().map(change).collect();
-    format!("{:#}\n", serde_json::json!({ "repeated": again, "metrics": changes }))
+    format!(
+        "{:#}\n",
+        serde_json::json!({ "repeated": again, "metrics": changes })
+    )
 }

@@ -1,7 +1,7 @@
 //! The grid of a study. Its points are the cases.
 //!
-//! Cases are numbered in the order of the grid and made from their numbers when needed. A large study therefore needs no
-//! memory beyond its results.
+//! Cases are numbered in the order of the grid and made from their numbers when needed. A large
+//! study therefore needs no memory beyond its results.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -40,7 +40,9 @@ pub enum StudyError {
     #[error("the study has more than {MAX_CASES} cases")]
     TooManyCases,
     /// The cases have too many sampled tools.
-    #[error("the study has more than {MAX_TOOLS} sampled tools: reduce the number of cases or uncertainty.samples")]
+    #[error(
+        "the study has more than {MAX_TOOLS} sampled tools: reduce the number of cases or uncertainty.samples"
+    )]
     TooManyTools,
     /// A name that no tool can have.
     #[error(
@@ -50,7 +52,9 @@ pub enum StudyError {
     )]
     ToolName(String),
     /// Two tools whose names are mistaken for each other.
-    #[error("the tools `{name}` and `{other}` need names that differ by more than capitals and punctuation")]
+    #[error(
+        "the tools `{name}` and `{other}` need names that differ by more than capitals and punctuation"
+    )]
     ToolsAlike {
         /// The name of the later one.
         name: String,
@@ -97,11 +101,14 @@ pub struct Study {
 }
 
 impl Study {
-    /// The same study, in which each case is repeated more precisely ([`check`](crate::check)). A case that was not is then one without a
-    /// result.
+    /// The same study, in which each case is repeated more precisely ([`check`](crate::check)). A
+    /// case that was not is then one without a result.
     #[must_use]
     pub fn checked(self) -> Self {
-        Self { checks: true, ..self }
+        Self {
+            checks: true,
+            ..self
+        }
     }
 
     /// Whether each case is repeated more precisely.
@@ -112,7 +119,8 @@ impl Study {
 
     /// Makes a study of all combinations of the swept values, and checks each case.
     ///
-    /// The velocity changes fastest, then the depth, then the other sweeps. The first of these changes slowest.
+    /// The velocity changes fastest, then the depth, then the other sweeps. The first of these
+    /// changes slowest.
     pub fn new(base: Settings, sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
         Self::on(vec![Tool::alone(base)], sweeps)
     }
@@ -126,15 +134,24 @@ impl Study {
             if !is_name(name) {
                 return Err(StudyError::ToolName(name.clone()));
             }
-            if let Some(other) = tools[..position].iter().find(|other| are_alike(name, &other.name)) {
-                return Err(StudyError::ToolsAlike { name: name.clone(), other: other.name.clone() });
+            if let Some(other) = tools[..position]
+                .iter()
+                .find(|other| are_alike(name, &other.name))
+            {
+                return Err(StudyError::ToolsAlike {
+                    name: name.clone(),
+                    other: other.name.clone(),
+                });
             }
         }
-        sweeps.push(Sweep::tools(tools.iter().map(|tool| tool.name.clone()).collect()));
+        sweeps.push(Sweep::tools(
+            tools.iter().map(|tool| tool.name.clone()).collect(),
+        ));
         Self::on(tools, sweeps)
     }
 
-    /// The study of a list of cases, which need have nothing in common and have been [checked](check).
+    /// The study of a list of cases, which need have nothing in common and have been
+    /// [checked](check).
     ///
     /// # Panics
     /// If there is no case.
@@ -142,7 +159,13 @@ impl Study {
     pub fn of_cases(cases: Vec<Settings>) -> Self {
         assert!(!cases.is_empty(), "a study has at least one case");
         let tools: Vec<Tool> = cases.into_iter().map(Tool::alone).collect();
-        Self { case_count: tools.len(), tools, sweeps: Vec::new(), checks: false, needs: Arc::default() }
+        Self {
+            case_count: tools.len(),
+            tools,
+            sweeps: Vec::new(),
+            checks: false,
+            needs: Arc::default(),
+        }
     }
 
     fn on(tools: Vec<Tool>, mut sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
@@ -155,22 +178,45 @@ impl Study {
             }
             let states_same = |other: &&Sweep| {
                 let parameter = sweep.setting().parameter();
-                parameter.is_some_and(|parameter| parameter.group().any(|same| same.path == other.path()))
+                parameter.is_some_and(|parameter| {
+                    parameter.group().any(|same| same.path == other.path())
+                })
             };
             if let Some(other) = sweeps[..index].iter().find(states_same) {
-                return Err(StudyError::BothSwept { path, other: other.path() });
+                return Err(StudyError::BothSwept {
+                    path,
+                    other: other.path(),
+                });
             }
             case_count = case_count
                 .checked_mul(sweep.values().len())
                 .filter(|&count| count <= MAX_CASES)
                 .ok_or(StudyError::TooManyCases)?;
         }
-        let study = Self { tools, sweeps, case_count, checks: false, needs: Arc::default() };
-        if study.has_brush() && !study.sweeps.iter().any(|sweep| sweep.setting().section() == BRUSH) {
-            let [with, without] =
-                [true, false].map(|is_brush| study.tools.iter().find(|tool| tool.settings.brush.is_some() == is_brush));
+        let study = Self {
+            tools,
+            sweeps,
+            case_count,
+            checks: false,
+            needs: Arc::default(),
+        };
+        if study.has_brush()
+            && !study
+                .sweeps
+                .iter()
+                .any(|sweep| sweep.setting().section() == BRUSH)
+        {
+            let [with, without] = [true, false].map(|is_brush| {
+                study
+                    .tools
+                    .iter()
+                    .find(|tool| tool.settings.brush.is_some() == is_brush)
+            });
             if let (Some(with), Some(without)) = (with, without) {
-                return Err(StudyError::SomeBrushes { with: with.name.clone(), without: without.name.clone() });
+                return Err(StudyError::SomeBrushes {
+                    with: with.name.clone(),
+                    without: without.name.clone(),
+                });
             }
         }
         if study.scatters() {
@@ -181,9 +227,15 @@ impl Study {
         }
         for case in 0..case_count {
             let settings = study.settings(case);
-            let checked = study.check_presence(case, &settings).and_then(|()| check(&settings));
+            let checked = study
+                .check_presence(case, &settings)
+                .and_then(|()| check(&settings));
             let tool = || study.tool(case).map(|tool| tool.name.clone());
-            checked.map_err(|violation| StudyError::Case { case, tool: tool(), violation })?;
+            checked.map_err(|violation| StudyError::Case {
+                case,
+                tool: tool(),
+                violation,
+            })?;
         }
         Ok(study)
     }
@@ -191,11 +243,13 @@ impl Study {
     /// Checks that the `settings` of a case have what is swept.
     fn check_presence(&self, case: usize, settings: &Settings) -> Result<(), Violation> {
         let numbers = self.sweeps.iter().zip(self.values(case));
-        let mut numbers = numbers.filter_map(|(sweep, value)| Some((sweep.setting().parameter()?, value)));
+        let mut numbers =
+            numbers.filter_map(|(sweep, value)| Some((sweep.setting().parameter()?, value)));
         numbers.try_for_each(|(parameter, value)| parameter.check_presence(settings, value))
     }
 
-    /// The settings that all cases of the first or only tool share. Swept settings have some value here, usually their first.
+    /// The settings that all cases of the first or only tool share. Swept settings have some value
+    /// here, usually their first.
     #[must_use]
     pub fn base(&self) -> &Settings {
         &self.tools[0].settings
@@ -204,7 +258,15 @@ impl Study {
     /// The named tools; none if the study does not compare tools.
     #[must_use]
     pub fn tools(&self) -> &[Tool] {
-        if self.sweeps.first().is_some_and(|sweep| sweep.path() == TOOL) { &self.tools } else { &[] }
+        if self
+            .sweeps
+            .first()
+            .is_some_and(|sweep| sweep.path() == TOOL)
+        {
+            &self.tools
+        } else {
+            &[]
+        }
     }
 
     /// Their names.
@@ -225,7 +287,8 @@ impl Study {
         case / (self.case_count / self.tools.len())
     }
 
-    /// The axes of the grid: the named tools, if there are any, and the swept settings, from the slowest to the fastest.
+    /// The axes of the grid: the named tools, if there are any, and the swept settings, from the
+    /// slowest to the fastest.
     #[must_use]
     pub fn sweeps(&self) -> &[Sweep] {
         &self.sweeps
@@ -239,8 +302,16 @@ impl Study {
 
     /// The sweeps of numbers in the form used in files.
     pub fn sweep_texts(&self) -> Vec<SweepText> {
-        let numbers = self.sweeps.iter().filter(|sweep| sweep.setting().parameter().is_some());
-        numbers.map(|sweep| SweepText { setting: sweep.path().to_owned(), values: sweep.values().to_owned() }).collect()
+        let numbers = self
+            .sweeps
+            .iter()
+            .filter(|sweep| sweep.setting().parameter().is_some());
+        numbers
+            .map(|sweep| SweepText {
+                setting: sweep.path().to_owned(),
+                values: sweep.values().to_owned(),
+            })
+            .collect()
     }
 
     /// The named tools in the form used in files.
@@ -263,28 +334,37 @@ impl Study {
         })
     }
 
-    /// Whether tools are sampled in some case, because their filaments scatter or a calibration leaves something open. Filaments of a brush
-    /// scatter within it.
+    /// Whether tools are sampled in some case, because their filaments scatter or a calibration
+    /// leaves something open. Filaments of a brush scatter within it.
     #[must_use]
     pub fn scatters(&self) -> bool {
-        let is_calibrated = self.tools.iter().any(|tool| tool.settings.uncertainty.calibration.is_some());
+        let is_calibrated = self
+            .tools
+            .iter()
+            .any(|tool| tool.settings.uncertainty.calibration.is_some());
         if is_calibrated || self.has_brush() {
             return is_calibrated;
         }
-        INPUTS[..MOVING].iter().any(|input| match self.sweep(input.std) {
-            Some(sweep) => sweep.values().iter().any(|&value| value > 0.0),
-            None => self.tools.iter().any(|tool| input.scatters(&tool.settings)),
-        })
+        INPUTS[..MOVING]
+            .iter()
+            .any(|input| match self.sweep(input.std) {
+                Some(sweep) => sweep.values().iter().any(|&value| value > 0.0),
+                None => self.tools.iter().any(|tool| input.scatters(&tool.settings)),
+            })
     }
 
     /// Whether the cases are brushes, whose filaments touch each other.
     #[must_use]
     pub fn has_brush(&self) -> bool {
         self.tools.iter().any(|tool| tool.settings.brush.is_some())
-            || self.sweeps.iter().any(|sweep| sweep.setting().section() == BRUSH)
+            || self
+                .sweeps
+                .iter()
+                .any(|sweep| sweep.setting().section() == BRUSH)
     }
 
-    /// The memory in bytes that the brush of a case, counted from 0, needs at most. Its filaments are arranged when it is first asked for.
+    /// The memory in bytes that the brush of a case, counted from 0, needs at most. Its filaments
+    /// are arranged when it is first asked for.
     ///
     /// # Errors
     /// If there is no such brush.
@@ -301,7 +381,11 @@ impl Study {
     /// Whether the depth of some case follows from a force.
     #[must_use]
     pub fn is_pressed_on(&self) -> bool {
-        self.sweep(FORCE).is_some() || self.tools.iter().any(|tool| tool.settings.process.tool_force_n.is_some())
+        self.sweep(FORCE).is_some()
+            || self
+                .tools
+                .iter()
+                .any(|tool| tool.settings.process.tool_force_n.is_some())
     }
 
     /// Whether some case has more than one turn.
@@ -311,16 +395,24 @@ impl Study {
             Some(sweep) => sweep.values().iter().any(|&turns| turns > 1.0),
             // Those of filaments that touch during the whole turn are as many as it takes.
             None => {
-                self.tools.iter().any(|tool| tool.settings.process.turns().at_most() > 1) || self.may_touch_all_round()
+                self.tools
+                    .iter()
+                    .any(|tool| tool.settings.process.turns().at_most() > 1)
+                    || self.may_touch_all_round()
             }
         }
     }
 
-    /// Whether filaments may touch the workpiece during the whole turn: on tools that are tilted or whose filaments are not radial.
+    /// Whether filaments may touch the workpiece during the whole turn: on tools that are tilted or
+    /// whose filaments are not radial.
     fn may_touch_all_round(&self) -> bool {
-        let swept = self.sweep("tool.tilt_rad").or(self.sweep("tool.filament_angle_rad")).is_some();
+        let swept = self
+            .sweep("tool.tilt_rad")
+            .or(self.sweep("tool.filament_angle_rad"))
+            .is_some();
         let tilted = |settings: &Settings| {
-            settings.process.turns.is_none() && (settings.tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial())
+            settings.process.turns.is_none()
+                && (settings.tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial())
         };
         swept || self.tools.iter().any(|tool| tilted(&tool.settings))
     }
@@ -331,8 +423,11 @@ impl Study {
         let Tool { settings, held, .. } = &self.tools[self.tool_of(case)];
         let mut settings = settings.clone();
         let numbers = self.sweeps.iter().map(|sweep| sweep.setting().parameter());
-        let values = numbers.zip(self.values(case)).filter_map(|(parameter, value)| Some((parameter?, value)));
-        let (others, own): (Vec<_>, Vec<_>) = values.partition(|(parameter, _)| !parameter.instead_of.is_empty());
+        let values = numbers
+            .zip(self.values(case))
+            .filter_map(|(parameter, value)| Some((parameter?, value)));
+        let (others, own): (Vec<_>, Vec<_>) =
+            values.partition(|(parameter, _)| !parameter.instead_of.is_empty());
         // An alias follows from the other settings of this case.
         for (parameter, value) in own.into_iter().chain(held.iter().copied()).chain(others) {
             parameter.set(&mut settings, value);
@@ -347,7 +442,10 @@ impl Study {
                 let mut settings = tool.settings.clone();
                 for sweep in &self.sweeps {
                     if let Some(parameter) = sweep.setting().parameter() {
-                        parameter.set(&mut settings, sweep.values()[end.min(sweep.values().len() - 1)]);
+                        parameter.set(
+                            &mut settings,
+                            sweep.values()[end.min(sweep.values().len() - 1)],
+                        );
                     }
                 }
                 settings
@@ -355,7 +453,8 @@ impl Study {
         })
     }
 
-    /// [`Study::settings`] at the depth that the `result` of the case has found, if they state a force; where it failed, at the first one of the search.
+    /// [`Study::settings`] at the depth that the `result` of the case has found, if they state a
+    /// force; where it failed, at the first one of the search.
     #[must_use]
     pub fn settings_found(&self, case: usize, result: &CaseResult) -> Settings {
         let settings = self.settings(case);
@@ -367,37 +466,56 @@ impl Study {
         }
     }
 
-    /// The setting by which the study states how fast the tool turns: its rotational speed, or the velocity of the tips.
+    /// The setting by which the study states how fast the tool turns: its rotational speed, or the
+    /// velocity of the tips.
     #[must_use]
     pub fn speed(&self) -> &'static Parameter {
-        let path = if self.sweep(SPEED).is_some() { SPEED } else { VELOCITY };
+        let path = if self.sweep(SPEED).is_some() {
+            SPEED
+        } else {
+            VELOCITY
+        };
         Parameter::find(path).expect("the table has velocity and speed")
     }
 
     /// The value of a setting in a case: that of its axis, or the one that follows from the others.
     #[must_use]
     pub fn value(&self, setting: &Setting, case: usize) -> f64 {
-        let swept = self.sweeps.iter().position(|sweep| sweep.path() == setting.path());
+        let swept = self
+            .sweeps
+            .iter()
+            .position(|sweep| sweep.path() == setting.path());
         let stated = swept.and_then(|position| self.values(case).nth(position));
-        let follows = || setting.parameter().map_or(0.0, |parameter| parameter.get(&self.settings(case)));
+        let follows = || {
+            setting
+                .parameter()
+                .map_or(0.0, |parameter| parameter.get(&self.settings(case)))
+        };
         stated.unwrap_or_else(follows)
     }
 
-    /// Whether a setting has different values in different cases of a tool, because it is swept or follows from one that is.
+    /// Whether a setting has different values in different cases of a tool, because it is swept or
+    /// follows from one that is.
     #[must_use]
     pub fn varies(&self, parameter: &Parameter) -> bool {
         let of_tool = self.case_count / self.tools.len();
         let mut stride = of_tool;
-        self.sweeps.iter().filter(|sweep| sweep.path() != TOOL).any(|sweep| {
-            let count = sweep.values().len();
-            stride /= count;
-            if sweep.path() == parameter.path {
-                return true;
-            }
-            let follows = parameter.group().count() > 1;
-            let value = |first: usize, position: usize| parameter.get(&self.settings(first + position * stride));
-            let differs = |first| (1..count).any(|position| value(first, position) != value(first, 0));
-            follows && (0..self.tools.len()).any(|tool| differs(tool * of_tool))
-        })
+        self.sweeps
+            .iter()
+            .filter(|sweep| sweep.path() != TOOL)
+            .any(|sweep| {
+                let count = sweep.values().len();
+                stride /= count;
+                if sweep.path() == parameter.path {
+                    return true;
+                }
+                let follows = parameter.group().count() > 1;
+                let value = |first: usize, position: usize| {
+                    parameter.get(&self.settings(first + position * stride))
+                };
+                let differs =
+                    |first| (1..count).any(|position| value(first, position) != value(first, 0));
+                follows && (0..self.tools.len()).any(|tool| differs(tool * of_tool))
+            })
     }
 }

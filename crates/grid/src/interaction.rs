@@ -1,4 +1,5 @@
-//! What is kept of a brush beyond the metrics of its tool: the effect of interaction, and the columns that it was taken from.
+//! What is kept of a brush beyond the metrics of its tool: the effect of interaction, and the
+//! columns that it was taken from.
 
 use bristle::brush::{BrushResult, BrushStatistics, Stretch};
 use bristle::model::metrics::BETWEEN_SWEEPING_AND_STRIKING;
@@ -8,7 +9,13 @@ use serde::{Deserialize, Serialize};
 
 /// Drawn in figures whose file names start with `file_name`, and shown in the tables of a terminal.
 const fn headline(file_name: &'static str, unit: &'static str, scope: Scope) -> Display {
-    Display { prominence: Prominence::Headline, file_name, unit, scope, ..Display::DETAIL }
+    Display {
+        prominence: Prominence::Headline,
+        file_name,
+        unit,
+        scope,
+        ..Display::DETAIL
+    }
 }
 
 /// The line between interaction that raises the force and that lowers it.
@@ -20,7 +27,8 @@ const NO_EFFECT: Level = Level {
 };
 
 bristle::record! {
-    /// A brush compared with one filament alone, and the stretch of columns from which its metrics were taken.
+    /// A brush compared with one filament alone, and the stretch of columns from which its metrics
+    /// were taken.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     pub struct Interaction {
         interaction_factor: f64 =
@@ -73,7 +81,13 @@ impl Interaction {
     /// That of a brush.
     #[must_use]
     pub fn of(result: &BrushResult) -> Self {
-        let Stretch { first, last, scatter, drift, change_with_more_columns } = result.stretch;
+        let Stretch {
+            first,
+            last,
+            scatter,
+            drift,
+            change_with_more_columns,
+        } = result.stretch;
         Self {
             interaction_factor: result.interaction_factor,
             contact_normal_impulse_alone_n_s: result.alone.contact_normal_impulse_n_s,
@@ -102,7 +116,8 @@ pub fn turn_impulses(result: &BrushResult) -> Vec<f64> {
     }
 }
 
-/// The work of a brush as that of one simulation. Its steps are repeated where Newton's method fails.
+/// The work of a brush as that of one simulation. Its steps are repeated where Newton's method
+/// fails.
 #[must_use]
 pub(crate) fn statistics(brush: &BrushStatistics) -> Statistics {
     Statistics {

@@ -1,11 +1,12 @@
 //! A study: one simulation for each point of a grid of settings.
 //!
-//! [`Sweep`] is one axis, over a [`Setting`] or over named [`Tool`]s, and [`Study`] the grid of all. [`run_study`] simulates the cases,
-//! in lanes and threads. [`uncertainty`] samples the tools of a case and has the band of their forces; [`mod@brush`] what a case with
-//! filaments that touch has beyond its metrics; [`check`] the change of a result that is computed more precisely.
+//! [`Sweep`] is one axis, over a [`Setting`] or over named [`Tool`]s, and [`Study`] the grid of
+//! all. [`run_study`] simulates the cases, in lanes and threads. [`uncertainty`] samples the tools
+//! of a case and has the band of their forces; [`mod@brush`] what a case with filaments that touch
+//! has beyond its metrics; [`check`] the change of a result that is computed more precisely.
 //!
-//! Journals are tied to the sources of this crate, because they decide what a case consists of: what only reads, prints or advises is
-//! in others.
+//! Journals are tied to the sources of this crate, because they decide what a case consists of:
+//! what only reads, prints or advises is in others.
 
 pub mod brush;
 mod case;
@@ -24,12 +25,16 @@ pub use case::{CaseResult, CaseSummary, tentative};
 pub use grid::{BRUSH, Study, StudyError};
 pub use interaction::{Interaction, turn_impulses};
 pub use scheduler::{
-    Resources, Waiting, calibration_band, press_brush, run_study, simulate_cases, simulate_cases_with, thread_count,
-    waiting_cases, without_result, work,
+    Resources, Waiting, calibration_band, press_brush, run_study, simulate_cases,
+    simulate_cases_with, thread_count, waiting_cases, without_result, work,
 };
-pub use setting::{DEPTH, FORCE, FRICTION, OFFSET, SPEED, Setting, TOOL, TURNS, VELOCITY, equation};
+pub use setting::{
+    DEPTH, FORCE, FRICTION, OFFSET, SPEED, Setting, TOOL, TURNS, VELOCITY, equation,
+};
 pub use shard::Shard;
-pub use sweep::{MAX_CASES, MAX_TOOLS, SHORT_NAMES, Sweep, SweepError, SweepText, without_rounding_noise};
+pub use sweep::{
+    MAX_CASES, MAX_TOOLS, SHORT_NAMES, Sweep, SweepError, SweepText, without_rounding_noise,
+};
 pub use tool::{Tool, ToolText};
 
 /// SHA-256 of the sources of this crate.
@@ -71,9 +76,14 @@ mod tests {
     #[test]
     fn a_range_includes_its_end_and_has_clean_values() {
         let range = |path, start, stop, step| {
-            Sweep::range(parameter(path), start, stop, step).expect("the range is right").values().to_vec()
+            Sweep::range(parameter(path), start, stop, step)
+                .expect("the range is right")
+                .values()
+                .to_vec()
         };
-        let depths = [0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005];
+        let depths = [
+            0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005,
+        ];
         assert_eq!(range(DEPTH, 0.5e-3, 5.0e-3, 0.5e-3), depths);
         assert_eq!(range(VELOCITY, 1.0, 0.1, -0.3), [1.0, 0.7, 0.4, 0.1]);
         assert_eq!(range(VELOCITY, 1.0, 2.0, 0.3), [1.0, 1.3, 1.6, 1.9]);
@@ -82,7 +92,8 @@ mod tests {
 
     #[test]
     fn wrong_ranges_are_refused() {
-        let range = |start, stop, step| Sweep::range(parameter(VELOCITY), start, stop, step).map(|_| ());
+        let range =
+            |start, stop, step| Sweep::range(parameter(VELOCITY), start, stop, step).map(|_| ());
         let wrong_step = |start, stop, step| Err(SweepError::WrongStep { start, stop, step });
         assert_eq!(range(1.0, 2.0, 0.0), wrong_step(1.0, 2.0, 0.0));
         assert_eq!(range(1.0, 1.0, 0.0), wrong_step(1.0, 1.0, 0.0));
@@ -123,13 +134,19 @@ mod tests {
         let twice = vec![list(DEPTH, &[1e-3]), list(DEPTH, &[2e-3])];
         let error = Study::new(base(), twice).expect_err("swept twice");
         assert_eq!(error, StudyError::SweptTwice(DEPTH));
-        let thousand = |path| Sweep::range(parameter(path), 1.0, 1001.0, 1.0).expect("a long range");
+        let thousand =
+            |path| Sweep::range(parameter(path), 1.0, 1001.0, 1.0).expect("a long range");
         let many = vec![thousand(VELOCITY), thousand("filament.density_kg_m3")];
         let error = Study::new(base(), many).expect_err("too many cases");
         assert_eq!(error, StudyError::TooManyCases);
         let radius = list("workpiece.radius_m", &[0.05, 0.1]);
         let error = Study::new(base(), vec![radius]).expect_err("a plane has no radius");
-        assert!(error.to_string().contains("`workpiece.radius_m` is 0.05, but must be left out"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .contains("`workpiece.radius_m` is 0.05, but must be left out"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -140,16 +157,26 @@ mod tests {
 
     #[test]
     fn tools_have_names_that_differ() {
-        let tool = |name: &str| Tool { name: name.to_owned(), settings: base(), held: Vec::new() };
+        let tool = |name: &str| Tool {
+            name: name.to_owned(),
+            settings: base(),
+            held: Vec::new(),
+        };
         let refused = |names: &[&str]| {
             let tools = names.iter().map(|name| tool(name)).collect();
             Study::of_tools(tools, vec![list(VELOCITY, &[5.0])]).expect_err("no names of tools")
         };
         for name in ["", " a", "a ", "=1", "a\nb", "a\u{202e}", &"a".repeat(41)] {
-            assert_eq!(refused(&["fine", name]), StudyError::ToolName(name.to_owned()));
+            assert_eq!(
+                refused(&["fine", name]),
+                StudyError::ToolName(name.to_owned())
+            );
         }
         for (name, other) in [("a b", "A_b"), ("a,b", "a;b"), ("fine", "fine")] {
-            assert!(matches!(refused(&[other, name]), StudyError::ToolsAlike { .. }), "{name}");
+            assert!(
+                matches!(refused(&[other, name]), StudyError::ToolsAlike { .. }),
+                "{name}"
+            );
         }
     }
 
@@ -159,13 +186,18 @@ mod tests {
         threads: Option<NonZeroUsize>,
         results: &mut [Option<CaseResult>],
         on_case_done: impl Fn(usize, &CaseResult) -> ControlFlow<()> + Sync,
-        simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, &'static str>)) + Sync,
+        simulate: impl Fn(
+            &dyn Fn(Option<Kind>) -> Option<Job>,
+            &dyn Fn(usize, Result<Simulation, &'static str>),
+        ) + Sync,
     ) -> io::Result<()> {
         let cases = without_result(study, results);
         let results = Mutex::new(results);
         let done = |case: usize, result| {
             let flow = on_case_done(case, &result);
-            results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
+            results
+                .lock()
+                .expect("nothing panics with the results in hand")[case] = Some(result);
             flow
         };
         complete_cases(study, &cases, threads, |_, _| {}, done, simulate)
@@ -176,20 +208,35 @@ mod tests {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
         let study = study(vec![list(VELOCITY, &velocities)]);
         let done = AtomicUsize::new(0);
-        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
-                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
-            while let Some(Job { number, pass }) = take(None) {
-                let velocity = pass.nominal().brushing_velocity;
-                report(number, if velocity == 7.0 { Err("seven") } else { Ok(simulation(velocity)) });
-            }
-        };
+        let simulate =
+            |take: &dyn Fn(Option<Kind>) -> Option<Job>,
+             report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
+                while let Some(Job { number, pass }) = take(None) {
+                    let velocity = pass.nominal().brushing_velocity;
+                    report(
+                        number,
+                        if velocity == 7.0 {
+                            Err("seven")
+                        } else {
+                            Ok(simulation(velocity))
+                        },
+                    );
+                }
+            };
         let on_case_done = |number: usize, result: &CaseResult| {
             assert_eq!(result.is_err(), number == 6);
             done.fetch_add(1, Ordering::Relaxed);
             ControlFlow::Continue(())
         };
         let mut results = vec![None; 20];
-        complete(&study, NonZeroUsize::new(3), &mut results, on_case_done, simulate).expect("the threads start");
+        complete(
+            &study,
+            NonZeroUsize::new(3),
+            &mut results,
+            on_case_done,
+            simulate,
+        )
+        .expect("the threads start");
         assert_eq!(done.into_inner(), 20);
         for (velocity, result) in velocities.into_iter().zip(results) {
             match result.expect("every case is done") {
@@ -203,28 +250,45 @@ mod tests {
     fn only_what_is_missing_is_simulated_and_a_break_starts_no_further_case() {
         let velocities: Vec<f64> = (1..=20).map(f64::from).collect();
         let study = study(vec![list(VELOCITY, &velocities)]);
-        let simulate = |take: &dyn Fn(Option<Kind>) -> Option<Job>,
-                        report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
-            while let Some(Job { number, pass }) = take(None) {
-                assert!(number < 20, "each case has one pass");
-                report(number, Ok(simulation(pass.nominal().brushing_velocity)));
-            }
-        };
+        let simulate =
+            |take: &dyn Fn(Option<Kind>) -> Option<Job>,
+             report: &dyn Fn(usize, Result<Simulation, &'static str>)| {
+                while let Some(Job { number, pass }) = take(None) {
+                    assert!(number < 20, "each case has one pass");
+                    report(number, Ok(simulation(pass.nominal().brushing_velocity)));
+                }
+            };
         let mut results = vec![None; 20];
         results[..5].fill(Some(Err("earlier".to_owned())));
         let done = AtomicUsize::new(0);
         let three = |_: usize, _: &CaseResult| {
-            if done.fetch_add(1, Ordering::Relaxed) < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            if done.fetch_add(1, Ordering::Relaxed) < 2 {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
         };
-        complete(&study, NonZeroUsize::new(1), &mut results, three, simulate).expect("there is one thread");
+        complete(&study, NonZeroUsize::new(1), &mut results, three, simulate)
+            .expect("there is one thread");
         assert_eq!(results.iter().flatten().count(), 8);
-        assert!(results[..5].iter().all(|result| *result == Some(Err("earlier".to_owned()))));
+        assert!(
+            results[..5]
+                .iter()
+                .all(|result| *result == Some(Err("earlier".to_owned())))
+        );
 
         let all = |_: usize, _: &CaseResult| ControlFlow::Continue(());
-        complete(&study, NonZeroUsize::new(2), &mut results, all, simulate).expect("the threads start");
+        complete(&study, NonZeroUsize::new(2), &mut results, all, simulate)
+            .expect("the threads start");
         assert!(results.iter().all(Option::is_some));
-        complete(&study, None, &mut results, |_, _| unreachable!("nothing is left"), simulate)
-            .expect("nothing is to be done");
+        complete(
+            &study,
+            None,
+            &mut results,
+            |_, _| unreachable!("nothing is left"),
+            simulate,
+        )
+        .expect("nothing is to be done");
     }
 
     #[test]
@@ -237,8 +301,16 @@ mod tests {
             ControlFlow::Continue(())
         };
         let one = NonZeroUsize::new(1);
-        simulate_cases(&study, &[0, 1, 2], one, &stop, Sampling::default(), |_, _| {}, done)
-            .expect("there is one thread");
+        simulate_cases(
+            &study,
+            &[0, 1, 2],
+            one,
+            &stop,
+            Sampling::default(),
+            |_, _| {},
+            done,
+        )
+        .expect("there is one thread");
         let results = results.into_inner().expect("nothing panics with it");
         assert!(results.len() == 1 && results[0].is_ok());
     }
@@ -252,10 +324,19 @@ mod tests {
         ]);
         let mut order = in_order_of_work(&study, &Vec::from_iter(0..12));
         order.reverse();
-        let settings: Vec<Settings> = order.iter().map(|&(_, number)| study.settings(number)).collect();
+        let settings: Vec<Settings> = order
+            .iter()
+            .map(|&(_, number)| study.settings(number))
+            .collect();
         for group in settings.chunks(3) {
-            assert!(group.iter().all(|settings| Kind::of(settings) == Kind::of(&group[0])));
-            let velocities = group.iter().map(|settings| settings.process.brushing_velocity_m_s);
+            assert!(
+                group
+                    .iter()
+                    .all(|settings| Kind::of(settings) == Kind::of(&group[0]))
+            );
+            let velocities = group
+                .iter()
+                .map(|settings| settings.process.brushing_velocity_m_s);
             assert_eq!(velocities.collect::<Vec<_>>(), [5.0, 10.0, 20.0]);
         }
         let mut numbers: Vec<usize> = order.iter().map(|&(_, number)| number).collect();
@@ -265,21 +346,41 @@ mod tests {
 
     #[test]
     fn some_cases_are_divided_by_kind_and_work() {
-        let study = study(vec![list("filament.segments", &[3.0, 4.0]), list(VELOCITY, &[5.0, 10.0, 20.0])]);
+        let study = study(vec![
+            list("filament.segments", &[3.0, 4.0]),
+            list(VELOCITY, &[5.0, 10.0, 20.0]),
+        ]);
         let waiting = waiting_cases(&study, &[0, 2, 3, 5]);
         let kinds: Vec<usize> = waiting.iter().map(|waiting| waiting.kind).collect();
         assert_eq!(kinds, [0, 0, 1, 1]);
-        // The filament with more segments takes more work; a shorter pass over the same way does not take less.
-        let work = |case| waiting.iter().find(|waiting| waiting.case == case).expect("it waits").work;
+        // The filament with more segments takes more work; a shorter pass over the same way does
+        // not take less.
+        let work = |case| {
+            waiting
+                .iter()
+                .find(|waiting| waiting.case == case)
+                .expect("it waits")
+                .work
+        };
         assert!(work(3) > work(0) && work(5) > work(2));
 
         let done = Mutex::new(Vec::new());
         let keep = |case, result: CaseResult| {
-            done.lock().expect("no test panics").push((case, result.is_ok()));
+            done.lock()
+                .expect("no test panics")
+                .push((case, result.is_ok()));
             ControlFlow::Continue(())
         };
-        simulate_cases(&study, &[2, 3], None, &Stop::default(), Sampling::default(), |_, _| {}, keep)
-            .expect("the threads start");
+        simulate_cases(
+            &study,
+            &[2, 3],
+            None,
+            &Stop::default(),
+            Sampling::default(),
+            |_, _| {},
+            keep,
+        )
+        .expect("the threads start");
         let mut done = done.into_inner().expect("no test panics");
         done.sort_unstable();
         assert_eq!(done, [(2, true), (3, true)]);
@@ -288,9 +389,13 @@ mod tests {
     #[test]
     fn passes_that_are_made_elsewhere_are_those_of_the_cases() {
         let mut scattering = base();
-        (scattering.uncertainty.length_std_m, scattering.uncertainty.samples) = (1e-3, 64);
+        (
+            scattering.uncertainty.length_std_m,
+            scattering.uncertainty.samples,
+        ) = (1e-3, 64);
         scattering.filament.segments = 3;
-        let study = Study::new(scattering, vec![list(VELOCITY, &[5.0, 10.0, 20.0])]).expect("the study is right");
+        let study = Study::new(scattering, vec![list(VELOCITY, &[5.0, 10.0, 20.0])])
+            .expect("the study is right");
         let study = study.checked();
         let results = Mutex::new(vec![None; 3]);
         let keep = |case: usize, result: CaseResult| {
@@ -301,16 +406,24 @@ mod tests {
             20.0 => Err("no pass"),
             _ => Ok(Pass::new(settings)),
         };
-        simulate_cases_with(&study, &[0, 1, 2], None, &Stop::default(), pass_of, keep).expect("the threads start");
+        simulate_cases_with(&study, &[0, 1, 2], None, &Stop::default(), pass_of, keep)
+            .expect("the threads start");
         let mut expected = run_study(&study, None, || ()).expect("the threads start");
         expected[2] = Err("no pass".to_owned());
-        let results: Option<Vec<CaseResult>> = results.into_inner().expect("no test panics").into_iter().collect();
+        let results: Option<Vec<CaseResult>> = results
+            .into_inner()
+            .expect("no test panics")
+            .into_iter()
+            .collect();
         assert_eq!(results, Some(expected));
     }
 
     fn simulation(contact_time_s: f64) -> Simulation {
         Simulation {
-            metrics: Metrics { contact_time_s, ..Metrics::default() },
+            metrics: Metrics {
+                contact_time_s,
+                ..Metrics::default()
+            },
             turn_contact_normal_impulses_n_s: vec![0.0],
             end_time_s: 1.0,
             statistics: Statistics::default(),

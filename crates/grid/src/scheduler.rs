@@ -14,8 +14,8 @@ use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::{Settings, UncertaintySettings};
 use bristle::simulation::{
-    DepthSearch, Found, IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError, Stop, of_trim,
-    press_on, sample_side_by_side, simulate_places,
+    DepthSearch, Found, IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError,
+    Stop, of_trim, press_on, sample_side_by_side, simulate_places,
 };
 use bristle::tool::{Place, Tool, places};
 use bristle::workpiece::Workpiece;
@@ -38,16 +38,21 @@ pub struct Resources {
 
 impl From<Option<NonZeroUsize>> for Resources {
     fn from(threads: Option<NonZeroUsize>) -> Self {
-        Self { threads, memory: None }
+        Self {
+            threads,
+            memory: None,
+        }
     }
 }
 
-/// Simulates all cases and returns their results in the order of the grid, whatever the number of threads.
+/// Simulates all cases and returns their results in the order of the grid, whatever the number of
+/// threads.
 ///
-/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush is simulated by one thread, or by
-/// an equal share of the threads if there are fewer cases than these.
-/// If `threads` is `None`, there are as many threads as cores. Each simulates [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each
-/// case, from any thread. An error of a simulation ends only its case.
+/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush
+/// is simulated by one thread, or by an equal share of the threads if there are fewer cases than
+/// these. If `threads` is `None`, there are as many threads as cores. Each simulates
+/// [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each case,
+/// from any thread. An error of a simulation ends only its case.
 ///
 /// # Errors
 /// If the threads cannot be started.
@@ -63,9 +68,20 @@ pub fn run_study(
         on_case_done();
         ControlFlow::Continue(())
     };
-    simulate_cases(study, &cases, threads, &Stop::default(), Sampling::default(), |_, _| {}, done)?;
+    simulate_cases(
+        study,
+        &cases,
+        threads,
+        &Stop::default(),
+        Sampling::default(),
+        |_, _| {},
+        done,
+    )?;
     let results = results.into_inner().expect(UNBROKEN);
-    Ok(results.into_iter().map(|result| result.expect("every case is done")).collect())
+    Ok(results
+        .into_iter()
+        .map(|result| result.expect("every case is done"))
+        .collect())
 }
 
 pub(crate) const UNBROKEN: &str = "nothing panics with the results in hand";
@@ -76,18 +92,27 @@ pub(crate) const UNBROKEN: &str = "nothing panics with the results in hand";
 /// If `results` has another length than the study has cases.
 #[must_use]
 pub fn without_result(study: &Study, results: &[Option<CaseResult>]) -> Vec<usize> {
-    assert_eq!(results.len(), study.case_count(), "a result, or none, for each case");
-    (0..results.len()).filter(|&case| results[case].is_none()).collect()
+    assert_eq!(
+        results.len(),
+        study.case_count(),
+        "a result, or none, for each case"
+    );
+    (0..results.len())
+        .filter(|&case| results[case].is_none())
+        .collect()
 }
 
-/// [`run_study`] for some `cases`, counted from 0, with the samples that `sampling` requests of each pass, until `stop` is requested.
+/// [`run_study`] for some `cases`, counted from 0, with the samples that `sampling` requests of
+/// each pass, until `stop` is requested.
 ///
-/// A case's result is the same to the bit, whichever others are simulated with it, and with samples too if `sampling` is
-/// [`alongside`](Sampling::alongside). `on_case_done` receives the case and its result. If it breaks, no further pass is started, passes
-/// under way are finished, and incomplete cases have no result, as those have none that end at their next step after a stop.
+/// A case's result is the same to the bit, whichever others are simulated with it, and with samples
+/// too if `sampling` is [`alongside`](Sampling::alongside). `on_case_done` receives the case and
+/// its result. If it breaks, no further pass is started, passes under way are finished, and
+/// incomplete cases have no result, as those have none that end at their next step after a stop.
 ///
-/// `on_pass` receives the pass of each case and the case's number before `on_case_done` is called for that case. It receives
-/// neither the passes of sampled tools, nor those of a brush, nor passes that failed.
+/// `on_pass` receives the pass of each case and the case's number before `on_case_done` is called
+/// for that case. It receives neither the passes of sampled tools, nor those of a brush, nor passes
+/// that failed.
 ///
 /// # Errors
 /// If the threads cannot be started. Some cases may have been simulated by then.
@@ -107,26 +132,47 @@ pub fn simulate_cases(
     if study.has_brush() {
         let spare = memory.map(|memory| spare_memory(study, cases, threads, memory));
         let threads_of_each = (thread_count(threads) / cases.len().max(1)).max(1);
-        let options = RunOptions { threads: threads_of_each, ..RunOptions::default() };
+        let options = RunOptions {
+            threads: threads_of_each,
+            ..RunOptions::default()
+        };
         return complete_one_by_one(study, cases, threads, on_case_done, |case| {
             simulate_brush(study, case, spare, options, stop)
         });
     }
-    complete_cases(study, cases, threads, on_pass, on_case_done, |take, done| {
-        let take = |kind| {
-            let Job { number, pass } = if stop.is_requested() { None } else { take(kind) }?;
-            Some(Job { number, pass: pass.until(stop) })
-        };
-        sample_side_by_side(sampling, take, |number, result| {
-            if !matches!(result, Err(SimulationError::Integration(IntegrationError::Stopped))) {
-                done(number, result);
-            }
-        });
-    })
+    complete_cases(
+        study,
+        cases,
+        threads,
+        on_pass,
+        on_case_done,
+        |take, done| {
+            let take = |kind| {
+                let Job { number, pass } = if stop.is_requested() {
+                    None
+                } else {
+                    take(kind)
+                }?;
+                Some(Job {
+                    number,
+                    pass: pass.until(stop),
+                })
+            };
+            sample_side_by_side(sampling, take, |number, result| {
+                if !matches!(
+                    result,
+                    Err(SimulationError::Integration(IntegrationError::Stopped))
+                ) {
+                    done(number, result);
+                }
+            });
+        },
+    )
 }
 
-/// [`simulate_cases`] with passes of another tool or workpiece than those of the settings, which `pass_of` makes. Each thread simulates one
-/// case at a time. A case whose pass cannot be made has that error as its result.
+/// [`simulate_cases`] with passes of another tool or workpiece than those of the settings, which
+/// `pass_of` makes. Each thread simulates one case at a time. A case whose pass cannot be made has
+/// that error as its result.
 ///
 /// # Errors
 /// If the threads cannot be started.
@@ -173,7 +219,8 @@ pub struct Waiting {
     pub work: f64,
 }
 
-/// What `cases` take, for callers that divide a study: kind by kind, and within a kind those with the most work first.
+/// What `cases` take, for callers that divide a study: kind by kind, and within a kind those with
+/// the most work first.
 ///
 /// # Panics
 /// If the study has no such case.
@@ -181,18 +228,38 @@ pub struct Waiting {
 pub fn waiting_cases(study: &Study, cases: &[usize]) -> Vec<Waiting> {
     let waiting = |kind, case| {
         let settings = study.settings(case);
-        let tools = if study.scatters() { settings.uncertainty.samples } else { 0 };
-        Waiting { case, kind, work: (1 + tools) as f64 * work(study, case) }
+        let tools = if study.scatters() {
+            settings.uncertainty.samples
+        } else {
+            0
+        };
+        Waiting {
+            case,
+            kind,
+            work: (1 + tools) as f64 * work(study, case),
+        }
     };
     if study.has_brush() {
-        return each_in_order_of_work(study, cases).into_iter().rev().map(|case| waiting(0, case)).collect();
+        return each_in_order_of_work(study, cases)
+            .into_iter()
+            .rev()
+            .map(|case| waiting(0, case))
+            .collect();
     }
     let ordered = in_order_of_work(study, cases);
     let kinds = ordered.chunk_by(|a, b| a.0 == b.0).rev().enumerate();
-    kinds.flat_map(|(kind, cases)| cases.iter().rev().map(move |&(_, case)| waiting(kind, case))).collect()
+    kinds
+        .flat_map(|(kind, cases)| {
+            cases
+                .iter()
+                .rev()
+                .map(move |&(_, case)| waiting(kind, case))
+        })
+        .collect()
 }
 
-/// The work of a case, counted from 0, compared with others: steps are ways of the tips, and the memory of a brush is in proportion to its segments.
+/// The work of a case, counted from 0, compared with others: steps are ways of the tips, and the
+/// memory of a brush is in proportion to its segments.
 #[must_use]
 pub fn work(study: &Study, case: usize) -> f64 {
     let settings = study.settings(case);
@@ -204,18 +271,25 @@ pub fn work(study: &Study, case: usize) -> f64 {
     size * Pass::new(&settings).end_time() * settings.process.brushing_velocity_m_s
 }
 
-/// The bytes by which a brush may need more than at its beginning, when it takes more columns: an equal share for each of those that are
-/// simulated at once.
+/// The bytes by which a brush may need more than at its beginning, when it takes more columns: an
+/// equal share for each of those that are simulated at once.
 fn spare_memory(study: &Study, cases: &[usize], threads: Option<NonZeroUsize>, memory: u64) -> u64 {
-    let mut needs: Vec<u64> = cases.iter().filter_map(|&case| study.brush_memory(case).ok()).collect();
+    let mut needs: Vec<u64> = cases
+        .iter()
+        .filter_map(|&case| study.brush_memory(case).ok())
+        .collect();
     needs.sort_unstable();
     let at_once = thread_count(threads).min(needs.len()).max(1);
-    let needed = needs.iter().rev().take(at_once).fold(0, |sum: u64, needed| sum.saturating_add(*needed));
+    let needed = needs
+        .iter()
+        .rev()
+        .take(at_once)
+        .fold(0, |sum: u64, needed| sum.saturating_add(*needed));
     memory.saturating_sub(needed) / at_once as u64
 }
 
-/// Simulates the brush of a case, which may come to need `spare` bytes of memory more, and again if the study checks its cases. `None` if it
-/// was asked to stop.
+/// Simulates the brush of a case, which may come to need `spare` bytes of memory more, and again if
+/// the study checks its cases. `None` if it was asked to stop.
 fn simulate_brush(
     study: &Study,
     case: usize,
@@ -237,7 +311,10 @@ fn simulate_brush(
         Err(error) => return Some(Err(error.to_string())),
         Ok(result) => result,
     };
-    let checked = match study.checks().then(|| simulate(&settings, finer_steps(options))) {
+    let checked = match study
+        .checks()
+        .then(|| simulate(&settings, finer_steps(options)))
+    {
         Some(Err(BrushError::Stopped)) => return None,
         checked => checked.and_then(Result::ok),
     };
@@ -251,23 +328,36 @@ fn simulate_brush(
     }))
 }
 
-/// The distribution that a calibration leaves of the force of a brush with the metrics `tool`: that of a filament alone, times the effect
-/// of interaction. `None` if nothing is calibrated, or it cannot be sampled.
+/// The distribution that a calibration leaves of the force of a brush with the metrics `tool`: that
+/// of a filament alone, times the effect of interaction. `None` if nothing is calibrated, or it
+/// cannot be sampled.
 #[must_use]
 pub fn calibration_band(settings: &Settings, tool: &Metrics) -> Option<ForceScatter> {
     let calibration = Some(settings.uncertainty.calibration.clone()?);
     let UncertaintySettings { samples, seed, .. } = settings.uncertainty;
-    let uncertainty = UncertaintySettings { samples, seed, calibration, ..UncertaintySettings::default() };
-    let alone = Settings { brush: None, uncertainty, ..settings.clone() };
+    let uncertainty = UncertaintySettings {
+        samples,
+        seed,
+        calibration,
+        ..UncertaintySettings::default()
+    };
+    let alone = Settings {
+        brush: None,
+        uncertainty,
+        ..settings.clone()
+    };
     check(&alone).ok()?;
     let study = Study::of_cases(vec![alone]);
-    let result = run_study(&study, NonZeroUsize::new(1), || ()).ok()?.pop()?.ok()?;
+    let result = run_study(&study, NonZeroUsize::new(1), || ())
+        .ok()?
+        .pop()?
+        .ok()?;
     let factor = tool.tool_contact_normal_force_n / result.metrics.tool_contact_normal_force_n;
     Some(result.scatter?.times(factor)).filter(|_| factor.is_finite())
 }
 
-/// The brush that `settings` state, by `simulate`, with its settings. If they state a force, these have the depth at which the brush presses with it; the
-/// search begins at that of filaments alone.
+/// The brush that `settings` state, by `simulate`, with its settings. If they state a force, these
+/// have the depth at which the brush presses with it; the search begins at that of filaments alone.
 ///
 /// # Errors
 /// If no depth reaches the force, or the first one of `simulate`.
@@ -276,24 +366,34 @@ pub fn press_brush(
     stop: &Stop,
     mut simulate: impl FnMut(&Settings) -> Result<BrushResult, BrushError>,
 ) -> Result<(Settings, BrushResult), BrushError> {
-    let Some(force) = settings.process.tool_force_n else { return Ok((settings.clone(), simulate(settings)?)) };
-    let alone = Settings { brush: None, ..settings.clone() };
+    let Some(force) = settings.process.tool_force_n else {
+        return Ok((settings.clone(), simulate(settings)?));
+    };
+    let alone = Settings {
+        brush: None,
+        ..settings.clone()
+    };
     let first = match simulate_places(&alone, Sampling::default(), stop, &mut |_| ()) {
-        Err(SimulationError::Force(unreachable)) => {
-            unreachable.depth.min(unreachable.deepest * unreachable.largest / force)
-        }
+        Err(SimulationError::Force(unreachable)) => unreachable
+            .depth
+            .min(unreachable.deepest * unreachable.largest / force),
         alone => alone?.metrics.penetration_depth_m,
     };
     let found = press_on(settings, Some(first), |at_depth| {
         let result = simulate(at_depth)?;
         Ok::<_, BrushError>((result.tool.tool_contact_normal_force_n, result))
     })?;
-    let Found { depth, stiffness, mut result } = found.expect("the settings state a force");
+    let Found {
+        depth,
+        stiffness,
+        mut result,
+    } = found.expect("the settings state a force");
     result.tool.force_stiffness_n_m = stiffness;
     Ok((settings.at_depth(depth), result))
 }
 
-/// [`simulate_cases`] where each thread simulates one case at a time, those with the most work first, until `simulate` returns none.
+/// [`simulate_cases`] where each thread simulates one case at a time, those with the most work
+/// first, until `simulate` returns none.
 fn complete_one_by_one(
     study: &Study,
     cases: &[usize],
@@ -304,7 +404,11 @@ fn complete_one_by_one(
     let waiting = each_in_order_of_work(study, cases);
     let threads = thread_count(threads).min(waiting.len());
     let waiting = Mutex::new(waiting);
-    let queued = || waiting.lock().expect("nothing panics with the queue in hand");
+    let queued = || {
+        waiting
+            .lock()
+            .expect("nothing panics with the queue in hand")
+    };
     let work = || {
         loop {
             let next = queued().pop();
@@ -321,8 +425,16 @@ fn complete_one_by_one(
 }
 
 /// Simulates so many cases of a study by `work` in each of some `threads`, this one included.
-fn in_threads(study: &Study, to_simulate: usize, threads: usize, work: impl Fn() + Sync) -> io::Result<()> {
-    info!(cases = study.case_count(), to_simulate, threads, "study started");
+fn in_threads(
+    study: &Study,
+    to_simulate: usize,
+    threads: usize,
+    work: impl Fn() + Sync,
+) -> io::Result<()> {
+    info!(
+        cases = study.case_count(),
+        to_simulate, threads, "study started"
+    );
     let start = Instant::now();
     thread::scope(|scope| {
         for _ in 1..threads {
@@ -335,9 +447,13 @@ fn in_threads(study: &Study, to_simulate: usize, threads: usize, work: impl Fn()
     Ok(())
 }
 
-/// Cases that are simulated one by one, in reverse order of simulation: those with the most work are last.
+/// Cases that are simulated one by one, in reverse order of simulation: those with the most work
+/// are last.
 fn each_in_order_of_work(study: &Study, cases: &[usize]) -> Vec<usize> {
-    let mut waiting: Vec<(f64, usize)> = cases.iter().map(|&case| (work(study, case), case)).collect();
+    let mut waiting: Vec<(f64, usize)> = cases
+        .iter()
+        .map(|&case| (work(study, case), case))
+        .collect();
     waiting.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
     waiting.into_iter().map(|(_, case)| case).collect()
 }
@@ -345,7 +461,9 @@ fn each_in_order_of_work(study: &Study, cases: &[usize]) -> Vec<usize> {
 /// The number of threads: what was asked for, or one per core.
 #[must_use]
 pub fn thread_count(asked: Option<NonZeroUsize>) -> usize {
-    asked.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get)
+    asked
+        .or_else(|| thread::available_parallelism().ok())
+        .map_or(1, NonZeroUsize::get)
 }
 
 /// The passes that wait for simulation, and those being simulated.
@@ -365,7 +483,8 @@ struct Queue {
     given: usize,
 }
 
-/// One tool of a case: the passes of the filaments along its trim, and again at other depths until it presses with the force that is asked for.
+/// One tool of a case: the passes of the filaments along its trim, and again at other depths until
+/// it presses with the force that is asked for.
 struct Inquiry {
     case: usize,
     run: Run,
@@ -380,7 +499,15 @@ struct Inquiry {
 impl Inquiry {
     fn new(case: usize, run: Run, kind: Kind, settings: Settings) -> Self {
         let search = DepthSearch::of(&settings, None);
-        let mut inquiry = Self { case, run, kind, search, results: Vec::new(), places: Vec::new(), settings };
+        let mut inquiry = Self {
+            case,
+            run,
+            kind,
+            search,
+            results: Vec::new(),
+            places: Vec::new(),
+            settings,
+        };
         inquiry.begin_round();
         inquiry
     }
@@ -404,23 +531,38 @@ impl Inquiry {
         Pass::at(&self.at_depth(), self.places[place].s)
     }
 
-    /// Takes the result of a pass. `None` if others are still to come, at this depth or at the next.
+    /// Takes the result of a pass. `None` if others are still to come, at this depth or at the
+    /// next.
     fn take(&mut self, place: usize, result: Simulation) -> Result<Option<Simulation>, String> {
         self.results[place] = Some(result);
         if self.results.contains(&None) {
             return Ok(None);
         }
-        let all = self.results.iter_mut().map(|result| result.take().expect("all are there")).collect();
+        let all = self
+            .results
+            .iter_mut()
+            .map(|result| result.take().expect("all are there"))
+            .collect();
         let whole = of_trim(&self.places, all);
-        let Some(search) = &mut self.search else { return Ok(Some(whole)) };
-        let found = search.take(whole.metrics.tool_contact_normal_force_n, whole).map_err(|error| error.to_string())?;
+        let Some(search) = &mut self.search else {
+            return Ok(Some(whole));
+        };
+        let found = search
+            .take(whole.metrics.tool_contact_normal_force_n, whole)
+            .map_err(|error| error.to_string())?;
         if found.is_none() {
             self.begin_round();
         }
-        Ok(found.map(|Found { mut result, stiffness, .. }| {
-            result.metrics.force_stiffness_n_m = stiffness;
-            result
-        }))
+        Ok(found.map(
+            |Found {
+                 mut result,
+                 stiffness,
+                 ..
+             }| {
+                result.metrics.force_stiffness_n_m = stiffness;
+                result
+            },
+        ))
     }
 
     /// Whether a round of passes is about to begin.
@@ -458,7 +600,11 @@ impl BegunCase {
     fn new(settings: Settings, checks: bool) -> Self {
         let scatter = Scatter::of(&settings);
         let tools = scatter.as_ref().map_or(0, Scatter::count);
-        let reaches = |tool: &usize| scatter.as_ref().is_some_and(|scatter| scatter.settings(*tool).is_some());
+        let reaches = |tool: &usize| {
+            scatter
+                .as_ref()
+                .is_some_and(|scatter| scatter.settings(*tool).is_some())
+        };
         let mut runs: Vec<Run> = (0..tools).rev().filter(reaches).map(Run::Tool).collect();
         runs.extend(checks.then_some(Run::Finer));
         runs.push(Run::Nominal);
@@ -489,15 +635,25 @@ impl BegunCase {
         let metrics = result.as_ref().ok().map(|simulation| &simulation.metrics);
         match run {
             Run::Nominal => {
-                self.nominal = Some(result.as_ref().map_err(String::clone).map(|simulation| CaseSummary {
-                    metrics: simulation.metrics.clone(),
-                    turn_contact_normal_impulses_n_s: simulation.turn_contact_normal_impulses_n_s.clone(),
-                    statistics: simulation.statistics,
-                    ..CaseSummary::default()
-                }));
+                self.nominal =
+                    Some(
+                        result
+                            .as_ref()
+                            .map_err(String::clone)
+                            .map(|simulation| CaseSummary {
+                                metrics: simulation.metrics.clone(),
+                                turn_contact_normal_impulses_n_s: simulation
+                                    .turn_contact_normal_impulses_n_s
+                                    .clone(),
+                                statistics: simulation.statistics,
+                                ..CaseSummary::default()
+                            }),
+                    );
             }
             Run::Finer => self.finer = metrics.cloned(),
-            Run::Tool(tool) => self.impulses[tool] = metrics.map(|metrics| metrics.contact_normal_impulse_n_s),
+            Run::Tool(tool) => {
+                self.impulses[tool] = metrics.map(|metrics| metrics.contact_normal_impulse_n_s)
+            }
         }
         self.left -= 1;
         if matches!(self.nominal, Some(Err(_))) {
@@ -509,9 +665,15 @@ impl BegunCase {
     }
 
     fn conclude(self) -> CaseResult {
-        let mut summary = self.nominal.expect("the nominal pass is one of those that are done")?;
-        summary.scatter = self.scatter.and_then(|scatter| scatter.reduce(&self.impulses));
-        summary.change_when_checked = self.finer.map(|finer| largest_change(&summary.metrics, &finer));
+        let mut summary = self
+            .nominal
+            .expect("the nominal pass is one of those that are done")?;
+        summary.scatter = self
+            .scatter
+            .and_then(|scatter| scatter.reduce(&self.impulses));
+        summary.change_when_checked = self
+            .finer
+            .map(|finer| largest_change(&summary.metrics, &finer));
         Ok(summary)
     }
 }
@@ -529,14 +691,21 @@ impl Queue {
         let number = self.given;
         self.given += 1;
         self.running.insert(number, (asked, place));
-        Some(Job { number, pass: self.inquiries[&asked].pass(place) })
+        Some(Job {
+            number,
+            pass: self.inquiries[&asked].pass(place),
+        })
     }
 
-    /// Begins a case. Its sampled tools are of the same kind as the nominal one: scatter neither adds nor removes dampers or friction.
+    /// Begins a case. Its sampled tools are of the same kind as the nominal one: scatter neither
+    /// adds nor removes dampers or friction.
     fn begin(&mut self, study: &Study, kind: Kind, case: usize) {
         let begun = BegunCase::new(study.settings(case), study.checks());
         for &run in &begun.runs {
-            self.inquiries.insert(self.asked, Inquiry::new(case, run, kind, begun.settings(run)));
+            self.inquiries.insert(
+                self.asked,
+                Inquiry::new(case, run, kind, begun.settings(run)),
+            );
             self.make_ready(self.asked);
             self.asked += 1;
         }
@@ -546,15 +715,26 @@ impl Queue {
     /// Makes the passes of a tool ready.
     fn make_ready(&mut self, asked: usize) {
         let inquiry = &self.inquiries[&asked];
-        self.ready.extend((0..inquiry.places.len()).rev().map(|place| (inquiry.kind, asked, place)));
+        self.ready.extend(
+            (0..inquiry.places.len())
+                .rev()
+                .map(|place| (inquiry.kind, asked, place)),
+        );
     }
 
-    /// Takes the result of a pass: with its case and simulation if it completes the nominal tool, and the case if that is complete.
+    /// Takes the result of a pass: with its case and simulation if it completes the nominal tool,
+    /// and the case if that is complete.
     fn take<E: Display>(&mut self, number: usize, result: Result<Simulation, E>) -> Taken {
-        let Some((asked, place)) = self.running.remove(&number) else { return Taken::default() };
-        let Some(inquiry) = self.inquiries.get_mut(&asked) else { return Taken::default() };
+        let Some((asked, place)) = self.running.remove(&number) else {
+            return Taken::default();
+        };
+        let Some(inquiry) = self.inquiries.get_mut(&asked) else {
+            return Taken::default();
+        };
         let (case, run) = (inquiry.case, inquiry.run);
-        let answer = result.map_err(|error| error.to_string()).and_then(|result| inquiry.take(place, result));
+        let answer = result
+            .map_err(|error| error.to_string())
+            .and_then(|result| inquiry.take(place, result));
         let Some(answer) = answer.transpose() else {
             if inquiry.is_fresh() {
                 self.make_ready(asked);
@@ -563,12 +743,15 @@ impl Queue {
         };
         self.inquiries.remove(&asked);
         self.ready.retain(|(_, other, _)| *other != asked);
-        let Some(begun) = self.begun.get_mut(&case) else { return Taken::default() };
+        let Some(begun) = self.begun.get_mut(&case) else {
+            return Taken::default();
+        };
         let mut taken = Taken::default();
         if begun.take(run, &answer) {
             let inquiries = &mut self.inquiries;
             inquiries.retain(|_, inquiry| inquiry.case != case);
-            self.ready.retain(|(_, asked, _)| inquiries.contains_key(asked));
+            self.ready
+                .retain(|(_, asked, _)| inquiries.contains_key(asked));
             taken.complete = self.begun.remove(&case).map(|begun| (case, begun));
         }
         if matches!(run, Run::Nominal) {
@@ -593,17 +776,23 @@ pub(super) fn complete_cases<E: Display>(
     threads: Option<NonZeroUsize>,
     on_pass: impl Fn(usize, &Simulation) + Sync,
     on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
-    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, E>)) + Sync,
+    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, E>))
+    + Sync,
 ) -> io::Result<()> {
     let waiting = in_order_of_work(study, cases);
     let threads = thread_count(threads);
     // Where tools are sampled, a single case has passes for several threads.
     let tools = if study.scatters() { MIN_SAMPLES } else { 1 };
-    let along = cases.first().map_or(1, |&case| places(&study.settings(case)).len());
+    let along = cases
+        .first()
+        .map_or(1, |&case| places(&study.settings(case)).len());
     let passes = waiting.len().saturating_mul(tools * along);
     let threads = threads.min(passes);
 
-    let queue = Mutex::new(Queue { waiting, ..Queue::default() });
+    let queue = Mutex::new(Queue {
+        waiting,
+        ..Queue::default()
+    });
     let queued = || queue.lock().expect("nothing panics with the queue in hand");
     let take = |kind: Option<Kind>| queued().give_out(study, kind);
     let done = |number: usize, result: Result<Simulation, E>| {
@@ -611,7 +800,9 @@ pub(super) fn complete_cases<E: Display>(
         if let Some((case, simulation)) = nominal {
             on_pass(case, &simulation);
         }
-        let Some((case, begun)) = complete else { return };
+        let Some((case, begun)) = complete else {
+            return;
+        };
         let start = begun.start;
         let result = begun.conclude();
         trace_case(case, &result, start);
@@ -630,14 +821,20 @@ fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
     let seconds = begun.elapsed().as_secs_f64();
     match result {
         Ok(CaseSummary { statistics, .. }) => {
-            debug!(case, seconds, steps = statistics.steps, rejected = statistics.rejected_steps, "case done");
+            debug!(
+                case,
+                seconds,
+                steps = statistics.steps,
+                rejected = statistics.rejected_steps,
+                "case done"
+            );
         }
         Err(error) => warn!(case, seconds, error, "case failed"),
     }
 }
 
-/// The cases with their kinds, in reverse order of simulation. They are simulated kind by kind, and within a kind the longest
-/// passes first, so that threads and lanes finish at the same time.
+/// The cases with their kinds, in reverse order of simulation. They are simulated kind by kind, and
+/// within a kind the longest passes first, so that threads and lanes finish at the same time.
 pub(super) fn in_order_of_work(study: &Study, cases: &[usize]) -> Vec<(Kind, usize)> {
     let of_case = |&number: &usize| {
         let pass = Pass::new(&tentative(study.settings(number)));
@@ -645,5 +842,8 @@ pub(super) fn in_order_of_work(study: &Study, cases: &[usize]) -> Vec<(Kind, usi
     };
     let mut cases: Vec<(Kind, f64, usize)> = cases.iter().map(of_case).collect();
     cases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
-    cases.into_iter().map(|(kind, _, number)| (kind, number)).collect()
+    cases
+        .into_iter()
+        .map(|(kind, _, number)| (kind, number))
+        .collect()
 }

@@ -83,13 +83,15 @@ impl Setting {
     /// The unit in which people read it; empty for a pure number.
     #[must_use]
     pub fn unit(&self) -> &'static str {
-        self.parameter().map_or("", |parameter| readable(parameter).0)
+        self.parameter()
+            .map_or("", |parameter| readable(parameter).0)
     }
 
     /// From the unit of the input file to that in which people read it.
     #[must_use]
     pub fn factor(&self) -> f64 {
-        self.parameter().map_or(1.0, |parameter| readable(parameter).1)
+        self.parameter()
+            .map_or(1.0, |parameter| readable(parameter).1)
     }
 
     /// MODEL's symbol, or else the key without its unit.
@@ -121,7 +123,11 @@ impl Setting {
     pub fn label(&self) -> String {
         let symbol = self.parameter().map_or("", |parameter| parameter.symbol);
         // A name that has to be explained has a short one in its key.
-        let name = if self.name().contains(", ") { self.symbol() } else { Cow::Borrowed(self.name()) };
+        let name = if self.name().contains(", ") {
+            self.symbol()
+        } else {
+            Cow::Borrowed(self.name())
+        };
         self.with_unit(format!("{name} {symbol}").trim_end())
     }
 
@@ -133,7 +139,11 @@ impl Setting {
 
     fn with_unit(&self, text: &str) -> String {
         let unit = self.unit();
-        if unit.is_empty() { text.to_owned() } else { format!("{text} in {unit}") }
+        if unit.is_empty() {
+            text.to_owned()
+        } else {
+            format!("{text} in {unit}")
+        }
     }
 
     /// A value with its unit, as in `10 m/s`, or the name of a tool.
@@ -192,7 +202,15 @@ impl Setting {
 
 /// A name with the characters alone that every file system allows.
 pub(super) fn file_word(name: &str) -> String {
-    name.chars().map(|letter| if letter.is_alphanumeric() || "-.".contains(letter) { letter } else { '_' }).collect()
+    name.chars()
+        .map(|letter| {
+            if letter.is_alphanumeric() || "-.".contains(letter) {
+                letter
+            } else {
+                '_'
+            }
+        })
+        .collect()
 }
 
 /// The unit in which people read a number, and the factor to it.
@@ -215,7 +233,9 @@ fn symbol(parameter: &'static Parameter) -> Cow<'static, str> {
 
 fn number_text(parameter: &Parameter, value: f64) -> String {
     let (unit, factor) = readable(parameter);
-    format!("{} {unit}", short(value * factor)).trim_end().to_owned()
+    format!("{} {unit}", short(value * factor))
+        .trim_end()
+        .to_owned()
 }
 
 /// A number of the input file and its value, as in `v_b = 10 m/s`.
@@ -235,14 +255,62 @@ mod tests {
             (setting.equation(value), setting.heading(), setting.label())
         };
         let expected = [
-            (DEPTH, 2e-3, "a_e = 2 mm", "a_e in mm", "penetration depth a_e in mm"),
-            (SPEED, 1200.0, "n_w = 1200 rpm", "n_w in rpm", "rotational speed n_w in rpm"),
-            (VELOCITY, 10.0, "v_b = 10 m/s", "v_b in m/s", "brushing velocity v_b in m/s"),
-            ("filament.diameter_m", 1.18e-3, "d = 1.18 mm", "d in mm", "diameter d in mm"),
-            ("filament.youngs_modulus_pa", 3.3e9, "E = 3.3 GPa", "E in GPa", "Young’s modulus E in GPa"),
-            ("filament.segments", 25.0, "segments = 25", "segments", "number of segments n"),
-            ("contact.friction_coefficient", 0.3, "µ = 0.3", "µ", "coefficient of friction µ"),
-            (OFFSET, -0.01, "offset = -10 mm", "offset in mm", "offset of the workpiece along x in mm"),
+            (
+                DEPTH,
+                2e-3,
+                "a_e = 2 mm",
+                "a_e in mm",
+                "penetration depth a_e in mm",
+            ),
+            (
+                SPEED,
+                1200.0,
+                "n_w = 1200 rpm",
+                "n_w in rpm",
+                "rotational speed n_w in rpm",
+            ),
+            (
+                VELOCITY,
+                10.0,
+                "v_b = 10 m/s",
+                "v_b in m/s",
+                "brushing velocity v_b in m/s",
+            ),
+            (
+                "filament.diameter_m",
+                1.18e-3,
+                "d = 1.18 mm",
+                "d in mm",
+                "diameter d in mm",
+            ),
+            (
+                "filament.youngs_modulus_pa",
+                3.3e9,
+                "E = 3.3 GPa",
+                "E in GPa",
+                "Young’s modulus E in GPa",
+            ),
+            (
+                "filament.segments",
+                25.0,
+                "segments = 25",
+                "segments",
+                "number of segments n",
+            ),
+            (
+                "contact.friction_coefficient",
+                0.3,
+                "µ = 0.3",
+                "µ",
+                "coefficient of friction µ",
+            ),
+            (
+                OFFSET,
+                -0.01,
+                "offset = -10 mm",
+                "offset in mm",
+                "offset of the workpiece along x in mm",
+            ),
             (
                 "brush.damping_s_m",
                 0.1,
@@ -252,10 +320,16 @@ mod tests {
             ),
         ];
         for (path, value, equation, heading, label) in expected {
-            assert_eq!(texts(path, value), (equation.to_owned(), heading.to_owned(), label.to_owned()));
+            assert_eq!(
+                texts(path, value),
+                (equation.to_owned(), heading.to_owned(), label.to_owned())
+            );
         }
         let tools = Setting::Tool(["fine", "no 2, coarse"].map(str::to_owned).into());
-        assert_eq!((tools.equation(0.0).as_str(), tools.legend(0.0).as_str()), ("tool fine", "fine"));
+        assert_eq!(
+            (tools.equation(0.0).as_str(), tools.legend(0.0).as_str()),
+            ("tool fine", "fine")
+        );
         assert_eq!(
             (tools.heading(), tools.label(), tools.file_word(1.0)),
             ("tool".into(), "tool".into(), "no_2__coarse".into())

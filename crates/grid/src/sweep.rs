@@ -7,8 +7,11 @@ use thiserror::Error;
 use super::setting::{DEPTH, SPEED, Setting, TOOL, VELOCITY};
 
 /// Short names in `[study]`, and the paths that they abbreviate.
-pub const SHORT_NAMES: [(&str, &str); 3] =
-    [("brushing_velocity_m_s", VELOCITY), ("rotational_speed_rpm", SPEED), ("penetration_depth_m", DEPTH)];
+pub const SHORT_NAMES: [(&str, &str); 3] = [
+    ("brushing_velocity_m_s", VELOCITY),
+    ("rotational_speed_rpm", SPEED),
+    ("penetration_depth_m", DEPTH),
+];
 
 /// The largest number of cases in a study.
 pub const MAX_CASES: usize = 1_000_000;
@@ -73,16 +76,27 @@ impl Sweep {
             return Err(SweepError::TooManyValues);
         }
         for (index, &value) in values.iter().enumerate() {
-            parameter.check(value).map_err(|violation| SweepError::Value { index, violation })?;
+            parameter
+                .check(value)
+                .map_err(|violation| SweepError::Value { index, violation })?;
         }
-        Ok(Self { setting: Setting::Number(parameter), values })
+        Ok(Self {
+            setting: Setting::Number(parameter),
+            values,
+        })
     }
 
     /// A sweep from `start` in equal steps up to and including `stop`.
     ///
     /// Rounding does not exclude `stop`: the last step may miss it by one millionth of a step.
-    pub fn range(parameter: &'static Parameter, start: f64, stop: f64, step: f64) -> Result<Self, SweepError> {
-        /// Fraction of a step by which the last value may miss `stop`: far above rounding and far below any intended gap.
+    pub fn range(
+        parameter: &'static Parameter,
+        start: f64,
+        stop: f64,
+        step: f64,
+    ) -> Result<Self, SweepError> {
+        /// Fraction of a step by which the last value may miss `stop`: far above rounding and far
+        /// below any intended gap.
         const SLACK: f64 = 1e-6;
 
         let steps = (stop - start) / step;
@@ -109,7 +123,10 @@ impl Sweep {
     /// The axis of named tools.
     pub(super) fn tools(names: Vec<String>) -> Self {
         let values = (0..names.len()).map(|position| position as f64).collect();
-        Self { setting: Setting::Tool(names.into()), values }
+        Self {
+            setting: Setting::Tool(names.into()),
+            values,
+        }
     }
 
     /// The setting that differs along the axis.
@@ -141,7 +158,8 @@ impl Sweep {
     }
 }
 
-/// Rounds to 12 significant digits, so that three steps of 0.1 give 0.3 and not 0.30000000000000004.
+/// Rounds to 12 significant digits, so that three steps of 0.1 give 0.3 and not
+/// 0.30000000000000004.
 pub fn without_rounding_noise(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }

@@ -37,13 +37,25 @@ pub struct ToolText<S = Settings> {
 impl Tool {
     /// A tool without a name, the only one of its study.
     pub(super) fn alone(settings: Settings) -> Self {
-        Self { name: String::new(), settings, held: Vec::new() }
+        Self {
+            name: String::new(),
+            settings,
+            held: Vec::new(),
+        }
     }
 
     /// The form used in files.
     pub fn text(&self) -> ToolText {
-        let held = self.held.iter().map(|(parameter, value)| (parameter.path.to_owned(), *value)).collect();
-        ToolText { name: self.name.clone(), settings: self.settings.clone(), held }
+        let held = self
+            .held
+            .iter()
+            .map(|(parameter, value)| (parameter.path.to_owned(), *value))
+            .collect();
+        ToolText {
+            name: self.name.clone(),
+            settings: self.settings.clone(),
+            held,
+        }
     }
 }
 
@@ -53,8 +65,15 @@ impl ToolText {
     /// # Errors
     /// The path of a setting that it holds, if there is no such setting.
     pub fn tool(self) -> Result<Tool, String> {
-        let held = self.held.into_iter().map(|(path, value)| Ok((Parameter::find(&path).ok_or(path)?, value)));
-        Ok(Tool { name: self.name, settings: self.settings, held: held.collect::<Result<_, String>>()? })
+        let held = self
+            .held
+            .into_iter()
+            .map(|(path, value)| Ok((Parameter::find(&path).ok_or(path)?, value)));
+        Ok(Tool {
+            name: self.name,
+            settings: self.settings,
+            held: held.collect::<Result<_, String>>()?,
+        })
     }
 }
 

@@ -3,8 +3,8 @@
 use bristle_grid::{DEPTH, SPEED, VELOCITY};
 use bristle_text::units::{TIMES, TORQUES, TURNS, Unit, own_keys, units_of};
 
-/// The largest size of a number in a table, in the unit of its key; beyond it, or below its reciprocal, a velocity is a slip of the
-/// pen. Sums and squares of such numbers are finite.
+/// The largest size of a number in a table, in the unit of its key; beyond it, or below its
+/// reciprocal, a velocity is a slip of the pen. Sums and squares of such numbers are finite.
 pub const LARGEST: f64 = 1e100;
 
 /// Declares what columns hold, their list and their keys.
@@ -60,11 +60,16 @@ impl Quantity {
 
     /// The position in [`Self::FORCES`] of what it is, or of what it is the standard deviation of.
     pub(crate) fn force(self) -> Option<usize> {
-        Self::FORCES.iter().position(|&force| force == self || force.std() == self)
+        Self::FORCES
+            .iter()
+            .position(|&force| force == self || force.std() == self)
     }
 
     pub(crate) fn is_std(self) -> bool {
-        self == Self::EdgeRadiusStd || self.force().is_some_and(|force| Self::FORCES[force] != self)
+        self == Self::EdgeRadiusStd
+            || self
+                .force()
+                .is_some_and(|force| Self::FORCES[force] != self)
     }
 
     /// Whether it is one of the two that state the speed of the tool.
@@ -73,11 +78,15 @@ impl Quantity {
         matches!(self, Self::Velocity | Self::RotationalSpeed)
     }
 
-    /// The quantity that a key names, and the unit in which it does: that of its own key, or another at the end.
+    /// The quantity that a key names, and the unit in which it does: that of its own key, or
+    /// another at the end.
     #[must_use]
     pub fn of_key(key: &str) -> Option<(Self, &'static Unit)> {
         let of_own = |quantity: Self| {
-            let unit = quantity.own_units().iter().find(|unit| unit.key_of(quantity.key()).as_deref() == Some(key));
+            let unit = quantity
+                .own_units()
+                .iter()
+                .find(|unit| unit.key_of(quantity.key()).as_deref() == Some(key));
             unit.map(|unit| (quantity, unit))
         };
         let quantity = |own: &str| Self::ALL.into_iter().find(|quantity| quantity.key() == own);
@@ -98,10 +107,12 @@ impl Quantity {
     /// Its units. The first is that of the key.
     pub(crate) fn units(self) -> impl Iterator<Item = &'static Unit> {
         let own = self.own_units();
-        own.iter().chain(units_of(self.key()).filter(move |_| own.is_empty()))
+        own.iter()
+            .chain(units_of(self.key()).filter(move |_| own.is_empty()))
     }
 
-    /// Its units, if its key does not tell them: it ends like that of another quantity, or they are of tables only.
+    /// Its units, if its key does not tell them: it ends like that of another quantity, or they are
+    /// of tables only.
     fn own_units(self) -> &'static [Unit] {
         match self {
             Self::Torque | Self::TorqueStd => &TORQUES,
@@ -129,7 +140,8 @@ impl Quantity {
 
     /// The unit in which a number would be between two others, if it is not that of the key.
     pub fn unit_between(self, number: f64, [least, largest]: [f64; 2]) -> Option<&'static Unit> {
-        self.units().find(|unit| !unit.is_own() && (least..=largest).contains(&unit.to_own(number)))
+        self.units()
+            .find(|unit| !unit.is_own() && (least..=largest).contains(&unit.to_own(number)))
     }
 
     /// The least number that a cell may have, and what the limits are in words.
@@ -163,7 +175,8 @@ pub struct Format {
     pub decimal: Option<char>,
     /// The columns that have other headings than their keys, each quantity at most once.
     pub columns: Vec<(Quantity, ColumnName)>,
-    /// The heading of the column with the names of tools, if it is not [`TOOL`](bristle_grid::TOOL).
+    /// The heading of the column with the names of tools, if it is not
+    /// [`TOOL`](bristle_grid::TOOL).
     pub tool: Option<String>,
     /// The names of the tools that the study compares.
     pub tools: Vec<String>,
@@ -174,16 +187,26 @@ pub struct Format {
 impl Format {
     /// The column of a quantity, if the input file names it.
     pub(crate) fn named(&self, quantity: Quantity) -> Option<&ColumnName> {
-        self.columns.iter().find(|(named, _)| *named == quantity).map(|(_, column)| column)
+        self.columns
+            .iter()
+            .find(|(named, _)| *named == quantity)
+            .map(|(_, column)| column)
     }
 }
 
 /// The unit in a heading such as `Fz [kN]`, `Fz (kN)`, `Fz / kN` or `Fz in kN`.
 pub(crate) fn unit_in(heading: &str) -> Option<&str> {
-    let bracketed = [('[', ']'), ('(', ')')].into_iter().find_map(|(open, close)| {
-        let (_, rest) = heading.rsplit_once(open)?;
-        rest.split_once(close).map(|(unit, _)| unit)
-    });
-    let after = || [" / ", " in "].into_iter().find_map(|word| heading.split_once(word)).map(|(_, unit)| unit);
+    let bracketed = [('[', ']'), ('(', ')')]
+        .into_iter()
+        .find_map(|(open, close)| {
+            let (_, rest) = heading.rsplit_once(open)?;
+            rest.split_once(close).map(|(unit, _)| unit)
+        });
+    let after = || {
+        [" / ", " in "]
+            .into_iter()
+            .find_map(|word| heading.split_once(word))
+            .map(|(_, unit)| unit)
+    };
     bracketed.or_else(after).map(str::trim)
 }

@@ -15,22 +15,33 @@ const COLUMNS: [&str; 2] = ["x_m", "y_m"];
 const ADVICE: &str = "control points are a CSV file with a line of headings that has x_m and y_m, or x_mm and y_mm, and a line for each\n     \
     point, without separators of thousands";
 
-/// Reads a table of control points `[x, y]` in m as CSV, with the separators and decimals of tables of measured forces. Its columns may have
-/// another unit of length in their names. Errors use `name` for the table.
+/// Reads a table of control points `[x, y]` in m as CSV, with the separators and decimals of tables
+/// of measured forces. Its columns may have another unit of length in their names. Errors use
+/// `name` for the table.
 ///
 /// # Errors
-/// If a column is missing, a cell is not a finite number, or there is no point or more than [`MOST_CONTROL_POINTS`].
+/// If a column is missing, a cell is not a finite number, or there is no point or more than
+/// [`MOST_CONTROL_POINTS`].
 pub fn read_control_points(text: &str, name: &str) -> Result<Vec<[f64; 2]>, DataError> {
-    let source = Source { name, text: text.trim_start_matches('\u{feff}') };
+    let source = Source {
+        name,
+        text: text.trim_start_matches('\u{feff}'),
+    };
     let unit_in = |headings: &[String]| {
         let is_there = |column: &str| headings.iter().any(|heading| heading == column);
-        units_of(COLUMNS[0])
-            .find(|unit| COLUMNS.iter().all(|column| unit.key_of(column).is_some_and(|key| is_there(&key))))
+        units_of(COLUMNS[0]).find(|unit| {
+            COLUMNS
+                .iter()
+                .all(|column| unit.key_of(column).is_some_and(|key| is_there(&key)))
+        })
     };
     let separator = separator_of(&source, |headings| unit_in(headings).is_some());
     let table = source.table_separated_by(separator, ADVICE)?;
     let unit = unit_in(&table.headings());
-    let names = COLUMNS.map(|column| unit.and_then(|unit| unit.key_of(column)).unwrap_or_else(|| column.to_owned()));
+    let names = COLUMNS.map(|column| {
+        unit.and_then(|unit| unit.key_of(column))
+            .unwrap_or_else(|| column.to_owned())
+    });
     let columns = table.columns(&names.each_ref().map(String::as_str))?;
     if let Some(row) = table.rows().get(MOST_CONTROL_POINTS) {
         let problem = format!("more than {MOST_CONTROL_POINTS} control points");
@@ -75,19 +86,31 @@ mod tests {
         }
         let many = |count: usize| format!("x_m,y_m\n{}", "0.5,1\n".repeat(count));
         assert!(read_control_points(&many(MOST_CONTROL_POINTS), "points.csv").is_ok());
-        let error =
-            read_control_points(&many(MOST_CONTROL_POINTS + 1), "points.csv").expect_err("too many").to_string();
-        assert!(error.starts_with("points.csv:10002: more than 10000 control points"), "{error}");
+        let error = read_control_points(&many(MOST_CONTROL_POINTS + 1), "points.csv")
+            .expect_err("too many")
+            .to_string();
+        assert!(
+            error.starts_with("points.csv:10002: more than 10000 control points"),
+            "{error}"
+        );
         for (text, message) in [
             ("x_m,y_m\n", "there is no point"),
             ("x_m,z_m\n1,2\n", "y_m"),
             ("x_m,y_m\n1,one\n", "`one` is not a finite number"),
-            ("x_m;y_m\n1.000;2.000\n", "the point of `1.000` may separate decimals or thousands"),
+            (
+                "x_m;y_m\n1.000;2.000\n",
+                "the point of `1.000` may separate decimals or thousands",
+            ),
             ("x_m;y_m\n1,5;2.5\n", "`1,5` is not a finite number"),
             ("x_m,y_m\n1,inf\n", "`inf` is not a finite number"),
         ] {
-            let error = read_control_points(text, "points.csv").expect_err("it is wrong").to_string();
-            assert!(error.contains("points.csv") && error.contains(message), "{error}");
+            let error = read_control_points(text, "points.csv")
+                .expect_err("it is wrong")
+                .to_string();
+            assert!(
+                error.contains("points.csv") && error.contains(message),
+                "{error}"
+            );
         }
     }
 }

@@ -28,7 +28,11 @@ pub struct UnknownKey {
 }
 
 fn help(hint: &str) -> String {
-    let hint = if hint.is_empty() { "`bristle explain` lists all keys" } else { hint };
+    let hint = if hint.is_empty() {
+        "`bristle explain` lists all keys"
+    } else {
+        hint
+    };
     format!("\n   = help: {hint}")
 }
 
@@ -36,11 +40,15 @@ fn help(hint: &str) -> String {
 #[must_use]
 pub fn all_keys(width: usize) -> String {
     let schema = file_schema();
-    sections(&schema).iter().map(|section| keys_of(&schema, section, width)).collect()
+    sections(&schema)
+        .iter()
+        .map(|section| keys_of(&schema, section, width))
+        .collect()
 }
 
-/// What a key means: its description, unit, range, default and the source of the default. `key` is a path, the last part of one, either
-/// of them in another unit, or a section, whose keys are then listed. Lines have at most `width` columns.
+/// What a key means: its description, unit, range, default and the source of the default. `key` is
+/// a path, the last part of one, either of them in another unit, or a section, whose keys are then
+/// listed. Lines have at most `width` columns.
 ///
 /// # Errors
 /// If there is no such key.
@@ -48,34 +56,61 @@ pub fn explain(key: &str, width: usize) -> Result<String, UnknownKey> {
     let key = key.trim();
     let schema = file_schema();
     if let Some(section) = sections(&schema).iter().find(|section| *section == key) {
-        let meaning = schema["properties"][section]["description"].as_str().unwrap_or_default();
+        let meaning = schema["properties"][section]["description"]
+            .as_str()
+            .unwrap_or_default();
         let mut text = String::new();
-        wrap(width, &mut text, "", &format!("[{section}]: {}", one_line(meaning)));
+        wrap(
+            width,
+            &mut text,
+            "",
+            &format!("[{section}]: {}", one_line(meaning)),
+        );
         return Ok(text + &keys_of(&schema, section, width));
     }
-    let is_named = |path: &str| path == key || path.split_once('.').is_some_and(|(_, last)| last == key);
+    let is_named =
+        |path: &str| path == key || path.split_once('.').is_some_and(|(_, last)| last == key);
     let in_unit = |path: &String| {
         let (other, unit) = other_paths(path).find(|(other, _)| is_named(other))?;
-        Some(format!("{other}: {path} in {}\n\n{}", unit.name(), entry(&schema, path, width)))
+        Some(format!(
+            "{other}: {path} in {}\n\n{}",
+            unit.name(),
+            entry(&schema, path, width)
+        ))
     };
-    let explained = |path: &String| is_named(path).then(|| entry(&schema, path, width)).or_else(|| in_unit(path));
+    let explained = |path: &String| {
+        is_named(path)
+            .then(|| entry(&schema, path, width))
+            .or_else(|| in_unit(path))
+    };
     let found: Vec<String> = paths(&schema).iter().filter_map(explained).collect();
     if found.is_empty() {
-        return Err(UnknownKey { key: shown(key, LONGEST_KEY), hint: setting_meant(key) });
+        return Err(UnknownKey {
+            key: shown(key, LONGEST_KEY),
+            hint: setting_meant(key),
+        });
     }
     Ok(found.join("\n"))
 }
 
 fn sections(schema: &Value) -> Vec<String> {
-    schema["properties"].as_object().into_iter().flat_map(|sections| sections.keys().cloned()).collect()
+    schema["properties"]
+        .as_object()
+        .into_iter()
+        .flat_map(|sections| sections.keys().cloned())
+        .collect()
 }
 
 /// The paths of all keys, except those of the sweeps, which are paths themselves.
 fn paths(schema: &Value) -> Vec<String> {
     let keys = |section: &String| {
         let keys = schema["properties"][section]["properties"].as_object();
-        let keys = keys.into_iter().flat_map(|keys| keys.keys()).filter(|key| !is_stated_elsewhere(section, key));
-        keys.map(|key| format!("{section}.{key}")).collect::<Vec<_>>()
+        let keys = keys
+            .into_iter()
+            .flat_map(|keys| keys.keys())
+            .filter(|key| !is_stated_elsewhere(section, key));
+        keys.map(|key| format!("{section}.{key}"))
+            .collect::<Vec<_>>()
     };
     sections(schema).iter().flat_map(keys).collect()
 }
@@ -84,7 +119,10 @@ fn paths(schema: &Value) -> Vec<String> {
 fn keys_of(schema: &Value, section: &str, width: usize) -> String {
     let beginning = format!("{section}.");
     let mut text = String::new();
-    for path in paths(schema).into_iter().filter(|path| path.starts_with(&beginning)) {
+    for path in paths(schema)
+        .into_iter()
+        .filter(|path| path.starts_with(&beginning))
+    {
         let name = Parameter::find(&path).map_or_else(
             || {
                 let meaning = one_line(description(schema, &path));
@@ -92,7 +130,12 @@ fn keys_of(schema: &Value, section: &str, width: usize) -> String {
             },
             |parameter| parameter.name.to_owned(),
         );
-        wrap(width, &mut text, &format!("  {} ", left(&path, LONGEST_PATH)), &name);
+        wrap(
+            width,
+            &mut text,
+            &format!("  {} ", left(&path, LONGEST_PATH)),
+            &name,
+        );
     }
     text
 }
@@ -103,7 +146,9 @@ fn property<'s>(schema: &'s Value, path: &str) -> &'s Value {
 }
 
 fn description<'s>(schema: &'s Value, path: &str) -> &'s str {
-    property(schema, path)["description"].as_str().unwrap_or_default()
+    property(schema, path)["description"]
+        .as_str()
+        .unwrap_or_default()
 }
 
 /// A text up to its first mark outside of brackets.
@@ -120,7 +165,8 @@ fn first_clause(text: &str) -> &str {
     &text[..end.unwrap_or(text.len())]
 }
 
-/// A clause as it stands within a sentence: its first letter is small, unless the word is an abbreviation.
+/// A clause as it stands within a sentence: its first letter is small, unless the word is an
+/// abbreviation.
 fn in_a_sentence(clause: &str) -> String {
     let mut letters = clause.chars();
     match (letters.next(), letters.next()) {
@@ -133,7 +179,10 @@ fn in_a_sentence(clause: &str) -> String {
 
 /// A text of a doc comment without its line breaks and marks of code.
 fn one_line(text: &str) -> String {
-    text.replace('`', "").split_whitespace().collect::<Vec<_>>().join(" ")
+    text.replace('`', "")
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// All that is known about a key.
@@ -150,21 +199,55 @@ fn entry(schema: &Value, path: &str, width: usize) -> String {
     let others: Vec<String> = other_paths(path).map(|(other, _)| other).collect();
     tell("also", &others.join(", "));
     let Some(parameter) = parameter else {
-        let words: Vec<String> = property["enum"].as_array().into_iter().flatten().map(Value::to_string).collect();
-        let kinds = property["oneOf"].as_array().into_iter().flatten().map(|kind| kind["const"].to_string());
-        tell("one of", &words.into_iter().chain(kinds).collect::<Vec<_>>().join(", "));
+        let words: Vec<String> = property["enum"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .map(Value::to_string)
+            .collect();
+        let kinds = property["oneOf"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .map(|kind| kind["const"].to_string());
+        tell(
+            "one of",
+            &words
+                .into_iter()
+                .chain(kinds)
+                .collect::<Vec<_>>()
+                .join(", "),
+        );
         tell("default", &default_of(property, None));
         if path == MATERIAL {
-            text.push_str(&format!("  materials, each with the sources of its values:\n{}", material_list(width)));
+            text.push_str(&format!(
+                "  materials, each with the sources of its values:\n{}",
+                material_list(width)
+            ));
         }
         return text;
     };
     tell("symbol", parameter.symbol);
-    tell("unit", if parameter.unit.is_empty() { "none" } else { parameter.unit });
+    tell(
+        "unit",
+        if parameter.unit.is_empty() {
+            "none"
+        } else {
+            parameter.unit
+        },
+    );
     tell("range", &parameter.allowed());
-    if let Some(Usual { least, largest, slip }) = parameter.usual {
+    if let Some(Usual {
+        least,
+        largest,
+        slip,
+    }) = parameter.usual
+    {
         let usual = format!("from {} to {}", short(least), short(largest));
-        tell("usual", &format!("{usual}; other values draw a warning of a likely slip: {slip}"));
+        tell(
+            "usual",
+            &format!("{usual}; other values draw a warning of a likely slip: {slip}"),
+        );
     }
     tell("default", &default_of(property, Some(parameter)));
     tell("source", parameter.source);
@@ -173,10 +256,16 @@ fn entry(schema: &Value, path: &str, width: usize) -> String {
         tell("sweep", &format!("\"{path}\" = [ … ] under [study]"));
     }
     if SECTIONS.iter().any(|section| others(section)) {
-        tell("tools", &format!("{path} = … under [study.tools.NAME], for one of several tools"));
+        tell(
+            "tools",
+            &format!("{path} = … under [study.tools.NAME], for one of several tools"),
+        );
     }
     if path == FRICTION {
-        text.push_str(&format!("  abrasive filaments on:\n{}", pairing_list(width)));
+        text.push_str(&format!(
+            "  abrasive filaments on:\n{}",
+            pairing_list(width)
+        ));
         wrap(width, &mut text, "  ", REMEDY);
     }
     text
@@ -185,7 +274,11 @@ fn entry(schema: &Value, path: &str, width: usize) -> String {
 /// The default of a key in words.
 fn default_of(property: &Value, parameter: Option<&Parameter>) -> String {
     if let Some(parameter) = parameter {
-        let twins: Vec<&str> = parameter.group().map(|same| same.path).filter(|path| *path != parameter.path).collect();
+        let twins: Vec<&str> = parameter
+            .group()
+            .map(|same| same.path)
+            .filter(|path| *path != parameter.path)
+            .collect();
         if !twins.is_empty() {
             return format!("none; give this one or {}", twins.join(" or "));
         }
@@ -215,36 +308,90 @@ mod tests {
         for parameter in PARAMETERS {
             let text = explain(parameter.path, WIDTH).expect(parameter.path);
             for part in ["meaning", "unit", "range", "default"] {
-                assert!(text.contains(&format!("\n  {part}")), "{}: no {part} in\n{text}", parameter.path);
+                assert!(
+                    text.contains(&format!("\n  {part}")),
+                    "{}: no {part} in\n{text}",
+                    parameter.path
+                );
             }
-            assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+            assert!(
+                text.lines().all(|line| line.chars().count() <= WIDTH),
+                "{text}"
+            );
         }
         let all = all_keys(WIDTH);
-        assert!(PARAMETERS.iter().all(|parameter| all.contains(parameter.path)), "{all}");
+        assert!(
+            PARAMETERS
+                .iter()
+                .all(|parameter| all.contains(parameter.path)),
+            "{all}"
+        );
     }
 
     #[test]
     fn keys_are_found_by_their_last_part_and_by_section() {
-        assert_eq!(explain("filament.length_m", WIDTH), explain("length_m", WIDTH));
+        assert_eq!(
+            explain("filament.length_m", WIDTH),
+            explain("length_m", WIDTH)
+        );
         // Bounds of Reuss and Voigt: 1/(0.1804/430 + 0.8196/3.31) and 0.1804·430 + 0.8196·3.31.
         let row = "PA6.12 + 40 % SiC        18.0 %        1448      4.87   4.03   80.3";
-        let friction = ["contact.friction_coefficient\n", "\n  ceramics wet  0.05 to 0.4  a guess"];
+        let friction = [
+            "contact.friction_coefficient\n",
+            "\n  ceramics wet  0.05 to 0.4  a guess",
+        ];
         let also = "also     filament.length_mm, filament.length_cm, filament.length_um\n";
         for (key, beginning, parts) in [
-            ("friction_coefficient", "brush.friction_coefficient\n", &friction[..]),
-            ("youngs_modulus_pa", "", &["default  3e9", "source   chosen"]),
+            (
+                "friction_coefficient",
+                "brush.friction_coefficient\n",
+                &friction[..],
+            ),
+            (
+                "youngs_modulus_pa",
+                "",
+                &["default  3e9", "source   chosen"],
+            ),
             ("workpiece.kind", "", &["\"edge\"", "default  \"plane\""]),
-            ("filament.material", "", &["\n  PA6.12 ", "Ultramid A3K", row]),
-            ("length_mm", "filament.length_mm: filament.length_m in mm\n\nfilament.length_m\n", &[also]),
+            (
+                "filament.material",
+                "",
+                &["\n  PA6.12 ", "Ultramid A3K", row],
+            ),
+            (
+                "length_mm",
+                "filament.length_mm: filament.length_m in mm\n\nfilament.length_m\n",
+                &[also],
+            ),
             ("filament", "[filament]: ", &["  filament.diameter_m "]),
         ] {
             let text = explain(key, WIDTH).expect(key);
-            assert!(text.starts_with(beginning) && parts.iter().all(|part| text.contains(part)), "{text}");
-            assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+            assert!(
+                text.starts_with(beginning) && parts.iter().all(|part| text.contains(part)),
+                "{text}"
+            );
+            assert!(
+                text.lines().all(|line| line.chars().count() <= WIDTH),
+                "{text}"
+            );
         }
-        assert_eq!(explain("friction_coefficient", WIDTH).expect("two keys").matches("[measured]").count(), 1);
+        assert_eq!(
+            explain("friction_coefficient", WIDTH)
+                .expect("two keys")
+                .matches("[measured]")
+                .count(),
+            1
+        );
         let unknown = explain("rpm", WIDTH).expect_err("no key").to_string();
-        assert!(unknown.contains("did you mean `process.rotational_speed_rpm`?"), "{unknown}");
-        assert!(explain("nonsense", WIDTH).expect_err("no key").to_string().contains("lists all keys"));
+        assert!(
+            unknown.contains("did you mean `process.rotational_speed_rpm`?"),
+            "{unknown}"
+        );
+        assert!(
+            explain("nonsense", WIDTH)
+                .expect_err("no key")
+                .to_string()
+                .contains("lists all keys")
+        );
     }
 }

@@ -1,6 +1,8 @@
-//! Coefficients of friction of abrasive filaments on workpieces, for files that do not state theirs.
+//! Coefficients of friction of abrasive filaments on workpieces, for files that do not state
+//! theirs.
 //!
-//! No measured coefficients of such filaments were found, so that each range is a guess, as wide as what was found of similar pairs.
+//! No measured coefficients of such filaments were found, so that each range is a guess, as wide as
+//! what was found of similar pairs.
 
 use bristle_text::layout::wrap;
 use bristle_text::number::short;
@@ -9,8 +11,7 @@ use bristle_text::number::short;
 pub const FRICTION: &str = "contact.friction_coefficient";
 
 /// What removes the doubt about a coefficient that is not stated.
-pub const REMEDY: &str =
-    "Measured forces remove this doubt: name them in [measured], or drag the brush (docs/what-to-measure.md).";
+pub const REMEDY: &str = "Measured forces remove this doubt: name them in [measured], or drag the brush (docs/what-to-measure.md).";
 
 /// Abrasive polyamide filaments on a workpiece.
 #[derive(Debug)]
@@ -47,7 +48,12 @@ pub const PAIRINGS: &[Pairing] = &[
         source: "a guess: as on steel, or less where hard grains slide without cutting, as diamond does on metal with 0.1 to 0.15 \
                  (Engineering ToolBox)",
     },
-    Pairing { workpiece: "ceramics", condition: "wet", range: [0.05, 0.4], source: "a guess: as on wet steel" },
+    Pairing {
+        workpiece: "ceramics",
+        condition: "wet",
+        range: [0.05, 0.4],
+        source: "a guess: as on wet steel",
+    },
     Pairing {
         workpiece: "wood",
         condition: "dry",
@@ -72,19 +78,28 @@ impl Pairing {
 /// The least and the largest coefficient of all pairings.
 #[must_use]
 pub fn range_of_all() -> [f64; 2] {
-    PAIRINGS.iter().fold([f64::INFINITY, 0.0], |[least, largest], Pairing { range, .. }| {
-        [range[0].min(least), range[1].max(largest)]
-    })
+    PAIRINGS.iter().fold(
+        [f64::INFINITY, 0.0],
+        |[least, largest], Pairing { range, .. }| [range[0].min(least), range[1].max(largest)],
+    )
 }
 
 /// The ranges of all pairings in a sentence.
 #[must_use]
 pub fn ranges() -> String {
     let [least, largest] = range_of_all().map(short);
-    let workpieces = PAIRINGS.chunk_by(|one, next| one.workpiece == next.workpiece).map(|pairings| {
-        let ranges = pairings.iter().map(|pairing| format!("{} {}", pairing.condition, pairing.range_text()));
-        format!("on {} {}", pairings[0].workpiece, ranges.collect::<Vec<_>>().join(", "))
-    });
+    let workpieces = PAIRINGS
+        .chunk_by(|one, next| one.workpiece == next.workpiece)
+        .map(|pairings| {
+            let ranges = pairings
+                .iter()
+                .map(|pairing| format!("{} {}", pairing.condition, pairing.range_text()));
+            format!(
+                "on {} {}",
+                pairings[0].workpiece,
+                ranges.collect::<Vec<_>>().join(", ")
+            )
+        });
     let workpieces = workpieces.collect::<Vec<_>>().join("; ");
     format!("Abrasive filaments may have {least} to {largest}: {workpieces}.")
 }
@@ -94,8 +109,18 @@ pub fn ranges() -> String {
 pub fn pairing_list(width: usize) -> String {
     let mut text = String::new();
     for pairing in PAIRINGS {
-        let Pairing { workpiece, condition, source, .. } = pairing;
-        wrap(width, &mut text, &format!("  {workpiece:8} {condition}  {:13}", pairing.range_text()), source);
+        let Pairing {
+            workpiece,
+            condition,
+            source,
+            ..
+        } = pairing;
+        wrap(
+            width,
+            &mut text,
+            &format!("  {workpiece:8} {condition}  {:13}", pairing.range_text()),
+            source,
+        );
     }
     text
 }
@@ -106,13 +131,24 @@ mod tests {
 
     #[test]
     fn pairings_have_ranges_and_sources() {
-        for Pairing { workpiece, condition, range: [least, largest], source } in PAIRINGS {
-            assert!((0.0..*largest).contains(least) && !source.is_empty(), "{workpiece}, {condition}");
+        for Pairing {
+            workpiece,
+            condition,
+            range: [least, largest],
+            source,
+        } in PAIRINGS
+        {
+            assert!(
+                (0.0..*largest).contains(least) && !source.is_empty(),
+                "{workpiece}, {condition}"
+            );
         }
         assert_eq!(range_of_all(), [0.05, 0.7]);
         let ranges = ranges();
         assert!(
-            ranges.starts_with("Abrasive filaments may have 0.05 to 0.7: on steel dry 0.2 to 0.6, wet "),
+            ranges.starts_with(
+                "Abrasive filaments may have 0.05 to 0.7: on steel dry 0.2 to 0.6, wet "
+            ),
             "{ranges}"
         );
     }

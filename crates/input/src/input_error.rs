@@ -17,7 +17,8 @@ pub(crate) const LONGEST_MESSAGE: usize = 200;
 
 /// What is wrong with an input file, where, and what to do about it.
 ///
-/// Prints several lines: the problem, the file, line and column with the line itself, and the advice.
+/// Prints several lines: the problem, the file, line and column with the line itself, and the
+/// advice.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{problem}\n{location}{}", advice_line(.advice))]
 pub struct InputError {
@@ -30,7 +31,11 @@ pub struct InputError {
 }
 
 fn advice_line(advice: &str) -> String {
-    if advice.is_empty() { String::new() } else { format!("\n   = help: {advice}") }
+    if advice.is_empty() {
+        String::new()
+    } else {
+        format!("\n   = help: {advice}")
+    }
 }
 
 /// The ways in which an input file can be wrong.
@@ -62,7 +67,11 @@ pub enum Problem {
     #[error("{}", missing_sections(.0))]
     MissingSections(Vec<&'static str>),
     /// Two keys that state the same.
-    #[error("`{}` and `{}` are both given", shown(key, LONGEST_KEY), shown(other, LONGEST_KEY))]
+    #[error(
+        "`{}` and `{}` are both given",
+        shown(key, LONGEST_KEY),
+        shown(other, LONGEST_KEY)
+    )]
     Both {
         /// Dotted path of the one.
         key: String,
@@ -104,7 +113,8 @@ pub enum Problem {
 }
 
 impl Problem {
-    /// The dotted path of the key that is to blame, or the name of a section. `None` if the text as a whole is.
+    /// The dotted path of the key that is to blame, or the name of a section. `None` if the text as
+    /// a whole is.
     #[must_use]
     pub fn key(&self) -> Option<&str> {
         match self {
@@ -119,9 +129,9 @@ impl Problem {
             Self::Study(error) => match error {
                 StudyError::SweptTwice(path) | StudyError::BothSwept { path, .. } => Some(path),
                 StudyError::Case { violation, .. } => Some(violation.path),
-                StudyError::ToolName(_) | StudyError::ToolsAlike { .. } | StudyError::SomeBrushes { .. } => {
-                    Some("study.tools")
-                }
+                StudyError::ToolName(_)
+                | StudyError::ToolsAlike { .. }
+                | StudyError::SomeBrushes { .. } => Some("study.tools"),
                 StudyError::TooManyCases | StudyError::TooManyTools => None,
             },
         }
@@ -129,10 +139,15 @@ impl Problem {
 }
 
 fn missing_sections(sections: &[&str]) -> String {
-    let names: Vec<String> = sections.iter().map(|section| format!("[{section}]")).collect();
+    let names: Vec<String> = sections
+        .iter()
+        .map(|section| format!("[{section}]"))
+        .collect();
     match names.split_last() {
         Some((last, [])) => format!("the section {last} is missing"),
-        Some((last, others)) => format!("the sections {} and {last} are missing", others.join(", ")),
+        Some((last, others)) => {
+            format!("the sections {} and {last} are missing", others.join(", "))
+        }
         None => unreachable!("an error has a cause"),
     }
 }
@@ -158,7 +173,11 @@ impl Display for Location {
         let margin = " ".repeat(number.len());
         let indent = " ".repeat(self.marked.start);
         let underline = "^".repeat(self.marked.len());
-        writeln!(formatter, "{margin} --> {}:{number}:{}", self.file, self.column)?;
+        writeln!(
+            formatter,
+            "{margin} --> {}:{number}:{}",
+            self.file, self.column
+        )?;
         writeln!(formatter, "{margin} |")?;
         writeln!(formatter, "{number} | {}", self.excerpt)?;
         write!(formatter, "{margin} | {indent}{underline}")
@@ -177,18 +196,38 @@ pub(crate) struct Source<'t> {
 impl<'t> Source<'t> {
     /// The place at which an option starts.
     pub(crate) fn start_of_option(&self, number: usize) -> usize {
-        self.options[..number].iter().fold(self.text.len() + 1, |start, option| start + option.len() + 1)
+        self.options[..number]
+            .iter()
+            .fold(self.text.len() + 1, |start, option| {
+                start + option.len() + 1
+            })
     }
 
     /// The text in which a place is, and where that starts.
     fn part(&self, place: usize) -> (Source<'t>, usize) {
         let of_option = |number: usize| {
             let start = self.start_of_option(number);
-            let source = Source { name: "--set", text: &self.options[number], options: &[] };
-            (start..=start + source.text.len()).contains(&place).then_some((source, start))
+            let source = Source {
+                name: "--set",
+                text: &self.options[number],
+                options: &[],
+            };
+            (start..=start + source.text.len())
+                .contains(&place)
+                .then_some((source, start))
         };
-        let own = || (Source { options: &[], ..*self }, 0);
-        (0..self.options.len()).find_map(of_option).unwrap_or_else(own)
+        let own = || {
+            (
+                Source {
+                    options: &[],
+                    ..*self
+                },
+                0,
+            )
+        };
+        (0..self.options.len())
+            .find_map(of_option)
+            .unwrap_or_else(own)
     }
 
     /// The place of a range of bytes. A range outside the text counts as the text's end.
@@ -201,23 +240,39 @@ impl<'t> Source<'t> {
     fn location_here(&self, span: Range<usize>) -> Location {
         let start = self.char_boundary(span.start);
         let end = self.char_boundary(span.end).max(start);
-        let line_start = self.text[..start].rfind('\n').map_or(0, |newline| newline + 1);
-        let line_end = self.text[start..].find('\n').map_or(self.text.len(), |newline| start + newline);
+        let line_start = self.text[..start]
+            .rfind('\n')
+            .map_or(0, |newline| newline + 1);
+        let line_end = self.text[start..]
+            .find('\n')
+            .map_or(self.text.len(), |newline| start + newline);
         let columns_before = self.text[line_start..start].chars().count();
-        let columns_marked = self.text[start..end.min(line_end).max(start)].chars().count();
+        let columns_marked = self.text[start..end.min(line_end).max(start)]
+            .chars()
+            .count();
 
         // The excerpt of a long line starts a little before the place.
         let columns = self.text[line_start..line_end].chars().count();
-        let skipped = columns_before.saturating_sub(LONGEST_LINE / 2).min(columns.saturating_sub(LONGEST_LINE));
+        let skipped = columns_before
+            .saturating_sub(LONGEST_LINE / 2)
+            .min(columns.saturating_sub(LONGEST_LINE));
         let excerpt: String = self.text[line_start..line_end]
             .trim_end_matches('\r')
             .chars()
             .skip(skipped)
             .take(LONGEST_LINE)
-            .map(|character| if is_invisible(character) { ' ' } else { character })
+            .map(|character| {
+                if is_invisible(character) {
+                    ' '
+                } else {
+                    character
+                }
+            })
             .collect();
         let mark_start = columns_before - skipped;
-        let mark_end = (mark_start + columns_marked).min(LONGEST_LINE).max(mark_start + 1);
+        let mark_end = (mark_start + columns_marked)
+            .min(LONGEST_LINE)
+            .max(mark_start + 1);
         Location {
             file: shown_path(Path::new(self.name)),
             line: self.text[..line_start].matches('\n').count() + 1,
@@ -230,7 +285,9 @@ impl<'t> Source<'t> {
     /// The line at a byte.
     pub(crate) fn line(&self, byte: usize) -> &str {
         let byte = self.char_boundary(byte);
-        let start = self.text[..byte].rfind('\n').map_or(0, |newline| newline + 1);
+        let start = self.text[..byte]
+            .rfind('\n')
+            .map_or(0, |newline| newline + 1);
         self.text[start..].lines().next().unwrap_or_default()
     }
 
@@ -246,7 +303,10 @@ impl<'t> Source<'t> {
     /// The text at a range of bytes, cut if long, for quoting in a message.
     pub(crate) fn quote(&self, span: Range<usize>) -> String {
         let (source, before) = self.part(span.start);
-        let text = span.end.checked_sub(before).and_then(|end| source.text.get(span.start - before..end));
+        let text = span
+            .end
+            .checked_sub(before)
+            .and_then(|end| source.text.get(span.start - before..end));
         let text = text.unwrap_or_default();
         shortened(&text.replace(['\n', '\r', '\t'], " "))
     }
@@ -258,16 +318,27 @@ mod tests {
 
     #[test]
     fn a_place_names_line_and_column_and_marks_the_text() {
-        let source = Source { name: "a.toml", text: "one = 1\nzwölf = 12\n", options: &[] };
+        let source = Source {
+            name: "a.toml",
+            text: "one = 1\nzwölf = 12\n",
+            options: &[],
+        };
         let location = source.location(17..19);
         assert_eq!((location.line, location.column), (2, 9));
-        assert_eq!(location.to_string(), "  --> a.toml:2:9\n  |\n2 | zwölf = 12\n  |         ^^");
+        assert_eq!(
+            location.to_string(),
+            "  --> a.toml:2:9\n  |\n2 | zwölf = 12\n  |         ^^"
+        );
     }
 
     #[test]
     fn places_at_the_edges_do_not_panic() {
         for text in ["", "\n", "a", "ä\r\n", "x = \u{1b}[0m"] {
-            let source = Source { name: "", text, options: &[] };
+            let source = Source {
+                name: "",
+                text,
+                options: &[],
+            };
             for start in 0..12 {
                 for end in 0..12 {
                     let _ = source.location(start..end).to_string();
@@ -281,7 +352,12 @@ mod tests {
     fn a_long_line_is_cut_around_the_place() {
         let text = format!("x = [{}nan]", "1.0, ".repeat(1000));
         let start = text.len() - 4;
-        let location = Source { name: "a", text: &text, options: &[] }.location(start..start + 3);
+        let location = Source {
+            name: "a",
+            text: &text,
+            options: &[],
+        }
+        .location(start..start + 3);
         assert!(location.excerpt.chars().count() <= LONGEST_LINE);
         assert_eq!(&location.excerpt[location.marked.clone()], "nan");
     }

@@ -1,6 +1,7 @@
 //! Names of sections and keys that several files know.
 
-/// The section that states the sweeps and the named tools. Its other keys are short names and paths of settings.
+/// The section that states the sweeps and the named tools. Its other keys are short names and paths
+/// of settings.
 pub(crate) const STUDY: &str = "study";
 /// The key of the named tools in `[study]`.
 pub(crate) const TOOLS: &str = "tools";

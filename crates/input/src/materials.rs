@@ -1,9 +1,11 @@
-//! Materials of filaments: density and Young's modulus from published sheets, which `filament.material` states by name.
+//! Materials of filaments: density and Young's modulus from published sheets, which
+//! `filament.material` states by name.
 //!
-//! Data sheets by ISO 527 state dry material at 23 °C. Tables of brush makers state neither moisture nor temperature; they are taken for
-//! dry filaments at room temperature. A filament of a brush may differ: by its grade, by how it was drawn, and by the water in it.
-//! Materials without a published modulus are left out, except filaments with abrasive grains, which are computed from their parts.
-//! A kpsi is 6.895 MPa.
+//! Data sheets by ISO 527 state dry material at 23 °C. Tables of brush makers state neither
+//! moisture nor temperature; they are taken for dry filaments at room temperature. A filament of a
+//! brush may differ: by its grade, by how it was drawn, and by the water in it. Materials without a
+//! published modulus are left out, except filaments with abrasive grains, which are computed from
+//! their parts. A kpsi is 6.895 MPa.
 
 use bristle_text::columns;
 use bristle_text::layout::{aligned, left, wrap};
@@ -43,14 +45,16 @@ pub struct Material {
 pub enum Spread {
     /// There is one sheet only.
     OneSheet,
-    /// Moduli of all sheets, from the least to the largest, in Pa, and where the other end comes from.
+    /// Moduli of all sheets, from the least to the largest, in Pa, and where the other end comes
+    /// from.
     Sheets([f64; 2], &'static str),
     /// There is no sheet: density and modulus are those of a polymer with grains.
     Mixture(Mixture),
 }
 
 /// What is said of each material that is a polyamide with much uptake of water.
-const WATER: &str = "Water uptake about halves the modulus of polyamide, and heat lowers it further.";
+const WATER: &str =
+    "Water uptake about halves the modulus of polyamide, and heat lowers it further.";
 
 /// The polymer of most abrasive filaments.
 const PA6_12: Material = Material {
@@ -65,7 +69,12 @@ const PA6_12: Material = Material {
 
 /// PA6.12 with a share of its mass in grains.
 const fn abrasive(name: &'static str, grain: &Grain, mass_fraction: f64) -> Material {
-    let mixture = Mixture::new(PA6_12.density_kg_m3, PA6_12.youngs_modulus_pa, grain, mass_fraction);
+    let mixture = Mixture::new(
+        PA6_12.density_kg_m3,
+        PA6_12.youngs_modulus_pa,
+        grain,
+        mass_fraction,
+    );
     Material {
         name,
         density_kg_m3: mixture.density_kg_m3,
@@ -85,7 +94,10 @@ pub const MATERIALS: &[Material] = &[
         density_source: DENSITIES,
         youngs_modulus_pa: 3.31e9,
         modulus_source: "Carolina Brush, Fiber Property Comparisons (480 kpsi)",
-        spread: Spread::Sheets([2.76e9, 3.31e9], "Polytech Industrial, Poly-Texx PA6 (400 kpsi, ASTM D638)"),
+        spread: Spread::Sheets(
+            [2.76e9, 3.31e9],
+            "Polytech Industrial, Poly-Texx PA6 (400 kpsi, ASTM D638)",
+        ),
         caution: WATER,
     },
     Material {
@@ -94,7 +106,10 @@ pub const MATERIALS: &[Material] = &[
         density_source: DENSITIES,
         youngs_modulus_pa: 3.59e9,
         modulus_source: "Carolina Brush, Fiber Property Comparisons (520 kpsi)",
-        spread: Spread::Sheets([3.0e9, 3.59e9], "BASF, Ultramid A3K (ISO 527, dry; 1.1 GPa conditioned)"),
+        spread: Spread::Sheets(
+            [3.0e9, 3.59e9],
+            "BASF, Ultramid A3K (ISO 527, dry; 1.1 GPa conditioned)",
+        ),
         caution: WATER,
     },
     PA6_12,
@@ -152,15 +167,24 @@ pub const MATERIALS: &[Material] = &[
 ];
 
 impl Material {
-    /// The material of a name, however it is written: `PA6.12`, `PA 612`, `nylon 6.12` or `Stainless-Steel`.
+    /// The material of a name, however it is written: `PA6.12`, `PA 612`, `nylon 6.12` or
+    /// `Stainless-Steel`.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
         let plain = |name: &str| {
-            let lower: String = name.to_lowercase().chars().filter(|letter| letter.is_alphanumeric()).collect();
+            let lower: String = name
+                .to_lowercase()
+                .chars()
+                .filter(|letter| letter.is_alphanumeric())
+                .collect();
             let words = [("nylon", "pa"), ("polyamide", "pa"), ("with", "")];
-            words.iter().fold(lower, |name, (word, instead)| name.replace(word, instead))
+            words
+                .iter()
+                .fold(lower, |name, (word, instead)| name.replace(word, instead))
         };
-        MATERIALS.iter().find(|material| plain(material.name) == plain(name))
+        MATERIALS
+            .iter()
+            .find(|material| plain(material.name) == plain(name))
     }
 
     /// What it states of the setting at a path.
@@ -182,14 +206,18 @@ impl Material {
         }
     }
 
-    /// Its values with their sources, in sentences, with what is known of the `spread` of its modulus.
+    /// Its values with their sources, in sentences, with what is known of the `spread` of its
+    /// modulus.
     fn statement(&self, spread: &str) -> String {
         let modulus = short(self.youngs_modulus_pa / 1e9);
         let density = short(self.density_kg_m3);
         let (of_modulus, of_density) = (self.modulus_source, self.density_source);
-        format!("E = {modulus} GPa: {of_modulus}; {spread}. ρ = {density} kg/m³: {of_density}. {}", self.caution)
-            .trim_end()
-            .to_owned()
+        format!(
+            "E = {modulus} GPa: {of_modulus}; {spread}. ρ = {density} kg/m³: {of_density}. {}",
+            self.caution
+        )
+        .trim_end()
+        .to_owned()
     }
 }
 
@@ -197,28 +225,58 @@ impl Material {
 #[must_use]
 pub fn material_list(width: usize) -> String {
     let mut text = String::new();
-    let heading = ["with grains, by mass", "by volume", "ρ in kg/m³", "E in GPa", "Reuss", "Voigt"];
+    let heading = [
+        "with grains, by mass",
+        "by volume",
+        "ρ in kg/m³",
+        "E in GPa",
+        "Reuss",
+        "Voigt",
+    ];
     let mut mixtures = vec![heading.map(str::to_owned).to_vec()];
     for material in MATERIALS {
-        let mut tell =
-            |spread: &str| wrap(width, &mut text, &format!("  {:17}", material.name), &material.statement(spread));
+        let mut tell = |spread: &str| {
+            wrap(
+                width,
+                &mut text,
+                &format!("  {:17}", material.name),
+                &material.statement(spread),
+            )
+        };
         match material.spread {
             Spread::OneSheet => tell("no other sheet was found"),
             Spread::Sheets(moduli, source) => {
                 let [least, largest] = moduli.map(|modulus| short(modulus / 1e9));
                 tell(&format!("sheets from {least} to {largest} GPa, {source}"));
             }
-            Spread::Mixture(Mixture { volume_fraction, bounds_pa: [reuss, voigt], .. }) => {
-                let [modulus, reuss, voigt] =
-                    [material.youngs_modulus_pa, reuss, voigt].map(|modulus| significant(modulus / 1e9));
+            Spread::Mixture(Mixture {
+                volume_fraction,
+                bounds_pa: [reuss, voigt],
+                ..
+            }) => {
+                let [modulus, reuss, voigt] = [material.youngs_modulus_pa, reuss, voigt]
+                    .map(|modulus| significant(modulus / 1e9));
                 let share = format!("{:.1} %", 100.0 * volume_fraction);
                 let density = short(material.density_kg_m3);
-                mixtures.push(vec![material.name.to_owned(), share, density, modulus, reuss, voigt]);
+                mixtures.push(vec![
+                    material.name.to_owned(),
+                    share,
+                    density,
+                    modulus,
+                    reuss,
+                    voigt,
+                ]);
             }
         }
     }
-    let longest = mixtures.iter().map(|row| columns(&row[0])).max().unwrap_or(0);
-    mixtures.iter_mut().for_each(|row| row[0] = left(&row[0], longest));
+    let longest = mixtures
+        .iter()
+        .map(|row| columns(&row[0]))
+        .max()
+        .unwrap_or(0);
+    mixtures
+        .iter_mut()
+        .for_each(|row| row[0] = left(&row[0], longest));
     text.push_str(&format!("{}\n", aligned(&mixtures).join("\n")));
     let note = format!(
         "Those with grains are computed from {} and the grains: SiC has {}; Al2O3 has {}. The density is exact without pores. E is the lower \
@@ -240,37 +298,73 @@ mod tests {
     #[test]
     fn materials_are_found_however_they_are_written() {
         for name in ["PA6.12", "pa612", "PA 6.12", "Nylon 6.12", "polyamide 6-12"] {
-            assert_eq!(Material::find(name).map(|material| material.name), Some("PA6.12"), "{name}");
+            assert_eq!(
+                Material::find(name).map(|material| material.name),
+                Some("PA6.12"),
+                "{name}"
+            );
         }
-        assert_eq!(Material::find("nylon 6.12 with 30% SiC").map(|material| material.name), Some("PA6.12 + 30 % SiC"));
-        assert_eq!(Material::find("Stainless-Steel").map(|material| material.name), Some("stainless steel"));
+        assert_eq!(
+            Material::find("nylon 6.12 with 30% SiC").map(|material| material.name),
+            Some("PA6.12 + 30 % SiC")
+        );
+        assert_eq!(
+            Material::find("Stainless-Steel").map(|material| material.name),
+            Some("stainless steel")
+        );
         assert_eq!((Material::find("PA"), Material::find("")), (None, None));
         for material in MATERIALS {
-            assert_eq!(Material::find(material.name), Some(material), "no two names are the same");
+            assert_eq!(
+                Material::find(material.name),
+                Some(material),
+                "no two names are the same"
+            );
         }
     }
 
     #[test]
     fn every_number_has_a_source_and_is_usual() {
         for material in MATERIALS {
-            assert!(!material.density_source.is_empty() && !material.modulus_source.is_empty(), "{}", material.name);
+            assert!(
+                !material.density_source.is_empty() && !material.modulus_source.is_empty(),
+                "{}",
+                material.name
+            );
             for path in [DENSITY, MODULUS] {
-                let usual = Parameter::find(path).and_then(|parameter| parameter.usual).expect("it has a usual range");
+                let usual = Parameter::find(path)
+                    .and_then(|parameter| parameter.usual)
+                    .expect("it has a usual range");
                 let value = material.value(path).expect("a material states it");
-                assert!((usual.least..=usual.largest).contains(&value), "{}: {path}", material.name);
+                assert!(
+                    (usual.least..=usual.largest).contains(&value),
+                    "{}: {path}",
+                    material.name
+                );
             }
             match material.spread {
                 Spread::OneSheet => {}
                 Spread::Sheets([least, largest], source) => {
-                    assert!((least..=largest).contains(&material.youngs_modulus_pa) && !source.is_empty());
+                    assert!(
+                        (least..=largest).contains(&material.youngs_modulus_pa)
+                            && !source.is_empty()
+                    );
                 }
-                Spread::Mixture(Mixture { bounds_pa: [reuss, voigt], .. }) => {
-                    assert!(PA6_12.youngs_modulus_pa < reuss && (reuss..voigt).contains(&material.youngs_modulus_pa));
+                Spread::Mixture(Mixture {
+                    bounds_pa: [reuss, voigt],
+                    ..
+                }) => {
+                    assert!(
+                        PA6_12.youngs_modulus_pa < reuss
+                            && (reuss..voigt).contains(&material.youngs_modulus_pa)
+                    );
                 }
             }
         }
         let list = material_list(WIDTH);
-        assert!(list.lines().all(|line| line.chars().count() <= WIDTH), "{list}");
+        assert!(
+            list.lines().all(|line| line.chars().count() <= WIDTH),
+            "{list}"
+        );
     }
 
     #[test]
@@ -284,28 +378,55 @@ mod tests {
         let filament = |text: &str| {
             let document = Document::parse(text, "case.toml").expect("a document");
             let settings = document.settings().expect("settings");
-            (settings.filament.density_kg_m3, settings.filament.youngs_modulus_pa)
+            (
+                settings.filament.density_kg_m3,
+                settings.filament.youngs_modulus_pa,
+            )
         };
         assert_eq!(filament(&file("material = \"PA6.6\"")), (1140.0, 3.59e9));
-        assert_eq!(filament(&file("material = \"steel\"\nyoungs_modulus_pa = 200e9")), (7850.0, 200e9));
+        assert_eq!(
+            filament(&file("material = \"steel\"\nyoungs_modulus_pa = 200e9")),
+            (7850.0, 200e9)
+        );
         assert_eq!(filament(&file("")), (1110.0, 3e9));
-        let study = file("material = \"brass\"") + "[study]\n\"filament.youngs_modulus_pa\" = [90e9, 100e9]\n";
-        let study = Document::parse(&study, "case.toml").and_then(|document| document.study()).expect("a study");
+        let study = file("material = \"brass\"")
+            + "[study]\n\"filament.youngs_modulus_pa\" = [90e9, 100e9]\n";
+        let study = Document::parse(&study, "case.toml")
+            .and_then(|document| document.study())
+            .expect("a study");
         let moduli = [0, 1].map(|case| study.settings(case).filament.youngs_modulus_pa);
-        assert_eq!((moduli, study.settings(0).filament.density_kg_m3), ([90e9, 100e9], 8440.0));
+        assert_eq!(
+            (moduli, study.settings(0).filament.density_kg_m3),
+            ([90e9, 100e9], 8440.0)
+        );
         for (line, expected) in [
             ("material = \"stele\"", "did you mean `steel`?"),
             ("material = 3", "`filament.material` is 3"),
             ("material = \"wood\"", "must be one of \"PA6\""),
         ] {
             let text = file(line);
-            let error = Document::parse(&text, "case.toml").expect_err(line).to_string();
-            assert!(error.contains(expected) && error.contains("case.toml:8"), "{error}");
+            let error = Document::parse(&text, "case.toml")
+                .expect_err(line)
+                .to_string();
+            assert!(
+                error.contains(expected) && error.contains("case.toml:8"),
+                "{error}"
+            );
         }
         let option = ["filament.material=PA12".to_owned()];
         let text = file("");
         let document = Document::parse_with(&text, "case.toml", &option).expect("a document");
-        assert_eq!(document.settings().expect("settings").filament.density_kg_m3, 1010.0);
-        assert_eq!(document.material().map(|material| material.name), Some("PA12"));
+        assert_eq!(
+            document
+                .settings()
+                .expect("settings")
+                .filament
+                .density_kg_m3,
+            1010.0
+        );
+        assert_eq!(
+            document.material().map(|material| material.name),
+            Some("PA12")
+        );
     }
 }

@@ -1,7 +1,9 @@
-//! Tables of measured forces, and of edge radii over time, as laboratories export them, and in the form in which results keep them.
+//! Tables of measured forces, and of edge radii over time, as laboratories export them, and in the
+//! form in which results keep them.
 //!
-//! Separator and decimal comma are recognised from the text unless the input file states them. Columns are found by the names that
-//! the input file gives, in units that their headings or the input file state.
+//! Separator and decimal comma are recognised from the text unless the input file states them.
+//! Columns are found by the names that the input file gives, in units that their headings or the
+//! input file state.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -92,7 +94,8 @@ pub struct Measurement {
     pub force_n: f64,
     /// Its standard deviation in N, if it is known.
     pub std_n: Option<f64>,
-    /// The position of the tool that it was measured with among the named tools of the study; `None` if the table does not say.
+    /// The position of the tool that it was measured with among the named tools of the study;
+    /// `None` if the table does not say.
     pub tool: Option<usize>,
 }
 
@@ -125,9 +128,31 @@ pub struct MeasuredPoint {
 impl MeasuredPoint {
     /// Its normal force alone, which it has if [`read_measured`] has read it.
     fn measurement(&self) -> Option<Measurement> {
-        let Self { speed, second_speed_rpm, penetration_depth_m, tool, .. } = *self;
-        let [Some(Reading { value: force_n, std: std_n }), ..] = self.readings else { return None };
-        Some(Measurement { speed, second_speed_rpm, penetration_depth_m, force_n, std_n, tool })
+        let Self {
+            speed,
+            second_speed_rpm,
+            penetration_depth_m,
+            tool,
+            ..
+        } = *self;
+        let [
+            Some(Reading {
+                value: force_n,
+                std: std_n,
+            }),
+            ..,
+        ] = self.readings
+        else {
+            return None;
+        };
+        Some(Measurement {
+            speed,
+            second_speed_rpm,
+            penetration_depth_m,
+            force_n,
+            std_n,
+            tool,
+        })
     }
 }
 
@@ -170,12 +195,20 @@ enum Wanted {
 impl Wanted {
     /// Advice about a table as a whole.
     fn advice(self) -> &'static str {
-        if self == Self::Radii { ADVICE_ON_RADII } else { ADVICE }
+        if self == Self::Radii {
+            ADVICE_ON_RADII
+        } else {
+            ADVICE
+        }
     }
 
     /// Advice about a column that cannot be read.
     fn advice_on_column(self, table: &Table<'_>, format: &Format) -> Cow<'static, str> {
-        if self == Self::Radii { self.advice().into() } else { lines_to_paste(table, format, ADVICE) }
+        if self == Self::Radii {
+            self.advice().into()
+        } else {
+            lines_to_paste(table, format, ADVICE)
+        }
     }
 }
 
@@ -183,10 +216,14 @@ impl Format {
     /// The form in which results keep the measured forces of a study.
     #[must_use]
     pub fn of_tools(study: &Study) -> Self {
-        Self { tools: study.tool_names(), ..Self::default() }
+        Self {
+            tools: study.tool_names(),
+            ..Self::default()
+        }
     }
 
-    /// The heading of a quantity's column, if it is there: the one that is named, or else the quantity's key, in any unit.
+    /// The heading of a quantity's column, if it is there: the one that is named, or else the
+    /// quantity's key, in any unit.
     fn heading<'h>(&self, quantity: Quantity, headings: &'h [String]) -> Option<&'h str> {
         let is_its = |heading: &&'h str| match self.named(quantity) {
             Some(column) => *heading == column.heading,
@@ -195,31 +232,50 @@ impl Format {
         headings.iter().map(String::as_str).find(is_its)
     }
 
-    /// The position of the column with the names of tools: the one that is named, or else there under its own key. `None` if tools are not
-    /// compared, or the table does not say with which it was measured.
+    /// The position of the column with the names of tools: the one that is named, or else there
+    /// under its own key. `None` if tools are not compared, or the table does not say with which it
+    /// was measured.
     fn tool_column(&self, table: &Table<'_>) -> Result<Option<usize>, DataError> {
         let heading = self.tool.as_deref().unwrap_or(TOOL);
         let is_there = self.tool.is_some() || table.headings().iter().any(|own| own == heading);
-        if self.tools.is_empty() || !is_there { Ok(None) } else { Ok(Some(table.columns(&[heading])?[0])) }
+        if self.tools.is_empty() || !is_there {
+            Ok(None)
+        } else {
+            Ok(Some(table.columns(&[heading])?[0]))
+        }
     }
 
-    /// The quantities to read from a table with these headings: what is named, and what is there under its own key.
+    /// The quantities to read from a table with these headings: what is named, and what is there
+    /// under its own key.
     fn quantities(&self, headings: &[String], wanted: Wanted) -> Vec<Quantity> {
         let is_there = |quantity| self.heading(quantity, headings).is_some();
         let is_wanted = |quantity| self.named(quantity).is_some() || is_there(quantity);
         if wanted == Wanted::Radii {
             let has_turns = !is_wanted(Quantity::Time) && is_wanted(Quantity::Turns);
             let std = Some(Quantity::EdgeRadiusStd).filter(|&std| is_wanted(std));
-            let brushed = if has_turns { Quantity::Turns } else { Quantity::Time };
-            return [brushed, Quantity::EdgeRadius].into_iter().chain(std).collect();
+            let brushed = if has_turns {
+                Quantity::Turns
+            } else {
+                Quantity::Time
+            };
+            return [brushed, Quantity::EdgeRadius]
+                .into_iter()
+                .chain(std)
+                .collect();
         }
-        let speed = if self.named(Quantity::Velocity).is_none() && is_wanted(Quantity::RotationalSpeed) {
-            // A table may have both under their own keys.
-            let has_both = self.named(Quantity::RotationalSpeed).is_none() && is_there(Quantity::Velocity);
-            if has_both { Quantity::Velocity } else { Quantity::RotationalSpeed }
-        } else {
-            Quantity::Velocity
-        };
+        let speed =
+            if self.named(Quantity::Velocity).is_none() && is_wanted(Quantity::RotationalSpeed) {
+                // A table may have both under their own keys.
+                let has_both =
+                    self.named(Quantity::RotationalSpeed).is_none() && is_there(Quantity::Velocity);
+                if has_both {
+                    Quantity::Velocity
+                } else {
+                    Quantity::RotationalSpeed
+                }
+            } else {
+                Quantity::Velocity
+            };
         let measured = Quantity::FORCES.into_iter().filter(|&force| match wanted {
             Wanted::NormalForce => force == Quantity::Force,
             Wanted::Anything | Wanted::Radii => is_wanted(force),
@@ -228,17 +284,24 @@ impl Format {
         if measured.is_empty() {
             measured.push(Quantity::Force);
         }
-        let with_std =
-            measured.into_iter().flat_map(|force| [Some(force), Some(force.std()).filter(|&std| is_wanted(std))]);
-        [speed, Quantity::Depth].into_iter().chain(with_std.flatten()).collect()
+        let with_std = measured
+            .into_iter()
+            .flat_map(|force| [Some(force), Some(force.std()).filter(|&std| is_wanted(std))]);
+        [speed, Quantity::Depth]
+            .into_iter()
+            .chain(with_std.flatten())
+            .collect()
     }
 
     /// The separator of a table: the one stated, or else by its headings.
     fn separator_of(&self, source: &Source<'_>, wanted: Wanted) -> char {
         let has_all = |headings: &[String]| {
-            self.quantities(headings, wanted).iter().all(|&quantity| self.heading(quantity, headings).is_some())
+            self.quantities(headings, wanted)
+                .iter()
+                .all(|&quantity| self.heading(quantity, headings).is_some())
         };
-        self.separator.unwrap_or_else(|| cells::separator_of(source, has_all))
+        self.separator
+            .unwrap_or_else(|| cells::separator_of(source, has_all))
     }
 }
 
@@ -252,18 +315,30 @@ struct Column {
 /// Reads the normal forces of a table, written in a `format`. Errors use `name` for the table.
 ///
 /// # Errors
-/// If a column is missing, or has a unit that is not known; a cell is not an allowed number; a point occurs twice; or there is no
-/// point.
-pub fn read_measured(text: &str, name: &str, format: &Format) -> Result<Vec<Measurement>, DataError> {
+/// If a column is missing, or has a unit that is not known; a cell is not an allowed number; a
+/// point occurs twice; or there is no point.
+pub fn read_measured(
+    text: &str,
+    name: &str,
+    format: &Format,
+) -> Result<Vec<Measurement>, DataError> {
     let points = read(text, name, format, Wanted::NormalForce)?;
-    Ok(points.iter().filter_map(MeasuredPoint::measurement).collect())
+    Ok(points
+        .iter()
+        .filter_map(MeasuredPoint::measurement)
+        .collect())
 }
 
-/// Reads all that a table has of [`Quantity::FORCES`]. A cell may be empty where another has something.
+/// Reads all that a table has of [`Quantity::FORCES`]. A cell may be empty where another has
+/// something.
 ///
 /// # Errors
 /// As [`read_measured`].
-pub fn read_points(text: &str, name: &str, format: &Format) -> Result<Vec<MeasuredPoint>, DataError> {
+pub fn read_points(
+    text: &str,
+    name: &str,
+    format: &Format,
+) -> Result<Vec<MeasuredPoint>, DataError> {
     read(text, name, format, Wanted::Anything)
 }
 
@@ -271,8 +346,15 @@ pub fn read_points(text: &str, name: &str, format: &Format) -> Result<Vec<Measur
 ///
 /// # Errors
 /// As [`read_measured`], and if a time is not later than the one before.
-pub fn read_radii(text: &str, name: &str, format: &Format) -> Result<Vec<MeasuredRadius>, DataError> {
-    let source = Source { name, text: text.trim_start_matches('\u{feff}') };
+pub fn read_radii(
+    text: &str,
+    name: &str,
+    format: &Format,
+) -> Result<Vec<MeasuredRadius>, DataError> {
+    let source = Source {
+        name,
+        text: text.trim_start_matches('\u{feff}'),
+    };
     let (table, columns, has_comma) = opened(&source, format, Wanted::Radii)?;
     let mut radii = Vec::new();
     let mut last = f64::NEG_INFINITY;
@@ -281,7 +363,9 @@ pub fn read_radii(text: &str, name: &str, format: &Format) -> Result<Vec<Measure
         for (number, column) in numbers.iter_mut().zip(&columns) {
             *number = column.number(&table, row, has_comma, column.quantity.is_std())?;
         }
-        let [Some(brushed), Some(value), std] = numbers else { continue };
+        let [Some(brushed), Some(value), std] = numbers else {
+            continue;
+        };
         if brushed <= last {
             let problem = "this is not after the row above: state the rows in the order of their times, and the mean of repeated measurements";
             return Err(table.wrong(row, columns[0].position, problem.to_owned()));
@@ -289,13 +373,25 @@ pub fn read_radii(text: &str, name: &str, format: &Format) -> Result<Vec<Measure
         last = brushed;
         let is_time = columns[0].quantity == Quantity::Time;
         radii.push(MeasuredRadius {
-            brushed: if is_time { Brushed::Time(brushed) } else { Brushed::Turns(brushed) },
-            radius: Reading { value, std: std.or(format.relative_std.map(|relative| relative * value)) },
+            brushed: if is_time {
+                Brushed::Time(brushed)
+            } else {
+                Brushed::Turns(brushed)
+            },
+            radius: Reading {
+                value,
+                std: std.or(format.relative_std.map(|relative| relative * value)),
+            },
             line: table.line(row),
         });
     }
     if radii.is_empty() {
-        return Err(source.error(1, None, "there is no radius below the heading", ADVICE_ON_RADII));
+        return Err(source.error(
+            1,
+            None,
+            "there is no radius below the heading",
+            ADVICE_ON_RADII,
+        ));
     }
     Ok(radii)
 }
@@ -309,9 +405,17 @@ fn opened<'s>(
     let separator = format.separator_of(source, wanted);
     let table = source.table_separated_by(separator, wanted.advice())?;
     let has = |quantity: Quantity| format.heading(quantity, &table.headings()).is_some();
-    if wanted != Wanted::Radii && has(Quantity::EdgeRadius) && !Quantity::FORCES.into_iter().any(has) {
+    if wanted != Wanted::Radii
+        && has(Quantity::EdgeRadius)
+        && !Quantity::FORCES.into_iter().any(has)
+    {
         let advice = "`bristle calibrate --fit removal.preston_m2_n` takes radii; for other commands leave [measured] out, or name a table of forces";
-        return Err(source.error(1, None, "the table has radii of an edge, not forces", advice));
+        return Err(source.error(
+            1,
+            None,
+            "the table has radii of an edge, not forces",
+            advice,
+        ));
     }
     let quantities = format.quantities(&table.headings(), wanted).into_iter();
     let columns = quantities.map(|quantity| column(quantity, &table, source, format, wanted));
@@ -326,11 +430,22 @@ fn opened<'s>(
     Ok((table, columns, has_comma))
 }
 
-fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<MeasuredPoint>, DataError> {
-    let source = Source { name, text: text.trim_start_matches('\u{feff}') };
+fn read(
+    text: &str,
+    name: &str,
+    format: &Format,
+    wanted: Wanted,
+) -> Result<Vec<MeasuredPoint>, DataError> {
+    let source = Source {
+        name,
+        text: text.trim_start_matches('\u{feff}'),
+    };
     let (table, columns, has_comma) = opened(&source, format, wanted)?;
-    // Beside velocities nobody has asked for rotational speeds: whatever is wrong with their column does not matter.
-    let has_velocity = columns.iter().any(|column| column.quantity == Quantity::Velocity);
+    // Beside velocities nobody has asked for rotational speeds: whatever is wrong with their column
+    // does not matter.
+    let has_velocity = columns
+        .iter()
+        .any(|column| column.quantity == Quantity::Velocity);
     let second_speed = || column(Quantity::RotationalSpeed, &table, &source, format, wanted).ok();
     let second_speed = has_velocity.then(second_speed).flatten();
     let tool = format.tool_column(&table)?;
@@ -360,34 +475,63 @@ fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<M
         }
         for column in &columns {
             let quantity = column.quantity;
-            let may_be_empty = quantity.is_std() || (wanted == Wanted::Anything && quantity.force().is_some());
-            let Some(number) = column.number(&table, row, has_comma, may_be_empty)? else { continue };
+            let may_be_empty =
+                quantity.is_std() || (wanted == Wanted::Anything && quantity.force().is_some());
+            let Some(number) = column.number(&table, row, has_comma, may_be_empty)? else {
+                continue;
+            };
             match quantity {
                 Quantity::Velocity => point.speed = Speed::Velocity(number),
                 Quantity::RotationalSpeed => point.speed = Speed::Rotational(number),
                 Quantity::Depth => point.penetration_depth_m = number,
-                _ => match (quantity.force().map(|force| &mut point.readings[force]), quantity.is_std()) {
+                _ => match (
+                    quantity.force().map(|force| &mut point.readings[force]),
+                    quantity.is_std(),
+                ) {
                     // A deviation follows what it is one of.
                     (Some(Some(reading)), true) => reading.std = Some(number),
-                    (Some(reading), false) => *reading = Some(Reading { value: number, std: None }),
+                    (Some(reading), false) => {
+                        *reading = Some(Reading {
+                            value: number,
+                            std: None,
+                        })
+                    }
                     _ => {}
                 },
             }
         }
         if point.readings == [None; 4] {
-            let first = columns.iter().find(|column| column.quantity.force().is_some());
+            let first = columns
+                .iter()
+                .find(|column| column.quantity.force().is_some());
             let position = first.map_or(0, |column| column.position);
-            return Err(table.wrong(row, position, "nothing was measured at this point".to_owned()));
+            return Err(table.wrong(
+                row,
+                position,
+                "nothing was measured at this point".to_owned(),
+            ));
         }
-        for reading in point.readings.iter_mut().flatten().filter(|reading| reading.std.is_none()) {
-            reading.std = format.relative_std.map(|relative| relative * reading.value.abs());
+        for reading in point
+            .readings
+            .iter_mut()
+            .flatten()
+            .filter(|reading| reading.std.is_none())
+        {
+            reading.std = format
+                .relative_std
+                .map(|relative| relative * reading.value.abs());
         }
         if let Some(first) = places.take(&points, point) {
             let line = table.line(&table.rows()[first]);
-            let of = if matches!(point.speed, Speed::Velocity(_)) { "velocity" } else { "speed" };
+            let of = if matches!(point.speed, Speed::Velocity(_)) {
+                "velocity"
+            } else {
+                "speed"
+            };
             let tool = if tool.is_some() { "tool, " } else { "" };
-            let problem =
-                format!("the same {tool}{of} and depth as in line {line}: state the mean of repeated measurements");
+            let problem = format!(
+                "the same {tool}{of} and depth as in line {line}: state the mean of repeated measurements"
+            );
             return Err(table.wrong(row, columns[0].position, problem));
         }
         points.push(point);
@@ -399,7 +543,8 @@ fn read(text: &str, name: &str, format: &Format, wanted: Wanted) -> Result<Vec<M
 }
 
 impl Column {
-    /// The number in its cell of a row, in the unit of the key; none if the cell may be empty, and is.
+    /// The number in its cell of a row, in the unit of the key; none if the cell may be empty, and
+    /// is.
     fn number(
         &self,
         table: &Table<'_>,
@@ -407,7 +552,11 @@ impl Column {
         has_comma: bool,
         may_be_empty: bool,
     ) -> Result<Option<f64>, DataError> {
-        let &Self { quantity, position, unit } = self;
+        let &Self {
+            quantity,
+            position,
+            unit,
+        } = self;
         let cell = row.get(position).unwrap_or_default();
         if may_be_empty && cell.trim().is_empty() {
             return Ok(None);
@@ -433,15 +582,30 @@ fn column(
     wanted: Wanted,
 ) -> Result<Column, DataError> {
     let headings = table.headings();
-    let with_lines = |error: DataError| DataError { advice: wanted.advice_on_column(table, format), ..error };
+    let with_lines = |error: DataError| DataError {
+        advice: wanted.advice_on_column(table, format),
+        ..error
+    };
     let named = format.named(quantity);
     let heading = format.heading(quantity, &headings);
     let heading = heading.unwrap_or(named.map_or(quantity.key(), |column| &column.heading));
     let position = table.column(heading).map_err(with_lines)?;
-    let of_key = |heading: &str| Quantity::of_key(heading).filter(|(of_key, _)| *of_key == quantity);
-    if let Some(other) = headings[position + 1..].iter().find(|other| named.is_none() && of_key(other).is_some()) {
-        let problem = format!("the columns `{heading}` and `{}` state the same", shortened(other));
-        return Err(source.error(1, None, problem, "name the right one under [measured], or remove the other"));
+    let of_key =
+        |heading: &str| Quantity::of_key(heading).filter(|(of_key, _)| *of_key == quantity);
+    if let Some(other) = headings[position + 1..]
+        .iter()
+        .find(|other| named.is_none() && of_key(other).is_some())
+    {
+        let problem = format!(
+            "the columns `{heading}` and `{}` state the same",
+            shortened(other)
+        );
+        return Err(source.error(
+            1,
+            None,
+            problem,
+            "name the right one under [measured], or remove the other",
+        ));
     }
     let stated = named.and_then(|column| column.unit);
     let in_heading = || unit_in(heading).map(|name| quantity.unit(name).ok_or(name));
@@ -450,31 +614,70 @@ fn column(
         Some(Err(unknown)) => {
             let units = quantity.unit_names().collect::<Vec<_>>().join(", ");
             let problem = format!("the unit `{}` is none of {units}", shortened(unknown));
-            return Err(with_lines(source.error(1, Some(heading.to_owned()), problem, ADVICE)));
+            return Err(with_lines(source.error(
+                1,
+                Some(heading.to_owned()),
+                problem,
+                ADVICE,
+            )));
         }
         None => of_key(heading).map(|(_, unit)| unit),
     };
     // A heading without a unit has that of the key.
-    let unit = unit.or_else(|| quantity.units().next()).expect("what is measured has a unit");
-    Ok(Column { quantity, position, unit })
+    let unit = unit
+        .or_else(|| quantity.units().next())
+        .expect("what is measured has a unit");
+    Ok(Column {
+        quantity,
+        position,
+        unit,
+    })
 }
 
-/// Points as a table in the units of the keys, which [`read_measured`] reads to the bit, with the names of the `tools` of the study. All have
-/// the same kind of speed, and a tool if the first has one.
+/// Points as a table in the units of the keys, which [`read_measured`] reads to the bit, with the
+/// names of the `tools` of the study. All have the same kind of speed, and a tool if the first has
+/// one.
 #[must_use]
 pub fn measured_text(points: &[Measurement], tools: &[String]) -> String {
-    let Some(first) = points.first() else { return String::new() };
-    let std = points.iter().any(|point| point.std_n.is_some()).then_some(Quantity::Std);
-    let numbers = [first.speed.quantity(), Quantity::Depth, Quantity::Force].into_iter().chain(std).map(Quantity::key);
-    let heading: Vec<&str> = first.tool.map(|_| TOOL).into_iter().chain(numbers).collect();
+    let Some(first) = points.first() else {
+        return String::new();
+    };
+    let std = points
+        .iter()
+        .any(|point| point.std_n.is_some())
+        .then_some(Quantity::Std);
+    let numbers = [first.speed.quantity(), Quantity::Depth, Quantity::Force]
+        .into_iter()
+        .chain(std)
+        .map(Quantity::key);
+    let heading: Vec<&str> = first
+        .tool
+        .map(|_| TOOL)
+        .into_iter()
+        .chain(numbers)
+        .collect();
     let mut writer = csv::Writer::from_writer(Vec::new());
     let written = "memory takes what is written to it";
     writer.write_record(heading).expect(written);
-    for &Measurement { speed, penetration_depth_m, force_n, std_n, tool, .. } in points {
+    for &Measurement {
+        speed,
+        penetration_depth_m,
+        force_n,
+        std_n,
+        tool,
+        ..
+    } in points
+    {
         let number = |number: f64| format!("{number:?}");
         let std = std.map(|_| std_n.map_or_else(String::new, number));
-        let numbers = [speed.value(), penetration_depth_m, force_n].map(number).into_iter().chain(std);
-        let row = tool.map(|tool| tools[tool].clone()).into_iter().chain(numbers);
+        let numbers = [speed.value(), penetration_depth_m, force_n]
+            .map(number)
+            .into_iter()
+            .chain(std);
+        let row = tool
+            .map(|tool| tools[tool].clone())
+            .into_iter()
+            .chain(numbers);
         writer.write_record(row).expect(written);
     }
     String::from_utf8(writer.into_inner().expect(written)).expect("numbers and names are UTF-8")
@@ -482,27 +685,41 @@ pub fn measured_text(points: &[Measurement], tools: &[String]) -> String {
 
 /// The points of a table by tool, speed and depth, to find equal ones in constant time.
 ///
-/// Points are kept in cells somewhat wider than the tolerance of [`same`]: a point equals only those in its own cell and the eight
-/// around it, and few different points have room in a cell.
+/// Points are kept in cells somewhat wider than the tolerance of [`same`]: a point equals only
+/// those in its own cell and the eight around it, and few different points have room in a cell.
 #[derive(Default)]
 struct Places(HashMap<(Option<usize>, [u64; 2]), Vec<usize>>);
 
 impl Places {
-    /// Adds the next point, whose position is the number of `points`. If one of them has the same tool, speed and depth, returns
-    /// the position of the first.
+    /// Adds the next point, whose position is the number of `points`. If one of them has the same
+    /// tool, speed and depth, returns the position of the first.
     fn take(&mut self, points: &[MeasuredPoint], point: MeasuredPoint) -> Option<usize> {
         let at = |point: &MeasuredPoint| [point.speed.value(), point.penetration_depth_m];
         let [speed, depth] = at(&point).map(cell);
-        let same = |&position: &usize| at(&points[position]).iter().zip(at(&point)).all(|(a, b)| same(*a, b));
-        let around = (speed - 1..=speed + 1).flat_map(|speed| (depth - 1..=depth + 1).map(move |depth| [speed, depth]));
-        let first = around.filter_map(|key| self.0.get(&(point.tool, key))).flatten().copied().filter(same).min();
-        self.0.entry((point.tool, [speed, depth])).or_default().push(points.len());
+        let same = |&position: &usize| {
+            at(&points[position])
+                .iter()
+                .zip(at(&point))
+                .all(|(a, b)| same(*a, b))
+        };
+        let around = (speed - 1..=speed + 1)
+            .flat_map(|speed| (depth - 1..=depth + 1).map(move |depth| [speed, depth]));
+        let first = around
+            .filter_map(|key| self.0.get(&(point.tool, key)))
+            .flatten()
+            .copied()
+            .filter(same)
+            .min();
+        self.0
+            .entry((point.tool, [speed, depth]))
+            .or_default()
+            .push(points.len());
         first
     }
 }
 
-/// The number of the cell of a positive number that is not subnormal. The bits of such numbers increase with them, and leaving
-/// out the last 24 of 52 makes cells of 2⁻²⁸ of a power of two.
+/// The number of the cell of a positive number that is not subnormal. The bits of such numbers
+/// increase with them, and leaving out the last 24 of 52 makes cells of 2⁻²⁸ of a power of two.
 fn cell(number: f64) -> u64 {
     number.to_bits() >> 24
 }
@@ -519,46 +736,81 @@ mod tests {
     }
 
     fn refusal(text: &str, format: &Format) -> String {
-        read_measured(text, "forces.csv", format).expect_err("refused").to_string()
+        read_measured(text, "forces.csv", format)
+            .expect_err("refused")
+            .to_string()
     }
 
     fn point(velocity: f64, penetration_depth_m: f64, force_n: f64, std_n: f64) -> Measurement {
         let speed = Speed::Velocity(velocity);
-        Measurement { speed, second_speed_rpm: None, penetration_depth_m, force_n, std_n: Some(std_n), tool: None }
+        Measurement {
+            speed,
+            second_speed_rpm: None,
+            penetration_depth_m,
+            force_n,
+            std_n: Some(std_n),
+            tool: None,
+        }
     }
 
     /// A format with columns, each by its heading and its unit if one is stated.
     fn format(columns: &[(Quantity, &str, Option<&str>)]) -> Format {
         let column = |&(quantity, heading, unit): &(Quantity, &str, Option<&str>)| {
             let unit = unit.map(|name| quantity.unit(name).expect("a unit"));
-            (quantity, ColumnName { heading: heading.to_owned(), unit })
+            (
+                quantity,
+                ColumnName {
+                    heading: heading.to_owned(),
+                    unit,
+                },
+            )
         };
-        Format { columns: columns.iter().map(column).collect(), ..Format::default() }
+        Format {
+            columns: columns.iter().map(column).collect(),
+            ..Format::default()
+        }
     }
 
     #[test]
     fn points_have_the_tools_that_they_were_measured_with() {
         let tools: Vec<String> = ["fine", "steel, short"].map(str::to_owned).into();
-        let format =
-            |tool: Option<&str>| Format { tools: tools.clone(), tool: tool.map(str::to_owned), ..Format::default() };
+        let format = |tool: Option<&str>| Format {
+            tools: tools.clone(),
+            tool: tool.map(str::to_owned),
+            ..Format::default()
+        };
         let text = "tool,brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n\
              fine,10.0,0.001,5.0,0.5\n\"steel, short\",10.0,0.001,7.0,\n";
         let points = read_measured(text, "forces.csv", &format(None)).expect("a table");
-        let found: Vec<_> = points.iter().map(|point| (point.tool, point.std_n)).collect();
+        let found: Vec<_> = points
+            .iter()
+            .map(|point| (point.tool, point.std_n))
+            .collect();
         assert_eq!(found, [(Some(0), Some(0.5)), (Some(1), None)]);
         assert_eq!(measured_text(&points, &tools), text);
-        // The column is of no use where tools are not compared, except that points are then given twice.
-        assert!(refusal(text, &Format::default()).contains("the same velocity and depth as in line 2"));
+        // The column is of no use where tools are not compared, except that points are then given
+        // twice.
+        assert!(
+            refusal(text, &Format::default()).contains("the same velocity and depth as in line 2")
+        );
         let other = text.replace("tool,", "Bürste,");
-        assert_eq!(read_measured(&other, "forces.csv", &format(Some("Bürste"))), Ok(points));
+        assert_eq!(
+            read_measured(&other, "forces.csv", &format(Some("Bürste"))),
+            Ok(points)
+        );
         assert!(refusal(&other, &format(None)).contains("the same velocity and depth"));
         let unknown = refusal(&text.replace("fine,", "coarse,"), &format(None));
         assert!(
-            unknown.starts_with("forces.csv:2, column tool: `coarse` is none of the tools fine, steel, short"),
+            unknown.starts_with(
+                "forces.csv:2, column tool: `coarse` is none of the tools fine, steel, short"
+            ),
             "{unknown}"
         );
         let twice = refusal(&text.replace("\"steel, short\"", "fine"), &format(None));
-        assert!(twice.contains("the same tool, velocity and depth as in line 2"), "{twice}");
+        assert!(
+            twice.contains("the same tool, velocity and depth as in line 2"),
+            "{twice}"
+        );
     }
 
     #[test]
@@ -575,17 +827,34 @@ mod tests {
             (Std, "s [N]", None),
         ]);
         let text = "\u{feff}Nr.;Drehzahl [1/min];ae [mm];Fz [kN];s [N]\r\n1;600;0,5;0,125;4,5\r\n2;1200;1;0,25;3\r\n";
-        let expected = vec![rotational(600.0, 0.5e-3, 125.0, 4.5), rotational(1200.0, 1e-3, 250.0, 3.0)];
+        let expected = vec![
+            rotational(600.0, 0.5e-3, 125.0, 4.5),
+            rotational(1200.0, 1e-3, 250.0, 3.0),
+        ];
         let tabs = text.replace(';', "\t");
         let points = tabs.replace(',', ".").replace('\t', ",");
         for text in [text, &tabs, &points] {
-            assert_eq!(read_measured(text, "forces.csv", &named).as_ref(), Ok(&expected), "{text}");
+            assert_eq!(
+                read_measured(text, "forces.csv", &named).as_ref(),
+                Ok(&expected),
+                "{text}"
+            );
         }
         // Units in the input file, and none for what is not named; without a standard deviation.
-        let stated = format(&[(Velocity, "v", Some("m/min")), (Depth, "ae", Some("µm")), (Force, "F", None)]);
+        let stated = format(&[
+            (Velocity, "v", Some("m/min")),
+            (Depth, "ae", Some("µm")),
+            (Force, "F", None),
+        ]);
         let text = "v\tae\tF\n600\t500\t125\n";
-        let expected = Measurement { std_n: None, ..point(10.0, 0.5e-3, 125.0, 0.0) };
-        assert_eq!(read_measured(text, "forces.csv", &stated), Ok(vec![expected]));
+        let expected = Measurement {
+            std_n: None,
+            ..point(10.0, 0.5e-3, 125.0, 0.0)
+        };
+        assert_eq!(
+            read_measured(text, "forces.csv", &stated),
+            Ok(vec![expected])
+        );
         // Keys in other units.
         let text = "brushing_velocity_m_min,penetration_depth_um,force_kn\n600,500,0.125\n";
         assert_eq!(read(text), Ok(vec![expected]));
@@ -597,8 +866,15 @@ mod tests {
 
     #[test]
     fn the_text_of_points_is_read_to_the_bit() {
-        let velocities = vec![point(10.0 / 3.0, 1e-3 / 7.0, -1.1, 0.1), point(20.0, 1e-3, 2.0, 0.0)];
-        let unsure = Measurement { speed: Speed::Rotational(600.1), std_n: None, ..velocities[0] };
+        let velocities = vec![
+            point(10.0 / 3.0, 1e-3 / 7.0, -1.1, 0.1),
+            point(20.0, 1e-3, 2.0, 0.0),
+        ];
+        let unsure = Measurement {
+            speed: Speed::Rotational(600.1),
+            std_n: None,
+            ..velocities[0]
+        };
         for points in [velocities, vec![unsure]] {
             assert_eq!(read(&measured_text(&points, &[])), Ok(points));
         }
@@ -607,35 +883,70 @@ mod tests {
     #[test]
     fn decimal_commas_are_recognised_unless_they_may_be_others() {
         let semicolons = HEADING.replace(',', ";");
-        assert_eq!(read(&format!("{semicolons}10,5;1e-3;1,234;0\n")), Ok(vec![point(10.5, 1e-3, 1.234, 0.0)]));
-        assert_eq!(read(&format!("{semicolons}10;1;1,234;0\n")), Ok(vec![point(10.0, 1.0, 1.234, 0.0)]));
-        assert_eq!(read(&format!("{HEADING}\"10,5\",1,5,0\n")), Ok(vec![point(10.5, 1.0, 5.0, 0.0)]));
+        assert_eq!(
+            read(&format!("{semicolons}10,5;1e-3;1,234;0\n")),
+            Ok(vec![point(10.5, 1e-3, 1.234, 0.0)])
+        );
+        assert_eq!(
+            read(&format!("{semicolons}10;1;1,234;0\n")),
+            Ok(vec![point(10.0, 1.0, 1.234, 0.0)])
+        );
+        assert_eq!(
+            read(&format!("{HEADING}\"10,5\",1,5,0\n")),
+            Ok(vec![point(10.5, 1.0, 5.0, 0.0)])
+        );
         let thousands = format!("{HEADING}10,1,\"1,234\",0\n");
         let message = refusal(&thousands, &Format::default());
         assert!(
-            message.contains("column force_n: the comma of `1,234` may separate decimals or thousands"),
+            message.contains(
+                "column force_n: the comma of `1,234` may separate decimals or thousands"
+            ),
             "{message}"
         );
-        let stated = Format { decimal: Some(','), ..Format::default() };
-        assert_eq!(read_measured(&thousands, "forces.csv", &stated), Ok(vec![point(10.0, 1.0, 1.234, 0.0)]));
+        let stated = Format {
+            decimal: Some(','),
+            ..Format::default()
+        };
+        assert_eq!(
+            read_measured(&thousands, "forces.csv", &stated),
+            Ok(vec![point(10.0, 1.0, 1.234, 0.0)])
+        );
         // With semicolons between cells, it is the point that may be that of thousands.
         let thousands = format!("{semicolons}10;1;1.000;0\n20;1;1.250;0\n");
         let message = refusal(&thousands, &Format::default());
-        assert!(message.starts_with("forces.csv:2, column force_n: the point of `1.000` may separate"), "{message}");
+        assert!(
+            message.starts_with("forces.csv:2, column force_n: the point of `1.000` may separate"),
+            "{message}"
+        );
         assert!(message.contains("decimal = \",\""), "{message}");
-        let point_stated = Format { decimal: Some('.'), ..Format::default() };
+        let point_stated = Format {
+            decimal: Some('.'),
+            ..Format::default()
+        };
         let decimals = vec![point(10.0, 1.0, 1.0, 0.0), point(20.0, 1.0, 1.25, 0.0)];
-        assert_eq!(read_measured(&thousands, "forces.csv", &point_stated), Ok(decimals.clone()));
+        assert_eq!(
+            read_measured(&thousands, "forces.csv", &point_stated),
+            Ok(decimals.clone())
+        );
         let message = refusal(&thousands, &stated);
-        assert!(message.contains("`1.000` is not a finite number with a decimal comma"), "{message}");
+        assert!(
+            message.contains("`1.000` is not a finite number with a decimal comma"),
+            "{message}"
+        );
         // Any number that cannot have thousands settles it, and so do commas between cells.
         let settled = read(&format!("{semicolons}10;1;1.000;0\n20;1;1.25;0\n"));
         assert_eq!(settled, Ok(decimals.clone()));
-        assert_eq!(read(&format!("{HEADING}10,1,1.000,0\n20,1,1.250,0\n")), Ok(decimals));
+        assert_eq!(
+            read(&format!("{HEADING}10,1,1.000,0\n20,1,1.250,0\n")),
+            Ok(decimals)
+        );
         let mixed = refusal(&format!("{semicolons}10,5;1;1.5;0\n"), &Format::default());
         assert!(mixed.contains("`10,5` is not a finite number\n"), "{mixed}");
         let mixed = refusal(&format!("{semicolons}10,5;1;1.5;0\n"), &stated);
-        assert!(mixed.contains("`1.5` is not a finite number with a decimal comma\n"), "{mixed}");
+        assert!(
+            mixed.contains("`1.5` is not a finite number with a decimal comma\n"),
+            "{mixed}"
+        );
     }
 
     #[test]
@@ -644,13 +955,37 @@ mod tests {
         let text = HEADING.replace("force_n", "Fz [lbf]") + "10,1,1,0\n";
         let twice = HEADING.replace("std_n", "force_kn") + "10,1,1,1\n";
         for (text, format, part) in [
-            (text.as_str(), force("Fz [lbf]"), "column Fz [lbf]: the unit `lbf` is none of N, kN, mN\n"),
-            (&text, force("Fz"), "there is no column `Fz`; there are `brushing_velocity_m_s`"),
-            ("v;F\n1;2\n", Format::default(), "there is no column `brushing_velocity_m_s`; there are `v`, `F`"),
-            ("v;F\n1;2\n", Format::default(), "columns.penetration_depth_m = \"…\""),
+            (
+                text.as_str(),
+                force("Fz [lbf]"),
+                "column Fz [lbf]: the unit `lbf` is none of N, kN, mN\n",
+            ),
+            (
+                &text,
+                force("Fz"),
+                "there is no column `Fz`; there are `brushing_velocity_m_s`",
+            ),
+            (
+                "v;F\n1;2\n",
+                Format::default(),
+                "there is no column `brushing_velocity_m_s`; there are `v`, `F`",
+            ),
+            (
+                "v;F\n1;2\n",
+                Format::default(),
+                "columns.penetration_depth_m = \"…\"",
+            ),
             // Headings that tell nothing.
-            ("a;b\n1;2\n", Format::default(), "columns.penetration_depth_m = \"ae [mm]\""),
-            (&twice, Format::default(), "the columns `force_n` and `force_kn` state the same"),
+            (
+                "a;b\n1;2\n",
+                Format::default(),
+                "columns.penetration_depth_m = \"ae [mm]\"",
+            ),
+            (
+                &twice,
+                Format::default(),
+                "the columns `force_n` and `force_kn` state the same",
+            ),
         ] {
             let message = refusal(text, &format);
             assert!(message.contains(part), "{message}");
@@ -691,27 +1026,39 @@ mod tests {
             assert_eq!(places.take(&points, point), None);
             points.push(point);
         }
-        assert!(places.0.values().all(|positions| positions.len() == 1), "different points share a cell");
+        assert!(
+            places.0.values().all(|positions| positions.len() == 1),
+            "different points share a cell"
+        );
     }
 
     #[test]
     fn long_tables_are_refused() {
         let rows = |count: usize| {
-            let row = |index: usize| format!("{}.5,{}e-6,1.0,0.1\n", index % 1000 + 1, index / 1000 + 1);
+            let row =
+                |index: usize| format!("{}.5,{}e-6,1.0,0.1\n", index % 1000 + 1, index / 1000 + 1);
             (0..count).fold(HEADING.to_owned(), |text, index| text + &row(index))
         };
         assert_eq!(read(&rows(20_000)).expect("points").len(), 20_000);
         let error = read(&rows(MAX_ROWS + 1)).expect_err("too many").to_string();
-        assert!(error.starts_with("forces.csv:1000002: more than 1000000 rows"), "{error}");
+        assert!(
+            error.starts_with("forces.csv:1000002: more than 1000000 rows"),
+            "{error}"
+        );
         let wide = format!("{HEADING}1,1,1,1\n{}", ",".repeat(100_000));
         let error = read(&wide).expect_err("too wide").to_string();
-        assert!(error.starts_with("forces.csv:3: a line of more than 65536 bytes"), "{error}");
+        assert!(
+            error.starts_with("forces.csv:3: a line of more than 65536 bytes"),
+            "{error}"
+        );
     }
 
     #[test]
     fn forces_beyond_the_limit_are_refused() {
         for force in ["1e101", "-1e308", "1e400", "NaN"] {
-            let error = read(&format!("{HEADING}1,1,{force},0\n")).expect_err("too large").to_string();
+            let error = read(&format!("{HEADING}1,1,{force},0\n"))
+                .expect_err("too large")
+                .to_string();
             assert!(error.starts_with("forces.csv:2, column force_n"), "{error}");
         }
     }
@@ -724,56 +1071,104 @@ mod tests {
             line,
         };
         use Quantity::{EdgeRadius, EdgeRadiusStd, Time, Turns};
-        let named = format(&[(Time, "t [min]", None), (EdgeRadius, "R [µm]", None), (EdgeRadiusStd, "s", Some("mm"))]);
+        let named = format(&[
+            (Time, "t [min]", None),
+            (EdgeRadius, "R [µm]", None),
+            (EdgeRadiusStd, "s", Some("mm")),
+        ]);
         let text = "Nr.;t [min];R [µm];s\n1;0;20;0,002\n2;1,5;62,5;\n";
-        let relative = Format { relative_std: Some(0.02), ..named.clone() };
+        let relative = Format {
+            relative_std: Some(0.02),
+            ..named.clone()
+        };
         let expected = vec![
             radius(Brushed::Time(0.0), 20e-6, Some(2e-6), 2),
             radius(Brushed::Time(90.0), 62.5e-6, Some(0.02 * 62.5e-6), 3),
         ];
         assert_eq!(read_radii(text, "radii.csv", &relative), Ok(expected));
         // Keys, in other units; turns in the place of the time.
-        for (heading, brushed) in
-            [("time_s", Brushed::Time(2.0)), ("time_h", Brushed::Time(7200.0)), ("turns", Brushed::Turns(2.0))]
-        {
+        for (heading, brushed) in [
+            ("time_s", Brushed::Time(2.0)),
+            ("time_h", Brushed::Time(7200.0)),
+            ("turns", Brushed::Turns(2.0)),
+        ] {
             let text = format!("{heading},edge_radius_mm\n2,0.1\n");
             let expected = vec![radius(brushed, 0.1e-3, None, 2)];
-            assert_eq!(read_radii(&text, "radii.csv", &Format::default()), Ok(expected));
+            assert_eq!(
+                read_radii(&text, "radii.csv", &Format::default()),
+                Ok(expected)
+            );
         }
         let turns = format(&[(Turns, "n", None)]);
         assert!(read_radii("n,edge_radius_m\n2,0.1\n", "radii.csv", &turns).is_ok());
-        let refused = |text: &str| read_radii(text, "radii.csv", &Format::default()).expect_err("refused").to_string();
+        let refused = |text: &str| {
+            read_radii(text, "radii.csv", &Format::default())
+                .expect_err("refused")
+                .to_string()
+        };
         let rows = |rows: &str| refused(&format!("time_s,edge_radius_m\n{rows}"));
-        assert!(rows("2,1e-4\n2,2e-4\n").starts_with("radii.csv:3, column time_s: this is not after the row above"));
-        assert!(rows("-1,1e-4\n").starts_with("radii.csv:2, column time_s: `-1` must be at least 0"));
-        assert!(rows("1,0\n").starts_with("radii.csv:2, column edge_radius_m: `0` must be greater than 0"));
+        assert!(
+            rows("2,1e-4\n2,2e-4\n")
+                .starts_with("radii.csv:3, column time_s: this is not after the row above")
+        );
+        assert!(
+            rows("-1,1e-4\n").starts_with("radii.csv:2, column time_s: `-1` must be at least 0")
+        );
+        assert!(
+            rows("1,0\n")
+                .starts_with("radii.csv:2, column edge_radius_m: `0` must be greater than 0")
+        );
         assert!(rows("").contains("there is no radius below the heading"));
         let missing = refused("time_s,R\n1,2\n");
         assert!(
-            missing.contains("no column `edge_radius_m`") && missing.contains("columns.edge_radius_m"),
+            missing.contains("no column `edge_radius_m`")
+                && missing.contains("columns.edge_radius_m"),
             "{missing}"
         );
         // A study has no use for them.
-        let other = read("time_s,edge_radius_m\n1,1e-4\n").expect_err("no forces").to_string();
-        assert!(other.contains("radii of an edge, not forces") && other.contains("removal.preston_m2_n"), "{other}");
+        let other = read("time_s,edge_radius_m\n1,1e-4\n")
+            .expect_err("no forces")
+            .to_string();
+        assert!(
+            other.contains("radii of an edge, not forces")
+                && other.contains("removal.preston_m2_n"),
+            "{other}"
+        );
     }
 
     #[test]
     fn columns_of_one_name_are_refused_with_their_numbers() {
         let text = "force_n,brushing_velocity_m_s,date,force_n,penetration_depth_m,std_n,date\n1,1,1,1,1,1,1\n";
         let error = read(text).expect_err("two columns of forces").to_string();
-        assert!(error.starts_with("forces.csv:1: columns 1 and 4 are both named `force_n`\n"), "{error}");
-        assert!(read(&text.replacen("force_n", "old", 1)).is_ok(), "other columns are ignored");
+        assert!(
+            error.starts_with("forces.csv:1: columns 1 and 4 are both named `force_n`\n"),
+            "{error}"
+        );
+        assert!(
+            read(&text.replacen("force_n", "old", 1)).is_ok(),
+            "other columns are ignored"
+        );
     }
 
     #[test]
     fn tables_may_have_further_columns_and_a_byte_order_mark() {
         let text = "\u{feff}force_n, std_n, date, penetration_depth_m, brushing_velocity_m_s\r\n1.5,0,now,2e-3,5\r\n";
         assert_eq!(read(text), Ok(vec![point(5.0, 2e-3, 1.5, 0.0)]));
-        let both = text.replace("date", "rotational_speed_rpm").replace("now", "300");
+        let both = text
+            .replace("date", "rotational_speed_rpm")
+            .replace("now", "300");
         let both = read(&both).expect("a table");
-        assert_eq!(both, [Measurement { second_speed_rpm: Some(300.0), ..point(5.0, 2e-3, 1.5, 0.0) }]);
+        assert_eq!(
+            both,
+            [Measurement {
+                second_speed_rpm: Some(300.0),
+                ..point(5.0, 2e-3, 1.5, 0.0)
+            }]
+        );
         // The velocity is what counts, and what is kept.
-        assert_eq!(read(&measured_text(&both, &[])), Ok(vec![point(5.0, 2e-3, 1.5, 0.0)]));
+        assert_eq!(
+            read(&measured_text(&both, &[])),
+            Ok(vec![point(5.0, 2e-3, 1.5, 0.0)])
+        );
     }
 }

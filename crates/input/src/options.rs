@@ -28,20 +28,30 @@ pub(crate) struct Assignment<'t> {
 }
 
 impl<'t> Assignment<'t> {
-    /// Takes an option apart. `None` without an equals sign; without a dot in the key, the section is empty.
+    /// Takes an option apart. `None` without an equals sign; without a dot in the key, the section
+    /// is empty.
     pub fn of(option: &'t str) -> Option<Self> {
         let (path, value) = option.split_once('=')?;
         let value_start = path.len() + 1;
         let (section, key) = path.trim().split_once('.').unwrap_or(("", path.trim()));
         // The path of a sweep may have quotes, as in a file.
-        let written = if section == STUDY { key.trim_matches('"') } else { key };
+        let written = if section == STUDY {
+            key.trim_matches('"')
+        } else {
+            key
+        };
         let own = match tool_in(section, written) {
-            Some([_, path]) => {
-                own_path(path).map(|(own, unit)| (format!("{}{own}", &written[..written.len() - path.len()]), unit))
-            }
+            Some([_, path]) => own_path(path).map(|(own, unit)| {
+                (
+                    format!("{}{own}", &written[..written.len() - path.len()]),
+                    unit,
+                )
+            }),
             None => own_key(section, written),
         };
-        let (key, unit) = own.map_or((Cow::Borrowed(written), None), |(own, unit)| (Cow::Owned(own), Some(unit)));
+        let (key, unit) = own.map_or((Cow::Borrowed(written), None), |(own, unit)| {
+            (Cow::Owned(own), Some(unit))
+        });
         Some(Self {
             section,
             written,
@@ -68,7 +78,8 @@ impl<'t> Assignment<'t> {
         !self.key.is_empty() && !self.value.trim().is_empty()
     }
 
-    /// The name of a tool and the path of its setting, if the key is `tools.NAME.SECTION.KEY` of a study.
+    /// The name of a tool and the path of its setting, if the key is `tools.NAME.SECTION.KEY` of a
+    /// study.
     pub fn tool(&self) -> Option<[&str; 2]> {
         tool_in(self.section, &self.key)
     }
@@ -79,8 +90,11 @@ impl<'t> Assignment<'t> {
     /// If it is not TOML.
     pub fn parsed(&self) -> Result<DeValue<'t>, Error> {
         let value = self.value.trim();
-        let is_word = value.starts_with(|first: char| first.is_alphabetic() || "/_".contains(first))
-            && value.chars().all(|letter| letter.is_alphanumeric() || "._-/".contains(letter));
+        let is_word = value
+            .starts_with(|first: char| first.is_alphabetic() || "/_".contains(first))
+            && value
+                .chars()
+                .all(|letter| letter.is_alphanumeric() || "._-/".contains(letter));
         let is_constant = ["true", "false", "inf", "nan"].contains(&value);
         match DeValue::parse(value) {
             Ok(value) => Ok(value.into_inner()),
@@ -92,7 +106,10 @@ impl<'t> Assignment<'t> {
 
 /// The name of a tool and the path of its setting, if a key of a section is that of a named tool.
 fn tool_in<'k>(section: &str, key: &'k str) -> Option<[&'k str; 2]> {
-    let rest = key.strip_prefix(TOOLS)?.strip_prefix('.').filter(|_| section == STUDY)?;
+    let rest = key
+        .strip_prefix(TOOLS)?
+        .strip_prefix('.')
+        .filter(|_| section == STUDY)?;
     let (name, path) = match rest.strip_prefix('"') {
         Some(quoted) => quoted.split_once("\".")?,
         None => rest.split_once('.')?,
@@ -100,7 +117,8 @@ fn tool_in<'k>(section: &str, key: &'k str) -> Option<[&'k str; 2]> {
     Some([name, path])
 }
 
-/// States a value in the tree, at the place of the option. What the tree states about the same in another way goes.
+/// States a value in the tree, at the place of the option. What the tree states about the same in
+/// another way goes.
 pub(crate) fn state<'t>(
     table: &mut DeTable<'t>,
     [section, key]: [&str; 2],
@@ -109,15 +127,22 @@ pub(crate) fn state<'t>(
 ) {
     let entry = Spanned::new(key_span.clone(), Cow::Owned(section.to_owned()));
     let new = || Spanned::new(key_span.clone(), DeValue::Table(DeTable::new()));
-    let DeValue::Table(entries) = table.entry(entry).or_insert_with(new).get_mut() else { return };
+    let DeValue::Table(entries) = table.entry(entry).or_insert_with(new).get_mut() else {
+        return;
+    };
     let path = format!("{section}.{key}");
     if let Some(parameter) = Parameter::find(&path) {
-        parameter.group().for_each(|same| drop(entries.remove(same.key())));
+        parameter
+            .group()
+            .for_each(|same| drop(entries.remove(same.key())));
     }
     // The entry is removed first: an insertion alone would keep the old key's place.
     entries.remove(key);
     let key = Spanned::new(key_span, Cow::Owned(key.to_owned()));
-    entries.insert(key, Spanned::new(value_span.clone(), at(value, &value_span)));
+    entries.insert(
+        key,
+        Spanned::new(value_span.clone(), at(value, &value_span)),
+    );
 }
 
 /// [`state`] for a setting of a named tool, below the keys `parents` of the tree.
@@ -132,7 +157,9 @@ pub(crate) fn state_of_tool<'t>(
     for key in [parents[0], parents[1], name] {
         let entry = Spanned::new(spans[0].clone(), Cow::Owned(key.to_owned()));
         let new = || Spanned::new(spans[0].clone(), DeValue::Table(DeTable::new()));
-        let DeValue::Table(entries) = tool.entry(entry).or_insert_with(new).get_mut() else { return };
+        let DeValue::Table(entries) = tool.entry(entry).or_insert_with(new).get_mut() else {
+            return;
+        };
         tool = entries;
     }
     // Those with their paths in quotes.
@@ -150,7 +177,8 @@ pub(crate) fn state_of_tool<'t>(
 
 /// A value all of whose parts are at one place.
 fn at<'t>(value: DeValue<'t>, span: &Range<usize>) -> DeValue<'t> {
-    let moved = |part: &Spanned<DeValue<'t>>| Spanned::new(span.clone(), at(part.get_ref().clone(), span));
+    let moved =
+        |part: &Spanned<DeValue<'t>>| Spanned::new(span.clone(), at(part.get_ref().clone(), span));
     match value {
         DeValue::Array(items) => {
             let mut array = DeArray::new();
@@ -159,7 +187,10 @@ fn at<'t>(value: DeValue<'t>, span: &Range<usize>) -> DeValue<'t> {
         }
         DeValue::Table(entries) => {
             let entry = |(key, value): (&Spanned<Cow<'t, str>>, &Spanned<DeValue<'t>>)| {
-                (Spanned::new(span.clone(), key.get_ref().clone()), moved(value))
+                (
+                    Spanned::new(span.clone(), key.get_ref().clone()),
+                    moved(value),
+                )
             };
             DeValue::Table(entries.iter().map(entry).collect())
         }

@@ -37,7 +37,8 @@ pub(crate) fn file_schema() -> Value {
     let mut schema = settings_schema();
     schema["title"] = json!("Input file of Bristle");
     for parameter in PARAMETERS {
-        let property = &mut schema["properties"][parameter.section()]["properties"][parameter.key()];
+        let property =
+            &mut schema["properties"][parameter.section()]["properties"][parameter.key()];
         if !parameter.instead_of.is_empty() && property.is_null() {
             let description = format!(
                 "{}{}, instead of `{}`.",
@@ -55,12 +56,16 @@ pub(crate) fn file_schema() -> Value {
             }
         }
     }
-    // Velocity and depth may come from [study] instead. Only the program checks this condition between sections.
+    // Velocity and depth may come from [study] instead. Only the program checks this condition
+    // between sections.
     schema["required"] = json!(["tool", "filament"]);
     if let Value::Object(process) = &mut schema["properties"]["process"] {
         process.remove("required");
     }
-    for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()) {
+    for parameter in PARAMETERS
+        .iter()
+        .filter(|parameter| parameter.instead_of.is_empty())
+    {
         state_choice(&mut schema["properties"][parameter.section()], parameter);
     }
     for (name, section) in schema["properties"].as_object_mut().into_iter().flatten() {
@@ -85,11 +90,15 @@ pub(crate) fn file_schema() -> Value {
     schema
 }
 
-/// The schema that follows from the structures alone. The keys of workpieces of all kinds are those of one section.
+/// The schema that follows from the structures alone. The keys of workpieces of all kinds are those
+/// of one section.
 fn settings_schema() -> Value {
     let mut schema = schema_of::<Settings>();
     let workpiece = &mut schema["properties"][WORKPIECE];
-    let kinds = workpiece.as_object_mut().and_then(|workpiece| workpiece.remove("oneOf")).unwrap_or_default();
+    let kinds = workpiece
+        .as_object_mut()
+        .and_then(|workpiece| workpiece.remove("oneOf"))
+        .unwrap_or_default();
     let named = |kind: &Value| json!({ "const": kind["properties"]["kind"]["const"], "description": kind["description"], "type": "string" });
     let named: Vec<Value> = kinds.as_array().into_iter().flatten().map(named).collect();
     for kind in kinds.as_array().into_iter().flatten() {
@@ -97,18 +106,22 @@ fn settings_schema() -> Value {
             workpiece["properties"][key] = property.clone();
         }
     }
-    workpiece["properties"]["kind"] =
-        json!({ "default": WorkpieceKind::default().name(), "description": "The kind of workpiece.", "oneOf": named });
+    workpiece["properties"]["kind"] = json!({ "default": WorkpieceKind::default().name(), "description": "The kind of workpiece.", "oneOf": named });
     workpiece["additionalProperties"] = json!(false);
     schema
 }
 
 fn schema_of<T: JsonSchema>() -> Value {
-    let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
-    settings.into_generator().into_root_schema_for::<T>().to_value()
+    let settings =
+        SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
+    settings
+        .into_generator()
+        .into_root_schema_for::<T>()
+        .to_value()
 }
 
-/// What a workpiece of each kind has besides its feed, by the names of the kinds: keys with their defaults.
+/// What a workpiece of each kind has besides its feed, by the names of the kinds: keys with their
+/// defaults.
 pub(crate) fn workpiece_kinds() -> &'static [(String, BTreeMap<String, Value>)] {
     static KINDS: LazyLock<Vec<(String, BTreeMap<String, Value>)>> = LazyLock::new(|| {
         let schema = schema_of::<WorkpieceKind>();
@@ -116,18 +129,38 @@ pub(crate) fn workpiece_kinds() -> &'static [(String, BTreeMap<String, Value>)] 
             let properties = kind["properties"].as_object().into_iter().flatten();
             let keys = properties.map(|(key, property)| (key.clone(), property["default"].clone()));
             let keys = keys.filter(|(key, _)| key != "kind").collect();
-            (kind["properties"]["kind"]["const"].as_str().unwrap_or_default().to_owned(), keys)
+            (
+                kind["properties"]["kind"]["const"]
+                    .as_str()
+                    .unwrap_or_default()
+                    .to_owned(),
+                keys,
+            )
         };
-        schema["oneOf"].as_array().into_iter().flatten().map(keys).collect()
+        schema["oneOf"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .map(keys)
+            .collect()
     });
     &KINDS
 }
 
-/// States that a section has exactly one of the keys that state the same, or at most one if it need not have any.
+/// States that a section has exactly one of the keys that state the same, or at most one if it need
+/// not have any.
 fn state_choice(section: &mut Value, parameter: &Parameter) {
-    let keys: Vec<String> =
-        parameter.group().flat_map(|same| [same.key().to_owned()].into_iter().chain(other_keys(same.path))).collect();
-    let Value::Object(section) = section else { return };
+    let keys: Vec<String> = parameter
+        .group()
+        .flat_map(|same| {
+            [same.key().to_owned()]
+                .into_iter()
+                .chain(other_keys(same.path))
+        })
+        .collect();
+    let Value::Object(section) = section else {
+        return;
+    };
     let is_required = match section.get_mut("required") {
         Some(Value::Array(required)) => required.extract_if(.., |key| *key == keys[0]).count() > 0,
         _ => false,
@@ -135,7 +168,10 @@ fn state_choice(section: &mut Value, parameter: &Parameter) {
     if !is_required && parameter.group().count() < 2 {
         return;
     }
-    let each: Vec<Value> = keys.iter().map(|key| json!({ "required": [key] })).collect();
+    let each: Vec<Value> = keys
+        .iter()
+        .map(|key| json!({ "required": [key] }))
+        .collect();
     let none = json!({ "not": { "anyOf": each } });
     let choice = json!({ "oneOf": each.into_iter().chain((!is_required).then_some(none)).collect::<Vec<_>>() });
     match section.entry("allOf").or_insert_with(|| json!([])) {
@@ -149,7 +185,8 @@ fn other_keys(path: &str) -> impl Iterator<Item = String> {
     other_paths(path).filter_map(|(path, _)| path.split_once('.').map(|(_, key)| key.to_owned()))
 }
 
-/// The pattern of the keys that state the setting at a path in other units; `None` if there is none.
+/// The pattern of the keys that state the setting at a path in other units; `None` if there is
+/// none.
 fn other_units_pattern(path: &str) -> Option<String> {
     let keys: Vec<String> = other_keys(path).collect();
     (!keys.is_empty()).then(|| format!("^({})$", keys.join("|")))
@@ -159,7 +196,9 @@ fn other_units_pattern(path: &str) -> Option<String> {
 fn state_other_units(name: &str, section: &mut Value) {
     let mut patterns = Map::new();
     for (key, property) in section["properties"].as_object().into_iter().flatten() {
-        let Some(pattern) = other_units_pattern(&format!("{name}.{key}")) else { continue };
+        let Some(pattern) = other_units_pattern(&format!("{name}.{key}")) else {
+            continue;
+        };
         let mut other = json!({ "description": format!("`{key}` in the unit of this key.") });
         for word in ["type", "items"] {
             if !property[word].is_null() {
@@ -190,16 +229,23 @@ fn state_limits(number: &mut Map<String, Value>, parameter: &Parameter) {
     }
 }
 
-/// A named tool: settings of some sections, none of them required, under their sections or with their paths in quotes.
+/// A named tool: settings of some sections, none of them required, under their sections or with
+/// their paths in quotes.
 fn tool_schema(schema: &Value) -> Value {
     let (mut properties, mut patterns) = (Map::new(), Map::new());
     for section in SECTIONS {
         let keys = &schema["properties"][section]["properties"];
-        let others = schema["properties"][section].get("patternProperties").cloned().unwrap_or_else(|| json!({}));
+        let others = schema["properties"][section]
+            .get("patternProperties")
+            .cloned()
+            .unwrap_or_else(|| json!({}));
         let quoted = keys.as_object().into_iter().flatten();
-        properties.extend(quoted.map(|(key, property)| (format!("{section}.{key}"), property.clone())));
+        properties
+            .extend(quoted.map(|(key, property)| (format!("{section}.{key}"), property.clone())));
         let quoted = others.as_object().into_iter().flatten();
-        patterns.extend(quoted.map(|(key, other)| (format!("^{section}\\.{}", &key[1..]), other.clone())));
+        patterns.extend(
+            quoted.map(|(key, other)| (format!("^{section}\\.{}", &key[1..]), other.clone())),
+        );
         let of_section = json!({
             "type": "object",
             "properties": keys,
@@ -245,11 +291,17 @@ fn study_schema(tool: Value) -> Value {
     let pattern = |parameter: &Parameter| {
         let is_short = SHORT_NAMES.iter().any(|(_, path)| *path == parameter.path);
         let section = format!("{}\\.", parameter.section());
-        let section = if is_short { format!("({section})?") } else { section };
+        let section = if is_short {
+            format!("({section})?")
+        } else {
+            section
+        };
         other_units_pattern(parameter.path).map(|pattern| format!("^{section}{}", &pattern[1..]))
     };
-    let patterns: Map<String, Value> =
-        PARAMETERS.iter().filter_map(|parameter| Some((pattern(parameter)?, sweep.clone()))).collect();
+    let patterns: Map<String, Value> = PARAMETERS
+        .iter()
+        .filter_map(|parameter| Some((pattern(parameter)?, sweep.clone())))
+        .collect();
     json!({
         "description": "The settings that `bristle study` sweeps, and the tools that it compares.",
         "type": "object",
@@ -261,7 +313,8 @@ fn study_schema(tool: Value) -> Value {
 
 fn measured_schema() -> Value {
     let column = |quantity: Quantity| {
-        let heading = json!({ "type": "string", "minLength": 1, "description": "Heading of the column." });
+        let heading =
+            json!({ "type": "string", "minLength": 1, "description": "Heading of the column." });
         let units: Vec<&str> = quantity.unit_names().collect();
         let with_unit = json!({
             "type": "object",
@@ -269,19 +322,27 @@ fn measured_schema() -> Value {
             "required": ["column"],
             "additionalProperties": false,
         });
-        (quantity.key().to_owned(), json!({ "anyOf": [heading, with_unit] }))
+        (
+            quantity.key().to_owned(),
+            json!({ "anyOf": [heading, with_unit] }),
+        )
     };
     let other = |quantity: Quantity| {
-        let keys: Vec<String> =
-            quantity.units().filter(|unit| !unit.is_own()).filter_map(|unit| unit.key_of(quantity.key())).collect();
-        let heading =
-            json!({ "type": "string", "minLength": 1, "description": "Heading of a column in the unit of the key." });
+        let keys: Vec<String> = quantity
+            .units()
+            .filter(|unit| !unit.is_own())
+            .filter_map(|unit| unit.key_of(quantity.key()))
+            .collect();
+        let heading = json!({ "type": "string", "minLength": 1, "description": "Heading of a column in the unit of the key." });
         (!keys.is_empty()).then(|| (format!("^({})$", keys.join("|")), heading))
     };
     let others: Map<String, Value> = Quantity::ALL.into_iter().filter_map(other).collect();
-    let tool =
-        json!({ "type": "string", "minLength": 1, "description": "Heading of the column with the names of tools." });
-    let columns: Map<String, Value> = Quantity::ALL.into_iter().map(column).chain([(TOOL.to_owned(), tool)]).collect();
+    let tool = json!({ "type": "string", "minLength": 1, "description": "Heading of the column with the names of tools." });
+    let columns: Map<String, Value> = Quantity::ALL
+        .into_iter()
+        .map(column)
+        .chain([(TOOL.to_owned(), tool)])
+        .collect();
     let keys = Quantity::ALL.map(Quantity::key);
     json!({
         "description": "Measured tool forces, which `bristle study` compares with simulated ones.",
@@ -330,7 +391,8 @@ fn measured_schema() -> Value {
 mod tests {
     use super::*;
 
-    /// The table of parameters and the settings structures agree on names, types and required numbers.
+    /// The table of parameters and the settings structures agree on names, types and required
+    /// numbers.
     #[test]
     fn the_table_of_parameters_is_complete() {
         let schema = settings_schema();
@@ -341,7 +403,10 @@ mod tests {
                 let path = format!("{section}.{key}");
                 if Parameter::find(&path).is_some_and(|parameter| !parameter.word.is_empty()) {
                     // A number or a word.
-                    assert!(schema_of_key["anyOf"].is_array() || schema_of_key["oneOf"].is_array(), "{schema_of_key}");
+                    assert!(
+                        schema_of_key["anyOf"].is_array() || schema_of_key["oneOf"].is_array(),
+                        "{schema_of_key}"
+                    );
                     numbers += 1;
                     continue;
                 }
@@ -350,13 +415,22 @@ mod tests {
                 }
                 let parameter = Parameter::find(&path).expect(&path);
                 numbers += usize::from(parameter.instead_of.is_empty());
-                let required = schema["required"].as_array().is_some_and(|keys| keys.contains(&json!(key)));
+                let required = schema["required"]
+                    .as_array()
+                    .is_some_and(|keys| keys.contains(&json!(key)));
                 assert_eq!(parameter.range.whole, whole, "{path}");
                 assert_eq!(parameter.required, required, "{path}");
             }
         }
-        // Those that state others in their own way are in files only, but for the force in place of the depth.
-        assert_eq!(numbers, PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_empty()).count());
+        // Those that state others in their own way are in files only, but for the force in place of
+        // the depth.
+        assert_eq!(
+            numbers,
+            PARAMETERS
+                .iter()
+                .filter(|parameter| parameter.instead_of.is_empty())
+                .count()
+        );
     }
 
     #[test]
@@ -369,21 +443,53 @@ mod tests {
         let sweeps = &schema["properties"]["study"]["properties"];
         assert!(sweeps["penetration_depth_m"].is_object());
         assert!(sweeps["filament.segments"].is_object());
-        assert_eq!(schema["properties"]["tool"]["properties"]["skew_rad"]["default"], json!(0.0));
+        assert_eq!(
+            schema["properties"]["tool"]["properties"]["skew_rad"]["default"],
+            json!(0.0)
+        );
         let force = &schema["properties"]["process"]["properties"]["tool_force_n"];
-        assert_eq!((&force["exclusiveMinimum"], &force["type"]), (&json!(0.0), &json!("number")));
-        assert!(force["description"].as_str().is_some_and(|text| text.contains("which is then found")), "{force}");
+        assert_eq!(
+            (&force["exclusiveMinimum"], &force["type"]),
+            (&json!(0.0), &json!("number"))
+        );
+        assert!(
+            force["description"]
+                .as_str()
+                .is_some_and(|text| text.contains("which is then found")),
+            "{force}"
+        );
         let [tool, process] = ["tool", "process"].map(|section| &schema["properties"][section]);
-        assert_eq!(process["properties"]["rotational_speed_rpm"]["maximum"], json!(1e7));
+        assert_eq!(
+            process["properties"]["rotational_speed_rpm"]["maximum"],
+            json!(1e7)
+        );
         let choices = |section: &Value| {
-            let of = |choice: &Value| choice["oneOf"].as_array().map(Vec::len).expect("alternatives");
-            section["allOf"].as_array().expect("choices").iter().map(of).collect::<Vec<_>>()
+            let of = |choice: &Value| {
+                choice["oneOf"]
+                    .as_array()
+                    .map(Vec::len)
+                    .expect("alternatives")
+            };
+            section["allOf"]
+                .as_array()
+                .expect("choices")
+                .iter()
+                .map(of)
+                .collect::<Vec<_>>()
         };
-        // Of a length in four units, and of the number of filaments: itself, per area in three units, and the share.
-        assert_eq!((choices(tool), choices(process)), (vec![4, 4, 5], vec![9, 8]));
+        // Of a length in four units, and of the number of filaments: itself, per area in three
+        // units, and the share.
+        assert_eq!(
+            (choices(tool), choices(process)),
+            (vec![4, 4, 5], vec![9, 8])
+        );
         let pattern = "^(length_mm|length_cm|length_um)$";
-        assert_eq!(schema["properties"]["filament"]["patternProperties"][pattern]["type"], json!("number"));
-        let pattern = "^(process\\.)?(penetration_depth_mm|penetration_depth_cm|penetration_depth_um)$";
+        assert_eq!(
+            schema["properties"]["filament"]["patternProperties"][pattern]["type"],
+            json!("number")
+        );
+        let pattern =
+            "^(process\\.)?(penetration_depth_mm|penetration_depth_cm|penetration_depth_um)$";
         assert!(schema["properties"]["study"]["patternProperties"][pattern].is_object());
     }
 }

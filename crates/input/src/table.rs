@@ -12,7 +12,8 @@ use thiserror::Error;
 const LONGEST_NAME: usize = 80;
 const LONGEST_PROBLEM: usize = 200;
 
-/// Largest number of rows of a table: of cases in a study, samples in a history, and points that can be compared.
+/// Largest number of rows of a table: of cases in a study, samples in a history, and points that
+/// can be compared.
 pub const MAX_ROWS: usize = 1_000_000;
 /// Longest line of a table. A program that writes more has not written a table.
 const MAX_LINE_BYTES: usize = 1 << 16;
@@ -37,7 +38,9 @@ pub struct DataError {
 }
 
 fn column_text(column: &Option<String>) -> String {
-    column.as_ref().map_or_else(String::new, |column| format!(", column {column}"))
+    column
+        .as_ref()
+        .map_or_else(String::new, |column| format!(", column {column}"))
 }
 
 /// A file's name and text.
@@ -60,7 +63,13 @@ impl Source<'_> {
     ) -> DataError {
         let column = column.map(|column| shown(&column, LONGEST_NAME));
         let problem = shown(&problem.into(), LONGEST_PROBLEM);
-        DataError { file: shown_path(Path::new(self.name)), line, column, problem, advice: advice.into() }
+        DataError {
+            file: shown_path(Path::new(self.name)),
+            line,
+            column,
+            problem,
+            advice: advice.into(),
+        }
     }
 
     /// The error about text that is not JSON, or is JSON of something else.
@@ -75,10 +84,17 @@ impl Source<'_> {
         struct Versioned {
             format: u32,
         }
-        let Versioned { format } = serde_json::from_str(self.text).map_err(|error| self.json(&error))?;
+        let Versioned { format } =
+            serde_json::from_str(self.text).map_err(|error| self.json(&error))?;
         if format != expected {
-            let problem = format!("the file has format {format}, but this program reads format {expected}");
-            return Err(self.error(1, None, problem, "use the version of Bristle that wrote it, or simulate again"));
+            let problem =
+                format!("the file has format {format}, but this program reads format {expected}");
+            return Err(self.error(
+                1,
+                None,
+                problem,
+                "use the version of Bristle that wrote it, or simulate again",
+            ));
         }
         serde_json::from_str(self.text).map_err(|error| self.json(&error))
     }
@@ -91,15 +107,26 @@ impl Source<'_> {
         self.table_separated_by(',', advice)
     }
 
-    /// The cells of the heading of a table with an ASCII `separator`; none if there is no such heading.
+    /// The cells of the heading of a table with an ASCII `separator`; none if there is no such
+    /// heading.
     pub(crate) fn headings(&self, separator: char) -> Vec<String> {
         let first = reader(self.text, separator).into_records().next();
-        first.and_then(Result::ok).map_or_else(Vec::new, |heading| heading.iter().map(str::to_owned).collect())
+        first.and_then(Result::ok).map_or_else(Vec::new, |heading| {
+            heading.iter().map(str::to_owned).collect()
+        })
     }
 
     /// [`Source::table`] with another ASCII separator than a comma.
-    pub(crate) fn table_separated_by(&self, separator: char, advice: &'static str) -> Result<Table<'_>, DataError> {
-        if let Some(line) = self.text.lines().position(|line| line.len() > MAX_LINE_BYTES) {
+    pub(crate) fn table_separated_by(
+        &self,
+        separator: char,
+        advice: &'static str,
+    ) -> Result<Table<'_>, DataError> {
+        if let Some(line) = self
+            .text
+            .lines()
+            .position(|line| line.len() > MAX_LINE_BYTES)
+        {
             let problem = format!("a line of more than {MAX_LINE_BYTES} bytes");
             return Err(self.error(line as u64 + 1, None, problem, advice));
         }
@@ -108,7 +135,9 @@ impl Source<'_> {
             let record = record.map_err(|error| {
                 let line = error.position().map_or(1, csv::Position::line);
                 let problem = match error.kind() {
-                    csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                    csv::ErrorKind::UnequalLengths {
+                        expected_len, len, ..
+                    } => {
                         format!("{len} cells, but the heading has {expected_len}")
                     }
                     _ => error.to_string(),
@@ -118,7 +147,12 @@ impl Source<'_> {
             // The heading is one of them.
             if rows.len() > MAX_ROWS {
                 let line = record.position().map_or(1, csv::Position::line);
-                return Err(self.error(line, None, format!("more than {MAX_ROWS} rows below the heading"), advice));
+                return Err(self.error(
+                    line,
+                    None,
+                    format!("more than {MAX_ROWS} rows below the heading"),
+                    advice,
+                ));
             }
             rows.push(record);
         }
@@ -126,7 +160,12 @@ impl Source<'_> {
             return Err(self.error(1, None, "the file is empty", advice));
         }
         let heading = rows.remove(0);
-        Ok(Table { source: self, heading, rows, advice })
+        Ok(Table {
+            source: self,
+            heading,
+            rows,
+            advice,
+        })
     }
 }
 
@@ -134,7 +173,11 @@ impl Source<'_> {
 fn reader(text: &str, separator: char) -> csv::Reader<&[u8]> {
     let mut builder = csv::ReaderBuilder::new();
     let separator = u8::try_from(separator).expect("a separator is ASCII");
-    builder.has_headers(false).delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes())
+    builder
+        .has_headers(false)
+        .delimiter(separator)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes())
 }
 
 /// A table as text.
@@ -158,16 +201,26 @@ impl Table<'_> {
 
     /// The position of a column. Columns that nobody asks for may have equal names.
     pub fn column(&self, name: &str) -> Result<usize, DataError> {
-        let mut positions = (0..self.heading.len()).filter(|&position| &self.heading[position] == name);
+        let mut positions =
+            (0..self.heading.len()).filter(|&position| &self.heading[position] == name);
         let error = |problem: String| Err(self.source.error(1, None, problem, self.advice));
         match (positions.next(), positions.next()) {
             (Some(position), None) => Ok(position),
-            (Some(first), Some(second)) => {
-                error(format!("columns {} and {} are both named `{name}`", first + 1, second + 1))
-            }
+            (Some(first), Some(second)) => error(format!(
+                "columns {} and {} are both named `{name}`",
+                first + 1,
+                second + 1
+            )),
             (None, _) => {
-                let headings: Vec<String> = self.heading.iter().map(|heading| format!("`{heading}`")).collect();
-                error(format!("there is no column `{name}`; there are {}", headings.join(", ")))
+                let headings: Vec<String> = self
+                    .heading
+                    .iter()
+                    .map(|heading| format!("`{heading}`"))
+                    .collect();
+                error(format!(
+                    "there is no column `{name}`; there are {}",
+                    headings.join(", ")
+                ))
             }
         }
     }
@@ -186,26 +239,51 @@ impl Table<'_> {
     }
 
     /// The error about a cell.
-    pub fn wrong(&self, row: &csv::StringRecord, column: usize, problem: impl Into<String>) -> DataError {
-        self.source.error(self.line(row), self.heading.get(column).map(str::to_owned), problem, self.advice)
+    pub fn wrong(
+        &self,
+        row: &csv::StringRecord,
+        column: usize,
+        problem: impl Into<String>,
+    ) -> DataError {
+        self.source.error(
+            self.line(row),
+            self.heading.get(column).map(str::to_owned),
+            problem,
+            self.advice,
+        )
     }
 
     /// Reads a structure from the cells at `columns`.
-    pub fn read<T: Record>(&self, row: &csv::StringRecord, columns: &[usize]) -> Result<T, DataError> {
+    pub fn read<T: Record>(
+        &self,
+        row: &csv::StringRecord,
+        columns: &[usize],
+    ) -> Result<T, DataError> {
         self.read_columns(row, columns, T::COLUMNS.iter())
     }
 
-    /// Reads some columns of a structure from the cells at `columns`. The others have their defaults.
+    /// Reads some columns of a structure from the cells at `columns`. The others have their
+    /// defaults.
     pub fn read_columns<T: Record>(
         &self,
         row: &csv::StringRecord,
         columns: &[usize],
         of: impl Iterator<Item = &'static Column<T>>,
     ) -> Result<T, DataError> {
-        parse(of, |position| row.get(columns[position]).unwrap_or_default()).map_err(|position| {
+        parse(of, |position| {
+            row.get(columns[position]).unwrap_or_default()
+        })
+        .map_err(|position| {
             let column = columns[position];
             let cell = row.get(column).unwrap_or_default();
-            self.wrong(row, column, format!("`{}` is not a valid number for this column", shortened(cell)))
+            self.wrong(
+                row,
+                column,
+                format!(
+                    "`{}` is not a valid number for this column",
+                    shortened(cell)
+                ),
+            )
         })
     }
 }

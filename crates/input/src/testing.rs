@@ -1,6 +1,7 @@
 //! Helpers shared by the unit tests of several modules.
 
-/// Brush and filament of an input file with a number of segments, as a literal. Tests append to it with `concat!`.
+/// Brush and filament of an input file with a number of segments, as a literal. Tests append to it
+/// with `concat!`.
 macro_rules! brush {
     ($segments:literal) => {
         concat!(

@@ -1,6 +1,8 @@
-//! How far a result depends on the precision of its computation: on the number of segments, on tolerances, and on the stiffness between filaments.
+//! How far a result depends on the precision of its computation: on the number of segments, on
+//! tolerances, and on the stiffness between filaments.
 //!
-//! Settings in, the cases to simulate out ([`Plan`]); their results in, what they say about each of these settings out ([`Convergence`]).
+//! Settings in, the cases to simulate out ([`Plan`]); their results in, what they say about each of
+//! these settings out ([`Convergence`]).
 
 use std::io::{self, Write};
 
@@ -19,12 +21,16 @@ const BRUSH_TOLERANCE: &str = "brush.tolerance";
 const BRUSH_STIFFNESS: &str = "brush.stiffness_n_m2";
 
 /// Numbers of segments, at ratios of about √2.
-const NUMBERS: [f64; 13] = [5.0, 8.0, 12.0, 17.0, 25.0, 35.0, 50.0, 70.0, 100.0, 140.0, 200.0, 280.0, 400.0];
-/// The finest number of segments is at least this multiple of the stated one: its own error is a quarter of that then. For a filament
-/// alone it is also at least the least one, and for a brush, which takes longer, the coarsest is at least the inverse multiple.
+const NUMBERS: [f64; 13] = [
+    5.0, 8.0, 12.0, 17.0, 25.0, 35.0, 50.0, 70.0, 100.0, 140.0, 200.0, 280.0, 400.0,
+];
+/// The finest number of segments is at least this multiple of the stated one: its own error is a
+/// quarter of that then. For a filament alone it is also at least the least one, and for a brush,
+/// which takes longer, the coarsest is at least the inverse multiple.
 const FINER: f64 = 2.0;
 const LEAST_FINEST: f64 = 50.0;
-/// The loosest relative tolerance, unless the stated one is looser, and the finest one over that which is stated.
+/// The loosest relative tolerance, unless the stated one is looser, and the finest one over that
+/// which is stated.
 const LOOSEST: f64 = 1e-3;
 const FINER_TOLERANCE: f64 = 1e-2;
 /// Tolerances of a brush over the stated one. Steps are no longer beyond [`LOOSEST`].
@@ -44,7 +50,9 @@ pub enum ConvergenceError {
     #[error("the case that the file states cannot be simulated: {0}")]
     Stated(String),
     /// There is no force.
-    #[error("the filaments do not touch the workpiece: F_n,w is 0, and there is nothing to compare")]
+    #[error(
+        "the filaments do not touch the workpiece: F_n,w is 0, and there is nothing to compare"
+    )]
     NoContact,
 }
 
@@ -57,8 +65,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The cases in which one setting after the other has other values than in `settings`, which state a depth. Tools are not sampled: filaments of a
-    /// brush alone vary.
+    /// The cases in which one setting after the other has other values than in `settings`, which
+    /// state a depth. Tools are not sampled: filaments of a brush alone vary.
     ///
     /// # Errors
     /// If the settings are wrong.
@@ -72,11 +80,17 @@ impl Plan {
             Some(_) => &[SEGMENTS, BRUSH_TOLERANCE, BRUSH_STIFFNESS],
             None => &[SEGMENTS, SOLVER_TOLERANCE],
         };
-        let mut plan = Self { cases: vec![stated], series: Vec::new() };
+        let mut plan = Self {
+            cases: vec![stated],
+            series: Vec::new(),
+        };
         for path in paths {
             let parameter = Parameter::find(path).expect("the table has these settings");
             let values = values(parameter, &plan.cases[0]);
-            let cases = values.into_iter().filter_map(|value| Some((value, plan.case(parameter, value)?))).collect();
+            let cases = values
+                .into_iter()
+                .filter_map(|value| Some((value, plan.case(parameter, value)?)))
+                .collect();
             plan.series.push((parameter, cases));
         }
         Ok(plan)
@@ -112,7 +126,9 @@ impl Plan {
         assert_eq!(results.len(), self.cases.len(), "a result for each case");
         match &results[0] {
             Err(error) => return Err(ConvergenceError::Stated(error.clone())),
-            Ok(stated) if stated.metrics.tool_contact_normal_force_n == 0.0 => return Err(ConvergenceError::NoContact),
+            Ok(stated) if stated.metrics.tool_contact_normal_force_n == 0.0 => {
+                return Err(ConvergenceError::NoContact);
+            }
             Ok(_) => {}
         }
         let stated = &self.cases[0];
@@ -120,9 +136,14 @@ impl Plan {
             parameter,
             stated: parameter.get(stated),
             values: cases.iter().map(|(value, _)| *value).collect(),
-            results: cases.iter().map(|(_, case)| results[*case].clone()).collect(),
+            results: cases
+                .iter()
+                .map(|(_, case)| results[*case].clone())
+                .collect(),
         });
-        Ok(Convergence { series: series.collect() })
+        Ok(Convergence {
+            series: series.collect(),
+        })
     }
 }
 
@@ -132,19 +153,37 @@ fn values(parameter: &Parameter, settings: &Settings) -> Vec<f64> {
     let mut values: Vec<f64> = match parameter.path {
         SEGMENTS => {
             let is_brush = settings.brush.is_some();
-            let finest = if is_brush { FINER * stated } else { LEAST_FINEST.max(FINER * stated) };
-            let end = NUMBERS.iter().position(|&number| number >= finest).unwrap_or(NUMBERS.len() - 1);
+            let finest = if is_brush {
+                FINER * stated
+            } else {
+                LEAST_FINEST.max(FINER * stated)
+            };
+            let end = NUMBERS
+                .iter()
+                .position(|&number| number >= finest)
+                .unwrap_or(NUMBERS.len() - 1);
             let coarsest = if is_brush { stated / FINER } else { 0.0 };
-            NUMBERS[..=end].iter().copied().filter(|&number| number >= coarsest).collect()
+            NUMBERS[..=end]
+                .iter()
+                .copied()
+                .filter(|&number| number >= coarsest)
+                .collect()
         }
         SOLVER_TOLERANCE => {
-            let (loosest, finest) = (LOOSEST.max(stated), FINER_TOLERANCE * stated * (1.0 - ROUNDING));
+            let (loosest, finest) = (
+                LOOSEST.max(stated),
+                FINER_TOLERANCE * stated * (1.0 - ROUNDING),
+            );
             let powers = (2..=10).map(|power| format!("1e-{power}").parse().expect("a number"));
-            powers.filter(|tolerance| (finest..=loosest).contains(tolerance)).collect()
+            powers
+                .filter(|tolerance| (finest..=loosest).contains(tolerance))
+                .collect()
         }
         BRUSH_TOLERANCE => {
             let loosest = LOOSEST.max(stated) * (1.0 + ROUNDING);
-            times(stated, BRUSH_TOLERANCES).filter(|&tolerance| tolerance <= loosest).collect()
+            times(stated, BRUSH_TOLERANCES)
+                .filter(|&tolerance| tolerance <= loosest)
+                .collect()
         }
         _ => times(stated, STIFFNESSES).collect(),
     };
@@ -159,7 +198,13 @@ fn values(parameter: &Parameter, settings: &Settings) -> Vec<f64> {
 
 /// A value times some factors, without the digits that rounding leaves.
 fn times(value: f64, factors: [f64; 5]) -> impl Iterator<Item = f64> {
-    factors.into_iter().map(move |factor| if factor == 1.0 { value } else { rounded(factor * value) })
+    factors.into_iter().map(move |factor| {
+        if factor == 1.0 {
+            value
+        } else {
+            rounded(factor * value)
+        }
+    })
 }
 
 fn rounded(value: f64) -> f64 {
@@ -188,7 +233,8 @@ pub struct Series {
 pub struct Limit {
     /// The force `F_n,w` in N.
     pub force: f64,
-    /// The power of the length of a segment with which the error falls, if the force is extrapolated with it; none if it is that of the finest value.
+    /// The power of the length of a segment with which the error falls, if the force is
+    /// extrapolated with it; none if it is that of the finest value.
     pub order: Option<f64>,
 }
 
@@ -201,24 +247,32 @@ impl Series {
 
     /// The force `F_n,w` in N; none where the simulation failed.
     fn force(&self, index: usize) -> Option<f64> {
-        self.results[index].as_ref().ok().map(|summary| summary.metrics.tool_contact_normal_force_n)
+        self.results[index]
+            .as_ref()
+            .ok()
+            .map(|summary| summary.metrics.tool_contact_normal_force_n)
     }
 
     /// The position of the finest value that has a result.
     #[must_use]
     pub fn finest(&self) -> usize {
-        (0..self.values.len()).rev().find(|&index| self.force(index).is_some()).expect("the stated value has a result")
+        (0..self.values.len())
+            .rev()
+            .find(|&index| self.force(index).is_some())
+            .expect("the stated value has a result")
     }
 
-    /// The force of the value at a position against that of the finest one, as a part of it; none where the simulation failed.
+    /// The force of the value at a position against that of the finest one, as a part of it; none
+    /// where the simulation failed.
     #[must_use]
     pub fn change(&self, index: usize) -> Option<f64> {
         let finest = self.force(self.finest())?;
         Some((self.force(index)? - finest) / finest)
     }
 
-    /// What the force tends to. It is extrapolated (Richardson) over the number of segments alone, where the error is known to fall with a power of
-    /// their length, and only if the finest four agree on this power.
+    /// What the force tends to. It is extrapolated (Richardson) over the number of segments alone,
+    /// where the error is known to fall with a power of their length, and only if the finest four
+    /// agree on this power.
     #[must_use]
     pub fn limit(&self) -> Limit {
         /// Powers that agree, and the least change over the force that is none of the tolerance's.
@@ -227,27 +281,37 @@ impl Series {
         let finest = self.finest();
         let force = self.force(finest).expect("it has a result");
         let unknown = Limit { force, order: None };
-        let known: Vec<(f64, f64)> =
-            (0..=finest).filter_map(|index| Some((1.0 / self.values[index], self.force(index)?))).collect();
+        let known: Vec<(f64, f64)> = (0..=finest)
+            .filter_map(|index| Some((1.0 / self.values[index], self.force(index)?)))
+            .collect();
         if self.parameter.path != SEGMENTS || known.len() < 4 {
             return unknown;
         }
         let last = &known[known.len() - 4..];
         let changes = last.windows(2).map(|pair| pair[1].1 - pair[0].1);
-        if changes.clone().any(|change| change.abs() < RESOLVED * force.abs()) {
+        if changes
+            .clone()
+            .any(|change| change.abs() < RESOLVED * force.abs())
+        {
             return unknown;
         }
-        let (Some(before), Some(order)) = (order(&last[..3]), order(&last[1..])) else { return unknown };
+        let (Some(before), Some(order)) = (order(&last[..3]), order(&last[1..])) else {
+            return unknown;
+        };
         if (before - order).abs() > AGREES {
             return unknown;
         }
         let [(coarse, at_coarse), (fine, at_fine)] = [last[2], last[3]];
         let share = fine.powf(order) / (coarse.powf(order) - fine.powf(order));
-        Limit { force: at_fine + share * (at_fine - at_coarse), order: Some(order) }
+        Limit {
+            force: at_fine + share * (at_fine - at_coarse),
+            order: Some(order),
+        }
     }
 
-    /// The error of the force at a position against [`Series::limit`], as a part of it; none where it is unknown: where the simulation failed, and at the
-    /// finest value if nothing is extrapolated.
+    /// The error of the force at a position against [`Series::limit`], as a part of it; none where
+    /// it is unknown: where the simulation failed, and at the finest value if nothing is
+    /// extrapolated.
     #[must_use]
     pub fn error(&self, index: usize) -> Option<f64> {
         let limit = self.limit();
@@ -266,17 +330,22 @@ impl Series {
     /// The coarsest value from which on all errors are at most `goal`.
     #[must_use]
     pub fn enough(&self, goal: f64) -> Option<f64> {
-        let known = (0..=self.finest()).rev().skip_while(|&index| self.error(index).is_none());
+        let known = (0..=self.finest())
+            .rev()
+            .skip_while(|&index| self.error(index).is_none());
         let good = known.take_while(|&index| self.error(index).is_some_and(|error| error <= goal));
         good.last().map(|index| self.values[index])
     }
 }
 
-/// The power `p` with which the differences of values at three lengths, `(length, value)` from coarse to fine, fall: `(f_1 − f_2)/(f_2 − f_3) =
-/// (x_1^p − x_2^p)/(x_2^p − x_3^p)`. None if there is none between ½ and 4.
+/// The power `p` with which the differences of values at three lengths, `(length, value)` from
+/// coarse to fine, fall: `(f_1 − f_2)/(f_2 − f_3) = (x_1^p − x_2^p)/(x_2^p − x_3^p)`. None if there
+/// is none between ½ and 4.
 fn order(points: &[(f64, f64)]) -> Option<f64> {
     const RANGE: [f64; 2] = [0.5, 4.0];
-    let &[(x1, f1), (x2, f2), (x3, f3)] = points else { return None };
+    let &[(x1, f1), (x2, f2), (x3, f3)] = points else {
+        return None;
+    };
     let ratio = (f1 - f2) / (f2 - f3);
     let excess = |p: f64| (x1.powf(p) - x2.powf(p)) / (x2.powf(p) - x3.powf(p)) - ratio;
     let [mut low, mut high] = RANGE;
@@ -286,7 +355,11 @@ fn order(points: &[(f64, f64)]) -> Option<f64> {
     }
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if excess(middle) < 0.0 { low = middle } else { high = middle }
+        if excess(middle) < 0.0 {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     Some(low)
 }
@@ -306,7 +379,9 @@ impl Convergence {
 
     /// For each setting, the coarsest value that is enough for [`GOAL`] together with the others.
     pub fn choices(&self) -> impl Iterator<Item = Option<f64>> {
-        self.series.iter().map(|series| series.enough(self.goal_of_each()))
+        self.series
+            .iter()
+            .map(|series| series.enough(self.goal_of_each()))
     }
 
     /// The sum of the errors of the values that are stated; none if one of them is not known.
@@ -322,23 +397,49 @@ impl Convergence {
 /// If `out` cannot be written to.
 pub fn write_convergence(out: impl Write, convergence: &Convergence) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    let keys = ["contact_normal_impulse_n_s", "tool_contact_normal_force_n", "change", "steps", "status"];
+    let keys = [
+        "contact_normal_impulse_n_s",
+        "tool_contact_normal_force_n",
+        "change",
+        "steps",
+        "status",
+    ];
     writer.write_record(["setting", "value"].into_iter().chain(keys))?;
     for series in &convergence.series {
         for (index, (value, result)) in series.values.iter().zip(&series.results).enumerate() {
             let cells = match (result, series.change(index)) {
                 (Ok(summary), Some(change)) => {
                     let metrics = &summary.metrics;
-                    let numbers = [metrics.contact_normal_impulse_n_s, metrics.tool_contact_normal_force_n, change];
+                    let numbers = [
+                        metrics.contact_normal_impulse_n_s,
+                        metrics.tool_contact_normal_force_n,
+                        change,
+                    ];
                     let [impulse, force, change] = numbers.map(|number| number.to_string());
-                    [impulse, force, change, summary.statistics.steps.to_string(), "ok".to_owned()]
+                    [
+                        impulse,
+                        force,
+                        change,
+                        summary.statistics.steps.to_string(),
+                        "ok".to_owned(),
+                    ]
                 }
                 (result, _) => {
                     let message = result.as_ref().err().cloned().unwrap_or_default();
-                    [String::new(), String::new(), String::new(), String::new(), message]
+                    [
+                        String::new(),
+                        String::new(),
+                        String::new(),
+                        String::new(),
+                        message,
+                    ]
                 }
             };
-            writer.write_record([series.parameter.path.to_owned(), value.to_string()].into_iter().chain(cells))?;
+            writer.write_record(
+                [series.parameter.path.to_owned(), value.to_string()]
+                    .into_iter()
+                    .chain(cells),
+            )?;
         }
     }
     writer.flush()
@@ -351,8 +452,14 @@ mod tests {
     use bristle_grid::CaseSummary;
 
     fn result(force: f64) -> CaseResult {
-        let metrics = Metrics { tool_contact_normal_force_n: force, ..Metrics::default() };
-        Ok(CaseSummary { metrics, ..CaseSummary::default() })
+        let metrics = Metrics {
+            tool_contact_normal_force_n: force,
+            ..Metrics::default()
+        };
+        Ok(CaseSummary {
+            metrics,
+            ..CaseSummary::default()
+        })
     }
 
     /// A series whose force is a function of the value.
@@ -362,7 +469,12 @@ mod tests {
         parameter.set(&mut settings, stated);
         let values = values(parameter, &settings);
         let results = values.iter().map(|&value| result(force(value))).collect();
-        Series { parameter, stated, values, results }
+        Series {
+            parameter,
+            stated,
+            values,
+            results,
+        }
     }
 
     #[test]
@@ -371,7 +483,10 @@ mod tests {
         assert_eq!(of(SEGMENTS, 25.0), [5.0, 8.0, 12.0, 17.0, 25.0, 35.0, 50.0]);
         assert_eq!(of(SEGMENTS, 30.0)[4..], [25.0, 30.0, 35.0, 50.0, 70.0]);
         assert_eq!(of(SEGMENTS, 400.0)[12..], [400.0]);
-        assert_eq!(of(SOLVER_TOLERANCE, 1e-6), [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
+        assert_eq!(
+            of(SOLVER_TOLERANCE, 1e-6),
+            [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
+        );
         assert_eq!(of(SOLVER_TOLERANCE, 1e-2), [1e-2, 1e-3, 1e-4]);
         assert_eq!(of(SOLVER_TOLERANCE, 1e-10).last(), Some(&1e-10));
         let mut settings = Settings::paper(10.0, 1e-3);
@@ -387,38 +502,86 @@ mod tests {
     fn an_order_is_stated_where_the_finest_values_agree_on_it() {
         let regular = series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 3.0 / (n * n)));
         let limit = regular.limit();
-        assert!(limit.order.is_some_and(|order| (order - 2.0).abs() < 1e-6), "{limit:?}");
+        assert!(
+            limit.order.is_some_and(|order| (order - 2.0).abs() < 1e-6),
+            "{limit:?}"
+        );
         assert!((limit.force - 100.0).abs() < 1e-6);
-        assert!(regular.stated_error().is_some_and(|error| (error - 3.0 / 625.0).abs() < 1e-8));
+        assert!(
+            regular
+                .stated_error()
+                .is_some_and(|error| (error - 3.0 / 625.0).abs() < 1e-8)
+        );
         // 3/17² is just above one per cent, 3/25² half of it.
-        assert_eq!([0.01, 0.001, 0.02].map(|goal| regular.enough(goal)), [Some(25.0), None, Some(17.0)]);
-        assert_eq!(series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 1.0 / (n * n))).enough(0.0005), Some(50.0));
-        // What oscillates, or is noise, has no order: the finest value is the reference, and its own error is unknown.
+        assert_eq!(
+            [0.01, 0.001, 0.02].map(|goal| regular.enough(goal)),
+            [Some(25.0), None, Some(17.0)]
+        );
+        assert_eq!(
+            series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 1.0 / (n * n))).enough(0.0005),
+            Some(50.0)
+        );
+        // What oscillates, or is noise, has no order: the finest value is the reference, and its
+        // own error is unknown.
         for irregular in [
-            series(SEGMENTS, 25.0, |n| 100.0 + if n % 2.0 == 0.0 { 1.0 } else { 0.0 }),
+            series(SEGMENTS, 25.0, |n| {
+                100.0 + if n % 2.0 == 0.0 { 1.0 } else { 0.0 }
+            }),
             series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 1e-5 / (n * n))),
-            series(SOLVER_TOLERANCE, 1e-6, |tolerance| 100.0 * (1.0 + tolerance)),
+            series(SOLVER_TOLERANCE, 1e-6, |tolerance| {
+                100.0 * (1.0 + tolerance)
+            }),
         ] {
             let finest = irregular.finest();
-            assert_eq!((irregular.limit().order, irregular.error(finest)), (None, None));
+            assert_eq!(
+                (irregular.limit().order, irregular.error(finest)),
+                (None, None)
+            );
         }
-        let by_tolerance = series(SOLVER_TOLERANCE, 1e-6, |tolerance| 100.0 * (1.0 + 30.0 * tolerance));
-        assert_eq!([0.01, 1e-5].map(|goal| by_tolerance.enough(goal)), [Some(1e-4), Some(1e-7)]);
+        let by_tolerance = series(SOLVER_TOLERANCE, 1e-6, |tolerance| {
+            100.0 * (1.0 + 30.0 * tolerance)
+        });
+        assert_eq!(
+            [0.01, 1e-5].map(|goal| by_tolerance.enough(goal)),
+            [Some(1e-4), Some(1e-7)]
+        );
     }
 
     #[test]
     fn values_that_fail_are_left_out() {
         let mut series = series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 3.0 / (n * n)));
         let last = series.values.len() - 1;
-        (series.results[0], series.results[last]) = (Err("failed".to_owned()), Err("failed, too".to_owned()));
-        assert_eq!((series.finest(), series.change(last), series.change(last - 1)), (last - 1, None, Some(0.0)));
-        assert!(series.limit().order.is_some_and(|order| (order - 2.0).abs() < 1e-6));
+        (series.results[0], series.results[last]) =
+            (Err("failed".to_owned()), Err("failed, too".to_owned()));
+        assert_eq!(
+            (
+                series.finest(),
+                series.change(last),
+                series.change(last - 1)
+            ),
+            (last - 1, None, Some(0.0))
+        );
+        assert!(
+            series
+                .limit()
+                .order
+                .is_some_and(|order| (order - 2.0).abs() < 1e-6)
+        );
         let mut text = Vec::new();
-        write_convergence(&mut text, &Convergence { series: vec![series] }).expect("a table");
+        write_convergence(
+            &mut text,
+            &Convergence {
+                series: vec![series],
+            },
+        )
+        .expect("a table");
         let text = String::from_utf8(text).expect("text");
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[1], "filament.segments,5,,,,,failed");
-        assert!(lines[6].starts_with("filament.segments,35,0,100.2") && lines[6].ends_with(",0,0,ok"), "{text}");
+        assert!(
+            lines[6].starts_with("filament.segments,35,0,100.2") && lines[6].ends_with(",0,0,ok"),
+            "{text}"
+        );
         assert_eq!(lines[7], "filament.segments,50,,,,,\"failed, too\"");
     }
 
@@ -429,7 +592,10 @@ mod tests {
         assert_eq!(plan.study().case_count(), 1 + 6 + 5);
         let fails = plan.conclude(&vec![Err("no".to_owned()); 12]).err();
         assert_eq!(fails, Some(ConvergenceError::Stated("no".to_owned())));
-        let none = Plan::new(&settings).expect("a plan").conclude(&vec![result(0.0); 12]).err();
+        let none = Plan::new(&settings)
+            .expect("a plan")
+            .conclude(&vec![result(0.0); 12])
+            .err();
         assert_eq!(none, Some(ConvergenceError::NoContact));
     }
 }

@@ -1,8 +1,10 @@
 //! What Bristle concludes from results.
 //!
-//! [`advice`], also on [`edges`]; [`measured`] forces to compare with; several studies as one ([`joined`]), and the [`slices`] and
-//! [`differences`] of a study; what was [assumed](assumptions); how far a result depends on the precision of its computation
-//! ([`convergence`]); and [`warnings`] where a result is not what it seems. [`quantity`] has numbers as people read them.
+//! [`advice`], also on [`edges`]; [`measured`] forces to compare with; several studies as one
+//! ([`joined`]), and the [`slices`] and [`differences`] of a study; what was
+//! [assumed](assumptions); how far a result depends on the precision of its computation
+//! ([`convergence`]); and [`warnings`] where a result is not what it seems. [`quantity`] has
+//! numbers as people read them.
 
 pub mod advice;
 pub mod assumptions;

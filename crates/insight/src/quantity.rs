@@ -48,7 +48,10 @@ impl Parts {
     fn get(&self, summary: &CaseSummary, part: usize) -> Option<f64> {
         match self {
             Self::Metric(column) => Some(column.get(&summary.metrics)),
-            Self::Interaction(column) => summary.brush.as_ref().map(|interaction| column.get(interaction)),
+            Self::Interaction(column) => summary
+                .brush
+                .as_ref()
+                .map(|interaction| column.get(interaction)),
             Self::Band => summary.scatter.as_ref().map(|scatter: &ForceScatter| {
                 let [lower, upper] = scatter.band();
                 if part == 0 { upper } else { lower }
@@ -63,27 +66,41 @@ impl Quantity {
         shown_metrics(Prominence::Headline, results).map(Self::metric)
     }
 
-    /// What the drive and the workpiece feel next to the tool force: the other headlines of the tool.
+    /// What the drive and the workpiece feel next to the tool force: the other headlines of the
+    /// tool.
     pub fn machine(results: &[CaseResult]) -> impl Iterator<Item = Self> {
-        let of_tool = |column: &&Column<Metrics>| column.display.scope == Scope::Tool && column.key != TOOL_FORCE;
-        shown_metrics(Prominence::Headline, results).filter(of_tool).map(Self::metric)
+        let of_tool = |column: &&Column<Metrics>| {
+            column.display.scope == Scope::Tool && column.key != TOOL_FORCE
+        };
+        shown_metrics(Prominence::Headline, results)
+            .filter(of_tool)
+            .map(Self::metric)
     }
 
     /// The band of the tool force, where filaments scatter.
     #[must_use]
     pub fn band() -> Self {
         let name = "upper and lower end of the band that contains 95 % of the tools";
-        Self { name, qualifier: " of 95 %", parts: Parts::Band, ..Self::tool_force() }
+        Self {
+            name,
+            qualifier: " of 95 %",
+            parts: Parts::Band,
+            ..Self::tool_force()
+        }
     }
 
     /// What interaction changes, where the cases are brushes.
     pub fn interaction() -> impl Iterator<Item = Self> {
-        let shown = Interaction::COLUMNS.iter().filter(|column| column.display.prominence == Prominence::Headline);
+        let shown = Interaction::COLUMNS
+            .iter()
+            .filter(|column| column.display.prominence == Prominence::Headline);
         shown.map(|column| Self::of(column, Parts::Interaction(column)))
     }
 
     fn tool_force() -> Self {
-        let column = Metrics::COLUMNS.iter().find(|column| column.key == TOOL_FORCE);
+        let column = Metrics::COLUMNS
+            .iter()
+            .find(|column| column.key == TOOL_FORCE);
         Self::metric(column.expect("the force of the tool is a metric"))
     }
 
@@ -92,30 +109,73 @@ impl Quantity {
     }
 
     fn of<R>(column: &'static Column<R>, parts: Parts) -> Self {
-        let &Column { symbol, name, unit, display, .. } = column;
-        Self { symbol, name, qualifier: "", unit, scale: display.scale, parts }
+        let &Column {
+            symbol,
+            name,
+            unit,
+            display,
+            ..
+        } = column;
+        Self {
+            symbol,
+            name,
+            qualifier: "",
+            unit,
+            scale: display.scale,
+            parts,
+        }
     }
 }
 
 /// A force this small against F_n,w is none.
 const NOISE: f64 = 1e-4;
 
-/// The metrics of at least this prominence, in the order used in files, without optional ones that are zero in all results, and without lateral
-/// amplifications if all passes are stable. A depth that was found for a force is always among them.
-pub fn shown_metrics(least: Prominence, results: &[CaseResult]) -> impl Iterator<Item = &'static Column<Metrics>> {
+/// The metrics of at least this prominence, in the order used in files, without optional ones that
+/// are zero in all results, and without lateral amplifications if all passes are stable. A depth
+/// that was found for a force is always among them.
+pub fn shown_metrics(
+    least: Prominence,
+    results: &[CaseResult],
+) -> impl Iterator<Item = &'static Column<Metrics>> {
     let varies = |column: &Column<Metrics>| {
         // Forces that cancel, as those of a cup all round, leave the tolerance of their parts.
-        let noise =
-            |metrics: &Metrics| if column.unit == "N" { NOISE * metrics.tool_contact_normal_force_n } else { 0.0 };
-        results.iter().flatten().any(|case| column.get(&case.metrics).abs() > noise(&case.metrics))
+        let noise = |metrics: &Metrics| {
+            if column.unit == "N" {
+                NOISE * metrics.tool_contact_normal_force_n
+            } else {
+                0.0
+            }
+        };
+        results
+            .iter()
+            .flatten()
+            .any(|case| column.get(&case.metrics).abs() > noise(&case.metrics))
     };
-    let shown =
-        move |column: &&Column<Metrics>| column.display.prominence <= least || column.key == "penetration_depth_m";
-    let force = results.iter().flatten().any(|case| case.metrics.force_stiffness_n_m != 0.0);
-    // What is not known of removal, and what an edge would have, is zero in all of them, and optional.
-    let anything = RemovalLaw { preston: Some(0.0), wear: Some(0.0), area_rate: Some(0.0) };
-    let columns = metric_columns(Having { brush: false, force, edge: true, removal: anything }).filter(shown);
-    let unstable = results.iter().flatten().any(|case| case.metrics.laterally_unstable);
+    let shown = move |column: &&Column<Metrics>| {
+        column.display.prominence <= least || column.key == "penetration_depth_m"
+    };
+    let force = results
+        .iter()
+        .flatten()
+        .any(|case| case.metrics.force_stiffness_n_m != 0.0);
+    // What is not known of removal, and what an edge would have, is zero in all of them, and
+    // optional.
+    let anything = RemovalLaw {
+        preston: Some(0.0),
+        wear: Some(0.0),
+        area_rate: Some(0.0),
+    };
+    let columns = metric_columns(Having {
+        brush: false,
+        force,
+        edge: true,
+        removal: anything,
+    })
+    .filter(shown);
+    let unstable = results
+        .iter()
+        .flatten()
+        .any(|case| case.metrics.laterally_unstable);
     columns.filter(move |column| match column.key {
         "lateral_amplification" => unstable,
         _ => !column.display.optional || varies(column),
@@ -142,25 +202,50 @@ impl Readable {
     /// The quantity in the results of a study.
     #[must_use]
     pub fn new(quantity: Quantity, results: &[CaseResult]) -> Self {
-        const PREFIXES: [(&str, f64); 6] = [("M", 1e-6), ("k", 1e-3), ("", 1.0), ("m", 1e3), ("µ", 1e6), ("n", 1e9)];
+        const PREFIXES: [(&str, f64); 6] = [
+            ("M", 1e-6),
+            ("k", 1e-3),
+            ("", 1.0),
+            ("m", 1e3),
+            ("µ", 1e6),
+            ("n", 1e9),
+        ];
         let value = |result: &CaseResult, part| quantity.parts.get(result.as_ref().ok()?, part);
         let values = |part| results.iter().map(|result| value(result, part)).collect();
         let mut parts: Vec<Vec<Option<f64>>> = (0..quantity.parts.count()).map(values).collect();
-        let largest =
-            parts.iter().flatten().flatten().copied().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        let largest = parts
+            .iter()
+            .flatten()
+            .flatten()
+            .copied()
+            .fold(0.0, |largest: f64, value| largest.max(value.abs()));
         let (prefix, factor) = PREFIXES
             .into_iter()
             .filter(|(prefix, _)| prefix.is_empty() || !quantity.unit.is_empty())
             .find(|(_, factor)| largest * factor >= 1.0)
             .unwrap_or(("", 1.0));
-        parts.iter_mut().flatten().flatten().for_each(|value| *value *= factor);
-        let unknown = results.iter().map(|result| if result.is_err() { "failed" } else { "–" }).collect();
+        parts
+            .iter_mut()
+            .flatten()
+            .flatten()
+            .for_each(|value| *value *= factor);
+        let unknown = results
+            .iter()
+            .map(|result| if result.is_err() { "failed" } else { "–" })
+            .collect();
         let decimals = match largest * factor {
             100.0.. => 1,
             10.0.. => 2,
             _ => 3,
         };
-        Self { unit: format!("{prefix}{}", quantity.unit), quantity, factor, parts, unknown, decimals }
+        Self {
+            unit: format!("{prefix}{}", quantity.unit),
+            quantity,
+            factor,
+            parts,
+            unknown,
+            decimals,
+        }
     }
 
     /// The force of the tool.
@@ -191,7 +276,11 @@ impl Readable {
     #[must_use]
     pub fn symbol(&self, qualifier: &str) -> String {
         let Quantity { symbol, name, .. } = self.quantity;
-        let symbol = if symbol.is_empty() { name.rsplit(' ').next().unwrap_or(name) } else { symbol };
+        let symbol = if symbol.is_empty() {
+            name.rsplit(' ').next().unwrap_or(name)
+        } else {
+            symbol
+        };
         format!("{symbol}{qualifier}")
     }
 
@@ -199,7 +288,11 @@ impl Readable {
     #[must_use]
     pub fn heading(&self, qualifier: &str) -> String {
         let symbol = self.symbol(qualifier);
-        if self.unit.is_empty() { symbol } else { format!("{symbol} in {}", self.unit) }
+        if self.unit.is_empty() {
+            symbol
+        } else {
+            format!("{symbol} in {}", self.unit)
+        }
     }
 
     /// The parts of a case.
@@ -225,7 +318,10 @@ impl Readable {
     /// The number of a case that is not one of the results; the first if there are several.
     #[must_use]
     pub fn text_of(&self, summary: &CaseSummary) -> String {
-        self.quantity.parts.get(summary, 0).map_or_else(|| "–".to_owned(), |value| self.scaled(value * self.factor))
+        self.quantity
+            .parts
+            .get(summary, 0)
+            .map_or_else(|| "–".to_owned(), |value| self.scaled(value * self.factor))
     }
 
     /// The parts of a case on one line, in ascending order.
@@ -247,7 +343,8 @@ impl Readable {
     /// A number and a band around it, in SI units.
     #[must_use]
     pub fn text_with_band(&self, value: f64, band: [f64; 2]) -> String {
-        let [lower, upper] = band.map(|end| format!("{:.*}", self.decimals.saturating_sub(1), end * self.factor));
+        let [lower, upper] =
+            band.map(|end| format!("{:.*}", self.decimals.saturating_sub(1), end * self.factor));
         format!("{} [{lower} … {upper}]", self.scaled(value * self.factor))
     }
 
@@ -255,6 +352,10 @@ impl Readable {
     #[must_use]
     pub fn text_with_uncertainty(&self, value: f64, uncertainty: f64) -> String {
         let text = self.scaled(value * self.factor);
-        if uncertainty == 0.0 { text } else { format!("{text} ± {:.*}", self.decimals, uncertainty * self.factor) }
+        if uncertainty == 0.0 {
+            text
+        } else {
+            format!("{text} ± {:.*}", self.decimals, uncertainty * self.factor)
+        }
     }
 }

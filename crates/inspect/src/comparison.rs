@@ -58,11 +58,17 @@ fn agrees(deviation: &Deviation) -> bool {
     deviation.largest <= compare::TOLERANCE
 }
 
-/// Reads the graph `text` and compares it with the built-in derivation of the same equations at `states` random states.
+/// Reads the graph `text` and compares it with the built-in derivation of the same equations at
+/// `states` random states.
 ///
 /// # Errors
 /// If the graph cannot be read or computes something else.
-pub fn compare_graph(text: &str, states: usize, which: States, seed: u64) -> Result<Comparison, ComparisonError> {
+pub fn compare_graph(
+    text: &str,
+    states: usize,
+    which: States,
+    seed: u64,
+) -> Result<Comparison, ComparisonError> {
     let file = from_json(text)?;
     let equations = equations_of(&file.kernels);
     if let Equations::Whole { segments, .. } = equations
@@ -72,23 +78,44 @@ pub fn compare_graph(text: &str, states: usize, which: States, seed: u64) -> Res
     }
     let expected = equations.derived(Purpose::Computing)?;
     let deviations = compare(&expected, &file.kernels, states, which, seed)?;
-    Ok(Comparison { generator: file.generator, equations, states, deviations })
+    Ok(Comparison {
+        generator: file.generator,
+        equations,
+        states,
+        deviations,
+    })
 }
 
 /// What `kernels` are to be compared with, by their names.
 fn equations_of(kernels: &[Kernel]) -> Equations {
     if let Some((segments, motion)) = whole_chain(kernels) {
-        return Equations::Whole { segments, motion, shape: Shape::default() };
+        return Equations::Whole {
+            segments,
+            motion,
+            shape: Shape::default(),
+        };
     }
-    let planar = kernels.first().is_some_and(|kernel| kernel.name.starts_with("planar_"));
-    if planar { Equations::PlanarKernels } else { Equations::Kernels }
+    let planar = kernels
+        .first()
+        .is_some_and(|kernel| kernel.name.starts_with("planar_"));
+    if planar {
+        Equations::PlanarKernels
+    } else {
+        Equations::Kernels
+    }
 }
 
 impl Display for Comparison {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         let what = match self.equations {
-            Equations::Whole { segments, motion, .. } => {
-                let planar = if motion == Motion::Planar { "planar " } else { "" };
+            Equations::Whole {
+                segments, motion, ..
+            } => {
+                let planar = if motion == Motion::Planar {
+                    "planar "
+                } else {
+                    ""
+                };
                 let plural = if segments == 1 { "" } else { "s" };
                 format!("whole {planar}equations of {segments} segment{plural}")
             }
@@ -97,19 +124,47 @@ impl Display for Comparison {
         };
         let generator: String = self.generator.chars().take(200).collect();
         writeln!(formatter, "{what}, by {generator}")?;
-        writeln!(formatter, "compared with the built-in derivation at {} random states\n", self.states)?;
+        writeln!(
+            formatter,
+            "compared with the built-in derivation at {} random states\n",
+            self.states
+        )?;
         let name = |deviation: &Deviation| match deviation.kernel == deviation.output {
             true => deviation.kernel.clone(),
             false => format!("{}.{}", deviation.kernel, deviation.output),
         };
-        let width = self.deviations.iter().map(|deviation| name(deviation).chars().count()).max().unwrap_or(0).max(6);
-        writeln!(formatter, "{:width$}  elements  largest relative deviation", "output")?;
+        let width = self
+            .deviations
+            .iter()
+            .map(|deviation| name(deviation).chars().count())
+            .max()
+            .unwrap_or(0)
+            .max(6);
+        writeln!(
+            formatter,
+            "{:width$}  elements  largest relative deviation",
+            "output"
+        )?;
         for deviation in &self.deviations {
             let mark = if agrees(deviation) { "" } else { "  DEVIATES" };
-            let Deviation { elements, largest, .. } = deviation;
-            writeln!(formatter, "{:width$}  {elements:8}  {largest:.1e}{mark}", name(deviation))?;
+            let Deviation {
+                elements, largest, ..
+            } = deviation;
+            writeln!(
+                formatter,
+                "{:width$}  {elements:8}  {largest:.1e}{mark}",
+                name(deviation)
+            )?;
         }
-        let verdict = if self.agrees() { "all agree" } else { "NOT all agree" };
-        writeln!(formatter, "\n{verdict} to {:e} of the size of each output", compare::TOLERANCE)
+        let verdict = if self.agrees() {
+            "all agree"
+        } else {
+            "NOT all agree"
+        };
+        writeln!(
+            formatter,
+            "\n{verdict} to {:e} of the size of each output",
+            compare::TOLERANCE
+        )
     }
 }

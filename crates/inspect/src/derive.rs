@@ -1,4 +1,5 @@
-//! Derives the equations of motion, whole or as the kernels of the solver, in a form for people or for other programs.
+//! Derives the equations of motion, whole or as the kernels of the solver, in a form for people or
+//! for other programs.
 
 use std::io::{self, Write};
 
@@ -17,8 +18,8 @@ pub use bristle_codegen::model::chain::{Motion, Shape};
 /// The generator stated in an exported graph.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));
 
-/// Pages of LaTeX that the whole equations take, over the cube of the number of segments: measured at 25 segments, with 45 lines
-/// a page.
+/// Pages of LaTeX that the whole equations take, over the cube of the number of segments: measured
+/// at 25 segments, with 45 lines a page.
 const PAGES_PER_CUBE: f64 = 0.043;
 const PLANAR_PAGES_PER_CUBE: f64 = 0.0053;
 
@@ -31,11 +32,12 @@ pub enum Equations {
         segments: usize,
         /// How the chain moves.
         motion: Motion,
-        /// What the equations for people need not state. Those for programs take the constants of any filament.
+        /// What the equations for people need not state. Those for programs take the constants of
+        /// any filament.
         shape: Shape,
     },
-    /// All kernels of one segment and one joint, which the solver loops over: for motion in space, for motion in the plane of
-    /// rotation, and for the lateral variation of a planar motion.
+    /// All kernels of one segment and one joint, which the solver loops over: for motion in space,
+    /// for motion in the plane of rotation, and for the lateral variation of a planar motion.
     Kernels,
     /// Those kernels without the ones for motion in space.
     PlanarKernels,
@@ -46,8 +48,16 @@ impl Equations {
     fn command(self, format: DeriveFormat) -> String {
         let equations = match self {
             Self::Whole { shape, .. } if shape != Shape::default() => "FILE.toml".into(),
-            Self::Whole { segments, motion: Motion::Spatial, .. } => format!("--segments {segments}"),
-            Self::Whole { segments, motion: Motion::Planar, .. } => format!("--segments {segments} --planar"),
+            Self::Whole {
+                segments,
+                motion: Motion::Spatial,
+                ..
+            } => format!("--segments {segments}"),
+            Self::Whole {
+                segments,
+                motion: Motion::Planar,
+                ..
+            } => format!("--segments {segments} --planar"),
             Self::Kernels => "--kernels".into(),
             Self::PlanarKernels => "--kernels --planar".into(),
         };
@@ -57,24 +67,38 @@ impl Equations {
     /// Their title.
     fn title(self) -> String {
         match self {
-            Self::Whole { segments, motion, .. } => print::title(segments, motion),
+            Self::Whole {
+                segments, motion, ..
+            } => print::title(segments, motion),
             Self::Kernels => "Kernels of the solver".into(),
-            Self::PlanarKernels => "Kernels of the solver for motion in the plane of rotation".into(),
+            Self::PlanarKernels => {
+                "Kernels of the solver for motion in the plane of rotation".into()
+            }
         }
     }
 
-    /// About how many pages they take in a `format` that writes them out for people; none for the others, and for kernels.
+    /// About how many pages they take in a `format` that writes them out for people; none for the
+    /// others, and for kernels.
     ///
-    /// The whole equations are sums over the masses and over pairs of the segments inside each, so that their length grows with
-    /// the cube of the number of segments. The estimate is that of LaTeX.
+    /// The whole equations are sums over the masses and over pairs of the segments inside each, so
+    /// that their length grows with the cube of the number of segments. The estimate is that of
+    /// LaTeX.
     #[must_use]
     pub fn pages(self, format: DeriveFormat) -> Option<usize> {
-        let Self::Whole { segments, motion, .. } = self else { return None };
+        let Self::Whole {
+            segments, motion, ..
+        } = self
+        else {
+            return None;
+        };
         let share = match motion {
             Motion::Spatial => PAGES_PER_CUBE,
             Motion::Planar => PLANAR_PAGES_PER_CUBE,
         };
-        let is_read = matches!(format, DeriveFormat::Math | DeriveFormat::Latex | DeriveFormat::Markdown);
+        let is_read = matches!(
+            format,
+            DeriveFormat::Math | DeriveFormat::Latex | DeriveFormat::Markdown
+        );
         is_read.then(|| (share * (segments as f64).powi(3)).ceil() as usize)
     }
 
@@ -84,7 +108,9 @@ impl Equations {
     /// If a term of the derivation makes no physical sense.
     pub(crate) fn derived(self, purpose: Purpose) -> Result<Vec<Kernel>, DimensionError> {
         match self {
-            Self::Whole { segments, motion, .. } => whole_kernels(segments, motion, purpose),
+            Self::Whole {
+                segments, motion, ..
+            } => whole_kernels(segments, motion, purpose),
             Self::Kernels => kernels(),
             Self::PlanarKernels => planar_kernels(),
         }
@@ -142,7 +168,10 @@ impl DeriveFormat {
     /// The form of this name.
     #[must_use]
     pub fn find(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|format| format.name() == name)
+        Self::ALL
+            .iter()
+            .copied()
+            .find(|format| format.name() == name)
     }
 }
 
@@ -154,13 +183,22 @@ pub enum Derived {
     Files(Vec<SourceFile>),
 }
 
-/// A text that is made as it is written: those for people can be much longer than what they are made from.
+/// A text that is made as it is written: those for people can be much longer than what they are
+/// made from.
 pub struct Document(Content);
 
 enum Content {
     Text(String),
-    Page { form: PageForm, equations: Equations, kernels: Vec<Kernel>, again: String },
-    Walkthrough { walkthrough: Box<Walkthrough>, again: String },
+    Page {
+        form: PageForm,
+        equations: Equations,
+        kernels: Vec<Kernel>,
+        again: String,
+    },
+    Walkthrough {
+        walkthrough: Box<Walkthrough>,
+        again: String,
+    },
 }
 
 impl Document {
@@ -171,12 +209,23 @@ impl Document {
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         match &self.0 {
             Content::Text(text) => out.write_all(text.as_bytes()),
-            Content::Page { form, equations: Equations::Whole { segments, motion, shape }, kernels, again } => {
-                print::equations(out, *form, *segments, *motion, *shape, kernels, again)
-            }
-            Content::Page { form, equations, kernels, again } => {
-                print::kernels(out, *form, &equations.title(), kernels, again)
-            }
+            Content::Page {
+                form,
+                equations:
+                    Equations::Whole {
+                        segments,
+                        motion,
+                        shape,
+                    },
+                kernels,
+                again,
+            } => print::equations(out, *form, *segments, *motion, *shape, kernels, again),
+            Content::Page {
+                form,
+                equations,
+                kernels,
+                again,
+            } => print::kernels(out, *form, &equations.title(), kernels, again),
             Content::Walkthrough { walkthrough, again } => walkthrough.write(out, again),
         }
     }
@@ -209,7 +258,11 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
     }
     let again = equations.command(format);
     let title = format!("{}.", equations.title());
-    let origin = Origin { title: &title, maker: MAKER, again: &again };
+    let origin = Origin {
+        title: &title,
+        maker: MAKER,
+        again: &again,
+    };
     let computing = || equations.derived(Purpose::Computing);
     Ok(match format {
         DeriveFormat::Math => for_people(equations, PageForm::Text, again.clone())?,
@@ -218,11 +271,17 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
         DeriveFormat::Json => text(to_json(&computing()?, GENERATOR)?),
         DeriveFormat::Rust => text(languages::rust::emit_file(&computing()?, origin)?),
         DeriveFormat::Numpy => text(languages::numpy::emit(&computing()?, origin)?),
-        DeriveFormat::Sympy => text(languages::sympy::emit(&equations.derived(Purpose::Reading)?, origin)?),
+        DeriveFormat::Sympy => text(languages::sympy::emit(
+            &equations.derived(Purpose::Reading)?,
+            origin,
+        )?),
         DeriveFormat::C => Derived::Files(languages::c::emit(&computing()?, origin)?),
         DeriveFormat::Matlab => {
             let mut files = languages::matlab::emit(&computing()?, origin)?;
-            if let Equations::Whole { segments, motion, .. } = equations {
+            if let Equations::Whole {
+                segments, motion, ..
+            } = equations
+            {
                 files.push(one_pass(segments, motion));
             }
             Derived::Files(files)
@@ -230,7 +289,8 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
     })
 }
 
-/// Derives `equations` as LaTeX for a paper: without a preamble or sentences, with vectors, matrices and labels.
+/// Derives `equations` as LaTeX for a paper: without a preamble or sentences, with vectors,
+/// matrices and labels.
 ///
 /// # Errors
 /// If there are no segments.
@@ -246,15 +306,30 @@ fn text(text: String) -> Derived {
     Derived::Text(Document(Content::Text(text)))
 }
 
-fn for_people(equations: Equations, form: PageForm, again: String) -> Result<Derived, DimensionError> {
+fn for_people(
+    equations: Equations,
+    form: PageForm,
+    again: String,
+) -> Result<Derived, DimensionError> {
     Ok(Derived::Text(Document(match equations {
-        Equations::Whole { segments, motion, .. } if form == PageForm::Markdown => {
-            Content::Walkthrough { walkthrough: Box::new(Walkthrough::new(segments, motion)?), again }
-        }
-        Equations::Whole { shape, .. } => {
-            Content::Page { form, equations, kernels: equations.derived(Purpose::ReadingOf(shape))?, again }
-        }
-        _ => Content::Page { form, equations, kernels: equations.derived(Purpose::Reading)?, again },
+        Equations::Whole {
+            segments, motion, ..
+        } if form == PageForm::Markdown => Content::Walkthrough {
+            walkthrough: Box::new(Walkthrough::new(segments, motion)?),
+            again,
+        },
+        Equations::Whole { shape, .. } => Content::Page {
+            form,
+            equations,
+            kernels: equations.derived(Purpose::ReadingOf(shape))?,
+            again,
+        },
+        _ => Content::Page {
+            form,
+            equations,
+            kernels: equations.derived(Purpose::Reading)?,
+            again,
+        },
     })))
 }
 
@@ -282,5 +357,8 @@ fn one_pass(segments: usize, motion: Motion) -> SourceFile {
         .replace("@CLAMP@", clamp)
         .replace("@NODES@", nodes)
         .replace("@LOADS@", loads);
-    SourceFile { name: "one_pass.m".into(), text }
+    SourceFile {
+        name: "one_pass.m".into(),
+        text,
+    }
 }

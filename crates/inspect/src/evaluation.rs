@@ -70,8 +70,8 @@ pub enum EvaluationError {
 /// The state determines the number of segments.
 ///
 /// # Errors
-/// If the state has the wrong shape, a segment is at a pole of its coordinates, or the equations are singular for another
-/// reason.
+/// If the state has the wrong shape, a segment is at a pole of its coordinates, or the equations
+/// are singular for another reason.
 pub fn evaluate(
     filament: &FilamentSettings,
     body_radius: f64,
@@ -79,31 +79,62 @@ pub fn evaluate(
 ) -> Result<Evaluation, EvaluationError> {
     let (q, v) = (pairs(&state.q), pairs(&state.v));
     if q.is_empty() || 2 * q.len() != state.q.len() || state.q.len() != state.v.len() {
-        return Err(EvaluationError::Shape { q: state.q.len(), v: state.v.len() });
+        return Err(EvaluationError::Shape {
+            q: state.q.len(),
+            v: state.v.len(),
+        });
     }
-    let filament = FilamentSettings { segments: q.len(), ..filament.clone() };
+    let filament = FilamentSettings {
+        segments: q.len(),
+        ..filament.clone()
+    };
     let chain = filament::chain(&filament, state.gravity);
-    let clamp = radial_clamp(body_radius, state.base_angle, state.base_rate, state.base_acceleration);
+    let clamp = radial_clamp(
+        body_radius,
+        state.base_angle,
+        state.base_rate,
+        state.base_acceleration,
+    );
 
     let mut dynamics = Dynamics::new(chain.clone());
     dynamics.check_poles(&q)?;
     let mut accelerations = vec![[0.0; 2]; q.len()];
     dynamics.accelerations(clamp.holding(&q, &v), &NoLoads, &mut accelerations);
     let whole = whole_equations(q.len(), Motion::Spatial);
-    let values = whole.graph.evaluate(&symbol_values(&whole, &chain, &clamp, &q, &v));
+    let values = whole
+        .graph
+        .evaluate(&symbol_values(&whole, &chain, &clamp, &q, &v));
     let at = |node: &NodeId| values[node.index()];
     let evaluation = Evaluation {
-        mass_matrix: whole.mass_matrix.iter().map(|row| row.iter().map(at).collect()).collect(),
+        mass_matrix: whole
+            .mass_matrix
+            .iter()
+            .map(|row| row.iter().map(at).collect())
+            .collect(),
         accelerations: accelerations.into_flattened(),
         kinetic_energy_j: at(&whole.kinetic_energy),
         potential_energy_j: at(&whole.spring_energy) + at(&whole.gravity_energy),
         dissipation_w: at(&whole.dissipation),
         tip_position_m: whole.tip.each_ref().map(at),
     };
-    let scalars = [evaluation.kinetic_energy_j, evaluation.potential_energy_j, evaluation.dissipation_w];
-    let vectors = evaluation.accelerations.iter().chain(&evaluation.tip_position_m).chain(&scalars);
-    let finite = vectors.chain(evaluation.mass_matrix.iter().flatten()).all(|value| value.is_finite());
-    if finite { Ok(evaluation) } else { Err(EvaluationError::NotFinite) }
+    let scalars = [
+        evaluation.kinetic_energy_j,
+        evaluation.potential_energy_j,
+        evaluation.dissipation_w,
+    ];
+    let vectors = evaluation
+        .accelerations
+        .iter()
+        .chain(&evaluation.tip_position_m)
+        .chain(&scalars);
+    let finite = vectors
+        .chain(evaluation.mass_matrix.iter().flatten())
+        .all(|value| value.is_finite());
+    if finite {
+        Ok(evaluation)
+    } else {
+        Err(EvaluationError::NotFinite)
+    }
 }
 
 fn pairs(values: &[f64]) -> Vec<[f64; 2]> {

@@ -1,5 +1,6 @@
-//! Tools for the equations of motion themselves: show them ([`derive`](mod@derive)), compare them with those of another
-//! engine ([`comparison`]), and evaluate them at one state ([`evaluation`], [`state`]).
+//! Tools for the equations of motion themselves: show them ([`derive`](mod@derive)), compare them
+//! with those of another engine ([`comparison`]), and evaluate them at one state ([`evaluation`],
+//! [`state`]).
 
 pub mod comparison;
 pub mod derive;

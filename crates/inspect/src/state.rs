@@ -75,7 +75,8 @@ struct StateFile {
 
 /// Reads and checks a state.
 ///
-/// Every number of a state is finite: JSON has no NaN and no infinity, and a number too large for `f64` is an error.
+/// Every number of a state is finite: JSON has no NaN and no infinity, and a number too large for
+/// `f64` is an error.
 pub fn parse_state(text: &str) -> Result<ChainState, StateError> {
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let unreadable = |key: String, error: &serde_json::Error| {
@@ -85,26 +86,53 @@ pub fn parse_state(text: &str) -> Result<ChainState, StateError> {
             key: shown(&key, LONGEST_KEY),
             line: error.line(),
             column: error.column(),
-            message: shown(message.strip_suffix(&place).unwrap_or(&message), LONGEST_MESSAGE),
+            message: shown(
+                message.strip_suffix(&place).unwrap_or(&message),
+                LONGEST_MESSAGE,
+            ),
         }
     };
     let file: StateFile = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
         // Outside of any key the path is only a placeholder.
-        let path = Some(error.path().to_string()).filter(|path| !matches!(path.as_str(), "." | "?"));
+        let path =
+            Some(error.path().to_string()).filter(|path| !matches!(path.as_str(), "." | "?"));
         unreadable(path.unwrap_or_else(|| WHOLE.to_owned()), error.inner())
     })?;
-    deserializer.end().map_err(|error| unreadable(WHOLE.to_owned(), &error))?;
-    let StateFile { base_angle, base_rate, base_acceleration, gravity, q, v } = file;
+    deserializer
+        .end()
+        .map_err(|error| unreadable(WHOLE.to_owned(), &error))?;
+    let StateFile {
+        base_angle,
+        base_rate,
+        base_acceleration,
+        gravity,
+        q,
+        v,
+    } = file;
     if q.is_empty() || q.len() % 2 != 0 || q.len() > 2 * MAX_SEGMENTS {
         return Err(StateError::SegmentCount(q.len()));
     }
     if v.len() != q.len() {
-        return Err(StateError::Lengths { q: q.len(), v: v.len() });
+        return Err(StateError::Lengths {
+            q: q.len(),
+            v: v.len(),
+        });
     }
     if let Some(segment) = find_pole(q.as_chunks().0) {
-        return Err(StateError::Pole { segment: segment + 1, index: 2 * segment, polar_angle: q[2 * segment] });
+        return Err(StateError::Pole {
+            segment: segment + 1,
+            index: 2 * segment,
+            polar_angle: q[2 * segment],
+        });
     }
-    Ok(ChainState { base_angle, base_rate, base_acceleration, gravity, q, v })
+    Ok(ChainState {
+        base_angle,
+        base_rate,
+        base_acceleration,
+        gravity,
+        q,
+        v,
+    })
 }
 
 #[cfg(test)]
@@ -119,7 +147,8 @@ mod tests {
 
     #[test]
     fn a_valid_state_is_read() {
-        let state = parse_state(&state("[1.5, -1.5, 1.6, -1.4]", "[0, 50, 0, 50]")).expect("the state is right");
+        let state = parse_state(&state("[1.5, -1.5, 1.6, -1.4]", "[0, 50, 0, 50]"))
+            .expect("the state is right");
         assert_eq!(state.base_rate, 50.0);
         assert_eq!(state.q, [1.5, -1.5, 1.6, -1.4]);
     }
@@ -132,13 +161,22 @@ mod tests {
             (state("[1.5, NaN]", "[0, 0]"), "`q[1]`"),
             (state("[1.5, 0]", "[0, 0]").replace("\"v\"", "\"w\""), "`w`"),
             (state("[1.5, 0]", "[0, 0]").replace("\"v\"", "\"q\""), "`q`"),
-            (state("[1.5, 0]", "[0, 0]").replace(", \"v\": [0, 0]", ""), "`v`"),
-            (state("[1.5, 0]", "[0, 0]").replace("-1.5", "null"), "`base_angle`"),
+            (
+                state("[1.5, 0]", "[0, 0]").replace(", \"v\": [0, 0]", ""),
+                "`v`",
+            ),
+            (
+                state("[1.5, 0]", "[0, 0]").replace("-1.5", "null"),
+                "`base_angle`",
+            ),
             (state("[1.5, 0]", "[0, 0]") + "x", "trailing"),
             (state("[]", "[]"), "`q` has 0"),
             (state("[1.5]", "[0]"), "`q` has 1"),
             (state("[1.5, 0]", "[0]"), "`v` has 1"),
-            (state("[1.5, 0, 3.141592653589793, 0]", "[0, 0, 0, 0]"), "segment 2"),
+            (
+                state("[1.5, 0, 3.141592653589793, 0]", "[0, 0, 0, 0]"),
+                "segment 2",
+            ),
             (String::new(), "line 1"),
         ];
         for (text, expected) in cases {

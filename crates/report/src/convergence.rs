@@ -8,7 +8,8 @@ use bristle_insight::quantity::{Quantity, Readable};
 use bristle_text::layout::{aligned, wrap};
 use bristle_text::number::short;
 
-/// A table per setting, what each says, and in the end what to choose, in lines of at most `width` columns if cells allow it.
+/// A table per setting, what each says, and in the end what to choose, in lines of at most `width`
+/// columns if cells allow it.
 #[must_use]
 pub fn convergence_text(convergence: &Convergence, width: usize) -> String {
     let goal = convergence.goal_of_each();
@@ -25,7 +26,13 @@ pub fn convergence_text(convergence: &Convergence, width: usize) -> String {
     };
     let choices = convergence.series.iter().zip(convergence.choices());
     let options: Option<Vec<String>> = choices
-        .map(|(series, choice)| Some(format!("--set {}={}", series.parameter.path, value_text(choice?))))
+        .map(|(series, choice)| {
+            Some(format!(
+                "--set {}={}",
+                series.parameter.path,
+                value_text(choice?)
+            ))
+        })
         .collect();
     let choice = match options {
         Some(options) => format!("For {}: {}. ", percent(GOAL), options.join(" ")),
@@ -37,12 +44,23 @@ pub fn convergence_text(convergence: &Convergence, width: usize) -> String {
 
 /// A part in per cent, with two digits.
 fn percent(part: f64) -> String {
-    format!("{} %", short(format!("{:.1e}", 100.0 * part).parse().unwrap_or(100.0 * part)))
+    format!(
+        "{} %",
+        short(
+            format!("{:.1e}", 100.0 * part)
+                .parse()
+                .unwrap_or(100.0 * part)
+        )
+    )
 }
 
 /// A value, whose powers of ten are written alike.
 fn value_text(value: f64) -> String {
-    if value < 0.1 { format!("{value:e}") } else { short(value) }
+    if value < 0.1 {
+        format!("{value:e}")
+    } else {
+        short(value)
+    }
 }
 
 /// The impulse and the force of each value.
@@ -56,20 +74,34 @@ fn table(series: &Series) -> String {
         .collect();
     let headings = columns.iter().map(|column| column.heading(""));
     let heading = iter::once(series.setting().heading()).chain(headings);
-    let mut rows: Vec<Vec<String>> = vec![heading.chain(["change", "steps", ""].map(str::to_owned)).collect()];
+    let mut rows: Vec<Vec<String>> = vec![
+        heading
+            .chain(["change", "steps", ""].map(str::to_owned))
+            .collect(),
+    ];
     for (index, (&value, result)) in series.values.iter().zip(results).enumerate() {
         let change = match series.change(index) {
             None => "–".to_owned(),
             Some(_) if index == series.finest() => "finest".to_owned(),
             Some(change) => signed(100.0 * change),
         };
-        let steps = result.as_ref().map_or_else(|_| "–".to_owned(), |summary| summary.statistics.steps.to_string());
-        let mark = if value == series.stated { "as stated" } else { "" };
+        let steps = result.as_ref().map_or_else(
+            |_| "–".to_owned(),
+            |summary| summary.statistics.steps.to_string(),
+        );
+        let mark = if value == series.stated {
+            "as stated"
+        } else {
+            ""
+        };
         let cells = columns.iter().map(|column| column.text(index));
         let row = iter::once(value_text(value)).chain(cells);
         rows.push(row.chain([change, steps, mark.to_owned()]).collect());
     }
-    aligned(&rows).iter().map(|line| format!("{}\n", line.trim_end())).collect()
+    aligned(&rows)
+        .iter()
+        .map(|line| format!("{}\n", line.trim_end()))
+        .collect()
 }
 
 /// A change in per cent: with its sign, and two digits or more.
@@ -78,7 +110,11 @@ fn signed(change: f64) -> String {
         return "0 %".to_owned();
     }
     let size = change.abs();
-    let digits = if size >= 0.01 { format!("{size:.2}") } else { format!("{size:.0e}") };
+    let digits = if size >= 0.01 {
+        format!("{size:.2}")
+    } else {
+        format!("{size:.0e}")
+    };
     format!("{}{digits} %", if change < 0.0 { "−" } else { "+" })
 }
 
@@ -86,7 +122,14 @@ fn signed(change: f64) -> String {
 fn sentence(series: &Series, goal: f64) -> String {
     let equation = |value: f64| {
         let setting = series.setting();
-        format!("{} = {} {}", setting.symbol(), value_text(value), setting.unit()).trim_end().to_owned()
+        format!(
+            "{} = {} {}",
+            setting.symbol(),
+            value_text(value),
+            setting.unit()
+        )
+        .trim_end()
+        .to_owned()
     };
     let limit = series.limit();
     let finest = series.values[series.finest()];
@@ -99,14 +142,29 @@ fn sentence(series: &Series, goal: f64) -> String {
     };
     let enough = match series.enough(goal) {
         Some(value) => format!("{} is enough for {}", equation(value), percent(goal)),
-        None => format!("No value up to {} is known to be enough for {}", equation(finest), percent(goal)),
+        None => format!(
+            "No value up to {} is known to be enough for {}",
+            equation(finest),
+            percent(goal)
+        ),
     };
     let stated = match series.stated_error() {
-        Some(error) => format!("; {}, as stated, is off by {}.", equation(series.stated), percent(error)),
+        Some(error) => format!(
+            "; {}, as stated, is off by {}.",
+            equation(series.stated),
+            percent(error)
+        ),
         None => "; the finest value is the stated one, whose error is not known.".to_owned(),
     };
-    let further = match (series.enough(goal), series.parameter.check(finest * 2.0).is_ok()) {
-        (None, true) => format!(" Ask again with --set {}={}.", series.parameter.path, value_text(finest)),
+    let further = match (
+        series.enough(goal),
+        series.parameter.check(finest * 2.0).is_ok(),
+    ) {
+        (None, true) => format!(
+            " Ask again with --set {}={}.",
+            series.parameter.path,
+            value_text(finest)
+        ),
         _ => String::new(),
     };
     format!("{against}{enough}{stated}{further}")
@@ -114,5 +172,9 @@ fn sentence(series: &Series, goal: f64) -> String {
 
 /// A force with four digits or more: the changes that matter are small.
 fn force_text(force: f64) -> String {
-    if force.abs() >= 1000.0 { format!("{force:.0}") } else { short(force) }
+    if force.abs() >= 1000.0 {
+        format!("{force:.0}")
+    } else {
+        short(force)
+    }
 }

@@ -1,7 +1,9 @@
-//! The tables of a study and of one simulation as Parquet: the columns of the CSV files, with types.
+//! The tables of a study and of one simulation as Parquet: the columns of the CSV files, with
+//! types.
 //!
-//! Numbers are 64-bit floats and integers, the status is text. Every column may be null, which the metrics of a failed case are.
-//! The metadata of a file holds what the results belong to. Rows are written in groups, so that memory does not grow with them.
+//! Numbers are 64-bit floats and integers, the status is text. Every column may be null, which the
+//! metrics of a failed case are. The metadata of a file holds what the results belong to. Rows are
+//! written in groups, so that memory does not grow with them.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -20,19 +22,29 @@ use bristle_store::results::{Cell, cells, keys, run_columns, run_rows};
 /// Rows of a group: all that is held in memory, some 4 MB.
 pub const ROWS_OF_GROUP: usize = 4096;
 
-/// Writes `runs.parquet`, with the columns and rows of [`write_runs`](bristle_store::results::write_runs); `settings` is the text of `study.json`.
+/// Writes `runs.parquet`, with the columns and rows of
+/// [`write_runs`](bristle_store::results::write_runs); `settings` is the text of `study.json`.
 pub fn write_runs_parquet(
     out: impl Write + Send,
     study: &Study,
     results: &[CaseResult],
     settings: &str,
 ) -> io::Result<()> {
-    write_table(out, &run_columns(study, results), run_rows(study, results), ("study.json", settings))
+    write_table(
+        out,
+        &run_columns(study, results),
+        run_rows(study, results),
+        ("study.json", settings),
+    )
 }
 
-/// Writes `history.parquet`, with the columns and rows of [`write_history`](bristle_store::results::write_history); `settings` is the text of
-/// `case.json`.
-pub fn write_history_parquet(out: impl Write + Send, history: &[Sample], settings: &str) -> io::Result<()> {
+/// Writes `history.parquet`, with the columns and rows of
+/// [`write_history`](bristle_store::results::write_history); `settings` is the text of `case.json`.
+pub fn write_history_parquet(
+    out: impl Write + Send,
+    history: &[Sample],
+    settings: &str,
+) -> io::Result<()> {
     let rows = history.iter().map(|sample| cells(Some(sample)));
     write_table(out, &keys::<Sample>(), rows, ("case.json", settings))
 }
@@ -45,20 +57,39 @@ fn write_table(
     (key, settings): (&str, &str),
 ) -> io::Result<()> {
     let mut rows = rows.peekable();
-    let first = rows.peek().ok_or_else(|| io::Error::other("a table without rows has no types"))?;
-    let columns: Vec<_> =
-        names.iter().zip(first).map(|(name, cell)| column(name, cell).map(Arc::new)).collect::<io::Result<_>>()?;
-    let schema = Type::group_type_builder("schema").with_fields(columns).build()?;
+    let first = rows
+        .peek()
+        .ok_or_else(|| io::Error::other("a table without rows has no types"))?;
+    let columns: Vec<_> = names
+        .iter()
+        .zip(first)
+        .map(|(name, cell)| column(name, cell).map(Arc::new))
+        .collect::<io::Result<_>>()?;
+    let schema = Type::group_type_builder("schema")
+        .with_fields(columns)
+        .build()?;
     let pair = |key: &str, value: &str| KeyValue::new(key.to_owned(), value.to_owned());
-    let metadata = vec![pair("bristle_version", env!("CARGO_PKG_VERSION")), pair(key, settings)];
-    let properties = WriterProperties::builder().set_key_value_metadata(Some(metadata)).build();
+    let metadata = vec![
+        pair("bristle_version", env!("CARGO_PKG_VERSION")),
+        pair(key, settings),
+    ];
+    let properties = WriterProperties::builder()
+        .set_key_value_metadata(Some(metadata))
+        .build();
 
     let mut writer = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
     while rows.peek().is_some() {
-        let mut group: Vec<_> = rows.by_ref().take(ROWS_OF_GROUP).map(Vec::into_iter).collect();
+        let mut group: Vec<_> = rows
+            .by_ref()
+            .take(ROWS_OF_GROUP)
+            .map(Vec::into_iter)
+            .collect();
         let mut group_writer = writer.next_row_group()?;
         for _ in names {
-            write_column(&mut group_writer, group.iter_mut().filter_map(Iterator::next).collect())?;
+            write_column(
+                &mut group_writer,
+                group.iter_mut().filter_map(Iterator::next).collect(),
+            )?;
         }
         group_writer.close()?;
     }
@@ -73,14 +104,20 @@ fn column(name: &str, cell: &Cell) -> io::Result<Type> {
         Cell::Count(_) => (Physical::INT64, None),
         Cell::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
     };
-    let builder = Type::primitive_type_builder(name, physical).with_repetition(Repetition::OPTIONAL);
+    let builder =
+        Type::primitive_type_builder(name, physical).with_repetition(Repetition::OPTIONAL);
     Ok(builder.with_logical_type(logical).build()?)
 }
 
 /// Writes the cells of one column, which are of one type.
-fn write_column<W: Write + Send>(group: &mut SerializedRowGroupWriter<'_, W>, cells: Vec<Cell>) -> io::Result<()> {
-    let present: Vec<i16> =
-        cells.iter().map(|cell| i16::from(!matches!(cell, Cell::Real(None) | Cell::Count(None)))).collect();
+fn write_column<W: Write + Send>(
+    group: &mut SerializedRowGroupWriter<'_, W>,
+    cells: Vec<Cell>,
+) -> io::Result<()> {
+    let present: Vec<i16> = cells
+        .iter()
+        .map(|cell| i16::from(!matches!(cell, Cell::Real(None) | Cell::Count(None))))
+        .collect();
     let (mut reals, mut counts, mut texts) = (Vec::new(), Vec::new(), Vec::new());
     let kind = cells.first().cloned();
     for cell in cells {
@@ -103,7 +140,11 @@ fn write_values<T: DataType, W: Write + Send>(
     values: &[T::T],
     present: &[i16],
 ) -> io::Result<()> {
-    let mut column = group.next_column()?.ok_or_else(|| io::Error::other("the table has more cells than columns"))?;
-    column.typed::<T>().write_batch(values, Some(present), None)?;
+    let mut column = group
+        .next_column()?
+        .ok_or_else(|| io::Error::other("the table has more cells than columns"))?;
+    column
+        .typed::<T>()
+        .write_batch(values, Some(present), None)?;
     Ok(column.close()?)
 }

@@ -13,7 +13,9 @@ use crate::figures::unit_of_time;
 #[must_use]
 pub fn removal_text(settings: &Settings, removal: &Removal, width: usize) -> String {
     let mut text = String::new();
-    lines(settings, removal).iter().for_each(|line| wrap(width, &mut text, "", line));
+    lines(settings, removal)
+        .iter()
+        .for_each(|line| wrap(width, &mut text, "", line));
     text
 }
 
@@ -47,20 +49,34 @@ pub fn warnings(removal: &Removal) -> Vec<Warning> {
 /// The lines of [`removal_text`].
 #[must_use]
 pub fn lines(settings: &Settings, removal: &Removal) -> Vec<String> {
-    let (Some(first), Some(last)) = (removal.rows.first(), removal.rows.last()) else { return Vec::new() };
+    let (Some(first), Some(last)) = (removal.rows.first(), removal.rows.last()) else {
+        return Vec::new();
+    };
     let own = settings.removal_or_default();
     let time = |seconds: f64| {
         let (unit, second) = unit_of_time(seconds);
         format!("{} {unit}", significant(seconds / second))
     };
     let mm = |length: f64| significant(1e3 * length);
-    let angles: Vec<String> = removal.angles_rad.iter().map(|angle| format!("{:.0}°", angle * 180.0 / PI)).collect();
+    let angles: Vec<String> = removal
+        .angles_rad
+        .iter()
+        .map(|angle| format!("{:.0}°", angle * 180.0 / PI))
+        .collect();
     let radii = |row: &RemovalRow| match removal.angles_rad.len() {
         1 => mm(row.edge_radius_m),
-        _ => format!("{} and {}", mm(row.edge_radius_m), mm(row.second_edge_radius_m)),
+        _ => format!(
+            "{} and {}",
+            mm(row.edge_radius_m),
+            mm(row.second_edge_radius_m)
+        ),
     };
     let band = match removal.has_band {
-        true => format!(" [{} … {}]", mm(last.edge_radius_lower_95_m), mm(last.edge_radius_upper_95_m)),
+        true => format!(
+            " [{} … {}]",
+            mm(last.edge_radius_lower_95_m),
+            mm(last.edge_radius_upper_95_m)
+        ),
         false => String::new(),
     };
     let mut lines = vec![
@@ -70,9 +86,17 @@ pub fn lines(settings: &Settings, removal: &Removal) -> Vec<String> {
             format!("{}{band}", radii(last)),
             time(last.time_s),
             radii(first),
-            if own.alternate { ", turning both ways" } else { "" },
+            if own.alternate {
+                ", turning both ways"
+            } else {
+                ""
+            },
         ),
-        format!("{} turns at {} rpm", significant(last.turns), significant(settings.rotational_speed_rpm())),
+        format!(
+            "{} turns at {} rpm",
+            significant(last.turns),
+            significant(settings.rotational_speed_rpm())
+        ),
     ];
     if let Some(feed) = own.edge_feed_velocity_m_s {
         let time = settings.tool.width_m / feed;
@@ -83,9 +107,11 @@ pub fn lines(settings: &Settings, removal: &Removal) -> Vec<String> {
             significant(last.time_s / time)
         ));
     }
-    let rate =
-        removal.preston_m2_n * last.sliding_work_j * settings.tool.filament_count * settings.angular_velocity_rad_s()
-            / (2.0 * PI);
+    let rate = removal.preston_m2_n
+        * last.sliding_work_j
+        * settings.tool.filament_count
+        * settings.angular_velocity_rad_s()
+        / (2.0 * PI);
     lines.push(format!(
         "removes {} mm³/min at the end, {} % of it from the edge; {} mm² of the edge's section in all",
         significant(60e9 * rate),
@@ -96,7 +122,10 @@ pub fn lines(settings: &Settings, removal: &Removal) -> Vec<String> {
         Some(_) => "as stated",
         None => "from the edge that was observed",
     };
-    lines.push(format!("k_P = {} m²/N, {found}", significant(removal.preston_m2_n)));
+    lines.push(format!(
+        "k_P = {} m²/N, {found}",
+        significant(removal.preston_m2_n)
+    ));
     if let Some(wear) = own.filament_wear_m2_n {
         lines.push(format!(
             "filaments lose {} mm of {} mm, and F_n,w goes from {} to {} N; wear ratio {}",
@@ -107,11 +136,22 @@ pub fn lines(settings: &Settings, removal: &Removal) -> Vec<String> {
             significant(removal.preston_m2_n / wear)
         ));
         lines.push(match removal.life_s {
-            Some(life) => format!("F_n,w has fallen by {} % after {}", significant(100.0 * own.force_loss), time(life)),
-            None => format!("F_n,w does not fall by {} % as the filaments wear", significant(100.0 * own.force_loss)),
+            Some(life) => format!(
+                "F_n,w has fallen by {} % after {}",
+                significant(100.0 * own.force_loss),
+                time(life)
+            ),
+            None => format!(
+                "F_n,w does not fall by {} % as the filaments wear",
+                significant(100.0 * own.force_loss)
+            ),
         });
     }
-    let mut simulated: Vec<f64> = removal.simulated.iter().map(|edge| edge.edge_radius_m).collect();
+    let mut simulated: Vec<f64> = removal
+        .simulated
+        .iter()
+        .map(|edge| edge.edge_radius_m)
+        .collect();
     simulated.dedup();
     lines.push(format!(
         "{} radii simulated; with half of them R changes by {} % at most",

@@ -17,7 +17,8 @@ use bristle_text::columns;
 use bristle_text::layout::{aligned, blocks, left, right, wrap};
 use bristle_text::number::{labels, short, significant};
 
-/// Number of columns that a table has if there are so many values, in several parts if they do not fit into the terminal.
+/// Number of columns that a table has if there are so many values, in several parts if they do not
+/// fit into the terminal.
 const COLUMNS: usize = 12;
 /// Largest number of rows in a table.
 const MAX_ROWS: usize = 20;
@@ -32,15 +33,22 @@ const CELL: usize = 7;
 /// Follows the numbers of laterally unstable cases.
 const UNSTABLE: &str = "!";
 
-/// The results of a study for people, in lines of at most `width` columns: a table for each quantity if velocity and depth vary and
-/// nothing else does, with the tools below each other if there are several; otherwise a list. Swept settings that have the same value in
-/// all cases stand above. Where forces are given in place of depths, the depths that were found are one of the quantities.
+/// The results of a study for people, in lines of at most `width` columns: a table for each
+/// quantity if velocity and depth vary and nothing else does, with the tools below each other if
+/// there are several; otherwise a list. Swept settings that have the same value in all cases stand
+/// above. Where forces are given in place of depths, the depths that were found are one of the
+/// quantities.
 ///
-/// Where filaments scatter, the band of the tool force is one of the quantities, and a line states the origin of the scatter.
+/// Where filaments scatter, the band of the tool force is one of the quantities, and a line states
+/// the origin of the scatter.
 #[must_use]
 pub fn study_tables(study: &Study, results: &[CaseResult], width: usize) -> String {
     let band = study.scatters().then(Quantity::band);
-    let interaction = study.has_brush().then(Quantity::interaction).into_iter().flatten();
+    let interaction = study
+        .has_brush()
+        .then(Quantity::interaction)
+        .into_iter()
+        .flatten();
     let quantities: Vec<Readable> = Quantity::headlines(results)
         .chain(band)
         .chain(interaction)
@@ -48,12 +56,15 @@ pub fn study_tables(study: &Study, results: &[CaseResult], width: usize) -> Stri
         .collect();
     let marks = Marks::new(results);
     let is_of_grid = |sweep: &Sweep| [study.speed().path, DEPTH].contains(&sweep.path());
-    let (of_grid, others): (Vec<&Sweep>, Vec<&Sweep>) =
-        varying(study).map(|(_, sweep)| sweep).partition(|sweep| is_of_grid(sweep));
+    let (of_grid, others): (Vec<&Sweep>, Vec<&Sweep>) = varying(study)
+        .map(|(_, sweep)| sweep)
+        .partition(|sweep| is_of_grid(sweep));
     let is_grid = of_grid.len() == 2 && others.iter().all(|sweep| sweep.path() == TOOL);
     let mut text = of_all_cases(study, width);
     if is_grid {
-        let tables = quantities.iter().map(|quantity| table(study, quantity, &marks, width));
+        let tables = quantities
+            .iter()
+            .map(|quantity| table(study, quantity, &marks, width));
         text.push_str(&tables.collect::<Vec<_>>().join("\n"));
     } else {
         text.push_str(&list(study, &quantities, &marks, width));
@@ -69,22 +80,44 @@ pub fn study_tables(study: &Study, results: &[CaseResult], width: usize) -> Stri
 
 /// The swept settings with several values, and their positions among all that are swept.
 fn varying(study: &Study) -> impl Iterator<Item = (usize, &Sweep)> {
-    study.sweeps().iter().enumerate().filter(|(_, sweep)| sweep.values().len() > 1)
+    study
+        .sweeps()
+        .iter()
+        .enumerate()
+        .filter(|(_, sweep)| sweep.values().len() > 1)
 }
 
-/// The swept settings with one value, without those that follow from others; empty if there are none.
+/// The swept settings with one value, without those that follow from others; empty if there are
+/// none.
 fn of_all_cases(study: &Study, width: usize) -> String {
-    let fixed = study.sweeps().iter().filter(|sweep| sweep.values().len() == 1);
+    let fixed = study
+        .sweeps()
+        .iter()
+        .filter(|sweep| sweep.values().len() == 1);
     let follows = |sweep: &&Sweep| {
-        let of_others = sweep.setting().parameter().is_some_and(|parameter| !parameter.instead_of.is_empty());
+        let of_others = sweep
+            .setting()
+            .parameter()
+            .is_some_and(|parameter| !parameter.instead_of.is_empty());
         of_others && sweep.path() != study.speed().path
     };
     let stated = fixed.filter(|sweep| !follows(sweep));
-    let values: Vec<String> = stated.map(|sweep| sweep.setting().equation(sweep.values()[0])).collect();
+    let values: Vec<String> = stated
+        .map(|sweep| sweep.setting().equation(sweep.values()[0]))
+        .collect();
     let mut text = String::new();
     if !values.is_empty() {
-        let cases = if study.case_count() == 1 { "" } else { " in all cases" };
-        wrap(width, &mut text, "", &format!("{}{cases}", values.join(", ")));
+        let cases = if study.case_count() == 1 {
+            ""
+        } else {
+            " in all cases"
+        };
+        wrap(
+            width,
+            &mut text,
+            "",
+            &format!("{}{cases}", values.join(", ")),
+        );
         text.push('\n');
     }
     text
@@ -99,7 +132,10 @@ struct Marks {
 impl Marks {
     fn new(results: &[CaseResult]) -> Self {
         let unstable: Vec<bool> = results.iter().map(is_unstable).collect();
-        Self { are_shown: unstable.contains(&true), unstable }
+        Self {
+            are_shown: unstable.contains(&true),
+            unstable,
+        }
     }
 
     /// What follows a number of a case; empty if no case has a mark.
@@ -122,32 +158,70 @@ pub fn band_line(band: &ForceScatter) -> String {
 /// The origin of the tool force's scatter, and the number of tools left out.
 fn origin_of_scatter(study: &Study, results: &[CaseResult], width: usize) -> String {
     let mut text = String::new();
-    let known: Vec<&ForceScatter> = results.iter().flatten().filter_map(|summary| summary.scatter.as_ref()).collect();
-    let varying: Vec<[f64; SHARES.len()]> =
-        known.iter().filter(|scatter| scatter.tool_force_std_n > 0.0).map(|scatter| scatter.sobol_indices()).collect();
+    let known: Vec<&ForceScatter> = results
+        .iter()
+        .flatten()
+        .filter_map(|summary| summary.scatter.as_ref())
+        .collect();
+    let varying: Vec<[f64; SHARES.len()]> = known
+        .iter()
+        .filter(|scatter| scatter.tool_force_std_n > 0.0)
+        .map(|scatter| scatter.sobol_indices())
+        .collect();
     if !varying.is_empty() {
-        let mean = |index: usize| varying.iter().map(|indices| indices[index]).sum::<f64>() / varying.len() as f64;
-        let shares = SHARES.iter().enumerate().map(|(index, [_, name])| (*name, mean(index)));
+        let mean = |index: usize| {
+            varying.iter().map(|indices| indices[index]).sum::<f64>() / varying.len() as f64
+        };
+        let shares = SHARES
+            .iter()
+            .enumerate()
+            .map(|(index, [_, name])| (*name, mean(index)));
         let mut shares: Vec<(&str, f64)> = shares.filter(|(_, mean)| *mean > 0.0).collect();
         shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
         let rest = 1.0 - shares.iter().map(|(_, share)| share).sum::<f64>();
         let rest = (rest >= 0.005).then_some(("not attributed to one input", rest));
-        let shares: Vec<String> =
-            shares.into_iter().chain(rest).map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
-        let mean = if varying.len() > 1 { " (mean over the cases)" } else { "" };
-        wrap(width, &mut text, "", &format!("The scatter of F_n,w comes from: {}{mean}", shares.join(", ")));
+        let shares: Vec<String> = shares
+            .into_iter()
+            .chain(rest)
+            .map(|(name, share)| format!("{name} {:.0} %", 100.0 * share))
+            .collect();
+        let mean = if varying.len() > 1 {
+            " (mean over the cases)"
+        } else {
+            ""
+        };
+        wrap(
+            width,
+            &mut text,
+            "",
+            &format!(
+                "The scatter of F_n,w comes from: {}{mean}",
+                shares.join(", ")
+            ),
+        );
     }
     let failed: usize = known.iter().map(|scatter| scatter.failed_samples).sum();
     if failed > 0 {
-        text.push_str(&format!("{failed} sampled tools are left out because their simulations failed\n"));
+        text.push_str(&format!(
+            "{failed} sampled tools are left out because their simulations failed\n"
+        ));
     }
     let without = |(case, result): &(usize, &CaseResult)| {
-        result.as_ref().is_ok_and(|summary| summary.scatter.is_none()) && scatters(&study.settings(*case))
+        result
+            .as_ref()
+            .is_ok_and(|summary| summary.scatter.is_none())
+            && scatters(&study.settings(*case))
     };
     let without = results.iter().enumerate().filter(without).count();
     if without > 0 {
-        let cases = if without == 1 { "case has" } else { "cases have" };
-        let statement = format!("{without} {cases} no band because the simulations of most sampled tools failed");
+        let cases = if without == 1 {
+            "case has"
+        } else {
+            "cases have"
+        };
+        let statement = format!(
+            "{without} {cases} no band because the simulations of most sampled tools failed"
+        );
         wrap(width, &mut text, "", &statement);
     }
     text
@@ -155,16 +229,28 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult], width: usize) -> Str
 
 /// A result of which only the metrics are known.
 fn result_of(metrics: &Metrics) -> CaseResult {
-    Ok(CaseSummary { metrics: metrics.clone(), ..CaseSummary::default() })
+    Ok(CaseSummary {
+        metrics: metrics.clone(),
+        ..CaseSummary::default()
+    })
 }
 
-/// The metrics of one contact, and below them the settings that have their defaults, in lines of at most `width` columns.
+/// The metrics of one contact, and below them the settings that have their defaults, in lines of at
+/// most `width` columns.
 #[must_use]
-pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assumptions, width: usize) -> String {
+pub fn contact_table(
+    settings: &Settings,
+    metrics: &Metrics,
+    assumptions: &Assumptions,
+    width: usize,
+) -> String {
     let results = [result_of(metrics)];
     // A depth that was found for a force is one of the metrics.
     let stated = (metrics.force_stiffness_n_m == 0.0).then_some(DEPTH);
-    let speeds = [VELOCITY, SPEED].into_iter().chain(stated).filter_map(Parameter::find);
+    let speeds = [VELOCITY, SPEED]
+        .into_iter()
+        .chain(stated)
+        .filter_map(Parameter::find);
     let speeds = speeds.map(|parameter| {
         let setting = Setting::Number(parameter);
         let number = short(setting.factor() * parameter.get(settings));
@@ -172,28 +258,52 @@ pub fn contact_table(settings: &Settings, metrics: &Metrics, assumptions: &Assum
     });
     let headlines = Quantity::headlines(&results).map(|quantity| {
         let readable = Readable::new(quantity.clone(), &results);
-        vec![readable.heading(""), readable.text(0), quantity.name.to_owned()]
+        vec![
+            readable.heading(""),
+            readable.text(0),
+            quantity.name.to_owned(),
+        ]
     });
     let rows: Vec<Vec<String>> = speeds.chain(headlines).collect();
     // Names begin at the left.
     let longest = rows.iter().map(|row| columns(&row[2])).max().unwrap_or(0);
-    let padded: Vec<Vec<String>> =
-        rows.into_iter().map(|row| vec![row[0].clone(), row[1].clone(), left(&row[2], longest)]).collect();
-    let lines: Vec<String> = aligned(&padded).iter().map(|line| line.trim_end().to_owned()).collect();
+    let padded: Vec<Vec<String>> = rows
+        .into_iter()
+        .map(|row| vec![row[0].clone(), row[1].clone(), left(&row[2], longest)])
+        .collect();
+    let lines: Vec<String> = aligned(&padded)
+        .iter()
+        .map(|line| line.trim_end().to_owned())
+        .collect();
     let table = lines.join("\n");
-    if assumptions.list.is_empty() { table } else { format!("{table}\n\n{}", assumptions.text(width)) }
+    if assumptions.list.is_empty() {
+        table
+    } else {
+        format!("{table}\n\n{}", assumptions.text(width))
+    }
 }
 
 /// The metrics of a result, and those of the same `again`, with more precision.
 #[must_use]
 pub fn check_table(again: &str, metrics: &Metrics, checked: &Metrics) -> String {
     let results = [metrics, checked].map(result_of);
-    let mut rows = vec![["checked", "before", again, "change"].map(str::to_owned).to_vec()];
-    for (column, quantity) in shown_metrics(Prominence::Headline, &results).zip(Quantity::headlines(&results)) {
+    let mut rows = vec![
+        ["checked", "before", again, "change"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    for (column, quantity) in
+        shown_metrics(Prominence::Headline, &results).zip(Quantity::headlines(&results))
+    {
         let change = Change::of(column, metrics, checked).relative_change;
         let readable = Readable::new(quantity, &results);
         let change = format!("{:.4} %", 100.0 * change);
-        rows.push(vec![readable.heading(""), readable.text(0), readable.text(1), change]);
+        rows.push(vec![
+            readable.heading(""),
+            readable.text(0),
+            readable.text(1),
+            change,
+        ]);
     }
     aligned(&rows).join("\n") + "\n"
 }
@@ -203,16 +313,36 @@ pub fn check_table(again: &str, metrics: &Metrics, checked: &Metrics) -> String 
 pub fn brush_table(result: &BrushResult) -> String {
     let results = [&result.tool, &result.alone].map(result_of);
     let mut rows = vec![["", "brush", "alone"].map(str::to_owned).to_vec()];
-    // What a brush does not have is zero in its metrics, and left out where the first column says so.
+    // What a brush does not have is zero in its metrics, and left out where the first column says
+    // so.
     for quantity in Quantity::headlines(&results[..1]) {
         let readable = Readable::new(quantity, &results);
-        rows.push(vec![readable.heading(""), readable.text(0), readable.text(1)]);
+        rows.push(vec![
+            readable.heading(""),
+            readable.text(0),
+            readable.text(1),
+        ]);
     }
-    let BrushResult { columns: across, rows: count, stretch, interaction_factor, step_error, residuals, .. } = result;
-    let Stretch { first, last, scatter, drift, change_with_more_columns } = stretch;
+    let BrushResult {
+        columns: across,
+        rows: count,
+        stretch,
+        interaction_factor,
+        step_error,
+        residuals,
+        ..
+    } = result;
+    let Stretch {
+        first,
+        last,
+        scatter,
+        drift,
+        change_with_more_columns,
+    } = stretch;
     let percent = |share: f64| format!("{:.2} %", 100.0 * share);
     let (columns, rows_in_words) = (plural(*across, "column"), plural(*count, "row"));
-    let mut text = format!("{across} {columns} in {count} {rows_in_words}; {first} to {last} count\n");
+    let mut text =
+        format!("{across} {columns} in {count} {rows_in_words}; {first} to {last} count\n");
     text.push_str(&aligned(&rows).join("\n"));
     text.push_str(&format!(
         "\n  interaction factor {interaction_factor:.3}\n  p_n: scatter {}, drift {}, with 25 % more columns {}\n  \
@@ -228,37 +358,60 @@ pub fn brush_table(result: &BrushResult) -> String {
 
 /// A word, as a plural unless there is one.
 fn plural(count: usize, word: &str) -> String {
-    if count == 1 { word.to_owned() } else { format!("{word}s") }
+    if count == 1 {
+        word.to_owned()
+    } else {
+        format!("{word}s")
+    }
 }
 
-/// The settings in which the named tools of a study differ, with a column for each tool, in lines of at most `width` columns.
+/// The settings in which the named tools of a study differ, with a column for each tool, in lines
+/// of at most `width` columns.
 #[must_use]
 pub fn tools_table(study: &Study, width: usize) -> String {
     let differences = tool_differences(study);
     if differences.is_empty() {
         return "The tools differ in nothing but their names.\n".to_owned();
     }
-    let longest = differences.iter().map(|each| columns(&each.label)).max().unwrap_or(0);
+    let longest = differences
+        .iter()
+        .map(|each| columns(&each.label))
+        .max()
+        .unwrap_or(0);
     let names = study.tools().iter().map(|tool| tool.name.clone());
-    let heading = std::iter::once(left("tool", longest)).chain(names).collect();
-    let row =
-        |Difference { label, values, .. }: Difference| std::iter::once(left(&label, longest)).chain(values).collect();
-    let rows: Vec<Vec<String>> = std::iter::once(heading).chain(differences.into_iter().map(row)).collect();
+    let heading = std::iter::once(left("tool", longest))
+        .chain(names)
+        .collect();
+    let row = |Difference { label, values, .. }: Difference| {
+        std::iter::once(left(&label, longest))
+            .chain(values)
+            .collect()
+    };
+    let rows: Vec<Vec<String>> = std::iter::once(heading)
+        .chain(differences.into_iter().map(row))
+        .collect();
     let blocks = blocks(&rows, 1, width);
-    blocks.iter().map(|rows| aligned(rows).join("\n") + "\n").collect::<Vec<_>>().join("\n")
+    blocks
+        .iter()
+        .map(|rows| aligned(rows).join("\n") + "\n")
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
-/// A row of a table: the name of the tool above its first one, its heading, and its cells with their parts.
+/// A row of a table: the name of the tool above its first one, its heading, and its cells with
+/// their parts.
 struct Row {
     tool: Option<String>,
     heading: String,
     cells: Vec<Vec<String>>,
 }
 
-/// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a diagram), tool by tool. If the terminal is too
-/// narrow for all columns, the table has parts of equally many.
+/// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a
+/// diagram), tool by tool. If the terminal is too narrow for all columns, the table has parts of
+/// equally many.
 fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> String {
-    let [velocities, depths] = [study.speed().path, DEPTH].map(|path| study.sweep(path).map_or(&[][..], Sweep::values));
+    let [velocities, depths] =
+        [study.speed().path, DEPTH].map(|path| study.sweep(path).map_or(&[][..], Sweep::values));
     let tools = study.tools().len().max(1);
     let room = width.saturating_sub(ROW_HEADING + 2);
     let shown_velocities = spread(velocities.len(), COLUMNS.max(room / CELL));
@@ -269,8 +422,13 @@ fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> Strin
         "" => column.quantity.name.to_owned(),
         _ => format!("{}: {}", column.heading(""), column.quantity.name),
     };
-    let is_selection = shown_velocities.len() * shown_depths.len() * shown_tools.len() < study.case_count();
-    let selection = if is_selection { " (a selection of the cases)" } else { "" };
+    let is_selection =
+        shown_velocities.len() * shown_depths.len() * shown_tools.len() < study.case_count();
+    let selection = if is_selection {
+        " (a selection of the cases)"
+    } else {
+        ""
+    };
     let mut text = String::new();
     wrap(width, &mut text, "", &format!("{title}{selection}"));
 
@@ -280,69 +438,145 @@ fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> Strin
     let depth_labels = labels(shown_depths.iter().map(|&index| depths[index] * 1e3));
     let row = |(tool, (depth, label)): (&usize, (&usize, &String))| {
         let first = tool * (study.case_count() / tools);
-        let cases = shown_velocities.iter().map(|velocity| first + depth * velocities.len() + velocity);
-        let cells = cases.map(|case| column.texts(case).map(|text| text + marks.of(case)).collect()).collect();
-        let tool = study.tool(first).filter(|_| Some(depth) == shown_depths.last()).map(|tool| tool.name.clone());
-        Row { tool, heading: label.clone(), cells }
+        let cases = shown_velocities
+            .iter()
+            .map(|velocity| first + depth * velocities.len() + velocity);
+        let cells = cases
+            .map(|case| {
+                column
+                    .texts(case)
+                    .map(|text| text + marks.of(case))
+                    .collect()
+            })
+            .collect();
+        let tool = study
+            .tool(first)
+            .filter(|_| Some(depth) == shown_depths.last())
+            .map(|tool| tool.name.clone());
+        Row {
+            tool,
+            heading: label.clone(),
+            cells,
+        }
     };
     // The largest depth is at the top.
-    let of_tool = |tool| shown_depths.iter().zip(&depth_labels).rev().map(move |depth| (tool, depth));
+    let of_tool = |tool| {
+        shown_depths
+            .iter()
+            .zip(&depth_labels)
+            .rev()
+            .map(move |depth| (tool, depth))
+    };
     let rows: Vec<Row> = shown_tools.iter().flat_map(of_tool).map(row).collect();
-    let texts = rows.iter().flat_map(|row| &row.cells).flatten().chain(&headings);
-    let cell = texts.map(|text| columns(text) + 1).max().unwrap_or(0).max(CELL);
+    let texts = rows
+        .iter()
+        .flat_map(|row| &row.cells)
+        .flatten()
+        .chain(&headings);
+    let cell = texts
+        .map(|text| columns(text) + 1)
+        .max()
+        .unwrap_or(0)
+        .max(CELL);
     let parts = headings.len().div_ceil((room / cell).max(1));
     let in_part = headings.len().div_ceil(parts);
     let line = |heading: &str, cells: &mut dyn Iterator<Item = &String>| {
         let cells: String = cells.map(|text| right(text, cell)).collect();
-        format!("{} │{cells}", right(heading, ROW_HEADING)).trim_end().to_owned() + "\n"
+        format!("{} │{cells}", right(heading, ROW_HEADING))
+            .trim_end()
+            .to_owned()
+            + "\n"
     };
     for first in (0..headings.len()).step_by(in_part) {
         let shown = first..headings.len().min(first + in_part);
         let gap = if first == 0 { "" } else { "\n" };
         let speed = Setting::Number(study.speed()).heading();
-        text.push_str(&format!("{gap}{} │ {speed}\n", right("a_e in mm", ROW_HEADING)));
+        text.push_str(&format!(
+            "{gap}{} │ {speed}\n",
+            right("a_e in mm", ROW_HEADING)
+        ));
         text.push_str(&line("", &mut headings[shown.clone()].iter()));
-        text.push_str(&format!("{}┼{}\n", "─".repeat(ROW_HEADING + 1), "─".repeat(cell * shown.len())));
-        for Row { tool, heading, cells } in &rows {
-            tool.iter().for_each(|name| text.push_str(&format!(" {name}\n")));
+        text.push_str(&format!(
+            "{}┼{}\n",
+            "─".repeat(ROW_HEADING + 1),
+            "─".repeat(cell * shown.len())
+        ));
+        for Row {
+            tool,
+            heading,
+            cells,
+        } in &rows
+        {
+            tool.iter()
+                .for_each(|name| text.push_str(&format!(" {name}\n")));
             for part in 0..column.part_count() {
                 let heading = if part == 0 { heading } else { "" };
-                text.push_str(&line(heading, &mut cells[shown.clone()].iter().map(|parts| &parts[part])));
+                text.push_str(&line(
+                    heading,
+                    &mut cells[shown.clone()].iter().map(|parts| &parts[part]),
+                ));
             }
         }
     }
     text
 }
 
-/// All quantities, one row per case, below two rows with symbols and units. Columns that do not fit stand in further lists, which
-/// repeat the settings that vary, or the numbers of the rows if the settings take more than half of the terminal.
+/// All quantities, one row per case, below two rows with symbols and units. Columns that do not fit
+/// stand in further lists, which repeat the settings that vary, or the numbers of the rows if the
+/// settings take more than half of the terminal.
 fn list(study: &Study, quantities: &[Readable], marks: &Marks, width: usize) -> String {
     let (positions, sweeps): (Vec<usize>, Vec<&Sweep>) = varying(study).unzip();
     let settings: Vec<&Setting> = sweeps.iter().map(|sweep| sweep.setting()).collect();
     let heading = |of_setting: fn(&Setting) -> String, of_quantity: fn(&Readable) -> String| {
         let sweeps = settings.iter().map(|setting| of_setting(setting));
-        sweeps.chain(quantities.iter().map(of_quantity)).collect::<Vec<_>>()
+        sweeps
+            .chain(quantities.iter().map(of_quantity))
+            .collect::<Vec<_>>()
     };
-    let symbols =
-        heading(|setting| setting.symbol().into_owned(), |quantity| quantity.symbol(quantity.quantity.qualifier));
-    let units = heading(|setting| setting.unit().to_owned(), |quantity| quantity.unit().to_owned());
+    let symbols = heading(
+        |setting| setting.symbol().into_owned(),
+        |quantity| quantity.symbol(quantity.quantity.qualifier),
+    );
+    let units = heading(
+        |setting| setting.unit().to_owned(),
+        |quantity| quantity.unit().to_owned(),
+    );
     let listed = study.case_count().min(MAX_LISTED);
     let row = |case: usize| {
         let values: Vec<f64> = study.values(case).collect();
-        let values = positions.iter().zip(&settings).map(|(&position, setting)| match setting.names() {
-            Some(_) => setting.text(values[position]),
-            None => short(values[position] * setting.factor()),
-        });
-        values.chain(quantities.iter().map(|column| column.in_one_line(case))).collect::<Vec<_>>()
+        let values =
+            positions
+                .iter()
+                .zip(&settings)
+                .map(|(&position, setting)| match setting.names() {
+                    Some(_) => setting.text(values[position]),
+                    None => short(values[position] * setting.factor()),
+                });
+        values
+            .chain(quantities.iter().map(|column| column.in_one_line(case)))
+            .collect::<Vec<_>>()
     };
-    let mut rows: Vec<Vec<String>> = [symbols, units].into_iter().chain((0..listed).map(row)).collect();
-    let widest = |column: usize| rows.iter().map(|row| columns(&row[column]) + 2).max().unwrap_or(0);
+    let mut rows: Vec<Vec<String>> = [symbols, units]
+        .into_iter()
+        .chain((0..listed).map(row))
+        .collect();
+    let widest = |column: usize| {
+        rows.iter()
+            .map(|row| columns(&row[column]) + 2)
+            .max()
+            .unwrap_or(0)
+    };
     let of_sweeps: usize = (0..settings.len()).map(widest).sum();
     let is_narrow = (0..rows[0].len()).map(widest).sum::<usize>() <= width;
     let mut repeated = settings.len();
     let mut number = |heading: [&str; 2], of_case: &dyn Fn(usize) -> String| {
-        let cells = heading.map(str::to_owned).into_iter().chain((0..listed).map(of_case));
-        rows.iter_mut().zip(cells).for_each(|(row, cell)| row.insert(0, cell));
+        let cells = heading
+            .map(str::to_owned)
+            .into_iter()
+            .chain((0..listed).map(of_case));
+        rows.iter_mut()
+            .zip(cells)
+            .for_each(|(row, cell)| row.insert(0, cell));
     };
     if !is_narrow && of_sweeps > width / 2 {
         number(["row", ""], &|case| (case + 1).to_string());
@@ -354,16 +588,31 @@ fn list(study: &Study, quantities: &[Readable], marks: &Marks, width: usize) -> 
     }
     let blocks = blocks(&rows, repeated, width);
     let lines = |rows: &Vec<Vec<String>>| -> String {
-        let lines = aligned(rows).into_iter().map(|line| format!("{}\n", line.trim_end()));
+        let lines = aligned(rows)
+            .into_iter()
+            .map(|line| format!("{}\n", line.trim_end()));
         // Settings may have no units of their own.
         lines.filter(|line| line != "\n").collect()
     };
     let mut text = blocks.iter().map(lines).collect::<Vec<_>>().join("\n");
     if listed < study.case_count() {
-        text.push_str(&format!("  … and {} more cases\n", study.case_count() - listed));
+        text.push_str(&format!(
+            "  … and {} more cases\n",
+            study.case_count() - listed
+        ));
     }
-    let legend =
-        quantities.iter().map(|each| format!("{}: {}", each.symbol(each.quantity.qualifier), each.quantity.name));
-    wrap(width, &mut text, "  ", &legend.collect::<Vec<_>>().join("; "));
+    let legend = quantities.iter().map(|each| {
+        format!(
+            "{}: {}",
+            each.symbol(each.quantity.qualifier),
+            each.quantity.name
+        )
+    });
+    wrap(
+        width,
+        &mut text,
+        "  ",
+        &legend.collect::<Vec<_>>().join("; "),
+    );
     text
 }

@@ -1,6 +1,7 @@
 //! How a tool that is no upright radial one is seen: along its axis and from the side.
 //!
-//! Everything is in the frame of the workpiece, as samples and shapes are. Upright radial tools have the view along `z` that they always had.
+//! Everything is in the frame of the workpiece, as samples and shapes are. Upright radial tools
+//! have the view along `z` that they always had.
 
 use std::f64::consts::TAU;
 
@@ -23,7 +24,8 @@ pub(crate) fn is_upright(settings: &Settings) -> bool {
     Pose::of(&settings.tool) == Pose::UPRIGHT && Trim::of(settings).is_radial()
 }
 
-/// The place (m) along the trim of the filament whose samples are taken: the one nearest to its middle.
+/// The place (m) along the trim of the filament whose samples are taken: the one nearest to its
+/// middle.
 pub(crate) fn sampled_place(settings: &Settings) -> f64 {
     let places = places(settings);
     places[places.len() / 2].s
@@ -34,8 +36,8 @@ pub(crate) fn sampled_pass(settings: &Settings) -> Pass {
     Pass::at(settings, sampled_place(settings))
 }
 
-/// Whether the filament touches the workpiece during the whole turn. The first turn that counts then begins after one in which the workpiece comes
-/// up.
+/// Whether the filament touches the workpiece during the whole turn. The first turn that counts
+/// then begins after one in which the workpiece comes up.
 pub(crate) fn is_all_round(pass: &Pass) -> bool {
     let [entry, exit] = pass.nominal_times();
     exit - entry > (1.0 - 1e-9) * pass.turn_time()
@@ -45,16 +47,27 @@ pub(crate) fn is_all_round(pass: &Pass) -> bool {
 #[must_use]
 pub fn first_turn(settings: &Settings) -> f64 {
     let pass = sampled_pass(settings);
-    if is_all_round(&pass) { pass.turn_time() } else { 0.0 }
+    if is_all_round(&pass) {
+        pass.turn_time()
+    } else {
+        0.0
+    }
 }
 
-/// How far the workpiece has moved at `time` (s) from where its profile is stated, as a vector in m: by its feed, and on the way that it still has
-/// to come up.
+/// How far the workpiece has moved at `time` (s) from where its profile is stated, as a vector in
+/// m: by its feed, and on the way that it still has to come up.
 pub(crate) fn moved(pass: &Pass, time: f64) -> [f64; 3] {
-    /// Points of Gauss and Legendre, which integrate polynomials of the fifth degree, and their weights.
-    const GAUSS: [[f64; 2]; 3] =
-        [[-0.774_596_669_241_483_4, 5.0 / 9.0], [0.0, 8.0 / 9.0], [0.774_596_669_241_483_4, 5.0 / 9.0]];
-    let velocity = |time: f64| pass.pose().from_tool(pass.workpiece().surface([0.0; 3], time).velocity);
+    /// Points of Gauss and Legendre, which integrate polynomials of the fifth degree, and their
+    /// weights.
+    const GAUSS: [[f64; 2]; 3] = [
+        [-0.774_596_669_241_483_4, 5.0 / 9.0],
+        [0.0, 8.0 / 9.0],
+        [0.774_596_669_241_483_4, 5.0 / 9.0],
+    ];
+    let velocity = |time: f64| {
+        pass.pose()
+            .from_tool(pass.workpiece().surface([0.0; 3], time).velocity)
+    };
     let arrival = pass.turn_time();
     if pass.workpiece().translates() {
         return scale(time, velocity(time));
@@ -70,12 +83,16 @@ pub(crate) fn moved(pass: &Pass, time: f64) -> [f64; 3] {
 
 /// The height above the workpiece's own `y = 0`, or above a plane, in m of a point at `time` (s).
 pub(crate) fn height(settings: &Settings, pass: &Pass, point: [f64; 3], time: f64) -> f64 {
-    dot(unit_normal(&settings.workpiece), sub(point, moved(pass, time))) + ground(settings)
+    dot(
+        unit_normal(&settings.workpiece),
+        sub(point, moved(pass, time)),
+    ) + ground(settings)
 }
 
 /// The root at the `angle` (rad) of the tool.
 pub(crate) fn root(pass: &Pass, angle: f64) -> [f64; 3] {
-    pass.pose().from_tool(pass.tool().tool.clamp(angle, 0.0).position)
+    pass.pose()
+        .from_tool(pass.tool().tool.clamp(angle, 0.0).position)
 }
 
 /// How far below the tool's centre the workpiece's own `y = 0` is, in m.
@@ -86,7 +103,8 @@ fn ground(settings: &Settings) -> f64 {
 /// The surface of a workpiece as a view shows it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Surface {
-    /// Points of a line with the material on its right-hand side, or the border of what faces the viewer, in m.
+    /// Points of a line with the material on its right-hand side, or the border of what faces the
+    /// viewer, in m.
     pub points: Vec<[f64; 2]>,
     /// Whether the material is what the points go round.
     pub is_filled: bool,
@@ -100,7 +118,8 @@ pub(crate) struct View {
     /// The directions that are shown across and up.
     across: [f64; 3],
     up: [f64; 3],
-    /// What is added to heights, so that they begin at the surface where it is seen as a line, in m.
+    /// What is added to heights, so that they begin at the surface where it is seen as a line, in
+    /// m.
     lift: f64,
     cut: Option<Cut>,
     /// Whether places on the profile of the workpiece can be told from each other.
@@ -110,11 +129,13 @@ pub(crate) struct View {
     /// Outlines of the tool's body, and of its undeformed trim.
     pub body: Vec<Vec<[f64; 2]>>,
     pub trim: Vec<Vec<[f64; 2]>>,
-    /// The corners of the section through the trim that comes nearest to the surface; none along the axis.
+    /// The corners of the section through the trim that comes nearest to the surface; none along
+    /// the axis.
     pub nearest: Vec<[f64; 2]>,
 }
 
-/// The plane across the tool's axis in which the sampled tip turns, and the direction in which points of the workpiece are the same.
+/// The plane across the tool's axis in which the sampled tip turns, and the direction in which
+/// points of the workpiece are the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cut {
     axis: [f64; 3],
@@ -134,9 +155,11 @@ impl View {
         [dot(self.across, point), dot(self.up, point) + self.lift]
     }
 
-    /// Where a point of the workpiece's profile is seen, in m; none if all would be seen at one place.
+    /// Where a point of the workpiece's profile is seen, in m; none if all would be seen at one
+    /// place.
     pub fn on_profile(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
-        self.shows_profile.then(|| self.place(slid(self.cut.as_ref(), [x, y, 0.0])))
+        self.shows_profile
+            .then(|| self.place(slid(self.cut.as_ref(), [x, y, 0.0])))
     }
 
     /// How far the workpiece is seen to go if it moves by a vector (m).
@@ -149,9 +172,19 @@ impl View {
 
 /// The point of the workpiece that is seen for `point`: the same in the plane of the cut.
 fn slid(cut: Option<&Cut>, point: [f64; 3]) -> [f64; 3] {
-    cut.map_or(point, |&Cut { axis, height, along }| {
-        add(point, scale((height - dot(axis, point)) / dot(axis, along), along))
-    })
+    cut.map_or(
+        point,
+        |&Cut {
+             axis,
+             height,
+             along,
+         }| {
+            add(
+                point,
+                scale((height - dot(axis, point)) / dot(axis, along), along),
+            )
+        },
+    )
 }
 
 pub(crate) fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -194,8 +227,14 @@ impl<'a> Frame<'a> {
         let normal @ [x, y, _] = unit_normal(&settings.workpiece);
         let pose = Pose::of(&settings.tool);
         let trim = Trim::of(settings);
-        let farthest = trim.ends().into_iter().flat_map(|s| [trim.root(s), trim.tip(s)]);
-        let reach = REACH * farthest.fold(0.0, |reach: f64, [radius, height]| reach.max(radius.hypot(height)));
+        let farthest = trim
+            .ends()
+            .into_iter()
+            .flat_map(|s| [trim.root(s), trim.tip(s)]);
+        let reach = REACH
+            * farthest.fold(0.0, |reach: f64, [radius, height]| {
+                reach.max(radius.hypot(height))
+            });
         let profile = pass.workpiece().profile(reach).unwrap_or_default();
         Self {
             settings,
@@ -211,17 +250,28 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// The view against the axis, which points to the viewer, with the normal of the workpiece upwards.
+    /// The view against the axis, which points to the viewer, with the normal of the workpiece
+    /// upwards.
     fn along_axis(&self) -> View {
         let Self { axis, normal, .. } = *self;
         let height = self.trim.tip(sampled_place(self.settings))[1];
         let upright = direction(across(normal, axis));
         let up = upright.map_or_else(|| self.pose.from_tool([0.0, 1.0, 0.0]), |(up, _)| up);
         let right = cross(up, axis);
-        let lift = upright.map_or(0.0, |(_, part)| (ground(self.settings) + dot(normal, axis) * height) / part);
+        let lift = upright.map_or(0.0, |(_, part)| {
+            (ground(self.settings) + dot(normal, axis) * height) / part
+        });
         // On a plane points may slide along the cut; others are the same along z.
-        let along = if self.is_plane { cross(normal, right) } else { [0.0, 0.0, 1.0] };
-        let cut = (dot(axis, along).abs() > PARALLEL).then_some(Cut { axis, height, along });
+        let along = if self.is_plane {
+            cross(normal, right)
+        } else {
+            [0.0, 0.0, 1.0]
+        };
+        let cut = (dot(axis, along).abs() > PARALLEL).then_some(Cut {
+            axis,
+            height,
+            along,
+        });
         let line = |points: Vec<[f64; 2]>, is_filled| Surface { points, is_filled };
         let mut view = View {
             name: "along the axis",
@@ -229,13 +279,17 @@ impl<'a> Frame<'a> {
             up,
             lift,
             cut,
-            shows_profile: cut.is_some() && (!self.is_plane || dot(right, self.forward).abs() > 0.5),
+            shows_profile: cut.is_some()
+                && (!self.is_plane || dot(right, self.forward).abs() > 0.5),
             ..View::default()
         };
         view.surface = match (self.is_plane, cut) {
             (true, Some(_)) => line(self.level(), false),
             (_, Some(cut)) => {
-                let places = self.outline.iter().map(|&[x, y]| view.place(slid(Some(&cut), [x, y, 0.0])));
+                let places = self
+                    .outline
+                    .iter()
+                    .map(|&[x, y]| view.place(slid(Some(&cut), [x, y, 0.0])));
                 let mut points: Vec<[f64; 2]> = places.collect();
                 if axis[2] < 0.0 {
                     points.reverse();
@@ -252,18 +306,28 @@ impl<'a> Frame<'a> {
             (0..=POINTS).map(point).collect::<Vec<_>>()
         };
         let ends = self.trim.ends();
-        let outer = if self.trim.root(ends[0])[0] > self.trim.root(ends[1])[0] { ends[0] } else { ends[1] };
+        let outer = if self.trim.root(ends[0])[0] > self.trim.root(ends[1])[0] {
+            ends[0]
+        } else {
+            ends[1]
+        };
         let body = vec![circle(self.trim.root(outer))];
         // The tips of a radial trim turn on one circle.
-        let tips = if self.trim.is_radial() { &ends[..1] } else { &ends };
+        let tips = if self.trim.is_radial() {
+            &ends[..1]
+        } else {
+            &ends
+        };
         let trim = tips.iter().map(|&s| circle(self.trim.tip(s))).collect();
         View { body, trim, ..view }
     }
 
-    /// The view along the surface: in the plane of axis and normal on a plane, otherwise along the direction of extrusion or, of a tool that turns
-    /// about that, across it.
+    /// The view along the surface: in the plane of axis and normal on a plane, otherwise along the
+    /// direction of extrusion or, of a tool that turns about that, across it.
     fn side_on(&self) -> View {
-        let Self { axis, normal: up, .. } = *self;
+        let Self {
+            axis, normal: up, ..
+        } = *self;
         let is_about_extrusion = axis[2].abs() > std::f64::consts::FRAC_1_SQRT_2;
         let right = match self.is_plane {
             true => direction(across(axis, up)).map_or(self.forward, |(along, _)| along),
@@ -276,28 +340,56 @@ impl<'a> Frame<'a> {
             up,
             lift: ground(self.settings),
             shows_profile: dot(right, self.forward).abs() > 0.9,
-            surface: Surface { points: self.level(), is_filled: false },
+            surface: Surface {
+                points: self.level(),
+                is_filled: false,
+            },
             ..View::default()
         };
         if !self.is_plane && view.shows_profile {
-            let points = self.outline.iter().map(|&[x, y]| view.place([x, y, 0.0])).collect();
-            view.surface = Surface { points, is_filled: self.is_solid };
+            let points = self
+                .outline
+                .iter()
+                .map(|&[x, y]| view.place([x, y, 0.0]))
+                .collect();
+            view.surface = Surface {
+                points,
+                is_filled: self.is_solid,
+            };
         }
         // The section through the axis that faces the viewer.
         let radial = direction(cross(cross(right, up), axis)).map_or(up, |(radial, _)| radial);
-        let point =
-            |[radius, height]: [f64; 2], side: f64| view.place(add(scale(side * radius, radial), scale(height, axis)));
+        let point = |[radius, height]: [f64; 2], side: f64| {
+            view.place(add(scale(side * radius, radial), scale(height, axis)))
+        };
         let [first, last] = self.trim.ends();
         let half = |side: f64| {
-            let [root, tip] = [Trim::root, Trim::tip].map(|of| move |s: f64| point(of(&self.trim, s), side));
+            let [root, tip] =
+                [Trim::root, Trim::tip].map(|of| move |s: f64| point(of(&self.trim, s), side));
             vec![root(first), root(last), tip(last), tip(first), root(first)]
         };
         let root = |s: f64, side: f64| point(self.trim.root(s), side);
-        let body = vec![root(first, -1.0), root(last, -1.0), root(last, 1.0), root(first, 1.0), root(first, -1.0)];
+        let body = vec![
+            root(first, -1.0),
+            root(last, -1.0),
+            root(last, 1.0),
+            root(first, 1.0),
+            root(first, -1.0),
+        ];
         let trim = vec![half(-1.0), half(1.0)];
-        let lowest = |half: &&Vec<[f64; 2]>| half.iter().map(|[_, y]| *y).fold(f64::INFINITY, f64::min);
-        let nearest = trim.iter().min_by(|a, b| lowest(a).total_cmp(&lowest(b))).cloned().unwrap_or_default();
-        View { body: vec![body], nearest, trim, ..view }
+        let lowest =
+            |half: &&Vec<[f64; 2]>| half.iter().map(|[_, y]| *y).fold(f64::INFINITY, f64::min);
+        let nearest = trim
+            .iter()
+            .min_by(|a, b| lowest(a).total_cmp(&lowest(b)))
+            .cloned()
+            .unwrap_or_default();
+        View {
+            body: vec![body],
+            nearest,
+            trim,
+            ..view
+        }
     }
 
     /// The surface as a line at the height zero.
@@ -312,8 +404,15 @@ impl<'a> Frame<'a> {
             let r = PLANE_REACH * self.reach;
             return vec![[-r, -r], [r, -r], [r, r], [-r, r], [-r, -r]];
         }
-        let side = |z: f64| self.outline.iter().map(move |&[x, y]| view.place([x, y, z]));
-        side(-self.reach).chain(side(self.reach).rev()).chain(side(-self.reach).take(1)).collect()
+        let side = |z: f64| {
+            self.outline
+                .iter()
+                .map(move |&[x, y]| view.place([x, y, z]))
+        };
+        side(-self.reach)
+            .chain(side(self.reach).rev())
+            .chain(side(-self.reach).take(1))
+            .collect()
     }
 }
 
@@ -327,7 +426,11 @@ mod tests {
 
     fn settings(kind: ToolKind, tilt: f64, skew: f64) -> Settings {
         let mut settings = Settings::paper(10.0, 1e-3);
-        (settings.tool.kind, settings.tool.tilt_rad, settings.tool.skew_rad) = (kind, Some(tilt), skew);
+        (
+            settings.tool.kind,
+            settings.tool.tilt_rad,
+            settings.tool.skew_rad,
+        ) = (kind, Some(tilt), skew);
         (settings.filament.segments, settings.tool.positions) = (4, Some(1));
         settings
     }
@@ -336,10 +439,15 @@ mod tests {
         assert!((found - expected).abs() < 1e-9, "{found}, not {expected}");
     }
 
-    /// The undeformed tip is below the surface by the depth where it comes deepest, in both views; the trim and the surface show the same.
+    /// The undeformed tip is below the surface by the depth where it comes deepest, in both views;
+    /// the trim and the surface show the same.
     #[test]
     fn the_deepest_tip_is_below_the_surface_by_the_depth() {
-        let cases = [(ToolKind::Round, 0.1, 0.0), (ToolKind::Cup, 1.45, 0.3), (ToolKind::Round, 0.4, 0.7)];
+        let cases = [
+            (ToolKind::Round, 0.1, 0.0),
+            (ToolKind::Cup, 1.45, 0.3),
+            (ToolKind::Round, 0.4, 0.7),
+        ];
         for (kind, tilt, skew) in cases {
             let settings = settings(kind, tilt, skew);
             let pass = sampled_pass(&settings);
@@ -348,25 +456,48 @@ mod tests {
             let angle = pass.tool().angle((entry + exit) / 2.0);
             let root = root(&pass, angle);
             let clamp = pass.tool().tool.clamp(angle, 0.0);
-            let tip = add(root, scale(settings.filament.length_m, pass.pose().from_tool(clamp.direction)));
+            let tip = add(
+                root,
+                scale(
+                    settings.filament.length_m,
+                    pass.pose().from_tool(clamp.direction),
+                ),
+            );
             near(height(&settings, &pass, tip, 0.0), -1e-3);
             let [axis, side] = &views;
             near(side.place(tip)[1], -1e-3);
             // Seen along the axis, heights are those in the plane in which the tip turns.
             let steepness = dot(axis.up, unit_normal(&settings.workpiece));
             near(axis.place(tip)[1], -1e-3 / steepness);
-            let lowest =
-                |lines: &[Vec<[f64; 2]>]| lines.iter().flatten().map(|[_, y]| *y).fold(f64::INFINITY, f64::min);
-            assert!(lowest(&axis.trim) * steepness <= -0.9e-3, "{:?}", lowest(&axis.trim));
+            let lowest = |lines: &[Vec<[f64; 2]>]| {
+                lines
+                    .iter()
+                    .flatten()
+                    .map(|[_, y]| *y)
+                    .fold(f64::INFINITY, f64::min)
+            };
+            assert!(
+                lowest(&axis.trim) * steepness <= -0.9e-3,
+                "{:?}",
+                lowest(&axis.trim)
+            );
             for view in &views {
                 near(dot(view.across, view.up), 0.0);
                 near(dot(view.across, view.across), 1.0);
-                assert_eq!(view.surface.points.iter().map(|[_, y]| *y).collect::<Vec<_>>(), [0.0, 0.0]);
+                assert_eq!(
+                    view.surface
+                        .points
+                        .iter()
+                        .map(|[_, y]| *y)
+                        .collect::<Vec<_>>(),
+                    [0.0, 0.0]
+                );
             }
         }
     }
 
-    /// A flat cup is seen from below along its axis, in front of the surface, and upright from the side.
+    /// A flat cup is seen from below along its axis, in front of the surface, and upright from the
+    /// side.
     #[test]
     fn a_flat_cup_stands_on_the_surface() {
         let settings = settings(ToolKind::Cup, FRAC_PI_2, 0.0);
@@ -377,18 +508,31 @@ mod tests {
         let [x, y] = axis.place([0.1, -0.04, 0.02]);
         near(x, 0.1);
         near(y, 0.02);
-        // The workpiece comes up by the depth in the turn before the first: all of it is ahead at the start.
+        // The workpiece comes up by the depth in the turn before the first: all of it is ahead at
+        // the start.
         near(first_turn(&settings), pass.turn_time());
         let way = dot(moved(&pass, 0.0), unit_normal(&settings.workpiece));
         assert!(way < -1e-3 + 1e-12 && way > -2e-3, "{way}");
         near(side.shift(moved(&pass, 0.0))[1], way);
-        near(dot(moved(&pass, pass.turn_time()), unit_normal(&settings.workpiece)), 0.0);
-        let half = dot(moved(&pass, pass.turn_time() / 2.0), unit_normal(&settings.workpiece));
+        near(
+            dot(
+                moved(&pass, pass.turn_time()),
+                unit_normal(&settings.workpiece),
+            ),
+            0.0,
+        );
+        let half = dot(
+            moved(&pass, pass.turn_time() / 2.0),
+            unit_normal(&settings.workpiece),
+        );
         near(half, way / 2.0);
         // The gap of the solver is the height, also on the way up.
         for part in [0.0, 0.2, 0.7, 1.0, 1.5] {
             let (time, point) = (part * pass.turn_time(), [0.01, -0.038, 0.1]);
-            let gap = pass.workpiece().surface(pass.pose().to_tool(point), time).gap;
+            let gap = pass
+                .workpiece()
+                .surface(pass.pose().to_tool(point), time)
+                .gap;
             near(height(&settings, &pass, point, time), gap);
         }
     }
@@ -398,7 +542,11 @@ mod tests {
     fn roots_are_those_of_the_shapes() {
         let settings = settings(ToolKind::Cup, 1.4, 0.0);
         let pass = sampled_pass(&settings);
-        let sampling = Sampling { shapes: 3, samples: 3, ..Sampling::default() };
+        let sampling = Sampling {
+            shapes: 3,
+            samples: 3,
+            ..Sampling::default()
+        };
         let simulation = simulate_with(&settings, sampling).expect("a pass");
         for (shape, sample) in simulation.shapes.iter().zip(&simulation.history) {
             let found = sub(root(&pass, sample.base_angle_rad), shape.nodes_m[0]);
@@ -410,15 +558,32 @@ mod tests {
     #[test]
     fn an_edge_is_where_it_is() {
         let mut settings = settings(ToolKind::Cup, FRAC_PI_2, 0.0);
-        let edge = EdgeSettings { edge_radius_m: 1e-3, offset_m: 0.02, ..EdgeSettings::default() };
+        let edge = EdgeSettings {
+            edge_radius_m: 1e-3,
+            offset_m: 0.02,
+            ..EdgeSettings::default()
+        };
         settings.workpiece.kind = WorkpieceKind::Edge(edge);
         let pass = sampled_pass(&settings);
         let [axis, side] = View::both(&settings, &pass);
         assert!(axis.surface.is_filled);
-        let rightmost = |view: &View| view.surface.points.iter().map(|[x, _]| *x).fold(f64::NEG_INFINITY, f64::max);
+        let rightmost = |view: &View| {
+            view.surface
+                .points
+                .iter()
+                .map(|[x, _]| *x)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
         near(rightmost(&axis), 0.02);
         near(rightmost(&side), 0.02);
-        near(side.surface.points.iter().map(|[_, y]| *y).fold(f64::NEG_INFINITY, f64::max), 0.0);
+        near(
+            side.surface
+                .points
+                .iter()
+                .map(|[_, y]| *y)
+                .fold(f64::NEG_INFINITY, f64::max),
+            0.0,
+        );
         assert!(side.on_profile([0.0, 0.0]).is_some() && axis.on_profile([0.0, 0.0]).is_none());
     }
 }

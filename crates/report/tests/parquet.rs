@@ -29,13 +29,23 @@ const FILE: &str = concat!(
     "
 );
 
-/// Holds a Parquet file against the CSV file, cell by cell; the number of empty cells, and of groups of rows.
+/// Holds a Parquet file against the CSV file, cell by cell; the number of empty cells, and of
+/// groups of rows.
 fn compare(bytes: &[u8], table: &[u8], metadata: (&str, &str)) -> (usize, usize) {
     let mut file = tempfile::tempfile().expect("a file");
     file.write_all(bytes).expect("room for it");
     let reader = SerializedFileReader::new(file).expect("a Parquet file");
-    let pairs = reader.metadata().file_metadata().key_value_metadata().expect("metadata");
-    let value = |key: &str| pairs.iter().find(|pair| pair.key == key).and_then(|pair| pair.value.as_deref());
+    let pairs = reader
+        .metadata()
+        .file_metadata()
+        .key_value_metadata()
+        .expect("metadata");
+    let value = |key: &str| {
+        pairs
+            .iter()
+            .find(|pair| pair.key == key)
+            .and_then(|pair| pair.value.as_deref())
+    };
     assert_eq!(value("bristle_version"), Some(env!("CARGO_PKG_VERSION")));
     assert_eq!(value(metadata.0), Some(metadata.1));
 
@@ -47,7 +57,9 @@ fn compare(bytes: &[u8], table: &[u8], metadata: (&str, &str)) -> (usize, usize)
         let record = record.expect("a row");
         let row = rows.next().expect("as many rows").expect("a whole row");
         assert_eq!(row.len(), heading.len());
-        for ((name, value), (expected, cell)) in row.get_column_iter().zip(heading.iter().zip(&record)) {
+        for ((name, value), (expected, cell)) in
+            row.get_column_iter().zip(heading.iter().zip(&record))
+        {
             assert_eq!(name, expected);
             match value {
                 Field::Double(value) => assert_eq!(cell.parse(), Ok(*value), "{name}"),
@@ -61,13 +73,18 @@ fn compare(bytes: &[u8], table: &[u8], metadata: (&str, &str)) -> (usize, usize)
             }
         }
     }
-    assert!(rows.next().is_none(), "there are more rows than in the CSV file");
+    assert!(
+        rows.next().is_none(),
+        "there are more rows than in the CSV file"
+    );
     (empty, reader.num_row_groups())
 }
 
 #[test]
 fn a_study_is_that_of_the_csv_file() {
-    let study = Document::parse(FILE, "case.toml").and_then(|document| document.study()).expect("a study");
+    let study = Document::parse(FILE, "case.toml")
+        .and_then(|document| document.study())
+        .expect("a study");
     let results = run_study(&study, None, || {}).expect("threads");
     assert!(results[..4].iter().all(Result::is_err) && results[4..].iter().all(Result::is_ok));
     let (mut bytes, mut table) = (Vec::new(), Vec::new());
@@ -75,12 +92,17 @@ fn a_study_is_that_of_the_csv_file() {
     write_runs(&mut table, &study, &results).expect("a table");
     // The metrics and the numbers of the solver’s work of each case that failed.
     let of_a_case = metric_columns(Having::of_study(&study)).count() + Statistics::COLUMNS.len();
-    assert_eq!(compare(&bytes, &table, ("study.json", "settings")), (4 * of_a_case, 1));
+    assert_eq!(
+        compare(&bytes, &table, ("study.json", "settings")),
+        (4 * of_a_case, 1)
+    );
 }
 
 #[test]
 fn a_study_that_has_failed_altogether_keeps_its_types() {
-    let study = Document::parse(FILE, "case.toml").and_then(|document| document.study()).expect("a study");
+    let study = Document::parse(FILE, "case.toml")
+        .and_then(|document| document.study())
+        .expect("a study");
     let results = vec![Err("failed".to_owned()); study.case_count()];
     let mut bytes = Vec::new();
     write_runs_parquet(&mut bytes, &study, &results, "").expect("a file");
@@ -88,8 +110,12 @@ fn a_study_that_has_failed_altogether_keeps_its_types() {
     file.write_all(&bytes).expect("room for it");
     let reader = SerializedFileReader::new(file).expect("a Parquet file");
     let columns = reader.metadata().file_metadata().schema_descr().columns();
-    let physical =
-        |name: &str| columns.iter().find(|column| column.name() == name).map(|column| column.physical_type());
+    let physical = |name: &str| {
+        columns
+            .iter()
+            .find(|column| column.name() == name)
+            .map(|column| column.physical_type())
+    };
     assert_eq!(physical("segments"), Some(Physical::INT64));
     assert_eq!(physical("contact.stiffness_n_m"), Some(Physical::DOUBLE));
     assert_eq!(physical("contact_time_ratio"), Some(Physical::DOUBLE));
@@ -99,8 +125,12 @@ fn a_study_that_has_failed_altogether_keeps_its_types() {
 
 #[test]
 fn a_long_history_stands_in_several_groups() {
-    let settings = Document::parse(FILE, "case.toml").and_then(|document| document.settings()).expect("settings");
-    let history = simulate_with_history(&settings, 2 * ROWS_OF_GROUP + 1).expect("a pass").history;
+    let settings = Document::parse(FILE, "case.toml")
+        .and_then(|document| document.settings())
+        .expect("settings");
+    let history = simulate_with_history(&settings, 2 * ROWS_OF_GROUP + 1)
+        .expect("a pass")
+        .history;
     let (mut bytes, mut table) = (Vec::new(), Vec::new());
     write_history_parquet(&mut bytes, &history, "settings").expect("a file");
     write_history(&mut table, &history).expect("a table");

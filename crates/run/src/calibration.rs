@@ -18,10 +18,17 @@ pub const RESIDUALS: &str = "residuals.csv";
 /// The page.
 pub const CALIBRATION_PAGE: &str = "calibration.html";
 /// All files that a calibration writes.
-pub const OF_CALIBRATION: [&str; 5] = [CALIBRATED, CALIBRATION, RESIDUALS, CALIBRATION_PAGE, FORCE_JOURNAL];
+pub const OF_CALIBRATION: [&str; 5] = [
+    CALIBRATED,
+    CALIBRATION,
+    RESIDUALS,
+    CALIBRATION_PAGE,
+    FORCE_JOURNAL,
+];
 
-/// Writes the files of a calibration to its directory, which must be occupied, and returns their paths. `calibrated` is the input file with the
-/// fitted values; without one, that of an earlier calibration goes. `name` is that of the input file.
+/// Writes the files of a calibration to its directory, which must be occupied, and returns their
+/// paths. `calibrated` is the input file with the fitted values; without one, that of an earlier
+/// calibration goes. `name` is that of the input file.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -33,8 +40,14 @@ pub fn write_calibration(
 ) -> Result<Vec<PathBuf>, FileError> {
     let mut staged = vec![
         StagedFile::text(directory, CALIBRATION, &calibration.json())?,
-        StagedFile::write(directory.join(RESIDUALS), |out| calibration.write_residuals(out))?,
-        StagedFile::text(directory, CALIBRATION_PAGE, &calibration_page(name, calibration))?,
+        StagedFile::write(directory.join(RESIDUALS), |out| {
+            calibration.write_residuals(out)
+        })?,
+        StagedFile::text(
+            directory,
+            CALIBRATION_PAGE,
+            &calibration_page(name, calibration),
+        )?,
     ];
     match calibrated {
         Some(text) => staged.insert(0, StagedFile::text(directory, CALIBRATED, text)?),
@@ -43,8 +56,9 @@ pub fn write_calibration(
     staged.into_iter().map(StagedFile::commit).collect()
 }
 
-/// The text of `calibrated.toml` in a directory: the input file `text` with the `options` of `--set` and the fitted values. `moved` turns a path in the
-/// file into the same from the directory.
+/// The text of `calibrated.toml` in a directory: the input file `text` with the `options` of
+/// `--set` and the fitted values. `moved` turns a path in the file into the same from the
+/// directory.
 ///
 /// # Errors
 /// What cannot be restated, in words.
@@ -55,11 +69,16 @@ pub fn calibrated_text(
     options: &[String],
     moved: &dyn Fn(&str) -> String,
 ) -> Result<String, String> {
-    let frame = Frame { date: &today(), options, moved };
+    let frame = Frame {
+        date: &today(),
+        options,
+        moved,
+    };
     let text = calibrated(text, calibration, &frame)?;
     // What cannot be read again, or states something else, would be worse than no file.
     let path = directory.join(CALIBRATED);
-    let document = read_document(&path, &text, CALIBRATED, &[]).map_err(|error| error.to_string())?;
+    let document =
+        read_document(&path, &text, CALIBRATED, &[]).map_err(|error| error.to_string())?;
     for brush in document.brushes().map_err(|error| error.to_string())? {
         check(&brush.settings).map_err(|violation| violation.to_string())?;
         for (fitted, value) in calibration.problem.fitted.iter().zip(&calibration.values) {
@@ -77,20 +96,27 @@ pub fn calibrated_text(
 
 /// The date in Greenwich, as 2026-11-24.
 fn today() -> String {
-    let seconds = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let seconds = SystemTime::now()
+        .duration_since(SystemTime::UNIX_EPOCH)
+        .map_or(0, |since| since.as_secs());
     date(seconds / 86_400)
 }
 
 /// The date so many days after 1 January 1970, by the Gregorian calendar.
 fn date(days: u64) -> String {
-    // Years begin in March, so that the day that some of them have more is their last; 400 of them have 146 097 days.
+    // Years begin in March, so that the day that some of them have more is their last; 400 of them
+    // have 146 097 days.
     let days = days + 719_468;
     let (era, day) = (days / 146_097, days % 146_097);
     let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
     let of_year = day - (365 * year + year / 4 - year / 100);
     let month = (5 * of_year + 2) / 153;
     let of_month = of_year - (153 * month + 2) / 5 + 1;
-    let (month, later) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    let (month, later) = if month < 10 {
+        (month + 3, 0)
+    } else {
+        (month - 9, 1)
+    };
     format!("{:04}-{month:02}-{of_month:02}", 400 * era + year + later)
 }
 
@@ -108,6 +134,9 @@ mod tests {
             (47_540, "2100-02-28"),
             (47_541, "2100-03-01"),
         ];
-        assert_eq!(expected.map(|(days, _)| date(days)), expected.map(|(_, text)| text.to_owned()));
+        assert_eq!(
+            expected.map(|(days, _)| date(days)),
+            expected.map(|(_, text)| text.to_owned())
+        );
     }
 }

@@ -1,7 +1,8 @@
 //! A study from its settings to the files of its results, once for the program and for Python.
 //!
-//! [`StudyRun`] simulates the cases and journals them; [`StudyRun::finish`] draws the page and writes all files. An [`Observer`] sees how far
-//! it is. [`publish`] writes the files of results that are there already.
+//! [`StudyRun`] simulates the cases and journals them; [`StudyRun::finish`] draws the page and
+//! writes all files. An [`Observer`] sees how far it is. [`publish`] writes the files of results
+//! that are there already.
 
 pub mod calibration;
 pub mod removal;
@@ -121,11 +122,15 @@ impl StudyRun {
     /// A study without results, which go nowhere.
     #[must_use]
     pub fn new(study: Study) -> Self {
-        Self { results: vec![None; study.case_count()], study, output: None }
+        Self {
+            results: vec![None; study.case_count()],
+            study,
+            output: None,
+        }
     }
 
-    /// A study with the results in the journal of `directory`, or without any if it is to `restart`. What is written to subdirectories by
-    /// others is announced with it.
+    /// A study with the results in the journal of `directory`, or without any if it is to
+    /// `restart`. What is written to subdirectories by others is announced with it.
     ///
     /// # Errors
     /// If the directory cannot be used, or has the journal of another study.
@@ -136,9 +141,27 @@ impl StudyRun {
         restart: bool,
     ) -> Result<(Self, Found), JournalFileError> {
         let occupied = occupy_results(directory, subdirectories)?;
-        let (journal, Earlier { results, torn, discarded }) = JournalFile::open(directory, &study, restart)?;
-        let output = Output { directory: directory.to_owned(), journal, _occupied: occupied };
-        Ok((Self { study, results, output: Some(output) }, Found { torn, discarded }))
+        let (
+            journal,
+            Earlier {
+                results,
+                torn,
+                discarded,
+            },
+        ) = JournalFile::open(directory, &study, restart)?;
+        let output = Output {
+            directory: directory.to_owned(),
+            journal,
+            _occupied: occupied,
+        };
+        Ok((
+            Self {
+                study,
+                results,
+                output: Some(output),
+            },
+            Found { torn, discarded },
+        ))
     }
 
     /// The study.
@@ -157,7 +180,10 @@ impl StudyRun {
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
         let done = self.results.iter().flatten();
-        (done.clone().count(), done.filter(|result| result.is_err()).count())
+        (
+            done.clone().count(),
+            done.filter(|result| result.is_err()).count(),
+        )
     }
 
     /// Its journal, if its results go anywhere.
@@ -166,7 +192,8 @@ impl StudyRun {
         self.output.as_ref().map(|output| &output.journal)
     }
 
-    /// Takes the result of a case, counted from 0, that was simulated elsewhere. A case that has a result keeps it.
+    /// Takes the result of a case, counted from 0, that was simulated elsewhere. A case that has a
+    /// result keeps it.
     ///
     /// # Errors
     /// If it cannot be written to the journal.
@@ -174,9 +201,15 @@ impl StudyRun {
         if self.results[case].is_some() {
             return Ok(());
         }
-        let written = self.journal().map_or(ControlFlow::Continue(()), |journal| journal.append(case, &result));
+        let written = self.journal().map_or(ControlFlow::Continue(()), |journal| {
+            journal.append(case, &result)
+        });
         self.results[case] = Some(result);
-        if written.is_break() { self.settle() } else { Ok(()) }
+        if written.is_break() {
+            self.settle()
+        } else {
+            Ok(())
+        }
     }
 
     /// Waits until the journal is complete on the disk.
@@ -187,16 +220,30 @@ impl StudyRun {
         settle(self.output.as_mut(), self.study.case_count())
     }
 
-    /// Simulates the cases that have no result, of those that are its own, which are counted from 0.
+    /// Simulates the cases that have no result, of those that are its own, which are counted from
+    /// 0.
     ///
     /// # Errors
     /// If threads cannot be started, or a file cannot be written.
-    pub fn simulate(&mut self, is_own: impl Fn(usize) -> bool, means: &Means<'_>) -> Result<(), RunError> {
-        simulate(&self.study, &mut self.results, self.output.as_mut(), means, Sampling::default(), |_, _| {}, is_own)
+    pub fn simulate(
+        &mut self,
+        is_own: impl Fn(usize) -> bool,
+        means: &Means<'_>,
+    ) -> Result<(), RunError> {
+        simulate(
+            &self.study,
+            &mut self.results,
+            self.output.as_mut(),
+            means,
+            Sampling::default(),
+            |_, _| {},
+            is_own,
+        )
     }
 
-    /// Simulates the cases that have no result. With a directory, draws the page and writes the files, where it names `document` as what
-    /// was simulated, and compares it with `measured` forces.
+    /// Simulates the cases that have no result. With a directory, draws the page and writes the
+    /// files, where it names `document` as what was simulated, and compares it with `measured`
+    /// forces.
     ///
     /// # Errors
     /// If a file cannot be written, or it is asked to stop.
@@ -207,10 +254,18 @@ impl StudyRun {
         measured: &[Measurement],
         means: &Means<'_>,
     ) -> Result<Finished, RunError> {
-        let Self { study, mut results, mut output } = self;
+        let Self {
+            study,
+            mut results,
+            mut output,
+        } = self;
         let recorder = Recorder::new(&study).until(means.stop);
         // Courses are for the page in the directory of the results.
-        let sampling = if output.is_some() { recorder.sampling() } else { Sampling::default() };
+        let sampling = if output.is_some() {
+            recorder.sampling()
+        } else {
+            Sampling::default()
+        };
         simulate(
             &study,
             &mut results,
@@ -220,20 +275,52 @@ impl StudyRun {
             |case, pass| recorder.take(case, pass),
             |_| true,
         )?;
-        let results: Vec<CaseResult> = results.into_iter().collect::<Option<_>>().ok_or(RunError::Stopped)?;
+        let results: Vec<CaseResult> = results
+            .into_iter()
+            .collect::<Option<_>>()
+            .ok_or(RunError::Stopped)?;
         let assumptions = Assumptions::of_study(&study, &results, document);
-        let Means { resources, stop, observer } = means;
-        let answered = |goal| Answer::of(goal, &study, &results, resources.threads, stop, || observer.answering());
+        let Means {
+            resources,
+            stop,
+            observer,
+        } = means;
+        let answered = |goal| {
+            Answer::of(goal, &study, &results, resources.threads, stop, || {
+                observer.answering()
+            })
+        };
         let answer = document.goal().map(answered).transpose()?;
         let (files, comparisons) = match &output {
             Some(Output { directory, .. }) => {
                 let (origin, answer) = (&Origin::here(), answer.as_ref());
-                let subject = Subject { name, origin, assumptions: &assumptions, answer, measured };
-                publish(directory, recorder, &study, &results, &subject, resources.threads, stop)?
+                let subject = Subject {
+                    name,
+                    origin,
+                    assumptions: &assumptions,
+                    answer,
+                    measured,
+                };
+                publish(
+                    directory,
+                    recorder,
+                    &study,
+                    &results,
+                    &subject,
+                    resources.threads,
+                    stop,
+                )?
             }
             None => Default::default(),
         };
-        Ok(Finished { study, results, assumptions, answer, comparisons, files })
+        Ok(Finished {
+            study,
+            results,
+            assumptions,
+            answer,
+            comparisons,
+            files,
+        })
     }
 }
 
@@ -251,7 +338,11 @@ fn simulate(
     study: &Study,
     results: &mut [Option<CaseResult>],
     output: Option<&mut Output>,
-    Means { resources, stop, observer }: &Means<'_>,
+    Means {
+        resources,
+        stop,
+        observer,
+    }: &Means<'_>,
     sampling: Sampling,
     on_pass: impl Fn(usize, &Simulation) + Sync,
     is_own: impl Fn(usize) -> bool,
@@ -261,11 +352,15 @@ fn simulate(
     let results = Mutex::new(results);
     let journal = output.as_ref().map(|output| &output.journal);
     let done = |case: usize, result: CaseResult| {
-        let flow = journal.map_or(ControlFlow::Continue(()), |journal| journal.append(case, &result));
+        let flow = journal.map_or(ControlFlow::Continue(()), |journal| {
+            journal.append(case, &result)
+        });
         if flow.is_continue() {
             observer.case_done(case, result.is_err());
         }
-        results.lock().expect("nothing panics with the results in hand")[case] = Some(result);
+        results
+            .lock()
+            .expect("nothing panics with the results in hand")[case] = Some(result);
         flow
     };
     let simulated = simulate_cases(study, &cases, *resources, stop, sampling, on_pass, done);
@@ -276,8 +371,14 @@ fn simulate(
 
 /// Waits until the journal of a study of so many cases is complete on the disk, if there is one.
 fn settle(output: Option<&mut Output>, total: usize) -> Result<(), RunError> {
-    let Some(Output { journal, .. }) = output else { return Ok(()) };
-    journal.settle().map_err(|error| RunError::Unfinished { error, done: journal.cases(), total })
+    let Some(Output { journal, .. }) = output else {
+        return Ok(());
+    };
+    journal.settle().map_err(|error| RunError::Unfinished {
+        error,
+        done: journal.cases(),
+        total,
+    })
 }
 
 /// The page of results, with the courses that `recorder` has not recorded.
@@ -288,7 +389,13 @@ pub fn page_of(
     recorder: Recorder<'_>,
     study: &Study,
     results: &[CaseResult],
-    Subject { name, assumptions, answer, measured, .. }: &Subject<'_>,
+    Subject {
+        name,
+        assumptions,
+        answer,
+        measured,
+        ..
+    }: &Subject<'_>,
     threads: Option<NonZeroUsize>,
     stop: &Stop,
 ) -> Result<(String, Vec<Comparison>), RunError> {
@@ -298,11 +405,22 @@ pub fn page_of(
         return Err(RunError::Stopped);
     }
     let comparisons = compare(study, results, measured);
-    Ok((page(name, study, results, &courses, assumptions, &comparisons, *answer), comparisons))
+    Ok((
+        page(
+            name,
+            study,
+            results,
+            &courses,
+            assumptions,
+            &comparisons,
+            *answer,
+        ),
+        comparisons,
+    ))
 }
 
-/// Draws the page of results and writes all files of a study to its directory, which must be occupied. Returns their paths, and how measured
-/// forces compare.
+/// Draws the page of results and writes all files of a study to its directory, which must be
+/// occupied. Returns their paths, and how measured forces compare.
 ///
 /// # Errors
 /// If a file cannot be written, or it is asked to stop.
@@ -317,7 +435,11 @@ pub fn publish(
 ) -> Result<(Vec<PathBuf>, Vec<Comparison>), RunError> {
     let (page, comparisons) = page_of(recorder, study, results, subject, threads, stop)?;
     let total = study.case_count();
-    let unfinished = |error| RunError::Unfinished { error, done: total, total };
+    let unfinished = |error| RunError::Unfinished {
+        error,
+        done: total,
+        total,
+    };
     let has_measured = !subject.measured.is_empty();
     #[cfg_attr(
         not(feature = "parquet"),
@@ -327,7 +449,9 @@ pub fn publish(
         let mut staged = Vec::new();
         #[cfg(feature = "parquet")]
         {
-            let content = |out: &mut (dyn io::Write + Send)| write_runs_parquet(out, study, results, settings);
+            let content = |out: &mut (dyn io::Write + Send)| {
+                write_runs_parquet(out, study, results, settings)
+            };
             staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content)?);
         }
         if has_measured {
@@ -337,9 +461,14 @@ pub fn publish(
         Ok(staged)
     };
     let origin = (study, subject.origin);
-    let files = write_study(directory, origin, results, &page, has_measured, further).map_err(unfinished)?;
+    let files = write_study(directory, origin, results, &page, has_measured, further)
+        .map_err(unfinished)?;
     // Files of an earlier study that this one does not write.
-    let others = [(RUNS_PARQUET, cfg!(feature = "parquet")), (MEASURED, has_measured), (COMPARISON, has_measured)];
+    let others = [
+        (RUNS_PARQUET, cfg!(feature = "parquet")),
+        (MEASURED, has_measured),
+        (COMPARISON, has_measured),
+    ];
     for (name, _) in others.into_iter().filter(|(_, is_written)| !is_written) {
         remove(&directory.join(name)).map_err(unfinished)?;
     }

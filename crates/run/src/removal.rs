@@ -17,7 +17,8 @@ pub const REMOVAL_PAGE: &str = "removal.html";
 /// All files that a removal writes.
 pub const OF_REMOVAL: [&str; 3] = [REMOVAL, EDGE_WORK, REMOVAL_PAGE];
 
-/// Writes the files of a removal to its directory, which must be occupied, and returns their paths. `name` is that of the input file.
+/// Writes the files of a removal to its directory, which must be occupied, and returns their paths.
+/// `name` is that of the input file.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -28,9 +29,17 @@ pub fn write_removal(
     removal: &Removal,
 ) -> Result<Vec<PathBuf>, FileError> {
     let staged = [
-        StagedFile::write(directory.join(REMOVAL), |out| write_removal_rows(out, removal))?,
-        StagedFile::write(directory.join(EDGE_WORK), |out| write_edge_work(out, removal))?,
-        StagedFile::text(directory, REMOVAL_PAGE, &removal_page(name, settings, removal))?,
+        StagedFile::write(directory.join(REMOVAL), |out| {
+            write_removal_rows(out, removal)
+        })?,
+        StagedFile::write(directory.join(EDGE_WORK), |out| {
+            write_edge_work(out, removal)
+        })?,
+        StagedFile::text(
+            directory,
+            REMOVAL_PAGE,
+            &removal_page(name, settings, removal),
+        )?,
     ];
     staged.into_iter().map(StagedFile::commit).collect()
 }

@@ -1,5 +1,5 @@
-//! The journal of a calibration: the forces of each brush that it has simulated, by its settings. A calibration that is repeated goes the
-//! same way and finds them here.
+//! The journal of a calibration: the forces of each brush that it has simulated, by its settings. A
+//! calibration that is repeated goes the same way and finds them here.
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
@@ -64,28 +64,40 @@ pub struct ForceJournal {
 }
 
 impl ForceJournal {
-    /// Opens the journal in a directory, which must be occupied. Begins a new one if there is none, or it is to `restart`.
+    /// Opens the journal in a directory, which must be occupied. Begins a new one if there is none,
+    /// or it is to `restart`.
     ///
     /// # Errors
     /// If there is one that is not of this program, or it cannot be read or written.
     pub fn open(directory: &Path, restart: bool) -> Result<Self, ForceJournalError> {
         let path = directory.join(FORCE_JOURNAL);
-        let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+        let opened = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&path);
         let mut file = opened.map_err(|error| FileError::new("open", &path, error))?;
         let mut text = String::new();
-        file.read_to_string(&mut text).map_err(|error| FileError::new("read", &path, error))?;
+        file.read_to_string(&mut text)
+            .map_err(|error| FileError::new("read", &path, error))?;
         let mut known = HashMap::new();
         let mut intact = 0;
         if let Some(line) = text.split_inclusive('\n').next() {
-            let header: Option<Header> = unsealed("", line).filter(|header: &Header| header.journal == KIND);
+            let header: Option<Header> =
+                unsealed("", line).filter(|header: &Header| header.journal == KIND);
             let header = header.ok_or_else(|| ForceJournalError::Foreign(path.clone()))?;
-            let differences = header.program.differences(&Program::here(SOLVER_FINGERPRINT));
+            let differences = header
+                .program
+                .differences(&Program::here(SOLVER_FINGERPRINT));
             if !differences.is_empty() && !restart {
                 return Err(ForceJournalError::Other(path, differences));
             }
             // What follows a damaged line is not read: it is simulated again.
-            let entries =
-                text.split_inclusive('\n').skip(1).map_while(|line| Some((line, unsealed::<Entry>("", line)?)));
+            let entries = text
+                .split_inclusive('\n')
+                .skip(1)
+                .map_while(|line| Some((line, unsealed::<Entry>("", line)?)));
             if !restart {
                 intact = line.len();
                 for (line, Entry { key, forces }) in entries {
@@ -98,14 +110,22 @@ impl ForceJournal {
             file.set_len(intact as u64)?;
             file.seek(SeekFrom::End(0))?;
             if intact == 0 {
-                let header = Header { journal: KIND.to_owned(), program: Program::here(SOLVER_FINGERPRINT) };
+                let header = Header {
+                    journal: KIND.to_owned(),
+                    program: Program::here(SOLVER_FINGERPRINT),
+                };
                 file.write_all(sealed("", &header).as_bytes())?;
             }
             Ok(())
         };
         begin(&mut file).map_err(|error| FileError::new("write", &path, error))?;
         let earlier = known.len();
-        Ok(Self { path, known: Mutex::new(known), earlier, file: Mutex::new((file, None)) })
+        Ok(Self {
+            path,
+            known: Mutex::new(known),
+            earlier,
+            file: Mutex::new((file, None)),
+        })
     }
 
     fn file(&self) -> MutexGuard<'_, (File, Option<io::Error>)> {
@@ -122,16 +142,24 @@ impl ForceJournal {
         self.known().get(&key(settings)).copied()
     }
 
-    /// Appends the forces of a simulation. Appends nothing after an error; [`Self::settle`] returns that error.
+    /// Appends the forces of a simulation. Appends nothing after an error; [`Self::settle`] returns
+    /// that error.
     pub fn append(&self, settings: &Settings, forces: Forces) -> ControlFlow<()> {
-        let entry = Entry { key: key(settings), forces };
+        let entry = Entry {
+            key: key(settings),
+            forces,
+        };
         let line = sealed("", &entry);
         self.known().insert(entry.key, forces);
         let (file, error) = &mut *self.file();
         if error.is_none() {
             *error = file.write_all(line.as_bytes()).err();
         }
-        if error.is_none() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        if error.is_none() {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
     }
 
     /// The number of simulations that were there when it was opened.
@@ -153,7 +181,11 @@ impl ForceJournal {
 
 /// What identifies settings.
 fn key(settings: &Settings) -> String {
-    digest(serde_json::to_string(settings).expect("all keys are texts").as_bytes())
+    digest(
+        serde_json::to_string(settings)
+            .expect("all keys are texts")
+            .as_bytes(),
+    )
 }
 
 #[cfg(test)]

@@ -1,22 +1,23 @@
 //! The journal of a study: its results so far as lines of text, from which a stopped study resumes.
 //!
-//! This module turns results into lines and lines into results. The caller stores the lines and appends each when its case is
-//! done. Nothing is ever changed in place, so a crash can damage only the end. Cases that another machine has simulated come from it as
-//! such a journal, too.
+//! This module turns results into lines and lines into results. The caller stores the lines and
+//! appends each when its case is done. Nothing is ever changed in place, so a crash can damage only
+//! the end. Cases that another machine has simulated come from it as such a journal, too.
 //!
-//! Every line is a JSON object. The first is the header, which states the program and the settings of the results. Each of the
-//! others is a case, numbered from 1:
+//! Every line is a JSON object. The first is the header, which states the program and the settings
+//! of the results. Each of the others is a case, numbered from 1:
 //!
 //! ```json
 //! {"case":7,"metrics":{"contact_time_s":0.001,…},"turn_contact_normal_impulses_n_s":[0.002],"statistics":{"steps":80,…},"chart_changes":0,"check":"93b1f4b01ae5e0d7"}
 //! {"case":8,"error":"the step fell to rounding","check":"0d1c2ff4a01be67c"}
 //! ```
 //!
-//! Where filaments scatter, `scatter` has the distribution of the tool force, in addition to `metrics`; where they touch each other,
-//! `brush` has what interaction changes; where the case was checked, `change_when_checked` has what that changed. `check` has the first
-//! 16 digits of the SHA-256 of the header's check and of the line before `check`. It reveals a line that is damaged or
-//! belongs to another journal. Numbers are written with digits that read back as the same `f64`: the results of a resumed
-//! study equal those of an uninterrupted one to the bit.
+//! Where filaments scatter, `scatter` has the distribution of the tool force, in addition to
+//! `metrics`; where they touch each other, `brush` has what interaction changes; where the case was
+//! checked, `change_when_checked` has what that changed. `check` has the first 16 digits of the
+//! SHA-256 of the header's check and of the line before `check`. It reveals a line that is damaged
+//! or belongs to another journal. Numbers are written with digits that read back as the same `f64`:
+//! the results of a resumed study equal those of an uninterrupted one to the bit.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead};
@@ -28,7 +29,9 @@ use serde_json::Value;
 use thiserror::Error;
 
 use crate::digest::digest;
-use crate::origin::{CHECK_DIGITS, LONGEST_PATH, Program, each_difference, listed, sealed, settings, unsealed};
+use crate::origin::{
+    CHECK_DIGITS, LONGEST_PATH, Program, each_difference, listed, sealed, settings, unsealed,
+};
 use bristle::model::metrics::Metrics;
 use bristle::simulation::SOLVER_FINGERPRINT;
 use bristle::simulation::Statistics;
@@ -39,8 +42,13 @@ use bristle_grid::{CaseResult, CaseSummary, Interaction, Study, SweepText, Tool,
 pub const FORMAT: u32 = 1;
 
 /// SHA-256 of all code that affects results: the core's and that of `bristle-grid`.
-static SOLVER: LazyLock<String> =
-    LazyLock::new(|| digest([SOLVER_FINGERPRINT, bristle_grid::SOURCES].concat().as_bytes()));
+static SOLVER: LazyLock<String> = LazyLock::new(|| {
+    digest(
+        [SOLVER_FINGERPRINT, bristle_grid::SOURCES]
+            .concat()
+            .as_bytes(),
+    )
+});
 
 /// How every header begins, whatever its format.
 const BEGINNING: &str = r#"{"journal":"bristle study","format":"#;
@@ -54,12 +62,15 @@ pub enum JournalError {
     #[error("it is not the journal of a study")]
     Foreign,
     /// Its header has another version of the format.
-    #[error("it comes from another version of Bristle and has format {0}; this version writes format {FORMAT}")]
+    #[error(
+        "it comes from another version of Bristle and has format {0}; this version writes format {FORMAT}"
+    )]
     Format(u64),
     /// Its results do not belong to this study: the differences, one sentence each.
     #[error("it holds results of another study or program:{}", listed(.0))]
     Other(Vec<String>),
-    /// A line, counted from 1, is damaged, and not because its writing was interrupted: valid lines follow it.
+    /// A line, counted from 1, is damaged, and not because its writing was interrupted: valid lines
+    /// follow it.
     #[error("line {0} is damaged")]
     Damaged(u64),
     /// It cannot be read.
@@ -81,7 +92,8 @@ pub struct Contents {
 /// Length of a journal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Length {
-    /// Length in bytes of the intact part. After a crash, the journal is cut to this length before lines are appended.
+    /// Length in bytes of the intact part. After a crash, the journal is cut to this length before
+    /// lines are appended.
     ///
     /// Zero if there is no header yet.
     pub intact: u64,
@@ -105,7 +117,8 @@ struct Header<S> {
     format: u32,
     #[serde(flatten)]
     program: Program,
-    /// The settings, of the first tool if tools are compared. Those that are swept have their first value.
+    /// The settings, of the first tool if tools are compared. Those that are swept have their first
+    /// value.
     settings: S,
     /// The tools that are compared.
     #[serde(default = "Vec::new", skip_serializing_if = "Vec::is_empty")]
@@ -160,7 +173,11 @@ impl Journal {
         };
         let header = sealed("", &header);
         let seed = check_of(&header).to_owned();
-        Self { header, seed, case_count: study.case_count() }
+        Self {
+            header,
+            seed,
+            case_count: study.case_count(),
+        }
     }
 
     /// The first line, with its newline.
@@ -189,22 +206,36 @@ impl Journal {
                 brush: brush.clone().map(Box::new),
                 change_when_checked: *change_when_checked,
             },
-            Err(error) => Outcome::Failed { error: error.clone() },
+            Err(error) => Outcome::Failed {
+                error: error.clone(),
+            },
         };
-        sealed(&self.seed, &Entry { case: case + 1, outcome })
+        sealed(
+            &self.seed,
+            &Entry {
+                case: case + 1,
+                outcome,
+            },
+        )
     }
 
     /// Reads a journal of the study from its beginning.
     ///
-    /// A damaged end was being written when the program or the machine stopped. It is left out, and [`Contents::torn`] has
-    /// its length.
+    /// A damaged end was being written when the program or the machine stopped. It is left out, and
+    /// [`Contents::torn`] has its length.
     ///
     /// # Errors
-    /// If it is not a journal, belongs to another study or another build, or is damaged before its end.
+    /// If it is not a journal, belongs to another study or another build, or is damaged before its
+    /// end.
     pub fn read(&self, study: &Study, input: impl BufRead) -> Result<Contents, JournalError> {
         let mut results = vec![None; self.case_count];
-        let Length { intact, torn } = self.read_each(study, input, |case, result| results[case] = Some(result))?;
-        Ok(Contents { results, intact, torn })
+        let Length { intact, torn } =
+            self.read_each(study, input, |case, result| results[case] = Some(result))?;
+        Ok(Contents {
+            results,
+            intact,
+            torn,
+        })
     }
 
     /// [`Journal::read`], which passes each case, counted from 0, and its result to `take`.
@@ -221,7 +252,8 @@ impl Journal {
         let mut line = Vec::new();
         let length = read_line(&mut input, &mut line)?;
         if line != self.header.as_bytes() {
-            // A part of the header, or nothing, remains if the program stopped before it had written the header.
+            // A part of the header, or nothing, remains if the program stopped before it had
+            // written the header.
             if !self.header.as_bytes().starts_with(&line) && line.iter().any(|&byte| byte != 0) {
                 return Err(unlike(study, &line));
             }
@@ -237,8 +269,11 @@ impl Journal {
             }
             match (self.decode(&line), damaged) {
                 (Some((case, result)), None) => {
-                    // A case that has to be checked is simulated again. Its later line replaces this one.
-                    let is_complete = result.as_ref().map_or(true, |summary| summary.change_when_checked.is_some());
+                    // A case that has to be checked is simulated again. Its later line replaces
+                    // this one.
+                    let is_complete = result
+                        .as_ref()
+                        .map_or(true, |summary| summary.change_when_checked.is_some());
                     if is_complete || !study.checks() {
                         take(case, result);
                     }
@@ -271,7 +306,10 @@ impl Journal {
             } => Ok(CaseSummary {
                 metrics: *metrics,
                 turn_contact_normal_impulses_n_s,
-                statistics: Statistics { chart_changes, ..statistics },
+                statistics: Statistics {
+                    chart_changes,
+                    ..statistics
+                },
                 scatter: scatter.map(|scatter| *scatter),
                 brush: brush.map(|brush| *brush),
                 change_when_checked,
@@ -287,7 +325,8 @@ fn check_of(line: &str) -> &str {
     &line[end - CHECK_DIGITS..end]
 }
 
-/// Reads a line with its newline and returns its length. If the line is too long, only its beginning is kept.
+/// Reads a line with its newline and returns its length. If the line is too long, only its
+/// beginning is kept.
 fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<u64> {
     line.clear();
     let mut length = 0;
@@ -310,11 +349,16 @@ fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<u64> {
 
 /// The reason why a first line is not the header of `study`.
 fn unlike(study: &Study, line: &[u8]) -> JournalError {
-    let Some(rest) = str::from_utf8(line).ok().and_then(|line| line.strip_prefix(BEGINNING)) else {
+    let Some(rest) = str::from_utf8(line)
+        .ok()
+        .and_then(|line| line.strip_prefix(BEGINNING))
+    else {
         return JournalError::Foreign;
     };
     // The format comes first, because another format may have another check.
-    let digits = rest.find(|character: char| !character.is_ascii_digit()).unwrap_or(rest.len());
+    let digits = rest
+        .find(|character: char| !character.is_ascii_digit())
+        .unwrap_or(rest.len());
     match rest[..digits].parse() {
         Ok(found) if found != u64::from(FORMAT) => return JournalError::Format(found),
         _ => {}
@@ -327,10 +371,18 @@ fn unlike(study: &Study, line: &[u8]) -> JournalError {
 }
 
 /// The differences of the tools of a journal from those here, as sentences.
-fn tool_differences(there: &[ToolText<Value>], here: &[Tool], is_swept: impl Fn(&str) -> bool) -> Vec<String> {
+fn tool_differences(
+    there: &[ToolText<Value>],
+    here: &[Tool],
+    is_swept: impl Fn(&str) -> bool,
+) -> Vec<String> {
     let names = |names: Vec<&str>| match names[..] {
         [] => "none".to_owned(),
-        _ => names.iter().map(|name| shown(name, LONGEST_PATH)).collect::<Vec<_>>().join(", "),
+        _ => names
+            .iter()
+            .map(|name| shown(name, LONGEST_PATH))
+            .collect::<Vec<_>>()
+            .join(", "),
     };
     let names_there = names(there.iter().map(|tool| tool.name.as_str()).collect());
     let names_here = names(here.iter().map(|tool| tool.name.as_str()).collect());
@@ -340,8 +392,15 @@ fn tool_differences(there: &[ToolText<Value>], here: &[Tool], is_swept: impl Fn(
     let of_tool = |(there, here): (&ToolText<Value>, &Tool)| {
         let mut differences = settings(&there.settings, &here.settings, &is_swept);
         each_difference(&there.held, &here.text().held, |path, there, here| {
-            let text = |value: Option<&f64>| value.map_or("not stated".to_owned(), |value| format!("{value:?}"));
-            differences.push(format!("{}: {} there, {} here", shown(path, LONGEST_PATH), text(there), text(here)));
+            let text = |value: Option<&f64>| {
+                value.map_or("not stated".to_owned(), |value| format!("{value:?}"))
+            };
+            differences.push(format!(
+                "{}: {} there, {} here",
+                shown(path, LONGEST_PATH),
+                text(there),
+                text(here)
+            ));
         });
         let with_name = |difference| format!("tool {}, {difference}", here.name);
         differences.into_iter().map(with_name).collect::<Vec<_>>()
@@ -354,7 +413,10 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
     let mut differences = there.program.differences(&Program::here(&SOLVER));
     let here = study.sweep_texts();
     let named = |sweeps: &[SweepText]| -> BTreeMap<String, Vec<f64>> {
-        sweeps.iter().map(|sweep| (sweep.setting.clone(), sweep.values.clone())).collect()
+        sweeps
+            .iter()
+            .map(|sweep| (sweep.setting.clone(), sweep.values.clone()))
+            .collect()
     };
     let (sweeps_there, sweeps_here) = (named(&there.sweeps), named(&here));
     // The base has only the first value of a setting that is swept on both sides.
@@ -370,12 +432,21 @@ fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
             Some([]) => "no value".to_owned(),
             Some([only]) => format!("{only:?}"),
             Some([first, .., last]) => {
-                format!("{} values from {first:?} to {last:?}", values.map_or(0, Vec::len))
+                format!(
+                    "{} values from {first:?} to {last:?}",
+                    values.map_or(0, Vec::len)
+                )
             }
         });
-        let among = if there == here { ", with others in between" } else { "" };
+        let among = if there == here {
+            ", with others in between"
+        } else {
+            ""
+        };
         let path = shown(path, LONGEST_PATH);
-        differences.push(format!("sweep of {path}: {there} there, {here} here{among}"));
+        differences.push(format!(
+            "sweep of {path}: {there} there, {here} here{among}"
+        ));
     });
     if differences.is_empty() {
         differences.push("the sweeps are in another order".to_owned());
@@ -404,7 +475,9 @@ mod tests {
     );
 
     fn study(file: &str) -> Study {
-        Document::parse(file, "study").and_then(|document| document.study()).expect("the file is right")
+        Document::parse(file, "study")
+            .and_then(|document| document.study())
+            .expect("the file is right")
     }
 
     fn results(study: &Study) -> Vec<CaseResult> {
@@ -412,7 +485,10 @@ mod tests {
     }
 
     fn text(journal: &Journal, results: &[CaseResult]) -> String {
-        let entries = results.iter().enumerate().map(|(case, result)| journal.entry(case, result));
+        let entries = results
+            .iter()
+            .enumerate()
+            .map(|(case, result)| journal.entry(case, result));
         journal.header().to_owned() + &entries.collect::<String>()
     }
 
@@ -426,7 +502,11 @@ mod tests {
 
     /// The header of a journal with a `change`, sealed anew.
     fn resealed(journal: &Journal, change: impl FnOnce(&mut Value)) -> String {
-        let line = journal.header().split_once(",\"check\"").expect("a check").0;
+        let line = journal
+            .header()
+            .split_once(",\"check\"")
+            .expect("a check")
+            .0;
         let mut header: Value = serde_json::from_str(&format!("{line}}}")).expect("JSON");
         change(&mut header);
         // Through the structure, so that the keys are in the order of a header.
@@ -452,15 +532,21 @@ mod tests {
         results[4] = Err("two\nlines, \"quotes\", µ and \",\"check\":\"".to_owned());
         let text = text(&journal, &results);
         assert_eq!(text.lines().count(), 7);
-        assert!(
-            text.lines().all(|line| serde_json::from_str::<Value>(line).is_ok_and(|line| line["check"].is_string()))
-        );
-        let contents = journal.read(&study, text.as_bytes()).expect("the journal is whole");
+        assert!(text.lines().all(|line| {
+            serde_json::from_str::<Value>(line).is_ok_and(|line| line["check"].is_string())
+        }));
+        let contents = journal
+            .read(&study, text.as_bytes())
+            .expect("the journal is whole");
         assert_eq!((contents.intact, contents.torn), (text.len() as u64, 0));
         let read: Vec<CaseResult> = contents.results.into_iter().flatten().collect();
         assert_eq!(read, results);
-        let bits =
-            |result: &CaseResult| result.as_ref().ok().map(|summary| summary.metrics.contact_time_ratio.to_bits());
+        let bits = |result: &CaseResult| {
+            result
+                .as_ref()
+                .ok()
+                .map(|summary| summary.metrics.contact_time_ratio.to_bits())
+        };
         assert_eq!(bits(&read[0]), bits(&results[0]));
     }
 
@@ -469,14 +555,20 @@ mod tests {
         let (study, journal, text) = whole();
         let lines: Vec<&str> = text.split_inclusive('\n').collect();
         for length in 0..text.len() {
-            let contents = journal.read(&study, &text.as_bytes()[..length]).expect("the rest is whole");
+            let contents = journal
+                .read(&study, &text.as_bytes()[..length])
+                .expect("the rest is whole");
             let mut whole = 0;
             let mut intact = 0;
             while intact + lines[whole].len() <= length {
                 intact += lines[whole].len();
                 whole += 1;
             }
-            assert_eq!((contents.intact, contents.torn), (intact as u64, (length - intact) as u64), "{length}");
+            assert_eq!(
+                (contents.intact, contents.torn),
+                (intact as u64, (length - intact) as u64),
+                "{length}"
+            );
             let done = contents.results.iter().flatten().count();
             assert_eq!(done, whole.saturating_sub(1), "{length}");
         }
@@ -488,16 +580,21 @@ mod tests {
         let begin = text.len() - 700;
         let mut bytes = text.clone().into_bytes();
         bytes[begin..].fill(0);
-        let contents = journal.read(&study, bytes.as_slice()).expect("the rest is whole");
+        let contents = journal
+            .read(&study, bytes.as_slice())
+            .expect("the rest is whole");
         assert_eq!(contents.intact + contents.torn, text.len() as u64);
         assert!(contents.intact <= begin as u64);
         assert!(contents.results.iter().flatten().count() > 0);
         let zeros = vec![0; 5000];
-        let contents = journal.read(&study, zeros.as_slice()).expect("nothing has come to the disk");
+        let contents = journal
+            .read(&study, zeros.as_slice())
+            .expect("nothing has come to the disk");
         assert_eq!((contents.intact, contents.torn), (0, 5000));
     }
 
-    /// Damage before the last line is an error with the line's number. Damage to the last line loses only that line.
+    /// Damage before the last line is an error with the line's number. Damage to the last line
+    /// loses only that line.
     #[test]
     fn every_changed_byte_is_noticed() {
         let study = study(FILE);
@@ -528,10 +625,18 @@ mod tests {
         let study = study(FILE);
         let journal = Journal::new(&study);
         let read = |text: &str| journal.read(&study, text.as_bytes());
-        for text in ["hello", "\n", "{}\n", "\u{feff}", "brushing_velocity_m_s,penetration_depth_m\n10.0,0.001\n"] {
+        for text in [
+            "hello",
+            "\n",
+            "{}\n",
+            "\u{feff}",
+            "brushing_velocity_m_s,penetration_depth_m\n10.0,0.001\n",
+        ] {
             assert!(matches!(read(text), Err(JournalError::Foreign)), "{text:?}");
         }
-        let newer = journal.header().replacen("\"format\":1", "\"format\":27", 1);
+        let newer = journal
+            .header()
+            .replacen("\"format\":1", "\"format\":27", 1);
         assert!(matches!(read(&newer), Err(JournalError::Format(27))));
     }
 
@@ -541,11 +646,16 @@ mod tests {
         let (journal, other) = (Journal::new(&here), Journal::new(&there));
         let entry = other.entry(0, &Err("there".to_owned()));
         let mixed = journal.header().to_owned() + &entry;
-        let contents = journal.read(&here, mixed.as_bytes()).expect("the end is left out");
+        let contents = journal
+            .read(&here, mixed.as_bytes())
+            .expect("the end is left out");
         assert_eq!(contents.torn, entry.len() as u64);
         // The number of a case that the study does not have, with a correct check.
-        let beyond = journal.header().to_owned() + &journal.entry(6, &Err("there is no seventh case".to_owned()));
-        let contents = journal.read(&here, beyond.as_bytes()).expect("the end is left out");
+        let beyond = journal.header().to_owned()
+            + &journal.entry(6, &Err("there is no seventh case".to_owned()));
+        let contents = journal
+            .read(&here, beyond.as_bytes())
+            .expect("the end is left out");
         assert!(contents.torn > 0 && contents.results.iter().all(Option::is_none));
     }
 
@@ -559,7 +669,10 @@ mod tests {
                 other => panic!("{other:?}"),
             }
         };
-        assert_eq!(differences(&FILE.replace("0.040", "0.041")), "filament.length_m: 0.041 there, 0.04 here");
+        assert_eq!(
+            differences(&FILE.replace("0.040", "0.041")),
+            "filament.length_m: 0.041 there, 0.04 here"
+        );
         assert_eq!(
             differences(&FILE.replace("[5.0, 10.0, 20.0]", "[5.0, 11.0, 20.0]")),
             "sweep of process.brushing_velocity_m_s: 3 values from 5.0 to 20.0 there, 3 values from 5.0 to 20.0 here, \
@@ -579,7 +692,9 @@ mod tests {
         let other_way = "\"contact.exponent\" = [1.0]\n\"filament.damping_ratio\" = [0.05]\n";
         let here = study(&format!("{FILE}\n{two}"));
         let there = Journal::new(&study(&format!("{FILE}\n{other_way}")));
-        let error = Journal::new(&here).read(&here, there.header().as_bytes()).expect_err("the order is another");
+        let error = Journal::new(&here)
+            .read(&here, there.header().as_bytes())
+            .expect_err("the order is another");
         assert!(error.to_string().contains("another order"), "{error}");
     }
 
@@ -587,9 +702,15 @@ mod tests {
     fn another_build_is_named() {
         let here = study(FILE);
         let journal = Journal::new(&here);
-        for (what, value) in [("version", "9.9.9"), ("equations", "abc"), ("solver", "µµµµµµµµ")] {
+        for (what, value) in [
+            ("version", "9.9.9"),
+            ("equations", "abc"),
+            ("solver", "µµµµµµµµ"),
+        ] {
             let header = resealed(&journal, |header| header[what] = Value::from(value));
-            let error = journal.read(&here, header.as_bytes()).expect_err("another build");
+            let error = journal
+                .read(&here, header.as_bytes())
+                .expect_err("another build");
             assert!(error.to_string().contains(what), "{error}");
         }
     }
@@ -604,9 +725,21 @@ mod tests {
             header["settings"]["tool"][hostile.as_str()] = Value::from(hostile.clone());
             header["sweeps"][0]["setting"] = Value::from(hostile);
         });
-        let error = journal.read(&here, header.as_bytes()).expect_err("another build").to_string();
-        assert!(error.contains(r"\u{1b}[2J\u{a}\u{9b}\u{202e}") && error.len() < 1500, "{error}");
-        assert!(!error.contains(|letter: char| letter != '\n' && bristle_text::is_invisible(letter)), "{error:?}");
-        assert!(error.lines().skip(1).all(|line| line.starts_with("  ")), "{error}");
+        let error = journal
+            .read(&here, header.as_bytes())
+            .expect_err("another build")
+            .to_string();
+        assert!(
+            error.contains(r"\u{1b}[2J\u{a}\u{9b}\u{202e}") && error.len() < 1500,
+            "{error}"
+        );
+        assert!(
+            !error.contains(|letter: char| letter != '\n' && bristle_text::is_invisible(letter)),
+            "{error:?}"
+        );
+        assert!(
+            error.lines().skip(1).all(|line| line.starts_with("  ")),
+            "{error}"
+        );
     }
 }

@@ -1,8 +1,8 @@
 //! The journal file of a study: locked, read, appended to, and synced to disk.
 //!
-//! The operating system has the line of a case before the next case of its lane starts, so a killed program loses only the
-//! cases in progress. A separate thread syncs the lines to disk, many at a time: waiting for the disk after each case would
-//! take longer than simulating it.
+//! The operating system has the line of a case before the next case of its lane starts, so a killed
+//! program loses only the cases in progress. A separate thread syncs the lines to disk, many at a
+//! time: waiting for the disk after each case would take longer than simulating it.
 
 use std::convert::Infallible;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -24,8 +24,8 @@ use crate::staged::FileError;
 /// Name of the file in the results directory.
 pub const JOURNAL: &str = "journal.jsonl";
 
-/// Time between two syncs to disk, long enough not to slow the study. A loss of power can cost the cases of this time, in
-/// addition to those in progress.
+/// Time between two syncs to disk, long enough not to slow the study. A loss of power can cost the
+/// cases of this time, in addition to those in progress.
 const PAUSE: Duration = Duration::from_millis(100);
 
 const UNBROKEN: &str = "nothing panics while holding the state";
@@ -105,61 +105,119 @@ pub struct Earlier {
 }
 
 impl JournalFile {
-    /// Opens the journal of `study` in a directory. Starts a new one if there is none, or if `restart` is set.
+    /// Opens the journal of `study` in a directory. Starts a new one if there is none, or if
+    /// `restart` is set.
     ///
     /// # Errors
-    /// If another process writes there, or the journal is not one of this study or cannot be read or written.
-    pub fn open(directory: &Path, study: &Study, restart: bool) -> Result<(Self, Earlier), JournalFileError> {
+    /// If another process writes there, or the journal is not one of this study or cannot be read
+    /// or written.
+    pub fn open(
+        directory: &Path,
+        study: &Study,
+        restart: bool,
+    ) -> Result<(Self, Earlier), JournalFileError> {
         let path = directory.join(JOURNAL);
-        let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+        let opened = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&path);
         let file = opened.map_err(|error| FileError::new("open", &path, error))?;
         lock(&file, &path, directory)?;
 
         let journal = Journal::new(study);
-        let nothing = || Contents { results: vec![None; study.case_count()], intact: 0, torn: 0 };
+        let nothing = || Contents {
+            results: vec![None; study.case_count()],
+            intact: 0,
+            torn: 0,
+        };
         let (contents, discarded) = match journal.read(study, BufReader::new(&file)) {
             Ok(Contents { intact, .. }) if restart => (nothing(), intact > 0),
             Ok(contents) => (contents, false),
-            Err(JournalError::Unreadable(error)) => return Err(FileError::new("read", &path, error).into()),
-            // A file that is not a journal belongs to someone else: not even a restart may discard it.
+            Err(JournalError::Unreadable(error)) => {
+                return Err(FileError::new("read", &path, error).into());
+            }
+            // A file that is not a journal belongs to someone else: not even a restart may discard
+            // it.
             Err(error) if !restart || matches!(error, JournalError::Foreign) => {
                 return Err(JournalFileError::Unusable(path, error));
             }
             Err(_) => (nothing(), true),
         };
-        let Contents { results, intact, torn } = contents;
+        let Contents {
+            results,
+            intact,
+            torn,
+        } = contents;
         let cases = results.iter().flatten().count();
         if torn > 0 {
             warn!(path = %shown_path(&path), bytes = torn, "dropped an incomplete line at the end of the journal");
         }
         debug!(path = %shown_path(&path), cases, "journal opened");
 
-        let mut state = Written { length: intact, cases, fresh: false, closing: false, error: None };
-        let begun = if intact > 0 { state.cut(&file) } else { state.begin(&file, journal.header(), directory) };
+        let mut state = Written {
+            length: intact,
+            cases,
+            fresh: false,
+            closing: false,
+            error: None,
+        };
+        let begun = if intact > 0 {
+            state.cut(&file)
+        } else {
+            state.begin(&file, journal.header(), directory)
+        };
         begun.map_err(|error| FileError::new("write", &path, error))?;
-        let shared = Arc::new(Shared { path, file, state: Mutex::new(state), changed: Condvar::new() });
+        let shared = Arc::new(Shared {
+            path,
+            file,
+            state: Mutex::new(state),
+            changed: Condvar::new(),
+        });
         let syncing = {
             let shared = Arc::clone(&shared);
-            Some(thread::Builder::new().spawn(move || shared.sync()).map_err(JournalFileError::Threads)?)
+            Some(
+                thread::Builder::new()
+                    .spawn(move || shared.sync())
+                    .map_err(JournalFileError::Threads)?,
+            )
         };
-        Ok((Self { journal, shared, syncing }, Earlier { results, torn, discarded }))
+        Ok((
+            Self {
+                journal,
+                shared,
+                syncing,
+            },
+            Earlier {
+                results,
+                torn,
+                discarded,
+            },
+        ))
     }
 
     /// The results in the journal of `study` in a directory, which is left as it is.
     ///
     /// # Errors
     /// If there is no journal of this study that can be read.
-    pub fn read(directory: &Path, study: &Study) -> Result<Vec<Option<CaseResult>>, JournalFileError> {
+    pub fn read(
+        directory: &Path,
+        study: &Study,
+    ) -> Result<Vec<Option<CaseResult>>, JournalFileError> {
         let path = directory.join(JOURNAL);
         let file = File::open(&path).map_err(|error| FileError::new("open", &path, error))?;
         match Journal::new(study).read(study, BufReader::new(&file)) {
             Ok(Contents { results, .. }) => Ok(results),
-            Err(JournalError::Unreadable(error)) => Err(FileError::new("read", &path, error).into()),
+            Err(JournalError::Unreadable(error)) => {
+                Err(FileError::new("read", &path, error).into())
+            }
             Err(error) => Err(JournalFileError::OfOther(path, error)),
         }
     }
 
-    /// Appends the line of a case, counted from 0. Appends nothing after an error; [`Self::settle`] returns that error.
+    /// Appends the line of a case, counted from 0. Appends nothing after an error; [`Self::settle`]
+    /// returns that error.
     pub fn append(&self, case: usize, result: &CaseResult) -> ControlFlow<()> {
         let line = self.journal.entry(case, result);
         let mut state = self.shared.state();
@@ -170,7 +228,11 @@ impl JournalFile {
                 self.shared.changed.notify_one();
             }
         }
-        if state.error.is_none() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        if state.error.is_none() {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
     }
 
     /// Syncs everything to disk. Returns the first error since the journal was opened.
@@ -183,7 +245,9 @@ impl JournalFile {
         self.shared.state().closing = true;
         self.shared.changed.notify_one();
         if let Some(syncing) = self.syncing.take() {
-            syncing.join().expect("the thread that syncs does not panic");
+            syncing
+                .join()
+                .expect("the thread that syncs does not panic");
         }
         match self.shared.state().error.take() {
             None => Ok(()),
@@ -196,10 +260,15 @@ impl JournalFile {
         self.shared.state().cases
     }
 
-    /// A function that waits until the line in progress is complete, then calls `end` with the number of cases.
+    /// A function that waits until the line in progress is complete, then calls `end` with the
+    /// number of cases.
     ///
-    /// It is meant for a signal that ends the program: `end` does not return, and no further line is started.
-    pub fn stopper(&self, end: impl Fn(usize) -> Infallible + Send + 'static) -> impl Fn() + Send + 'static {
+    /// It is meant for a signal that ends the program: `end` does not return, and no further line
+    /// is started.
+    pub fn stopper(
+        &self,
+        end: impl Fn(usize) -> Infallible + Send + 'static,
+    ) -> impl Fn() + Send + 'static {
         let shared = Arc::clone(&self.shared);
         move || {
             let state = shared.state();
@@ -230,7 +299,10 @@ impl Shared {
     fn sync(&self) {
         let mut state = self.state();
         loop {
-            state = self.changed.wait_while(state, |state| !state.fresh && !state.closing).expect(UNBROKEN);
+            state = self
+                .changed
+                .wait_while(state, |state| !state.fresh && !state.closing)
+                .expect(UNBROKEN);
             if !state.fresh {
                 return;
             }
@@ -241,7 +313,11 @@ impl Shared {
             if let Err(error) = synced {
                 state.error.get_or_insert(error);
             }
-            state = self.changed.wait_timeout_while(state, PAUSE, |state| !state.closing).expect(UNBROKEN).0;
+            state = self
+                .changed
+                .wait_timeout_while(state, PAUSE, |state| !state.closing)
+                .expect(UNBROKEN)
+                .0;
         }
     }
 }
@@ -250,7 +326,10 @@ impl Written {
     /// Writes the header. The file and its name are on disk before any case is simulated.
     fn begin(&mut self, mut file: &File, header: &str, directory: &Path) -> io::Result<()> {
         self.cut(file)?;
-        if let Err(error) = file.write_all(header.as_bytes()).and_then(|()| file.sync_all()) {
+        if let Err(error) = file
+            .write_all(header.as_bytes())
+            .and_then(|()| file.sync_all())
+        {
             let _ = self.cut(file);
             return Err(error);
         }
@@ -281,6 +360,10 @@ impl Written {
     /// Truncates the file after the last complete line, and continues there.
     fn cut(&self, mut file: &File) -> io::Result<()> {
         file.seek(SeekFrom::Start(self.length))?;
-        if file.metadata()?.len() == self.length { Ok(()) } else { file.set_len(self.length) }
+        if file.metadata()?.len() == self.length {
+            Ok(())
+        } else {
+            file.set_len(self.length)
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! What a file of a stopped run belongs to: a program and its settings. Lines of text that carry a check, and differences in words.
+//! What a file of a stopped run belongs to: a program and its settings. Lines of text that carry a
+//! check, and differences in words.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,7 +20,11 @@ pub(crate) const LONGEST_PATH: usize = 80;
 
 /// Differences as lines of an error.
 pub(crate) fn listed(differences: &[String]) -> String {
-    let mut text: String = differences.iter().take(MAX_DIFFERENCES).map(|line| format!("\n  {line}")).collect();
+    let mut text: String = differences
+        .iter()
+        .take(MAX_DIFFERENCES)
+        .map(|line| format!("\n  {line}"))
+        .collect();
     if differences.len() > MAX_DIFFERENCES {
         text += &format!("\n  and {} more", differences.len() - MAX_DIFFERENCES);
     }
@@ -64,8 +69,13 @@ pub(crate) struct Program {
 impl Program {
     /// This one, by the hash of its solver.
     pub(crate) fn here(solver: &str) -> Self {
-        let [version, equations, solver] = [env!("CARGO_PKG_VERSION"), FINGERPRINT, solver].map(str::to_owned);
-        Self { version, equations, solver }
+        let [version, equations, solver] =
+            [env!("CARGO_PKG_VERSION"), FINGERPRINT, solver].map(str::to_owned);
+        Self {
+            version,
+            equations,
+            solver,
+        }
     }
 
     /// Its differences from the one `here`, in words.
@@ -76,23 +86,40 @@ impl Program {
             ("solver (SHA-256)", &self.solver, &here.solver),
         ];
         let difference = |(what, there, here): (&str, &String, &String)| {
-            let [there, here] = [there, here].map(|text| shortened(&text.chars().take(12).collect::<String>()));
+            let [there, here] =
+                [there, here].map(|text| shortened(&text.chars().take(12).collect::<String>()));
             format!("{what}: {there} there, {here} here")
         };
-        programs.into_iter().filter(|(_, there, here)| there != here).map(difference).collect()
+        programs
+            .into_iter()
+            .filter(|(_, there, here)| there != here)
+            .map(difference)
+            .collect()
     }
 }
 
-/// The differences of settings from those here, except those that `is_left_out` names by their paths.
-pub(crate) fn settings(there: &Value, here: &Settings, is_left_out: impl Fn(&str) -> bool) -> Vec<String> {
+/// The differences of settings from those here, except those that `is_left_out` names by their
+/// paths.
+pub(crate) fn settings(
+    there: &Value,
+    here: &Settings,
+    is_left_out: impl Fn(&str) -> bool,
+) -> Vec<String> {
     let mut differences = Vec::new();
     let here = leaves(&serde_json::to_value(here).unwrap_or_default());
     each_difference(&leaves(there), &here, |path, there, here| {
         if !is_left_out(path) {
-            let text =
-                |value: Option<&Value>| value.map_or("not stated".to_owned(), |value| shortened(&value.to_string()));
+            let text = |value: Option<&Value>| {
+                value.map_or("not stated".to_owned(), |value| {
+                    shortened(&value.to_string())
+                })
+            };
             let path = shown(path, LONGEST_PATH);
-            differences.push(format!("{path}: {} there, {} here", text(there), text(here)));
+            differences.push(format!(
+                "{path}: {} there, {} here",
+                text(there),
+                text(here)
+            ));
         }
     });
     differences
@@ -120,7 +147,11 @@ pub fn leaves(value: &Value) -> BTreeMap<String, Value> {
     while let Some((path, value)) = open.pop() {
         match value {
             Value::Object(fields) => open.extend(fields.iter().map(|(key, value)| {
-                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                let path = if path.is_empty() {
+                    key.clone()
+                } else {
+                    format!("{path}.{key}")
+                };
                 (path, value)
             })),
             value => {

@@ -17,7 +17,8 @@ use tempfile::{Builder, NamedTempFile, TempPath};
 use thiserror::Error;
 use tracing::debug;
 
-/// Longest reason for which a file cannot be read or written, in characters. It may state the path again.
+/// Longest reason for which a file cannot be read or written, in characters. It may state the path
+/// again.
 const LONGEST_REASON: usize = 200;
 
 /// A file or directory that cannot be read or written.
@@ -32,7 +33,11 @@ pub struct FileError {
 impl FileError {
     /// That of an `action`, such as `read`, on a path.
     pub fn new(action: &'static str, path: &Path, source: io::Error) -> Self {
-        Self { action, path: path.to_owned(), source }
+        Self {
+            action,
+            path: path.to_owned(),
+            source,
+        }
     }
 
     /// The kind of error.
@@ -55,16 +60,20 @@ pub enum DocumentError {
     Data(#[from] DataError),
 }
 
-/// A longer file of settings, or of a state, is regarded as a mistake. Its tree takes some 80 times as much memory.
+/// A longer file of settings, or of a state, is regarded as a mistake. Its tree takes some 80 times
+/// as much memory.
 const MAX_INPUT_BYTES: u64 = 4 << 20;
 
-/// A longer table of measured forces is regarded as a mistake: a million points with four numbers each fit.
+/// A longer table of measured forces is regarded as a mistake: a million points with four numbers
+/// each fit.
 const MAX_TABLE_BYTES: u64 = 64 << 20;
 
-/// A longer result file cannot be one of ours: a study has at most a million cases, and a row has some 300 bytes.
+/// A longer result file cannot be one of ours: a study has at most a million cases, and a row has
+/// some 300 bytes.
 const MAX_RESULT_BYTES: u64 = 1 << 30;
 
-/// A longer state of a brush cannot be one of ours: a filament has some 20 kB, and its frames as much.
+/// A longer state of a brush cannot be one of ours: a filament has some 20 kB, and its frames as
+/// much.
 const MAX_STATE_BYTES: u64 = 8 << 30;
 
 /// Reads a file of settings, or of a state.
@@ -82,11 +91,13 @@ pub fn read_input(path: &Path) -> Result<String, FileError> {
 pub fn read_stdin() -> Result<String, FileError> {
     let path = Path::new("-");
     let bytes = read_up_to(io::stdin().lock(), MAX_INPUT_BYTES);
-    bytes.and_then(as_text).map_err(|error| FileError::new("read", path, error))
+    bytes
+        .and_then(as_text)
+        .map_err(|error| FileError::new("read", path, error))
 }
 
-/// Reads the text of the input file at `path`, called `name` in errors, and `options` that add to it, with the control points that
-/// it takes from another file.
+/// Reads the text of the input file at `path`, called `name` in errors, and `options` that add to
+/// it, with the control points that it takes from another file.
 ///
 /// # Errors
 /// If a file cannot be read, or states something wrong.
@@ -113,26 +124,33 @@ pub fn read_table(path: &Path) -> Result<String, FileError> {
     read_as(path, MAX_TABLE_BYTES, as_table)
 }
 
-/// The text of a table as spreadsheets export it: in UTF-8, in UTF-16 with a byte order mark, or in Latin-1.
+/// The text of a table as spreadsheets export it: in UTF-8, in UTF-16 with a byte order mark, or in
+/// Latin-1.
 fn as_table(bytes: Vec<u8>) -> io::Result<String> {
     let utf_16 = |unit: fn([u8; 2]) -> u16| {
         let (pairs, rest) = bytes[2..].as_chunks::<2>();
         if !rest.is_empty() {
-            return Err(io::Error::other("it is UTF-16 text that ends within a character: save the table again"));
+            return Err(io::Error::other(
+                "it is UTF-16 text that ends within a character: save the table again",
+            ));
         }
         let units: Vec<u16> = pairs.iter().map(|pair| unit(*pair)).collect();
-        String::from_utf16(&units).map_err(|_| io::Error::other("it begins as UTF-16 text and is not"))
+        String::from_utf16(&units)
+            .map_err(|_| io::Error::other("it begins as UTF-16 text and is not"))
     };
     match bytes.get(..2) {
         Some([0xff, 0xfe]) => return utf_16(u16::from_le_bytes),
         Some([0xfe, 0xff]) => return utf_16(u16::from_be_bytes),
         _ => {}
     }
-    // Of Latin-1 these are control characters; where they are letters or quotes, the encoding is another.
+    // Of Latin-1 these are control characters; where they are letters or quotes, the encoding is
+    // another.
     let is_latin_1 = !bytes.iter().any(|byte| (0x80..0xa0).contains(byte));
     as_text(bytes.clone()).or_else(|error| match is_latin_1 {
         true => Ok(bytes.iter().map(|&byte| char::from(byte)).collect()),
-        false => Err(io::Error::other(format!("{error}, nor Latin-1: save the table as CSV in UTF-8"))),
+        false => Err(io::Error::other(format!(
+            "{error}, nor Latin-1: save the table as CSV in UTF-8"
+        ))),
     })
 }
 
@@ -161,15 +179,27 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
 }
 
 /// Reads a file of at most `limit` bytes, which `content` makes something of.
-fn read_as<T>(path: &Path, limit: u64, content: fn(Vec<u8>) -> io::Result<T>) -> Result<T, FileError> {
-    let bytes = check_source(path).and_then(|()| File::open(path)).and_then(|file| read_up_to(file, limit));
-    bytes.and_then(content).map_err(|error| FileError::new("read", path, error))
+fn read_as<T>(
+    path: &Path,
+    limit: u64,
+    content: fn(Vec<u8>) -> io::Result<T>,
+) -> Result<T, FileError> {
+    let bytes = check_source(path)
+        .and_then(|()| File::open(path))
+        .and_then(|file| read_up_to(file, limit));
+    bytes
+        .and_then(content)
+        .map_err(|error| FileError::new("read", path, error))
 }
 
 fn as_text(bytes: Vec<u8>) -> io::Result<String> {
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        let line = error.as_bytes()[..valid]
+            .iter()
+            .filter(|&&byte| byte == b'\n')
+            .count()
+            + 1;
         io::Error::other(format!("line {line} is not UTF-8 text"))
     })
 }
@@ -178,19 +208,26 @@ fn read_up_to(source: impl Read, limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     source.take(limit + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit {
-        return Err(io::Error::other(format!("it is longer than {} MiB", limit >> 20)));
+        return Err(io::Error::other(format!(
+            "it is longer than {} MiB",
+            limit >> 20
+        )));
     }
     Ok(bytes)
 }
 
-/// An error if a path is neither a regular file nor an input that the caller of the program has opened: reading a pipe by its
-/// name would wait for a writer, and a device may have no end.
+/// An error if a path is neither a regular file nor an input that the caller of the program has
+/// opened: reading a pipe by its name would wait for a writer, and a device may have no end.
 fn check_source(path: &Path) -> io::Result<()> {
-    let is_open = ["/dev/stdin", "/dev/fd", "/proc/self/fd"].iter().any(|open| path.starts_with(open));
+    let is_open = ["/dev/stdin", "/dev/fd", "/proc/self/fd"]
+        .iter()
+        .any(|open| path.starts_with(open));
     if is_open || fs::metadata(path)?.is_file() {
         Ok(())
     } else {
-        Err(io::Error::other("it is not a regular file; to read from a pipe, name it -"))
+        Err(io::Error::other(
+            "it is not a regular file; to read from a pipe, name it -",
+        ))
     }
 }
 
@@ -199,7 +236,8 @@ fn check_source(path: &Path) -> io::Result<()> {
 /// # Errors
 /// If that is not so.
 pub fn prepare_directory(path: &Path) -> Result<(), FileError> {
-    fs::create_dir_all(path).map_err(|error| FileError::new("create the directory", path, error))?;
+    fs::create_dir_all(path)
+        .map_err(|error| FileError::new("create the directory", path, error))?;
     temporary_file(path, OsStr::new(PROBE))
         .map(drop)
         .map_err(|error| FileError::new("write to the directory", path, error))
@@ -216,37 +254,51 @@ pub struct Occupied {
     _lock: Option<File>,
 }
 
-/// A subdirectory of the results, empty for the directory itself, and the names of the files that a command writes to it.
+/// A subdirectory of the results, empty for the directory itself, and the names of the files that a
+/// command writes to it.
 pub type Written<'a> = (&'a str, &'a dyn Fn(&str) -> bool);
 
-/// Announces that this process writes to a directory, and checks that nothing is in the way of what is `written`. If no other
-/// process writes there, removes temporary files of these files that a killed process has left behind.
+/// Announces that this process writes to a directory, and checks that nothing is in the way of what
+/// is `written`. If no other process writes there, removes temporary files of these files that a
+/// killed process has left behind.
 ///
-/// The announcement is a lock on the directory, which the operating system releases when the process ends, however it ends.
-/// Where directories cannot be locked, leftovers stay, as they may belong to a running process.
+/// The announcement is a lock on the directory, which the operating system releases when the
+/// process ends, however it ends. Where directories cannot be locked, leftovers stay, as they may
+/// belong to a running process.
 ///
 /// # Errors
-/// If a link or anything else than a regular file is in the place of a file, or a link in that of a subdirectory.
+/// If a link or anything else than a regular file is in the place of a file, or a link in that of a
+/// subdirectory.
 pub fn occupy(directory: &Path, written: &[Written<'_>]) -> Result<Occupied, FileError> {
     for (subdirectory, ours) in written {
         let path = directory.join(subdirectory);
         if !subdirectory.is_empty() && path.is_symlink() {
-            return Err(FileError::new("write to the directory", &path, io::Error::other(LINK)));
+            return Err(FileError::new(
+                "write to the directory",
+                &path,
+                io::Error::other(LINK),
+            ));
         }
         for entry in entries(&path).filter(|entry| entry.file_name().to_str().is_some_and(ours)) {
             check_target(&entry.path())?;
         }
     }
-    let Ok(lock) = File::open(directory) else { return Ok(Occupied { _lock: None }) };
+    let Ok(lock) = File::open(directory) else {
+        return Ok(Occupied { _lock: None });
+    };
     if lock.try_lock().is_ok() {
         for (subdirectory, ours) in written {
-            remove_leftovers(&directory.join(subdirectory), |name| name == PROBE || ours(name));
+            remove_leftovers(&directory.join(subdirectory), |name| {
+                name == PROBE || ours(name)
+            });
         }
         // An error would show again when a shared lock is requested.
         let _ = lock.unlock();
     }
     let is_locked = lock.lock_shared().is_ok();
-    Ok(Occupied { _lock: is_locked.then_some(lock) })
+    Ok(Occupied {
+        _lock: is_locked.then_some(lock),
+    })
 }
 
 /// The entries of a directory that can be seen.
@@ -254,7 +306,8 @@ fn entries(path: &Path) -> impl Iterator<Item = DirEntry> {
     fs::read_dir(path).into_iter().flatten().flatten()
 }
 
-/// Removes temporary files of those files whose names are `ours`. No other process may be writing them.
+/// Removes temporary files of those files whose names are `ours`. No other process may be writing
+/// them.
 fn remove_leftovers(path: &Path, ours: impl Fn(&str) -> bool) {
     // A leftover that cannot be seen or removed does no harm.
     for entry in entries(path) {
@@ -269,7 +322,8 @@ fn remove_leftovers(path: &Path, ours: impl Fn(&str) -> bool) {
 /// The final name that a temporary file was meant to get.
 fn final_name(temporary: &str) -> Option<&str> {
     let (name, random) = temporary.strip_prefix('.')?.rsplit_once(SUFFIX)?;
-    let is_random = random.len() == RANDOM && random.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    let is_random =
+        random.len() == RANDOM && random.bytes().all(|byte| byte.is_ascii_alphanumeric());
     is_random.then_some(name)
 }
 
@@ -279,13 +333,16 @@ fn final_name(temporary: &str) -> Option<&str> {
 /// If it exists and cannot be removed.
 pub fn remove(path: &Path) -> Result<(), FileError> {
     match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(FileError::new("remove", path, error)),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(FileError::new("remove", path, error))
+        }
         _ => Ok(()),
     }
 }
 
 /// What is wrong with a link in the place of results.
-const LINK: &str = "it is a symbolic link, which may lead anywhere; remove it, or choose another place";
+const LINK: &str =
+    "it is a symbolic link, which may lead anywhere; remove it, or choose another place";
 
 /// An error if a target exists and is not a regular file. Links are not followed.
 fn check_target(target: &Path) -> Result<(), FileError> {
@@ -305,7 +362,8 @@ pub fn directory_of(file: &Path) -> &Path {
     }
 }
 
-/// A file under a temporary name in the directory of its target, until [`StagedFile::commit`] renames it.
+/// A file under a temporary name in the directory of its target, until [`StagedFile::commit`]
+/// renames it.
 ///
 /// If it is dropped before that, it is deleted and the target stays as it was.
 #[derive(Debug)]
@@ -326,8 +384,12 @@ impl StagedFile {
     ) -> Result<Self, FileError> {
         check_target(&target)?;
         let write = || {
-            let file = temporary_file(directory_of(&target), target.file_name().unwrap_or_default())?;
-            // Written to the file itself, so that an error names the target and not its temporary name.
+            let file = temporary_file(
+                directory_of(&target),
+                target.file_name().unwrap_or_default(),
+            )?;
+            // Written to the file itself, so that an error names the target and not its temporary
+            // name.
             let mut writer = BufWriter::new(file.as_file());
             content(&mut writer)?;
             writer.flush()?;
@@ -347,7 +409,8 @@ impl StagedFile {
         Self::write(directory.join(name), |out| out.write_all(text.as_bytes()))
     }
 
-    /// Writes a result under a temporary name, for the file `name` in a directory, and adds its hash to `hashes`.
+    /// Writes a result under a temporary name, for the file `name` in a directory, and adds its
+    /// hash to `hashes`.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -369,7 +432,8 @@ impl StagedFile {
     /// If that is not possible.
     pub fn commit(self) -> Result<PathBuf, FileError> {
         let Self { file, target } = self;
-        file.persist(&target).map_err(|error| FileError::new("write", &target, error.error))?;
+        file.persist(&target)
+            .map_err(|error| FileError::new("write", &target, error.error))?;
         Ok(target)
     }
 }
@@ -379,9 +443,12 @@ const SUFFIX: &str = ".bristle-";
 /// The number of these random characters.
 const RANDOM: usize = 6;
 
-/// A temporary file with the permissions that the user's settings give to new files, which it keeps under its final name.
+/// A temporary file with the permissions that the user's settings give to new files, which it keeps
+/// under its final name.
 fn temporary_file(directory: &Path, name: &OsStr) -> io::Result<NamedTempFile> {
-    let prefix: OsString = [OsStr::new("."), name, OsStr::new(SUFFIX)].into_iter().collect();
+    let prefix: OsString = [OsStr::new("."), name, OsStr::new(SUFFIX)]
+        .into_iter()
+        .collect();
     let mut builder = Builder::new();
     builder.prefix(&prefix).rand_bytes(RANDOM);
     #[cfg(unix)]
@@ -403,10 +470,20 @@ mod tests {
     #[test]
     fn tables_are_read_as_spreadsheets_save_them() {
         let text = "n [1/min];ae [µm]\r\n600;500\r\n";
-        let utf_16 =
-            |bytes: fn(u16) -> [u8; 2]| [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(bytes).collect();
+        let utf_16 = |bytes: fn(u16) -> [u8; 2]| {
+            [0xfeff]
+                .into_iter()
+                .chain(text.encode_utf16())
+                .flat_map(bytes)
+                .collect()
+        };
         let latin_1 = text.chars().map(|letter| letter as u8).collect();
-        for bytes in [text.as_bytes().to_vec(), latin_1, utf_16(u16::to_le_bytes), utf_16(u16::to_be_bytes)] {
+        for bytes in [
+            text.as_bytes().to_vec(),
+            latin_1,
+            utf_16(u16::to_le_bytes),
+            utf_16(u16::to_be_bytes),
+        ] {
             assert_eq!(as_table(bytes).expect("a table"), text);
         }
         for wrong in [b"F\n\x93".to_vec(), vec![0xff, 0xfe, 0x00, 0xd8]] {
@@ -418,7 +495,12 @@ mod tests {
     #[test]
     fn a_long_path_is_cut_in_the_reason_too() {
         let path = PathBuf::from("long ".repeat(2000));
-        let error = StagedFile::write(path, |_| Ok(())).expect_err("no file system takes such a name").to_string();
-        assert!(error.starts_with("cannot write `long") && error.chars().count() < 1000, "{error}");
+        let error = StagedFile::write(path, |_| Ok(()))
+            .expect_err("no file system takes such a name")
+            .to_string();
+        assert!(
+            error.starts_with("cannot write `long") && error.chars().count() < 1000,
+            "{error}"
+        );
     }
 }

@@ -1,7 +1,9 @@
-//! How text from a file or a path is shown in a message; [`number`]s and lines ([`layout`]) as people read them, and the [`units`] of keys.
+//! How text from a file or a path is shown in a message; [`number`]s and lines ([`layout`]) as
+//! people read them, and the [`units`] of keys.
 //!
-//! Text of others may be hostile: escape sequences drive a terminal, line feeds forge messages, overrides of the writing direction
-//! disguise a name, and a key may be as long as its file. Whatever enters a message therefore passes through [`shown`].
+//! Text of others may be hostile: escape sequences drive a terminal, line feeds forge messages,
+//! overrides of the writing direction disguise a name, and a key may be as long as its file.
+//! Whatever enters a message therefore passes through [`shown`].
 
 pub mod layout;
 pub mod number;
@@ -29,8 +31,9 @@ pub fn shown_path(path: &Path) -> String {
     shown(&path.to_string_lossy(), PATH)
 }
 
-/// A text for a message: on one line, with every character visible. Of more than `most` characters, some in the middle give
-/// way to `…`, since messages of parsers and paths say the most at their ends.
+/// A text for a message: on one line, with every character visible. Of more than `most` characters,
+/// some in the middle give way to `…`, since messages of parsers and paths say the most at their
+/// ends.
 #[must_use]
 pub fn shown(text: &str, most: usize) -> String {
     let mut shown = String::new();
@@ -38,8 +41,16 @@ pub fn shown(text: &str, most: usize) -> String {
         None => write_visible(&mut shown, text, false),
         Some(_) => {
             let head = most.div_ceil(2);
-            let end = text.char_indices().nth(head).map_or(text.len(), |(at, _)| at);
-            let start = text.char_indices().rev().take(most - head).last().map_or(text.len(), |(at, _)| at);
+            let end = text
+                .char_indices()
+                .nth(head)
+                .map_or(text.len(), |(at, _)| at);
+            let start = text
+                .char_indices()
+                .rev()
+                .take(most - head)
+                .last()
+                .map_or(text.len(), |(at, _)| at);
             write_visible(&mut shown, &text[..end], false)
                 .and_then(|()| shown.write_char('…'))
                 .and_then(|()| write_visible(&mut shown, &text[start..], false))
@@ -53,10 +64,14 @@ pub fn shown(text: &str, most: usize) -> String {
 #[must_use]
 pub fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
-    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+    letters
+        .next()
+        .map(|first| first.to_uppercase().chain(letters).collect())
+        .unwrap_or_default()
 }
 
-/// The columns that a line of text takes in a terminal: two for a character of Chinese, none for a combining accent.
+/// The columns that a line of text takes in a terminal: two for a character of Chinese, none for a
+/// combining accent.
 #[must_use]
 pub fn columns(line: &str) -> usize {
     line.width()
@@ -96,8 +111,8 @@ fn write_visible(out: &mut impl Write, text: &str, keep_lines: bool) -> fmt::Res
     Ok(())
 }
 
-/// True for control characters and those that change how others are shown. A reader of emitted code must see what is
-/// there, and the compiler refuses some of them in comments.
+/// True for control characters and those that change how others are shown. A reader of emitted code
+/// must see what is there, and the compiler refuses some of them in comments.
 #[must_use]
 pub fn is_invisible(letter: char) -> bool {
     letter.is_control()
@@ -117,7 +132,10 @@ mod tests {
             r"\u{1b}[31mred\u{a}\u{9b}2J\u{202e}txt\u{2066}"
         );
         assert_eq!(shortened("µ ä “x” 好 e\u{301}"), "µ ä “x” 好 e\u{301}");
-        assert_eq!(Lines("one\n\ttwo\u{1b}").to_string(), "one\n\\u{9}two\\u{1b}");
+        assert_eq!(
+            Lines("one\n\ttwo\u{1b}").to_string(),
+            "one\n\\u{9}two\\u{1b}"
+        );
     }
 
     #[test]
@@ -130,7 +148,10 @@ mod tests {
 
     #[test]
     fn columns_are_those_of_a_terminal() {
-        assert_eq!(["ε_tc", "─┼│", "刷子", "e\u{301}", ""].map(columns), [4, 3, 4, 1, 0]);
+        assert_eq!(
+            ["ε_tc", "─┼│", "刷子", "e\u{301}", ""].map(columns),
+            [4, 3, 4, 1, 0]
+        );
     }
 
     #[test]

@@ -21,7 +21,9 @@ pub fn labels(values: impl Iterator<Item = f64>) -> Vec<String> {
 pub fn short(value: f64) -> String {
     let scientific = format!("{value:.3e}");
     match scientific.parse::<f64>() {
-        Ok(rounded) if (1e-3..1e5).contains(&rounded.abs()) || rounded == 0.0 => rounded.to_string(),
+        Ok(rounded) if (1e-3..1e5).contains(&rounded.abs()) || rounded == 0.0 => {
+            rounded.to_string()
+        }
         Ok(rounded) => format!("{rounded:e}"),
         Err(_) => scientific,
     }
@@ -30,7 +32,12 @@ pub fn short(value: f64) -> String {
 /// A number with so many significant digits, if its exponent is one of those that are written out.
 fn written_out(value: f64, digits: usize, exponents: RangeInclusive<i32>) -> Option<String> {
     let scientific = format!("{value:.*e}", digits - 1);
-    let exponent = scientific.split_once('e')?.1.parse().ok().filter(|exponent| exponents.contains(exponent))?;
+    let exponent = scientific
+        .split_once('e')?
+        .1
+        .parse()
+        .ok()
+        .filter(|exponent| exponents.contains(exponent))?;
     match digits as i32 - 1 - exponent {
         decimals @ 1.. => Some(format!("{value:.*}", decimals as usize)),
         _ => Some(scientific.parse::<f64>().ok()?.to_string()),
@@ -52,11 +59,13 @@ pub fn uncertain(value: f64, uncertainty: f64) -> String {
     if uncertainty == 0.0 {
         return significant(value);
     }
-    let digits = written_out(uncertainty, 2, -4..=5).unwrap_or_else(|| format!("{uncertainty:.1e}"));
+    let digits =
+        written_out(uncertainty, 2, -4..=5).unwrap_or_else(|| format!("{uncertainty:.1e}"));
     format!("{} ± {digits}", significant(value))
 }
 
-/// A number of a quantity that spans decades: three significant digits, and two with an exponent from 10⁴.
+/// A number of a quantity that spans decades: three significant digits, and two with an exponent
+/// from 10⁴.
 pub fn spanning(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -67,7 +76,11 @@ pub fn spanning(value: f64) -> String {
 /// A number of cases, in words.
 #[must_use]
 pub fn counted(cases: usize) -> String {
-    if cases == 1 { "one case".to_owned() } else { format!("{cases} cases") }
+    if cases == 1 {
+        "one case".to_owned()
+    } else {
+        format!("{cases} cases")
+    }
 }
 
 #[cfg(test)]
@@ -77,28 +90,53 @@ mod tests {
     #[test]
     fn labels_have_equally_many_decimals() {
         let values = [2.5, 5.0, 0.5e-3 * 1e3, 1.0 / 3.0];
-        assert_eq!(labels(values.into_iter()), ["2.5000", "5.0000", "0.5000", "0.3333"]);
+        assert_eq!(
+            labels(values.into_iter()),
+            ["2.5000", "5.0000", "0.5000", "0.3333"]
+        );
         assert_eq!(labels([10.0, 1e300].into_iter()), ["10", "1e300"]);
     }
 
     #[test]
     fn results_have_three_digits() {
-        let values =
-            [0.0, -0.0, 1.234e-5, 1.2345e-4, 0.0, 0.95, 0.9996, 9.999, 54.321, 99.96, 312.4, 1234.0, -31_250.0, 1e6];
+        let values = [
+            0.0, -0.0, 1.234e-5, 1.2345e-4, 0.0, 0.95, 0.9996, 9.999, 54.321, 99.96, 312.4, 1234.0,
+            -31_250.0, 1e6,
+        ];
         let texts = [
-            "0", "0", "1.23e-5", "0.000123", "0", "0.950", "1.00", "10.0", "54.3", "100", "312", "1230", "-31200",
-            "1.00e6",
+            "0", "0", "1.23e-5", "0.000123", "0", "0.950", "1.00", "10.0", "54.3", "100", "312",
+            "1230", "-31200", "1.00e6",
         ];
         assert_eq!(values.map(significant), texts);
-        let uncertain = [(312.4, 17.86), (54.321, 5.0), (1.0, 0.123), (2500.0, 137.0), (3.0, 0.0)]
-            .map(|(value, uncertainty)| uncertain(value, uncertainty));
-        assert_eq!(uncertain, ["312 ± 18", "54.3 ± 5.0", "1.00 ± 0.12", "2500 ± 140", "3.00"]);
+        let uncertain = [
+            (312.4, 17.86),
+            (54.321, 5.0),
+            (1.0, 0.123),
+            (2500.0, 137.0),
+            (3.0, 0.0),
+        ]
+        .map(|(value, uncertainty)| uncertain(value, uncertainty));
+        assert_eq!(
+            uncertain,
+            [
+                "312 ± 18",
+                "54.3 ± 5.0",
+                "1.00 ± 0.12",
+                "2500 ± 140",
+                "3.00"
+            ]
+        );
     }
 
     #[test]
     fn numbers_over_decades_have_two_or_three_digits() {
-        let values = [0.0, 1.2e-9, 0.01234, 3.2765, 9.996, 95.379, 534.57, 5786.9, 9996.0, 624_390.9, 1e300];
-        let texts = ["0", "1.2e-9", "0.0123", "3.28", "10.0", "95.4", "535", "5790", "1.0e4", "6.2e5", "1.0e300"];
+        let values = [
+            0.0, 1.2e-9, 0.01234, 3.2765, 9.996, 95.379, 534.57, 5786.9, 9996.0, 624_390.9, 1e300,
+        ];
+        let texts = [
+            "0", "1.2e-9", "0.0123", "3.28", "10.0", "95.4", "535", "5790", "1.0e4", "6.2e5",
+            "1.0e300",
+        ];
         assert_eq!(values.map(spanning), texts);
     }
 }

@@ -1,7 +1,7 @@
 //! Units as people write them: at the ends of keys, behind numbers, and in headings.
 //!
-//! One table has them all. Each converts to the unit of the settings that it measures, by decimal digits where that is a power of ten:
-//! 40 mm are the same double as 0.04 m.
+//! One table has them all. Each converts to the unit of the settings that it measures, by decimal
+//! digits where that is a power of ten: 40 mm are the same double as 0.04 m.
 
 use std::f64::consts::PI;
 
@@ -47,7 +47,12 @@ pub static UNITS: [Unit; 37] = [
     unit("_m_min", &["m/min"], "_m_s", Ratio(1.0, 60.0)),
     unit("_mm_min", &["mm/min"], "_m_s", Ratio(1.0, 60e3)),
     unit("_km_h", &["km/h"], "_m_s", Ratio(1.0, 3.6)),
-    unit("_rpm", &["rpm", "1/min", "min-1", "min^-1", "min⁻¹", "r/min", "U/min"], "_rpm", Ten(0)),
+    unit(
+        "_rpm",
+        &["rpm", "1/min", "min-1", "min^-1", "min⁻¹", "r/min", "U/min"],
+        "_rpm",
+        Ten(0),
+    ),
     unit("_hz", &["Hz", "1/s"], "_rpm", Ratio(60.0, 1.0)),
     unit("_rad_s", &["rad/s"], "_rpm", Ratio(30.0, PI)),
     unit("_kg_m3", &["kg/m³", "kg/m3"], "_kg_m3", Ten(0)),
@@ -61,7 +66,12 @@ pub static UNITS: [Unit; 37] = [
     unit("_n_mm2", &["N/mm²", "N/mm2"], "_n_m2", Ten(6)),
     unit("_s_m", &["s/m"], "_s_m", Ten(0)),
     unit("_m2_n", &["m²/N", "m2/N"], "_m2_n", Ten(0)),
-    unit("_mm3_n_m", &["mm³/(N m)", "mm3/(N m)", "mm³/Nm", "mm3/Nm"], "_m2_n", Ten(-9)),
+    unit(
+        "_mm3_n_m",
+        &["mm³/(N m)", "mm3/(N m)", "mm³/Nm", "mm3/Nm"],
+        "_m2_n",
+        Ten(-9),
+    ),
     unit("_n", &["N"], "_n", Ten(0)),
     unit("_kn", &["kN"], "_n", Ten(3)),
     unit("_mn", &["mN"], "_n", Ten(-3)),
@@ -78,7 +88,8 @@ pub static TORQUES: [Unit; 3] = [
     unit("_n_mm", &["N mm", "Nmm", "N·mm"], "_n_m", Ten(-3)),
 ];
 
-/// The units of a time. They are not among [`UNITS`], because the end of `_m_min` is not that of a time. The first is that of the key.
+/// The units of a time. They are not among [`UNITS`], because the end of `_m_min` is not that of a
+/// time. The first is that of the key.
 pub static TIMES: [Unit; 3] = [
     unit("_s", &["s", "sec"], "_s", Ten(0)),
     unit("_min", &["min"], "_s", Ratio(60.0, 1.0)),
@@ -88,8 +99,18 @@ pub static TIMES: [Unit; 3] = [
 /// The unit of a number of turns.
 pub static TURNS: [Unit; 1] = [unit("", &["1"], "", Ten(0))];
 
-const fn unit(suffix: &'static str, names: &'static [&'static str], own: &'static str, conversion: Conversion) -> Unit {
-    Unit { suffix, names, own, conversion }
+const fn unit(
+    suffix: &'static str,
+    names: &'static [&'static str],
+    own: &'static str,
+    conversion: Conversion,
+) -> Unit {
+    Unit {
+        suffix,
+        names,
+        own,
+        conversion,
+    }
 }
 
 impl Unit {
@@ -102,7 +123,10 @@ impl Unit {
     /// How the unit of the settings is written in messages.
     #[must_use]
     pub fn own_name(&self) -> &'static str {
-        UNITS.iter().find(|unit| unit.suffix == self.own).map_or("", Self::name)
+        UNITS
+            .iter()
+            .find(|unit| unit.suffix == self.own)
+            .map_or("", Self::name)
     }
 
     /// Whether it is the unit of the settings.
@@ -129,7 +153,8 @@ impl Unit {
         }
     }
 
-    /// The key that states in this unit what `own` states in that of the settings, if `own` has this quantity.
+    /// The key that states in this unit what `own` states in that of the settings, if `own` has
+    /// this quantity.
     #[must_use]
     pub fn key_of(&self, own: &str) -> Option<String> {
         let is_time = self.own == TIMES[0].own && own.ends_with(self.own);
@@ -151,10 +176,15 @@ fn shifted(number: f64, power: i32) -> f64 {
     moved.expect("a finite number has digits and an exponent")
 }
 
-/// The number of 12 digits that a quotient is except for rounding, if there is one; otherwise the quotient.
+/// The number of 12 digits that a quotient is except for rounding, if there is one; otherwise the
+/// quotient.
 fn without_last_bit(quotient: f64) -> f64 {
     let short = format!("{quotient:.11e}").parse().unwrap_or(quotient);
-    if (short - quotient).abs() <= f64::EPSILON * quotient.abs() { short } else { quotient }
+    if (short - quotient).abs() <= f64::EPSILON * quotient.abs() {
+        short
+    } else {
+        quotient
+    }
 }
 
 /// The end of a key that is its unit in the settings; empty if it has none.
@@ -164,7 +194,10 @@ fn own_suffix(key: &str) -> &'static str {
 
 /// The longest of some suffixes of a text.
 fn longest(text: &str, suffixes: impl Iterator<Item = &'static str>) -> &'static str {
-    suffixes.filter(|suffix| text.ends_with(suffix)).max_by_key(|suffix| suffix.len()).unwrap_or_default()
+    suffixes
+        .filter(|suffix| text.ends_with(suffix))
+        .max_by_key(|suffix| suffix.len())
+        .unwrap_or_default()
 }
 
 /// The units that the end of a key states: several if it may be a key of several quantities.
@@ -173,25 +206,38 @@ fn units_at_end(key: &str) -> impl Iterator<Item = &'static Unit> {
     UNITS.iter().filter(move |unit| unit.suffix == suffix)
 }
 
-/// The keys of settings that a key may state, each with the unit in which it does; the key itself included.
+/// The keys of settings that a key may state, each with the unit in which it does; the key itself
+/// included.
 pub fn own_keys(key: &str) -> impl Iterator<Item = (String, &'static Unit)> {
     let own_key = |unit: &Unit| format!("{}{}", &key[..key.len() - unit.suffix.len()], unit.own);
-    units_at_end(key).map(move |unit| (own_key(unit), unit)).filter(|(own, unit)| own_suffix(own) == unit.own)
+    units_at_end(key)
+        .map(move |unit| (own_key(unit), unit))
+        .filter(|(own, unit)| own_suffix(own) == unit.own)
 }
 
-/// The units in which a key of a setting can be stated, that of the setting first; none if it has no unit.
+/// The units in which a key of a setting can be stated, that of the setting first; none if it has
+/// no unit.
 pub fn units_of(own: &str) -> impl Iterator<Item = &'static Unit> {
     let suffix = own_suffix(own);
-    UNITS.iter().filter(move |unit| !suffix.is_empty() && unit.own == suffix)
+    UNITS
+        .iter()
+        .filter(move |unit| !suffix.is_empty() && unit.own == suffix)
 }
 
-/// A number with a unit as written behind it, in the unit that the end of a key states; `None` if the unit does not suit the key.
+/// A number with a unit as written behind it, in the unit that the end of a key states; `None` if
+/// the unit does not suit the key.
 #[must_use]
 pub fn in_unit_of(key: &str, number: f64, written: &str) -> Option<f64> {
     units_at_end(key).find_map(|of_key| {
-        let unit = UNITS.iter().find(|unit| unit.own == of_key.own && unit.names.contains(&written))?;
+        let unit = UNITS
+            .iter()
+            .find(|unit| unit.own == of_key.own && unit.names.contains(&written))?;
         // A ratio has no unit of its own.
-        Some(if of_key.own.is_empty() { unit.to_own(number) } else { of_key.of_own(unit.to_own(number)) })
+        Some(if of_key.own.is_empty() {
+            unit.to_own(number)
+        } else {
+            of_key.of_own(unit.to_own(number))
+        })
     })
 }
 
@@ -222,16 +268,38 @@ mod tests {
             ("stiffness_n_mm2", "stiffness_n_m2", 60.0, 6e7),
             ("density_g_cm3", "density_kg_m3", 1.11, 1110.0),
             ("filaments_per_cm2", "filaments_per_m2", 59.7, 597_000.0),
-            ("brushing_velocity_m_min", "brushing_velocity_m_s", 600.0, 10.0),
+            (
+                "brushing_velocity_m_min",
+                "brushing_velocity_m_s",
+                600.0,
+                10.0,
+            ),
             ("feed_velocity_mm_min", "feed_velocity_m_s", 0.6, 1e-5),
-            ("brushing_velocity_km_h", "brushing_velocity_m_s", 36.0, 10.0),
+            (
+                "brushing_velocity_km_h",
+                "brushing_velocity_m_s",
+                36.0,
+                10.0,
+            ),
             ("rotational_speed_hz", "rotational_speed_rpm", 20.0, 1200.0),
-            ("included_angle_deg", "included_angle_rad", 90.0, std::f64::consts::FRAC_PI_2),
-            ("lateral_tilt_deg", "lateral_tilt_rad", 5.0, 5.0_f64.to_radians()),
+            (
+                "included_angle_deg",
+                "included_angle_rad",
+                90.0,
+                std::f64::consts::FRAC_PI_2,
+            ),
+            (
+                "lateral_tilt_deg",
+                "lateral_tilt_rad",
+                5.0,
+                5.0_f64.to_radians(),
+            ),
             ("damping_s_m", "damping_s_m", 0.1, 0.1),
         ];
         for (key, own, number, expected) in cases {
-            let (_, unit) = own_keys(key).find(|(of_setting, _)| of_setting == own).expect(key);
+            let (_, unit) = own_keys(key)
+                .find(|(of_setting, _)| of_setting == own)
+                .expect(key);
             assert_eq!(unit.to_own(number), expected, "{key}");
             assert_eq!(unit.of_own(expected), number, "{key}");
             assert_eq!(unit.key_of(own).as_deref(), Some(key));
@@ -240,23 +308,55 @@ mod tests {
         let millimetres = at_end("length_mm", "_m");
         for digits in 1..10_000 {
             for power in -4..=2 {
-                let number = |power: i32| format!("{digits}e{power}").parse::<f64>().expect("a number");
+                let number = |power: i32| {
+                    format!("{digits}e{power}")
+                        .parse::<f64>()
+                        .expect("a number")
+                };
                 assert_eq!(millimetres.to_own(number(power)), number(power - 3));
             }
         }
-        assert!(millimetres.to_own(f64::NAN).is_nan() && at_end("e_gpa", "_pa").to_own(1e308).is_infinite());
+        assert!(
+            millimetres.to_own(f64::NAN).is_nan()
+                && at_end("e_gpa", "_pa").to_own(1e308).is_infinite()
+        );
     }
 
     #[test]
     fn a_key_has_the_unit_of_its_longest_end() {
-        assert_eq!(own_keys("damping_s_mm").count(), 0, "1 s/mm is not 0.001 s/m");
+        assert_eq!(
+            own_keys("damping_s_mm").count(),
+            0,
+            "1 s/mm is not 0.001 s/m"
+        );
         assert_eq!(at_end("length_mm", "_m").key_of("damping_s_m"), None);
-        assert_eq!(units_of("damping_s_m").map(Unit::name).collect::<Vec<_>>(), ["s/m"]);
-        assert_eq!(units_of("lateral_tilt_rad").map(|unit| unit.suffix).collect::<Vec<_>>(), ["_rad", "_deg", "_mrad"]);
+        assert_eq!(
+            units_of("damping_s_m").map(Unit::name).collect::<Vec<_>>(),
+            ["s/m"]
+        );
+        assert_eq!(
+            units_of("lateral_tilt_rad")
+                .map(|unit| unit.suffix)
+                .collect::<Vec<_>>(),
+            ["_rad", "_deg", "_mrad"]
+        );
         assert_eq!(units_of("segments").count(), 0);
-        assert_eq!((without_unit("feed_mm_min"), without_unit("segments")), (Some("feed"), None));
-        assert_eq!((in_unit_of("length_mm", 3.0, "cm"), in_unit_of("length_mm", 3.0, "s")), (Some(30.0), None));
+        assert_eq!(
+            (without_unit("feed_mm_min"), without_unit("segments")),
+            (Some("feed"), None)
+        );
+        assert_eq!(
+            (
+                in_unit_of("length_mm", 3.0, "cm"),
+                in_unit_of("length_mm", 3.0, "s")
+            ),
+            (Some(30.0), None)
+        );
         assert_eq!(in_unit_of("damping_ratio", 5.0, "%"), Some(0.05));
-        assert!(UNITS.iter().all(|unit| unit.suffix.is_empty() || unit.is_own() == (unit.suffix == unit.own)));
+        assert!(
+            UNITS
+                .iter()
+                .all(|unit| unit.suffix.is_empty() || unit.is_own() == (unit.suffix == unit.own))
+        );
     }
 }

@@ -27,7 +27,8 @@ pub fn paper_study() -> Result<Study, Failure> {
     study.map_err(Failure::reference)
 }
 
-/// The paper's filament at the brushing velocity `velocity` (m/s) and the penetration depth `depth` (m).
+/// The paper's filament at the brushing velocity `velocity` (m/s) and the penetration depth `depth`
+/// (m).
 pub fn paper_case(segments: usize, velocity: f64, depth: f64) -> Result<Settings, Failure> {
     let mut settings = paper_study()?.settings(0);
     settings.filament.segments = segments;
@@ -36,7 +37,8 @@ pub fn paper_case(segments: usize, velocity: f64, depth: f64) -> Result<Settings
     Ok(settings)
 }
 
-/// An undamped filament with `l_f = E I = ρ A = 1`, so that its numbers match dimensionless formulas.
+/// An undamped filament with `l_f = E I = ρ A = 1`, so that its numbers match dimensionless
+/// formulas.
 pub fn unit_beam(segments: usize) -> FilamentSettings {
     FilamentSettings {
         segments,
@@ -66,8 +68,8 @@ pub fn without_stiffness(mut chain: Chain<f64>) -> Chain<f64> {
     chain
 }
 
-/// Rods of length 1 m, connected in series from a fixed point. Each has the mass `mass` (kg) and the moment of inertia
-/// `inertia` (kg m²) about its centre.
+/// Rods of length 1 m, connected in series from a fixed point. Each has the mass `mass` (kg) and
+/// the moment of inertia `inertia` (kg m²) about its centre.
 pub fn rods(segments: usize, mass: f64, inertia: f64, gravity: [f64; 3]) -> Chain<f64> {
     Chain::from(UniformChain {
         segments,
@@ -83,12 +85,20 @@ pub fn rods(segments: usize, mass: f64, inertia: f64, gravity: [f64; 3]) -> Chai
 }
 
 /// A clamp at rest at the origin, along `x`.
-pub const WALL: FixedClamp = FixedClamp { direction: [1.0, 0.0, 0.0] };
+pub const WALL: FixedClamp = FixedClamp {
+    direction: [1.0, 0.0, 0.0],
+};
 
 /// The system of a chain without contact, with all integrals.
 pub fn untouched<M: ClampMotion>(chain: Chain<f64>, motion: M) -> FilamentSystem<M, Plane> {
     let far = Plane::new([0.0, -1e6, 0.0], [0.0, 1.0, 0.0], [0.0; 3]);
-    FilamentSystem::new(chain, motion, ContactLaw::from(&ContactSettings::default()), far, true)
+    FilamentSystem::new(
+        chain,
+        motion,
+        ContactLaw::from(&ContactSettings::default()),
+        far,
+        true,
+    )
 }
 
 /// `E_kin + E_spring + E_grav` and the energy stored in closed contacts, in J.
@@ -106,7 +116,11 @@ pub fn force_at(settings: &Settings, angle: f64) -> Result<f64, Failure> {
     let before = |sample: &Sample| sample.base_angle_rad < angle;
     let after = history.partition_point(before);
     let missing = || Failure::Reference("the pass does not reach the angle".to_owned());
-    let sample = |index: Option<usize>| index.and_then(|index| history.get(index)).ok_or_else(missing);
+    let sample = |index: Option<usize>| {
+        index
+            .and_then(|index| history.get(index))
+            .ok_or_else(missing)
+    };
     let [a, b] = [sample(after.checked_sub(1))?, sample(Some(after))?]
         .map(|sample| (sample.base_angle_rad, sample.contact_normal_force_n));
     Ok(a.1 + (b.1 - a.1) * (angle - a.0) / (b.0 - a.0))
@@ -117,8 +131,8 @@ pub fn axial(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// The momentum of a filament, and its angular momentum about `z` through the origin, including the rotation of the segments
-/// about their centres. `root` and `nodes` are positions and velocities.
+/// The momentum of a filament, and its angular momentum about `z` through the origin, including the
+/// rotation of the segments about their centres. `root` and `nodes` are positions and velocities.
 pub fn momentum(
     chain: &Chain<f64>,
     root: [[f64; 3]; 2],
@@ -128,10 +142,14 @@ pub fn momentum(
     let [mut inner, mut inner_rate] = root;
     for (link, [outer, outer_rate]) in chain.links.iter().zip(nodes) {
         // Position and velocity of a centre are the means of those of the segment's ends.
-        let (centre, rate) = (scale(0.5, add(inner, outer)), scale(0.5, add(inner_rate, outer_rate)));
+        let (centre, rate) = (
+            scale(0.5, add(inner, outer)),
+            scale(0.5, add(inner_rate, outer_rate)),
+        );
         let (e, e_rate) = (sub(outer, inner), sub(outer_rate, inner_rate));
         linear = add(linear, scale(link.mass, rate));
-        angular += link.mass * axial(centre, rate) + link.inertia / chain.length.powi(2) * axial(e, e_rate);
+        angular += link.mass * axial(centre, rate)
+            + link.inertia / chain.length.powi(2) * axial(e, e_rate);
         (inner, inner_rate) = (outer, outer_rate);
     }
     (linear, angular)
@@ -151,7 +169,8 @@ pub fn extrapolated_twice([half, coarse, fine]: [f64; 3]) -> f64 {
 /// The numbers of segments of [`error_figure`].
 pub const SEGMENTS: [usize; 6] = [5, 10, 25, 50, 100, 200];
 
-/// A diagram of errors over n, with one curve for each of `labels`. `error` gives the error of a curve, by its position, at n.
+/// A diagram of errors over n, with one curve for each of `labels`. `error` gives the error of a
+/// curve, by its position, at n.
 pub fn error_figure(
     name: &'static str,
     title: &str,
@@ -160,8 +179,14 @@ pub fn error_figure(
 ) -> Result<Figure, Failure> {
     let mut curves = Vec::new();
     for (curve, label) in labels.into_iter().enumerate() {
-        let points = SEGMENTS.iter().map(|&n| Ok((n as f64, error(curve, n)?.abs())));
-        curves.push(Curve::new(label, Look::Joined, points.collect::<Result<Vec<_>, Failure>>()?));
+        let points = SEGMENTS
+            .iter()
+            .map(|&n| Ok((n as f64, error(curve, n)?.abs())));
+        curves.push(Curve::new(
+            label,
+            Look::Joined,
+            points.collect::<Result<Vec<_>, Failure>>()?,
+        ));
     }
     // Parallel to the first curve and half as high.
     let (first, highest) = curves[0].points[0];
@@ -172,7 +197,10 @@ pub fn error_figure(
         title: title.to_owned(),
         description: "Errors over the number of segments, both logarithmic: straight lines that fall by a factor of four for twice \
             as many segments.",
-        axes: [Axis::logarithmic("number of segments n"), Axis::logarithmic("relative error")],
+        axes: [
+            Axis::logarithmic("number of segments n"),
+            Axis::logarithmic("relative error"),
+        ],
         curves,
     })
 }
@@ -207,8 +235,13 @@ pub fn lesser(a: f64, b: f64) -> f64 {
 
 /// The rows of a trajectory committed as CSV, with comments above its header.
 pub fn trajectory_rows<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
-    reader.deserialize().collect::<Result<_, _>>().map_err(Failure::reference)
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    reader
+        .deserialize()
+        .collect::<Result<_, _>>()
+        .map_err(Failure::reference)
 }
 
 /// The cases of a reference committed as JSON.

@@ -14,7 +14,9 @@ use bristle::tool::ClampMotion;
 use bristle_grid::run_study;
 use serde::Deserialize;
 
-use super::chains::{axial, mechanical_energy, momentum, paper_case, paper_study, trajectory_rows, worse};
+use super::chains::{
+    axial, mechanical_energy, momentum, paper_case, paper_study, trajectory_rows, worse,
+};
 use super::group::{Extent, Failure, Group};
 use super::trial::{Axis, Curve, Figure, Look, Trial};
 use super::{sources, tolerances};
@@ -23,7 +25,14 @@ use super::{sources, tolerances};
 pub const GROUP: Group = Group {
     title: "Contact of a filament",
     purpose: "Whole passes, as users simulate them: balances that must hold, settings that must not matter, and how errors fall.",
-    trials: &[energy, impulse, independence, segments, tolerance, stiffness],
+    trials: &[
+        energy,
+        impulse,
+        independence,
+        segments,
+        tolerance,
+        stiffness,
+    ],
 };
 
 /// The unit vectors normal to the default workpiece and along it.
@@ -31,7 +40,14 @@ const NORMAL: [f64; 3] = [0.0, 1.0, 0.0];
 const ALONG: [f64; 3] = [1.0, 0.0, 0.0];
 
 /// Brushing velocities (m/s) and penetration depths (m) from sweeping to striking.
-const PASSES: [(f64, f64); 6] = [(5.0, 3e-3), (10.0, 1e-3), (10.0, 5e-3), (20.0, 2e-3), (30.0, 1e-3), (30.0, 5e-3)];
+const PASSES: [(f64, f64); 6] = [
+    (5.0, 3e-3),
+    (10.0, 1e-3),
+    (10.0, 5e-3),
+    (20.0, 2e-3),
+    (30.0, 1e-3),
+    (30.0, 5e-3),
+];
 
 fn name(velocity: f64, depth: f64) -> String {
     format!("v_b = {velocity} m/s, a_e = {} mm", 1e3 * depth)
@@ -42,12 +58,20 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
     dragging.contact.friction_coefficient = 0.3;
     dragging.workpiece.feed_velocity_m_s = 0.5;
     let mut hertzian = paper_case(10, 20.0, 2e-3)?;
-    let hertz = ContactSettings { stiffness_n_m: 1e7, exponent: 1.5, damping_s_m: 0.5, ..hertzian.contact.clone() };
+    let hertz = ContactSettings {
+        stiffness_n_m: 1e7,
+        exponent: 1.5,
+        damping_s_m: 0.5,
+        ..hertzian.contact.clone()
+    };
     hertzian.contact = hertz;
     hertzian.process.gravity_m_s2 = [100.0, -50.0, 30.0];
     let mut passes = vec![
         ("µ = 0.3, v_ft = 0.5 m/s, 10 m/s, 1 mm".to_owned(), dragging),
-        ("p = 1.5, χ = 0.5 s/m, gravity, 20 m/s, 2 mm".to_owned(), hertzian),
+        (
+            "p = 1.5, χ = 0.5 s/m, gravity, 20 m/s, 2 mm".to_owned(),
+            hertzian,
+        ),
     ];
     for (velocity, depth) in PASSES {
         passes.push((name(velocity, depth), paper_case(25, velocity, depth)?));
@@ -60,12 +84,23 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
     );
     for (subject, settings) in passes {
         let (imbalance, _) = imbalance(&settings)?;
-        trial.check(subject, "imbalance/W", 0.0, sources::EXACT, imbalance, tolerances::ENERGY);
+        trial.check(
+            subject,
+            "imbalance/W",
+            0.0,
+            sources::EXACT,
+            imbalance,
+            tolerances::ENERGY,
+        );
     }
     let history = simulate_with_history(&paper_case(25, 10.0, 1e-3)?, 601)?.history;
-    let rotating = history.first().map_or(0.0, |sample| sample.kinetic_energy_j);
+    let rotating = history
+        .first()
+        .map_or(0.0, |sample| sample.kinetic_energy_j);
     let course = |name: &str, energy: &dyn Fn(&Sample) -> f64| {
-        let points = history.iter().map(|sample| (1e3 * sample.time_s, 1e3 * energy(sample)));
+        let points = history
+            .iter()
+            .map(|sample| (1e3 * sample.time_s, 1e3 * energy(sample)));
         Curve::new(name, Look::Line, points)
     };
     trial.figures.push(Figure {
@@ -92,21 +127,24 @@ pub fn imbalance(settings: &Settings) -> Result<(f64, FilamentState), Failure> {
     let (end, _) = pass.integrate(&mut system, start, |_| ())?;
     let stored = mechanical_energy(&mut system, &end) - before;
     let work = end.integrals[integral::WORK];
-    let dissipated = end.integrals[integral::JOINT_DISSIPATION] + end.integrals[integral::CONTACT_DISSIPATION];
+    let dissipated =
+        end.integrals[integral::JOINT_DISSIPATION] + end.integrals[integral::CONTACT_DISSIPATION];
     Ok(((work - stored - dissipated).abs() / work.abs(), end))
 }
 
 /// The balance of the momentum of a filament in a pass.
 struct Balance {
-    /// `(Δp − ∫ F_root dt)/p_n` along the workpiece's normal, which should be 1, and along the workpiece, which should be 0;
-    /// and the imbalance of the angular momentum about the tool's axis, over `p_n R`.
+    /// `(Δp − ∫ F_root dt)/p_n` along the workpiece's normal, which should be 1, and along the
+    /// workpiece, which should be 0; and the imbalance of the angular momentum about the tool's
+    /// axis, over `p_n R`.
     result: [f64; 3],
     /// The normal impulse of the contact over time, in N s, and the impulse from the balance.
     impulse: Vec<(f64, f64)>,
     balanced: Vec<(f64, f64)>,
 }
 
-/// Blocks of planar coordinates, `[η, θ]`, as those of the spatial equations, `[φ, θ]`, with the same first entry for all.
+/// Blocks of planar coordinates, `[η, θ]`, as those of the spatial equations, `[φ, θ]`, with the
+/// same first entry for all.
 fn in_space(blocks: &[[f64; 2]], polar: f64) -> Vec<[f64; 2]> {
     blocks.iter().map(|block| [polar, block[1]]).collect()
 }
@@ -114,8 +152,11 @@ fn in_space(blocks: &[[f64; 2]], polar: f64) -> Vec<[f64; 2]> {
 /// Follows the momentum through a planar pass, with the root force of the spatial equations.
 fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
     /// Gauss points and weights on a step.
-    const POINTS: [(f64, f64); 3] =
-        [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+    const POINTS: [(f64, f64); 3] = [
+        (0.112_701_665_379_258_31, 5.0 / 18.0),
+        (0.5, 8.0 / 18.0),
+        (0.887_298_334_620_741_7, 5.0 / 18.0),
+    ];
     let pass = Pass::new(settings);
     let mut system = pass.system(false);
     let start = pass.start(&mut system);
@@ -126,7 +167,11 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
     let (mut accelerations, mut rest) = (start.accelerations.clone(), start.q.clone());
     let momentum_at = |time: f64, nodes: &[Knot<3>]| {
         let clamp = pass.tool().at(time);
-        momentum(&chain, [clamp.position, clamp.velocity], nodes.iter().map(|knot| [knot.value, knot.rate]))
+        momentum(
+            &chain,
+            [clamp.position, clamp.velocity],
+            nodes.iter().map(|knot| [knot.value, knot.rate]),
+        )
     };
     let (mut before, mut after) = (None, ([0.0; 3], 0.0));
     let (mut root_impulse, mut turned) = ([0.0; 3], 0.0);
@@ -140,9 +185,14 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
             step.coordinates(s, &mut q, &mut v);
             watching.accelerations(time, &q, &v, &mut accelerations);
             let clamp = pass.tool().at(time);
-            let [q, v, accelerations] =
-                [(&q, FRAC_PI_2), (&v, 0.0), (&accelerations, 0.0)].map(|(blocks, polar)| in_space(blocks, polar));
-            dynamics.residual(clamp.holding(&q, &v), &accelerations, &watching.loads(time), &mut rest);
+            let [q, v, accelerations] = [(&q, FRAC_PI_2), (&v, 0.0), (&accelerations, 0.0)]
+                .map(|(blocks, polar)| in_space(blocks, polar));
+            dynamics.residual(
+                clamp.holding(&q, &v),
+                &accelerations,
+                &watching.loads(time),
+                &mut rest,
+            );
             let weight = weight * step.length();
             root_impulse = add(root_impulse, scale(weight, dynamics.root_force()));
             // The clamp's torque from the law of its joint, not from the equations of motion.
@@ -158,7 +208,8 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
             }
             turned += weight * torque;
         }
-        let (linear, _) = *before.get_or_insert_with(|| momentum_at(step.start.time, step.start_nodes));
+        let (linear, _) =
+            *before.get_or_insert_with(|| momentum_at(step.start.time, step.start_nodes));
         after = momentum_at(step.end.time, step.end_nodes);
         let left = sub(sub(after.0, linear), root_impulse);
         impulse.push((step.end.time, step.end.integrals[integral::NORMAL_IMPULSE]));
@@ -169,7 +220,11 @@ fn momentum_balance(settings: &Settings) -> Result<Balance, Failure> {
     let left = sub(sub(after.0, before.0), root_impulse);
     let radius = settings.tool.body_radius_m + settings.filament.length_m;
     let torque = (after.1 - before.1 - turned) / (whole * radius);
-    Ok(Balance { result: [dot(left, NORMAL) / whole, dot(left, ALONG) / whole, torque], impulse, balanced })
+    Ok(Balance {
+        result: [dot(left, NORMAL) / whole, dot(left, ALONG) / whole, torque],
+        impulse,
+        balanced,
+    })
 }
 
 fn impulse(_: Extent) -> Result<Trial, Failure> {
@@ -188,8 +243,11 @@ fn impulse(_: Extent) -> Result<Trial, Failure> {
         let balance = momentum_balance(&paper_case(25, velocity, depth)?)?;
         let [normal, along, torque] = balance.result;
         if (velocity, depth) == PASSES[1] {
-            let scaled =
-                |points: Vec<(f64, f64)>| points.into_iter().map(|(time, impulse)| (1e3 * time, 1e3 * impulse));
+            let scaled = |points: Vec<(f64, f64)>| {
+                points
+                    .into_iter()
+                    .map(|(time, impulse)| (1e3 * time, 1e3 * impulse))
+            };
             curves.push(Curve::new("∫ F_n dt", Look::Line, scaled(balance.impulse)));
             let balanced = scaled(balance.balanced).step_by(6);
             curves.push(Curve::new("Δp − ∫ F_root dt", Look::Markers, balanced));
@@ -199,7 +257,14 @@ fn impulse(_: Extent) -> Result<Trial, Failure> {
             ("across n⃗, over p_n", 0.0, along),
             ("about the axis, over p_n R", 0.0, torque),
         ] {
-            trial.check(name(velocity, depth), quantity, exact, sources::EXACT, computed, tolerances::MOMENTUM);
+            trial.check(
+                name(velocity, depth),
+                quantity,
+                exact,
+                sources::EXACT,
+                computed,
+                tolerances::MOMENTUM,
+            );
         }
     }
     trial.figures.push(Figure {
@@ -215,7 +280,11 @@ fn impulse(_: Extent) -> Result<Trial, Failure> {
 
 /// How many metrics of two passes differ, in any bit.
 fn differences(a: &Metrics, b: &Metrics) -> f64 {
-    let differ = values(a).into_iter().zip(values(b)).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+    let differ = values(a)
+        .into_iter()
+        .zip(values(b))
+        .filter(|(a, b)| a.to_bits() != b.to_bits())
+        .count();
     (differ + usize::from(a.contact_count != b.contact_count)) as f64
 }
 
@@ -228,42 +297,81 @@ fn independence(_: Extent) -> Result<Trial, Failure> {
     );
     for (velocity, depth) in PASSES {
         let settings = paper_case(25, velocity, depth)?;
-        let at = |samples: usize| simulate_with_history(&settings, samples).map(|pass| pass.metrics);
+        let at =
+            |samples: usize| simulate_with_history(&settings, samples).map(|pass| pass.metrics);
         let (few, many, none) = (at(2)?, at(7919)?, at(0)?);
         let subject = format!("2 and 7919 samples, {}", name(velocity, depth));
-        trial.check(subject, "metrics that differ", 0.0, sources::EXACT, differences(&few, &many), tolerances::SAME);
+        trial.check(
+            subject,
+            "metrics that differ",
+            0.0,
+            sources::EXACT,
+            differences(&few, &many),
+            tolerances::SAME,
+        );
         let subject = format!("0 and 7919 samples, {}", name(velocity, depth));
-        let changes = values(&none).into_iter().zip(values(&many)).map(|(none, many)| (none / many - 1.0).abs());
+        let changes = values(&none)
+            .into_iter()
+            .zip(values(&many))
+            .map(|(none, many)| (none / many - 1.0).abs());
         let quantity = "largest change of a metric";
-        trial.check(subject, quantity, 0.0, sources::EXACT, changes.fold(0.0, worse), tolerances::SAMPLES);
+        trial.check(
+            subject,
+            quantity,
+            0.0,
+            sources::EXACT,
+            changes.fold(0.0, worse),
+            tolerances::SAMPLES,
+        );
     }
     let study = paper_study()?;
-    let run = |threads: usize| run_study(&study, NonZeroUsize::new(threads), || ()).map_err(Failure::reference);
+    let run = |threads: usize| {
+        run_study(&study, NonZeroUsize::new(threads), || ()).map_err(Failure::reference)
+    };
     let (one, two, three) = (run(1)?, run(2)?, run(3)?);
     let metrics = |results: &[bristle_grid::CaseResult], case: usize| {
-        let summary = results[case].as_ref().map_err(|error| Failure::Reference(error.clone()))?;
+        let summary = results[case]
+            .as_ref()
+            .map_err(|error| Failure::Reference(error.clone()))?;
         Ok::<_, Failure>(summary.metrics.clone())
     };
     let (mut by_threads, mut by_lanes) = (0.0, 0.0);
     for case in 0..study.case_count() {
         let here = metrics(&one, case)?;
-        by_threads += differences(&here, &metrics(&two, case)?) + differences(&here, &metrics(&three, case)?);
+        by_threads +=
+            differences(&here, &metrics(&two, case)?) + differences(&here, &metrics(&three, case)?);
         if case % 7 == 0 {
             by_lanes += differences(&here, &simulate(&study.settings(case))?.metrics);
         }
     }
     for (subject, count) in [
         ("1, 2 and 3 threads, 120 passes", by_threads),
-        ("eight in lanes and one alone, every seventh of 120 passes", by_lanes),
+        (
+            "eight in lanes and one alone, every seventh of 120 passes",
+            by_lanes,
+        ),
     ] {
-        trial.check(subject, "metrics that differ", 0.0, sources::EXACT, count, tolerances::SAME);
+        trial.check(
+            subject,
+            "metrics that differ",
+            0.0,
+            sources::EXACT,
+            count,
+            tolerances::SAME,
+        );
     }
     Ok(trial)
 }
 
 /// The metrics whose errors are checked.
 const SYMBOLS: [&str; 5] = ["p_n", "s_n,max", "max F_n", "t_c", "ε_tc"];
-const ORDERS: [&str; 5] = ["order of p_n", "order of s_n,max", "order of max F_n", "order of t_c", "order of ε_tc"];
+const ORDERS: [&str; 5] = [
+    "order of p_n",
+    "order of s_n,max",
+    "order of max F_n",
+    "order of t_c",
+    "order of ε_tc",
+];
 
 /// Their values.
 fn values(metrics: &Metrics) -> [f64; 5] {
@@ -297,9 +405,15 @@ fn segments(extent: Extent) -> Result<Trial, Failure> {
         let metrics = [at(finest / 4)?, at(finest / 2)?, at(finest)?];
         let [coarse, middle, fine] = metrics.each_ref().map(values);
         for (i, quantity) in ORDERS.into_iter().enumerate() {
-            let order = ((coarse[i] - middle[i]) / (middle[i] - fine[i])).abs().log2();
+            let order = ((coarse[i] - middle[i]) / (middle[i] - fine[i]))
+                .abs()
+                .log2();
             let subject = format!("{}, n = {} to {finest}", name(velocity, depth), finest / 4);
-            let tolerance = if SYMBOLS[i] == "max F_n" { tolerances::PEAK_ORDER } else { tolerances::ORDER };
+            let tolerance = if SYMBOLS[i] == "max F_n" {
+                tolerances::PEAK_ORDER
+            } else {
+                tolerances::ORDER
+            };
             trial.check(subject, quantity, 2.0, sources::CHAIN, order, tolerance);
         }
         let impulse = |metrics: &Metrics| metrics.contact_normal_impulse_n_s;
@@ -365,7 +479,11 @@ fn tolerance(_: Extent) -> Result<Trial, Failure> {
         let relative = 10_f64.powi(-exponent);
         let mut worst = [0.0; 5];
         for contact in &contacts {
-            let mut settings = paper_case(25, contact.brushing_velocity_m_s, contact.penetration_depth_m)?;
+            let mut settings = paper_case(
+                25,
+                contact.brushing_velocity_m_s,
+                contact.penetration_depth_m,
+            )?;
             settings.solver.relative_tolerance = relative;
             let metrics = simulate(&settings)?.metrics;
             wrong_counts += f64::from(u8::from(metrics.contact_count != contact.contact_count));
@@ -386,15 +504,28 @@ fn tolerance(_: Extent) -> Result<Trial, Failure> {
     );
     for (symbol, course) in SYMBOLS.into_iter().zip(&courses) {
         for &(relative, error) in course {
-            let subject = format!("tolerance {relative:e}, worst of {} passes, error / tolerance", contacts.len());
-            trial.check(subject, symbol, 0.0, sources::CVODES, error / relative, tolerances::PROPORTIONAL);
+            let subject = format!(
+                "tolerance {relative:e}, worst of {} passes, error / tolerance",
+                contacts.len()
+            );
+            trial.check(
+                subject,
+                symbol,
+                0.0,
+                sources::CVODES,
+                error / relative,
+                tolerances::PROPORTIONAL,
+            );
         }
     }
     let mut apart = [0.0; 5];
     let radau: Vec<ReferenceContact> = trajectory_rows(RADAU)?;
-    let case = |contact: &ReferenceContact| (contact.brushing_velocity_m_s, contact.penetration_depth_m);
+    let case =
+        |contact: &ReferenceContact| (contact.brushing_velocity_m_s, contact.penetration_depth_m);
     if !contacts.iter().map(case).eq(radau.iter().map(case)) {
-        return Err(Failure::Reference("the two references have different passes".to_owned()));
+        return Err(Failure::Reference(
+            "the two references have different passes".to_owned(),
+        ));
     }
     for (contact, radau) in contacts.iter().zip(&radau) {
         let distances = contact.errors(radau.values());
@@ -402,13 +533,36 @@ fn tolerance(_: Extent) -> Result<Trial, Failure> {
     }
     for (symbol, distance) in SYMBOLS.into_iter().zip(apart) {
         let subject = "CVODES against Radau, largest difference".to_owned();
-        trial.check(subject, symbol, 0.0, sources::RADAU, distance, tolerances::REFERENCES);
+        trial.check(
+            subject,
+            symbol,
+            0.0,
+            sources::RADAU,
+            distance,
+            tolerances::REFERENCES,
+        );
     }
     let subject = format!("all tolerances, {} passes", contacts.len());
-    trial.check(subject, "wrong numbers of contacts", 0.0, sources::CVODES, wrong_counts, tolerances::SAME);
-    let courses = SYMBOLS.into_iter().map(str::to_owned).zip(courses).collect();
+    trial.check(
+        subject,
+        "wrong numbers of contacts",
+        0.0,
+        sources::CVODES,
+        wrong_counts,
+        tolerances::SAME,
+    );
+    let courses = SYMBOLS
+        .into_iter()
+        .map(str::to_owned)
+        .zip(courses)
+        .collect();
     let title = "Largest relative errors of six passes, against CVODES";
-    trial.study_tolerance("validation_tolerance", title, courses, tolerances::REFERENCES.value);
+    trial.study_tolerance(
+        "validation_tolerance",
+        title,
+        courses,
+        tolerances::REFERENCES.value,
+    );
     Ok(trial)
 }
 
@@ -427,7 +581,13 @@ fn stiffness(_: Extent) -> Result<Trial, Failure> {
     );
     let mut curves = Vec::new();
     // The first two sweep, except for an impact at their entry.
-    const STIFFNESS_PASSES: [(f64, f64); 5] = [(5.0, 3e-3), (10.0, 5e-3), (10.0, 1e-3), (20.0, 2e-3), (30.0, 5e-3)];
+    const STIFFNESS_PASSES: [(f64, f64); 5] = [
+        (5.0, 3e-3),
+        (10.0, 5e-3),
+        (10.0, 1e-3),
+        (20.0, 2e-3),
+        (30.0, 5e-3),
+    ];
     for (velocity, depth) in STIFFNESS_PASSES {
         let mut metrics = Vec::new();
         for stiffness in STIFFNESSES {
@@ -437,24 +597,51 @@ fn stiffness(_: Extent) -> Result<Trial, Failure> {
             metrics.push(simulate(&settings)?.metrics);
         }
         let values = |value: fn(&Metrics) -> f64| metrics.iter().map(value).collect::<Vec<f64>>();
-        let (impulses, deflections) =
-            (values(|metrics| metrics.contact_normal_impulse_n_s), values(|metrics| metrics.max_tip_deflection_m));
+        let (impulses, deflections) = (
+            values(|metrics| metrics.contact_normal_impulse_n_s),
+            values(|metrics| metrics.max_tip_deflection_m),
+        );
         let peaks = values(|metrics| metrics.peak_contact_normal_force_n);
         let decades = |coarse: f64, fine: f64| (coarse / fine).abs().log10();
         let subject = format!("{}, k_c = 1e7, 1e8 N/m", name(velocity, depth));
         let growth = decades(peaks[4], peaks[3]);
-        trial.check(subject, "order of max F_n", 3.0 / 7.0, sources::DAMPED_BEAM, growth, tolerances::PEAK_GROWTH);
+        trial.check(
+            subject,
+            "order of max F_n",
+            3.0 / 7.0,
+            sources::DAMPED_BEAM,
+            growth,
+            tolerances::PEAK_GROWTH,
+        );
         let subject = format!("{}, k_c = 1e6 to 1e8 N/m", name(velocity, depth));
         if (velocity, depth) == STIFFNESS_PASSES[0] {
-            let order = decades(deflections[3] - deflections[2], deflections[4] - deflections[3]);
-            trial.check(&subject, "order of s_n,max", 1.0, sources::PENALTY, order, tolerances::ORDER);
+            let order = decades(
+                deflections[3] - deflections[2],
+                deflections[4] - deflections[3],
+            );
+            trial.check(
+                &subject,
+                "order of s_n,max",
+                1.0,
+                sources::PENALTY,
+                order,
+                tolerances::ORDER,
+            );
         }
         if STIFFNESS_PASSES[..2].contains(&(velocity, depth)) {
             let order = decades(impulses[3] - impulses[2], impulses[4] - impulses[3]);
-            trial.check_within(subject, "order of p_n", sources::PENALTY, order, tolerances::RIGID_LIMIT);
+            trial.check_within(
+                subject,
+                "order of p_n",
+                sources::PENALTY,
+                order,
+                tolerances::RIGID_LIMIT,
+            );
         }
-        let points =
-            STIFFNESSES.into_iter().zip(&impulses).map(|(stiffness, impulse)| (stiffness, impulse / impulses[1]));
+        let points = STIFFNESSES
+            .into_iter()
+            .zip(&impulses)
+            .map(|(stiffness, impulse)| (stiffness, impulse / impulses[1]));
         curves.push(Curve::new(name(velocity, depth), Look::Joined, points));
     }
     trial.figures.push(Figure {

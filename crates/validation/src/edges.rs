@@ -13,7 +13,9 @@ use bristle::tool::ClampMotion;
 use bristle::workpiece::{Edge, Surface, Workpiece};
 use serde::Deserialize;
 
-use super::chains::{cases_of, crossing, extrapolated, force_at, paper_case, trajectory_rows, unit_chain, worse};
+use super::chains::{
+    cases_of, crossing, extrapolated, force_at, paper_case, trajectory_rows, unit_chain, worse,
+};
 use super::contact::imbalance;
 use super::exact::held::{Circle, Held};
 use super::group::{Extent, Failure, Group};
@@ -29,7 +31,8 @@ pub const GROUP: Group = Group {
     trials: &[over_edge, release, curves, passes, profiles, energy],
 };
 
-/// Radius of the edges of the unit beam, their stiffness, and the distance from the clamp at which they touch it.
+/// Radius of the edges of the unit beam, their stiffness, and the distance from the clamp at which
+/// they touch it.
 const RADIUS: f64 = 0.01;
 const STIFFNESS: f64 = 1e5;
 const REACH: f64 = 0.5;
@@ -52,7 +55,8 @@ impl Workpiece for Lone {
     }
 }
 
-/// A clamp along `x` that moves along `x` at a constant speed (m/s) and is at the origin at `origin` (s).
+/// A clamp along `x` that moves along `x` at a constant speed (m/s) and is at the origin at
+/// `origin` (s).
 #[derive(Clone, Copy, Debug)]
 struct Drawn {
     speed: f64,
@@ -72,19 +76,38 @@ impl ClampMotion for Drawn {
     }
 }
 
-/// The circle that touches a beam at `point` where a sharp, rigid edge would, and how the beam then lies. `friction` is friction
-/// over normal force, positive towards the root.
+/// The circle that touches a beam at `point` where a sharp, rigid edge would, and how the beam then
+/// lies. `friction` is friction over normal force, positive towards the root.
 fn touching(point: [f64; 2], friction: f64) -> (Circle, Held) {
-    let held = Held::over_edge(Circle { centre: point, radius: 0.0, stiffness: f64::INFINITY }, friction);
+    let held = Held::over_edge(
+        Circle {
+            centre: point,
+            radius: 0.0,
+            stiffness: f64::INFINITY,
+        },
+        friction,
+    );
     let depth = RADIUS - held.force / (1.0 + friction * friction).sqrt() / STIFFNESS;
     let (sine, cosine) = held.angle.sin_cos();
     let centre = [point[0] + depth * sine, point[1] - depth * cosine];
-    (Circle { centre, radius: RADIUS, stiffness: STIFFNESS }, held)
+    (
+        Circle {
+            centre,
+            radius: RADIUS,
+            stiffness: STIFFNESS,
+        },
+        held,
+    )
 }
 
-/// The unit beam of `segments` segments over an edge, clamped to `motion`, and its state at time zero: straight from the clamp,
-/// above the edge.
-fn system(segments: usize, circle: Circle, motion: Drawn, friction: f64) -> FilamentSystem<Drawn, Lone> {
+/// The unit beam of `segments` segments over an edge, clamped to `motion`, and its state at time
+/// zero: straight from the clamp, above the edge.
+fn system(
+    segments: usize,
+    circle: Circle,
+    motion: Drawn,
+    friction: f64,
+) -> FilamentSystem<Drawn, Lone> {
     let mut chain = unit_chain(segments);
     for link in &mut chain.links {
         link.damping = DAMPING_TIME * link.stiffness;
@@ -116,16 +139,32 @@ struct Seen {
 }
 
 /// Lets a beam go above the edge, and observes it until `end`.
-fn settle(segments: usize, circle: Circle, motion: Drawn, friction: f64, end: f64) -> Result<Seen, Failure> {
+fn settle(
+    segments: usize,
+    circle: Circle,
+    motion: Drawn,
+    friction: f64,
+    end: f64,
+) -> Result<Seen, Failure> {
     let mut system = system(segments, circle, motion, friction);
     let filament = system.filament(0).clone();
     let [x, y] = circle.centre;
     let [root, ..] = motion.at(0.0).position;
     let above = (y + 3.0 * circle.radius).atan2(x - root);
-    let start = system.state(0.0, vec![[FRAC_PI_2, above]; segments], vec![[0.0; 2]; segments]);
+    let start = system.state(
+        0.0,
+        vec![[FRAC_PI_2, above]; segments],
+        vec![[0.0; 2]; segments],
+    );
     let tolerances = Tolerances::of_motion(1e-9, 1.0, 1.0);
     let h = filament.chain.length;
-    let mut seen = Seen { angle: f64::NAN, length: f64::NAN, force: f64::NAN, at_tip: f64::NAN, opened: f64::NAN };
+    let mut seen = Seen {
+        angle: f64::NAN,
+        length: f64::NAN,
+        force: f64::NAN,
+        at_tip: f64::NAN,
+        opened: f64::NAN,
+    };
     integrate(&mut system, start, end, &ESDIRK54, tolerances, |step| {
         if !step.closed[segments] {
             return;
@@ -139,7 +178,13 @@ fn settle(segments: usize, circle: Circle, motion: Drawn, friction: f64, end: f6
         seen.angle = step.end.q[touch.station.segment][1];
         seen.force = filament.law.normal_force(&touch.approach);
         seen.opened = step.end.time;
-        let at_tip = |s: f64| if place(s) < segments as f64 { -1.0 } else { 1.0 };
+        let at_tip = |s: f64| {
+            if place(s) < segments as f64 {
+                -1.0
+            } else {
+                1.0
+            }
+        };
         if seen.at_tip.is_nan() && at_tip(1.0) > 0.0 {
             seen.at_tip = step.time(crossing(at_tip).unwrap_or(1.0));
         }
@@ -147,18 +192,27 @@ fn settle(segments: usize, circle: Circle, motion: Drawn, friction: f64, end: f6
     Ok(seen)
 }
 
-/// The means of the errors of contact angle, arc length and force over four edges, each touching a quarter of a segment farther
-/// out than the one before, and the range of the force's errors. All are relative; the beam rests without friction.
+/// The means of the errors of contact angle, arc length and force over four edges, each touching a
+/// quarter of a segment farther out than the one before, and the range of the force's errors. All
+/// are relative; the beam rests without friction.
 fn errors(segments: usize, ratio: f64) -> Result<([f64; 3], f64), Failure> {
     const SHIFTS: usize = 4;
-    let still = Drawn { speed: 0.0, origin: 0.0 };
+    let still = Drawn {
+        speed: 0.0,
+        origin: 0.0,
+    };
     let (mut means, mut least, mut largest) = ([0.0; 3], f64::INFINITY, f64::NEG_INFINITY);
     let length_over_reach = touching([1.0, ratio], 0.0).1.length;
     for shift in 0..SHIFTS {
         let x = REACH + shift as f64 / (SHIFTS * segments) as f64 / length_over_reach;
         let (circle, held) = touching([x, ratio * x], 0.0);
         let seen = settle(segments, circle, still, 0.0, REST)?;
-        let errors = [seen.angle / held.angle, seen.length / held.length, seen.force / held.force].map(|of| of - 1.0);
+        let errors = [
+            seen.angle / held.angle,
+            seen.length / held.length,
+            seen.force / held.force,
+        ]
+        .map(|of| of - 1.0);
         for (mean, error) in means.iter_mut().zip(errors) {
             *mean += error / SHIFTS as f64;
         }
@@ -193,34 +247,69 @@ fn over_edge(extent: Extent) -> Result<Trial, Failure> {
         let ((of_coarse, _), (of_fine, range)) = (errors(coarse, ratio)?, errors(fine, ratio)?);
         for i in 0..3 {
             // The next term of the error is of order n⁻³.
-            let (first, second) = (extrapolated(of_half[i], of_coarse[i]), extrapolated(of_coarse[i], of_fine[i]));
+            let (first, second) = (
+                extrapolated(of_half[i], of_coarse[i]),
+                extrapolated(of_coarse[i], of_fine[i]),
+            );
             let computed = exact[i] * (1.0 + second + (second - first) / 7.0);
-            let tolerance = if i == 0 { tolerances::EDGE_ANGLE } else { tolerances::EDGE };
+            let tolerance = if i == 0 {
+                tolerances::EDGE_ANGLE
+            } else {
+                tolerances::EDGE
+            };
             let subject = format!("y/x = {ratio}, n → ∞");
-            trial.check(subject, QUANTITIES[i], exact[i], sources::EDGE_ELASTICA, computed, tolerance);
+            trial.check(
+                subject,
+                QUANTITIES[i],
+                exact[i],
+                sources::EDGE_ELASTICA,
+                computed,
+                tolerance,
+            );
         }
         let subject = format!("y/x = {ratio}, n = {coarse}, {fine}");
         trial.check_order(subject, "order of R", [of_coarse[2], of_fine[2]], 0.0);
         let subject = format!("y/x = {ratio}, n = {fine}, edge shifted by quarters of a segment");
-        trial.check(subject, "range of R/R", 0.0, sources::EXACT, range, tolerances::EDGE_SHIFT);
+        trial.check(
+            subject,
+            "range of R/R",
+            0.0,
+            sources::EXACT,
+            range,
+            tolerances::EDGE_SHIFT,
+        );
         forces.push((ratio, exact[2] * (1.0 + of_coarse[2])));
     }
     for (name, friction) in [("outwards", 0.3), ("inwards", -0.3)] {
         let point = [REACH, 0.25 * REACH];
         let (circle, held) = touching(point, friction);
         let at = |segments: usize, speed: f64| -> Result<f64, Failure> {
-            let motion = Drawn { speed: speed.copysign(friction), origin: REST };
+            let motion = Drawn {
+                speed: speed.copysign(friction),
+                origin: REST,
+            };
             Ok(settle(segments, circle, motion, friction.abs(), REST)?.force)
         };
         // The dampers' share is proportional to the speed.
-        let slow = |segments: usize| -> Result<f64, Failure> { Ok(2.0 * at(segments, 1e-4)? - at(segments, 2e-4)?) };
+        let slow = |segments: usize| -> Result<f64, Failure> {
+            Ok(2.0 * at(segments, 1e-4)? - at(segments, 2e-4)?)
+        };
         let normal = extrapolated(slow(coarse)?, slow(fine)?) * REACH * REACH;
         let computed = normal * (1.0 + friction * friction).sqrt();
         let tolerance = tolerances::EDGE_FRICTION;
         let subject = format!("y/x = 0.25, µ = 0.3, sliding {name}, n → ∞");
-        trial.check(subject, QUANTITIES[2], held.force * REACH * REACH, sources::EDGE_ELASTICA, computed, tolerance);
+        trial.check(
+            subject,
+            QUANTITIES[2],
+            held.force * REACH * REACH,
+            sources::EDGE_ELASTICA,
+            computed,
+            tolerance,
+        );
     }
-    let exact = (1..=110).map(|i| 0.01 * f64::from(i)).map(|ratio| (ratio, touching([1.0, ratio], 0.0).1.force));
+    let exact = (1..=110)
+        .map(|i| 0.01 * f64::from(i))
+        .map(|ratio| (ratio, touching([1.0, ratio], 0.0).1.force));
     trial.figures.push(Figure {
         name: "validation_edge",
         title: "Force of a fixed edge on a filament".to_owned(),
@@ -254,7 +343,16 @@ fn release(extent: Extent) -> Result<Trial, Failure> {
         // How far the clamp has been drawn back when the contact reaches the tip and when it opens.
         let at = |segments: usize, speed: f64| -> Result<[f64; 2], Failure> {
             let end = REST + (slipped + RADIUS) / speed;
-            let seen = settle(segments, circle, Drawn { speed: -speed, origin: REST }, 0.0, end)?;
+            let seen = settle(
+                segments,
+                circle,
+                Drawn {
+                    speed: -speed,
+                    origin: REST,
+                },
+                0.0,
+                end,
+            )?;
             Ok([seen.at_tip, seen.opened].map(|time| speed * (time - REST)))
         };
         // The dampers' share is proportional to the speed.
@@ -265,25 +363,44 @@ fn release(extent: Extent) -> Result<Trial, Failure> {
         let ([coarse, _], [fine, opened]) = (slow(coarse)?, slow(2 * coarse)?);
         let subject = format!("y = {height} l_f, n → ∞, at rest");
         let computed = extrapolated(coarse, fine);
-        trial.check(subject, "Δx/l_f, s_c = l_f", to_tip, sources::EDGE_ELASTICA, computed, tolerances::RELEASE);
+        trial.check(
+            subject,
+            "Δx/l_f, s_c = l_f",
+            to_tip,
+            sources::EDGE_ELASTICA,
+            computed,
+            tolerances::RELEASE,
+        );
         let subject = format!("y = {height} l_f, slowly");
         let bounds = [slipped, slipped + RADIUS / 20.0];
         let quantity = "Δx/l_f, last contact";
-        trial.check(subject, quantity, bounds, sources::EDGE_ELASTICA, opened, tolerances::SLIPPED);
+        trial.check(
+            subject,
+            quantity,
+            bounds,
+            sources::EDGE_ELASTICA,
+            opened,
+            tolerances::SLIPPED,
+        );
     }
     Ok(trial)
 }
 
-/// The paper's filament of `segments` segments that passes a cylinder or, with a negative radius, a bore of `radius` (m).
+/// The paper's filament of `segments` segments that passes a cylinder or, with a negative radius, a
+/// bore of `radius` (m).
 fn curved(segments: usize, velocity: f64, depth: f64, radius: f64) -> Result<Settings, Failure> {
     let mut settings = paper_case(segments, velocity, depth)?;
-    settings.workpiece.kind =
-        if radius > 0.0 { WorkpieceKind::cylinder(radius) } else { WorkpieceKind::bore(radius.abs()) };
+    settings.workpiece.kind = if radius > 0.0 {
+        WorkpieceKind::cylinder(radius)
+    } else {
+        WorkpieceKind::bore(radius.abs())
+    };
     Ok(settings)
 }
 
-/// The elastica of such a filament with its tip on the workpiece, when the tool has turned by `turned` (rad) past straight
-/// downwards, in units of l_f and E I. `slopes` bounds the slope of the workpiece at the tip, relative to the plane `y = 0`.
+/// The elastica of such a filament with its tip on the workpiece, when the tool has turned by
+/// `turned` (rad) past straight downwards, in units of l_f and E I. `slopes` bounds the slope of
+/// the workpiece at the tip, relative to the plane `y = 0`.
 fn on_curve(settings: &Settings, radius: f64, turned: f64, slopes: [f64; 2]) -> Held {
     let (length, body) = (settings.filament.length_m, settings.tool.body_radius_m);
     let below = (body + length - settings.process.penetration_depth_m + radius) / length;
@@ -291,12 +408,17 @@ fn on_curve(settings: &Settings, radius: f64, turned: f64, slopes: [f64; 2]) -> 
     let centre = [below * turned.cos() - body / length, below * turned.sin()];
     let bending = bending_stiffness(&settings.filament, settings.filament.diameter_m);
     let stiffness = settings.contact.stiffness_n_m * length.powi(3) / bending;
-    let circle = Circle { centre, radius: radius / length, stiffness };
+    let circle = Circle {
+        centre,
+        radius: radius / length,
+        stiffness,
+    };
     Held::by_tip(circle, 1.0, slopes.map(|slope| FRAC_PI_2 + turned + slope))
 }
 
 fn curves(extent: Extent) -> Result<Trial, Failure> {
-    // Number of segments, velocity in m/s and tolerance of the coarse solution, as for the buckled elastica on a plane.
+    // Number of segments, velocity in m/s and tolerance of the coarse solution, as for the buckled
+    // elastica on a plane.
     let (segments, velocity, tolerance) = extent.choose((25, 0.05, 1e-7), (50, 0.02, 1e-8));
     let mut trial = Trial::new(
         "Elastica on a cylinder and in a bore",
@@ -326,27 +448,51 @@ fn curves(extent: Extent) -> Result<Trial, Failure> {
             Ok::<_, Failure>(force_at(&settings, turned - FRAC_PI_2)? / unit)
         };
         // The dampers' share is proportional to the velocity.
-        let slow = |segments: usize| Ok::<_, Failure>(2.0 * at(segments, velocity / 2.0)? - at(segments, velocity)?);
+        let slow = |segments: usize| {
+            Ok::<_, Failure>(2.0 * at(segments, velocity / 2.0)? - at(segments, velocity)?)
+        };
         let computed = extrapolated(slow(segments)?, slow(2 * segments)?);
         let place = format!("tip where the surface leans by {leaning:.3} rad");
-        let subject = format!("{name}, a_e = {} mm, β = −π/2 + {turned}, {place}, n → ∞, v_b → 0", 1e3 * depth);
-        trial.check(subject, "F_n/P_cr", exact, sources::HEINRICH, computed, tolerances::CURVES);
+        let subject = format!(
+            "{name}, a_e = {} mm, β = −π/2 + {turned}, {place}, n → ∞, v_b → 0",
+            1e3 * depth
+        );
+        trial.check(
+            subject,
+            "F_n/P_cr",
+            exact,
+            sources::HEINRICH,
+            computed,
+            tolerances::CURVES,
+        );
     }
     Ok(trial)
 }
 
 /// The paper's filament at 10 m/s, passing an edge of 0.2 mm radius with friction `friction`.
-fn edge_pass(segments: usize, depth: f64, side: Side, offset: f64, friction: f64) -> Result<Settings, Failure> {
+fn edge_pass(
+    segments: usize,
+    depth: f64,
+    side: Side,
+    offset: f64,
+    friction: f64,
+) -> Result<Settings, Failure> {
     let mut settings = paper_case(segments, 10.0, depth)?;
     settings.contact.friction_coefficient = friction;
-    let edge = EdgeSettings { offset_m: offset, edge_radius_m: 0.2e-3, side, ..EdgeSettings::default() };
+    let edge = EdgeSettings {
+        offset_m: offset,
+        edge_radius_m: 0.2e-3,
+        side,
+        ..EdgeSettings::default()
+    };
     settings.workpiece.kind = WorkpieceKind::Edge(edge);
     Ok(settings)
 }
 
 fn passes(_: Extent) -> Result<Trial, Failure> {
     const LEAVING: &str = include_str!("../../../derivations/trajectories/edge_leaving_cvodes.csv");
-    const ENTERING: &str = include_str!("../../../derivations/trajectories/edge_entering_cvodes.csv");
+    const ENTERING: &str =
+        include_str!("../../../derivations/trajectories/edge_entering_cvodes.csv");
     let mut trial = Trial::new(
         "Passes over edges by CasADi and CVODES",
         "The chain of 25 segments and its contact with faces and edges, stated again for the plane, differentiated by CasADi and \
@@ -354,27 +500,56 @@ fn passes(_: Extent) -> Result<Trial, Failure> {
             of 0.2 mm; v_b is 10 m/s. More of these passes are compared in the tests.",
     );
     for (subject, side, settings, text) in [
-        ("leaving, 1 mm, µ = 0.3", Side::Leaving, edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?, LEAVING),
-        ("entering, 2 mm, no friction", Side::Entering, edge_pass(25, 2e-3, Side::Entering, -3e-3, 0.0)?, ENTERING),
+        (
+            "leaving, 1 mm, µ = 0.3",
+            Side::Leaving,
+            edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?,
+            LEAVING,
+        ),
+        (
+            "entering, 2 mm, no friction",
+            Side::Entering,
+            edge_pass(25, 2e-3, Side::Entering, -3e-3, 0.0)?,
+            ENTERING,
+        ),
     ] {
         let mut settings = settings;
         settings.solver.relative_tolerance = 1e-10;
         let rows: Vec<Row> = trajectory_rows(text)?;
         let history = simulate_with_history(&settings, rows.len())?.history;
-        if rows.iter().zip(&history).any(|(a, b)| (a.time_s - b.time_s).abs() > 1e-12) {
-            return Err(Failure::Reference(format!("{subject}: other instants than those of the pass")));
+        if rows
+            .iter()
+            .zip(&history)
+            .any(|(a, b)| (a.time_s - b.time_s).abs() > 1e-12)
+        {
+            return Err(Failure::Reference(format!(
+                "{subject}: other instants than those of the pass"
+            )));
         }
         let quantities = [
             ("tip, over l_f", tolerances::EDGE_TIP),
             ("s_n, over s_n,max", tolerances::EDGE_TIP),
             ("F_n, rms over rms", tolerances::EDGE_FORCE),
         ];
-        for ((quantity, tolerance), distance) in quantities.into_iter().zip(distances(&history, &rows)) {
-            trial.check(subject, quantity, 0.0, sources::CVODES_EDGES, distance, tolerance);
+        for ((quantity, tolerance), distance) in
+            quantities.into_iter().zip(distances(&history, &rows))
+        {
+            trial.check(
+                subject,
+                quantity,
+                0.0,
+                sources::CVODES_EDGES,
+                distance,
+                tolerance,
+            );
         }
         if side == Side::Entering {
-            let computed = history.iter().map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n));
-            let expected = rows.iter().map(|row| (1e3 * row.time_s, row.contact_normal_force_n));
+            let computed = history
+                .iter()
+                .map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n));
+            let expected = rows
+                .iter()
+                .map(|row| (1e3 * row.time_s, row.contact_normal_force_n));
             trial.figures.push(Figure {
                 name: "validation_entering",
                 title: "Contact normal force of a pass that enters at an edge".to_owned(),
@@ -421,8 +596,15 @@ fn profiles(extent: Extent) -> Result<Trial, Failure> {
             that nodes meet, and corners that are edges. The other code searches the nearest point of a spline, of SciPy, among sampled \
             points, and integrates its pieces one by one, with CVODES at 1e-10. Bristle runs at a tolerance of 1e-9.",
     );
-    for case in cases.iter().filter(|case| extent == Extent::Full || case.brushing_velocity_m_s == 10.0) {
-        let mut settings = paper_case(case.filament.segments, case.brushing_velocity_m_s, case.penetration_depth_m)?;
+    for case in cases
+        .iter()
+        .filter(|case| extent == Extent::Full || case.brushing_velocity_m_s == 10.0)
+    {
+        let mut settings = paper_case(
+            case.filament.segments,
+            case.brushing_velocity_m_s,
+            case.penetration_depth_m,
+        )?;
         settings.contact.friction_coefficient = case.friction_coefficient;
         settings.workpiece = case.workpiece.clone();
         settings.solver.relative_tolerance = 1e-9;
@@ -435,16 +617,54 @@ fn profiles(extent: Extent) -> Result<Trial, Failure> {
             case.friction_coefficient
         );
         let mut check = |quantity, expected, computed| {
-            trial.check(&subject, quantity, expected, sources::CVODES_PROFILES, computed, tolerances::PROFILES);
+            trial.check(
+                &subject,
+                quantity,
+                expected,
+                sources::CVODES_PROFILES,
+                computed,
+                tolerances::PROFILES,
+            );
         };
-        check("p_n in N s", case.contact_normal_impulse_n_s, metrics.contact_normal_impulse_n_s);
-        check("∫ F_x dt in N s", case.contact_impulse_x_n_s, metrics.contact_impulse_x_n_s);
-        check("∫ F_y dt in N s", case.contact_impulse_y_n_s, metrics.contact_impulse_y_n_s);
-        check("friction work in J", case.friction_work_j, metrics.friction_work_j);
-        check("max F_n in N", case.peak_contact_normal_force_n, metrics.peak_contact_normal_force_n);
-        let difference = metrics.edge_contact_normal_impulse_n_s - case.edge_contact_normal_impulse_n_s;
-        let (quantity, error) = ("error of ∫ F_n dt on edges, over p_n", difference / case.contact_normal_impulse_n_s);
-        trial.check(subject, quantity, 0.0, sources::CVODES_PROFILES, error, tolerances::PROFILE_EDGES);
+        check(
+            "p_n in N s",
+            case.contact_normal_impulse_n_s,
+            metrics.contact_normal_impulse_n_s,
+        );
+        check(
+            "∫ F_x dt in N s",
+            case.contact_impulse_x_n_s,
+            metrics.contact_impulse_x_n_s,
+        );
+        check(
+            "∫ F_y dt in N s",
+            case.contact_impulse_y_n_s,
+            metrics.contact_impulse_y_n_s,
+        );
+        check(
+            "friction work in J",
+            case.friction_work_j,
+            metrics.friction_work_j,
+        );
+        check(
+            "max F_n in N",
+            case.peak_contact_normal_force_n,
+            metrics.peak_contact_normal_force_n,
+        );
+        let difference =
+            metrics.edge_contact_normal_impulse_n_s - case.edge_contact_normal_impulse_n_s;
+        let (quantity, error) = (
+            "error of ∫ F_n dt on edges, over p_n",
+            difference / case.contact_normal_impulse_n_s,
+        );
+        trial.check(
+            subject,
+            quantity,
+            0.0,
+            sources::CVODES_PROFILES,
+            error,
+            tolerances::PROFILE_EDGES,
+        );
     }
     Ok(trial)
 }
@@ -456,16 +676,43 @@ fn energy(_: Extent) -> Result<Trial, Failure> {
             the contact takes.",
     );
     for (subject, settings) in [
-        ("leaving, 1 mm, µ = 0.3", edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?),
-        ("leaving 3 mm later, 2 mm, µ = 0.5", edge_pass(25, 2e-3, Side::Leaving, 3e-3, 0.5)?),
-        ("entering 3 mm before, 1 mm, µ = 0.3", edge_pass(25, 1e-3, Side::Entering, -3e-3, 0.3)?),
-        ("entering 3 mm before, 2 mm, µ = 0.3", edge_pass(25, 2e-3, Side::Entering, -3e-3, 0.3)?),
+        (
+            "leaving, 1 mm, µ = 0.3",
+            edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?,
+        ),
+        (
+            "leaving 3 mm later, 2 mm, µ = 0.5",
+            edge_pass(25, 2e-3, Side::Leaving, 3e-3, 0.5)?,
+        ),
+        (
+            "entering 3 mm before, 1 mm, µ = 0.3",
+            edge_pass(25, 1e-3, Side::Entering, -3e-3, 0.3)?,
+        ),
+        (
+            "entering 3 mm before, 2 mm, µ = 0.3",
+            edge_pass(25, 2e-3, Side::Entering, -3e-3, 0.3)?,
+        ),
     ] {
         let (imbalance, end) = imbalance(&settings)?;
-        let rubbed = end.integrals[integral::FRICTION_WORK] / end.integrals[integral::CONTACT_DISSIPATION];
+        let rubbed =
+            end.integrals[integral::FRICTION_WORK] / end.integrals[integral::CONTACT_DISSIPATION];
         let subject = subject.to_owned();
-        trial.check(&subject, "imbalance/W", 0.0, sources::EXACT, imbalance, tolerances::ENERGY);
-        trial.check(subject, "friction work / taken by the contact", 1.0, sources::EXACT, rubbed, tolerances::ROUNDING);
+        trial.check(
+            &subject,
+            "imbalance/W",
+            0.0,
+            sources::EXACT,
+            imbalance,
+            tolerances::ENERGY,
+        );
+        trial.check(
+            subject,
+            "friction work / taken by the contact",
+            1.0,
+            sources::EXACT,
+            rubbed,
+            tolerances::ROUNDING,
+        );
     }
     Ok(trial)
 }

@@ -2,7 +2,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use bristle::equations::{Chain, ChainDynamics, Dynamics, LaneSet, NodeLoads, NodeTangent, StepWeights};
+use bristle::equations::{
+    Chain, ChainDynamics, Dynamics, LaneSet, NodeLoads, NodeTangent, StepWeights,
+};
 use bristle::tool::ClampMotion;
 
 use super::chains::{WALL, worse};
@@ -44,8 +46,8 @@ impl NodeLoads<f64> for Tip {
     }
 }
 
-/// The shape of `chain`, clamped along `x`, under `load` and its weight, both applied in `parts` equal increments to its relaxed
-/// shape.
+/// The shape of `chain`, clamped along `x`, under `load` and its weight, both applied in `parts`
+/// equal increments to its relaxed shape.
 ///
 /// # Errors
 /// If Newton's method does not converge.
@@ -59,21 +61,41 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
     });
     let mut q: Vec<[f64; 2]> = azimuths.map(|azimuth| [FRAC_PI_2, azimuth]).collect();
     let mass = chain.links.iter().map(|link| link.mass).fold(0.0, f64::max);
-    let stiffness = chain.links.iter().map(|link| link.stiffness).fold(f64::INFINITY, f64::min);
+    let stiffness = chain
+        .links
+        .iter()
+        .map(|link| link.stiffness)
+        .fold(f64::INFINITY, f64::min);
     let mut dynamics = Dynamics::new(chain.clone());
     for part in 1..=parts {
         let share = part as f64 / parts as f64;
         let gravity = chain.gravity.map(|component| share * component);
-        dynamics = Dynamics::new(Chain { gravity, ..chain.clone() });
-        let tip = Tip { node: n - 1, force: load.force.map(|component| share * component) };
+        dynamics = Dynamics::new(Chain {
+            gravity,
+            ..chain.clone()
+        });
+        let tip = Tip {
+            node: n - 1,
+            force: load.force.map(|component| share * component),
+        };
         let mut converged = false;
         for _ in 0..60 {
             let mut change = rest.clone();
             dynamics.residual(clamp.holding(&q, &rest), &rest, &tip, &mut change);
             change[n - 1][1] -= share * load.moment;
-            // The step is so long, compared with the periods of the chain, that the step matrix reduces to the stiffness.
-            let weights = StepWeights { coordinates: 1e10 * mass / stiffness * reach * reach, rates: 0.0 };
-            dynamics.factorise(clamp.holding(&q, &rest), &rest, &tip, weights, LaneSet::first(1));
+            // The step is so long, compared with the periods of the chain, that the step matrix
+            // reduces to the stiffness.
+            let weights = StepWeights {
+                coordinates: 1e10 * mass / stiffness * reach * reach,
+                rates: 0.0,
+            };
+            dynamics.factorise(
+                clamp.holding(&q, &rest),
+                &rest,
+                &tip,
+                weights,
+                LaneSet::first(1),
+            );
             dynamics.solve(&mut change);
             let mut largest = 0.0;
             for (q, change) in q.as_flattened_mut().iter_mut().zip(change.as_flattened()) {
@@ -93,5 +115,9 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
     }
     dynamics.place(clamp.holding(&q, &rest));
     let nodes = dynamics.positions().to_vec();
-    Ok(Shape { tip: nodes[n - 1], nodes, last: q[n - 1] })
+    Ok(Shape {
+        tip: nodes[n - 1],
+        nodes,
+        last: q[n - 1],
+    })
 }

@@ -85,6 +85,9 @@ impl Outcome {
 
     /// All diagrams of the group.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
-        self.trials.iter().flatten().flat_map(|trial| &trial.figures)
+        self.trials
+            .iter()
+            .flatten()
+            .flat_map(|trial| &trial.figures)
     }
 }

@@ -26,7 +26,14 @@ pub const GROUP: Group = Group {
 
 /// A law without friction.
 fn law(stiffness: f64, exponent: f64, damping: f64) -> ContactLaw {
-    ContactLaw { stiffness, exponent, damping, radius: 0.0, friction: 0.0, regularisation: 1e-3 }
+    ContactLaw {
+        stiffness,
+        exponent,
+        damping,
+        radius: 0.0,
+        friction: 0.0,
+        regularisation: 1e-3,
+    }
 }
 
 /// Relative tolerance of the impacts.
@@ -48,33 +55,48 @@ struct Impact {
     force: Vec<(f64, f64)>,
 }
 
-/// The tip of the mass `mass` (kg) hits a plane at `speed` (m/s), at the relative tolerance `relative`.
+/// The tip of the mass `mass` (kg) hits a plane at `speed` (m/s), at the relative tolerance
+/// `relative`.
 fn hit(law: ContactLaw, mass: f64, speed: f64, relative: f64) -> Result<Impact, Failure> {
     let plane = Plane::new([0.0; 3], [0.0, 1.0, 0.0], [0.0; 3]);
     let mut system = FilamentSystem::new(point_mass(mass), WALL, law, plane, true);
-    let elastic = Elastic { mass, speed, stiffness: law.stiffness, exponent: law.exponent };
-    // Starts a tenth of the duration before the contact. Damping makes the contact at most twice as long.
+    let elastic = Elastic {
+        mass,
+        speed,
+        stiffness: law.stiffness,
+        exponent: law.exponent,
+    };
+    // Starts a tenth of the duration before the contact. Damping makes the contact at most twice as
+    // long.
     let before = 0.1 * elastic.duration();
     let start = system.state(0.0, vec![[FRAC_PI_2, speed * before]], vec![[0.0, -speed]]);
     let tolerances = Tolerances::of_motion(relative, elastic.depth(), speed);
-    let (mut peak, mut closed_at, mut opened_at, mut force) = (f64::NAN, f64::NAN, f64::NAN, Vec::new());
-    let (end, _) = integrate(&mut system, start, 4.0 * elastic.duration(), &ESDIRK54, tolerances, |step| {
-        if step.closed[0] {
-            if closed_at.is_nan() {
-                closed_at = step.start.time;
+    let (mut peak, mut closed_at, mut opened_at, mut force) =
+        (f64::NAN, f64::NAN, f64::NAN, Vec::new());
+    let (end, _) = integrate(
+        &mut system,
+        start,
+        4.0 * elastic.duration(),
+        &ESDIRK54,
+        tolerances,
+        |step| {
+            if step.closed[0] {
+                if closed_at.is_nan() {
+                    closed_at = step.start.time;
+                }
+                opened_at = step.end.time;
+                let at = |s: f64| {
+                    let (position, velocity) = step.node(0, s);
+                    law.normal_force(&law.approach(&plane, position, velocity, step.time(s)))
+                };
+                // Without damping, the force is largest when the tip turns back.
+                if let Some(s) = crossing(|s| step.node(0, s).1[1]) {
+                    peak = at(s);
+                }
+                force.push((step.end.time - closed_at, at(1.0)));
             }
-            opened_at = step.end.time;
-            let at = |s: f64| {
-                let (position, velocity) = step.node(0, s);
-                law.normal_force(&law.approach(&plane, position, velocity, step.time(s)))
-            };
-            // Without damping, the force is largest when the tip turns back.
-            if let Some(s) = crossing(|s| step.node(0, s).1[1]) {
-                peak = at(s);
-            }
-            force.push((step.end.time - closed_at, at(1.0)));
-        }
-    })?;
+        },
+    )?;
     Ok(Impact {
         restitution: end.v[0][1] / speed,
         duration: opened_at - closed_at,
@@ -109,17 +131,42 @@ fn restitutions(_: Extent) -> Result<Trial, Failure> {
             let subject = format!("χv = {chi_v}, p = {exponent}");
             let (source, tolerance) = (sources::HUNT_CROSSLEY, tolerances::IMPACT);
             trial.check(&subject, "e", exact, source, impact.restitution, tolerance);
-            trial.check(subject, "energy taken", 1.0 - exact * exact, source, impact.dissipated, tolerance);
+            trial.check(
+                subject,
+                "energy taken",
+                1.0 - exact * exact,
+                source,
+                impact.dissipated,
+                tolerance,
+            );
             points.push((chi_v, impact.restitution));
         }
-        curves.push(Curve::new(format!("rod, p = {exponent}"), Look::Markers, points));
+        curves.push(Curve::new(
+            format!("rod, p = {exponent}"),
+            Look::Markers,
+            points,
+        ));
     }
-    for (stiffness, exponent, mass) in [(1e5, 1.0, 0.01), (1e9, 1.0, 0.01), (1e7, 1.0, 1.0), (1e9, 1.5, 1e-4)] {
+    for (stiffness, exponent, mass) in [
+        (1e5, 1.0, 0.01),
+        (1e9, 1.0, 0.01),
+        (1e7, 1.0, 1.0),
+        (1e9, 1.5, 1e-4),
+    ] {
         let impact = hit(law(stiffness, exponent, 0.5 / SPEED), mass, SPEED, RELATIVE)?;
         let subject = format!("χv = 0.5, k_c = {stiffness:e}, p = {exponent}, m = {mass} kg");
-        trial.check(subject, "e", restitution(0.5), sources::HUNT_CROSSLEY, impact.restitution, tolerances::IMPACT);
+        trial.check(
+            subject,
+            "e",
+            restitution(0.5),
+            sources::HUNT_CROSSLEY,
+            impact.restitution,
+            tolerances::IMPACT,
+        );
     }
-    let exact = (1..=100).map(|i| 0.02 * f64::from(i)).map(|chi_v| (chi_v, restitution(chi_v)));
+    let exact = (1..=100)
+        .map(|i| 0.02 * f64::from(i))
+        .map(|chi_v| (chi_v, restitution(chi_v)));
     curves.push(Curve::new("Hunt and Crossley", Look::Reference, exact));
     trial.figures.push(Figure {
         name: "validation_restitution",
@@ -134,7 +181,10 @@ fn restitutions(_: Extent) -> Result<Trial, Failure> {
         let mut course = Vec::new();
         for relative in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
             let impact = hit(law(1e9, exponent, 0.5 / SPEED), 0.01, SPEED, relative)?;
-            course.push((relative, (impact.restitution / restitution(0.5) - 1.0).abs()));
+            course.push((
+                relative,
+                (impact.restitution / restitution(0.5) - 1.0).abs(),
+            ));
         }
         courses.push((format!("e at χv = 0.5, p = {exponent}"), course));
     }
@@ -159,23 +209,41 @@ fn elastic(_: Extent) -> Result<Trial, Failure> {
         (1.5, 1e9, 0.1, 0.1),
         (2.0, 1e12, 0.01, 1.0),
     ] {
-        let exact = Elastic { mass, speed, stiffness, exponent };
+        let exact = Elastic {
+            mass,
+            speed,
+            stiffness,
+            exponent,
+        };
         let impact = hit(law(stiffness, exponent, 0.0), mass, speed, RELATIVE)?;
-        let subject = format!("p = {exponent}, k_c = {stiffness:e}, m = {mass} kg, v = {speed} m/s");
+        let subject =
+            format!("p = {exponent}, k_c = {stiffness:e}, m = {mass} kg, v = {speed} m/s");
         for (quantity, exact, computed) in [
             ("duration in s", exact.duration(), impact.duration),
             ("max F_n in N", exact.peak(), impact.peak),
             ("∫ F_n dt in N s", 2.0 * mass * speed, impact.impulse),
             ("e", 1.0, impact.restitution),
         ] {
-            trial.check(&subject, quantity, exact, sources::JOHNSON, computed, tolerances::IMPACT);
+            trial.check(
+                &subject,
+                quantity,
+                exact,
+                sources::JOHNSON,
+                computed,
+                tolerances::IMPACT,
+            );
         }
         if speed == 1.0 {
-            let scaled = impact.force.iter().map(|(time, force)| (time / exact.duration(), force / exact.peak()));
+            let scaled = impact
+                .force
+                .iter()
+                .map(|(time, force)| (time / exact.duration(), force / exact.peak()));
             curves.push(Curve::new(format!("p = {exponent}"), Look::Line, scaled));
         }
     }
-    let sine = (0..=100).map(|i| f64::from(i) / 100.0).map(|time| (time, (PI * time).sin()));
+    let sine = (0..=100)
+        .map(|i| f64::from(i) / 100.0)
+        .map(|time| (time, (PI * time).sin()));
     curves.push(Curve::new("sin(π t/T)", Look::Reference, sine));
     trial.figures.push(Figure {
         name: "validation_impact",
@@ -200,11 +268,21 @@ fn sliding(_: Extent) -> Result<Trial, Failure> {
             Friction takes all of the energy.",
     );
     let mut curves = Vec::new();
-    for (friction, speed, regularisation) in [(0.1, 1.0, 1e-3), (0.4, 2.0, 1e-3), (0.4, 2.0, 1e-4), (0.3, 0.5, 0.05)] {
-        // The tip bears half the weight. The plane is so high that the rod is level at the penetration that this takes.
+    for (friction, speed, regularisation) in [
+        (0.1, 1.0, 1e-3),
+        (0.4, 2.0, 1e-3),
+        (0.4, 2.0, 1e-4),
+        (0.3, 0.5, 0.05),
+    ] {
+        // The tip bears half the weight. The plane is so high that the rod is level at the
+        // penetration that this takes.
         let normal = MASS * GRAVITY / 2.0;
         let plane = Plane::new([0.0, 0.0, normal / STIFFNESS], [0.0, 0.0, 1.0], [0.0; 3]);
-        let law = ContactLaw { friction, regularisation, ..law(STIFFNESS, 1.0, 0.0) };
+        let law = ContactLaw {
+            friction,
+            regularisation,
+            ..law(STIFFNESS, 1.0, 0.0)
+        };
         let chain = rods(1, MASS, MASS / 12.0, [0.0, 0.0, -GRAVITY]);
         let inertia = MASS / 3.0;
         let deceleration = friction * normal / inertia;
@@ -214,15 +292,30 @@ fn sliding(_: Extent) -> Result<Trial, Failure> {
         // In the end the speed decays with the time constant v_reg/a.
         let end_time = (speed + 40.0 * regularisation) / deceleration;
         let mut course = vec![(0.0, speed)];
-        let (end, _) = integrate(&mut system, start, end_time, &ESDIRK54, tolerances, |step| {
-            course.push((step.end.time, step.end.v[0][1]));
-        })?;
+        let (end, _) = integrate(
+            &mut system,
+            start,
+            end_time,
+            &ESDIRK54,
+            tolerances,
+            |step| {
+                course.push((step.end.time, step.end.v[0][1]));
+            },
+        )?;
         if regularisation != 1e-4 {
             let stop = speed / deceleration;
             let coulomb = vec![(0.0, speed), (stop, 0.0), (end_time, 0.0)];
-            curves.push(Curve::new(format!("µ = {friction}, v − a t"), Look::Reference, coulomb));
+            curves.push(Curve::new(
+                format!("µ = {friction}, v − a t"),
+                Look::Reference,
+                coulomb,
+            ));
             let name = format!("µ = {friction}, v_reg = {regularisation} m/s");
-            curves.push(Curve::new(name, Look::Markers, course.into_iter().step_by(5)));
+            curves.push(Curve::new(
+                name,
+                Look::Markers,
+                course.into_iter().step_by(5),
+            ));
         }
         let subject = format!("µ = {friction}, v = {speed} m/s, v_reg = {regularisation} m/s");
         let exact = sliding_distance(speed, deceleration, regularisation);
@@ -230,10 +323,31 @@ fn sliding(_: Extent) -> Result<Trial, Failure> {
         let energy = 0.5 * inertia * speed * speed;
         let taken = end.integrals[integral::CONTACT_DISSIPATION];
         let (source, tolerance) = (sources::COULOMB, tolerances::SLIDING);
-        trial.check(&subject, "distance in m", exact, source, end.q[0][1], tolerance);
-        trial.check(&subject, "energy taken in J", energy, source, taken, tolerance);
+        trial.check(
+            &subject,
+            "distance in m",
+            exact,
+            source,
+            end.q[0][1],
+            tolerance,
+        );
+        trial.check(
+            &subject,
+            "energy taken in J",
+            energy,
+            source,
+            taken,
+            tolerance,
+        );
         if regularisation < 1e-3 * speed {
-            trial.check(subject, "distance in m, v_reg → 0", coulomb, source, end.q[0][1], tolerances::REGULARISATION);
+            trial.check(
+                subject,
+                "distance in m, v_reg → 0",
+                coulomb,
+                source,
+                end.q[0][1],
+                tolerances::REGULARISATION,
+            );
         }
     }
     trial.figures.push(Figure {

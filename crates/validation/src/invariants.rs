@@ -13,7 +13,9 @@ use bristle::tool::FixedClamp;
 use bristle::workpiece::Plane;
 use serde::Deserialize;
 
-use super::chains::{WALL, mechanical_energy, momentum, rods, trajectory_rows, unit_chain, untouched, worse};
+use super::chains::{
+    WALL, mechanical_energy, momentum, rods, trajectory_rows, unit_chain, untouched, worse,
+};
 use super::exact::pendulum::SphericalPendulum;
 use super::group::{Extent, Failure, Group};
 use super::trial::{Axis, Curve, Figure, Look, Trial, logarithmic_slope};
@@ -33,12 +35,17 @@ type System = FilamentSystem<FixedClamp, Plane>;
 /// Directions of the segments and their rates, independent of the charts.
 fn directions(state: &FilamentState) -> Vec<[[f64; 3]; 2]> {
     let motion = |k: usize| [state.q[k], state.v[k], [0.0; 2]];
-    (0..state.q.len()).map(|k| state.charts[k].direction(motion(k))).map(|[e, rate, _]| [e, rate]).collect()
+    (0..state.q.len())
+        .map(|k| state.charts[k].direction(motion(k)))
+        .map(|[e, rate, _]| [e, rate])
+        .collect()
 }
 
 /// The state at time zero with these directions, and with their rates multiplied by `factor`.
 fn state_of(system: &mut System, directions: &[[[f64; 3]; 2]], factor: f64) -> FilamentState {
-    let coordinates = directions.iter().map(|[e, rate]| PolarAxis::Z.coordinates([*e, scale(factor, *rate), [0.0; 3]]));
+    let coordinates = directions
+        .iter()
+        .map(|[e, rate]| PolarAxis::Z.coordinates([*e, scale(factor, *rate), [0.0; 3]]));
     let (q, v) = coordinates.map(|[q, v, _]| (q, v)).unzip();
     system.state(0.0, q, v)
 }
@@ -47,22 +54,29 @@ fn state_of(system: &mut System, directions: &[[[f64; 3]; 2]], factor: f64) -> F
 fn axial_momentum(chain: &Chain<f64>, state: &FilamentState) -> f64 {
     let root = [[0.0; 3]; 2];
     let nodes = directions(state).into_iter().scan(root, |node, [e, rate]| {
-        *node = [add(node[0], scale(chain.length, e)), add(node[1], scale(chain.length, rate))];
+        *node = [
+            add(node[0], scale(chain.length, e)),
+            add(node[1], scale(chain.length, rate)),
+        ];
         Some(*node)
     });
     momentum(chain, root, nodes).1
 }
 
-/// Four segments that swing in space about a ball joint, under gravity along `−z`, bent and whirling; with the period of a
-/// straight rod.
+/// Four segments that swing in space about a ball joint, under gravity along `−z`, bent and
+/// whirling; with the period of a straight rod.
 fn swinging() -> (Chain<f64>, Vec<[[f64; 3]; 2]>, f64) {
-    let mut chain = Chain { gravity: [0.0, 0.0, -1.0], ..unit_chain(4) };
+    let mut chain = Chain {
+        gravity: [0.0, 0.0, -1.0],
+        ..unit_chain(4)
+    };
     for (k, link) in chain.links.iter_mut().enumerate() {
         link.stiffness *= if k == 0 { 0.0 } else { 0.02 };
     }
     let start = (0..4).map(|k| {
         let (polar, azimuth) = (PI - 0.9 - 0.15 * f64::from(k), 0.2 * f64::from(k));
-        let [e, rate, _] = PolarAxis::Z.direction([[polar, azimuth], [0.3, 0.8 - 0.2 * f64::from(k)], [0.0; 2]]);
+        let [e, rate, _] =
+            PolarAxis::Z.direction([[polar, azimuth], [0.3, 0.8 - 0.2 * f64::from(k)], [0.0; 2]]);
         [e, rate]
     });
     // For a straight rod, from m g L/2 over m L²/3.
@@ -71,7 +85,8 @@ fn swinging() -> (Chain<f64>, Vec<[[f64; 3]; 2]>, f64) {
 
 fn conservation(extent: Extent) -> Result<Trial, Failure> {
     const PARTS: usize = 100;
-    let (number, relatives): (usize, &[f64]) = extent.choose((200, &[1e-8]), (1000, &[1e-7, 1e-8, 1e-9, 1e-10]));
+    let (number, relatives): (usize, &[f64]) =
+        extent.choose((200, &[1e-8]), (1000, &[1e-7, 1e-8, 1e-9, 1e-10]));
     let mut trial = Trial::new(
         "Energy and axial angular momentum of a free spatial motion",
         format!(
@@ -86,30 +101,62 @@ fn conservation(extent: Extent) -> Result<Trial, Failure> {
         let (chain, start, period) = swinging();
         let mut system = untouched(chain.clone(), WALL);
         let mut state = state_of(&mut system, &start, 1.0);
-        let (energy, momentum) = (mechanical_energy(&mut system, &state), axial_momentum(&chain, &state));
+        let (energy, momentum) = (
+            mechanical_energy(&mut system, &state),
+            axial_momentum(&chain, &state),
+        );
         let kinetic = system.energies(&state).kinetic;
         let tolerances = Tolerances::of_motion(relative, 1.0, 1.0);
         let (mut energy_drift, mut momentum_drift, mut course) = (0.0, 0.0, Vec::new());
         for part in 1..=PARTS {
             let periods = (part * number / PARTS) as f64;
-            (state, _) = integrate(&mut system, state, periods * period, &ESDIRK54, tolerances, |_| ())?;
+            (state, _) = integrate(
+                &mut system,
+                state,
+                periods * period,
+                &ESDIRK54,
+                tolerances,
+                |_| (),
+            )?;
             let drift = (mechanical_energy(&mut system, &state) - energy).abs() / kinetic;
             energy_drift = worse(drift, energy_drift);
-            momentum_drift = worse((axial_momentum(&chain, &state) / momentum - 1.0).abs(), momentum_drift);
+            momentum_drift = worse(
+                (axial_momentum(&chain, &state) / momentum - 1.0).abs(),
+                momentum_drift,
+            );
             course.push((periods, drift));
         }
-        for (quantity, drift, tolerance) in
-            [("ΔE/E_kin", energy_drift, tolerances::DRIFT), ("ΔL_z/L_z", momentum_drift, tolerances::DRIFT_MOMENTUM)]
-        {
-            let subject = format!("{number} periods at a tolerance of {relative:e}, change / tolerance");
-            trial.check(subject, quantity, 0.0, sources::EXACT, drift / relative, tolerance);
+        for (quantity, drift, tolerance) in [
+            ("ΔE/E_kin", energy_drift, tolerances::DRIFT),
+            ("ΔL_z/L_z", momentum_drift, tolerances::DRIFT_MOMENTUM),
+        ] {
+            let subject =
+                format!("{number} periods at a tolerance of {relative:e}, change / tolerance");
+            trial.check(
+                subject,
+                quantity,
+                0.0,
+                sources::EXACT,
+                drift / relative,
+                tolerance,
+            );
         }
         drifts.push((relative, energy_drift));
-        curves.push(Curve::new(format!("tolerance {relative:e}"), Look::Line, course));
+        curves.push(Curve::new(
+            format!("tolerance {relative:e}"),
+            Look::Line,
+            course,
+        ));
     }
     if drifts.len() > 1 {
         let subject = format!("slope over the tolerance, {number} periods");
-        trial.check_within(subject, "order of ΔE", sources::CONTROL, logarithmic_slope(&drifts), tolerances::SLOPE);
+        trial.check_within(
+            subject,
+            "order of ΔE",
+            sources::CONTROL,
+            logarithmic_slope(&drifts),
+            tolerances::SLOPE,
+        );
     }
     trial.figures.push(Figure {
         name: "validation_energy",
@@ -138,31 +185,62 @@ fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
         // a = m g s/I = 3g/(2L) of a rod.
         let pendulum = SphericalPendulum::new(1.5 * GRAVITY, lowest, rate);
         let mut system = untouched(rods(1, 1.0, 1.0 / 12.0, [0.0, 0.0, -GRAVITY]), WALL);
-        let [e, e_rate, _] = PolarAxis::Z.direction([[f64::acos(lowest), 0.0], [0.0, rate], [0.0; 2]]);
+        let [e, e_rate, _] =
+            PolarAxis::Z.direction([[f64::acos(lowest), 0.0], [0.0, rate], [0.0; 2]]);
         let start = state_of(&mut system, &[[e, e_rate]], 1.0);
         let tolerances = Tolerances::of_motion(1e-11, 1.0, 1.0);
         let (mut height, mut azimuth, mut turns, mut last) = (0.0, 0.0, 0.0, 0.0);
         let mut course = Vec::new();
-        integrate(&mut system, start, PERIODS * pendulum.period(), &ESDIRK54, tolerances, |step| {
-            let [x, y, z] = step.end_nodes[0].value;
-            let angle = y.atan2(x);
-            if angle < last - PI {
-                turns += 2.0 * PI;
-            }
-            last = angle;
-            course.push((step.end.time, z));
-            height = worse((z - pendulum.height(step.end.time)).abs(), height);
-            azimuth = worse((angle + turns - pendulum.azimuth(step.end.time)).abs(), azimuth);
-        })?;
+        integrate(
+            &mut system,
+            start,
+            PERIODS * pendulum.period(),
+            &ESDIRK54,
+            tolerances,
+            |step| {
+                let [x, y, z] = step.end_nodes[0].value;
+                let angle = y.atan2(x);
+                if angle < last - PI {
+                    turns += 2.0 * PI;
+                }
+                last = angle;
+                course.push((step.end.time, z));
+                height = worse((z - pendulum.height(step.end.time)).abs(), height);
+                azimuth = worse(
+                    (angle + turns - pendulum.azimuth(step.end.time)).abs(),
+                    azimuth,
+                );
+            },
+        )?;
         for (quantity, error) in [("error of cos φ", height), ("error of θ in rad", azimuth)] {
             let subject = format!("cos φ_1 = {lowest}, θ̇_1 = {rate} 1/s");
-            trial.check(subject, quantity, 0.0, sources::WHITTAKER, error, tolerances::TRAJECTORY);
+            trial.check(
+                subject,
+                quantity,
+                0.0,
+                sources::WHITTAKER,
+                error,
+                tolerances::TRAJECTORY,
+            );
         }
         const SHOWN: f64 = 2.0;
-        let exact = (0..=400).map(|i| SHOWN * f64::from(i) / 400.0).map(|time| (time, pendulum.height(time)));
-        curves.push(Curve::new(format!("sn², cos φ_1 = {lowest}"), Look::Reference, exact));
-        let shown = course.into_iter().take_while(|(time, _)| *time <= SHOWN).step_by(12);
-        curves.push(Curve::new(format!("Bristle, cos φ_1 = {lowest}"), Look::Markers, shown));
+        let exact = (0..=400)
+            .map(|i| SHOWN * f64::from(i) / 400.0)
+            .map(|time| (time, pendulum.height(time)));
+        curves.push(Curve::new(
+            format!("sn², cos φ_1 = {lowest}"),
+            Look::Reference,
+            exact,
+        ));
+        let shown = course
+            .into_iter()
+            .take_while(|(time, _)| *time <= SHOWN)
+            .step_by(12);
+        curves.push(Curve::new(
+            format!("Bristle, cos φ_1 = {lowest}"),
+            Look::Markers,
+            shown,
+        ));
     }
     trial.figures.push(Figure {
         name: "validation_spherical_pendulum",
@@ -188,8 +266,13 @@ fn double_pendulum(_: Extent) -> Result<Trial, Failure> {
     const DATA: &str = include_str!("../../../derivations/trajectories/double_pendulum.csv");
     let rows: Vec<DoublePendulum> = trajectory_rows(DATA)?;
     let mut system = untouched(rods(2, 1.0, 1.0 / 12.0, [0.0, -9.81, 0.0]), WALL);
-    let first = rows.first().ok_or_else(|| Failure::Reference("the double pendulum has no rows".to_owned()))?;
-    let q = vec![[FRAC_PI_2, first.theta_1_rad], [FRAC_PI_2, first.theta_2_rad]];
+    let first = rows
+        .first()
+        .ok_or_else(|| Failure::Reference("the double pendulum has no rows".to_owned()))?;
+    let q = vec![
+        [FRAC_PI_2, first.theta_1_rad],
+        [FRAC_PI_2, first.theta_2_rad],
+    ];
     let mut state = system.state(0.0, q, vec![[0.0; 2]; 2]);
     let tolerances = Tolerances::of_motion(1e-12, 1.0, 1.0);
     let mut trial = Trial::new(
@@ -200,7 +283,14 @@ fn double_pendulum(_: Extent) -> Result<Trial, Failure> {
     );
     let (mut reference, mut course) = (Vec::new(), Vec::new());
     for row in &rows {
-        (state, _) = integrate(&mut system, state, row.time_s, &ESDIRK54, tolerances, |_| ())?;
+        (state, _) = integrate(
+            &mut system,
+            state,
+            row.time_s,
+            &ESDIRK54,
+            tolerances,
+            |_| (),
+        )?;
         reference.push((row.time_s, row.theta_2_rad));
         course.push((row.time_s, state.q[1][1]));
         if row.time_s > 0.0 && row.time_s % 2.0 == 0.0 {
@@ -211,8 +301,19 @@ fn double_pendulum(_: Extent) -> Result<Trial, Failure> {
                 ("θ̇_1 in 1/s", row.theta_1_rate_rad_s, state.v[0][1]),
                 ("θ̇_2 in 1/s", row.theta_2_rate_rad_s, state.v[1][1]),
             ] {
-                let tolerance = if row.time_s <= 6.0 { tolerances::CHAOS_EARLY } else { tolerances::CHAOS };
-                trial.check(&subject, quantity, expected, sources::TAYLOR, computed, tolerance);
+                let tolerance = if row.time_s <= 6.0 {
+                    tolerances::CHAOS_EARLY
+                } else {
+                    tolerances::CHAOS
+                };
+                trial.check(
+                    &subject,
+                    quantity,
+                    expected,
+                    sources::TAYLOR,
+                    computed,
+                    tolerance,
+                );
             }
         }
     }
@@ -221,14 +322,20 @@ fn double_pendulum(_: Extent) -> Result<Trial, Failure> {
         title: "Azimuth of the outer rod of a double pendulum".to_owned(),
         description: "Azimuth over ten seconds: an irregular motion, the same in both codes.",
         axes: [Axis::linear("time t in s"), Axis::linear("θ_2 in rad")],
-        curves: vec![Curve::new("50 digits", Look::Reference, reference), Curve::new("Bristle", Look::Markers, course)],
+        curves: vec![
+            Curve::new("50 digits", Look::Reference, reference),
+            Curve::new("Bristle", Look::Markers, course),
+        ],
     });
     Ok(trial)
 }
 
 /// The largest difference of the directions' components.
 fn distance(a: &[[[f64; 3]; 2]], b: &[[[f64; 3]; 2]]) -> f64 {
-    let differences = a.iter().zip(b).flat_map(|([a, _], [b, _])| (0..3).map(|i| (a[i] - b[i]).abs()));
+    let differences = a
+        .iter()
+        .zip(b)
+        .flat_map(|([a, _], [b, _])| (0..3).map(|i| (a[i] - b[i]).abs()));
     differences.fold(0.0, worse)
 }
 
@@ -236,7 +343,10 @@ fn reversal(_: Extent) -> Result<Trial, Failure> {
     const TOLERANCES: [f64; 3] = [1e-8, 1e-9, 1e-10];
     let (chain, start, period) = swinging();
     // A floor that is never reached, and one that is hit some ten times per period.
-    let law = ContactLaw { stiffness: 1e3, ..ContactLaw::from(&ContactSettings::default()) };
+    let law = ContactLaw {
+        stiffness: 1e3,
+        ..ContactLaw::from(&ContactSettings::default())
+    };
     let mut trial = Trial::new(
         "Time reversal",
         "The motion of the first case, reversed after some time. Without dampers it must return to its start. It runs once \
@@ -249,17 +359,35 @@ fn reversal(_: Extent) -> Result<Trial, Failure> {
         let mut course = Vec::new();
         for relative in TOLERANCES {
             let tolerances = Tolerances::of_motion(relative, 1.0, 1.0);
-            let mut state = state_of(&mut FilamentSystem::new(chain.clone(), WALL, law, floor, true), &start, 1.0);
+            let mut state = state_of(
+                &mut FilamentSystem::new(chain.clone(), WALL, law, floor, true),
+                &start,
+                1.0,
+            );
             for _ in 0..2 {
                 let mut system = FilamentSystem::new(chain.clone(), WALL, law, floor, true);
-                let (end, _) = integrate(&mut system, state, periods * period, &ESDIRK54, tolerances, |_| ())?;
+                let (end, _) = integrate(
+                    &mut system,
+                    state,
+                    periods * period,
+                    &ESDIRK54,
+                    tolerances,
+                    |_| (),
+                )?;
                 state = state_of(&mut system, &directions(&end), -1.0);
             }
             course.push((relative, distance(&directions(&state), &start)));
         }
         if let Some((relative, error)) = course.last() {
             let subject = format!("{name}, tolerance {relative:e}");
-            trial.check(subject, "error of e", 0.0, sources::EXACT, *error, tolerances::REVERSAL);
+            trial.check(
+                subject,
+                "error of e",
+                0.0,
+                sources::EXACT,
+                *error,
+                tolerances::REVERSAL,
+            );
         }
         courses.push((name.to_owned(), course));
     }

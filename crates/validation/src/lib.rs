@@ -1,8 +1,9 @@
 //! `bristle validate`: compares the simulator with exact solutions, other codes and the paper.
 //!
-//! A reference is a formula (`exact`), a number from the literature (`sources`), an exact property such as symmetry, or
-//! a trajectory of another code that is committed with the script that made it. It is never a result of the solver under
-//! test. `tolerances` has all tolerances with their reasons. The trials use the public interface of the libraries only.
+//! A reference is a formula (`exact`), a number from the literature (`sources`), an exact property
+//! such as symmetry, or a trajectory of another code that is committed with the script that made
+//! it. It is never a result of the solver under test. `tolerances` has all tolerances with their
+//! reasons. The trials use the public interface of the libraries only.
 
 mod chains;
 mod contact;
@@ -55,21 +56,30 @@ pub fn trial_count() -> usize {
     GROUPS.iter().map(|group| group.trials.len()).sum()
 }
 
-/// Computes all trials, on all cores, and calls `done` after each. If it breaks, no further trial is started.
+/// Computes all trials, on all cores, and calls `done` after each. If it breaks, no further trial
+/// is started.
 pub fn run(extent: Extent, done: impl Fn() -> ControlFlow<()> + Sync) -> Vec<Outcome> {
     let all: Vec<(usize, usize)> = GROUPS
         .iter()
         .enumerate()
-        .flat_map(|(group, Group { trials, .. })| (0..trials.len()).map(move |trial| (group, trial)))
+        .flat_map(|(group, Group { trials, .. })| {
+            (0..trials.len()).map(move |trial| (group, trial))
+        })
         .collect();
     let waiting = Mutex::new(all.iter());
     let finished = Mutex::new(Vec::new());
     let work = || {
         loop {
-            let next = waiting.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).next();
+            let next = waiting
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner())
+                .next();
             let Some(&(group, trial)) = next else { return };
             let result = compute(GROUPS[group].trials[trial], extent);
-            finished.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(((group, trial), result));
+            finished
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner())
+                .push(((group, trial), result));
             if done().is_break() {
                 return;
             }
@@ -81,9 +91,17 @@ pub fn run(extent: Extent, done: impl Fn() -> ControlFlow<()> + Sync) -> Vec<Out
             scope.spawn(work);
         }
     });
-    let mut finished = finished.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut finished = finished
+        .into_inner()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
     finished.sort_by_key(|(place, _)| *place);
-    let mut outcomes: Vec<Outcome> = GROUPS.iter().map(|group| Outcome { group, trials: Vec::new() }).collect();
+    let mut outcomes: Vec<Outcome> = GROUPS
+        .iter()
+        .map(|group| Outcome {
+            group,
+            trials: Vec::new(),
+        })
+        .collect();
     for ((group, _), result) in finished {
         outcomes[group].trials.push(result);
     }
@@ -94,8 +112,11 @@ pub fn run(extent: Extent, done: impl Fn() -> ControlFlow<()> + Sync) -> Vec<Out
 fn compute(trial: Compute, extent: Extent) -> Result<Trial, Failure> {
     std::panic::catch_unwind(|| trial(extent)).unwrap_or_else(|cause| {
         let message = cause.downcast_ref::<String>().cloned();
-        let message = message.or_else(|| cause.downcast_ref::<&str>().map(|text| (*text).to_owned()));
-        Err(Failure::Panic(message.unwrap_or_else(|| "an unknown cause".to_owned())))
+        let message =
+            message.or_else(|| cause.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+        Err(Failure::Panic(
+            message.unwrap_or_else(|| "an unknown cause".to_owned()),
+        ))
     })
 }
 
@@ -106,6 +127,9 @@ mod tests {
     #[test]
     fn a_panic_fails_its_trial() {
         let result = compute(|_| panic!("no mass"), Extent::Quick);
-        assert_eq!(result.expect_err("it panics").to_string(), "the case ended with: no mass");
+        assert_eq!(
+            result.expect_err("it panics").to_string(),
+            "the case ended with: no mass"
+        );
     }
 }

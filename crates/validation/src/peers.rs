@@ -49,18 +49,29 @@ fn pass(segments: usize) -> Result<Simulation, Failure> {
     Ok(simulate_with_history(&settings, 1001)?)
 }
 
-/// Largest distance of the tips over l_f, largest difference of the tip deflections over the largest deflection, and root
-/// mean square of the force difference over that of the force.
+/// Largest distance of the tips over l_f, largest difference of the tip deflections over the
+/// largest deflection, and root mean square of the force difference over that of the force.
 pub fn distances(history: &[Sample], rows: &[Row]) -> [f64; 3] {
-    let (mut tip, mut deflection, mut largest, mut force, mut difference) = (0.0, 0.0, 0.0_f64, 0.0, 0.0);
+    let (mut tip, mut deflection, mut largest, mut force, mut difference) =
+        (0.0, 0.0, 0.0_f64, 0.0, 0.0);
     for (sample, row) in history.iter().zip(rows) {
-        tip = worse((sample.tip_x_m - row.tip_x_m).hypot(sample.tip_y_m - row.tip_y_m), tip);
-        deflection = worse((sample.tip_deflection_m - row.tip_deflection_m).abs(), deflection);
+        tip = worse(
+            (sample.tip_x_m - row.tip_x_m).hypot(sample.tip_y_m - row.tip_y_m),
+            tip,
+        );
+        deflection = worse(
+            (sample.tip_deflection_m - row.tip_deflection_m).abs(),
+            deflection,
+        );
         largest = largest.max(row.tip_deflection_m);
         force += row.contact_normal_force_n.powi(2);
         difference += (sample.contact_normal_force_n - row.contact_normal_force_n).powi(2);
     }
-    [tip / 0.040, deflection / largest, (difference / force).sqrt()]
+    [
+        tip / 0.040,
+        deflection / largest,
+        (difference / force).sqrt(),
+    ]
 }
 
 /// The data of another code, and the tolerances for it.
@@ -73,7 +84,8 @@ struct Peer {
 }
 
 impl Peer {
-    /// Compares a pass and its metrics, in the order of [`metrics`], in a trial. Returns the trajectory of the other code.
+    /// Compares a pass and its metrics, in the order of [`metrics`], in a trial. Returns the
+    /// trajectory of the other code.
     fn compare(
         &self,
         trial: &mut Trial,
@@ -83,11 +95,22 @@ impl Peer {
     ) -> Result<Vec<Row>, Failure> {
         const METRICS: &str = include_str!("../../../benches/peers/trajectories/pass_metrics.csv");
         let rows: Vec<Row> = trajectory_rows(self.rows)?;
-        if rows.len() != history.len() || rows.iter().zip(history).any(|(a, b)| (a.time_s - b.time_s).abs() > 1e-12) {
-            return Err(Failure::Reference(format!("{}: its instants differ from those of the pass", self.code)));
+        if rows.len() != history.len()
+            || rows
+                .iter()
+                .zip(history)
+                .any(|(a, b)| (a.time_s - b.time_s).abs() > 1e-12)
+        {
+            return Err(Failure::Reference(format!(
+                "{}: its instants differ from those of the pass",
+                self.code
+            )));
         }
-        let expected = trajectory_rows::<PeerMetrics>(METRICS)?.into_iter().find(|metrics| metrics.code == self.code);
-        let expected = expected.ok_or_else(|| Failure::Reference(format!("no metrics of {}", self.code)))?;
+        let expected = trajectory_rows::<PeerMetrics>(METRICS)?
+            .into_iter()
+            .find(|metrics| metrics.code == self.code);
+        let expected =
+            expected.ok_or_else(|| Failure::Reference(format!("no metrics of {}", self.code)))?;
         let [tip, force, of_metrics, of_peak] = self.tolerances;
         let [of_tip, of_deflection, of_force] = distances(history, &rows);
         let [impulse, deflection, peak, time, count] = metrics;
@@ -95,13 +118,40 @@ impl Peer {
             ("tip, over l_f", 0.0, of_tip, tip),
             ("s_n, over s_n,max", 0.0, of_deflection, tip),
             ("F_n, rms over rms", 0.0, of_force, force),
-            ("p_n in N s", expected.contact_normal_impulse_n_s, impulse, of_metrics),
-            ("s_n,max in m", expected.max_tip_deflection_m, deflection, of_metrics),
-            ("max F_n in N", expected.peak_contact_normal_force_n, peak, of_peak),
+            (
+                "p_n in N s",
+                expected.contact_normal_impulse_n_s,
+                impulse,
+                of_metrics,
+            ),
+            (
+                "s_n,max in m",
+                expected.max_tip_deflection_m,
+                deflection,
+                of_metrics,
+            ),
+            (
+                "max F_n in N",
+                expected.peak_contact_normal_force_n,
+                peak,
+                of_peak,
+            ),
             ("t_c in s", expected.contact_time_s, time, of_metrics),
-            ("number of contacts", expected.contact_count as f64, count, tolerances::SAME),
+            (
+                "number of contacts",
+                expected.contact_count as f64,
+                count,
+                tolerances::SAME,
+            ),
         ] {
-            trial.check(subject, quantity, expected, self.source, computed, tolerance);
+            trial.check(
+                subject,
+                quantity,
+                expected,
+                self.source,
+                computed,
+                tolerance,
+            );
         }
         Ok(rows)
     }
@@ -147,7 +197,12 @@ const ANCF: Peer = Peer {
     code: "Exudyn ANCF",
     rows: include_str!("../../../benches/peers/trajectories/pass_exudyn_ancf.csv"),
     source: sources::EXUDYN,
-    tolerances: [tolerances::ANCF_TIP, tolerances::ANCF_FORCE, tolerances::ANCF_METRICS, tolerances::ANCF_PEAK],
+    tolerances: [
+        tolerances::ANCF_TIP,
+        tolerances::ANCF_FORCE,
+        tolerances::ANCF_METRICS,
+        tolerances::ANCF_PEAK,
+    ],
 };
 
 /// A diagram of the force over time from Bristle and from another code.
@@ -161,12 +216,16 @@ fn force_figure(name: &'static str, code: &str, history: &[Sample], rows: &[Row]
             Curve::new(
                 "Bristle",
                 Look::Line,
-                history.iter().map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n)),
+                history
+                    .iter()
+                    .map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n)),
             ),
             Curve::new(
                 code,
                 Look::Markers,
-                rows.iter().step_by(8).map(|row| (1e3 * row.time_s, row.contact_normal_force_n)),
+                rows.iter()
+                    .step_by(8)
+                    .map(|row| (1e3 * row.time_s, row.contact_normal_force_n)),
             ),
         ],
     }
@@ -180,7 +239,12 @@ fn cvodes(_: Extent) -> Result<Trial, Failure> {
     );
     let pass = pass(25)?;
     let rows = CVODES.compare(&mut trial, &pass.history, "n = 25", metrics(&pass))?;
-    trial.figures.push(force_figure("validation_cvodes", CVODES.code, &pass.history, &rows));
+    trial.figures.push(force_figure(
+        "validation_cvodes",
+        CVODES.code,
+        &pass.history,
+        &rows,
+    ));
     Ok(trial)
 }
 
@@ -229,6 +293,11 @@ fn ancf(_: Extent) -> Result<Trial, Failure> {
     let (of_coarse, of_fine) = (metrics(&coarse), metrics(&fine));
     let limits: [f64; 5] = std::array::from_fn(|i| extrapolated(of_coarse[i], of_fine[i]));
     let rows = ANCF.compare(&mut trial, &fine.history, "n = 200; metrics n → ∞", limits)?;
-    trial.figures.push(force_figure("validation_ancf", ANCF.code, &fine.history, &rows));
+    trial.figures.push(force_figure(
+        "validation_ancf",
+        ANCF.code,
+        &fine.history,
+        &rows,
+    ));
     Ok(trial)
 }

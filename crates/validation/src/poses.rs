@@ -85,26 +85,72 @@ fn passes(_: Extent) -> Result<Trial, Failure> {
         let moment = normal * settings.tool.body_radius_m;
         let over = |computed: f64, expected: f64, scale: f64| (computed - expected) / scale;
         let mut errors = vec![
-            ("error of p_n", over(metrics.contact_normal_impulse_n_s, normal, normal)),
-            ("error of ∫ F_x dt, over p_n", over(metrics.contact_impulse_x_n_s, case.contact_impulse_x_n_s, normal)),
-            ("error of ∫ F_z dt, over p_n", over(metrics.contact_impulse_z_n_s, case.contact_impulse_z_n_s, normal)),
+            (
+                "error of p_n",
+                over(metrics.contact_normal_impulse_n_s, normal, normal),
+            ),
+            (
+                "error of ∫ F_x dt, over p_n",
+                over(
+                    metrics.contact_impulse_x_n_s,
+                    case.contact_impulse_x_n_s,
+                    normal,
+                ),
+            ),
+            (
+                "error of ∫ F_z dt, over p_n",
+                over(
+                    metrics.contact_impulse_z_n_s,
+                    case.contact_impulse_z_n_s,
+                    normal,
+                ),
+            ),
             (
                 "error of ∫ M dt, over p_n r_g",
-                over(metrics.contact_angular_impulse_n_m_s, case.contact_angular_impulse_n_m_s, moment),
+                over(
+                    metrics.contact_angular_impulse_n_m_s,
+                    case.contact_angular_impulse_n_m_s,
+                    moment,
+                ),
             ),
-            ("error of t_c", over(metrics.contact_time_s, case.contact_time_s, case.contact_time_s)),
+            (
+                "error of t_c",
+                over(
+                    metrics.contact_time_s,
+                    case.contact_time_s,
+                    case.contact_time_s,
+                ),
+            ),
         ];
         if case.friction_work_j > 0.0 {
             errors.push((
                 "error of friction work",
-                over(metrics.friction_work_j, case.friction_work_j, case.friction_work_j),
+                over(
+                    metrics.friction_work_j,
+                    case.friction_work_j,
+                    case.friction_work_j,
+                ),
             ));
         }
         for (quantity, error) in errors {
-            trial.check(&case.name, quantity, 0.0, sources::CVODES_POSES, error, tolerances::POSES);
+            trial.check(
+                &case.name,
+                quantity,
+                0.0,
+                sources::CVODES_POSES,
+                error,
+                tolerances::POSES,
+            );
         }
         let residual = metrics.energy_residual;
-        trial.check(case.name, "energy_residual", 0.0, sources::EXACT, residual, tolerances::POSES_ENERGY);
+        trial.check(
+            case.name,
+            "energy_residual",
+            0.0,
+            sources::EXACT,
+            residual,
+            tolerances::POSES_ENERGY,
+        );
     }
     Ok(trial)
 }
@@ -116,7 +162,8 @@ fn cup(segments: usize, velocity: f64, depth: f64) -> Result<Settings, Failure> 
     Ok(settings)
 }
 
-/// Distance from the axis and height over its root of the tip of a filament that touches nothing, in m.
+/// Distance from the axis and height over its root of the tip of a filament that touches nothing,
+/// in m.
 fn tip(settings: &Settings) -> [f64; 2] {
     let pass = Pass::new(settings);
     let mut system = pass.system(false);
@@ -124,10 +171,18 @@ fn tip(settings: &Settings) -> [f64; 2] {
     let length = settings.filament.length_m / settings.filament.segments as f64;
     let (sin, cos) = pass.tool().initial_angle.sin_cos();
     let none = [0.0; 2];
-    let [mut x, mut y, mut z] = [settings.tool.body_radius_m * cos, settings.tool.body_radius_m * sin, 0.0];
+    let [mut x, mut y, mut z] = [
+        settings.tool.body_radius_m * cos,
+        settings.tool.body_radius_m * sin,
+        0.0,
+    ];
     for (q, chart) in start.q.iter().zip(&start.charts) {
         let [direction, ..] = chart.direction([*q, none, none]);
-        [x, y, z] = [x + length * direction[0], y + length * direction[1], z + length * direction[2]];
+        [x, y, z] = [
+            x + length * direction[0],
+            y + length * direction[1],
+            z + length * direction[2],
+        ];
     }
     [x.hypot(y), z]
 }
@@ -161,7 +216,14 @@ fn splayed(_: Extent) -> Result<Trial, Failure> {
         let exact = splay(speed);
         let subject = format!("Ω = {speed}, r_g = {NEAR} l_f");
         let (source, tolerance) = (sources::BEAM, tolerances::SPLAY);
-        trial.check(format!("{subject}, n → ∞"), "w/r_g", exact, source, extrapolated_twice(computed), tolerance);
+        trial.check(
+            format!("{subject}, n → ∞"),
+            "w/r_g",
+            exact,
+            source,
+            extrapolated_twice(computed),
+            tolerance,
+        );
         let subject = format!("{subject}, n = {}, {}", SEGMENTS[0], SEGMENTS[1]);
         trial.check_order(subject, "order of w", [computed[0], computed[1]], exact);
         markers.push((speed, computed[0]));
@@ -170,18 +232,34 @@ fn splayed(_: Extent) -> Result<Trial, Failure> {
         let mut settings = cup(case.segments, case.brushing_velocity_m_s, 1e-3)?;
         settings.filament.length_m = case.length_m;
         let [radius, height] = tip(&settings);
-        let subject =
-            format!("l_f = {} mm, {} m/s, n = {}", 1e3 * case.length_m, case.brushing_velocity_m_s, case.segments);
+        let subject = format!(
+            "l_f = {} mm, {} m/s, n = {}",
+            1e3 * case.length_m,
+            case.brushing_velocity_m_s,
+            case.segments
+        );
         let expected = [
-            ("distance of the tip from the axis, over l_f", radius - case.radius_m),
+            (
+                "distance of the tip from the axis, over l_f",
+                radius - case.radius_m,
+            ),
             ("height of the tip, over l_f", height - case.height_m),
         ];
         for (quantity, error) in expected {
             let tolerance = tolerances::MINIMUM;
-            trial.check(&subject, quantity, 0.0, sources::SCIPY_POSES, error / case.length_m, tolerance);
+            trial.check(
+                &subject,
+                quantity,
+                0.0,
+                sources::SCIPY_POSES,
+                error / case.length_m,
+                tolerance,
+            );
         }
     }
-    let exact = (0..=100).map(|i| 3.3 * f64::from(i) / 100.0).map(|speed| (speed, splay(speed)));
+    let exact = (0..=100)
+        .map(|i| 3.3 * f64::from(i) / 100.0)
+        .map(|speed| (speed, splay(speed)));
     trial.figures.push(Figure {
         name: "validation_splay",
         title: "Splay of a filament that is parallel to the axis".to_owned(),
@@ -216,17 +294,32 @@ fn flat(extent: Extent) -> Result<Trial, Failure> {
             `P/P_cr = (2K/π)²` with `1 − Δ/l_f = 2E/K − 1` and `Δ = a_e − P/k_c`. It is extrapolated from two velocities and two n.",
     );
     for case in references()?.flat_cups {
-        let settings = cup(case.segments, case.brushing_velocity_m_s, case.penetration_depth_m)?;
-        let subject =
-            format!("{} m/s, {} mm, n = {}", case.brushing_velocity_m_s, 1e3 * case.penetration_depth_m, case.segments);
-        trial.check(subject, "F_n in N", case.force_n, sources::SCIPY_POSES, flat_force(&settings)?, tolerances::FLAT);
+        let settings = cup(
+            case.segments,
+            case.brushing_velocity_m_s,
+            case.penetration_depth_m,
+        )?;
+        let subject = format!(
+            "{} m/s, {} mm, n = {}",
+            case.brushing_velocity_m_s,
+            1e3 * case.penetration_depth_m,
+            case.segments
+        );
+        trial.check(
+            subject,
+            "F_n in N",
+            case.force_n,
+            sources::SCIPY_POSES,
+            flat_force(&settings)?,
+            tolerances::FLAT,
+        );
     }
     let depths: &[f64] = extent.choose(&[3e-3], &[1e-3, 3e-3]);
     for &depth in depths {
         // From two velocities to rest, as forces of inertia grow with their square, and from two n.
         let at = |segments: usize| -> Result<f64, Failure> {
-            let [slow, fast] =
-                [SLOW, 2.0 * SLOW].map(|velocity| cup(segments, velocity, depth).and_then(|cup| flat_force(&cup)));
+            let [slow, fast] = [SLOW, 2.0 * SLOW]
+                .map(|velocity| cup(segments, velocity, depth).and_then(|cup| flat_force(&cup)));
             Ok(extrapolated(fast?, slow?))
         };
         let computed = extrapolated(at(SEGMENTS)?, at(2 * SEGMENTS)?);
@@ -234,9 +327,19 @@ fn flat(extent: Extent) -> Result<Trial, Failure> {
         let length = settings.filament.length_m;
         let bending = bending_stiffness(&settings.filament, settings.filament.diameter_m);
         let critical = PI.powi(2) * bending / (4.0 * length.powi(2));
-        let exact = buckled_force(depth / length, settings.contact.stiffness_n_m * length / critical);
+        let exact = buckled_force(
+            depth / length,
+            settings.contact.stiffness_n_m * length / critical,
+        );
         let subject = format!("v_b → 0, {} mm, n → ∞", 1e3 * depth);
-        trial.check(subject, "F_n/P_cr", exact, sources::TIMOSHENKO, computed / critical, tolerances::QUASI_STATICS);
+        trial.check(
+            subject,
+            "F_n/P_cr",
+            exact,
+            sources::TIMOSHENKO,
+            computed / critical,
+            tolerances::QUASI_STATICS,
+        );
     }
     Ok(trial)
 }

@@ -12,7 +12,8 @@ use bristle::tool::{ClampMotion, radial_clamp};
 use serde::Deserialize;
 
 use super::chains::{
-    extrapolated, extrapolated_twice, lesser, paper_case, trajectory_rows, unit_beam, unit_chain, untouched, worse,
+    extrapolated, extrapolated_twice, lesser, paper_case, trajectory_rows, unit_beam, unit_chain,
+    untouched, worse,
 };
 use super::exact::beam::cantilever_root;
 use super::exact::rotating_beam::{RotatingBeam, southwell};
@@ -35,13 +36,19 @@ const SEGMENTS: [usize; 3] = [25, 50, 100];
 const MODES: usize = 3;
 
 /// The first frequencies of a chain that turns at `speed` on a hub of the radius `hub`.
-fn chain_frequencies(chain: Chain<f64>, speed: f64, hub: f64, direction: Direction) -> [f64; MODES] {
+fn chain_frequencies(
+    chain: Chain<f64>,
+    speed: f64,
+    hub: f64,
+    direction: Direction,
+) -> [f64; MODES] {
     let modes = modes(chain, &radial_clamp(hub, 0.3, speed, 0.0), speed, direction);
     std::array::from_fn(|i| modes.get(i).map_or(f64::NAN, |mode| mode.frequency))
 }
 
 fn frequencies(_: Extent) -> Result<Trial, Failure> {
-    const DIRECTIONS: [(Direction, &str); 2] = [(Direction::OutOfPlane, "flap"), (Direction::InPlane, "lag")];
+    const DIRECTIONS: [(Direction, &str); 2] =
+        [(Direction::OutOfPlane, "flap"), (Direction::InPlane, "lag")];
     let paper = paper_case(25, 30.0, 1e-3)?;
     let ratio = paper.tool.body_radius_m / paper.filament.length_m;
     let mut trial = Trial::new(
@@ -56,15 +63,23 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
         ),
     );
     let mut curves = Vec::new();
-    let hubs: [(f64, &str, &[f64]); 2] =
-        [(0.0, "r = 0", &[0.0, 1.0, 2.0, 4.0, 8.0, 12.0]), (ratio, "r = r_g", &[1.0, 2.0, 4.0, 8.0])];
+    let hubs: [(f64, &str, &[f64]); 2] = [
+        (0.0, "r = 0", &[0.0, 1.0, 2.0, 4.0, 8.0, 12.0]),
+        (ratio, "r = r_g", &[1.0, 2.0, 4.0, 8.0]),
+    ];
     for (hub, hub_name, speeds) in hubs {
         let of_beam = |speed: f64, direction| {
             let beam = RotatingBeam { speed, hub };
-            if direction == Direction::OutOfPlane { beam.flap() } else { beam.lag() }
+            if direction == Direction::OutOfPlane {
+                beam.flap()
+            } else {
+                beam.lag()
+            }
         };
         for &speed in speeds {
-            let at = |segments: usize, direction| chain_frequencies(unit_chain(segments), speed, hub, direction);
+            let at = |segments: usize, direction| {
+                chain_frequencies(unit_chain(segments), speed, hub, direction)
+            };
             for (direction, name) in DIRECTIONS {
                 let exact = of_beam(speed, direction);
                 let computed = SEGMENTS.map(|segments| at(segments, direction));
@@ -72,17 +87,40 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
                     let of_mode = computed.map(|frequencies| frequencies[i]);
                     let limit = extrapolated_twice(of_mode);
                     let subject = format!("{name} {}, Ω = {speed}, {hub_name}, n → ∞", i + 1);
-                    trial.check(subject, "ω", exact[i], sources::WRIGHT, limit, tolerances::FREQUENCY);
+                    trial.check(
+                        subject,
+                        "ω",
+                        exact[i],
+                        sources::WRIGHT,
+                        limit,
+                        tolerances::FREQUENCY,
+                    );
                     if i == 0 && direction == Direction::OutOfPlane && speed > 0.0 {
-                        let square = |factor: f64| (cantilever_root(1).powi(4) + factor * speed * speed).sqrt();
+                        let square = |factor: f64| {
+                            (cantilever_root(1).powi(4) + factor * speed * speed).sqrt()
+                        };
                         let bounds = [square(1.0), square(southwell(hub))];
                         let subject = format!("flap 1, Ω = {speed}, {hub_name}, n → ∞");
-                        trial.check(subject, "ω", bounds, sources::SOUTHWELL, limit, tolerances::SOUTHWELL);
+                        trial.check(
+                            subject,
+                            "ω",
+                            bounds,
+                            sources::SOUTHWELL,
+                            limit,
+                            tolerances::SOUTHWELL,
+                        );
                     }
                     if i == 0 {
-                        let subject =
-                            format!("{name} 1, Ω = {speed}, {hub_name}, n = {}, {}", SEGMENTS[1], SEGMENTS[2]);
-                        trial.check_order(subject, "order of ω", [of_mode[1], of_mode[2]], exact[i]);
+                        let subject = format!(
+                            "{name} 1, Ω = {speed}, {hub_name}, n = {}, {}",
+                            SEGMENTS[1], SEGMENTS[2]
+                        );
+                        trial.check_order(
+                            subject,
+                            "order of ω",
+                            [of_mode[1], of_mode[2]],
+                            exact[i],
+                        );
                     }
                 }
             }
@@ -90,16 +128,35 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
                 let [flap, lag] = DIRECTIONS.map(|(direction, _)| at(25, direction)[0]);
                 let computed = (flap.powi(2) - lag.powi(2)) / speed.powi(2);
                 let subject = format!("mode 1, Ω = {speed}, {hub_name}, n = 25");
-                trial.check(subject, "(ω_flap² − ω_lag²)/Ω²", 1.0, sources::EXACT, computed, tolerances::DIFFERENCES);
+                trial.check(
+                    subject,
+                    "(ω_flap² − ω_lag²)/Ω²",
+                    1.0,
+                    sources::EXACT,
+                    computed,
+                    tolerances::DIFFERENCES,
+                );
             }
         }
         for (direction, name) in DIRECTIONS {
             let steps = (0..=48).map(|step| f64::from(step) * speeds[speeds.len() - 1] / 48.0);
             let exact = steps.map(|speed| (speed, of_beam(speed, direction)[0]));
-            curves.push(Curve::new(format!("beam, {name}, {hub_name}"), Look::Reference, exact));
-            let points =
-                speeds.iter().map(|&speed| (speed, chain_frequencies(unit_chain(25), speed, hub, direction)[0]));
-            curves.push(Curve::new(format!("{name}, {hub_name}, n = 25"), Look::Markers, points));
+            curves.push(Curve::new(
+                format!("beam, {name}, {hub_name}"),
+                Look::Reference,
+                exact,
+            ));
+            let points = speeds.iter().map(|&speed| {
+                (
+                    speed,
+                    chain_frequencies(unit_chain(25), speed, hub, direction)[0],
+                )
+            });
+            curves.push(Curve::new(
+                format!("{name}, {hub_name}, n = 25"),
+                Look::Markers,
+                points,
+            ));
         }
     }
     check_paper_brush(&mut trial)?;
@@ -121,13 +178,35 @@ fn check_paper_brush(trial: &mut Trial) -> Result<(), Failure> {
     let speed = settings.process.brushing_velocity_m_s / (settings.tool.body_radius_m + length);
     let unit = first_natural_frequency(&settings.filament) / cantilever_root(1).powi(2);
     let flap = |segments: usize| {
-        let filament = FilamentSettings { segments, ..settings.filament.clone() };
+        let filament = FilamentSettings {
+            segments,
+            ..settings.filament.clone()
+        };
         let chain = chain(&filament, [0.0; 3]);
-        chain_frequencies(chain, speed, settings.tool.body_radius_m, Direction::OutOfPlane)[0] / unit
+        chain_frequencies(
+            chain,
+            speed,
+            settings.tool.body_radius_m,
+            Direction::OutOfPlane,
+        )[0] / unit
     };
-    let exact = RotatingBeam { speed: speed / unit, hub: settings.tool.body_radius_m / length }.flap()[0];
-    let (subject, computed) = ("the paper's brush at 30 m/s, n → ∞", extrapolated_twice(SEGMENTS.map(flap)));
-    trial.check(subject, "ω of flap 1", exact, sources::WRIGHT, computed, tolerances::FREQUENCY);
+    let exact = RotatingBeam {
+        speed: speed / unit,
+        hub: settings.tool.body_radius_m / length,
+    }
+    .flap()[0];
+    let (subject, computed) = (
+        "the paper's brush at 30 m/s, n → ∞",
+        extrapolated_twice(SEGMENTS.map(flap)),
+    );
+    trial.check(
+        subject,
+        "ω of flap 1",
+        exact,
+        sources::WRIGHT,
+        computed,
+        tolerances::FREQUENCY,
+    );
     Ok(())
 }
 
@@ -144,7 +223,11 @@ impl SpinUp {
         }
         let (rate, wave) = (6.0 / DURATION, 2.0 * PI / DURATION);
         let (sin, cos) = (wave * time).sin_cos();
-        [rate * (time * time / 2.0 + (cos - 1.0) / (wave * wave)), rate * (time - sin / wave), rate * (1.0 - cos)]
+        [
+            rate * (time * time / 2.0 + (cos - 1.0) / (wave * wave)),
+            rate * (time - sin / wave),
+            rate * (1.0 - cos),
+        ]
     }
 }
 
@@ -180,12 +263,20 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
     // Tip along and across the clamp's direction, at the instants of the rows.
     let course = |segments: usize| -> Result<Vec<[f64; 2]>, Failure> {
         let mut system = untouched(chain(&beam(segments), [0.0; 3]), SpinUp);
-        let start = system.state(0.0, vec![[FRAC_PI_2, 0.0]; segments], vec![[0.0; 2]; segments]);
+        let start = system.state(
+            0.0,
+            vec![[FRAC_PI_2, 0.0]; segments],
+            vec![[0.0; 2]; segments],
+        );
         let tolerances = Tolerances::of_motion(1e-9, 0.1, 1.0);
         let mut course = Vec::new();
         integrate(&mut system, start, end, &ESDIRK54, tolerances, |step| {
-            while let Some(row) = rows.get(course.len()).filter(|row| row.time_s <= step.end.time) {
-                let ([x, y, _], _) = step.node(segments - 1, (row.time_s - step.start.time) / step.length());
+            while let Some(row) = rows
+                .get(course.len())
+                .filter(|row| row.time_s <= step.end.time)
+            {
+                let ([x, y, _], _) =
+                    step.node(segments - 1, (row.time_s - step.start.time) / step.length());
                 let (sin, cos) = SpinUp::angle(row.time_s)[0].sin_cos();
                 course.push([x * cos + y * sin - LENGTH, y * cos - x * sin]);
             }
@@ -193,10 +284,15 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
         Ok(course)
     };
     let (coarse, fine) = (course(25)?, course(50)?);
-    let limit: Vec<[f64; 2]> =
-        coarse.iter().zip(&fine).map(|(coarse, fine)| [0, 1].map(|i| extrapolated(coarse[i], fine[i]))).collect();
+    let limit: Vec<[f64; 2]> = coarse
+        .iter()
+        .zip(&fine)
+        .map(|(coarse, fine)| [0, 1].map(|i| extrapolated(coarse[i], fine[i])))
+        .collect();
     if limit.len() != rows.len() {
-        return Err(Failure::Reference("the spin-up ends before its reference".to_owned()));
+        return Err(Failure::Reference(
+            "the spin-up ends before its reference".to_owned(),
+        ));
     }
     let expected = |row: &SpinUpRow| [row.tip_along_m, row.tip_across_m];
     let mut trial = Trial::new(
@@ -208,16 +304,38 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
             exact elements agree with it to 8e-7 m). With the published stiffness the tip differs by 5e-4 m along and 9e-5 m across. \
             Chains of 25 and 50 segments are extrapolated at each instant.",
     );
-    for (i, quantity) in ["tip along, over L", "tip across, over L"].into_iter().enumerate() {
-        let differences = rows.iter().zip(&limit).map(|(row, limit)| (expected(row)[i] - limit[i]).abs() / LENGTH);
+    for (i, quantity) in ["tip along, over L", "tip across, over L"]
+        .into_iter()
+        .enumerate()
+    {
+        let differences = rows
+            .iter()
+            .zip(&limit)
+            .map(|(row, limit)| (expected(row)[i] - limit[i]).abs() / LENGTH);
         let subject = format!("largest difference at {} instants, n → ∞", rows.len());
-        trial.check(subject, quantity, 0.0, sources::SIMO, differences.fold(0.0, worse), tolerances::SPIN_UP);
+        trial.check(
+            subject,
+            quantity,
+            0.0,
+            sources::SIMO,
+            differences.fold(0.0, worse),
+            tolerances::SPIN_UP,
+        );
     }
     let deepest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, lesser) / LENGTH;
-    let (exact, computed) =
-        (deepest(&mut rows.iter().map(|row| row.tip_across_m)), deepest(&mut limit.iter().map(|tip| tip[1])));
+    let (exact, computed) = (
+        deepest(&mut rows.iter().map(|row| row.tip_across_m)),
+        deepest(&mut limit.iter().map(|tip| tip[1])),
+    );
     let subject = "n → ∞".to_owned();
-    trial.check(subject, "largest lag of the tip, over L", exact, sources::SIMO, computed, tolerances::SPIN_UP);
+    trial.check(
+        subject,
+        "largest lag of the tip, over L",
+        exact,
+        sources::SIMO,
+        computed,
+        tolerances::SPIN_UP,
+    );
     trial.figures.push(Figure {
         name: "validation_spin_up",
         title: "Tip of a beam that is spun up, across its clamp".to_owned(),

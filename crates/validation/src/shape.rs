@@ -25,10 +25,18 @@ fn cone(_: Extent) -> Result<Trial, Failure> {
     const TAPERS: [f64; 4] = [0.1, 0.3, 0.5, 0.8];
     let filament = |taper: f64, segments: usize| {
         let beam = unit_beam(segments);
-        FilamentSettings { tip_diameter_m: Some(taper * beam.diameter_m), ..beam }
+        FilamentSettings {
+            tip_diameter_m: Some(taper * beam.diameter_m),
+            ..beam
+        }
     };
     let at = |taper: f64, segments: usize, direction: Direction| {
-        let modes = modes(chain(&filament(taper, segments), [0.0; 3]), &WALL.at(0.0), 0.0, direction);
+        let modes = modes(
+            chain(&filament(taper, segments), [0.0; 3]),
+            &WALL.at(0.0),
+            0.0,
+            direction,
+        );
         modes[0].frequency
     };
     let mut trial = Trial::new(
@@ -44,12 +52,31 @@ fn cone(_: Extent) -> Result<Trial, Failure> {
         let subject = |what: &str| format!("d_tip/d = {taper}, {what}");
         let (source, tolerance) = (sources::NAGULESWARAN, tolerances::FREQUENCY);
         trial.check(subject("n → ∞"), "Ω_1", exact, source, computed, tolerance);
-        trial.check_order(subject("n = 50, 100"), "order of Ω_1", [of_segments(50), of_segments(100)], exact);
+        trial.check_order(
+            subject("n = 50, 100"),
+            "order of Ω_1",
+            [of_segments(50), of_segments(100)],
+            exact,
+        );
         let of_beam = first_natural_frequency(&filament(taper, 25));
-        trial.check(subject("for the damping"), "Ω_1", exact, source, of_beam, tolerance);
+        trial.check(
+            subject("for the damping"),
+            "Ω_1",
+            exact,
+            source,
+            of_beam,
+            tolerance,
+        );
         let difference = at(taper, 25, Direction::OutOfPlane) / of_segments(25) - 1.0;
         let quantity = "ω out of plane over in plane − 1";
-        trial.check(subject("n = 25"), quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES);
+        trial.check(
+            subject("n = 25"),
+            quantity,
+            0.0,
+            sources::SYMMETRY,
+            difference,
+            tolerances::DIFFERENCES,
+        );
     }
     Ok(trial)
 }
@@ -75,13 +102,18 @@ const PHASE: f64 = 0.5;
 fn tip_of_beam(turn: f64) -> [f64; 2] {
     const PARTS: usize = 2000;
     let direction = |share: f64| {
-        let slope = AMPLITUDE * std::f64::consts::TAU / WAVE * (std::f64::consts::TAU * share / WAVE + PHASE).cos();
+        let slope = AMPLITUDE * std::f64::consts::TAU / WAVE
+            * (std::f64::consts::TAU * share / WAVE + PHASE).cos();
         let (sin, cos) = (slope.asin() + turn_by_moment(TAPER, turn, share)).sin_cos();
         [cos, sin]
     };
     let mut tip = [0.0; 2];
     for i in 0..=2 * PARTS {
-        let weight = if i == 0 || i == 2 * PARTS { 1.0 } else { [2.0, 4.0][i % 2] } / (6.0 * PARTS as f64);
+        let weight = if i == 0 || i == 2 * PARTS {
+            1.0
+        } else {
+            [2.0, 4.0][i % 2]
+        } / (6.0 * PARTS as f64);
         let [x, y] = direction(i as f64 / (2 * PARTS) as f64);
         tip = [tip[0] + weight * x, tip[1] + weight * y];
     }
@@ -94,7 +126,14 @@ fn curved(_: Extent) -> Result<Trial, Failure> {
     const FINE: usize = 200;
     let tip = |segments: usize, turn: f64| -> Result<[f64; 2], Failure> {
         let chain: Chain<f64> = chain(&wavy(segments), [0.0; 3]);
-        let Shape { tip: [x, y, _], .. } = equilibrium(chain, Load { force: [0.0; 3], moment: turn }, 16)?;
+        let Shape { tip: [x, y, _], .. } = equilibrium(
+            chain,
+            Load {
+                force: [0.0; 3],
+                moment: turn,
+            },
+            16,
+        )?;
         Ok([x, y])
     };
     let mut trial = Trial::new(
@@ -111,7 +150,14 @@ fn curved(_: Extent) -> Result<Trial, Failure> {
         for (i, quantity) in ["x/L of the tip", "y/L of the tip"].into_iter().enumerate() {
             let computed = extrapolated(coarse[i], fine[i]);
             let subject = format!("M = {turn} E I/L, n → ∞");
-            trial.check(subject, quantity, exact[i], sources::CURVED_BEAM, computed, tolerances::SHAPE);
+            trial.check(
+                subject,
+                quantity,
+                exact[i],
+                sources::CURVED_BEAM,
+                computed,
+                tolerances::SHAPE,
+            );
         }
         let subject = format!("M = {turn} E I/L, n = {COARSE}, {FINE}");
         trial.check_order(subject, "order of x", [coarse[0], fine[0]], exact[0]);
@@ -119,8 +165,11 @@ fn curved(_: Extent) -> Result<Trial, Failure> {
     let turns = [0.5, 2.0];
     let labels = turns.map(|turn| format!("M = {turn} E I/L"));
     let title = "Tip of a wavy, tapered filament under an end moment";
-    trial.figures.push(error_figure("validation_curved", title, labels, |curve, segments| {
-        Ok(tip(segments, turns[curve])?[0] / tip_of_beam(turns[curve])[0] - 1.0)
-    })?);
+    trial.figures.push(error_figure(
+        "validation_curved",
+        title,
+        labels,
+        |curve, segments| Ok(tip(segments, turns[curve])?[0] / tip_of_beam(turns[curve])[0] - 1.0),
+    )?);
     Ok(trial)
 }

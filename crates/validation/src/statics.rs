@@ -29,14 +29,26 @@ const PARTS: usize = 16;
 fn tip_load(_: Extent) -> Result<Trial, Failure> {
     const ALPHAS: [f64; 8] = [0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0];
     const QUANTITIES: [&str; 3] = ["w/L", "Δ/L", "tip angle in rad"];
-    // Deflection, shortening and angle of the tip under a load along y, or inclined to the plane of rotation.
+    // Deflection, shortening and angle of the tip under a load along y, or inclined to the plane of
+    // rotation.
     let bent = |segments: usize, alpha: f64, across: [f64; 3]| -> Result<[f64; 3], Failure> {
-        let load = Load { force: across.map(|component| alpha * component), moment: 0.0 };
-        let Shape { tip: [x, y, z], last: [polar, azimuth], .. } = equilibrium(unit_chain(segments), load, PARTS)?;
+        let load = Load {
+            force: across.map(|component| alpha * component),
+            moment: 0.0,
+        };
+        let Shape {
+            tip: [x, y, z],
+            last: [polar, azimuth],
+            ..
+        } = equilibrium(unit_chain(segments), load, PARTS)?;
         Ok([y.hypot(z), 1.0 - x, (polar.sin() * azimuth.cos()).acos()])
     };
     let exact = |alpha: f64| {
-        let TipLoad { deflection, shortening, angle } = TipLoad::new(alpha);
+        let TipLoad {
+            deflection,
+            shortening,
+            angle,
+        } = TipLoad::new(alpha);
         [deflection, shortening, angle]
     };
     let (in_plane, inclined) = ([0.0, 1.0, 0.0], [0.0, 0.6, 0.8]);
@@ -50,32 +62,76 @@ fn tip_load(_: Extent) -> Result<Trial, Failure> {
             a load in the plane.",
     );
     for alpha in ALPHAS {
-        let (coarse, fine, exact) = (bent(COARSE, alpha, in_plane)?, bent(FINE, alpha, in_plane)?, exact(alpha));
+        let (coarse, fine, exact) = (
+            bent(COARSE, alpha, in_plane)?,
+            bent(FINE, alpha, in_plane)?,
+            exact(alpha),
+        );
         for i in 0..3 {
             let subject = format!("α = {alpha}, n → ∞");
             let computed = extrapolated(coarse[i], fine[i]);
-            trial.check(subject, QUANTITIES[i], exact[i], sources::BISSHOPP, computed, tolerances::STATICS);
+            trial.check(
+                subject,
+                QUANTITIES[i],
+                exact[i],
+                sources::BISSHOPP,
+                computed,
+                tolerances::STATICS,
+            );
         }
-        trial.check_order(format!("α = {alpha}, n = {COARSE}, {FINE}"), "order of w", [coarse[0], fine[0]], exact[0]);
+        trial.check_order(
+            format!("α = {alpha}, n = {COARSE}, {FINE}"),
+            "order of w",
+            [coarse[0], fine[0]],
+            exact[0],
+        );
         let subject = format!("α = {alpha}, n → ∞, load inclined");
-        let computed = extrapolated(bent(COARSE, alpha, inclined)?[0], bent(FINE, alpha, inclined)?[0]);
-        trial.check(subject, "w/L", exact[0], sources::BISSHOPP, computed, tolerances::STATICS);
+        let computed = extrapolated(
+            bent(COARSE, alpha, inclined)?[0],
+            bent(FINE, alpha, inclined)?[0],
+        );
+        trial.check(
+            subject,
+            "w/L",
+            exact[0],
+            sources::BISSHOPP,
+            computed,
+            tolerances::STATICS,
+        );
     }
     let labels = ALPHAS.iter().step_by(2).map(|alpha| format!("α = {alpha}"));
     let title = "Deflection of the tip under a dead load";
-    trial.figures.push(error_figure("validation_elastica", title, labels, |curve, segments| {
-        let alpha = ALPHAS[2 * curve];
-        Ok(bent(segments, alpha, in_plane)?[0] / exact(alpha)[0] - 1.0)
-    })?);
+    trial.figures.push(error_figure(
+        "validation_elastica",
+        title,
+        labels,
+        |curve, segments| {
+            let alpha = ALPHAS[2 * curve];
+            Ok(bent(segments, alpha, in_plane)?[0] / exact(alpha)[0] - 1.0)
+        },
+    )?);
     Ok(trial)
 }
 
 fn end_moment(_: Extent) -> Result<Trial, Failure> {
-    const TURNS: [(f64, &str); 4] = [(FRAC_PI_2, "π/2"), (PI, "π"), (1.5 * PI, "3π/2"), (2.0 * PI, "2π")];
+    const TURNS: [(f64, &str); 4] = [
+        (FRAC_PI_2, "π/2"),
+        (PI, "π"),
+        (1.5 * PI, "3π/2"),
+        (2.0 * PI, "2π"),
+    ];
     let bend = |segments: usize, turn: f64| {
-        equilibrium(unit_chain(segments), Load { force: [0.0; 3], moment: turn }, 4 * PARTS)
+        equilibrium(
+            unit_chain(segments),
+            Load {
+                force: [0.0; 3],
+                moment: turn,
+            },
+            4 * PARTS,
+        )
     };
-    let tip = |segments: usize, turn: f64| -> Result<[f64; 3], Failure> { Ok(bend(segments, turn)?.tip) };
+    let tip =
+        |segments: usize, turn: f64| -> Result<[f64; 3], Failure> { Ok(bend(segments, turn)?.tip) };
     let mut trial = Trial::new(
         "Circle under a pure end moment",
         "A moment `M` at the tip bends a beam to an arc of the angle `ϕ = M L/(E I)`, with `w/L = (1 − cos ϕ)/ϕ`; \
@@ -89,18 +145,39 @@ fn end_moment(_: Extent) -> Result<Trial, Failure> {
         let ([x, y, _], [first_x, first_y, _]) = (nodes[segments - 1], nodes[0]);
         for (quantity, exact, computed) in [
             ("gap/L", 0.0, x.hypot(y)),
-            ("angle of the first segment in rad", PI / segments as f64, first_y.atan2(first_x)),
+            (
+                "angle of the first segment in rad",
+                PI / segments as f64,
+                first_y.atan2(first_x),
+            ),
         ] {
             let subject = format!("M = 2π E I/L, n = {segments}");
-            trial.check(subject, quantity, exact, sources::EXACT, computed, tolerances::ROUNDING);
+            trial.check(
+                subject,
+                quantity,
+                exact,
+                sources::EXACT,
+                computed,
+                tolerances::ROUNDING,
+            );
         }
     }
     for (turn, name) in TURNS {
         let along = (0..=60).map(|i| f64::from(i) / 60.0);
-        let exact = along.map(|share| arc(share * turn).map(|component| share * component)).map(|[x, y]| (x, y));
-        curves.push(Curve::new(format!("arc of {name}"), Look::Reference, exact.skip(1)));
+        let exact = along
+            .map(|share| arc(share * turn).map(|component| share * component))
+            .map(|[x, y]| (x, y));
+        curves.push(Curve::new(
+            format!("arc of {name}"),
+            Look::Reference,
+            exact.skip(1),
+        ));
         let nodes = bend(25, turn)?.nodes.into_iter().map(|[x, y, _]| (x, y));
-        curves.push(Curve::new(format!("M = {name} E I/L, n = 25"), Look::Markers, nodes));
+        curves.push(Curve::new(
+            format!("M = {name} E I/L, n = 25"),
+            Look::Markers,
+            nodes,
+        ));
     }
     trial.figures.push(Figure {
         name: "validation_circle",
@@ -115,8 +192,20 @@ fn end_moment(_: Extent) -> Result<Trial, Failure> {
         let exact = arc(turn)[1];
         let (coarse, fine) = (tip(COARSE, turn)?[1], tip(FINE, turn)?[1]);
         let computed = extrapolated(coarse, fine);
-        trial.check(format!("M = {name} E I/L, n → ∞"), "w/L", exact, sources::EXACT, computed, tolerances::STATICS);
-        trial.check_order(format!("M = {name} E I/L, n = {COARSE}, {FINE}"), "order of w", [coarse, fine], exact);
+        trial.check(
+            format!("M = {name} E I/L, n → ∞"),
+            "w/L",
+            exact,
+            sources::EXACT,
+            computed,
+            tolerances::STATICS,
+        );
+        trial.check_order(
+            format!("M = {name} E I/L, n = {COARSE}, {FINE}"),
+            "order of w",
+            [coarse, fine],
+            exact,
+        );
     }
     Ok(trial)
 }
@@ -124,7 +213,10 @@ fn end_moment(_: Extent) -> Result<Trial, Failure> {
 fn hanging(_: Extent) -> Result<Trial, Failure> {
     const QUANTITIES: [&str; 2] = ["x_tip/L", "w/L"];
     let hang = |segments: usize, kappa: f64| -> Result<[f64; 2], Failure> {
-        let chain = Chain { gravity: [0.0, -kappa, 0.0], ..unit_chain(segments) };
+        let chain = Chain {
+            gravity: [0.0, -kappa, 0.0],
+            ..unit_chain(segments)
+        };
         let [x, y, _] = equilibrium(chain, Load::default(), PARTS)?.tip;
         Ok([x, -y])
     };
@@ -144,17 +236,39 @@ fn hanging(_: Extent) -> Result<Trial, Failure> {
         for i in 0..2 {
             let subject = format!("κ = {kappa}, n → ∞");
             let computed = extrapolated(coarse[i], fine[i]);
-            trial.check(subject, QUANTITIES[i], exact[i], sources::HEAVY_ELASTICA, computed, tolerances::STATICS);
+            trial.check(
+                subject,
+                QUANTITIES[i],
+                exact[i],
+                sources::HEAVY_ELASTICA,
+                computed,
+                tolerances::STATICS,
+            );
         }
-        trial.check_order(format!("κ = {kappa}, n = {COARSE}, {FINE}"), "order of w", [coarse[1], fine[1]], exact[1]);
+        trial.check_order(
+            format!("κ = {kappa}, n = {COARSE}, {FINE}"),
+            "order of w",
+            [coarse[1], fine[1]],
+            exact[1],
+        );
     }
-    let exact = (0..=60).map(|i| 0.1 * 500_f64.powf(f64::from(i) / 60.0)).map(|kappa| (kappa, hanging_tip(kappa)));
+    let exact = (0..=60)
+        .map(|i| 0.1 * 500_f64.powf(f64::from(i) / 60.0))
+        .map(|kappa| (kappa, hanging_tip(kappa)));
     let exact: Vec<(f64, [f64; 2])> = exact.collect();
     let mut curves = Vec::new();
     for (i, course) in courses.into_iter().enumerate() {
         let line = exact.iter().map(|(kappa, tip)| (*kappa, tip[i]));
-        curves.push(Curve::new(format!("{}, heavy elastica", QUANTITIES[i]), Look::Reference, line));
-        curves.push(Curve::new(format!("{}, n = 25", QUANTITIES[i]), Look::Markers, course));
+        curves.push(Curve::new(
+            format!("{}, heavy elastica", QUANTITIES[i]),
+            Look::Reference,
+            line,
+        ));
+        curves.push(Curve::new(
+            format!("{}, n = 25", QUANTITIES[i]),
+            Look::Markers,
+            course,
+        ));
     }
     trial.figures.push(Figure {
         name: "validation_hanging",
@@ -168,8 +282,8 @@ fn hanging(_: Extent) -> Result<Trial, Failure> {
 }
 
 fn buckled(extent: Extent) -> Result<Trial, Failure> {
-    // Number of segments and brushing velocity in m/s of the coarse solution. The fine one has twice the number and half the
-    // velocity.
+    // Number of segments and brushing velocity in m/s of the coarse solution. The fine one has
+    // twice the number and half the velocity.
     let (segments, velocity, tolerance) = extent.choose((25, 0.05, 1e-7), (50, 0.02, 1e-8));
     let mut trial = Trial::new(
         "Buckled elastica in the middle of a slow pass",
@@ -185,8 +299,12 @@ fn buckled(extent: Extent) -> Result<Trial, Failure> {
         let depth = f64::from(depth_mm) * 1e-3;
         let settings = paper_case(segments, velocity, depth)?;
         let (filament, length) = (&settings.filament, settings.filament.length_m);
-        let critical = (FRAC_PI_2 / length).powi(2) * bending_stiffness(filament, filament.diameter_m);
-        let exact = buckled_force(depth / length, settings.contact.stiffness_n_m * length / critical);
+        let critical =
+            (FRAC_PI_2 / length).powi(2) * bending_stiffness(filament, filament.diameter_m);
+        let exact = buckled_force(
+            depth / length,
+            settings.contact.stiffness_n_m * length / critical,
+        );
         let at = |segments: usize, velocity: f64| {
             let mut settings = paper_case(segments, velocity, depth)?;
             settings.solver.relative_tolerance = tolerance;
@@ -198,7 +316,14 @@ fn buckled(extent: Extent) -> Result<Trial, Failure> {
         };
         let computed = extrapolated(slow(segments)?, slow(2 * segments)?) / critical;
         let subject = format!("a_e = {depth_mm} mm, n → ∞, v_b → 0");
-        trial.check(subject, "F_n/P_cr", exact, sources::TIMOSHENKO, computed, tolerances::QUASI_STATICS);
+        trial.check(
+            subject,
+            "F_n/P_cr",
+            exact,
+            sources::TIMOSHENKO,
+            computed,
+            tolerances::QUASI_STATICS,
+        );
         exact_curve.push((f64::from(depth_mm), exact));
         computed_curve.push((f64::from(depth_mm), computed));
     }

@@ -7,7 +7,8 @@ pub use bristle_report::drawing::scale::Axis;
 use super::sources::{self, Source};
 use super::tolerances::{self, Measure, Tolerance};
 
-/// A group of checks against one reference, which is one section of the page. Printed text calls it a case.
+/// A group of checks against one reference, which is one section of the page. Printed text calls it
+/// a case.
 #[derive(Clone, Debug)]
 pub struct Trial {
     /// Heading.
@@ -23,10 +24,16 @@ pub struct Trial {
 impl Trial {
     /// A trial that compares nothing yet.
     pub fn new(title: &'static str, text: impl Into<String>) -> Self {
-        Self { title, text: text.into(), checks: Vec::new(), figures: Vec::new() }
+        Self {
+            title,
+            text: text.into(),
+            checks: Vec::new(),
+            figures: Vec::new(),
+        }
     }
 
-    /// Compares a number with what it should be: a value, or between two bounds, for which the tolerance must be zero.
+    /// Compares a number with what it should be: a value, or between two bounds, for which the
+    /// tolerance must be zero.
     pub fn check(
         &mut self,
         subject: impl Into<String>,
@@ -37,16 +44,38 @@ impl Trial {
         tolerance: &'static Tolerance,
     ) {
         let (subject, expected) = (subject.into(), expected.into());
-        self.checks.push(Check { subject, quantity, expected, source, computed, tolerance });
+        self.checks.push(Check {
+            subject,
+            quantity,
+            expected,
+            source,
+            computed,
+            tolerance,
+        });
     }
 
-    /// Compares the order of convergence from n to 2n, whose solutions are `coarse` and `fine`, with that of the chain.
-    pub fn check_order(&mut self, subject: String, quantity: &'static str, [coarse, fine]: [f64; 2], exact: f64) {
+    /// Compares the order of convergence from n to 2n, whose solutions are `coarse` and `fine`,
+    /// with that of the chain.
+    pub fn check_order(
+        &mut self,
+        subject: String,
+        quantity: &'static str,
+        [coarse, fine]: [f64; 2],
+        exact: f64,
+    ) {
         let order = ((coarse - exact) / (fine - exact)).abs().log2();
-        self.check(subject, quantity, 2.0, sources::CHAIN, order, tolerances::ORDER);
+        self.check(
+            subject,
+            quantity,
+            2.0,
+            sources::CHAIN,
+            order,
+            tolerances::ORDER,
+        );
     }
 
-    /// Compares a number that should lie between the bounds of a tolerance. It never passes if the tolerance has no bounds.
+    /// Compares a number that should lie between the bounds of a tolerance. It never passes if the
+    /// tolerance has no bounds.
     pub fn check_within(
         &mut self,
         subject: impl Into<String>,
@@ -62,8 +91,8 @@ impl Trial {
         self.check(subject, quantity, bounds, source, computed, tolerance);
     }
 
-    /// Adds the diagram of some errors over the solver's tolerance, and checks that the slope of each curve is one. Slopes use only
-    /// errors above `known`, the error of the reference.
+    /// Adds the diagram of some errors over the solver's tolerance, and checks that the slope of
+    /// each curve is one. Slopes use only errors above `known`, the error of the reference.
     pub fn study_tolerance(
         &mut self,
         name: &'static str,
@@ -74,15 +103,26 @@ impl Trial {
         let mut curves = Vec::new();
         let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
         for (label, course) in courses {
-            let above: Vec<(f64, f64)> = course.iter().copied().filter(|(_, error)| *error > known).collect();
-            let (subject, slope) = (format!("slope over the tolerance, {label}"), logarithmic_slope(&above));
+            let above: Vec<(f64, f64)> = course
+                .iter()
+                .copied()
+                .filter(|(_, error)| *error > known)
+                .collect();
+            let (subject, slope) = (
+                format!("slope over the tolerance, {label}"),
+                logarithmic_slope(&above),
+            );
             self.check_within(subject, "order", sources::CONTROL, slope, tolerances::SLOPE);
             for (tolerance, _) in &course {
                 (low, high) = (low.min(*tolerance), high.max(*tolerance));
             }
             curves.push(Curve::new(label, Look::Joined, course));
         }
-        curves.push(Curve::new("error = tolerance", Look::Reference, vec![(low, low), (high, high)]));
+        curves.push(Curve::new(
+            "error = tolerance",
+            Look::Reference,
+            vec![(low, low), (high, high)],
+        ));
         self.figures.push(Figure {
             name,
             title: title.to_owned(),
@@ -147,7 +187,8 @@ impl Check {
         }
     }
 
-    /// The error, relative or absolute as the tolerance measures it. For bounds, the distance outside them.
+    /// The error, relative or absolute as the tolerance measures it. For bounds, the distance
+    /// outside them.
     pub fn error(&self) -> f64 {
         match self.expected {
             Expected::Value(value) => {
@@ -158,8 +199,14 @@ impl Check {
                 }
             }
             // `max` of a number and NaN would be the number.
-            Expected::Between(low, high) if [low, high, self.computed].into_iter().any(f64::is_nan) => f64::NAN,
-            Expected::Between(low, high) => (low - self.computed).max(self.computed - high).max(0.0),
+            Expected::Between(low, high)
+                if [low, high, self.computed].into_iter().any(f64::is_nan) =>
+            {
+                f64::NAN
+            }
+            Expected::Between(low, high) => {
+                (low - self.computed).max(self.computed - high).max(0.0)
+            }
         }
     }
 
@@ -187,16 +234,36 @@ pub struct Figure {
 impl Figure {
     /// The diagram as the text of an SVG file.
     pub fn svg(&self) -> String {
-        let Self { title, axes: [x, y], curves, .. } = self.clone();
-        Diagram { title, subtitle: String::new(), x, y, curves }.draw().svg()
+        let Self {
+            title,
+            axes: [x, y],
+            curves,
+            ..
+        } = self.clone();
+        Diagram {
+            title,
+            subtitle: String::new(),
+            x,
+            y,
+            curves,
+        }
+        .draw()
+        .svg()
     }
 }
 
 /// Slope of the least-squares line through points in logarithmic coordinates.
 pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
     let points: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.log10(), y.log10())).collect();
-    let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
+    let mean =
+        |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
     let (x, y) = (mean(|point| point.0), mean(|point| point.1));
-    points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum::<f64>()
-        / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
+    points
+        .iter()
+        .map(|point| (point.0 - x) * (point.1 - y))
+        .sum::<f64>()
+        / points
+            .iter()
+            .map(|point| (point.0 - x).powi(2))
+            .sum::<f64>()
 }

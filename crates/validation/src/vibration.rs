@@ -11,8 +11,8 @@ use bristle::simulation::integrate;
 use bristle::tool::ClampMotion;
 
 use super::chains::{
-    SEGMENTS, WALL, crossing, error_figure, extrapolated, extrapolated_twice, paper_case, unit_chain, untouched,
-    without_stiffness, worse,
+    SEGMENTS, WALL, crossing, error_figure, extrapolated, extrapolated_twice, paper_case,
+    unit_chain, untouched, without_stiffness, worse,
 };
 use super::exact::beam::{cantilever_root, hanging_rope};
 use super::group::{Extent, Failure, Group};
@@ -42,7 +42,8 @@ fn cantilever(_: Extent) -> Result<Trial, Failure> {
     const COMPARED: [usize; 5] = [5, 10, 25, 50, 100];
     let exact: [f64; MODES] = std::array::from_fn(|i| cantilever_root(i + 1).powi(2));
     let at = |segments: usize, direction| frequencies::<MODES>(unit_chain(segments), direction);
-    let in_plane = BTreeMap::from(SEGMENTS.map(|segments| (segments, at(segments, Direction::InPlane))));
+    let in_plane =
+        BTreeMap::from(SEGMENTS.map(|segments| (segments, at(segments, Direction::InPlane))));
     let mut trial = Trial::new(
         "First five frequencies of a cantilever",
         "`ω_k = (β_k L)² √(E I/(ρ A L⁴))` with the roots of `cos βL cosh βL = −1`. In the plane of rotation (θ) and out \
@@ -50,29 +51,65 @@ fn cantilever(_: Extent) -> Result<Trial, Failure> {
             their errors fall as n⁻². Orders are those between successive n from 10 on; the extrapolation is from n = 25, 50 and 100.",
     );
     for (i, exact) in exact.into_iter().enumerate() {
-        let computed = extrapolated_twice([25, 50, 100].map(|segments| in_plane[&segments][i])) / exact;
-        trial.check(format!("mode {}, n → ∞", i + 1), "ω/ω_beam", 1.0, sources::BEAM, computed, tolerances::FREQUENCY);
+        let computed =
+            extrapolated_twice([25, 50, 100].map(|segments| in_plane[&segments][i])) / exact;
+        trial.check(
+            format!("mode {}, n → ∞", i + 1),
+            "ω/ω_beam",
+            1.0,
+            sources::BEAM,
+            computed,
+            tolerances::FREQUENCY,
+        );
         for pair in COMPARED[1..].windows(2) {
             let error = |segments: usize| (in_plane[&segments][i] / exact - 1.0).abs();
-            let order = -logarithmic_slope(&[pair[0], pair[1]].map(|segments| (segments as f64, error(segments))));
+            let order = -logarithmic_slope(
+                &[pair[0], pair[1]].map(|segments| (segments as f64, error(segments))),
+            );
             let subject = format!("mode {}, n = {}, {}", i + 1, pair[0], pair[1]);
-            trial.check(subject, "order of ω", 2.0, sources::CHAIN, order, tolerances::ORDER);
+            trial.check(
+                subject,
+                "order of ω",
+                2.0,
+                sources::CHAIN,
+                order,
+                tolerances::ORDER,
+            );
         }
     }
     for segments in COMPARED {
         let (lag, flap) = (in_plane[&segments], at(segments, Direction::OutOfPlane));
-        let difference = (0..MODES).map(|i| (flap[i] / lag[i] - 1.0).abs()).fold(0.0, worse);
+        let difference = (0..MODES)
+            .map(|i| (flap[i] / lag[i] - 1.0).abs())
+            .fold(0.0, worse);
         let subject = format!("modes 1 to 5, n = {segments}");
         let quantity = "ω out of plane over in plane − 1";
-        trial.check(subject, quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES);
+        trial.check(
+            subject,
+            quantity,
+            0.0,
+            sources::SYMMETRY,
+            difference,
+            tolerances::DIFFERENCES,
+        );
     }
     let error = in_plane[&25][0] / exact[0] - 1.0;
-    trial.check("mode 1, n = 25", "ω/ω_beam − 1", -0.73e-3, sources::MODEL, error, tolerances::QUOTED);
+    trial.check(
+        "mode 1, n = 25",
+        "ω/ω_beam − 1",
+        -0.73e-3,
+        sources::MODEL,
+        error,
+        tolerances::QUOTED,
+    );
     let labels = (1..=MODES).map(|mode| format!("mode {mode}"));
     let title = "Frequencies of the clamped chain against the beam";
-    trial.figures.push(error_figure("validation_cantilever", title, labels, |mode, segments| {
-        Ok(in_plane[&segments][mode] / exact[mode] - 1.0)
-    })?);
+    trial.figures.push(error_figure(
+        "validation_cantilever",
+        title,
+        labels,
+        |mode, segments| Ok(in_plane[&segments][mode] / exact[mode] - 1.0),
+    )?);
     Ok(trial)
 }
 
@@ -87,7 +124,8 @@ struct Swing {
     extremes: Vec<(f64, f64)>,
 }
 
-/// Lets the paper's filament swing to rest in its first mode, with this number of segments and damping ratio.
+/// Lets the paper's filament swing to rest in its first mode, with this number of segments and
+/// damping ratio.
 fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Swing, Failure> {
     const HALF_PERIODS: usize = 8;
     let mut filament = paper_case(segments, 10.0, 1e-3)?.filament;
@@ -97,8 +135,20 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Sw
     let mode = modes(chain, &WALL.at(0.0), 0.0, direction).swap_remove(0);
     let tip = mode.shape[segments - 1];
     let (across, q) = match direction {
-        Direction::InPlane => (1, mode.shape.iter().map(|angle| [FRAC_PI_2, SIZE * angle / tip]).collect()),
-        Direction::OutOfPlane => (2, mode.shape.iter().map(|angle| [FRAC_PI_2 - SIZE * angle / tip, 0.0]).collect()),
+        Direction::InPlane => (
+            1,
+            mode.shape
+                .iter()
+                .map(|angle| [FRAC_PI_2, SIZE * angle / tip])
+                .collect(),
+        ),
+        Direction::OutOfPlane => (
+            2,
+            mode.shape
+                .iter()
+                .map(|angle| [FRAC_PI_2 - SIZE * angle / tip, 0.0])
+                .collect(),
+        ),
     };
     let start = system.state(0.0, q, vec![[0.0; 2]; segments]);
     let frequency = first_natural_frequency(&filament);
@@ -110,20 +160,33 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<Sw
             first_deflection = step.node(segments - 1, 0.0).0[across].abs();
         }
         // At the start the tip is at rest, too; that point does not count.
-        let turning = crossing(|s| step.node(segments - 1, s).1[across]).filter(|_| step.start.time > 0.0);
+        let turning =
+            crossing(|s| step.node(segments - 1, s).1[across]).filter(|_| step.start.time > 0.0);
         if let Some(s) = turning {
             extremes.push((step.time(s), step.node(segments - 1, s).0[across].abs()));
         }
     })?;
-    let [first, last] = [extremes.first(), extremes.get(HALF_PERIODS)].map(|extreme| extreme.copied());
+    let [first, last] =
+        [extremes.first(), extremes.get(HALF_PERIODS)].map(|extreme| extreme.copied());
     let (Some(first), Some(last)) = (first, last) else {
-        return Err(Failure::Reference(format!("the tip has only swung {} times", extremes.len())));
+        return Err(Failure::Reference(format!(
+            "the tip has only swung {} times",
+            extremes.len()
+        )));
     };
     let count = HALF_PERIODS as f64;
     let decrement = (first.1 / last.1).ln() / count;
-    let result = [decrement / decrement.hypot(PI), count * PI / (last.0 - first.0) / frequency];
-    let extremes = extremes.into_iter().map(|(time, size)| (time * frequency / (2.0 * PI), size / first_deflection));
-    Ok(Swing { result, extremes: extremes.collect() })
+    let result = [
+        decrement / decrement.hypot(PI),
+        count * PI / (last.0 - first.0) / frequency,
+    ];
+    let extremes = extremes
+        .into_iter()
+        .map(|(time, size)| (time * frequency / (2.0 * PI), size / first_deflection));
+    Ok(Swing {
+        result,
+        extremes: extremes.collect(),
+    })
 }
 
 fn damping(_: Extent) -> Result<Trial, Failure> {
@@ -140,22 +203,48 @@ fn damping(_: Extent) -> Result<Trial, Failure> {
         (0.05, Direction::OutOfPlane, "out of plane"),
         (0.2, Direction::InPlane, "in the plane"),
     ] {
-        let (paper, fine) = (swing(25, damping_ratio, direction)?, swing(50, damping_ratio, direction)?);
+        let (paper, fine) = (
+            swing(25, damping_ratio, direction)?,
+            swing(50, damping_ratio, direction)?,
+        );
         let (coarse, fine) = (paper.result, fine.result);
         if direction == Direction::InPlane {
             let periods = (0..=50).map(|i| 0.1 * f64::from(i));
-            let envelope = periods.map(|periods| (periods, (-damping_ratio * 2.0 * PI * periods).exp()));
-            curves.push(Curve::new(format!("exp(−{damping_ratio} Ω_1 t)"), Look::Reference, envelope));
-            curves.push(Curve::new(format!("ζ = {damping_ratio}, n = 25"), Look::Markers, paper.extremes));
+            let envelope =
+                periods.map(|periods| (periods, (-damping_ratio * 2.0 * PI * periods).exp()));
+            curves.push(Curve::new(
+                format!("exp(−{damping_ratio} Ω_1 t)"),
+                Look::Reference,
+                envelope,
+            ));
+            curves.push(Curve::new(
+                format!("ζ = {damping_ratio}, n = 25"),
+                Look::Markers,
+                paper.extremes,
+            ));
         }
         let exact = [damping_ratio, (1.0 - damping_ratio * damping_ratio).sqrt()];
         for (i, quantity) in ["damping ratio", "ω_d/Ω_1"].into_iter().enumerate() {
             let subject = format!("ζ = {damping_ratio}, {name}, n → ∞");
             let computed = extrapolated(coarse[i], fine[i]);
-            trial.check(subject, quantity, exact[i], sources::MODEL, computed, tolerances::DAMPING);
+            trial.check(
+                subject,
+                quantity,
+                exact[i],
+                sources::MODEL,
+                computed,
+                tolerances::DAMPING,
+            );
         }
         let subject = format!("ζ = {damping_ratio}, {name}, n = 25");
-        trial.check(subject, "damping ratio", exact[0], sources::MODEL, coarse[0], tolerances::DAMPING_25);
+        trial.check(
+            subject,
+            "damping ratio",
+            exact[0],
+            sources::MODEL,
+            coarse[0],
+            tolerances::DAMPING_25,
+        );
     }
     trial.figures.push(Figure {
         name: "validation_damping",
@@ -172,12 +261,16 @@ fn damping(_: Extent) -> Result<Trial, Failure> {
 
 fn hanging_chain(_: Extent) -> Result<Trial, Failure> {
     const HANGING_MODES: usize = 3;
-    // The tension vanishes at the tip, where the chain is coarsest: more segments than a beam needs.
+    // The tension vanishes at the tip, where the chain is coarsest: more segments than a beam
+    // needs.
     const HALF: usize = 50;
     const COARSE: usize = 100;
     const FINE: usize = 200;
     let at = |segments: usize, direction| {
-        let chain = Chain { gravity: [1.0, 0.0, 0.0], ..without_stiffness(unit_chain(segments)) };
+        let chain = Chain {
+            gravity: [1.0, 0.0, 0.0],
+            ..without_stiffness(unit_chain(segments))
+        };
         frequencies::<HANGING_MODES>(chain, direction)
     };
     let mut trial = Trial::new(
@@ -185,24 +278,48 @@ fn hanging_chain(_: Extent) -> Result<Trial, Failure> {
         "For `E I → 0` weight alone restores the filament: a rope with the frequencies `ω_k = ½ j_{0,k} √(g/L)`, half the \
             zeros of the Bessel function J₀. Rigid segments under tension approach it with an error of order n⁻².",
     );
-    let in_plane = BTreeMap::from(SEGMENTS.map(|segments| (segments, at(segments, Direction::InPlane))));
+    let in_plane =
+        BTreeMap::from(SEGMENTS.map(|segments| (segments, at(segments, Direction::InPlane))));
     let out_of_plane = at(COARSE, Direction::OutOfPlane);
     for i in 0..HANGING_MODES {
         let exact = hanging_rope(i + 1);
-        let computed = extrapolated_twice([HALF, COARSE, FINE].map(|segments| in_plane[&segments][i]));
+        let computed =
+            extrapolated_twice([HALF, COARSE, FINE].map(|segments| in_plane[&segments][i]));
         let subject = format!("mode {}, n → ∞", i + 1);
-        trial.check(subject, "ω √(L/g)", exact, sources::BERNOULLI, computed, tolerances::FREQUENCY);
+        trial.check(
+            subject,
+            "ω √(L/g)",
+            exact,
+            sources::BERNOULLI,
+            computed,
+            tolerances::FREQUENCY,
+        );
         let subject = format!("mode {}, n = {}, {}", i + 1, COARSE, FINE);
-        trial.check_order(subject, "order of ω", [in_plane[&COARSE][i], in_plane[&FINE][i]], exact);
+        trial.check_order(
+            subject,
+            "order of ω",
+            [in_plane[&COARSE][i], in_plane[&FINE][i]],
+            exact,
+        );
         let difference = (out_of_plane[i] / in_plane[&COARSE][i] - 1.0).abs();
         let subject = format!("mode {}, n = {}", i + 1, COARSE);
         let quantity = "ω out of plane over in plane − 1";
-        trial.check(subject, quantity, 0.0, sources::SYMMETRY, difference, tolerances::DIFFERENCES);
+        trial.check(
+            subject,
+            quantity,
+            0.0,
+            sources::SYMMETRY,
+            difference,
+            tolerances::DIFFERENCES,
+        );
     }
     let labels = (1..=HANGING_MODES).map(|mode| format!("mode {mode}"));
     let title = "Frequencies of the hanging chain against the rope";
-    trial.figures.push(error_figure("validation_hanging_chain", title, labels, |mode, segments| {
-        Ok(in_plane[&segments][mode] / hanging_rope(mode + 1) - 1.0)
-    })?);
+    trial.figures.push(error_figure(
+        "validation_hanging_chain",
+        title,
+        labels,
+        |mode, segments| Ok(in_plane[&segments][mode] / hanging_rope(mode + 1) - 1.0),
+    )?);
     Ok(trial)
 }

@@ -5,31 +5,41 @@ use crate::equations::linear::{add, dot, scale, sub};
 
 /// The first crossing of two links of a chain: the numbers of the links, and where.
 ///
-/// Each link is a polygon of a curve that turns by less than a quarter turn, and starts where the one before it ends; a
-/// chain that is `closed` starts where it ends. Parts that cannot be told apart when they are shorter than `tolerance` (m)
-/// count as crossing, except at the joints.
-pub(super) fn find(links: &[Vec<Point>], closed: bool, tolerance: f64) -> Option<(usize, usize, Point)> {
+/// Each link is a polygon of a curve that turns by less than a quarter turn, and starts where the
+/// one before it ends; a chain that is `closed` starts where it ends. Parts that cannot be told
+/// apart when they are shorter than `tolerance` (m) count as crossing, except at the joints.
+pub(super) fn find(
+    links: &[Vec<Point>],
+    closed: bool,
+    tolerance: f64,
+) -> Option<(usize, usize, Point)> {
     let boxes: Vec<[Point; 2]> = links.iter().map(|link| bounds(link)).collect();
-    (0..links.len()).flat_map(|i| (i + 1..links.len()).map(move |j| (i, j))).find_map(|(i, j)| {
-        if !overlap(&boxes[i], &boxes[j]) {
-            return None;
-        }
-        let position = if j == i + 1 {
-            between_neighbours(&links[i], &links[j], tolerance)
-        } else if closed && i == 0 && j + 1 == links.len() {
-            between_neighbours(&links[j], &links[i], tolerance)
-        } else {
-            between(&links[i], &links[j], tolerance)
-        };
-        position.map(|position| (i, j, position))
-    })
+    (0..links.len())
+        .flat_map(|i| (i + 1..links.len()).map(move |j| (i, j)))
+        .find_map(|(i, j)| {
+            if !overlap(&boxes[i], &boxes[j]) {
+                return None;
+            }
+            let position = if j == i + 1 {
+                between_neighbours(&links[i], &links[j], tolerance)
+            } else if closed && i == 0 && j + 1 == links.len() {
+                between_neighbours(&links[j], &links[i], tolerance)
+            } else {
+                between(&links[i], &links[j], tolerance)
+            };
+            position.map(|position| (i, j, position))
+        })
 }
 
 /// Where two rays cross, each given by its end and direction.
 pub(super) fn of_rays([a, along_a]: [Point; 2], [b, along_b]: [Point; 2]) -> Option<Point> {
     let determinant = cross(along_a, along_b);
-    let (on_a, on_b) = (cross(sub(b, a), along_b) / determinant, cross(sub(b, a), along_a) / determinant);
-    (on_a.is_finite() && on_b.is_finite() && on_a >= 0.0 && on_b >= 0.0).then(|| add(a, scale(on_a, along_a)))
+    let (on_a, on_b) = (
+        cross(sub(b, a), along_b) / determinant,
+        cross(sub(b, a), along_a) / determinant,
+    );
+    (on_a.is_finite() && on_b.is_finite() && on_a >= 0.0 && on_b >= 0.0)
+        .then(|| add(a, scale(on_a, along_a)))
 }
 
 fn between(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point> {
@@ -40,22 +50,33 @@ fn between(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point> {
     if size(&box_a).max(size(&box_b)) < tolerance {
         return Some(a[0]);
     }
-    let (larger, other) = if size(&box_a) < size(&box_b) { (b, a) } else { (a, b) };
+    let (larger, other) = if size(&box_a) < size(&box_b) {
+        (b, a)
+    } else {
+        (a, b)
+    };
     // Boxes along the axes of the plane hardly tell parallel parts from touching ones.
     let across = left(sub(larger[larger.len() - 1], larger[0]));
     let [[low, high], [low_other, high_other]] = [larger, other].map(|polygon| {
-        let heights = polygon.iter().map(|&point| dot(across, sub(point, larger[0])));
-        heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [low.min(height), high.max(height)])
+        let heights = polygon
+            .iter()
+            .map(|&point| dot(across, sub(point, larger[0])));
+        heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| {
+            [low.min(height), high.max(height)]
+        })
     });
     if low > high_other || low_other > high {
         return None;
     }
-    halves(larger).iter().find_map(|half| between(half, other, tolerance))
+    halves(larger)
+        .iter()
+        .find_map(|half| between(half, other, tolerance))
 }
 
 /// As [`between`], where `b` starts at the end of `a`.
 fn between_neighbours(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point> {
-    // Seen from the joint, each lies within the angle of its directions: they meet only there if these are apart.
+    // Seen from the joint, each lies within the angle of its directions: they meet only there if
+    // these are apart.
     let (chord_a, chord_b) = (sub(a[0], a[a.len() - 1]), sub(b[b.len() - 1], b[0]));
     if angle(chord_a, chord_b).abs() > spread(a, scale(-1.0, chord_a)) + spread(b, chord_b) {
         return None;
@@ -72,7 +93,10 @@ fn between_neighbours(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point>
 
 /// The largest angle between a curve's direction and its chord, in rad.
 fn spread(polygon: &[Point], chord: Point) -> f64 {
-    derivative(polygon, 1.0).into_iter().map(|direction| angle(chord, direction).abs()).fold(0.0, f64::max)
+    derivative(polygon, 1.0)
+        .into_iter()
+        .map(|direction| angle(chord, direction).abs())
+        .fold(0.0, f64::max)
 }
 
 fn overlap([low_a, high_a]: &[Point; 2], [low_b, high_b]: &[Point; 2]) -> bool {

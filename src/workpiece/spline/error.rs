@@ -62,20 +62,34 @@ impl fmt::Display for SplineError {
                 super::MAX_COORDINATE
             ),
             Self::Degree { degree } => {
-                write!(formatter, "a spline of degree {degree} is not supported; choose a degree from 1 to 10")
+                write!(
+                    formatter,
+                    "a spline of degree {degree} is not supported; choose a degree from 1 to 10"
+                )
             }
-            Self::TooFewPoints { given, needed, degree, closed } => write!(
+            Self::TooFewPoints {
+                given,
+                needed,
+                degree,
+                closed,
+            } => write!(
                 formatter,
                 "{} spline of degree {degree} needs at least {needed} control points, not {given}; add points, or lower the \
                  degree",
                 if closed { "a closed" } else { "an open" }
             ),
-            Self::Stops { position: [x, y], point } => write!(
+            Self::Stops {
+                position: [x, y],
+                point,
+            } => write!(
                 formatter,
                 "the spline stops at ({x} m, {y} m), near control point {point}, and has no direction there; remove \
                  repeated points, or move the points nearby apart"
             ),
-            Self::TurnsBack { position: [x, y], point } => write!(
+            Self::TurnsBack {
+                position: [x, y],
+                point,
+            } => write!(
                 formatter,
                 "the spline turns back onto itself at ({x} m, {y} m), near control point {point}; move the points nearby \
                  apart"

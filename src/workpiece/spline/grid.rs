@@ -13,9 +13,9 @@ pub(super) struct Extent {
 /// Lists as short as this are not worth cells of their own.
 const FEW: usize = 2;
 
-/// Squares about the curve, each twice as wide as the one inside it, each cut into cells. A cell lists every piece that
-/// is nearest to some point of the cell. Cells grow with the distance, as do the regions over which the nearest pieces stay the
-/// same.
+/// Squares about the curve, each twice as wide as the one inside it, each cut into cells. A cell
+/// lists every piece that is nearest to some point of the cell. Cells grow with the distance, as do
+/// the regions over which the nearest pieces stay the same.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Grid {
     centre: Point,
@@ -45,12 +45,25 @@ impl Grid {
         let fine = pieces.len().next_power_of_two().clamp(Self::COARSE, 256);
         let all: Vec<u32> = (0..pieces.len() as u32).collect();
         let ranges = vec![[0, 0]; fine * fine + (Self::SQUARES - 1) * Self::COARSE * Self::COARSE];
-        let mut grid = Self { centre, half, fine, ranges, lists: Vec::new(), all: all.clone() };
+        let mut grid = Self {
+            centre,
+            half,
+            fine,
+            ranges,
+            lists: Vec::new(),
+            all: all.clone(),
+        };
         for square in 0..Self::SQUARES {
             let (_, cells) = grid.layout(square);
             let width = 2.0 * half * f64::from(1 << square);
             let corner = sub(centre, [width / 2.0; 2]);
-            let block = Block { square, index: [0, 0], count: cells, corner, cell: width / cells as f64 };
+            let block = Block {
+                square,
+                index: [0, 0],
+                count: cells,
+                corner,
+                cell: width / cells as f64,
+            };
             grid.fill(&block, &all, pieces);
         }
         grid
@@ -62,13 +75,19 @@ impl Grid {
         let [x, y] = scale(1.0 / self.half, sub(point, self.centre));
         let distance = x.abs().max(y.abs());
         // The exponent of a float says between which powers of two it lies.
-        let square = if distance < 1.0 { 0 } else { (distance.to_bits() >> 52) as usize - 1022 };
+        let square = if distance < 1.0 {
+            0
+        } else {
+            (distance.to_bits() >> 52) as usize - 1022
+        };
         if square >= Self::SQUARES {
             return &self.all;
         }
         let (first, cells) = self.layout(square);
         let shrink = 1.0 / f64::from(1 << square);
-        let index = |coordinate: f64| ((0.5 * (coordinate * shrink + 1.0) * cells as f64) as usize).min(cells - 1);
+        let index = |coordinate: f64| {
+            ((0.5 * (coordinate * shrink + 1.0) * cells as f64) as usize).min(cells - 1)
+        };
         let [start, end] = self.ranges[first + index(y) * cells + index(x)];
         &self.lists[start as usize..end as usize]
     }
@@ -78,19 +97,39 @@ impl Grid {
     fn layout(&self, square: usize) -> (usize, usize) {
         match square {
             0 => (0, self.fine),
-            _ => (self.fine * self.fine + (square - 1) * Self::COARSE * Self::COARSE, Self::COARSE),
+            _ => (
+                self.fine * self.fine + (square - 1) * Self::COARSE * Self::COARSE,
+                Self::COARSE,
+            ),
         }
     }
 
-    /// Writes the lists of the cells of `block`, of which no piece is nearest that is not in `candidates`.
+    /// Writes the lists of the cells of `block`, of which no piece is nearest that is not in
+    /// `candidates`.
     fn fill(&mut self, block: &Block, candidates: &[u32], pieces: &[Extent]) {
         let [column, row] = block.index;
-        let low = add(block.corner, [block.cell * column as f64, block.cell * row as f64]);
+        let low = add(
+            block.corner,
+            [block.cell * column as f64, block.cell * row as f64],
+        );
         let kept = visible(low, block.cell * block.count as f64, candidates, pieces);
         if block.count > 1 && kept.len() > FEW {
             let count = block.count / 2;
-            for index in [[column, row], [column + count, row], [column, row + count], [column + count, row + count]] {
-                self.fill(&Block { index, count, ..*block }, &kept, pieces);
+            for index in [
+                [column, row],
+                [column + count, row],
+                [column, row + count],
+                [column + count, row + count],
+            ] {
+                self.fill(
+                    &Block {
+                        index,
+                        count,
+                        ..*block
+                    },
+                    &kept,
+                    pieces,
+                );
             }
             return;
         }
@@ -121,26 +160,39 @@ struct Block {
 
 /// Those of `candidates` that can be nearest to a point of the square from `low`, `width` (m) wide.
 ///
-/// A point `q` of the curve is nearer to `p` than the disc of radius `r` about `c` if `|p − c| ≥ |p − q| + r`. The points of
-/// which this holds are those inside a branch of a hyperbola. That region is convex, so that it holds a square if it holds
-/// its corners.
+/// A point `q` of the curve is nearer to `p` than the disc of radius `r` about `c` if `|p − c| ≥ |p
+/// − q| + r`. The points of which this holds are those inside a branch of a hyperbola. That region
+/// is convex, so that it holds a square if it holds its corners.
 fn visible(low: Point, width: f64, candidates: &[u32], pieces: &[Extent]) -> Vec<u32> {
     let square = |point: Point, from: Point| {
         let offset = sub(point, from);
         dot(offset, offset)
     };
     let centre = add(low, [width / 2.0; 2]);
-    let points = candidates.iter().flat_map(|&candidate| pieces[candidate as usize].points);
-    let nearest = points.min_by(|&a, &b| square(a, centre).total_cmp(&square(b, centre))).unwrap_or(centre);
-    let corners = [low, add(low, [width, 0.0]), add(low, [0.0, width]), add(low, [width, width])];
+    let points = candidates
+        .iter()
+        .flat_map(|&candidate| pieces[candidate as usize].points);
+    let nearest = points
+        .min_by(|&a, &b| square(a, centre).total_cmp(&square(b, centre)))
+        .unwrap_or(centre);
+    let corners = [
+        low,
+        add(low, [width, 0.0]),
+        add(low, [0.0, width]),
+        add(low, [width, width]),
+    ];
     let distances = corners.map(|corner| square(corner, nearest).sqrt());
     let seen = |candidate: &u32| {
         let Extent { centre, radius, .. } = pieces[*candidate as usize];
-        // A little more than the distance, so that rounding drops nothing: the cells are open to points on their sides.
-        corners
-            .iter()
-            .zip(distances)
-            .any(|(&corner, distance)| square(corner, centre).sqrt() < distance * (1.0 + 1e-12) + radius * (1.0 + 1e-9))
+        // A little more than the distance, so that rounding drops nothing: the cells are open to
+        // points on their sides.
+        corners.iter().zip(distances).any(|(&corner, distance)| {
+            square(corner, centre).sqrt() < distance * (1.0 + 1e-12) + radius * (1.0 + 1e-9)
+        })
     };
-    candidates.iter().copied().filter(|candidate| seen(candidate)).collect()
+    candidates
+        .iter()
+        .copied()
+        .filter(|candidate| seen(candidate))
+        .collect()
 }

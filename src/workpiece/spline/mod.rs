@@ -1,7 +1,8 @@
 //! B-spline profiles: control points in, signed distances, normals and curvatures out.
 //!
-//! Every span of the B-spline is a polynomial. It is cut into [pieces](piece) that turn by little, and a [grid] of the plane
-//! lists the pieces that can be nearest to the points of each cell. A query looks at these alone.
+//! Every span of the B-spline is a polynomial. It is cut into [pieces](piece) that turn by little,
+//! and a [grid] of the plane lists the pieces that can be nearest to the points of each cell. A
+//! query looks at these alone.
 
 mod bezier;
 mod crossing;
@@ -23,7 +24,8 @@ use crate::equations::linear::{add, dot, scale, sub};
 /// The farthest that a control point may be from the origin, in m.
 const MAX_COORDINATE: f64 = 1e3;
 
-/// Parts of the curve that cannot be told apart when they are as short as this share of its size count as crossing.
+/// Parts of the curve that cannot be told apart when they are as short as this share of its size
+/// count as crossing.
 const TOUCH: f64 = 1e-6;
 
 /// The smallest angle that makes a corner, in rad. Joints of smooth spans turn by rounding errors.
@@ -31,15 +33,18 @@ const CORNER: f64 = 1e-8;
 
 /// A B-spline curve in the x-y plane with material on its right-hand side.
 ///
-/// An open curve has clamped, uniform knots: it starts at its first control point, ends at its last one, and goes on straight
-/// beyond both as two rays. A closed one has periodic, uniform knots. Passed clockwise it bounds a solid inside it, passed
-/// counterclockwise a hole with all material outside.
+/// An open curve has clamped, uniform knots: it starts at its first control point, ends at its last
+/// one, and goes on straight beyond both as two rays. A closed one has periodic, uniform knots.
+/// Passed clockwise it bounds a solid inside it, passed counterclockwise a hole with all material
+/// outside.
 ///
-/// As many coinciding control points as the degree make a corner, and at degree 1 every control point is one.
+/// As many coinciding control points as the degree make a corner, and at degree 1 every control
+/// point is one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spline {
     pieces: Vec<Piece>,
-    /// By piece, the corner at its start, and last the one at the end of an open curve, which is none.
+    /// By piece, the corner at its start, and last the one at the end of an open curve, which is
+    /// none.
     corners: Vec<Option<Corner>>,
     /// None if the curve is closed.
     ends: Option<[Ray; 2]>,
@@ -53,24 +58,26 @@ pub struct Spline {
 pub struct Foot {
     /// Where it is, in m.
     pub point: [f64; 2],
-    /// Outward unit normal: the gradient of the gap. To the left of the direction of travel, except at a corner, where it is
-    /// parallel to the line between both points.
+    /// Outward unit normal: the gradient of the gap. To the left of the direction of travel, except
+    /// at a corner, where it is parallel to the line between both points.
     pub normal: [f64; 2],
     /// Signed distance in m; negative inside the material.
     pub gap: f64,
-    /// Curvature in 1/m, positive where the material is convex. Infinite at corners: positive at convex ones, negative at
-    /// concave ones. The curve of equal gap through the given point has the curvature `1/(1/curvature + gap)`.
+    /// Curvature in 1/m, positive where the material is convex. Infinite at corners: positive at
+    /// convex ones, negative at concave ones. The curve of equal gap through the given point has
+    /// the curvature `1/(1/curvature + gap)`.
     pub curvature: f64,
-    /// Arc length in m from the start of the curve. Negative or larger than its length on the straight continuations of an open
-    /// curve.
+    /// Arc length in m from the start of the curve. Negative or larger than its length on the
+    /// straight continuations of an open curve.
     pub arc_length: f64,
 }
 
 /// A joint at which the curve turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Corner {
-    /// The sum of the normals on both sides. Its sign seen from a point whose nearest point is the corner says whether that
-    /// point is outside (Bærentzen and Aanæs 2005, "Signed distance computation using the angle weighted pseudonormal").
+    /// The sum of the normals on both sides. Its sign seen from a point whose nearest point is the
+    /// corner says whether that point is outside (Bærentzen and Aanæs 2005, "Signed distance
+    /// computation using the angle weighted pseudonormal").
     normal: Point,
     /// Whether the curve turns to the right.
     convex: bool,
@@ -100,44 +107,76 @@ enum CurvePlace {
 }
 
 impl Spline {
-    /// The curve of `degree` with `control_points` (m), of which a closed one does not repeat the first at the end.
+    /// The curve of `degree` with `control_points` (m), of which a closed one does not repeat the
+    /// first at the end.
     ///
-    /// Arc length counts from the first control point of an open curve. A closed curve of odd degree starts near its first
-    /// control point, and one of even degree half-way between two.
+    /// Arc length counts from the first control point of an open curve. A closed curve of odd
+    /// degree starts near its first control point, and one of even degree half-way between two.
     ///
     /// # Errors
-    /// Points that are not finite or beyond a kilometre, a degree that is not from 1 to 10, fewer points than `degree + 1`
-    /// (and than 3 if closed), a curve that has no direction somewhere, turns back on itself, or crosses itself, where the
-    /// continuations of an open curve count.
-    pub fn new(control_points: &[[f64; 2]], degree: usize, closed: bool) -> Result<Self, SplineError> {
+    /// Points that are not finite or beyond a kilometre, a degree that is not from 1 to 10, fewer
+    /// points than `degree + 1` (and than 3 if closed), a curve that has no direction somewhere,
+    /// turns back on itself, or crosses itself, where the continuations of an open curve count.
+    pub fn new(
+        control_points: &[[f64; 2]],
+        degree: usize,
+        closed: bool,
+    ) -> Result<Self, SplineError> {
         check(control_points, degree, closed)?;
         let nearest = |position| nearest_of(control_points, position);
         let [low, high] = bounds(control_points);
         let size = (high[0] - low[0]).max(high[1] - low[1]);
-        let rounding = 4.0 * f64::EPSILON * control_points.as_flattened().iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let rounding = 4.0
+            * f64::EPSILON
+            * control_points
+                .as_flattened()
+                .iter()
+                .fold(0.0, |m: f64, x| m.max(x.abs()));
         let (mut chain, mut pieces) = (Vec::new(), Vec::new());
         for span in bezier::spans(control_points, degree, closed) {
-            let span = if is_straight(&span, rounding) { vec![span[0], span[degree]] } else { span };
-            cut(span, TOUCH * size, &mut chain, &mut pieces)
-                .map_err(|position| SplineError::Stops { position, point: nearest(position) })?;
+            let span = if is_straight(&span, rounding) {
+                vec![span[0], span[degree]]
+            } else {
+                span
+            };
+            cut(span, TOUCH * size, &mut chain, &mut pieces).map_err(|position| {
+                SplineError::Stops {
+                    position,
+                    point: nearest(position),
+                }
+            })?;
         }
         let mut length = 0.0;
         for piece in &mut pieces {
             piece.start = length;
             length += piece.length();
         }
-        let corners = corners(&pieces, closed)
-            .map_err(|piece| SplineError::TurnsBack { position: chain[piece][0], point: nearest(chain[piece][0]) })?;
-        let ends = if closed { None } else { Some(rays(&pieces, length)) };
+        let corners = corners(&pieces, closed).map_err(|piece| SplineError::TurnsBack {
+            position: chain[piece][0],
+            point: nearest(chain[piece][0]),
+        })?;
+        let ends = if closed {
+            None
+        } else {
+            Some(rays(&pieces, length))
+        };
         check_crossing(chain, ends.as_ref(), size)?;
-        let largest_curvatures = [1.0, -1.0].map(|sense| largest_curvature(&pieces, &corners, sense));
+        let largest_curvatures =
+            [1.0, -1.0].map(|sense| largest_curvature(&pieces, &corners, sense));
         let extents: Vec<_> = pieces.iter().map(Piece::extent).collect();
         let grid = Grid::new(&extents, [low, high]);
-        Ok(Self { pieces, corners, ends, length, largest_curvatures, grid })
+        Ok(Self {
+            pieces,
+            corners,
+            ends,
+            length,
+            largest_curvatures,
+            grid,
+        })
     }
 
-    /// The point of the profile nearest to `point` (m), continuations of an open curve included. If several are equally near,
-    /// it is one of them, always the same.
+    /// The point of the profile nearest to `point` (m), continuations of an open curve included. If
+    /// several are equally near, it is one of them, always the same.
     pub fn nearest(&self, point: [f64; 2]) -> Foot {
         let mut best = (CurvePlace::Piece(0, -1.0), f64::INFINITY);
         for (number, ray) in self.ends.iter().flatten().enumerate() {
@@ -189,8 +228,8 @@ impl Spline {
         self.length
     }
 
-    /// Point (m) and unit direction of travel at `arc_length` (m) from the start. Beyond the ends of an open curve these are on
-    /// its straight continuations; a closed curve is passed again.
+    /// Point (m) and unit direction of travel at `arc_length` (m) from the start. Beyond the ends
+    /// of an open curve these are on its straight continuations; a closed curve is passed again.
     pub fn at(&self, arc_length: f64) -> ([f64; 2], [f64; 2]) {
         let arc_length = match &self.ends {
             None => arc_length.rem_euclid(self.length),
@@ -199,17 +238,22 @@ impl Spline {
         for ray in self.ends.iter().flatten() {
             let way = (arc_length - ray.arc_length) * ray.sense;
             if way > 0.0 {
-                return (add(ray.end, scale(way, ray.outwards)), scale(ray.sense, ray.outwards));
+                return (
+                    add(ray.end, scale(way, ray.outwards)),
+                    scale(ray.sense, ray.outwards),
+                );
             }
         }
-        let behind = self.pieces.partition_point(|piece| piece.start <= arc_length);
+        let behind = self
+            .pieces
+            .partition_point(|piece| piece.start <= arc_length);
         let piece = &self.pieces[behind.saturating_sub(1)];
         let [value, velocity, _] = piece.evaluate(piece.parameter_at(arc_length - piece.start));
         (piece.global(value), unit(piece.global_direction(velocity)))
     }
 
-    /// Point (m) and unit direction of travel at a part of the way through the pieces, from 0 to their number: a parameter that
-    /// rises with the arc length and costs less.
+    /// Point (m) and unit direction of travel at a part of the way through the pieces, from 0 to
+    /// their number: a parameter that rises with the arc length and costs less.
     pub fn along_pieces(&self, parameter: f64) -> ([f64; 2], [f64; 2]) {
         let number = (parameter as usize).min(self.pieces.len() - 1);
         let piece = &self.pieces[number];
@@ -222,12 +266,14 @@ impl Spline {
         self.ends.is_none()
     }
 
-    /// The smallest radius of curvature in m where the material is convex: 0 at a corner, infinite if it is nowhere convex.
+    /// The smallest radius of curvature in m where the material is convex: 0 at a corner, infinite
+    /// if it is nowhere convex.
     pub fn smallest_convex_radius(&self) -> f64 {
         1.0 / self.largest_curvatures[0]
     }
 
-    /// The largest curvature in 1/m where the material is convex, and where it is concave; infinite at a corner.
+    /// The largest curvature in 1/m where the material is convex, and where it is concave; infinite
+    /// at a corner.
     pub fn largest_curvatures(&self) -> [f64; 2] {
         self.largest_curvatures
     }
@@ -276,9 +322,22 @@ impl Corner {
         let offset = sub(point, smooth.point);
         let distance = dot(offset, offset).sqrt();
         let gap = distance.copysign(dot(offset, self.normal));
-        let normal = if distance > 0.0 { scale(1.0 / gap, offset) } else { unit(self.normal) };
-        let curvature = if self.convex { f64::INFINITY } else { f64::NEG_INFINITY };
-        Foot { normal, gap, curvature, ..smooth }
+        let normal = if distance > 0.0 {
+            scale(1.0 / gap, offset)
+        } else {
+            unit(self.normal)
+        };
+        let curvature = if self.convex {
+            f64::INFINITY
+        } else {
+            f64::NEG_INFINITY
+        };
+        Foot {
+            normal,
+            gap,
+            curvature,
+            ..smooth
+        }
     }
 }
 
@@ -291,9 +350,18 @@ fn check(control_points: &[Point], degree: usize, closed: bool) -> Result<(), Sp
     if let Some(index) = control_points.iter().position(is_bad) {
         return Err(SplineError::NotFinite { point: index + 1 });
     }
-    let needed = if closed { (degree + 1).max(3) } else { degree + 1 };
+    let needed = if closed {
+        (degree + 1).max(3)
+    } else {
+        degree + 1
+    };
     if control_points.len() < needed {
-        return Err(SplineError::TooFewPoints { given: control_points.len(), needed, degree, closed });
+        return Err(SplineError::TooFewPoints {
+            given: control_points.len(),
+            needed,
+            degree,
+            closed,
+        });
     }
     Ok(())
 }
@@ -308,18 +376,28 @@ fn nearest_of(control_points: &[Point], position: Point) -> usize {
     nearest.map_or(0, |index| index + 1)
 }
 
-/// Whether a span goes straight ahead, to within `rounding` (m). Beside coinciding control points it then has no speed at its
-/// end, which its chord has.
+/// Whether a span goes straight ahead, to within `rounding` (m). Beside coinciding control points
+/// it then has no speed at its end, which its chord has.
 fn is_straight(span: &[Point], rounding: f64) -> bool {
     let chord = sub(span[span.len() - 1], span[0]);
     let axis = unit(chord);
-    let ahead = span.windows(2).all(|pair| dot(axis, sub(pair[1], pair[0])) >= -rounding);
-    ahead && span.iter().all(|&point| cross(axis, sub(point, span[0])).abs() <= rounding)
+    let ahead = span
+        .windows(2)
+        .all(|pair| dot(axis, sub(pair[1], pair[0])) >= -rounding);
+    ahead
+        && span
+            .iter()
+            .all(|&point| cross(axis, sub(point, span[0])).abs() <= rounding)
 }
 
-/// Halves `span` until each part is a piece, and adds the parts to `chain` and `pieces`. If a part much shorter than `shortest`
-/// (m) is not, its position is the error: the curve stops there.
-fn cut(span: Vec<Point>, shortest: f64, chain: &mut Vec<Vec<Point>>, pieces: &mut Vec<Piece>) -> Result<(), Point> {
+/// Halves `span` until each part is a piece, and adds the parts to `chain` and `pieces`. If a part
+/// much shorter than `shortest` (m) is not, its position is the error: the curve stops there.
+fn cut(
+    span: Vec<Point>,
+    shortest: f64,
+    chain: &mut Vec<Vec<Point>>,
+    pieces: &mut Vec<Piece>,
+) -> Result<(), Point> {
     if let Some(piece) = Piece::new(&span) {
         pieces.push(piece);
         chain.push(span);
@@ -329,11 +407,13 @@ fn cut(span: Vec<Point>, shortest: f64, chain: &mut Vec<Vec<Point>>, pieces: &mu
     if (high[0] - low[0]).max(high[1] - low[1]) <= 1e-3 * shortest {
         return Err(span[0]);
     }
-    bezier::halves(&span).into_iter().try_for_each(|half| cut(half, shortest, chain, pieces))
+    bezier::halves(&span)
+        .into_iter()
+        .try_for_each(|half| cut(half, shortest, chain, pieces))
 }
 
-/// The corners at the starts of the pieces and at the end of the last. The error is the number of a piece that turns back from
-/// the one before it.
+/// The corners at the starts of the pieces and at the end of the last. The error is the number of a
+/// piece that turns back from the one before it.
 fn corners(pieces: &[Piece], closed: bool) -> Result<Vec<Option<Corner>>, usize> {
     let count = pieces.len();
     let mut corners = vec![None; count + 1];
@@ -345,7 +425,10 @@ fn corners(pieces: &[Piece], closed: bool) -> Result<Vec<Option<Corner>>, usize>
             return Err(start);
         }
         if turn.abs() > CORNER {
-            corners[start] = Some(Corner { normal: add(left(before), left(after)), convex: turn < 0.0 });
+            corners[start] = Some(Corner {
+                normal: add(left(before), left(after)),
+                convex: turn < 0.0,
+            });
         }
     }
     if closed {
@@ -365,13 +448,22 @@ fn rays(pieces: &[Piece], length: f64) -> [Ray; 2] {
         arc_length,
         sense,
     };
-    [ray(first.extent().points[0], start, 0.0, -1.0), ray(last.extent().points[1], end, length, 1.0)]
+    [
+        ray(first.extent().points[0], start, 0.0, -1.0),
+        ray(last.extent().points[1], end, length, 1.0),
+    ]
 }
 
 /// Fails if the curve through `chain`, of `size` (m), crosses itself or its continuations.
-fn check_crossing(mut chain: Vec<Vec<Point>>, ends: Option<&[Ray; 2]>, size: f64) -> Result<(), SplineError> {
+fn check_crossing(
+    mut chain: Vec<Vec<Point>>,
+    ends: Option<&[Ray; 2]>,
+    size: f64,
+) -> Result<(), SplineError> {
     if let Some([before, behind]) = ends {
-        if let Some(position) = crossing::of_rays([before.end, before.outwards], [behind.end, behind.outwards]) {
+        if let Some(position) =
+            crossing::of_rays([before.end, before.outwards], [behind.end, behind.outwards])
+        {
             return Err(SplineError::EndsCross { position });
         }
         // Beyond its size, no ray meets the curve.
@@ -388,12 +480,20 @@ fn check_crossing(mut chain: Vec<Vec<Point>>, ends: Option<&[Ray; 2]>, size: f64
     }
 }
 
-/// See [`Spline::largest_curvatures`]: where the material is convex by the `sense` 1, where it is concave by −1.
+/// See [`Spline::largest_curvatures`]: where the material is convex by the `sense` 1, where it is
+/// concave by −1.
 fn largest_curvature(pieces: &[Piece], corners: &[Option<Corner>], sense: f64) -> f64 {
-    if corners.iter().flatten().any(|corner| corner.convex == (sense > 0.0)) {
+    if corners
+        .iter()
+        .flatten()
+        .any(|corner| corner.convex == (sense > 0.0))
+    {
         return f64::INFINITY;
     }
-    pieces.iter().map(|piece| largest_of(|u| sense * piece.curvature(u))).fold(0.0, f64::max)
+    pieces
+        .iter()
+        .map(|piece| largest_of(|u| sense * piece.curvature(u)))
+        .fold(0.0, f64::max)
 }
 
 /// The largest `curvature` of a piece, by its parameter: the best of many, refined by thirds.

@@ -3,7 +3,9 @@
 use std::array;
 use std::f64::consts::PI;
 
-use super::bezier::{Point, binomial, bounds, cross, derivative, halves, left, product_range, unit};
+use super::bezier::{
+    Point, binomial, bounds, cross, derivative, halves, left, product_range, unit,
+};
 use super::grid::Extent;
 use crate::equations::linear::{add, dot, scale, sub};
 
@@ -19,7 +21,8 @@ const LARGEST_SPEED_RATIO: f64 = 1.7;
 /// Terms of the series for arc length, which leave an error below 1e-9 of the piece.
 const LENGTH_TERMS: usize = 10;
 
-/// Part of the curve, in a frame of its own: origin in the middle of its chord, first axis along the chord.
+/// Part of the curve, in a frame of its own: origin in the middle of its chord, first axis along
+/// the chord.
 ///
 /// Its parameter `u` runs from −1 to 1, and `c(u)` is a polynomial.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,23 +55,36 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    /// The piece with the control polygon `polygon`, as the first of the curve; none if it turns too much to be one piece.
+    /// The piece with the control polygon `polygon`, as the first of the curve; none if it turns
+    /// too much to be one piece.
     pub fn new(polygon: &[Point]) -> Option<Self> {
         let degree = polygon.len() - 1;
         let (first, last) = (polygon[0], polygon[degree]);
         let axis = unit(sub(last, first));
         let origin = scale(0.5, add(first, last));
-        let local: Vec<Point> = polygon.iter().map(|&point| into_frame(axis, sub(point, origin))).collect();
+        let local: Vec<Point> = polygon
+            .iter()
+            .map(|&point| into_frame(axis, sub(point, origin)))
+            .collect();
         let velocity = derivative(&local, 2.0);
         let [lowest, highest] = bounds(&velocity);
         let slope = lowest[1].abs().max(highest[1].abs()) / lowest[0];
-        if !(lowest[0] > 0.0 && slope <= LARGEST_SLOPE && highest[0] <= LARGEST_SPEED_RATIO * lowest[0]) {
+        if !(lowest[0] > 0.0
+            && slope <= LARGEST_SLOPE
+            && highest[0] <= LARGEST_SPEED_RATIO * lowest[0])
+        {
             return None;
         }
         let acceleration = derivative(&velocity, 2.0);
         let third = derivative(&acceleration, 2.0);
-        let (squared_speed, outwards) = (product_range(&velocity, &velocity), product_range(&local, &acceleration));
-        let (mixed, skew) = (product_range(&velocity, &acceleration), product_range(&local, &third));
+        let (squared_speed, outwards) = (
+            product_range(&velocity, &velocity),
+            product_range(&local, &acceleration),
+        );
+        let (mixed, skew) = (
+            product_range(&velocity, &acceleration),
+            product_range(&local, &third),
+        );
         let largest = |[low, high]: [f64; 2]| low.abs().max(high.abs());
         let [low, high] = bounds(&local);
         let mut piece = Self {
@@ -78,9 +94,15 @@ impl Piece {
             heights: [low[1], high[1]],
             slope,
             end_velocities: [velocity[0], velocity[velocity.len() - 1]],
-            bend: [squared_speed[0] + outwards[0], squared_speed[1] + outwards[1]],
+            bend: [
+                squared_speed[0] + outwards[0],
+                squared_speed[1] + outwards[1],
+            ],
             accelerations: bounds(&acceleration),
-            jerk: [3.0 * largest(mixed) + largest(skew), largest(product_range(&third, &third)).sqrt()],
+            jerk: [
+                3.0 * largest(mixed) + largest(skew),
+                largest(product_range(&third, &third)).sqrt(),
+            ],
             degree,
             coefficients: taylor(&local),
             start: 0.0,
@@ -131,7 +153,10 @@ impl Piece {
     /// Arc length in m from the start of this piece to `u`.
     #[inline]
     pub fn arc_length(&self, u: f64) -> f64 {
-        self.lengths.iter().rev().fold(0.0, |sum, coefficient| sum * u + coefficient)
+        self.lengths
+            .iter()
+            .rev()
+            .fold(0.0, |sum, coefficient| sum * u + coefficient)
     }
 
     /// Arc length of the whole piece in m.
@@ -156,7 +181,8 @@ impl Piece {
 
     /// The unit vectors along the curve at the start and at the end.
     pub fn end_directions(&self) -> [Point; 2] {
-        self.end_velocities.map(|velocity| unit(self.global_direction(velocity)))
+        self.end_velocities
+            .map(|velocity| unit(self.global_direction(velocity)))
     }
 
     /// Where the piece is.
@@ -165,23 +191,30 @@ impl Piece {
         Extent {
             centre: self.global([0.0, (low + high) / 2.0]),
             radius: self.half.hypot((high - low) / 2.0),
-            points: [self.global([-self.half, 0.0]), self.global([self.half, 0.0])],
+            points: [
+                self.global([-self.half, 0.0]),
+                self.global([self.half, 0.0]),
+            ],
         }
     }
 
-    /// A lower bound of the squared distance from `point` (of this frame, in m) to the piece: that to the box about it.
+    /// A lower bound of the squared distance from `point` (of this frame, in m) to the piece: that
+    /// to the box about it.
     #[inline]
     pub fn squared_distance_bound(&self, [along, height]: Point) -> f64 {
         let beyond = (along.abs() - self.half).max(0.0);
-        let off = (height - self.heights[1]).max(self.heights[0] - height).max(0.0);
+        let off = (height - self.heights[1])
+            .max(self.heights[0] - height)
+            .max(0.0);
         beyond * beyond + off * off
     }
 
-    /// The parameter of the point nearest to `point` (of this frame, in m), and the squared distance to it. Any result serves if
-    /// that is above `limit`.
+    /// The parameter of the point nearest to `point` (of this frame, in m), and the squared
+    /// distance to it. Any result serves if that is above `limit`.
     ///
-    /// Half the squared distance has the derivatives `f = (c − p) · c'` and `f' = |c'|² + (c − p) · c''`. Where the bounds of
-    /// `f'` say that `f` rises, the signs of `f` at the ends say whether its root lies between them.
+    /// Half the squared distance has the derivatives `f = (c − p) · c'` and `f' = |c'|² + (c − p) ·
+    /// c''`. Where the bounds of `f'` say that `f` rises, the signs of `f` at the ends say whether
+    /// its root lies between them.
     #[inline]
     pub fn nearest(&self, point: Point, limit: f64) -> (f64, f64) {
         let [along, height] = point;
@@ -191,7 +224,10 @@ impl Piece {
         let least = self.bend[0] - along * from(along, 0) - height * from(height, 1);
         let steep = self.slope * (height.abs() + self.heights[1] - self.heights[0]);
         if least > 0.0 {
-            let [at_start, at_end] = [dot(start, self.end_velocities[0]), dot(end, self.end_velocities[1])];
+            let [at_start, at_end] = [
+                dot(start, self.end_velocities[0]),
+                dot(end, self.end_velocities[1]),
+            ];
             if at_start < 0.0 && at_end > 0.0 {
                 return self.root(point, [-1.0, 1.0], [at_start, at_end]);
             }
@@ -203,26 +239,43 @@ impl Piece {
             }
         }
         let squares = [dot(start, start), dot(end, end)];
-        if squares[0] <= squares[1] { (-1.0, squares[0]) } else { (1.0, squares[1]) }
+        if squares[0] <= squares[1] {
+            (-1.0, squares[0])
+        } else {
+            (1.0, squares[1])
+        }
     }
 
-    /// The root of a rising `f` between `low` and `high` by Newton's method, kept between the bounds found so far, and the
-    /// squared distance there. `at_low ≤ 0 ≤ at_high` are the values of `f`.
+    /// The root of a rising `f` between `low` and `high` by Newton's method, kept between the
+    /// bounds found so far, and the squared distance there. `at_low ≤ 0 ≤ at_high` are the values
+    /// of `f`.
     #[inline]
-    fn root(&self, point: Point, [mut low, mut high]: [f64; 2], [at_low, at_high]: [f64; 2]) -> (f64, f64) {
+    fn root(
+        &self,
+        point: Point,
+        [mut low, mut high]: [f64; 2],
+        [at_low, at_high]: [f64; 2],
+    ) -> (f64, f64) {
         let mut u = (low * at_high - high * at_low) / (at_high - at_low);
         let mut squared = f64::INFINITY;
         for _ in 0..100 {
             let [value, velocity, acceleration] = self.evaluate(u);
             let offset = sub(value, point);
-            let (f, slope) = (dot(offset, velocity), dot(velocity, velocity) + dot(offset, acceleration));
+            let (f, slope) = (
+                dot(offset, velocity),
+                dot(velocity, velocity) + dot(offset, acceleration),
+            );
             if f > 0.0 {
                 high = u;
             } else {
                 low = u;
             }
             let newton = u - f / slope;
-            let next = if newton >= low && newton <= high { newton } else { (low + high) / 2.0 };
+            let next = if newton >= low && newton <= high {
+                newton
+            } else {
+                (low + high) / 2.0
+            };
             let step = next - u;
             squared = dot(offset, offset) + f * step;
             u = next;
@@ -234,9 +287,11 @@ impl Piece {
         (u, squared)
     }
 
-    /// As [`nearest`](Self::nearest), where `f` may fall: for points near the centre of curvature and beyond it.
+    /// As [`nearest`](Self::nearest), where `f` may fall: for points near the centre of curvature
+    /// and beyond it.
     ///
-    /// Halves intervals until they can hold no nearer point, no root of `f`, no minimum, or one root of a rising `f`.
+    /// Halves intervals until they can hold no nearer point, no root of `f`, no minimum, or one
+    /// root of a rising `f`.
     #[cold]
     fn search(&self, point: Point, limit: f64) -> (f64, f64) {
         let jerk = self.jerk[0] + self.jerk[1] * dot(point, point).sqrt();
@@ -244,7 +299,11 @@ impl Piece {
             let offset = sub([along, 0.0], point);
             dot(offset, offset)
         });
-        let mut best = if squares[0] <= squares[1] { (-1.0, squares[0]) } else { (1.0, squares[1]) };
+        let mut best = if squares[0] <= squares[1] {
+            (-1.0, squares[0])
+        } else {
+            (1.0, squares[1])
+        };
         // Middles and half widths. Each halving leaves one interval behind.
         let mut intervals = [(0.0, 1.0); 48];
         let mut count = 1;
@@ -286,15 +345,21 @@ impl Piece {
         best
     }
 
-    /// The coefficients of [`arc_length`](Self::arc_length): the integral of the Chebyshev series of the speed.
+    /// The coefficients of [`arc_length`](Self::arc_length): the integral of the Chebyshev series
+    /// of the speed.
     fn integrate_speed(&self) -> [f64; LENGTH_TERMS + 1] {
-        let angles: [f64; LENGTH_TERMS] = array::from_fn(|i| PI * (i as f64 + 0.5) / LENGTH_TERMS as f64);
+        let angles: [f64; LENGTH_TERMS] =
+            array::from_fn(|i| PI * (i as f64 + 0.5) / LENGTH_TERMS as f64);
         let speeds = angles.map(|angle| {
             let [_, velocity, _] = self.evaluate(angle.cos());
             dot(velocity, velocity).sqrt()
         });
         let series: [f64; LENGTH_TERMS] = array::from_fn(|k| {
-            let sum: f64 = angles.iter().zip(speeds).map(|(angle, speed)| speed * (k as f64 * angle).cos()).sum();
+            let sum: f64 = angles
+                .iter()
+                .zip(speeds)
+                .map(|(angle, speed)| speed * (k as f64 * angle).cos())
+                .sum();
             sum * if k == 0 { 1.0 } else { 2.0 } / LENGTH_TERMS as f64
         });
         // Powers of `u` in the speed, by the recursion of the Chebyshev polynomials.
@@ -304,13 +369,23 @@ impl Piece {
         for (k, coefficient) in series.into_iter().enumerate() {
             let factor = if k == 0 { 1.0 } else { 2.0 };
             polynomial = array::from_fn(|i| polynomial[i] + coefficient * current[i]);
-            let next = array::from_fn(|i| if i == 0 { -before[0] } else { factor * current[i - 1] - before[i] });
+            let next = array::from_fn(|i| {
+                if i == 0 {
+                    -before[0]
+                } else {
+                    factor * current[i - 1] - before[i]
+                }
+            });
             (before, current) = (current, next);
         }
         let mut lengths = [0.0; LENGTH_TERMS + 1];
         for (k, coefficient) in polynomial.into_iter().enumerate() {
             lengths[k + 1] = coefficient / (k + 1) as f64;
-            lengths[0] += if k % 2 == 0 { lengths[k + 1] } else { -lengths[k + 1] };
+            lengths[0] += if k % 2 == 0 {
+                lengths[k + 1]
+            } else {
+                -lengths[k + 1]
+            };
         }
         lengths
     }
@@ -322,7 +397,8 @@ fn into_frame(axis: Point, vector: Point) -> Point {
     [dot(axis, vector), cross(axis, vector)]
 }
 
-/// The coefficients of the powers of `u`, from −1 to 1, of the curve with the control polygon `polygon`.
+/// The coefficients of the powers of `u`, from −1 to 1, of the curve with the control polygon
+/// `polygon`.
 fn taylor(polygon: &[Point]) -> [Point; MAX_DEGREE + 1] {
     // The parameter of the second half is `u` itself.
     let [_, mut differences] = halves(polygon);
@@ -330,7 +406,10 @@ fn taylor(polygon: &[Point]) -> [Point; MAX_DEGREE + 1] {
     let mut coefficients = [[0.0; 2]; MAX_DEGREE + 1];
     for k in 0..=degree {
         coefficients[k] = scale(binomial(degree, k), differences[0]);
-        differences = differences.windows(2).map(|pair| sub(pair[1], pair[0])).collect();
+        differences = differences
+            .windows(2)
+            .map(|pair| sub(pair[1], pair[0]))
+            .collect();
     }
     coefficients
 }

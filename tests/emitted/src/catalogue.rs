@@ -24,7 +24,13 @@ pub const FORMS: [&str; 4] = ["raw", "simplified", "cheap", "collected"];
 /// The random expressions, each as a program.
 pub fn programs() -> Vec<Vec<Instruction>> {
     let mut rng = Rng::with_seed(SEED);
-    (0..RANDOM).map(|_| (0..rng.usize(1..16)).map(|_| random_instruction(&mut rng)).collect()).collect()
+    (0..RANDOM)
+        .map(|_| {
+            (0..rng.usize(1..16))
+                .map(|_| random_instruction(&mut rng))
+                .collect()
+        })
+        .collect()
 }
 
 fn random_instruction(rng: &mut Rng) -> Instruction {
@@ -66,29 +72,84 @@ fn angle(u: f64) -> f64 {
 
 /// Every operator, for `a` and `b` between 0.1 and 0.9.
 pub const COVERAGE: &[Covered] = &[
-    Covered { name: "rational", build: |g, _, _| g.ratio(-2, 3), value: |_, _| -2.0 / 3.0, slopes: |_, _| [0.0, 0.0] },
+    Covered {
+        name: "rational",
+        build: |g, _, _| g.ratio(-2, 3),
+        value: |_, _| -2.0 / 3.0,
+        slopes: |_, _| [0.0, 0.0],
+    },
     Covered {
         name: "float",
         build: |g, _, _| g.constant(bristle_codegen::ir::constant::Constant::Float(-0.1)),
         value: |_, _| -0.1,
         slopes: |_, _| [0.0, 0.0],
     },
-    Covered { name: "symbol", build: |_, a, _| a, value: |a, _| a, slopes: |_, _| [1.0, 0.0] },
-    Covered { name: "add", build: Graph::add, value: |a, b| a + b, slopes: |_, _| [1.0, 1.0] },
-    Covered { name: "sub", build: Graph::sub, value: |a, b| a - b, slopes: |_, _| [1.0, -1.0] },
-    Covered { name: "mul", build: Graph::mul, value: |a, b| a * b, slopes: |a, b| [b, a] },
-    Covered { name: "div", build: Graph::div, value: |a, b| a / b, slopes: |a, b| [1.0 / b, -a / (b * b)] },
-    Covered { name: "neg", build: |g, a, _| g.neg(a), value: |a, _| -a, slopes: |_, _| [-1.0, 0.0] },
-    Covered { name: "square", build: |g, a, _| g.powi(a, 2), value: |a, _| a * a, slopes: |a, _| [2.0 * a, 0.0] },
+    Covered {
+        name: "symbol",
+        build: |_, a, _| a,
+        value: |a, _| a,
+        slopes: |_, _| [1.0, 0.0],
+    },
+    Covered {
+        name: "add",
+        build: Graph::add,
+        value: |a, b| a + b,
+        slopes: |_, _| [1.0, 1.0],
+    },
+    Covered {
+        name: "sub",
+        build: Graph::sub,
+        value: |a, b| a - b,
+        slopes: |_, _| [1.0, -1.0],
+    },
+    Covered {
+        name: "mul",
+        build: Graph::mul,
+        value: |a, b| a * b,
+        slopes: |a, b| [b, a],
+    },
+    Covered {
+        name: "div",
+        build: Graph::div,
+        value: |a, b| a / b,
+        slopes: |a, b| [1.0 / b, -a / (b * b)],
+    },
+    Covered {
+        name: "neg",
+        build: |g, a, _| g.neg(a),
+        value: |a, _| -a,
+        slopes: |_, _| [-1.0, 0.0],
+    },
+    Covered {
+        name: "square",
+        build: |g, a, _| g.powi(a, 2),
+        value: |a, _| a * a,
+        slopes: |a, _| [2.0 * a, 0.0],
+    },
     Covered {
         name: "inverse_cube",
         build: |g, _, b| g.powi(b, -3),
         value: |_, b| 1.0 / (b * b * b),
         slopes: |_, b| [0.0, -3.0 / b.powi(4)],
     },
-    Covered { name: "sqrt", build: |g, a, _| g.sqrt(a), value: |a, _| a.sqrt(), slopes: |a, _| [0.5 / a.sqrt(), 0.0] },
-    Covered { name: "sin", build: |g, a, _| g.sin(a), value: |a, _| a.sin(), slopes: |a, _| [a.cos(), 0.0] },
-    Covered { name: "cos", build: |g, _, b| g.cos(b), value: |_, b| b.cos(), slopes: |_, b| [0.0, -b.sin()] },
+    Covered {
+        name: "sqrt",
+        build: |g, a, _| g.sqrt(a),
+        value: |a, _| a.sqrt(),
+        slopes: |a, _| [0.5 / a.sqrt(), 0.0],
+    },
+    Covered {
+        name: "sin",
+        build: |g, a, _| g.sin(a),
+        value: |a, _| a.sin(),
+        slopes: |a, _| [a.cos(), 0.0],
+    },
+    Covered {
+        name: "cos",
+        build: |g, _, b| g.cos(b),
+        value: |_, b| b.cos(),
+        slopes: |_, b| [0.0, -b.sin()],
+    },
     Covered {
         name: "asin",
         build: |g, a, _| g.asin(a),
@@ -113,7 +174,10 @@ pub const COVERAGE: &[Covered] = &[
         value: |a, _| angle(a) / angle(a).sin(),
         slopes: |a, _| {
             let angle = angle(a);
-            [(angle.sin() - angle * angle.cos()) / angle.sin().powi(3), 0.0]
+            [
+                (angle.sin() - angle * angle.cos()) / angle.sin().powi(3),
+                0.0,
+            ]
         },
     },
     Covered {
@@ -122,7 +186,10 @@ pub const COVERAGE: &[Covered] = &[
         value: |a, _| (angle(a).sin() - angle(a) * angle(a).cos()) / angle(a).sin().powi(3),
         slopes: |a, _| {
             let (angle, sin, cos) = (angle(a), angle(a).sin(), angle(a).cos());
-            [(angle * sin * sin - 3.0 * cos * (sin - angle * cos)) / sin.powi(5), 0.0]
+            [
+                (angle * sin * sin - 3.0 * cos * (sin - angle * cos)) / sin.powi(5),
+                0.0,
+            ]
         },
     },
     // Operands that need brackets: a − (b − a), a / (b / a), −(a b)², (a − b)³.
@@ -195,13 +262,23 @@ pub fn kernels() -> Vec<Kernel> {
     let mut kernels = Vec::new();
     for (i, program) in programs().iter().enumerate() {
         for (form, (graph, node)) in FORMS.into_iter().zip(forms(program)) {
-            kernels.push(kernel(format!("random_{i}_{form}"), graph, &VARIABLES.map(|(name, _)| name), vec![node]));
+            kernels.push(kernel(
+                format!("random_{i}_{form}"),
+                graph,
+                &VARIABLES.map(|(name, _)| name),
+                vec![node],
+            ));
         }
     }
     for covered in COVERAGE {
         let mut graph = Graph::raw();
         let (nodes, _) = covered_nodes(&mut graph, covered);
-        kernels.push(kernel(format!("covered_{}", covered.name), graph, &["a", "b"], nodes));
+        kernels.push(kernel(
+            format!("covered_{}", covered.name),
+            graph,
+            &["a", "b"],
+            nodes,
+        ));
     }
     kernels
 }
@@ -212,7 +289,10 @@ pub fn forms(program: &[Instruction]) -> [(Graph, NodeId); 4] {
     let raw_result = build(&mut raw, program);
     let mut simplified = Graph::new();
     let result = build(&mut simplified, program);
-    let symbols: Vec<NodeId> = ["x", "y"].iter().filter_map(|name| simplified.find_symbol(name)).collect();
+    let symbols: Vec<NodeId> = ["x", "y"]
+        .iter()
+        .filter_map(|name| simplified.find_symbol(name))
+        .collect();
     let [cheap, collected] = [Style::Cheap, Style::Collected(&symbols)].map(|style| {
         let normalised = normalise(&simplified, &[result], style);
         (normalised.graph, normalised.outputs[0])
@@ -230,11 +310,33 @@ pub fn covered_nodes(graph: &mut Graph, covered: &Covered) -> (Vec<NodeId>, [Nod
 
 fn kernel(name: String, graph: Graph, variables: &[&str], nodes: Vec<NodeId>) -> Kernel {
     let inputs = variables.iter().map(|&name| {
-        let node = graph.find_symbol(name).expect("it is a symbol of the graph");
-        Input { name: name.into(), doc: "a variable".into(), elements: vec![(name.into(), node)] }
+        let node = graph
+            .find_symbol(name)
+            .expect("it is a symbol of the graph");
+        Input {
+            name: name.into(),
+            doc: "a variable".into(),
+            elements: vec![(name.into(), node)],
+        }
     });
-    let shape = if nodes.len() == 1 { Shape::Scalar } else { Shape::Vector(nodes.len()) };
-    let output = Output { name: "value".into(), doc: "the value".into(), unit: Unit::ONE, shape, nodes };
+    let shape = if nodes.len() == 1 {
+        Shape::Scalar
+    } else {
+        Shape::Vector(nodes.len())
+    };
+    let output = Output {
+        name: "value".into(),
+        doc: "the value".into(),
+        unit: Unit::ONE,
+        shape,
+        nodes,
+    };
     let inputs = inputs.collect();
-    Kernel { name, summary: "An expression.".into(), graph, inputs, outputs: vec![output] }
+    Kernel {
+        name,
+        summary: "An expression.".into(),
+        graph,
+        inputs,
+        outputs: vec![output],
+    }
 }

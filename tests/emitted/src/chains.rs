@@ -21,20 +21,23 @@ pub fn kernels(segments: usize, motion: Motion) -> Vec<Kernel> {
     whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound")
 }
 
-/// The range of an element of an input. All are of the order of one, and no joint is bent by more than a radian.
+/// The range of an element of an input. All are of the order of one, and no joint is bent by more
+/// than a radian.
 fn range(input: &Input, element: &str) -> Range<f64> {
     match input.name.as_str() {
         "q" if element.starts_with("phi") => FRAC_PI_2 - 0.4..FRAC_PI_2 + 0.4,
         "q" => -1.9..-1.1,
         "clamp_direction" => -1.0..-0.1,
-        "segment_length" | "segment_mass" | "segment_inertia" | "joint_stiffness" | "joint_damping" => 0.5..1.5,
+        "segment_length" | "segment_mass" | "segment_inertia" | "joint_stiffness"
+        | "joint_damping" => 0.5..1.5,
         "relaxed_angle" => -0.2..0.2,
         "a" | "b" => 0.1..0.9,
         _ => -2.0..2.0,
     }
 }
 
-/// Random values of all elements of the inputs, in order. Kernels of a chain, and those of the operators, have the same inputs.
+/// Random values of all elements of the inputs, in order. Kernels of a chain, and those of the
+/// operators, have the same inputs.
 pub fn state(kernel: &Kernel, rng: &mut Rng) -> Vec<f64> {
     let mut values = Vec::new();
     for input in &kernel.inputs {

@@ -4,7 +4,11 @@ pub mod catalogue;
 pub mod chains;
 
 /// The functions emitted by the build script.
-#[allow(missing_docs, clippy::all, reason = "no person would write random expressions")]
+#[allow(
+    missing_docs,
+    clippy::all,
+    reason = "no person would write random expressions"
+)]
 pub mod emitted {
     use bristle::equations::Real;
 

@@ -1,7 +1,8 @@
-//! Is it right in every language? The emitted sources are run by their compilers and interpreters, and agree with Rust.
+//! Is it right in every language? The emitted sources are run by their compilers and interpreters,
+//! and agree with Rust.
 //!
-//! C is always run. Octave and Python are run where the environment variables `BRISTLE_TEST_OCTAVE` and `BRISTLE_TEST_PYTHON` name their programs;
-//! Python needs NumPy and SymPy.
+//! C is always run. Octave and Python are run where the environment variables `BRISTLE_TEST_OCTAVE`
+//! and `BRISTLE_TEST_PYTHON` name their programs; Python needs NumPy and SymPy.
 
 use std::env;
 use std::fmt::Write;
@@ -18,13 +19,19 @@ use bristle_emitted::{emitted, whole};
 use fastrand::Rng;
 use tempfile::TempDir;
 
-const ORIGIN: Origin<'_> = Origin { title: "A test.", maker: "a test", again: "cargo test" };
+const ORIGIN: Origin<'_> = Origin {
+    title: "A test.",
+    maker: "a test",
+    again: "cargo test",
+};
 
-/// Number of states at which each set of functions is compared, and how many of them SymPy gets, which evaluates without compiling.
+/// Number of states at which each set of functions is compared, and how many of them SymPy gets,
+/// which evaluates without compiling.
 const STATES: usize = 1000;
 const STATES_OF_SYMPY: usize = 3;
 
-/// Deviation from Rust, relative to the largest value of the same function at the same state. Sines differ in their last bits.
+/// Deviation from Rust, relative to the largest value of the same function at the same state. Sines
+/// differ in their last bits.
 const TOLERANCE: f64 = 1e-12;
 
 /// Functions with the same inputs, the states at which they are compared, and what Rust has there.
@@ -38,20 +45,35 @@ struct Sample {
 impl Sample {
     fn new(name: &'static str, kernels: Vec<Kernel>, values: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         let mut rng = Rng::with_seed(21);
-        let states: Vec<Vec<f64>> = (0..STATES).map(|_| chains::state(&kernels[0], &mut rng)).collect();
+        let states: Vec<Vec<f64>> = (0..STATES)
+            .map(|_| chains::state(&kernels[0], &mut rng))
+            .collect();
         let values = states.iter().map(|state| values(state)).collect();
-        Self { name, kernels, states, values }
+        Self {
+            name,
+            kernels,
+            states,
+            values,
+        }
     }
 
     /// Chains, and every operator.
     fn all() -> Vec<Self> {
         let chains = CHAINS.into_iter().zip(whole::VALUES);
         let mut samples: Vec<Self> = chains
-            .map(|((name, segments, motion), values)| Self::new(name, chains::kernels(segments, motion), values))
+            .map(|((name, segments, motion), values)| {
+                Self::new(name, chains::kernels(segments, motion), values)
+            })
             .collect();
-        let operators = catalogue::kernels().into_iter().filter(|kernel| kernel.name.starts_with("covered_")).collect();
+        let operators = catalogue::kernels()
+            .into_iter()
+            .filter(|kernel| kernel.name.starts_with("covered_"))
+            .collect();
         samples.push(Self::new("operators", operators, |state| {
-            emitted::COVERED.iter().flat_map(|function| function(state[0], state[1])).collect()
+            emitted::COVERED
+                .iter()
+                .flat_map(|function| function(state[0], state[1]))
+                .collect()
         }));
         assert_eq!(samples[CHAINS.len()].kernels.len(), COVERAGE.len());
         samples
@@ -65,28 +87,38 @@ impl Sample {
             let numbers: Vec<String> = state.iter().map(f64::to_string).collect();
             writeln!(states, "{}", numbers.join(" ")).expect("a string takes text");
         }
-        let states = SourceFile { name: "states.txt".into(), text: states };
+        let states = SourceFile {
+            name: "states.txt".into(),
+            text: states,
+        };
         for SourceFile { name, text } in files.iter().chain([&driver, &states]) {
             fs::write(directory.path().join(name), text).expect("the file can be written");
         }
         directory
     }
 
-    /// Compares the values in the file `values.txt`, in the order of states, functions and elements.
+    /// Compares the values in the file `values.txt`, in the order of states, functions and
+    /// elements.
     fn check(&self, language: &str, directory: &Path, count: usize) {
         let name = self.name;
-        let text = fs::read_to_string(directory.join("values.txt")).expect("the driver has written it");
-        let mut numbers = text.split_whitespace().map(|number| number.parse::<f64>().expect("a number"));
+        let text =
+            fs::read_to_string(directory.join("values.txt")).expect("the driver has written it");
+        let mut numbers = text
+            .split_whitespace()
+            .map(|number| number.parse::<f64>().expect("a number"));
         for (k, values) in self.values[..count].iter().enumerate() {
             let mut rest = &values[..];
             for kernel in &self.kernels {
                 for output in &kernel.outputs {
                     let (expected, others) = rest.split_at(output.nodes.len());
                     rest = others;
-                    let scale = expected.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+                    let scale = expected
+                        .iter()
+                        .fold(0.0, |largest: f64, value| largest.max(value.abs()));
                     for (i, expected) in expected.iter().enumerate() {
                         let value = numbers.next().expect("a value for each");
-                        let is_close = (value - expected).abs() <= TOLERANCE * scale.max(f64::MIN_POSITIVE);
+                        let is_close =
+                            (value - expected).abs() <= TOLERANCE * scale.max(f64::MIN_POSITIVE);
                         assert!(
                             is_close,
                             "{language}, {name}, {}, state {k}, {}[{i}]: {value:e} instead of {expected:e}",
@@ -100,13 +132,18 @@ impl Sample {
         assert_eq!(numbers.next(), None);
     }
 
-    /// The arguments of a call, from pieces of the state that `scalar` and `array` write, given start and end.
+    /// The arguments of a call, from pieces of the state that `scalar` and `array` write, given
+    /// start and end.
     fn arguments(&self, scalar: fn(usize) -> String, array: fn(usize, usize) -> String) -> String {
         let mut start = 0;
         let mut arguments = Vec::new();
         for input in &self.kernels[0].inputs {
             let length = input.elements.len();
-            arguments.push(if length == 1 { scalar(start) } else { array(start, start + length) });
+            arguments.push(if length == 1 {
+                scalar(start)
+            } else {
+                array(start, start + length)
+            });
             start += length;
         }
         arguments.join(", ")
@@ -115,9 +152,17 @@ impl Sample {
 
 /// Runs a program in a directory. It succeeds.
 fn run(directory: &Path, program: &str, arguments: &[&str]) {
-    let output = Command::new(program).args(arguments).current_dir(directory).output().expect(program);
-    let [stdout, stderr] = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
-    assert!(output.status.success(), "{program} {arguments:?}:\n{stdout}{stderr}");
+    let output = Command::new(program)
+        .args(arguments)
+        .current_dir(directory)
+        .output()
+        .expect(program);
+    let [stdout, stderr] =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    assert!(
+        output.status.success(),
+        "{program} {arguments:?}:\n{stdout}{stderr}"
+    );
 }
 
 /// The program that an environment variable names.
@@ -133,24 +178,46 @@ fn program(variable: &str) -> Option<String> {
 fn c_agrees() {
     for sample in Sample::all() {
         let files = c::emit(&sample.kernels, ORIGIN).expect("the kernels can be emitted");
-        let arguments = sample.arguments(|start| format!("x[{start}]"), |start, _| format!("x + {start}"));
+        let arguments = sample.arguments(
+            |start| format!("x[{start}]"),
+            |start, _| format!("x + {start}"),
+        );
         let mut calls = String::new();
         for kernel in &sample.kernels {
             let name = &kernel.name;
             let call = match &kernel.outputs[..] {
-                [Output { shape: Shape::Scalar, .. }] => {
+                [
+                    Output {
+                        shape: Shape::Scalar,
+                        ..
+                    },
+                ] => {
                     format!("double r; bristle_{name}({arguments}, &r); print(&r, 1);")
                 }
-                [Output { shape: Shape::Vector(length), .. }] => {
-                    format!("double r[{length}]; bristle_{name}({arguments}, r); print(r, {length});")
+                [
+                    Output {
+                        shape: Shape::Vector(length),
+                        ..
+                    },
+                ] => {
+                    format!(
+                        "double r[{length}]; bristle_{name}({arguments}, r); print(r, {length});"
+                    )
                 }
-                [Output { shape: Shape::Matrix(rows, columns), .. }] => format!(
+                [
+                    Output {
+                        shape: Shape::Matrix(rows, columns),
+                        ..
+                    },
+                ] => format!(
                     "double r[{rows}][{columns}]; bristle_{name}({arguments}, r); print(&r[0][0], {});",
                     rows * columns
                 ),
                 outputs => {
-                    let printed: String =
-                        outputs.iter().map(|output| format!(" print(&r.{}, 1);", output.name)).collect();
+                    let printed: String = outputs
+                        .iter()
+                        .map(|output| format!(" print(&r.{}, 1);", output.name))
+                        .collect();
                     format!("struct bristle_{name} r; bristle_{name}({arguments}, &r);{printed}")
                 }
             };
@@ -164,56 +231,101 @@ fn c_agrees() {
              int main(void) {{\n    double x[{size}];\n    for (;;) {{\n        \
              for (int i = 0; i < {size}; i++) if (scanf(\"%lf\", &x[i]) != 1) return 0;\n{calls}    }}\n}}\n"
         );
-        let directory = sample.directory(&files, SourceFile { name: "driver.c".into(), text }, STATES);
+        let directory = sample.directory(
+            &files,
+            SourceFile {
+                name: "driver.c".into(),
+                text,
+            },
+            STATES,
+        );
         let warnings = ["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror"];
         let sources = ["-o", "driver", "driver.c", "bristle_chain.c", "-lm"];
         run(directory.path(), "cc", &[&warnings[..], &sources].concat());
-        run(directory.path(), "sh", &["-c", "./driver < states.txt > values.txt"]);
+        run(
+            directory.path(),
+            "sh",
+            &["-c", "./driver < states.txt > values.txt"],
+        );
         sample.check("C", directory.path(), STATES);
     }
 }
 
 #[test]
 fn octave_agrees() {
-    let Some(octave) = program("BRISTLE_TEST_OCTAVE") else { return };
+    let Some(octave) = program("BRISTLE_TEST_OCTAVE") else {
+        return;
+    };
     for sample in Sample::all() {
         let files = matlab::emit(&sample.kernels, ORIGIN).expect("the kernels can be emitted");
-        let arguments =
-            sample.arguments(|start| format!("x({})", start + 1), |start, end| format!("x({}:{end})", start + 1));
+        let arguments = sample.arguments(
+            |start| format!("x({})", start + 1),
+            |start, end| format!("x({}:{end})", start + 1),
+        );
         let mut calls = String::new();
         for kernel in &sample.kernels {
             let values = match &kernel.outputs[..] {
                 [_] => "r.'".to_owned(),
                 outputs => {
-                    let fields: Vec<String> = outputs.iter().map(|output| format!("r.{}", output.name)).collect();
+                    let fields: Vec<String> = outputs
+                        .iter()
+                        .map(|output| format!("r.{}", output.name))
+                        .collect();
                     format!("[{}]", fields.join(", "))
                 }
             };
-            writeln!(calls, "  r = {}({arguments});\n  fprintf(out, '%.17g\\n', {values});", kernel.name)
-                .expect("a string takes text");
+            writeln!(
+                calls,
+                "  r = {}({arguments});\n  fprintf(out, '%.17g\\n', {values});",
+                kernel.name
+            )
+            .expect("a string takes text");
         }
         let text = format!(
             "states = load('states.txt');\nout = fopen('values.txt', 'w');\n\
              for k = 1:size(states, 1)\n  x = states(k, :)';\n{calls}end\nfclose(out);\n"
         );
-        let directory = sample.directory(&files, SourceFile { name: "driver.m".into(), text }, STATES);
-        run(directory.path(), &octave, &["--no-gui", "--quiet", "--norc", "driver.m"]);
+        let directory = sample.directory(
+            &files,
+            SourceFile {
+                name: "driver.m".into(),
+                text,
+            },
+            STATES,
+        );
+        run(
+            directory.path(),
+            &octave,
+            &["--no-gui", "--quiet", "--norc", "driver.m"],
+        );
         sample.check("Octave", directory.path(), STATES);
     }
 }
 
 #[test]
 fn numpy_agrees() {
-    let Some(python) = program("BRISTLE_TEST_PYTHON") else { return };
+    let Some(python) = program("BRISTLE_TEST_PYTHON") else {
+        return;
+    };
     for sample in Sample::all() {
         let text = numpy::emit(&sample.kernels, ORIGIN).expect("the kernels can be emitted");
-        let files = [SourceFile { name: "bristle_chain.py".into(), text }];
-        let arguments = sample.arguments(|start| format!("x[:, {start}]"), |start, end| format!("x[:, {start}:{end}]"));
+        let files = [SourceFile {
+            name: "bristle_chain.py".into(),
+            text,
+        }];
+        let arguments = sample.arguments(
+            |start| format!("x[:, {start}]"),
+            |start, end| format!("x[:, {start}:{end}]"),
+        );
         let mut calls = String::new();
         for kernel in &sample.kernels {
             writeln!(calls, "r = chain.{}({arguments})", kernel.name).expect("a string takes text");
             for output in &kernel.outputs {
-                let value = if kernel.outputs.len() == 1 { "r".into() } else { format!("r.{}", output.name) };
+                let value = if kernel.outputs.len() == 1 {
+                    "r".into()
+                } else {
+                    format!("r.{}", output.name)
+                };
                 let shape = match output.shape {
                     Shape::Scalar => "()".to_owned(),
                     Shape::Vector(length) => format!("({length},)"),
@@ -227,7 +339,14 @@ fn numpy_agrees() {
             "import numpy as np\nimport bristle_chain as chain\n\nx = np.loadtxt('states.txt')\ncolumns = []\n{calls}\
              np.savetxt('values.txt', np.hstack(columns), '%.17g')\n"
         );
-        let directory = sample.directory(&files, SourceFile { name: "driver.py".into(), text }, STATES);
+        let directory = sample.directory(
+            &files,
+            SourceFile {
+                name: "driver.py".into(),
+                text,
+            },
+            STATES,
+        );
         run(directory.path(), &python, &["driver.py"]);
         sample.check("NumPy", directory.path(), STATES);
     }
@@ -252,11 +371,19 @@ with open('states.txt') as states, open('values.txt', 'w') as out:
 
 #[test]
 fn sympy_agrees() {
-    let Some(python) = program("BRISTLE_TEST_PYTHON") else { return };
+    let Some(python) = program("BRISTLE_TEST_PYTHON") else {
+        return;
+    };
     for sample in Sample::all() {
         let text = sympy::emit(&sample.kernels, ORIGIN).expect("the kernels can be emitted");
-        let files = [SourceFile { name: "bristle_chain_sympy.py".into(), text }];
-        let elements = sample.kernels[0].inputs.iter().flat_map(|input| &input.elements);
+        let files = [SourceFile {
+            name: "bristle_chain_sympy.py".into(),
+            text,
+        }];
+        let elements = sample.kernels[0]
+            .inputs
+            .iter()
+            .flat_map(|input| &input.elements);
         let names: Vec<String> = elements.map(|(name, _)| format!("\"{name}\"")).collect();
         let mut calls = String::new();
         for kernel in &sample.kernels {
@@ -269,8 +396,17 @@ fn sympy_agrees() {
                 writeln!(calls, "results.append({value})").expect("a string takes text");
             }
         }
-        let text = SYMPY_DRIVER.replace("@NAMES@", &names.join(", ")).replace("@CALLS@", &calls);
-        let directory = sample.directory(&files, SourceFile { name: "driver.py".into(), text }, STATES_OF_SYMPY);
+        let text = SYMPY_DRIVER
+            .replace("@NAMES@", &names.join(", "))
+            .replace("@CALLS@", &calls);
+        let directory = sample.directory(
+            &files,
+            SourceFile {
+                name: "driver.py".into(),
+                text,
+            },
+            STATES_OF_SYMPY,
+        );
         run(directory.path(), &python, &["driver.py"]);
         sample.check("SymPy", directory.path(), STATES_OF_SYMPY);
     }

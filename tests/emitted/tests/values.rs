@@ -10,12 +10,12 @@ use fastrand::Rng;
 /// Points at which each expression is evaluated.
 const POINTS: usize = 20;
 
-/// An emitted function and the evaluation of its graph do the same operations. Only integer powers differ, by one rounding
-/// each.
+/// An emitted function and the evaluation of its graph do the same operations. Only integer powers
+/// differ, by one rounding each.
 const SAME_OPERATIONS: f64 = 1e-13;
 
-/// A simplified expression rounds differently, and its derivative with respect to an intermediate can be as large as the
-/// largest intermediate; hence the square.
+/// A simplified expression rounds differently, and its derivative with respect to an intermediate
+/// can be as large as the largest intermediate; hence the square.
 const SIMPLIFIED: f64 = 1e-12;
 
 /// Expressions with larger intermediates are not compared.
@@ -28,14 +28,16 @@ fn random_expressions_have_one_value_raw_simplified_and_emitted() {
     for (program, functions) in programs().iter().zip(emitted::RANDOM) {
         let graphs = forms(program);
         for _ in 0..POINTS {
-            let point = VARIABLES.map(|(_, range)| range.start + rng.f64() * (range.end - range.start));
+            let point =
+                VARIABLES.map(|(_, range)| range.start + rng.f64() * (range.end - range.start));
             let (expected, scale) = value(&graphs[0].0, graphs[0].1, &point);
             if scale > MAX_SCALE {
                 continue;
             }
             compared += 1;
             for ((form, (graph, node)), function) in FORMS.iter().zip(&graphs).zip(functions) {
-                let ((evaluated, largest), emitted) = (value(graph, *node, &point), function(point));
+                let ((evaluated, largest), emitted) =
+                    (value(graph, *node, &point), function(point));
                 let error = (emitted - evaluated).abs();
                 assert!(
                     error <= SAME_OPERATIONS * largest,
@@ -49,7 +51,10 @@ fn random_expressions_have_one_value_raw_simplified_and_emitted() {
             }
         }
     }
-    assert!(compared > 9 * POINTS * programs().len() / 10, "only {compared} points were compared");
+    assert!(
+        compared > 9 * POINTS * programs().len() / 10,
+        "only {compared} points were compared"
+    );
 }
 
 #[test]
@@ -63,12 +68,21 @@ fn every_operator_and_its_derivative_are_emitted_right() {
             let [slope_a, slope_b] = (covered.slopes)(a, b);
             let expected = [(covered.value)(a, b), slope_a, slope_b];
             let values = graph.evaluate(&[a, b]);
-            for ((expected, emitted), node) in expected.into_iter().zip(function(a, b)).zip(&nodes) {
+            for ((expected, emitted), node) in expected.into_iter().zip(function(a, b)).zip(&nodes)
+            {
                 // The closed forms cancel for small angles.
                 let tolerance = 1e-10 * expected.abs().max(1.0);
-                assert!((emitted - expected).abs() < tolerance, "{}: {emitted} {expected}", covered.name);
+                assert!(
+                    (emitted - expected).abs() < tolerance,
+                    "{}: {emitted} {expected}",
+                    covered.name
+                );
                 let evaluated = values[node.index()];
-                assert!((emitted - evaluated).abs() <= SAME_OPERATIONS * expected.abs().max(1.0), "{}", covered.name);
+                assert!(
+                    (emitted - evaluated).abs() <= SAME_OPERATIONS * expected.abs().max(1.0),
+                    "{}",
+                    covered.name
+                );
             }
         }
     }

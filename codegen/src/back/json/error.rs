@@ -75,7 +75,9 @@ pub enum KernelError {
         problem: String,
     },
     /// An operand does not come before its user.
-    #[error("operation {operation} (`{operator}`) uses operation {operand}, which does not come before it")]
+    #[error(
+        "operation {operation} (`{operator}`) uses operation {operand}, which does not come before it"
+    )]
     OperandAfterUser {
         /// Index of the user.
         operation: usize,
@@ -91,7 +93,9 @@ pub enum KernelError {
         operation: usize,
     },
     /// A parameter is out of range.
-    #[error("operation {operation} (`{operator}`) has the parameter {parameter}; it must be {least} to {most}")]
+    #[error(
+        "operation {operation} (`{operator}`) has the parameter {parameter}; it must be {least} to {most}"
+    )]
     Parameter {
         /// Index of the operation.
         operation: usize,
@@ -105,7 +109,9 @@ pub enum KernelError {
         most: i32,
     },
     /// The powers take too many multiplications.
-    #[error("the powers up to operation {operation} take more than {MAX_OPERATIONS} multiplications")]
+    #[error(
+        "the powers up to operation {operation} take more than {MAX_OPERATIONS} multiplications"
+    )]
     PowersTooLarge {
         /// Index of the power that goes beyond the limit.
         operation: usize,

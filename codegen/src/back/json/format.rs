@@ -45,8 +45,17 @@ pub(super) struct Operator {
     pub node: fn([NodeId; 2], i32) -> Node,
 }
 
-const fn operator(name: &'static str, operands: usize, node: fn([NodeId; 2], i32) -> Node) -> Operator {
-    Operator { name, operands, parameter: None, node }
+const fn operator(
+    name: &'static str,
+    operands: usize,
+    node: fn([NodeId; 2], i32) -> Node,
+) -> Operator {
+    Operator {
+        name,
+        operands,
+        parameter: None,
+        node,
+    }
 }
 
 pub(super) const OPERATORS: [Operator; 12] = [
@@ -76,7 +85,9 @@ pub(super) const OPERATORS: [Operator; 12] = [
 
 /// The operators of the format: name, number of operands, and range of the integer after them.
 pub fn operators() -> impl Iterator<Item = (&'static str, usize, Option<(i32, i32)>)> {
-    OPERATORS.iter().map(|operator| (operator.name, operator.operands, operator.parameter))
+    OPERATORS
+        .iter()
+        .map(|operator| (operator.name, operator.operands, operator.parameter))
 }
 
 /// The name of an operation in the format, and the integer after its operands.
@@ -117,7 +128,9 @@ pub(super) fn limited<'de, const MOST: usize, D: Deserializer<'de>, T: Deseriali
             let mut list = Vec::new();
             while let Some(item) = items.next_element()? {
                 if list.len() == MOST {
-                    return Err(de::Error::custom(format!("this list has at most {MOST} entries")));
+                    return Err(de::Error::custom(format!(
+                        "this list has at most {MOST} entries"
+                    )));
                 }
                 list.push(item);
             }
@@ -177,7 +190,10 @@ mod tests {
     #[test]
     fn every_operator_is_read_as_it_is_written() {
         let mut graph = Graph::raw();
-        let (a, b) = (graph.symbol("a", "a", Unit::ONE), graph.symbol("b", "b", Unit::ONE));
+        let (a, b) = (
+            graph.symbol("a", "a", Unit::ONE),
+            graph.symbol("b", "b", Unit::ONE),
+        );
         for operator in &OPERATORS {
             let parameter = operator.parameter.map_or(0, |(least, _)| least);
             let node = (operator.node)([a, b], parameter);

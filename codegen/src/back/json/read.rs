@@ -12,8 +12,8 @@ use serde::{Deserialize, Deserializer};
 
 use crate::back::json::error::{ExchangeError, KernelError};
 use crate::back::json::format::{
-    FORMAT, InputEntry, MAX_BYTES, MAX_DEPTH, MAX_FIELDS, MAX_KERNELS, MAX_NAME, MAX_OPERATIONS, MAX_TEXT, OPERATORS,
-    Operator, OutputEntry, UnitCode, VERSION, limited,
+    FORMAT, InputEntry, MAX_BYTES, MAX_DEPTH, MAX_FIELDS, MAX_KERNELS, MAX_NAME, MAX_OPERATIONS,
+    MAX_TEXT, OPERATORS, Operator, OutputEntry, UnitCode, VERSION, limited,
 };
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
@@ -87,9 +87,17 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
 
 /// One entry of `operations`, as it is read.
 enum Operation {
-    Symbol { name: String, notation: String, unit: Unit },
+    Symbol {
+        name: String,
+        notation: String,
+        unit: Unit,
+    },
     Constant(Constant),
-    Operator { operator: &'static Operator, operands: [usize; 2], parameter: i32 },
+    Operator {
+        operator: &'static Operator,
+        operands: [usize; 2],
+        parameter: i32,
+    },
 }
 
 impl<'de> Deserialize<'de> for Operation {
@@ -114,11 +122,16 @@ impl<'de> Visitor<'de> for OperationVisitor {
                 const WANTED: &str = "`symbol` takes a name, a notation and a unit";
                 let (name, notation) = (next(&mut items, WANTED)?, next(&mut items, WANTED)?);
                 let UnitCode(unit) = next(&mut items, WANTED)?;
-                Operation::Symbol { name, notation, unit }
+                Operation::Symbol {
+                    name,
+                    notation,
+                    unit,
+                }
             }
             "rational" => {
                 const WANTED: &str = "`rational` takes a numerator and a positive denominator";
-                let (numerator, denominator): (i64, i64) = (next(&mut items, WANTED)?, next(&mut items, WANTED)?);
+                let (numerator, denominator): (i64, i64) =
+                    (next(&mut items, WANTED)?, next(&mut items, WANTED)?);
                 // The least integer has no negative.
                 if denominator <= 0 || numerator == i64::MIN {
                     return Err(de::Error::custom(WANTED));
@@ -133,13 +146,22 @@ impl<'de> Visitor<'de> for OperationVisitor {
                 Operation::Constant(Constant::Float(value))
             }
             name => {
-                let operator = OPERATORS.iter().find(|operator| operator.name == name).ok_or_else(|| {
-                    let known = OPERATORS.map(|operator| operator.name).join(", ");
-                    let shown = shortened(name);
-                    de::Error::custom(format!("unknown operator `{shown}`; known are symbol, rational, float, {known}"))
-                })?;
+                let operator = OPERATORS
+                    .iter()
+                    .find(|operator| operator.name == name)
+                    .ok_or_else(|| {
+                        let known = OPERATORS.map(|operator| operator.name).join(", ");
+                        let shown = shortened(name);
+                        de::Error::custom(format!(
+                            "unknown operator `{shown}`; known are symbol, rational, float, {known}"
+                        ))
+                    })?;
                 let plural = if operator.operands == 1 { "" } else { "s" };
-                let and = if operator.parameter.is_some() { " and an integer" } else { "" };
+                let and = if operator.parameter.is_some() {
+                    " and an integer"
+                } else {
+                    ""
+                };
                 let wanted = format!("`{name}` takes {} operand{plural}{and}", operator.operands);
                 let mut operands = [0; 2];
                 for operand in &mut operands[..operator.operands] {
@@ -149,18 +171,29 @@ impl<'de> Visitor<'de> for OperationVisitor {
                     Some(_) => next(&mut items, &wanted)?,
                     None => 0,
                 };
-                Operation::Operator { operator, operands, parameter }
+                Operation::Operator {
+                    operator,
+                    operands,
+                    parameter,
+                }
             }
         };
         match items.next_element::<IgnoredAny>()? {
             None => Ok(operation),
-            Some(_) => Err(de::Error::custom(format!("`{tag}` has more entries than it takes"))),
+            Some(_) => Err(de::Error::custom(format!(
+                "`{tag}` has more entries than it takes"
+            ))),
         }
     }
 }
 
-fn next<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(items: &mut A, wanted: &str) -> Result<T, A::Error> {
-    items.next_element()?.ok_or_else(|| de::Error::custom(wanted))
+fn next<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(
+    items: &mut A,
+    wanted: &str,
+) -> Result<T, A::Error> {
+    items
+        .next_element()?
+        .ok_or_else(|| de::Error::custom(wanted))
 }
 
 /// Reads a file and checks everything in it.
@@ -179,7 +212,10 @@ pub fn from_json(text: &str) -> Result<GraphFile, ExchangeError> {
         return Err(ExchangeError::Version(head.version));
     }
     let Object(file): Object<FileEntry> = parse(text)?;
-    check_text(&file.generator, false).map_err(|problem| ExchangeError::Text { field: "generator", problem })?;
+    check_text(&file.generator, false).map_err(|problem| ExchangeError::Text {
+        field: "generator",
+        problem,
+    })?;
     if file.kernels.is_empty() {
         return Err(ExchangeError::Empty);
     }
@@ -191,7 +227,10 @@ pub fn from_json(text: &str) -> Result<GraphFile, ExchangeError> {
         let result = check_kernel_name(&entry.name, &mut types).and_then(|()| entry.kernel());
         kernels.push(result.map_err(within)?);
     }
-    Ok(GraphFile { generator: file.generator, kernels })
+    Ok(GraphFile {
+        generator: file.generator,
+        kernels,
+    })
 }
 
 fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ExchangeError> {
@@ -203,7 +242,11 @@ fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ExchangeError> {
         let place = format!(" at line {} column {}", error.line(), error.column());
         ExchangeError::Syntax {
             // Outside any key the path is only a placeholder.
-            path: if matches!(path.as_str(), "." | "?") { "file".into() } else { shortened(&path) },
+            path: if matches!(path.as_str(), "." | "?") {
+                "file".into()
+            } else {
+                shortened(&path)
+            },
             line: error.line(),
             column: error.column(),
             message: shown(message.strip_suffix(&place).unwrap_or(&message), SHOWN),
@@ -211,7 +254,9 @@ fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ExchangeError> {
     };
     let value = serde_path_to_error::deserialize(&mut deserializer)
         .map_err(|error| syntax(error.path().to_string(), error.inner()))?;
-    deserializer.end().map_err(|error| syntax(".".into(), &error))?;
+    deserializer
+        .end()
+        .map_err(|error| syntax(".".into(), &error))?;
     Ok(value)
 }
 
@@ -222,11 +267,18 @@ fn check_name(what: &str, name: &str) -> Result<(), KernelError> {
     let words = name.split('_');
     let snake_case = name.starts_with(|first: char| first.is_ascii_lowercase())
         && words.clone().all(|word| !word.is_empty())
-        && name.chars().all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '_');
-    let intermediate = name.strip_prefix('t').is_some_and(|rest| rest.chars().all(|digit| digit.is_ascii_digit()));
+        && name
+            .chars()
+            .all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '_');
+    let intermediate = name
+        .strip_prefix('t')
+        .is_some_and(|rest| rest.chars().all(|digit| digit.is_ascii_digit()));
     let problem = if !snake_case || name.len() > MAX_NAME {
         "is not a valid name: use lower-case words of letters and digits, joined by `_`, at most 64 characters"
-    } else if intermediate || RESERVED.contains(&name) || syn::parse_str::<syn::Ident>(name).is_err() {
+    } else if intermediate
+        || RESERVED.contains(&name)
+        || syn::parse_str::<syn::Ident>(name).is_err()
+    {
         "is reserved"
     } else {
         return Ok(());
@@ -235,7 +287,11 @@ fn check_name(what: &str, name: &str) -> Result<(), KernelError> {
 }
 
 fn name_error(what: &str, name: &str, problem: &'static str) -> KernelError {
-    KernelError::Name { what: what.into(), name: shortened(name), problem }
+    KernelError::Name {
+        what: what.into(),
+        name: shortened(name),
+        problem,
+    }
 }
 
 fn check_kernel_name(name: &str, types: &mut HashSet<String>) -> Result<(), KernelError> {
@@ -243,7 +299,11 @@ fn check_kernel_name(name: &str, types: &mut HashSet<String>) -> Result<(), Kern
     if types.insert(camel_case(name)) {
         return Ok(());
     }
-    Err(name_error("the name", name, "is taken by another kernel, or gives its result the same type"))
+    Err(name_error(
+        "the name",
+        name,
+        "is taken by another kernel, or gives its result the same type",
+    ))
 }
 
 /// Starts of code blocks in the documentation of emitted code, which documentation tests would run.
@@ -255,14 +315,23 @@ fn check_text(text: &str, lines: bool) -> Result<(), String> {
     }
     let forbidden = |letter: &char| is_invisible(*letter) && !(lines && *letter == '\n');
     if let Some(letter) = text.chars().find(forbidden) {
-        return Err(format!("holds the control character {}", letter.escape_unicode()));
+        return Err(format!(
+            "holds the control character {}",
+            letter.escape_unicode()
+        ));
     }
     let opens_tag = |next: char| next.is_ascii_alphabetic() || matches!(next, '/' | '!' | '?');
-    if text.split('<').skip(1).any(|rest| rest.starts_with(opens_tag)) {
+    if text
+        .split('<')
+        .skip(1)
+        .any(|rest| rest.starts_with(opens_tag))
+    {
         return Err("holds markup: put a space after `<`".into());
     }
     match MARKUP.into_iter().find(|markup| text.contains(markup)) {
-        Some(markup) => Err(format!("holds \"{markup}\", which can start a block of code")),
+        Some(markup) => Err(format!(
+            "holds \"{markup}\", which can start a block of code"
+        )),
         None => Ok(()),
     }
 }
@@ -277,31 +346,53 @@ impl Variables {
         if self.0.insert(name.to_owned()) {
             return Ok(());
         }
-        Err(name_error(what, name, "is taken by another input or element"))
+        Err(name_error(
+            what,
+            name,
+            "is taken by another input or element",
+        ))
     }
 }
 
 impl KernelEntry {
     fn kernel(self) -> Result<Kernel, KernelError> {
-        let Self { name, summary, inputs, operations, outputs } = self;
+        let Self {
+            name,
+            summary,
+            inputs,
+            operations,
+            outputs,
+        } = self;
         let text = |field, what: &str, text: &str, lines| {
-            check_text(text, lines).map_err(|problem| KernelError::Text { field, what: what.to_owned(), problem })
+            check_text(text, lines).map_err(|problem| KernelError::Text {
+                field,
+                what: what.to_owned(),
+                problem,
+            })
         };
         text("summary", "the kernel", &summary, true)?;
         let (graph, nodes) = build(operations)?;
         let find = |what, name: &str, operation: usize| {
-            nodes.get(operation).copied().ok_or_else(|| KernelError::NoSuchOperation {
-                what,
-                name: name.to_owned(),
-                operation,
-                operations: nodes.len(),
-            })
+            nodes
+                .get(operation)
+                .copied()
+                .ok_or_else(|| KernelError::NoSuchOperation {
+                    what,
+                    name: name.to_owned(),
+                    operation,
+                    operations: nodes.len(),
+                })
         };
 
         let mut variables = Variables::default();
         let mut given = HashSet::new();
         let mut checked_inputs = Vec::with_capacity(inputs.len());
-        for Object(InputEntry { name, doc, elements }) in inputs {
+        for Object(InputEntry {
+            name,
+            doc,
+            elements,
+        }) in inputs
+        {
             check_name("input", &name)?;
             text("text", &format!("input `{name}`"), &doc, false)?;
             match elements.len() {
@@ -322,7 +413,11 @@ impl KernelEntry {
                 }
                 checked.push((element, node));
             }
-            checked_inputs.push(Input { name, doc, elements: checked });
+            checked_inputs.push(Input {
+                name,
+                doc,
+                elements: checked,
+            });
         }
 
         if outputs.is_empty() {
@@ -330,7 +425,14 @@ impl KernelEntry {
         }
         let mut fields = HashSet::new();
         let mut checked_outputs = Vec::with_capacity(outputs.len());
-        for Object(OutputEntry { name, doc, unit: UnitCode(unit), shape, operations }) in outputs {
+        for Object(OutputEntry {
+            name,
+            doc,
+            unit: UnitCode(unit),
+            shape,
+            operations,
+        }) in outputs
+        {
             check_name("output", &name)?;
             if !fields.insert(name.clone()) {
                 return Err(name_error("output", &name, "is taken by another output"));
@@ -340,17 +442,39 @@ impl KernelEntry {
             let shape = match shape[..] {
                 [] if elements == 1 => Shape::Scalar,
                 [length] if length == elements && length > 0 => Shape::Vector(length),
-                [rows, columns] if rows > 0 && columns > 0 && rows.checked_mul(columns) == Some(elements) => {
+                [rows, columns]
+                    if rows > 0 && columns > 0 && rows.checked_mul(columns) == Some(elements) =>
+                {
                     Shape::Matrix(rows, columns)
                 }
-                _ => return Err(KernelError::BadShape { name, shape, elements }),
+                _ => {
+                    return Err(KernelError::BadShape {
+                        name,
+                        shape,
+                        elements,
+                    });
+                }
             };
-            let nodes: Result<Vec<NodeId>, _> =
-                operations.into_iter().map(|operation| find("output", &name, operation)).collect();
-            checked_outputs.push(Output { nodes: nodes?, name, doc, unit, shape });
+            let nodes: Result<Vec<NodeId>, _> = operations
+                .into_iter()
+                .map(|operation| find("output", &name, operation))
+                .collect();
+            checked_outputs.push(Output {
+                nodes: nodes?,
+                name,
+                doc,
+                unit,
+                shape,
+            });
         }
         dimension::check(&graph, &checked_outputs)?;
-        let kernel = Kernel { name, summary, graph, inputs: checked_inputs, outputs: checked_outputs };
+        let kernel = Kernel {
+            name,
+            summary,
+            graph,
+            inputs: checked_inputs,
+            outputs: checked_outputs,
+        };
         match kernel.unbound_symbol() {
             Some(symbol) => Err(KernelError::UnboundSymbol(symbol.to_owned())),
             None => Ok(kernel),
@@ -368,7 +492,11 @@ fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), KernelError
         let mut depth = 0;
         let node = match operation {
             Operation::Constant(value) => graph.constant(value),
-            Operation::Symbol { name, notation, unit } => {
+            Operation::Symbol {
+                name,
+                notation,
+                unit,
+            } => {
                 check_name(&format!("operation {index}: symbol"), &name)?;
                 check_text(&notation, false).map_err(|problem| KernelError::Text {
                     field: "notation",
@@ -376,11 +504,18 @@ fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), KernelError
                     problem,
                 })?;
                 if graph.find_symbol(&name).is_some() {
-                    return Err(KernelError::DoubleSymbol { operation: index, symbol: name });
+                    return Err(KernelError::DoubleSymbol {
+                        operation: index,
+                        symbol: name,
+                    });
                 }
                 graph.symbol(&name, &notation, unit)
             }
-            Operation::Operator { operator, operands, parameter } => {
+            Operation::Operator {
+                operator,
+                operands,
+                parameter,
+            } => {
                 let mut found = [NodeId::default(); 2];
                 for (found, operand) in found.iter_mut().zip(operands).take(operator.operands) {
                     *found = *nodes.get(operand).ok_or(KernelError::OperandAfterUser {
@@ -397,7 +532,13 @@ fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), KernelError
                     && !(least..=most).contains(&parameter)
                 {
                     let operator = operator.name;
-                    return Err(KernelError::Parameter { operation: index, operator, parameter, least, most });
+                    return Err(KernelError::Parameter {
+                        operation: index,
+                        operator,
+                        parameter,
+                        least,
+                        most,
+                    });
                 }
                 let node = (operator.node)(found, parameter);
                 if let Node::Powi(_, exponent) = node {

@@ -2,7 +2,9 @@
 
 use serde::ser::Error as _;
 
-use crate::back::json::format::{FORMAT, InputEntry, OutputEntry, UnitCode, VERSION, name_and_parameter};
+use crate::back::json::format::{
+    FORMAT, InputEntry, OutputEntry, UnitCode, VERSION, name_and_parameter,
+};
 use crate::fingerprint::digest;
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
@@ -16,8 +18,9 @@ use crate::ir::kernel::Kernel;
 /// If a constant is not finite.
 pub fn to_json(kernels: &[Kernel], generator: &str) -> serde_json::Result<String> {
     let generator = serde_json::to_string(generator)?;
-    let mut text =
-        format!("{{\"format\":\"{FORMAT}\",\"version\":{VERSION},\n\"generator\":{generator},\n\"kernels\":[");
+    let mut text = format!(
+        "{{\"format\":\"{FORMAT}\",\"version\":{VERSION},\n\"generator\":{generator},\n\"kernels\":["
+    );
     for (i, kernel) in kernels.iter().enumerate() {
         text.push_str(if i == 0 { "\n" } else { ",\n" });
         write_kernel(&mut text, kernel)?;
@@ -27,9 +30,17 @@ pub fn to_json(kernels: &[Kernel], generator: &str) -> serde_json::Result<String
 }
 
 fn write_kernel(text: &mut String, kernel: &Kernel) -> serde_json::Result<()> {
-    let roots = kernel.outputs.iter().flat_map(|output| output.nodes.iter().copied());
-    let arguments = kernel.inputs.iter().flat_map(|input| input.elements.iter().map(|(_, node)| *node));
-    let live = kernel.graph.reachable(&roots.chain(arguments).collect::<Vec<_>>());
+    let roots = kernel
+        .outputs
+        .iter()
+        .flat_map(|output| output.nodes.iter().copied());
+    let arguments = kernel
+        .inputs
+        .iter()
+        .flat_map(|input| input.elements.iter().map(|(_, node)| *node));
+    let live = kernel
+        .graph
+        .reachable(&roots.chain(arguments).collect::<Vec<_>>());
     let mut positions = vec![0; live.last().map_or(0, |id| id.index() + 1)];
     for (position, id) in live.iter().enumerate() {
         positions[id.index()] = position;
@@ -41,7 +52,11 @@ fn write_kernel(text: &mut String, kernel: &Kernel) -> serde_json::Result<()> {
         .map(|input| InputEntry {
             name: input.name.clone(),
             doc: input.doc.clone(),
-            elements: input.elements.iter().map(|(name, node)| (name.clone(), position(*node))).collect(),
+            elements: input
+                .elements
+                .iter()
+                .map(|(name, node)| (name.clone(), position(*node)))
+                .collect(),
         })
         .collect();
     let outputs: Vec<OutputEntry> = kernel
@@ -55,9 +70,14 @@ fn write_kernel(text: &mut String, kernel: &Kernel) -> serde_json::Result<()> {
             operations: output.nodes.iter().copied().map(position).collect(),
         })
         .collect();
-    let (name, summary) = (serde_json::to_string(&kernel.name)?, serde_json::to_string(&kernel.summary)?);
+    let (name, summary) = (
+        serde_json::to_string(&kernel.name)?,
+        serde_json::to_string(&kernel.summary)?,
+    );
     let inputs = serde_json::to_string(&inputs)?;
-    text.push_str(&format!("{{\"name\":{name},\"summary\":{summary},\n\"inputs\":{inputs},\n\"operations\":[\n"));
+    text.push_str(&format!(
+        "{{\"name\":{name},\"summary\":{summary},\n\"inputs\":{inputs},\n\"operations\":[\n"
+    ));
     for (i, &id) in live.iter().enumerate() {
         text.push_str(if i == 0 { "" } else { ",\n" });
         text.push_str(&operation(&kernel.graph, id, position)?);
@@ -67,14 +87,22 @@ fn write_kernel(text: &mut String, kernel: &Kernel) -> serde_json::Result<()> {
     Ok(())
 }
 
-fn operation(graph: &Graph, id: NodeId, position: impl Fn(NodeId) -> usize) -> serde_json::Result<String> {
+fn operation(
+    graph: &Graph,
+    id: NodeId,
+    position: impl Fn(NodeId) -> usize,
+) -> serde_json::Result<String> {
     let node = graph.node(id);
     let (name, parameter) = name_and_parameter(node);
     match node {
-        Node::Constant(Constant::Rational(value)) => serde_json::to_string(&(name, value.numer(), value.denom())),
+        Node::Constant(Constant::Rational(value)) => {
+            serde_json::to_string(&(name, value.numer(), value.denom()))
+        }
         Node::Constant(Constant::Float(value)) => {
             if !value.is_finite() {
-                return Err(serde_json::Error::custom(format!("the constant {value} is not finite")));
+                return Err(serde_json::Error::custom(format!(
+                    "the constant {value} is not finite"
+                )));
             }
             serde_json::to_string(&(name, value))
         }
@@ -84,7 +112,11 @@ fn operation(graph: &Graph, id: NodeId, position: impl Fn(NodeId) -> usize) -> s
         }
         _ => {
             let mut text = format!("[\"{name}\"");
-            for integer in node.operands().map(|operand| position(operand) as i64).chain(parameter) {
+            for integer in node
+                .operands()
+                .map(|operand| position(operand) as i64)
+                .chain(parameter)
+            {
                 text.push_str(&format!(",{integer}"));
             }
             text.push(']');
@@ -93,8 +125,8 @@ fn operation(graph: &Graph, id: NodeId, position: impl Fn(NodeId) -> usize) -> s
     }
 }
 
-/// SHA-256 of the kernels in this format with an empty generator, in hexadecimal digits: it identifies the expressions,
-/// whatever made them.
+/// SHA-256 of the kernels in this format with an empty generator, in hexadecimal digits: it
+/// identifies the expressions, whatever made them.
 ///
 /// # Errors
 /// If a constant is not finite.

@@ -1,13 +1,15 @@
 //! C11: a header and a source file without dependencies beyond `math.h`.
 
 use crate::back::languages::{
-    Dialect, FunctionBody, SourceFile, describe, documentation, header_in, series_rows, uses_half_angle_squared,
+    Dialect, FunctionBody, SourceFile, describe, documentation, header_in, series_rows,
+    uses_half_angle_squared,
 };
 use crate::back::source::{EmitError, Origin, comment};
 use crate::ir::kernel::{Kernel, Output, Shape};
 use crate::ir::special;
 
-/// The names of both files, without their extensions, and what stands before the names of functions.
+/// The names of both files, without their extensions, and what stands before the names of
+/// functions.
 const NAME: &str = "bristle_chain";
 const PREFIX: &str = "bristle_";
 
@@ -25,7 +27,8 @@ impl Dialect for C {
 
 /// The C source of `kernels`: `bristle_chain.h` and `bristle_chain.c`.
 ///
-/// Each kernel is a function that writes its one output, or the fields of a structure, through its last argument.
+/// Each kernel is a function that writes its one output, or the fields of a structure, through its
+/// last argument.
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
@@ -43,18 +46,36 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, E
         let comment = comment(&documentation(kernel), "//");
         declarations += &format!("\n{comment}{}{declaration};\n", structure(kernel));
         let body = FunctionBody::new(kernel, &C)?;
-        let ignored: String = body.unused.iter().map(|name| format!("    (void){name};\n")).collect();
-        let results: String = kernel.outputs.iter().map(|output| assignments(kernel, output, &body)).collect();
-        source += &format!("\n{declaration} {{\n{ignored}{}{results}}}\n", body.statements);
+        let ignored: String = body
+            .unused
+            .iter()
+            .map(|name| format!("    (void){name};\n"))
+            .collect();
+        let results: String = kernel
+            .outputs
+            .iter()
+            .map(|output| assignments(kernel, output, &body))
+            .collect();
+        source += &format!(
+            "\n{declaration} {{\n{ignored}{}{results}}}\n",
+            body.statements
+        );
     }
     declarations += "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n";
-    let file = |extension: &str, text| SourceFile { name: format!("{NAME}.{extension}"), text };
+    let file = |extension: &str, text| SourceFile {
+        name: format!("{NAME}.{extension}"),
+        text,
+    };
     Ok(vec![file("h", declarations), file("c", source)])
 }
 
 /// The dimensions of an array in brackets.
 fn dimensions(shape: Shape) -> String {
-    shape.sizes().into_iter().map(|size| format!("[{size}]")).collect()
+    shape
+        .sizes()
+        .into_iter()
+        .map(|size| format!("[{size}]"))
+        .collect()
 }
 
 /// The structure of several outputs; nothing for a single one.
@@ -63,7 +84,12 @@ fn structure(kernel: &Kernel) -> String {
         return String::new();
     }
     let field = |output: &Output| {
-        format!("    // {}\n    double {}{};\n", describe(output), output.name, dimensions(output.shape))
+        format!(
+            "    // {}\n    double {}{};\n",
+            describe(output),
+            output.name,
+            dimensions(output.shape)
+        )
     };
     let fields: String = kernel.outputs.iter().map(field).collect();
     format!("struct {PREFIX}{} {{\n{fields}}};\n", kernel.name)
@@ -78,11 +104,20 @@ fn declaration(kernel: &Kernel) -> String {
         });
     }
     arguments.push(match &kernel.outputs[..] {
-        [Output { shape: Shape::Scalar, .. }] => "double *result".into(),
+        [
+            Output {
+                shape: Shape::Scalar,
+                ..
+            },
+        ] => "double *result".into(),
         [output] => format!("double result{}", dimensions(output.shape)),
         _ => format!("struct {PREFIX}{} *result", kernel.name),
     });
-    format!("void {PREFIX}{}(\n    {})", kernel.name, arguments.join(",\n    "))
+    format!(
+        "void {PREFIX}{}(\n    {})",
+        kernel.name,
+        arguments.join(",\n    ")
+    )
 }
 
 /// The statements that write an output.
@@ -98,7 +133,11 @@ fn assignments(kernel: &Kernel, output: &Output, body: &FunctionBody) -> String 
         Shape::Matrix(_, columns) => format!("[{}][{}]", k / columns, k % columns),
     };
     let values = body.values(output);
-    values.iter().enumerate().map(|(k, value)| format!("    {place}{} = {value};\n", index(k))).collect()
+    values
+        .iter()
+        .enumerate()
+        .map(|(k, value)| format!("    {place}{} = {value};\n", index(k)))
+        .collect()
 }
 
 fn half_angle_squared() -> String {

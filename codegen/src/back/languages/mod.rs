@@ -1,8 +1,10 @@
-//! Rust, C, MATLAB, NumPy and SymPy from expressions: one function per kernel, one named intermediate per shared operation.
+//! Rust, C, MATLAB, NumPy and SymPy from expressions: one function per kernel, one named
+//! intermediate per shared operation.
 //!
-//! The languages agree in how sums, products and parentheses are written, so that one writer serves them all; a
-//! `Dialect` has the rest. Powers are products, and the order of all operations is that of the graph: the same kernels give
-//! the same bytes in each language, and up to the last bits of sines and cosines the same values.
+//! The languages agree in how sums, products and parentheses are written, so that one writer serves
+//! them all; a `Dialect` has the rest. Powers are products, and the order of all operations is that
+//! of the graph: the same kernels give the same bytes in each language, and up to the last bits of
+//! sines and cosines the same values.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -42,12 +44,19 @@ pub(crate) struct Piece {
 
 impl Piece {
     fn atom(text: impl Into<String>) -> Self {
-        Self { text: text.into(), strength: ATOM }
+        Self {
+            text: text.into(),
+            strength: ATOM,
+        }
     }
 
     /// The text where operands of at least `strength` stand.
     fn within(&self, strength: Strength) -> String {
-        if self.strength < strength { format!("({})", self.text) } else { self.text.clone() }
+        if self.strength < strength {
+            format!("({})", self.text)
+        } else {
+            self.text.clone()
+        }
     }
 }
 
@@ -97,42 +106,68 @@ struct Writer<'a, D> {
 impl<D: Dialect> Writer<'_, D> {
     fn constant(&self, constant: Constant) -> Piece {
         let text = self.dialect.number(constant);
-        Piece { strength: if text.starts_with('-') { SUM } else { ATOM }, text }
+        Piece {
+            strength: if text.starts_with('-') { SUM } else { ATOM },
+            text,
+        }
     }
 
-    /// An operation on operands that `of` returns. It is neither a constant nor a symbol, and no power of zero.
+    /// An operation on operands that `of` returns. It is neither a constant nor a symbol, and no
+    /// power of zero.
     fn operation<'a>(&self, node: Node, of: &dyn Fn(NodeId) -> &'a Piece) -> Piece {
         let binary = |a: NodeId, operator: &str, b: NodeId, strength: Strength| Piece {
-            text: format!("{} {operator} {}", of(a).within(strength), of(b).within(strength + 1)),
+            text: format!(
+                "{} {operator} {}",
+                of(a).within(strength),
+                of(b).within(strength + 1)
+            ),
             strength,
         };
-        let named = |name: &str, a: NodeId| Piece::atom(format!("{}{name}({})", D::LIBRARY, of(a).text));
+        let named =
+            |name: &str, a: NodeId| Piece::atom(format!("{}{name}({})", D::LIBRARY, of(a).text));
         match node {
-            Node::Constant(_) | Node::Symbol(_) => unreachable!("constants and symbols are no operations"),
+            Node::Constant(_) | Node::Symbol(_) => {
+                unreachable!("constants and symbols are no operations")
+            }
             Node::Add(a, b) => binary(a, "+", b, SUM),
             Node::Sub(a, b) => binary(a, "-", b, SUM),
             Node::Mul(a, b) => binary(a, "*", b, PRODUCT),
             Node::Div(a, b) => binary(a, "/", b, PRODUCT),
-            Node::Neg(a) => Piece { text: format!("-{}", of(a).within(ATOM)), strength: SUM },
+            Node::Neg(a) => Piece {
+                text: format!("-{}", of(a).within(ATOM)),
+                strength: SUM,
+            },
             Node::Powi(a, exponent) => {
                 let base = of(a).within(ATOM);
                 let product = vec![base; exponent.unsigned_abs() as usize].join(" * ");
                 let one = self.constant(Constant::from(1)).text;
                 match exponent {
                     1 => Piece::atom(product),
-                    2.. => Piece { text: product, strength: PRODUCT },
-                    -1 => Piece { text: format!("{one} / {product}"), strength: PRODUCT },
-                    _ => Piece { text: format!("{one} / ({product})"), strength: PRODUCT },
+                    2.. => Piece {
+                        text: product,
+                        strength: PRODUCT,
+                    },
+                    -1 => Piece {
+                        text: format!("{one} / {product}"),
+                        strength: PRODUCT,
+                    },
+                    _ => Piece {
+                        text: format!("{one} / ({product})"),
+                        strength: PRODUCT,
+                    },
                 }
             }
             Node::Sqrt(a) => named("sqrt", a),
             Node::Sin(a) => named("sin", a),
             Node::Cos(a) => named("cos", a),
             Node::Asin(a) => named(D::ARC_SINE, a),
-            Node::LessThan(a, b) => {
-                Piece::atom(self.dialect.less_than(&of(a).within(D::COMPARED), &of(b).within(D::COMPARED)))
+            Node::LessThan(a, b) => Piece::atom(
+                self.dialect
+                    .less_than(&of(a).within(D::COMPARED), &of(b).within(D::COMPARED)),
+            ),
+            Node::HalfAngleSquared(order, a) => {
+                Piece::atom(self.dialect.half_angle_squared(order, &of(a).text))
             }
-            Node::HalfAngleSquared(order, a) => Piece::atom(self.dialect.half_angle_squared(order, &of(a).text)),
         }
     }
 
@@ -144,22 +179,28 @@ impl<D: Dialect> Writer<'_, D> {
     }
 }
 
-/// Expressions deeper than this are cut by an intermediate, for the reader and for the parser's stack.
+/// Expressions deeper than this are cut by an intermediate, for the reader and for the parser's
+/// stack.
 const MAX_DEPTH: usize = 6;
 
 /// How often each node is an operand or an output of `kernel`.
 fn uses(kernel: &Kernel) -> BTreeMap<NodeId, usize> {
     let mut uses: BTreeMap<NodeId, usize> = BTreeMap::new();
-    let operands = kernel.computed().into_iter().flat_map(|id| computed_operands(kernel.graph.node(id)));
+    let operands = kernel
+        .computed()
+        .into_iter()
+        .flat_map(|id| computed_operands(kernel.graph.node(id)));
     for operand in operands.chain(kernel.output_nodes()) {
         *uses.entry(operand).or_default() += 1;
     }
     uses
 }
 
-/// Writes the intermediates of `kernel`, whose nodes have these [`uses`], and returns the expressions of its outputs by their nodes.
+/// Writes the intermediates of `kernel`, whose nodes have these [`uses`], and returns the
+/// expressions of its outputs by their nodes.
 ///
-/// What is used more than once gets a name, and so does the base of a power, which a product repeats. A constant is as short as a name.
+/// What is used more than once gets a name, and so does the base of a power, which a product
+/// repeats. A constant is as short as a name.
 ///
 /// # Errors
 /// If an output needs a symbol that no input provides, or a constant is not finite.
@@ -169,21 +210,32 @@ fn write_body<D: Dialect>(
     writer: &mut Writer<'_, D>,
 ) -> Result<BTreeMap<NodeId, Piece>, EmitError> {
     if let Some(symbol) = kernel.unbound_symbol() {
-        return Err(EmitError::UnboundSymbol { kernel: kernel.name.clone(), symbol: symbol.into() });
+        return Err(EmitError::UnboundSymbol {
+            kernel: kernel.name.clone(),
+            symbol: symbol.into(),
+        });
     }
     let mut uses_left = uses.clone();
     let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
     let elements = kernel.inputs.iter().flat_map(|input| &input.elements);
-    let mut expressions: BTreeMap<NodeId, Piece> = elements.map(|(name, node)| (*node, Piece::atom(name))).collect();
+    let mut expressions: BTreeMap<NodeId, Piece> = elements
+        .map(|(name, node)| (*node, Piece::atom(name)))
+        .collect();
     let order = kernel.computed();
-    let bases: BTreeSet<NodeId> = order.iter().filter_map(|&id| base_of_power(&kernel.graph, id)).collect();
+    let bases: BTreeSet<NodeId> = order
+        .iter()
+        .filter_map(|&id| base_of_power(&kernel.graph, id))
+        .collect();
     let mut names = 0;
     for id in order {
         let node = kernel.graph.node(id);
         let expression = match node {
             Node::Constant(constant) if !constant.value().is_finite() => {
                 let value = constant.value().to_string();
-                return Err(EmitError::NonFiniteConstant { kernel: kernel.name.clone(), value });
+                return Err(EmitError::NonFiniteConstant {
+                    kernel: kernel.name.clone(),
+                    value,
+                });
             }
             Node::Constant(constant) => writer.constant(constant),
             Node::Powi(_, 0) => writer.constant(Constant::from(1)),
@@ -192,13 +244,18 @@ fn write_body<D: Dialect>(
         };
         for operand in computed_operands(node) {
             // Expressions are dropped after their last use.
-            let left = uses_left.get_mut(&operand).expect("every operand is counted");
+            let left = uses_left
+                .get_mut(&operand)
+                .expect("every operand is counted");
             *left -= 1;
             if *left == 0 {
                 expressions.remove(&operand);
             }
         }
-        let depth = 1 + computed_operands(node).filter_map(|operand| depths.get(&operand)).max().unwrap_or(&0);
+        let depth = 1 + computed_operands(node)
+            .filter_map(|operand| depths.get(&operand))
+            .max()
+            .unwrap_or(&0);
         let shared = uses[&id] > 1 || depth > MAX_DEPTH || bases.contains(&id);
         if shared && !matches!(node, Node::Constant(_)) {
             expressions.insert(id, writer.intermediate(names, expression));
@@ -220,7 +277,8 @@ fn base_of_power(graph: &Graph, id: NodeId) -> Option<NodeId> {
 
 /// The body of a function up to its result.
 pub(crate) struct FunctionBody {
-    /// The statements that take the elements that are used out of the inputs, and compute the intermediates.
+    /// The statements that take the elements that are used out of the inputs, and compute the
+    /// intermediates.
     pub statements: String,
     /// The inputs of which nothing is used.
     pub unused: Vec<String>,
@@ -230,7 +288,10 @@ pub(crate) struct FunctionBody {
 impl FunctionBody {
     pub fn new(kernel: &Kernel, dialect: &impl Dialect) -> Result<Self, EmitError> {
         let uses = uses(kernel);
-        let mut writer = Writer { dialect, statements: String::new() };
+        let mut writer = Writer {
+            dialect,
+            statements: String::new(),
+        };
         let mut unused = Vec::new();
         for input in &kernel.inputs {
             let Input { name, elements, .. } = input;
@@ -240,19 +301,31 @@ impl FunctionBody {
             let argument = dialect.argument(input);
             for (index, (element, node)) in elements.iter().enumerate() {
                 // A single element is the argument itself, whose name may differ from it.
-                let source = if elements.len() == 1 { argument.clone() } else { dialect.element(&argument, index) };
+                let source = if elements.len() == 1 {
+                    argument.clone()
+                } else {
+                    dialect.element(&argument, index)
+                };
                 if uses.contains_key(node) && source != *element {
                     writer.statements += &dialect.assignment(element, &source);
                 }
             }
         }
         let expressions = write_body(kernel, &uses, &mut writer)?;
-        Ok(Self { statements: writer.statements, unused, expressions })
+        Ok(Self {
+            statements: writer.statements,
+            unused,
+            expressions,
+        })
     }
 
     /// The elements of an output, row by row.
     pub fn values(&self, output: &Output) -> Vec<&str> {
-        output.nodes.iter().map(|node| self.expressions[node].text.as_str()).collect()
+        output
+            .nodes
+            .iter()
+            .map(|node| self.expressions[node].text.as_str())
+            .collect()
     }
 }
 
@@ -292,29 +365,61 @@ fn documentation(kernel: &Kernel) -> String {
 /// Whether a kernel needs `S`.
 fn uses_half_angle_squared(kernels: &[Kernel]) -> bool {
     let is_it = |kernel: &Kernel, id| matches!(kernel.graph.node(id), Node::HalfAngleSquared(..));
-    kernels.iter().any(|kernel| kernel.computed().into_iter().any(|id| is_it(kernel, id)))
+    kernels
+        .iter()
+        .any(|kernel| kernel.computed().into_iter().any(|id| is_it(kernel, id)))
 }
 
-/// The coefficients of the power series of `S` and its derivatives, lowest power first, each row between `open` and `close`.
+/// The coefficients of the power series of `S` and its derivatives, lowest power first, each row
+/// between `open` and `close`.
 fn series_rows(open: &str, close: &str, after: &str) -> String {
     let row = |coefficients: &[f64]| {
-        let numbers: Vec<String> = coefficients.iter().map(|value| format!("{value:?}")).collect();
+        let numbers: Vec<String> = coefficients
+            .iter()
+            .map(|value| format!("{value:?}"))
+            .collect();
         format!("    {open}{}{close}", numbers.join(", "))
     };
-    special::SERIES.iter().map(|coefficients| row(coefficients)).collect::<Vec<_>>().join(after)
+    special::SERIES
+        .iter()
+        .map(|coefficients| row(coefficients))
+        .collect::<Vec<_>>()
+        .join(after)
 }
 
 /// The header of a file, whose title names the language. Each line is a comment after `mark`.
-fn header_in(language: &str, kernels: &[Kernel], origin: Origin<'_>, mark: &str) -> Result<String, EmitError> {
+fn header_in(
+    language: &str,
+    kernels: &[Kernel],
+    origin: Origin<'_>,
+    mark: &str,
+) -> Result<String, EmitError> {
     let title = format!("{} In {language}.", origin.title);
-    header(kernels, Origin { title: &title, ..origin }, mark)
+    header(
+        kernels,
+        Origin {
+            title: &title,
+            ..origin
+        },
+        mark,
+    )
 }
 
-/// A Python docstring with the [`documentation`] of a kernel, indented as the body of its function. Empty lines hold no blanks.
+/// A Python docstring with the [`documentation`] of a kernel, indented as the body of its function.
+/// Empty lines hold no blanks.
 fn docstring(kernel: &Kernel) -> String {
     let text = documentation(kernel);
     let mut lines = text.trim_end().lines();
     let first = lines.next().unwrap_or_default();
-    let rest = lines.map(|line| if line.is_empty() { "\n".to_owned() } else { format!("\n    {line}") });
-    format!("    \"\"\"{first}{}\n    \"\"\"\n", rest.collect::<String>())
+    let rest = lines.map(|line| {
+        if line.is_empty() {
+            "\n".to_owned()
+        } else {
+            format!("\n    {line}")
+        }
+    });
+    format!(
+        "    \"\"\"{first}{}\n    \"\"\"\n",
+        rest.collect::<String>()
+    )
 }

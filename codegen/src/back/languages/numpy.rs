@@ -1,6 +1,8 @@
 //! A Python module of functions on NumPy arrays.
 
-use crate::back::languages::{Dialect, FunctionBody, docstring, header_in, series_rows, uses_half_angle_squared};
+use crate::back::languages::{
+    Dialect, FunctionBody, docstring, header_in, series_rows, uses_half_angle_squared,
+};
 use crate::back::source::{EmitError, Origin};
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
 use crate::ir::naming::camel_case;
@@ -36,12 +38,18 @@ const STACK: &str = "\n\ndef _array(shape, elements):\n    \
 
 /// The Python source of `kernels`: one module.
 ///
-/// Arrays may have any leading axes, over which the functions broadcast: a batch of states is evaluated in one call.
+/// Arrays may have any leading axes, over which the functions broadcast: a batch of states is
+/// evaluated in one call.
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
-    let mut text = header_in("Python, on NumPy arrays with any leading axes", kernels, origin, "#")?;
+    let mut text = header_in(
+        "Python, on NumPy arrays with any leading axes",
+        kernels,
+        origin,
+        "#",
+    )?;
     text += "\nfrom typing import NamedTuple\n\nimport numpy as np\n";
     text += STACK;
     if uses_half_angle_squared(kernels) {
@@ -49,9 +57,18 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError>
     }
     for kernel in kernels {
         let body = FunctionBody::new(kernel, &NumPy)?;
-        let parameters: Vec<&str> = kernel.inputs.iter().map(|input| input.name.as_str()).collect();
-        let used = kernel.inputs.iter().filter(|input| !body.unused.contains(&input.name));
-        let arrays: String = used.map(|Input { name, .. }| format!("    {name} = np.asarray({name})\n")).collect();
+        let parameters: Vec<&str> = kernel
+            .inputs
+            .iter()
+            .map(|input| input.name.as_str())
+            .collect();
+        let used = kernel
+            .inputs
+            .iter()
+            .filter(|input| !body.unused.contains(&input.name));
+        let arrays: String = used
+            .map(|Input { name, .. }| format!("    {name} = np.asarray({name})\n"))
+            .collect();
         let (class, result) = result(kernel, &body);
         text += &format!(
             "{class}\n\ndef {}({}):\n{}{arrays}{}    return {result}\n",
@@ -78,11 +95,21 @@ fn result(kernel: &Kernel, body: &FunctionBody) -> (String, String) {
         return (String::new(), value(output));
     }
     let class = camel_case(&kernel.name);
-    let fields: String = kernel.outputs.iter().map(|output| format!("    {}: np.ndarray\n", output.name)).collect();
-    let values: Vec<String> =
-        kernel.outputs.iter().map(|output| format!("        {}={},\n", output.name, value(output))).collect();
+    let fields: String = kernel
+        .outputs
+        .iter()
+        .map(|output| format!("    {}: np.ndarray\n", output.name))
+        .collect();
+    let values: Vec<String> = kernel
+        .outputs
+        .iter()
+        .map(|output| format!("        {}={},\n", output.name, value(output)))
+        .collect();
     (
-        format!("\n\nclass {class}(NamedTuple):\n    \"\"\"Result of `{}`.\"\"\"\n\n{fields}", kernel.name),
+        format!(
+            "\n\nclass {class}(NamedTuple):\n    \"\"\"Result of `{}`.\"\"\"\n\n{fields}",
+            kernel.name
+        ),
         format!("{class}(\n{}    )", values.concat()),
     )
 }

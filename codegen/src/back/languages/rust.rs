@@ -1,7 +1,7 @@
 //! Rust, generic over the scalar type, so that one source serves single values and several at once.
 //!
-//! Kernels whose results have the same fields share one type, whatever the sizes of these are: what uses the functions can
-//! be generic in the sizes. Inputs that belong together are one argument.
+//! Kernels whose results have the same fields share one type, whatever the sizes of these are: what
+//! uses the functions can be generic in the sizes. Inputs that belong together are one argument.
 
 use std::collections::BTreeMap;
 
@@ -37,15 +37,24 @@ const GROUPS: [Group; 6] = [
         fields: &[
             ("length", "Its length, `h` in m."),
             ("mass", "Its mass, `m` in kg."),
-            ("inertia", "Its transverse moment of inertia about its centre, `J` in kg m²."),
+            (
+                "inertia",
+                "Its transverse moment of inertia about its centre, `J` in kg m².",
+            ),
         ],
         arrays: false,
-        arguments: &[("segment", &["segment_length", "segment_mass", "segment_inertia"])],
+        arguments: &[(
+            "segment",
+            &["segment_length", "segment_mass", "segment_inertia"],
+        )],
     },
     Group {
         name: "JointConstants",
         doc: "The constants of a joint.",
-        fields: &[("stiffness", "Its stiffness, `c` in N m."), ("damping", "Its damping, `d` in N m s.")],
+        fields: &[
+            ("stiffness", "Its stiffness, `c` in N m."),
+            ("damping", "Its damping, `d` in N m s."),
+        ],
         arrays: false,
         arguments: &[("joint", &["joint_stiffness", "joint_damping"])],
     },
@@ -60,8 +69,14 @@ const GROUPS: [Group; 6] = [
         name: "Side",
         doc: "One side of a joint.",
         fields: &[
-            ("angles", "`sin φ, cos φ`, and where the function takes four, `sin θ, cos θ`."),
-            ("rates", "`φ̇, θ̇` in rad/s, less those of a segment that turns rigidly with the body."),
+            (
+                "angles",
+                "`sin φ, cos φ`, and where the function takes four, `sin θ, cos θ`.",
+            ),
+            (
+                "rates",
+                "`φ̇, θ̇` in rad/s, less those of a segment that turns rigidly with the body.",
+            ),
         ],
         arrays: true,
         arguments: &[
@@ -76,7 +91,10 @@ const GROUPS: [Group; 6] = [
         doc: "How the azimuth changes at a joint, `θ` of the previous segment less `θ'` of the next.",
         fields: &[
             ("plain", "`sin(θ − θ'), cos(θ − θ')`"),
-            ("unbent", "`sin(θ − θ' + κ), cos(θ − θ' + κ)`, with the relaxed angle `κ`."),
+            (
+                "unbent",
+                "`sin(θ − θ' + κ), cos(θ − θ' + κ)`, with the relaxed angle `κ`.",
+            ),
         ],
         arrays: true,
         arguments: &[("steps", &["azimuth_step", "unbent_step"])],
@@ -84,34 +102,49 @@ const GROUPS: [Group; 6] = [
     Group {
         name: "Coordinate",
         doc: "An azimuth or the variation of a polar angle, with its rate.",
-        fields: &[("value", "`θ` in rad, or `η`."), ("rate", "`θ̇` in rad/s, or `η̇` in 1/s.")],
+        fields: &[
+            ("value", "`θ` in rad, or `η`."),
+            ("rate", "`θ̇` in rad/s, or `η̇` in 1/s."),
+        ],
         arrays: false,
         arguments: &[
             ("previous", &["theta_previous", "theta_rate_previous"]),
             ("next", &["theta_next", "theta_rate_next"]),
             ("variation", &["phi_variation", "phi_variation_rate"]),
-            ("previous_variation", &["phi_variation_previous", "phi_variation_rate_previous"]),
-            ("next_variation", &["phi_variation_next", "phi_variation_rate_next"]),
+            (
+                "previous_variation",
+                &["phi_variation_previous", "phi_variation_rate_previous"],
+            ),
+            (
+                "next_variation",
+                &["phi_variation_next", "phi_variation_rate_next"],
+            ),
         ],
     },
 ];
 
 impl Group {
-    /// The inputs of `kernel` with these names, if it has them all. A scalar of another name is one of several: `segment_mass_1`.
+    /// The inputs of `kernel` with these names, if it has them all. A scalar of another name is one
+    /// of several: `segment_mass_1`.
     fn find<'a>(&self, kernel: &'a Kernel, names: &[&str]) -> Option<Vec<&'a Input>> {
         let is_alike = |Input { name, elements, .. }: &Input| match &elements[..] {
             [(element, _)] => !self.arrays && element == name,
             _ => self.arrays,
         };
-        let find = |name: &&str| kernel.inputs.iter().find(|input| input.name == **name && is_alike(input));
+        let find = |name: &&str| {
+            kernel
+                .inputs
+                .iter()
+                .find(|input| input.name == **name && is_alike(input))
+        };
         names.iter().map(find).collect()
     }
 }
 
 /// The formatted Rust source of `kernels`, below a header that states its `origin`.
 ///
-/// The same kernels give the same bytes. The source expects a trait `Real` in scope, as Bristle's runtime
-/// defines it.
+/// The same kernels give the same bytes. The source expects a trait `Real` in scope, as Bristle's
+/// runtime defines it.
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
@@ -137,17 +170,39 @@ fn emit_with(imports: &str, kernels: &[Kernel], origin: Origin<'_>) -> Result<St
 fn items(kernels: &[Kernel]) -> Result<String, EmitError> {
     let mut text = String::new();
     // A file may give a kernel's result the name of a structure.
-    let is_free = |group: &&Group| kernels.iter().all(|kernel| camel_case(&kernel.name) != group.name);
+    let is_free = |group: &&Group| {
+        kernels
+            .iter()
+            .all(|kernel| camel_case(&kernel.name) != group.name)
+    };
     let groups: Vec<&Group> = GROUPS.iter().filter(is_free).collect();
-    let arguments: Vec<Vec<Argument>> = kernels.iter().map(|kernel| arguments(kernel, &groups)).collect();
+    let arguments: Vec<Vec<Argument>> = kernels
+        .iter()
+        .map(|kernel| arguments(kernel, &groups))
+        .collect();
     let mut structures = BTreeMap::new();
-    for Group { name, doc, fields, arrays, .. } in groups {
-        let uses = arguments.iter().flatten().filter(|argument| argument.structure == Some(*name));
+    for Group {
+        name,
+        doc,
+        fields,
+        arrays,
+        ..
+    } in groups
+    {
+        let uses = arguments
+            .iter()
+            .flatten()
+            .filter(|argument| argument.structure == Some(*name));
         let sizes: Vec<Vec<usize>> = uses.map(Argument::sizes).collect();
         if !sizes.is_empty() {
             let structure = Structure::new((*name).into(), &sizes);
-            let fields = fields.iter().map(|&(name, doc)| (name, doc.into(), usize::from(*arrays)));
-            text += &format!("\n{}", structure.declaration(doc, quote!(Clone, Copy, Debug, PartialEq), fields)?);
+            let fields = fields
+                .iter()
+                .map(|&(name, doc)| (name, doc.into(), usize::from(*arrays)));
+            text += &format!(
+                "\n{}",
+                structure.declaration(doc, quote!(Clone, Copy, Debug, PartialEq), fields)?
+            );
             structures.insert(*name, structure);
         }
     }
@@ -165,9 +220,15 @@ fn items(kernels: &[Kernel]) -> Result<String, EmitError> {
         let (alike, result) = (&alike[&fields], &results[&fields]);
         text.push('\n');
         if std::ptr::eq(alike[0], kernel) {
-            let functions: Vec<String> = alike.iter().map(|kernel| format!("[`{}`]", kernel.name)).collect();
+            let functions: Vec<String> = alike
+                .iter()
+                .map(|kernel| format!("[`{}`]", kernel.name))
+                .collect();
             let doc = format!("Result of {}.", functions.join(", "));
-            let fields = fields.iter().enumerate().map(|(k, &(name, size))| (name, description(alike, k), size));
+            let fields = fields
+                .iter()
+                .enumerate()
+                .map(|(k, &(name, size))| (name, description(alike, k), size));
             text += &result.declaration(&doc, quote!(Clone, Copy, Debug), fields)?;
         }
         text += &function(kernel, arguments, &structures, result)?;
@@ -198,29 +259,45 @@ struct Argument<'a> {
 impl Argument<'_> {
     /// The sizes of its arrays.
     fn sizes(&self) -> Vec<usize> {
-        self.inputs.iter().map(|(input, _)| input.elements.len()).filter(|&size| size > 1).collect()
+        self.inputs
+            .iter()
+            .map(|(input, _)| input.elements.len())
+            .filter(|&size| size > 1)
+            .collect()
     }
 
     fn declaration(&self, structures: &BTreeMap<&str, Structure>) -> TokenStream {
         let (name, sizes) = (format_ident!("{}", self.name), self.sizes());
         let kind = match self.structure {
             Some(name) => structures[name].with(&sizes),
-            None => array(&sizes.into_iter().map(Literal::usize_unsuffixed).collect::<Vec<_>>()),
+            None => array(
+                &sizes
+                    .into_iter()
+                    .map(Literal::usize_unsuffixed)
+                    .collect::<Vec<_>>(),
+            ),
         };
         quote!(#name: #kind)
     }
 }
 
-/// The arguments of the function of `kernel`: its inputs, of which those of `groups` are put together.
+/// The arguments of the function of `kernel`: its inputs, of which those of `groups` are put
+/// together.
 fn arguments<'a>(kernel: &'a Kernel, groups: &[&Group]) -> Vec<Argument<'a>> {
     let single = |input: &'a Input| {
         let name = parameter_name(input);
-        Argument { name, structure: None, inputs: vec![(input, name.into())] }
+        Argument {
+            name,
+            structure: None,
+            inputs: vec![(input, name.into())],
+        }
     };
     let mut arguments: Vec<Argument> = kernel.inputs.iter().map(single).collect();
     for group in groups {
         for (name, members) in group.arguments {
-            let Some(inputs) = group.find(kernel, members) else { continue };
+            let Some(inputs) = group.find(kernel, members) else {
+                continue;
+            };
             // A file may use the name for something else.
             let is_taken = |input: &Input| {
                 (input.name == *name && !members.contains(name))
@@ -228,17 +305,26 @@ fn arguments<'a>(kernel: &'a Kernel, groups: &[&Group]) -> Vec<Argument<'a>> {
             };
             if !kernel.inputs.iter().any(is_taken) {
                 let fields = inputs.into_iter().zip(group.fields);
-                let inputs = fields.map(|(input, (field, _))| (input, format!("{name}.{field}"))).collect();
+                let inputs = fields
+                    .map(|(input, (field, _))| (input, format!("{name}.{field}")))
+                    .collect();
                 arguments.retain(|argument| !members[1..].contains(&argument.name));
-                let first = arguments.iter_mut().find(|argument| argument.name == members[0]);
-                *first.expect("it is an input") = Argument { name, structure: Some(group.name), inputs };
+                let first = arguments
+                    .iter_mut()
+                    .find(|argument| argument.name == members[0]);
+                *first.expect("it is an input") = Argument {
+                    name,
+                    structure: Some(group.name),
+                    inputs,
+                };
             }
         }
     }
     arguments
 }
 
-/// A scalar is named as the element that it is, because the names of elements differ from each other and from those of arrays.
+/// A scalar is named as the element that it is, because the names of elements differ from each
+/// other and from those of arrays.
 fn parameter_name(input: &Input) -> &str {
     match &input.elements[..] {
         [(element, _)] => element,
@@ -248,13 +334,17 @@ fn parameter_name(input: &Input) -> &str {
 
 /// The type of an array of these sizes, from the outermost inwards.
 fn array(sizes: &[impl ToTokens]) -> TokenStream {
-    sizes.iter().rev().fold(quote!(T), |of, size| quote!([#of; #size]))
+    sizes
+        .iter()
+        .rev()
+        .fold(quote!(T), |of, size| quote!([#of; #size]))
 }
 
 /// A structure for several sizes of its fields.
 struct Structure {
     name: String,
-    /// The sizes of all fields as they are declared: a number where all uses agree, else a parameter.
+    /// The sizes of all fields as they are declared: a number where all uses agree, else a
+    /// parameter.
     sizes: Vec<TokenStream>,
     /// Where each parameter stands first among them.
     parameters: Vec<usize>,
@@ -276,13 +366,20 @@ impl Structure {
             });
             sizes.push(size_name(parameter).into_token_stream());
         }
-        Self { name, sizes, parameters }
+        Self {
+            name,
+            sizes,
+            parameters,
+        }
     }
 
     /// The type where its fields have these sizes.
     fn with(&self, sizes: &[usize]) -> TokenStream {
         let name = format_ident!("{}", self.name);
-        let parameters = self.parameters.iter().map(|&place| Literal::usize_unsuffixed(sizes[place]));
+        let parameters = self
+            .parameters
+            .iter()
+            .map(|&place| Literal::usize_unsuffixed(sizes[place]));
         quote!(#name<T #(, #parameters)*>)
     }
 
@@ -314,17 +411,28 @@ impl Structure {
 
 /// `D` for coordinates and `S` for dimensions of space, as the recursions name them; others follow.
 fn size_name(number: usize) -> Ident {
-    ["D", "S"].get(number).map_or_else(|| format_ident!("S{number}"), |name| format_ident!("{name}"))
+    ["D", "S"].get(number).map_or_else(
+        || format_ident!("S{number}"),
+        |name| format_ident!("{name}"),
+    )
 }
 
 /// Names and dimensions of the outputs. Kernels in which they agree have results of one type.
 fn fields(kernel: &Kernel) -> Vec<(&str, usize)> {
-    kernel.outputs.iter().map(|output| (output.name.as_str(), output.shape.sizes().len())).collect()
+    kernel
+        .outputs
+        .iter()
+        .map(|output| (output.name.as_str(), output.shape.sizes().len()))
+        .collect()
 }
 
 /// The sizes of all outputs.
 fn result_sizes(kernel: &Kernel) -> Vec<usize> {
-    kernel.outputs.iter().flat_map(|output| output.shape.sizes()).collect()
+    kernel
+        .outputs
+        .iter()
+        .flat_map(|output| output.shape.sizes())
+        .collect()
 }
 
 /// What the output of this number is in each of the `kernels`.
@@ -376,27 +484,48 @@ fn function(
     result: &Structure,
 ) -> Result<String, EmitError> {
     let inputs = || arguments.iter().flat_map(|argument| &argument.inputs);
-    let places = inputs().map(|(input, place)| (input.name.as_str(), place.as_str())).collect();
+    let places = inputs()
+        .map(|(input, place)| (input.name.as_str(), place.as_str()))
+        .collect();
     let body = FunctionBody::new(kernel, &Rust(places))?;
     let operations = count_operations(kernel);
-    let given: String = inputs().map(|(input, place)| format!("- `{place}`: {}\n", input.doc)).collect();
+    let given: String = inputs()
+        .map(|(input, place)| format!("- `{place}`: {}\n", input.doc))
+        .collect();
     let doc = format!("{}\n\n{given}\nOperations: {operations}.", kernel.summary);
     // Small functions go into the solver's loops; whole equations can be too large to copy.
     let inline = (operations.total() < MAX_INLINED_OPERATIONS).then(|| quote!(#[inline(always)]));
-    let (name, docs, kind) = (format_ident!("{}", kernel.name), lines(&doc), result.with(&result_sizes(kernel)));
-    let parameters = arguments.iter().map(|argument| argument.declaration(structures));
+    let (name, docs, kind) = (
+        format_ident!("{}", kernel.name),
+        lines(&doc),
+        result.with(&result_sizes(kernel)),
+    );
+    let parameters = arguments
+        .iter()
+        .map(|argument| argument.declaration(structures));
     let head = format(quote! {
         #(#[doc = #docs])*
         #inline
         pub fn #name<T: Real>(#(#parameters),*) -> #kind {}
     })?;
-    let head = head.trim_end().strip_suffix('}').expect("a function ends with its body");
+    let head = head
+        .trim_end()
+        .strip_suffix('}')
+        .expect("a function ends with its body");
 
     let is_unused = |(input, _): &(&Input, String)| body.unused.contains(&input.name);
-    let unused = arguments.iter().filter(|argument| argument.inputs.iter().all(is_unused));
-    let mut statements: String = unused.map(|argument| format!("let _ = {};\n", argument.name)).collect();
+    let unused = arguments
+        .iter()
+        .filter(|argument| argument.inputs.iter().all(is_unused));
+    let mut statements: String = unused
+        .map(|argument| format!("let _ = {};\n", argument.name))
+        .collect();
     statements += &body.statements;
-    let values: String = kernel.outputs.iter().map(|output| value(output, &body)).collect();
+    let values: String = kernel
+        .outputs
+        .iter()
+        .map(|output| value(output, &body))
+        .collect();
     statements += &format!("{} {{ {values} }}", result.name);
     Ok([head, "\n", &format_statements(&statements)?, "}\n"].concat())
 }
@@ -408,14 +537,18 @@ fn value(output: &Output, body: &FunctionBody) -> String {
         Shape::Scalar => values.concat(),
         Shape::Vector(_) => format!("[{}]", values.join(", ")),
         Shape::Matrix(_, columns) => {
-            let rows: Vec<String> = values.chunks(columns).map(|row| format!("[{}]", row.join(", "))).collect();
+            let rows: Vec<String> = values
+                .chunks(columns)
+                .map(|row| format!("[{}]", row.join(", ")))
+                .collect();
             format!("[{}]", rows.join(", "))
         }
     };
     format!("{}: {value}, ", output.name)
 }
 
-/// How many statements are formatted at a time: their syntax trees are a hundred times larger than their text.
+/// How many statements are formatted at a time: their syntax trees are a hundred times larger than
+/// their text.
 const STATEMENTS_AT_A_TIME: usize = 4096;
 
 /// Statements, one a line, as the lines of a function's body.
@@ -423,9 +556,15 @@ fn format_statements(statements: &str) -> Result<String, EmitError> {
     let lines: Vec<&str> = statements.lines().collect();
     let mut text = String::new();
     for lines in lines.chunks(STATEMENTS_AT_A_TIME) {
-        let body: TokenStream = lines.join("\n").parse().map_err(|error| EmitError::Syntax(format!("{error}")))?;
+        let body: TokenStream = lines
+            .join("\n")
+            .parse()
+            .map_err(|error| EmitError::Syntax(format!("{error}")))?;
         let function = format(quote!(fn body() { #body }))?;
-        let inner = function.trim_end().strip_suffix('}').and_then(|function| function.split_once('\n'));
+        let inner = function
+            .trim_end()
+            .strip_suffix('}')
+            .and_then(|function| function.split_once('\n'));
         text += inner.expect("the body has a line").1;
     }
     Ok(text)

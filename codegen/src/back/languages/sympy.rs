@@ -1,6 +1,8 @@
 //! A Python module of functions that return SymPy matrices.
 
-use crate::back::languages::{Dialect, FunctionBody, docstring, header_in, uses_half_angle_squared};
+use crate::back::languages::{
+    Dialect, FunctionBody, docstring, header_in, uses_half_angle_squared,
+};
 use crate::back::source::{EmitError, Origin};
 use crate::ir::constant::Constant;
 use crate::ir::kernel::{Kernel, Output, Shape};
@@ -31,8 +33,8 @@ impl Dialect for SymPy {
     }
 }
 
-/// `S⁽ᵏ⁾` for `k ≥ 1` is `2F1(k, k; k + ½; u/2)` times its value at 0, and `S` is `u 3F2(1, 1, 1; 3/2, 2; u/2)`: functions that SymPy
-/// differentiates and evaluates, also at the straight joint.
+/// `S⁽ᵏ⁾` for `k ≥ 1` is `2F1(k, k; k + ½; u/2)` times its value at 0, and `S` is `u 3F2(1, 1, 1;
+/// 3/2, 2; u/2)`: functions that SymPy differentiates and evaluates, also at the straight joint.
 const HALF_ANGLE_SQUARED: &str = r#"
 
 def _half_angle_squared(order, u, closed_form):
@@ -52,7 +54,8 @@ def _half_angle_squared(order, u, closed_form):
 
 /// The Python source of `kernels`: one module.
 ///
-/// Each kernel is a function without required arguments that returns matrices in symbols with the names of the inputs' elements.
+/// Each kernel is a function without required arguments that returns matrices in symbols with the
+/// names of the inputs' elements.
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
@@ -66,15 +69,31 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError>
     }
     for kernel in kernels {
         let body = FunctionBody::new(kernel, &SymPy)?;
-        let parameter = if uses_half_angle_squared(std::slice::from_ref(kernel)) { "closed_form=False" } else { "" };
+        let parameter = if uses_half_angle_squared(std::slice::from_ref(kernel)) {
+            "closed_form=False"
+        } else {
+            ""
+        };
         let symbols: String = kernel
             .inputs
             .iter()
             .filter(|input| !body.unused.contains(&input.name))
             .map(|input| {
-                let names: Vec<String> = input.elements.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-                let [open, close] = if names.len() == 1 { ["[", "]"] } else { ["", ""] };
-                format!("    {open}{}{close} = _symbols({})\n", input.name, names.join(", "))
+                let names: Vec<String> = input
+                    .elements
+                    .iter()
+                    .map(|(name, _)| format!("\"{name}\""))
+                    .collect();
+                let [open, close] = if names.len() == 1 {
+                    ["[", "]"]
+                } else {
+                    ["", ""]
+                };
+                format!(
+                    "    {open}{}{close} = _symbols({})\n",
+                    input.name,
+                    names.join(", ")
+                )
             })
             .collect();
         text += &format!(
@@ -94,12 +113,17 @@ fn result(kernel: &Kernel, body: &FunctionBody) -> String {
         match output.shape {
             Shape::Scalar => values.concat(),
             Shape::Vector(_) => format!("Matrix([{}])", values.join(", ")),
-            Shape::Matrix(rows, columns) => format!("Matrix({rows}, {columns}, [{}])", values.join(", ")),
+            Shape::Matrix(rows, columns) => {
+                format!("Matrix({rows}, {columns}, [{}])", values.join(", "))
+            }
         }
     };
     if let [output] = &kernel.outputs[..] {
         return value(output);
     }
-    let fields = kernel.outputs.iter().map(|output| format!("        \"{}\": {},\n", output.name, value(output)));
+    let fields = kernel
+        .outputs
+        .iter()
+        .map(|output| format!("        \"{}\": {},\n", output.name, value(output)));
     format!("{{\n{}    }}", fields.collect::<String>())
 }

@@ -1,6 +1,7 @@
 //! Pages of definitions: text, a LaTeX document, or Markdown with formulas as GitHub shows them.
 //!
-//! Sentences hold formulas between backticks, as doc comments do. Everything else in them is taken literally.
+//! Sentences hold formulas between backticks, as doc comments do. Everything else in them is taken
+//! literally.
 
 use std::io::{self, Write};
 
@@ -15,7 +16,8 @@ pub enum PageForm {
     Text,
     /// A LaTeX document, in ASCII; it needs amsmath, longtable and geometry.
     Latex,
-    /// Equations with labels for the LaTeX of a paper, without a preamble or sentences, in ASCII; they need amsmath.
+    /// Equations with labels for the LaTeX of a paper, without a preamble or sentences, in ASCII;
+    /// they need amsmath.
     Fragment,
     /// Markdown with formulas between dollar signs.
     Markdown,
@@ -28,8 +30,8 @@ pub(super) struct Definition {
     pub body: String,
 }
 
-/// Maximum width of a line, where a sum can be broken: in characters, including what precedes the sum, and in thousandths
-/// of an em, without it.
+/// Maximum width of a line, where a sum can be broken: in characters, including what precedes the
+/// sum, and in thousandths of an em, without it.
 const TEXT_WIDTH: usize = 110;
 const FORMULA_WIDTH: usize = 38_000;
 /// The same beside a number, in the text of an article.
@@ -54,7 +56,10 @@ pub(super) struct Page<'w> {
 impl<'w> Page<'w> {
     /// An empty page; `again` is the command that makes it.
     pub fn new(out: &'w mut dyn Write, form: PageForm, title: &str, again: &str) -> Self {
-        let again: String = again.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
+        let again: String = again
+            .chars()
+            .map(|letter| if letter.is_control() { ' ' } else { letter })
+            .collect();
         let ascii = |text: &str| text.replace(|letter: char| !letter.is_ascii(), "?");
         let text = match form {
             PageForm::Text => format!("{title}\n"),
@@ -75,14 +80,23 @@ impl<'w> Page<'w> {
                 ascii(&again),
                 latex::words(title)
             ),
-            PageForm::Fragment => format!("% {}\n% To make it again: {}\n", latex::words(title), ascii(&again)),
+            PageForm::Fragment => format!(
+                "% {}\n% To make it again: {}\n",
+                latex::words(title),
+                ascii(&again)
+            ),
             PageForm::Markdown => format!(
                 "<!-- To make it again: {} -->\n\n# {}\n",
                 again.replace("-->", "--&gt;"),
                 markdown_words(title)
             ),
         };
-        let mut page = Self { form, out, subject: String::new(), result: Ok(()) };
+        let mut page = Self {
+            form,
+            out,
+            subject: String::new(),
+            result: Ok(()),
+        };
         page.write(&text);
         page
     }
@@ -154,18 +168,29 @@ impl<'w> Page<'w> {
         for (i, part) in parts.iter().enumerate() {
             let links = |at: Option<usize>, bracket: char, start: bool| {
                 let part = at.and_then(|at| parts.get(at)).copied().unwrap_or("");
-                if start { part.starts_with(bracket) } else { part.ends_with(bracket) }
+                if start {
+                    part.starts_with(bracket)
+                } else {
+                    part.ends_with(bracket)
+                }
             };
             if i % 2 == 0 {
-                let after_link = i > 0 && links(Some(i), ']', true) && links(i.checked_sub(2), '[', false);
+                let after_link =
+                    i > 0 && links(Some(i), ']', true) && links(i.checked_sub(2), '[', false);
                 let before_link = links(Some(i), '[', false) && links(Some(i + 2), ']', true);
                 let part = if after_link { &part[1..] } else { part };
-                let part = if before_link { part.strip_suffix('[').unwrap_or(part) } else { part };
+                let part = if before_link {
+                    part.strip_suffix('[').unwrap_or(part)
+                } else {
+                    part
+                };
                 result.push_str(&self.words(part));
             } else if links(i.checked_sub(1), '[', false) && links(Some(i + 1), ']', true) {
                 result.push_str(&match self.form {
                     PageForm::Text => (*part).to_owned(),
-                    PageForm::Latex | PageForm::Fragment => format!("\\texttt{{{}}}", latex::words(part)),
+                    PageForm::Latex | PageForm::Fragment => {
+                        format!("\\texttt{{{}}}", latex::words(part))
+                    }
                     PageForm::Markdown => format!("`{part}`"),
                 });
             } else {
@@ -187,7 +212,8 @@ impl<'w> Page<'w> {
         }
     }
 
-    /// Formulas one below the other, aligned at their equality signs. Each is asked for once those before it are written.
+    /// Formulas one below the other, aligned at their equality signs. Each is asked for once those
+    /// before it are written.
     pub fn definitions(&mut self, definitions: impl IntoIterator<Item = Definition>) {
         if self.form == PageForm::Text {
             for Definition { head, body } in definitions {
@@ -195,7 +221,10 @@ impl<'w> Page<'w> {
                 let indent = head.chars().count();
                 let width = TEXT_WIDTH.saturating_sub(indent).max(TEXT_WIDTH / 4);
                 let lines = lines(&Text, &body, width, ANYWHERE);
-                self.write(&format!("{head}{}\n", lines.join(&format!("\n{}", " ".repeat(indent)))));
+                self.write(&format!(
+                    "{head}{}\n",
+                    lines.join(&format!("\n{}", " ".repeat(indent)))
+                ));
             }
             return;
         }
@@ -212,8 +241,14 @@ impl<'w> Page<'w> {
             display.extend(continued);
             if self.form == PageForm::Fragment {
                 let last = display.len() - 1;
-                display[first..last].iter_mut().for_each(|line| line.push_str(" \\notag"));
-                display[last].push_str(&format!(" \\label{{eq:{}:{}}}", self.subject, label(&head)));
+                display[first..last]
+                    .iter_mut()
+                    .for_each(|line| line.push_str(" \\notag"));
+                display[last].push_str(&format!(
+                    " \\label{{eq:{}:{}}}",
+                    self.subject,
+                    label(&head)
+                ));
             }
             if display.len() >= self.display_lines() {
                 self.display(&std::mem::take(&mut display));
@@ -225,18 +260,32 @@ impl<'w> Page<'w> {
     }
 
     fn display_lines(&self) -> usize {
-        if self.form == PageForm::Markdown { MARKDOWN_LINES } else { LATEX_LINES }
+        if self.form == PageForm::Markdown {
+            MARKDOWN_LINES
+        } else {
+            LATEX_LINES
+        }
     }
 
     fn display(&mut self, lines: &[String]) {
         let text = match self.form {
             PageForm::Text => unreachable!("text has no displays"),
-            PageForm::Fragment => format!("\\begin{{align}}\n{}\n\\end{{align}}\n", lines.join(" \\\\{}\n")),
-            // An empty group keeps a bracket at the start of a line from being an option of the line break.
-            PageForm::Latex => format!("\\begin{{align*}}\n{}\n\\end{{align*}}\n", lines.join(" \\\\{}\n")),
+            PageForm::Fragment => format!(
+                "\\begin{{align}}\n{}\n\\end{{align}}\n",
+                lines.join(" \\\\{}\n")
+            ),
+            // An empty group keeps a bracket at the start of a line from being an option of the
+            // line break.
+            PageForm::Latex => format!(
+                "\\begin{{align*}}\n{}\n\\end{{align*}}\n",
+                lines.join(" \\\\{}\n")
+            ),
             // Not `\\`, which Markdown may take for an escaped backslash.
             PageForm::Markdown => {
-                format!("\n$$\n\\begin{{aligned}}\n{}\n\\end{{aligned}}\n$$\n", in_markdown(&lines.join(" \\cr\n")))
+                format!(
+                    "\n$$\n\\begin{{aligned}}\n{}\n\\end{{aligned}}\n$$\n",
+                    in_markdown(&lines.join(" \\cr\n"))
+                )
             }
         };
         self.write(&text);
@@ -245,7 +294,11 @@ impl<'w> Page<'w> {
     /// The symbols with their meaning and unit.
     pub fn legend(&mut self, rows: &[Row]) {
         let symbols = |row: &Row| {
-            let written: Vec<String> = row.symbols.iter().map(|symbol| self.notation().symbol(symbol)).collect();
+            let written: Vec<String> = row
+                .symbols
+                .iter()
+                .map(|symbol| self.notation().symbol(symbol))
+                .collect();
             written.join(", ")
         };
         let mut text = String::new();
@@ -255,11 +308,17 @@ impl<'w> Page<'w> {
                 text.push_str("\nSymbols, with SI units; a dot is a time derivative\n");
                 for row in rows {
                     let symbols = symbols(row);
-                    let width = symbols.chars().filter(|&letter| !latex::is_accent(letter)).count();
+                    let width = symbols
+                        .chars()
+                        .filter(|&letter| !latex::is_accent(letter))
+                        .count();
                     let pad = " ".repeat(LEGEND_INDENT.saturating_sub(width).max(2));
                     let unit = row.unit.as_ref().filter(|unit| *unit != "1");
                     let unit = unit.map(|unit| format!(", {unit}")).unwrap_or_default();
-                    text.push_str(&format!("  {symbols}{pad}{}{unit}\n", self.sentences(&row.meaning)));
+                    text.push_str(&format!(
+                        "  {symbols}{pad}{}{unit}\n",
+                        self.sentences(&row.meaning)
+                    ));
                 }
             }
             PageForm::Latex => {
@@ -272,12 +331,17 @@ impl<'w> Page<'w> {
                     let unit = row.unit.as_deref().map(latex::words).unwrap_or_default();
                     // Broken between the symbols, where there are many.
                     let symbols = symbols(row).replace(", ", "$, $");
-                    text.push_str(&format!("${symbols}$ & {} & {unit} \\\\\n", self.sentences(&row.meaning)));
+                    text.push_str(&format!(
+                        "${symbols}$ & {} & {unit} \\\\\n",
+                        self.sentences(&row.meaning)
+                    ));
                 }
                 text.push_str("\\end{longtable}\n");
             }
             PageForm::Markdown => {
-                text.push_str("\nA dot is a time derivative.\n\n| symbol | meaning | unit |\n|---|---|---|\n");
+                text.push_str(
+                    "\nA dot is a time derivative.\n\n| symbol | meaning | unit |\n|---|---|---|\n",
+                );
                 for row in rows {
                     let unit = row.unit.as_deref().map(markdown_words).unwrap_or_default();
                     let symbols = in_markdown(&symbols(row));
@@ -303,9 +367,21 @@ impl<'w> Page<'w> {
 
 /// A name for a label: its letters and digits, with a hyphen for whatever else is between them.
 fn label(name: &str) -> String {
-    let letters: String =
-        name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { ' ' }).collect();
-    letters.split_whitespace().filter(|word| *word != "mathrm").collect::<Vec<_>>().join("-")
+    let letters: String = name
+        .chars()
+        .map(|letter| {
+            if letter.is_ascii_alphanumeric() {
+                letter
+            } else {
+                ' '
+            }
+        })
+        .collect();
+    letters
+        .split_whitespace()
+        .filter(|word| *word != "mathrm")
+        .collect::<Vec<_>>()
+        .join("-")
 }
 
 /// A formula without signs that Markdown would take for HTML.
@@ -321,7 +397,9 @@ fn markdown_words(text: &str) -> String {
             '<' => result.push_str("&lt;"),
             '>' => result.push_str("&gt;"),
             '&' => result.push_str("&amp;"),
-            '\\' | '`' | '*' | '_' | '$' | '|' | '[' | ']' | '#' | '~' | '!' => result.extend(['\\', letter]),
+            '\\' | '`' | '*' | '_' | '$' | '|' | '[' | ']' | '#' | '~' | '!' => {
+                result.extend(['\\', letter])
+            }
             _ => result.push(letter),
         }
     }
@@ -330,7 +408,8 @@ fn markdown_words(text: &str) -> String {
 
 /// Added to the depth of a break between factors.
 const FACTORS: usize = 6;
-/// The depths of brackets at which lines are broken: where they may be broken anyway, and where they are broken if a piece is too wide.
+/// The depths of brackets at which lines are broken: where they may be broken anyway, and where
+/// they are broken if a piece is too wide.
 type Breaks = [usize; 2];
 const ANYWHERE: Breaks = [1, 12];
 /// Before signs alone, and within brackets only if what they hold is too wide.
@@ -338,15 +417,17 @@ const BETWEEN_TERMS: Breaks = [0, FACTORS - 1];
 /// Added inside braces, where LaTeX cannot break.
 const BRACES: usize = 100;
 
-/// A part of a formula that stays on one line, with the number of brackets around the break before it.
+/// A part of a formula that stays on one line, with the number of brackets around the break before
+/// it.
 struct Piece<'a> {
     text: &'a str,
     width: usize,
     depth: usize,
 }
 
-/// `body` on lines of at most `width`. With [`ANYWHERE`] lines are broken before signs outside all brackets or in the outermost pair;
-/// deeper, or between factors, only where a piece is too wide otherwise.
+/// `body` on lines of at most `width`. With [`ANYWHERE`] lines are broken before signs outside all
+/// brackets or in the outermost pair; deeper, or between factors, only where a piece is too wide
+/// otherwise.
 fn lines(notation: &dyn Notation, body: &str, width: usize, breaks: Breaks) -> Vec<String> {
     let mut lines = vec![String::new()];
     let mut filled = 0;
@@ -358,15 +439,28 @@ fn lines(notation: &dyn Notation, body: &str, width: usize, breaks: Breaks) -> V
         }
         let line = lines.last_mut().expect("there is a first line");
         let text: String = group.iter().map(|piece| piece.text).collect();
-        let start = if filled == 0 { text.trim_start() } else { &text };
+        let start = if filled == 0 {
+            text.trim_start()
+        } else {
+            &text
+        };
         line.push_str(start);
-        filled += if start.len() < text.len() { notation.width(start) } else { size };
+        filled += if start.len() < text.len() {
+            notation.width(start)
+        } else {
+            size
+        };
     }
     lines
 }
 
-/// The pieces between breaks of at most `depth`, and of a larger depth, up to the `deepest`, where they are too wide.
-fn groups<'a, 'b>(pieces: &'b [Piece<'a>], [depth, deepest]: Breaks, width: usize) -> Vec<&'b [Piece<'a>]> {
+/// The pieces between breaks of at most `depth`, and of a larger depth, up to the `deepest`, where
+/// they are too wide.
+fn groups<'a, 'b>(
+    pieces: &'b [Piece<'a>],
+    [depth, deepest]: Breaks,
+    width: usize,
+) -> Vec<&'b [Piece<'a>]> {
     let mut result = Vec::new();
     let mut start = 0;
     for end in 1..=pieces.len() {
@@ -399,14 +493,24 @@ fn pieces<'a>(notation: &dyn Notation, body: &'a str) -> Vec<Piece<'a>> {
             '}' => depth = depth.saturating_sub(BRACES),
             ' ' => {
                 let sign = |text: &str| matches!(text, "+" | "-" | "−");
-                let next =
-                    body[index + 1..].chars().next().map_or("", |next| &body[index + 1..index + 1 + next.len_utf8()]);
+                let next = body[index + 1..]
+                    .chars()
+                    .next()
+                    .map_or("", |next| &body[index + 1..index + 1 + next.len_utf8()]);
                 let last = &body[word..index];
-                let bound = sign(last) || last == "<" || next == "<" || is_command(last) || is_function(last);
+                let bound = sign(last)
+                    || last == "<"
+                    || next == "<"
+                    || is_command(last)
+                    || is_function(last);
                 word = index + 1;
                 if !bound {
                     let text = &body[start..index];
-                    pieces.push(Piece { text, width: notation.width(text), depth: start_depth });
+                    pieces.push(Piece {
+                        text,
+                        width: notation.width(text),
+                        depth: start_depth,
+                    });
                     start = index;
                     start_depth = if sign(next) { depth } else { depth + FACTORS };
                 }
@@ -415,7 +519,11 @@ fn pieces<'a>(notation: &dyn Notation, body: &'a str) -> Vec<Piece<'a>> {
         }
     }
     let text = &body[start..];
-    pieces.push(Piece { text, width: notation.width(text), depth: start_depth });
+    pieces.push(Piece {
+        text,
+        width: notation.width(text),
+        depth: start_depth,
+    });
     pieces
 }
 
@@ -424,12 +532,27 @@ fn is_command(word: &str) -> bool {
     word.rfind('\\').is_some_and(|start| {
         let name = word[start + 1..].trim_end_matches(|last: char| last.is_ascii_digit());
         let name = name.split(['^', '{']).next().unwrap_or_default();
-        matches!(name, "sin" | "cos" | "arcsin" | "cdot" | "dot" | "ddot" | "dddot" | "hat" | "tilde" | "bar" | "vec")
+        matches!(
+            name,
+            "sin"
+                | "cos"
+                | "arcsin"
+                | "cdot"
+                | "dot"
+                | "ddot"
+                | "dddot"
+                | "hat"
+                | "tilde"
+                | "bar"
+                | "vec"
+        )
     })
 }
 
 /// True for a word that ends in the name of a function of a text, whose argument follows.
 fn is_function(word: &str) -> bool {
-    let name = word.trim_start_matches(['(', '[', '−']).trim_end_matches(|last| "⁰¹²³⁴⁵⁶⁷⁸⁹".contains(last));
+    let name = word
+        .trim_start_matches(['(', '[', '−'])
+        .trim_end_matches(|last| "⁰¹²³⁴⁵⁶⁷⁸⁹".contains(last));
     matches!(name, "sin" | "cos" | "asin")
 }

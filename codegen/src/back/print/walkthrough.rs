@@ -1,4 +1,5 @@
-//! From the energies to the equations of motion, step by step. The formulas are derived as the page is written.
+//! From the energies to the equations of motion, step by step. The formulas are derived as the page
+//! is written.
 
 use std::io::{self, Write};
 
@@ -35,9 +36,17 @@ impl Step {
         mut outputs: Vec<Output>,
     ) -> Result<Self, DimensionError> {
         dimension::check(source, &outputs)?;
-        let normalised = normalise(source, &output_nodes(&outputs), Style::Collected(&parameters.constants()));
+        let normalised = normalise(
+            source,
+            &output_nodes(&outputs),
+            Style::Collected(&parameters.constants()),
+        );
         set_output_nodes(&mut outputs, normalised.outputs);
-        Ok(Self { motion, graph: normalised.graph, outputs })
+        Ok(Self {
+            motion,
+            graph: normalised.graph,
+            outputs,
+        })
     }
 
     fn nodes(&self) -> Vec<NodeId> {
@@ -46,7 +55,10 @@ impl Step {
 
     fn write(&self, page: &mut Page<'_>) {
         let printer = Printer::closed(&self.graph, &self.nodes(), self.motion, page.notation());
-        let outputs = self.outputs.iter().flat_map(|output| printer.output(output));
+        let outputs = self
+            .outputs
+            .iter()
+            .flat_map(|output| printer.output(output));
         page.definitions(printer.named_definitions().chain(outputs));
     }
 }
@@ -54,7 +66,11 @@ impl Step {
 /// The components of a vector that moves in `motion`, named `head` and the axis.
 fn components(motion: Motion, head: &str, unit: Unit, vector: Vec3) -> Vec<Output> {
     let component = |(axis, node)| Output::scalar(&format!("{head}{axis}"), "", unit, node);
-    AXES.into_iter().zip(vector).take(motion.axes()).map(component).collect()
+    AXES.into_iter()
+        .zip(vector)
+        .take(motion.axes())
+        .map(component)
+        .collect()
 }
 
 /// The direction of one segment and its rate.
@@ -63,10 +79,20 @@ fn frames(motion: Motion) -> Step {
     let g = &mut graph;
     let segment = Segment::new(g, "k");
     let ([x, y, z], [x_rate, y_rate, z_rate]) = (segment.direction(g), segment.direction_rate(g));
-    let [x, y, z, x_rate, y_rate, z_rate] = motion.specialise(g, &[segment], [x, y, z, x_rate, y_rate, z_rate]);
+    let [x, y, z, x_rate, y_rate, z_rate] =
+        motion.specialise(g, &[segment], [x, y, z, x_rate, y_rate, z_rate]);
     let mut outputs = components(motion, "e_k_", Unit::ONE, [x, y, z]);
-    outputs.extend(components(motion, "ė_k_", Unit::SECOND.powi(-1), [x_rate, y_rate, z_rate]));
-    Step { motion, graph, outputs }
+    outputs.extend(components(
+        motion,
+        "ė_k_",
+        Unit::SECOND.powi(-1),
+        [x_rate, y_rate, z_rate],
+    ));
+    Step {
+        motion,
+        graph,
+        outputs,
+    }
 }
 
 /// The energies of one segment and one joint as the model states them.
@@ -89,7 +115,12 @@ fn stated() -> Step {
         let turning = chain::angular_velocity(g);
         let inner_in_body = chain::rate_in_body(g, turning, inner, inner_rate);
         let outer_in_body = chain::rate_in_body(g, turning, outer, outer_rate);
-        chain::dissipation(g, hinge.damping, Some((inner, inner_in_body)), (outer, outer_in_body))
+        chain::dissipation(
+            g,
+            hinge.damping,
+            Some((inner, inner_in_body)),
+            (outer, outer_in_body),
+        )
     };
     let outputs = vec![
         Output::scalar("kinetic", "", Unit::JOULE, kinetic),
@@ -97,7 +128,11 @@ fn stated() -> Step {
         Output::scalar("spring", "", Unit::JOULE, spring),
         Output::scalar("dissipation", "", Unit::WATT, dissipation),
     ];
-    Step { motion: Motion::Spatial, graph, outputs }
+    Step {
+        motion: Motion::Spatial,
+        graph,
+        outputs,
+    }
 }
 
 /// The derivation of the equations of a chain from the energies, for readers.
@@ -138,20 +173,40 @@ impl Walkthrough {
         let spring = collected("f_spring", STIFFNESS, parts.spring)?;
         let gravity = collected("f_gravity", STIFFNESS, parts.gravity)?;
         let damping = collected("f_damping", STIFFNESS, parts.damping)?;
-        let kernels: [Kernel; NAMES.len()] =
-            whole_kernels(segments, motion, Purpose::Reading)?.try_into().expect("one kernel for each name");
-        let [mass_matrix, force, energies] =
-            kernels.map(|Kernel { graph, outputs, .. }| Step { motion, graph, outputs });
+        let kernels: [Kernel; NAMES.len()] = whole_kernels(segments, motion, Purpose::Reading)?
+            .try_into()
+            .expect("one kernel for each name");
+        let [mass_matrix, force, energies] = kernels.map(|Kernel { graph, outputs, .. }| Step {
+            motion,
+            graph,
+            outputs,
+        });
 
         let forces = [
-            ("Inertial forces, `∂E_kin/∂q − dp/dt` without the terms in `q̈`:", inertial),
+            (
+                "Inertial forces, `∂E_kin/∂q − dp/dt` without the terms in `q̈`:",
+                inertial,
+            ),
             ("Springs, `−∂E_spring/∂q`:", spring),
             ("Gravity, `−∂E_grav/∂q`:", gravity),
             ("Dampers, `−∂D/∂q̇`:", damping),
             ("Their sum, collected by the constants:", force),
         ];
-        let coordinates = (0..whole.force.len()).map(|i| coordinate(motion, i)).collect();
-        Ok(Self { segments, motion, coordinates, frames, centres, stated, energies, momenta, mass_matrix, forces })
+        let coordinates = (0..whole.force.len())
+            .map(|i| coordinate(motion, i))
+            .collect();
+        Ok(Self {
+            segments,
+            motion,
+            coordinates,
+            frames,
+            centres,
+            stated,
+            energies,
+            momenta,
+            mass_matrix,
+            forces,
+        })
     }
 
     /// Writes it as Markdown. `again` is the command that makes the page.
@@ -159,16 +214,30 @@ impl Walkthrough {
     /// # Errors
     /// If `out` cannot be written to.
     pub fn write(&self, out: &mut dyn Write, again: &str) -> io::Result<()> {
-        let Self { segments, motion, .. } = *self;
-        let mut page = Page::new(out, PageForm::Markdown, &format!("{}, step by step", title(segments, motion)), again);
+        let Self {
+            segments, motion, ..
+        } = *self;
+        let mut page = Page::new(
+            out,
+            PageForm::Markdown,
+            &format!("{}, step by step", title(segments, motion)),
+            again,
+        );
         page.prose(
             "From the energies of the segments and joints to `M(q) q̈ = f(q, q̇, t) + Q`. All formulas on this page are \
          derived and written by the program; components refer to the inertial frame.",
         );
         page.heading("Symbols and units");
         let [.., (_, force)] = &self.forces;
-        let steps =
-            [&self.frames, &self.stated, &self.centres, &self.energies, &self.momenta, &self.mass_matrix, force];
+        let steps = [
+            &self.frames,
+            &self.stated,
+            &self.centres,
+            &self.energies,
+            &self.momenta,
+            &self.mass_matrix,
+            force,
+        ];
         page.legend(&legend::rows(steps.map(|step| (&step.graph, step.nodes()))));
 
         page.heading("Frames and coordinates");
@@ -273,18 +342,28 @@ mod tests {
 
     #[test]
     fn every_formula_of_the_page_is_in_its_place() {
-        let common = ["\\dot e_{k,x} &= ", "E_{\\mathrm{kin}} &= ", "f_{\\mathrm{spring},\\theta_{1}} &= "];
+        let common = [
+            "\\dot e_{k,x} &= ",
+            "E_{\\mathrm{kin}} &= ",
+            "f_{\\mathrm{spring},\\theta_{1}} &= ",
+        ];
         let spatial = ["\\dot c_{1,z} &= ", "p_{\\varphi_{1}} &= "];
         for motion in [Motion::Spatial, Motion::Planar] {
             let mut page = Vec::new();
             let walkthrough = Walkthrough::new(1, motion).expect("the derivation is sound");
-            walkthrough.write(&mut page, "command").expect("memory can be written to");
+            walkthrough
+                .write(&mut page, "command")
+                .expect("memory can be written to");
             let page = String::from_utf8(page).expect("a page is text");
             for part in common {
                 assert!(page.contains(part), "{motion:?}: {part}");
             }
             for part in spatial {
-                assert_eq!(page.contains(part), motion == Motion::Spatial, "{motion:?}: {part}");
+                assert_eq!(
+                    page.contains(part),
+                    motion == Motion::Spatial,
+                    "{motion:?}: {part}"
+                );
             }
         }
     }

@@ -2,7 +2,8 @@
 
 use crate::model::chain::Motion;
 
-/// What the equations of `motion` of a filament of `segments` segments are called, at the start of a sentence.
+/// What the equations of `motion` of a filament of `segments` segments are called, at the start of
+/// a sentence.
 pub fn title(segments: usize, motion: Motion) -> String {
     let plural = if segments == 1 { "" } else { "s" };
     let place = match motion {

@@ -7,5 +7,7 @@ use bristle_calibrate::Fitted;
 
 /// The settings with these keys, within the bounds that they state.
 fn fitted(keys: &[&str]) -> Vec<Fitted> {
-    keys.iter().map(|key| Fitted::parse(key).expect("a setting")).collect()
+    keys.iter()
+        .map(|key| Fitted::parse(key).expect("a setting"))
+        .collect()
 }

@@ -15,15 +15,17 @@ use crate::terminal::{print, say, show, width};
 
 /// Say where the tool force of a study is high, or as wanted, from saved results
 ///
-/// DIR is a directory that `bristle study` has written to. The table shows the highest tool force F_n,w: of all cases, at each brushing
-/// velocity, and at each penetration depth. It also shows the most force per velocity and per depth, and local maxima along the line between
-/// sweeping and striking. Each line identifies a case by its row in runs.csv and explains it in a sentence. If further settings are swept,
-/// each combination of their values has a table.
+/// DIR is a directory that `bristle study` has written to. The table shows the highest tool force
+/// F_n,w: of all cases, at each brushing velocity, and at each penetration depth. It also shows the
+/// most force per velocity and per depth, and local maxima along the line between sweeping and
+/// striking. Each line identifies a case by its row in runs.csv and explains it in a sentence. If
+/// further settings are swept, each combination of their values has a table.
 ///
-/// With limits or --target-force there is one recommendation instead, and at most five others: near the target, or entirely within
-/// --max-force, stable cases come first, then those that sweep, then those whose whole band is nearest to the target, or whose force is
-/// highest. Forces interpolated between cases are marked with ≈. The recommendation is simulated, with filaments that touch each other
-/// where they do, and then again in space, with tilts; --no-verify leaves that out.
+/// With limits or --target-force there is one recommendation instead, and at most five others: near
+/// the target, or entirely within --max-force, stable cases come first, then those that sweep, then
+/// those whose whole band is nearest to the target, or whose force is highest. Forces interpolated
+/// between cases are marked with ≈. The recommendation is simulated, with filaments that touch each
+/// other where they do, and then again in space, with tilts; --no-verify leaves that out.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct AdviseArgs {
@@ -89,7 +91,9 @@ pub fn run(arguments: &AdviseArgs) -> Result<(), CliError> {
         if !arguments.json {
             say("simulating the recommendation; --no-verify leaves this out");
         }
-        advice.verify(None, &Stop::default()).map_err(CliError::Threads)?;
+        advice
+            .verify(None, &Stop::default())
+            .map_err(CliError::Threads)?;
     }
     if arguments.json {
         let json = serde_json::to_string(&advice).map_err(io::Error::from)?;
@@ -103,18 +107,27 @@ pub fn run(arguments: &AdviseArgs) -> Result<(), CliError> {
 /// Parses a brushing velocity.
 fn parse_velocity(text: &str) -> Result<f64, String> {
     let parameter = Parameter::find(VELOCITY).ok_or("no such setting")?;
-    let velocity = text.parse().ok().filter(|&velocity| parameter.check(velocity).is_ok());
+    let velocity = text
+        .parse()
+        .ok()
+        .filter(|&velocity| parameter.check(velocity).is_ok());
     velocity.ok_or_else(|| format!("must be {}", parameter.allowed()))
 }
 
 /// Parses a limit that is a positive number.
 fn parse_positive(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|&number: &f64| number > 0.0 && number.is_finite());
+    let number = text
+        .parse()
+        .ok()
+        .filter(|&number: &f64| number > 0.0 && number.is_finite());
     number.ok_or_else(|| "must be a positive number".to_owned())
 }
 
 /// Parses a contact time ratio.
 fn parse_ratio(text: &str) -> Result<f64, String> {
-    let ratio = text.parse().ok().filter(|ratio| (0.0..=1.0).contains(ratio));
+    let ratio = text
+        .parse()
+        .ok()
+        .filter(|ratio| (0.0..=1.0).contains(ratio));
     ratio.ok_or_else(|| "must be a number from 0 to 1".to_owned())
 }

@@ -19,7 +19,8 @@ use bristle_report::page::{Notes, brush_page};
 use bristle_report::tables::{band_line, brush_table, check_table};
 use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
 use bristle_store::results::{
-    FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts, write_filaments,
+    FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts,
+    write_filaments,
 };
 use bristle_store::staged::{StagedFile, occupy, prepare_directory, remove};
 use bristle_text::shown_path;
@@ -29,9 +30,13 @@ use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};
 use crate::error::CliError;
 use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
-use crate::pictures::{FIGURES, FigureArgs, Figures, draw, is_of_simulation, is_picture, say_drawn};
+use crate::pictures::{
+    FIGURES, FigureArgs, Figures, draw, is_of_simulation, is_picture, say_drawn,
+};
 use crate::progress::PassProgress;
-use crate::saved::{BRUSH, BRUSH_PAGE, CHECK, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT};
+use crate::saved::{
+    BRUSH, BRUSH_PAGE, CHECK, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT,
+};
 use crate::terminal::{commit, say, say_at_the_end, say_written, show, show_assumptions};
 use crate::values::{INTERRUPTED, MemoryArgs, ThreadArgs};
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
@@ -41,24 +46,30 @@ const BRUSH_IN_WORDS: &str = "the brush";
 /// Number of frames, unless the sector is large.
 const FRAMES: u64 = 120;
 
-/// Simulate the filaments of [brush], which touch each other, and write DIR/metrics.json, filaments.csv and a page
+/// Simulate the filaments of [brush], which touch each other, and write DIR/metrics.json,
+/// filaments.csv and a page
 ///
-/// The section [brush] of the file states the arrangement of the filaments and their contact. With [brush] alone all defaults
-/// hold. A sector of the brush passes the workpiece. Metrics are taken from the columns in its middle, where the impulse no longer
-/// changes from column to column. If there are none, the sector is simulated again with more columns; if the file states their number,
-/// the error says how many are needed.
+/// The section [brush] of the file states the arrangement of the filaments and their contact. With
+/// [brush] alone all defaults hold. A sector of the brush passes the workpiece. Metrics are taken
+/// from the columns in its middle, where the impulse no longer changes from column to column. If
+/// there are none, the sector is simulated again with more columns; if the file states their
+/// number, the error says how many are needed.
 ///
-/// metrics.json is a flat object with the metrics of the tool, what interaction changes, and the columns that count. filaments.csv has
-/// the metrics of each filament; column 0 meets the workpiece first. history.csv has the forces of the sector over time, and contacts.csv
-/// where and how strongly filaments press on each other. brush.html is a page with the sector in motion, and DIR/figures has figures.
-/// [study] is ignored: `bristle study` simulates a brush for each of its cases. A simulation of more than 2 s shows its progress on a
-/// terminal, and one of more than 10 s elsewhere, in a line now and then.
+/// metrics.json is a flat object with the metrics of the tool, what interaction changes, and the
+/// columns that count. filaments.csv has the metrics of each filament; column 0 meets the workpiece
+/// first. history.csv has the forces of the sector over time, and contacts.csv where and how
+/// strongly filaments press on each other. brush.html is a page with the sector in motion, and
+/// DIR/figures has figures. [study] is ignored: `bristle study` simulates a brush for each of its
+/// cases. A simulation of more than 2 s shows its progress on a terminal, and one of more than 10 s
+/// elsewhere, in a line now and then.
 ///
-/// The simulation can be stopped at any moment, by Ctrl-C or by a crash. The same command goes on from DIR/checkpoint.bin, where
-/// the state is written every 10 s and on Ctrl-C. The results are the same to the bit. A state of other settings or another build of
-/// Bristle is refused; --restart discards it.
+/// The simulation can be stopped at any moment, by Ctrl-C or by a crash. The same command goes on
+/// from DIR/checkpoint.bin, where the state is written every 10 s and on Ctrl-C. The results are
+/// the same to the bit. A state of other settings or another build of Bristle is refused; --restart
+/// discards it.
 ///
-/// --check simulates the brush again in steps of half the length and prints by how much each metric changes.
+/// --check simulates the brush again in steps of half the length and prints by how much each metric
+/// changes.
 ///
 /// --vtk writes all frames for ParaView: open DIR/vtk/brush.pvd.
 #[derive(Args)]
@@ -73,7 +84,8 @@ pub struct BrushArgs {
     figures: FigureArgs,
     #[command(flatten)]
     threads: ThreadArgs,
-    /// Number of equally spaced times in the page and for ParaView, at most; large sectors have fewer
+    /// Number of equally spaced times in the page and for ParaView, at most; large sectors have
+    /// fewer
     #[arg(
         long,
         value_name = "N",
@@ -92,7 +104,8 @@ pub struct BrushArgs {
     /// Time between two checkpoints, in s
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(0..=1 << 20))]
     checkpoint_every: u64,
-    /// Simulate again in steps of half the length, and say what that changes, also in DIR/check.json
+    /// Simulate again in steps of half the length, and say what that changes, also in
+    /// DIR/check.json
     #[arg(long)]
     check: bool,
 }
@@ -121,21 +134,38 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     let unusual = unusual(&settings);
     arguments.input.warn_of(&unusual)?;
     prepare_directory(&arguments.out)?;
-    let results = [&OF_BRUSH[..], &OF_CONTACT, &[METRICS, HISTORY, CHECKPOINT, CHECK]].concat();
+    let results = [
+        &OF_BRUSH[..],
+        &OF_CONTACT,
+        &[METRICS, HISTORY, CHECKPOINT, CHECK],
+    ]
+    .concat();
     let _occupied = occupy(
         &arguments.out,
-        &[("", &|name| results.contains(&name)), (FIGURES, &is_picture(is_of_simulation)), (VTK, &is_file_name)],
+        &[
+            ("", &|name| results.contains(&name)),
+            (FIGURES, &is_picture(is_of_simulation)),
+            (VTK, &is_file_name),
+        ],
     )?;
     if arguments.vtk {
         prepare_directory(&arguments.out.join(VTK))?;
     }
     let (stop, force_n) = (stop_on_interrupt(), settings.process.tool_force_n);
-    let Some((settings, stiffness)) = at_depth(arguments, settings, &stop)? else { return Ok(INTERRUPTED.into()) };
-    let Some((mut result, checkpoint)) = simulate(arguments, &settings, &stop)? else { return Ok(INTERRUPTED.into()) };
+    let Some((settings, stiffness)) = at_depth(arguments, settings, &stop)? else {
+        return Ok(INTERRUPTED.into());
+    };
+    let Some((mut result, checkpoint)) = simulate(arguments, &settings, &stop)? else {
+        return Ok(INTERRUPTED.into());
+    };
     result.tool.force_stiffness_n_m = stiffness;
     let metrics = result.tool.clone();
-    let assumptions = Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
-    let notes = Notes { unusual: &unusual, assumptions: &assumptions };
+    let assumptions =
+        Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
+    let notes = Notes {
+        unusual: &unusual,
+        assumptions: &assumptions,
+    };
     let warnings = of_brush(&settings, &Interaction::of(&result));
     let table = write_results(arguments, settings.clone(), result, notes, &figures)?;
     checkpoint.remove()?;
@@ -149,21 +179,36 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The settings with the depth at which the brush presses with the force that they state, and the stiffness of the force there (N/m). They are as they
-/// were, and the stiffness is zero, where they state a depth. `None` if Ctrl-C has stopped the search.
-fn at_depth(arguments: &BrushArgs, settings: Settings, stop: &Stop) -> Result<Option<(Settings, f64)>, CliError> {
+/// The settings with the depth at which the brush presses with the force that they state, and the
+/// stiffness of the force there (N/m). They are as they were, and the stiffness is zero, where they
+/// state a depth. `None` if Ctrl-C has stopped the search.
+fn at_depth(
+    arguments: &BrushArgs,
+    settings: Settings,
+    stop: &Stop,
+) -> Result<Option<(Settings, f64)>, CliError> {
     if settings.process.tool_force_n.is_none() {
         return Ok(Some((settings, 0.0)));
     }
     let found = press_brush(&settings, stop, |at_depth| {
-        let mut run = BrushRun::new(at_depth, RunOptions { frames: 0, ..arguments.options() })?.until(stop);
+        let mut run = BrushRun::new(
+            at_depth,
+            RunOptions {
+                frames: 0,
+                ..arguments.options()
+            },
+        )?
+        .until(stop);
         let depth = format!("a_e = {:.4} mm", 1e3 * at_depth.process.penetration_depth_m);
         let progress = PassProgress::begin(BRUSH_IN_WORDS, 0.0);
         while run.advance()? {
             progress.tell(run.done());
         }
         let result = run.finish()?;
-        say(format_args!("{depth}: {:.1} N", result.tool.tool_contact_normal_force_n));
+        say(format_args!(
+            "{depth}: {:.1} N",
+            result.tool.tool_contact_normal_force_n
+        ));
         Ok(result)
     });
     match found {
@@ -184,8 +229,13 @@ fn simulate<'a>(
 ) -> Result<Option<(BrushResult, CheckpointFile<'a>)>, CliError> {
     let options = arguments.options();
     let pause = Duration::from_secs(arguments.checkpoint_every);
-    let (mut checkpoint, state) =
-        CheckpointFile::open(&arguments.out, settings, options.frames, pause, arguments.restart)?;
+    let (mut checkpoint, state) = CheckpointFile::open(
+        &arguments.out,
+        settings,
+        options.frames,
+        pause,
+        arguments.restart,
+    )?;
     let is_resumed = state.is_some();
     let run = match state {
         Some(state) => BrushRun::resume(settings, options, state),
@@ -194,7 +244,9 @@ fn simulate<'a>(
     let mut run = run.map_err(|error| CliError::of(&arguments.input.file, error))?;
     if is_resumed {
         let (done, path) = (percent(&run), shown_path(checkpoint.path()));
-        say(format_args!("{done} % of the brush are in `{path}`, the simulation resumes from there"));
+        say(format_args!(
+            "{done} % of the brush are in `{path}`, the simulation resumes from there"
+        ));
     }
     let mut progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
     let mut columns = run.columns();
@@ -202,13 +254,23 @@ fn simulate<'a>(
     let outcome = loop {
         match run.advance() {
             Ok(true) => {}
-            Ok(false) => break run.finish().map_err(|error| CliError::after(&arguments.input.file, error)),
+            Ok(false) => {
+                break run
+                    .finish()
+                    .map_err(|error| CliError::after(&arguments.input.file, error));
+            }
             Err(error) => break Err(CliError::BrushFailed(Box::new(error))),
         }
         if run.columns() != columns {
             let now = run.columns();
-            let without = if columns == 1 { "1 column has".to_owned() } else { format!("{columns} columns have") };
-            say(format_args!("{without} no steady stretch: simulating {now} columns from the beginning"));
+            let without = if columns == 1 {
+                "1 column has".to_owned()
+            } else {
+                format!("{columns} columns have")
+            };
+            say(format_args!(
+                "{without} no steady stretch: simulating {now} columns from the beginning"
+            ));
             columns = now;
             progress = PassProgress::begin(BRUSH_IN_WORDS, run.done());
         }
@@ -246,12 +308,21 @@ fn simulate<'a>(
     }
 }
 
-/// Simulates the brush in steps of half the length, and says how its `metrics` change. Returns false if Ctrl-C has stopped it.
-fn check(arguments: &BrushArgs, settings: &Settings, metrics: &Metrics, stop: &Stop) -> Result<bool, CliError> {
+/// Simulates the brush in steps of half the length, and says how its `metrics` change. Returns
+/// false if Ctrl-C has stopped it.
+fn check(
+    arguments: &BrushArgs,
+    settings: &Settings,
+    metrics: &Metrics,
+    stop: &Stop,
+) -> Result<bool, CliError> {
     let run = BrushRun::new(settings, finer_steps(arguments.options()));
     let mut run = run.map_err(|error| CliError::of(&arguments.input.file, error))?;
     let progress = PassProgress::begin("the check", 0.0);
-    while run.advance().map_err(|error| CliError::BrushFailed(Box::new(error)))? {
+    while run
+        .advance()
+        .map_err(|error| CliError::BrushFailed(Box::new(error)))?
+    {
         progress.tell(run.done());
         if stop.is_requested() {
             say_at_the_end("stopped: the results are complete, but have not been checked");
@@ -259,9 +330,19 @@ fn check(arguments: &BrushArgs, settings: &Settings, metrics: &Metrics, stop: &S
         }
     }
     drop(progress);
-    let checked = run.finish().map_err(|error| CliError::after(&arguments.input.file, error))?.tool;
-    commit([StagedFile::text(&arguments.out, CHECK, &check_text(FINER_BRUSH, metrics, &checked))?])?;
-    show(format_args!("\n{}", check_table(FINER_BRUSH, metrics, &checked)))?;
+    let checked = run
+        .finish()
+        .map_err(|error| CliError::after(&arguments.input.file, error))?
+        .tool;
+    commit([StagedFile::text(
+        &arguments.out,
+        CHECK,
+        &check_text(FINER_BRUSH, metrics, &checked),
+    )?])?;
+    show(format_args!(
+        "\n{}",
+        check_table(FINER_BRUSH, metrics, &checked)
+    ))?;
     Ok(true)
 }
 
@@ -284,12 +365,16 @@ fn write_results(
         StagedFile::hashed(&arguments.out, name, &mut hashes, write)
     };
     let staged = [
-        stage(METRICS, &|out| write_brush_metrics(out, &settings, &result, band.as_ref()))?,
+        stage(METRICS, &|out| {
+            write_brush_metrics(out, &settings, &result, band.as_ref())
+        })?,
         stage(FILAMENTS, &|out| write_filaments(out, &result.filaments))?,
         stage(HISTORY, &|out| write_brush_history(out, &result.history))?,
         stage(CONTACTS, &|out| write_contacts(out, &result.pairs))?,
     ];
-    let for_vtk = arguments.vtk.then(|| brush_files(&settings, &result.filaments, &result.frames));
+    let for_vtk = arguments
+        .vtk
+        .then(|| brush_files(&settings, &result.filaments, &result.frames));
     let vtk = stage_vtk(&arguments.out, for_vtk.into_iter().flatten(), &mut hashes)?;
     let case = case_text(&settings, &hashes);
     let brush = Brush {
@@ -300,7 +385,11 @@ fn write_results(
         settings,
     };
     let name = arguments.input.short_name();
-    let page = StagedFile::text(&arguments.out, BRUSH_PAGE, &brush_page(&name, &brush, &result, notes))?;
+    let page = StagedFile::text(
+        &arguments.out,
+        BRUSH_PAGE,
+        &brush_page(&name, &brush, &result, notes),
+    )?;
     StagedFile::text(&arguments.out, BRUSH, &case)?.commit()?;
     commit(staged.into_iter().chain([page]))?;
     // Of a contact that was simulated in the same directory.
@@ -309,9 +398,17 @@ fn write_results(
     }
     // Of an earlier result.
     remove(&arguments.out.join(CHECK))?;
-    commit_vtk(&arguments.out, vtk)?.iter().for_each(|path| say_written(path));
+    commit_vtk(&arguments.out, vtk)?
+        .iter()
+        .for_each(|path| say_written(path));
     let threads = arguments.threads.number();
-    let drawn = draw(&arguments.out, |format| brush_figures(&brush, format), threads, figures, is_of_simulation)?;
+    let drawn = draw(
+        &arguments.out,
+        |format| brush_figures(&brush, format),
+        threads,
+        figures,
+        is_of_simulation,
+    )?;
     say_drawn(&drawn)?;
     let band = band.map_or_else(String::new, |band| band_line(&band));
     Ok(brush_table(&result) + &band)

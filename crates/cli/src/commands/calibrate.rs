@@ -6,7 +6,8 @@ use std::process::ExitCode;
 
 use bristle::model::settings::Settings;
 use bristle_calibrate::{
-    Calibration, FitError, Fitted, Forces, Interrupted, Means, Observer, Problem, Reach, STARTS, calibrate, summary,
+    Calibration, FitError, Fitted, Forces, Interrupted, Means, Observer, Problem, Reach, STARTS,
+    calibrate, summary,
 };
 use bristle_input::measured::{read_points, read_radii};
 use bristle_insight::warnings::without_interaction;
@@ -25,30 +26,35 @@ use crate::progress::PassProgress;
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
 
-/// Fit settings of a file to measured forces, or to the radii of an edge over time, and write DIR/calibrated.toml
+/// Fit settings of a file to measured forces, or to the radii of an edge over time, and write
+/// DIR/calibrated.toml
 ///
-/// The section [measured] of the file names a table of measured forces at several speeds and depths. It may have columns of normal force,
-/// tangential force, torque and power, each with its standard deviation; relative_std = 0.03 under [measured] states 3 % for all that have
-/// none. The values of the settings that --fit names are those with the least sum of squared residuals, whichever of 9 starts leads there.
+/// The section [measured] of the file names a table of measured forces at several speeds and
+/// depths. It may have columns of normal force, tangential force, torque and power, each with its
+/// standard deviation; relative_std = 0.03 under [measured] states 3 % for all that have none. The
+/// values of the settings that --fit names are those with the least sum of squared residuals,
+/// whichever of 9 starts leads there.
 ///
-/// Printed are the values with their standard errors, what the forces do not determine, and where to measure next. DIR/calibrated.toml is the
-/// file with these values, for every other command: it carries their errors, so that forces come with the band that the calibration leaves.
-/// If a setting is not determined, it is not written. DIR/calibration.json has all numbers, DIR/residuals.csv the forces, DIR/calibration.html
-/// a page with figures.
+/// Printed are the values with their standard errors, what the forces do not determine, and where
+/// to measure next. DIR/calibrated.toml is the file with these values, for every other command: it
+/// carries their errors, so that forces come with the band that the calibration leaves. If a
+/// setting is not determined, it is not written. DIR/calibration.json has all numbers,
+/// DIR/residuals.csv the forces, DIR/calibration.html a page with figures.
 ///
-/// With --fit removal.preston_m2_n the table has radii: columns of time_s or turns, edge_radius_m and edge_radius_std_m. The coefficient is the one
-/// with which the edge of the workpiece grows as measured; with --fit workpiece.edge_radius_m the radius at the start is sought, too. Printed is
+/// With --fit removal.preston_m2_n the table has radii: columns of time_s or turns, edge_radius_m
+/// and edge_radius_std_m. The coefficient is the one with which the edge of the workpiece grows as
+/// measured; with --fit workpiece.edge_radius_m the radius at the start is sought, too. Printed is
 /// also whether the square root of time fits the radii.
 ///
-/// With [brush], filaments touch each other. Each simulated brush is a line of DIR/calibration.jsonl: the same command goes on from there
-/// after Ctrl-C or a crash.
+/// With [brush], filaments touch each other. Each simulated brush is a line of
+/// DIR/calibration.jsonl: the same command goes on from there after Ctrl-C or a crash.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct CalibrateArgs {
     #[command(flatten)]
     input: InputArgs,
-    /// Setting to fit, as filament.youngs_modulus_pa, or with its range, as contact.friction_coefficient=0..0.6 [default: its usual
-    /// range]; may be repeated
+    /// Setting to fit, as filament.youngs_modulus_pa, or with its range, as
+    /// contact.friction_coefficient=0..0.6 [default: its usual range]; may be repeated
     #[arg(long, value_name = "KEY", required = true)]
     fit: Vec<String>,
     /// Directory for the results, created if it does not exist
@@ -70,7 +76,10 @@ pub struct CalibrateArgs {
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
+    let number = text
+        .parse()
+        .ok()
+        .filter(|number: &f64| number.is_finite() && *number > 0.0);
     number.ok_or_else(|| "must be a number greater than 0".to_owned())
 }
 
@@ -81,7 +90,11 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
     let refused = |error: String| CliError::of(path, error);
     let text = arguments.input.read()?;
     let document = text.document()?;
-    let fitted = arguments.fit.iter().map(|option| Fitted::parse(option)).collect::<Result<Vec<_>, FitError>>();
+    let fitted = arguments
+        .fit
+        .iter()
+        .map(|option| Fitted::parse(option))
+        .collect::<Result<Vec<_>, FitError>>();
     let fitted = fitted.map_err(|error| refused(error.to_string()))?;
     let Some((file, format)) = document.measured() else {
         let advice = "there is no section [measured]: add one with `file = \"forces.csv\"`, a table of measured forces, or of edge radii over time";
@@ -99,19 +112,51 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
         Problem::new(brushes, fitted, read_points(&text, &name, format)?)
     };
     let problem = problem.map_err(|error| refused(error.to_string()))?;
-    let settings: Vec<Settings> = problem.brushes.iter().map(|brush| brush.settings.clone()).collect();
+    let settings: Vec<Settings> = problem
+        .brushes
+        .iter()
+        .map(|brush| brush.settings.clone())
+        .collect();
     prepare_directory(&arguments.out)?;
     let is_ours = |name: &str| OF_CALIBRATION.contains(&name);
-    let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture(is_of_calibration))])?;
-    let journal = problem.has_brush().then(|| ForceJournal::open(&arguments.out, arguments.restart)).transpose()?;
-    if let Some(earlier) = journal.as_ref().map(ForceJournal::earlier).filter(|earlier| *earlier > 0) {
-        say(format_args!("{earlier} simulated brushes are in `{}`", shown_path(&arguments.out.join(FORCE_JOURNAL))));
+    let _occupied = occupy(
+        &arguments.out,
+        &[("", &is_ours), (FIGURES, &is_picture(is_of_calibration))],
+    )?;
+    let journal = problem
+        .has_brush()
+        .then(|| ForceJournal::open(&arguments.out, arguments.restart))
+        .transpose()?;
+    if let Some(earlier) = journal
+        .as_ref()
+        .map(ForceJournal::earlier)
+        .filter(|earlier| *earlier > 0)
+    {
+        say(format_args!(
+            "{earlier} simulated brushes are in `{}`",
+            shown_path(&arguments.out.join(FORCE_JOURNAL))
+        ));
     }
     let stop = stop_on_interrupt();
-    let watch = Watch { journal, progress: PassProgress::begin("the calibration", 0.0) };
+    let watch = Watch {
+        journal,
+        progress: PassProgress::begin("the calibration", 0.0),
+    };
     let resources = arguments.resources.resources();
-    let reach = Reach { max_rpm: arguments.max_rpm, max_depth_m: arguments.max_depth.map(|depth| depth / 1e3) };
-    let outcome = calibrate(problem, reach, Means { resources, stop: &stop, observer: &watch, starts: STARTS });
+    let reach = Reach {
+        max_rpm: arguments.max_rpm,
+        max_depth_m: arguments.max_depth.map(|depth| depth / 1e3),
+    };
+    let outcome = calibrate(
+        problem,
+        reach,
+        Means {
+            resources,
+            stop: &stop,
+            observer: &watch,
+            starts: STARTS,
+        },
+    );
     let Watch { journal, progress } = watch;
     drop(progress);
     if let Some(journal) = &journal {
@@ -121,25 +166,37 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
         Ok(Some(calibration)) => calibration,
         Ok(None) => {
             return Err(refused(
-                "none of the starts can be simulated: narrow the ranges, as in --fit KEY=LOW..HIGH".to_owned(),
+                "none of the starts can be simulated: narrow the ranges, as in --fit KEY=LOW..HIGH"
+                    .to_owned(),
             ));
         }
         Err(Interrupted::Stopped) => {
-            let resume = if journal.is_some() { "; run the same command again to resume" } else { "" };
+            let resume = if journal.is_some() {
+                "; run the same command again to resume"
+            } else {
+                ""
+            };
             say_at_the_end(format_args!("stopped: nothing was written{resume}"));
             return Ok(INTERRUPTED.into());
         }
         Err(error) => return Err(refused(error.to_string())),
     };
     let is_whole = calibration.undetermined.is_empty();
-    let restated = is_whole.then(|| restated(arguments, text.text(), &calibration)).transpose();
+    let restated = is_whole
+        .then(|| restated(arguments, text.text(), &calibration))
+        .transpose();
     let restated = restated.map_err(refused)?;
     let name = arguments.input.short_name();
     for file in write_calibration(&arguments.out, &name, &calibration, restated.as_deref())? {
         say_written(&file);
     }
-    let drawn =
-        draw(&arguments.out, |format| calibration_figures(&calibration, format), None, &figures, is_of_calibration)?;
+    let drawn = draw(
+        &arguments.out,
+        |format| calibration_figures(&calibration, format),
+        None,
+        &figures,
+        is_of_calibration,
+    )?;
     say_drawn(&drawn)?;
     show(summary(&calibration, width()))?;
     if !is_whole {
@@ -148,12 +205,19 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
              and leave out its --fit"
         ));
     }
-    settings.iter().filter_map(without_interaction).for_each(say);
+    settings
+        .iter()
+        .filter_map(without_interaction)
+        .for_each(say);
     Ok(ExitCode::SUCCESS)
 }
 
 /// The text of `calibrated.toml`, which states what was fitted.
-fn restated(arguments: &CalibrateArgs, text: &str, calibration: &Calibration) -> Result<String, String> {
+fn restated(
+    arguments: &CalibrateArgs,
+    text: &str,
+    calibration: &Calibration,
+) -> Result<String, String> {
     let InputArgs { file, set, .. } = &arguments.input;
     let out = arguments.out.clone();
     let moved = |path: &str| from_directory(&relative_to(file, path), &out);
@@ -162,11 +226,21 @@ fn restated(arguments: &CalibrateArgs, text: &str, calibration: &Calibration) ->
 
 /// A path as seen from a directory, with forward slashes.
 fn from_directory(path: &Path, directory: &Path) -> String {
-    let [path, directory] = [path, directory]
-        .map(|path| path.canonicalize().or_else(|_| absolute(path)).unwrap_or_else(|_| path.to_owned()));
-    let common = path.components().zip(directory.components()).take_while(|(a, b)| a == b).count();
+    let [path, directory] = [path, directory].map(|path| {
+        path.canonicalize()
+            .or_else(|_| absolute(path))
+            .unwrap_or_else(|_| path.to_owned())
+    });
+    let common = path
+        .components()
+        .zip(directory.components())
+        .take_while(|(a, b)| a == b)
+        .count();
     let up = directory.components().skip(common).map(|_| "..".to_owned());
-    let down = path.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());
+    let down = path
+        .components()
+        .skip(common)
+        .map(|part| part.as_os_str().to_string_lossy().into_owned());
     up.chain(down).collect::<Vec<_>>().join("/")
 }
 
@@ -186,6 +260,10 @@ impl Observer for Watch {
     }
 
     fn keep(&self, settings: &Settings, forces: &Forces) -> ControlFlow<()> {
-        self.journal.as_ref().map_or(ControlFlow::Continue(()), |journal| journal.append(settings, *forces))
+        self.journal
+            .as_ref()
+            .map_or(ControlFlow::Continue(()), |journal| {
+                journal.append(settings, *forces)
+            })
     }
 }

@@ -13,11 +13,13 @@ use crate::terminal::show;
 /// Most states that a comparison may ask for.
 const MAX_STATES: u64 = 100_000;
 
-/// Compare a graph from another engine with the built-in derivation, output by output, at random states
+/// Compare a graph from another engine with the built-in derivation, output by output, at random
+/// states
 ///
-/// GRAPH.json holds either the whole equations for some number of segments, or the kernels of the solver. derivations/ has
-/// such graphs and the scripts that make them; docs/graph-format.md describes the format. The table shows the largest
-/// deviation of each output, relative to its size. The exit status is 1 if one deviates by more than 1e-12.
+/// GRAPH.json holds either the whole equations for some number of segments, or the kernels of the
+/// solver. derivations/ has such graphs and the scripts that make them; docs/graph-format.md
+/// describes the format. The table shows the largest deviation of each output, relative to its
+/// size. The exit status is 1 if one deviates by more than 1e-12.
 #[derive(Args)]
 pub struct CompareArgs {
     /// The graph
@@ -37,7 +39,11 @@ pub struct CompareArgs {
 /// Runs the command.
 pub fn run(arguments: &CompareArgs) -> Result<ExitCode, CliError> {
     let text = read_text(&arguments.file, MAX_GRAPH_BYTES)?;
-    let which = if arguments.bent { States::Bent } else { States::All };
+    let which = if arguments.bent {
+        States::Bent
+    } else {
+        States::All
+    };
     let comparison = compare_graph(&text, arguments.states as usize, which, arguments.seed)
         .map_err(|error| CliError::of(&arguments.file, error))?;
     let agrees = comparison.agrees();

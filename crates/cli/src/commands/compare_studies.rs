@@ -54,8 +54,18 @@ pub struct CompareStudiesArgs {
 pub fn run(arguments: &CompareStudiesArgs) -> Result<(), CliError> {
     let figures = arguments.figures.figures()?;
     let out = &arguments.out;
-    let studies = arguments.studies.iter().map(|text| named_study(text, out)).collect::<Result<Vec<_>, _>>()?;
-    let Joined { study, results, measured, notes, origin } = join(&studies).map_err(Box::new)?;
+    let studies = arguments
+        .studies
+        .iter()
+        .map(|text| named_study(text, out))
+        .collect::<Result<Vec<_>, _>>()?;
+    let Joined {
+        study,
+        results,
+        measured,
+        notes,
+        origin,
+    } = join(&studies).map_err(Box::new)?;
     if out.join(JOURNAL).exists() {
         return Err(CliError::OfAStudy(out.clone()));
     }
@@ -71,9 +81,29 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<(), CliError> {
         answer: None,
         measured: &measured,
     };
-    let (files, comparisons) = publish(out, Recorder::new(&study), &study, &results, &subject, None, &Stop::default())?;
-    let drawn = draw_study(out, &study, &results, &measured, comparisons, None, &figures)?;
-    say(format_args!("{} of {} studies", counted(study.case_count()), studies.len()));
+    let (files, comparisons) = publish(
+        out,
+        Recorder::new(&study),
+        &study,
+        &results,
+        &subject,
+        None,
+        &Stop::default(),
+    )?;
+    let drawn = draw_study(
+        out,
+        &study,
+        &results,
+        &measured,
+        comparisons,
+        None,
+        &figures,
+    )?;
+    say(format_args!(
+        "{} of {} studies",
+        counted(study.case_count()),
+        studies.len()
+    ));
     notes.iter().for_each(|text| say(note(text)));
     files.iter().for_each(|path| say_written(path));
     show_tables(&study, &results)?;
@@ -90,12 +120,21 @@ fn named_study(text: &str, out: &Path) -> Result<NamedStudy, CliError> {
     if whole.is_some() && whole == fs::canonicalize(out).ok() {
         return Err(CliError::OfAStudy(out.to_owned()));
     }
-    let (saved, results) = saved_study(directory)?.ok_or_else(|| CliError::NoStudy(directory.to_owned()))?;
+    let (saved, results) =
+        saved_study(directory)?.ok_or_else(|| CliError::NoStudy(directory.to_owned()))?;
     let measured = measured_of(directory, &saved)?;
     let of_directory = || {
         let last = whole.as_deref().and_then(Path::file_name);
-        last.map_or_else(|| shown_path(directory), |name| name.to_string_lossy().into_owned())
+        last.map_or_else(
+            || shown_path(directory),
+            |name| name.to_string_lossy().into_owned(),
+        )
     };
     let name = given.map_or_else(of_directory, |(name, _)| name.to_owned());
-    Ok(NamedStudy { name, saved, results, measured })
+    Ok(NamedStudy {
+        name,
+        saved,
+        results,
+        measured,
+    })
 }

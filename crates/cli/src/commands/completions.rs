@@ -27,7 +27,8 @@ pub struct CompletionsArgs {
     shell: Shell,
 }
 
-/// Write manual pages of the program and of each command, as DIR/bristle.1 and DIR/bristle-COMMAND.1
+/// Write manual pages of the program and of each command, as DIR/bristle.1 and
+/// DIR/bristle-COMMAND.1
 ///
 /// In a directory such as ~/.local/share/man/man1, `man bristle-study` shows them.
 #[derive(Args)]
@@ -38,21 +39,42 @@ pub struct ManArgs {
 }
 
 /// Prints the script of a shell for the `program`.
-pub fn print_completions(arguments: &CompletionsArgs, mut program: Command) -> Result<(), CliError> {
+pub fn print_completions(
+    arguments: &CompletionsArgs,
+    mut program: Command,
+) -> Result<(), CliError> {
     let mut script = Vec::new();
     generate(arguments.shell, &mut program, PROGRAM, &mut script);
-    Ok(print_by(|| std::io::Write::write_all(&mut std::io::stdout(), &script))?)
+    Ok(print_by(|| {
+        std::io::Write::write_all(&mut std::io::stdout(), &script)
+    })?)
 }
 
 /// Writes the manual pages of the `program`.
 pub fn write_manual(arguments: &ManArgs, mut program: Command) -> Result<(), CliError> {
     program.build();
-    let commands: Vec<Command> =
-        program.get_subcommands().filter(|command| command.get_name() != "help").cloned().collect();
-    let pages: Vec<Man> = [program].into_iter().chain(commands).map(Man::new).collect();
+    let commands: Vec<Command> = program
+        .get_subcommands()
+        .filter(|command| command.get_name() != "help")
+        .cloned()
+        .collect();
+    let pages: Vec<Man> = [program]
+        .into_iter()
+        .chain(commands)
+        .map(Man::new)
+        .collect();
     prepare_directory(&arguments.out)?;
-    let _occupied = occupy(&arguments.out, &[("", &|name| name.starts_with(PROGRAM) && name.ends_with(".1"))])?;
-    let stage = |page: &Man| StagedFile::write(arguments.out.join(page.get_filename()), |out| page.render(out));
+    let _occupied = occupy(
+        &arguments.out,
+        &[("", &|name| {
+            name.starts_with(PROGRAM) && name.ends_with(".1")
+        })],
+    )?;
+    let stage = |page: &Man| {
+        StagedFile::write(arguments.out.join(page.get_filename()), |out| {
+            page.render(out)
+        })
+    };
     let staged: Result<Vec<StagedFile>, _> = pages.iter().map(stage).collect();
     Ok(commit(staged?)?)
 }

@@ -30,15 +30,17 @@ const TABLE: &str = "converge.csv";
 
 /// Say how many segments and which tolerance a contact needs, and write DIR/converge.csv
 ///
-/// Simulates the contact of [process] with coarser and finer values of one setting after the other: the number of segments,
-/// filament.segments, and the tolerance, solver.relative_tolerance. With [brush], filaments touch each other, and the settings
-/// are the number of segments, the tolerance that chooses the step, brush.tolerance, and the stiffness k_l between filaments,
+/// Simulates the contact of [process] with coarser and finer values of one setting after the other:
+/// the number of segments, filament.segments, and the tolerance, solver.relative_tolerance. With
+/// [brush], filaments touch each other, and the settings are the number of segments, the tolerance
+/// that chooses the step, brush.tolerance, and the stiffness k_l between filaments,
 /// brush.stiffness_n_m2.
 ///
-/// Prints the force F_n,w for each value with its change against the finest one, what to choose for an error of 1 %, and how
-/// good the force is as stated. Where the finest four numbers of segments agree on the power with which the error falls, the force
-/// is extrapolated. DIR/figures/converge.svg and .png show the errors. [study] is ignored, [uncertainty] too without [brush]. A
-/// force in place of the depth is reached first, and the depth then kept.
+/// Prints the force F_n,w for each value with its change against the finest one, what to choose for
+/// an error of 1 %, and how good the force is as stated. Where the finest four numbers of segments
+/// agree on the power with which the error falls, the force is extrapolated.
+/// DIR/figures/converge.svg and .png show the errors. [study] is ignored, [uncertainty] too without
+/// [brush]. A force in place of the depth is reached first, and the depth then kept.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct ConvergeArgs {
@@ -60,12 +62,20 @@ pub struct ConvergeArgs {
 pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
     let figures = arguments.figures.figures()?;
     let text = arguments.input.read()?;
-    let stated = text.document_alone_if(arguments.without_interaction)?.settings()?;
+    let stated = text
+        .document_alone_if(arguments.without_interaction)?
+        .settings()?;
     arguments.input.warn_of(&unusual(&stated))?;
     // Before anything is simulated or written: what is wrong with the settings.
     Plan::new(&stated).map_err(|error| refused(arguments, error))?;
     prepare_directory(&arguments.out)?;
-    let _occupied = occupy(&arguments.out, &[("", &|name| name == TABLE), (FIGURES, &is_picture(is_of_convergence))])?;
+    let _occupied = occupy(
+        &arguments.out,
+        &[
+            ("", &|name| name == TABLE),
+            (FIGURES, &is_picture(is_of_convergence)),
+        ],
+    )?;
     let outcome = at_depth(arguments, stated).and_then(|settings| {
         let plan = Plan::new(&settings).map_err(|error| refused(arguments, error))?;
         let results = simulate(arguments, plan.study())?;
@@ -78,11 +88,20 @@ pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
         }
         outcome => outcome?,
     };
-    let convergence = plan.conclude(&results).map_err(|error| refused(arguments, error))?;
-    let file = StagedFile::write(arguments.out.join(TABLE), |out| write_convergence(out, &convergence))?;
+    let convergence = plan
+        .conclude(&results)
+        .map_err(|error| refused(arguments, error))?;
+    let file = StagedFile::write(arguments.out.join(TABLE), |out| {
+        write_convergence(out, &convergence)
+    })?;
     commit([file])?;
-    let drawn =
-        draw(&arguments.out, |format| convergence_figures(&convergence, format), None, &figures, is_of_convergence)?;
+    let drawn = draw(
+        &arguments.out,
+        |format| convergence_figures(&convergence, format),
+        None,
+        &figures,
+        is_of_convergence,
+    )?;
     say_drawn(&drawn)?;
     show(convergence_text(&convergence, width()))?;
     let mut status = ExitCode::SUCCESS;
@@ -90,7 +109,10 @@ pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
         for (value, result) in series.values.iter().zip(&series.results) {
             if let Err(error) = result {
                 let equation = series.setting().equation(*value);
-                say(format_args!("error: with {equation}: {}", shown(error, LONGEST_FAILURE)));
+                say(format_args!(
+                    "error: with {equation}: {}",
+                    shown(error, LONGEST_FAILURE)
+                ));
                 status = SIMULATION_FAILED.into();
             }
         }
@@ -99,12 +121,17 @@ pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
 }
 
 fn refused(arguments: &ConvergeArgs, error: ConvergenceError) -> CliError {
-    CliError::Convergence { path: arguments.input.file.clone(), error }
+    CliError::Convergence {
+        path: arguments.input.file.clone(),
+        error,
+    }
 }
 
 /// The settings, at the depth that reaches the force which they state in place of one.
 fn at_depth(arguments: &ConvergeArgs, stated: Settings) -> Result<Settings, CliError> {
-    let Some(force) = stated.process.tool_force_n else { return Ok(stated) };
+    let Some(force) = stated.process.tool_force_n else {
+        return Ok(stated);
+    };
     let study = Study::of_cases(vec![stated]);
     let results = simulate(arguments, study.clone())?;
     if let Err(error) = &results[0] {
@@ -112,7 +139,9 @@ fn at_depth(arguments: &ConvergeArgs, stated: Settings) -> Result<Settings, CliE
     }
     let settings = study.settings_found(0, &results[0]);
     let depth = 1e3 * settings.process.penetration_depth_m;
-    say(note(&format!("the depth that reaches {force} N as stated, {depth:.4} mm, is the same in all cases")));
+    say(note(&format!(
+        "the depth that reaches {force} N as stated, {depth:.4} mm, is the same in all cases"
+    )));
     Ok(settings)
 }
 
@@ -123,9 +152,20 @@ fn simulate(arguments: &ConvergeArgs, study: Study) -> Result<Vec<CaseResult>, C
     let count = study.case_count();
     let mut run = StudyRun::new(study);
     let progress = Progress::begin(Works::of(&run, |_| true), 0, false);
-    run.simulate(|_| true, &Means { resources, stop: &stop_on_interrupt(), observer: &progress })?;
+    run.simulate(
+        |_| true,
+        &Means {
+            resources,
+            stop: &stop_on_interrupt(),
+            observer: &progress,
+        },
+    )?;
     let results: Option<Vec<CaseResult>> = run.results().iter().cloned().collect();
     let results = results.ok_or(RunError::Stopped)?;
-    say(format_args!("{} in {:.2} s", counted(count), progress.seconds()));
+    say(format_args!(
+        "{} in {:.2} s",
+        counted(count),
+        progress.seconds()
+    ));
     Ok(results)
 }

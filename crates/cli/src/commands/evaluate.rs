@@ -40,9 +40,12 @@ pub fn run(arguments: &EvaluateArgs) -> Result<(), CliError> {
     let document = text.document()?;
     let settings = document.settings_without_process()?;
     // What the file leaves out has values that mean nothing.
-    let stated = unusual(&settings).into_iter().filter(|unusual| document.states(unusual.path));
+    let stated = unusual(&settings)
+        .into_iter()
+        .filter(|unusual| document.states(unusual.path));
     arguments.input.warn_of(&stated.collect::<Vec<_>>())?;
-    let state = parse_state(&read_input(&arguments.state)?).map_err(|error| CliError::of(&arguments.state, error))?;
+    let state = parse_state(&read_input(&arguments.state)?)
+        .map_err(|error| CliError::of(&arguments.state, error))?;
     let evaluation = evaluate(&settings.filament, settings.tool.body_radius_m, &state)?;
     let mut json = serde_json::to_string(&evaluation).map_err(io::Error::from)?;
     json.push('\n');

@@ -8,7 +8,8 @@ use crate::terminal::{show, width};
 
 /// Say what a key of the input file means: unit, range, default, and where the default comes from
 ///
-/// KEY is a path such as filament.length_m, its last part, or a section. Without KEY all keys are listed.
+/// KEY is a path such as filament.length_m, its last part, or a section. Without KEY all keys are
+/// listed.
 #[derive(Args)]
 pub struct ExplainArgs {
     /// The key

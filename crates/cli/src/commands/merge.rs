@@ -12,9 +12,10 @@ use crate::error::CliError;
 
 /// Merge the shards of a study, and write its results as one call of `bristle study` would
 ///
-/// Each DIR is the directory of a shard, made by `bristle study FILE.toml --out DIR --shard I/N`. The file and its options must
-/// be those of the shards, and so must the build of Bristle. The results are the same to the bit as without shards.
-/// If cases are missing, they are not simulated: the message says how many, and the journal keeps the others.
+/// Each DIR is the directory of a shard, made by `bristle study FILE.toml --out DIR --shard I/N`.
+/// The file and its options must be those of the shards, and so must the build of Bristle. The
+/// results are the same to the bit as without shards. If cases are missing, they are not simulated:
+/// the message says how many, and the journal keeps the others.
 #[derive(Args)]
 pub struct MergeArgs {
     #[command(flatten)]
@@ -46,7 +47,11 @@ pub fn run(arguments: &MergeArgs) -> Result<ExitCode, CliError> {
     drop(run);
     if done < total {
         let path = arguments.study.out.join(JOURNAL);
-        return Err(CliError::Incomplete { path, missing: total - done, total });
+        return Err(CliError::Incomplete {
+            path,
+            missing: total - done,
+            total,
+        });
     }
     run_whole(&arguments.study, false, false)
 }

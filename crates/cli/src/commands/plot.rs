@@ -9,11 +9,12 @@ use crate::pictures::{FigureArgs, draw_saved, say_drawn};
 
 /// Redraw the figures of saved results, to DIR/figures
 ///
-/// DIR is a directory that `bristle study`, `bristle simulate` or `bristle brush` has written to. The figures of a study are maps and curves
-/// of tip deflection, contact time, contact time ratio, impulse and tool force over the swept settings, and a comparison of
-/// the tool force with measured forces. The figures of one contact show force and tip deflection over time, and the impulse
-/// of each turn if there are several. The five that matter most are drawn, or all with --figures all, as SVG, PNG
-/// and PDF, with the same bytes as by the command that made the results.
+/// DIR is a directory that `bristle study`, `bristle simulate` or `bristle brush` has written to.
+/// The figures of a study are maps and curves of tip deflection, contact time, contact time ratio,
+/// impulse and tool force over the swept settings, and a comparison of the tool force with measured
+/// forces. The figures of one contact show force and tip deflection over time, and the impulse of
+/// each turn if there are several. The five that matter most are drawn, or all with --figures all,
+/// as SVG, PNG and PDF, with the same bytes as by the command that made the results.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct PlotArgs {

@@ -22,13 +22,14 @@ use crate::values::{INTERRUPTED, ResourceArgs};
 
 /// Follow an edge that grows round and filaments that wear, and write DIR/removal.csv
 ///
-/// The section [removal] states how fast material is removed per sliding work, preston_m2_n, or what one trial showed,
-/// observed = { edge_radius_m = …, time_s = … }, and when to end, until = { edge_radius_m = … } or turns or time_s. Passes over edges of a few
-/// radii tell the work on the edge, and more are simulated until the radius over time no longer changes. With filament_wear_m2_n filaments
-/// become shorter, and are simulated so.
+/// The section [removal] states how fast material is removed per sliding work, preston_m2_n, or
+/// what one trial showed, observed = { edge_radius_m = …, time_s = … }, and when to end, until = {
+/// edge_radius_m = … } or turns or time_s. Passes over edges of a few radii tell the work on the
+/// edge, and more are simulated until the radius over time no longer changes. With
+/// filament_wear_m2_n filaments become shorter, and are simulated so.
 ///
-/// DIR/removal.csv has radius, force and length over time, DIR/edge_work.csv the passes that were simulated, DIR/removal.html a page on which
-/// the edge grows round. [study] is ignored.
+/// DIR/removal.csv has radius, force and length over time, DIR/edge_work.csv the passes that were
+/// simulated, DIR/removal.html a page on which the edge grows round. [study] is ignored.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct RemoveArgs {
@@ -53,11 +54,16 @@ pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
     check(&settings).map_err(|violation| refused(RemovalError::Settings(violation.to_string())))?;
     prepare_directory(&arguments.out)?;
     let is_ours = |name: &str| OF_REMOVAL.contains(&name);
-    let _occupied = occupy(&arguments.out, &[("", &is_ours), (FIGURES, &is_picture(is_of_removal))])?;
+    let _occupied = occupy(
+        &arguments.out,
+        &[("", &is_ours), (FIGURES, &is_picture(is_of_removal))],
+    )?;
     let stop = stop_on_interrupt();
     let resources = arguments.resources.resources();
     let progress = PassProgress::begin("the removal", 0.0);
-    let outcome = remove(&settings, resources, &stop, &|done, of| progress.tell(done as f64 / of as f64));
+    let outcome = remove(&settings, resources, &stop, &|done, of| {
+        progress.tell(done as f64 / of as f64)
+    });
     drop(progress);
     let removal = match outcome {
         Err(RemovalError::Stopped) => {
@@ -70,8 +76,13 @@ pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
     for file in write_removal(&arguments.out, &name, &settings, &removal)? {
         say_written(&file);
     }
-    let drawn =
-        draw(&arguments.out, |format| removal_figures(&settings, &removal, format), None, &figures, is_of_removal)?;
+    let drawn = draw(
+        &arguments.out,
+        |format| removal_figures(&settings, &removal, format),
+        None,
+        &figures,
+        is_of_removal,
+    )?;
     say_drawn(&drawn)?;
     show(removal_text(&settings, &removal, width()))?;
     warnings(&removal).iter().for_each(say);

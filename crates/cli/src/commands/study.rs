@@ -158,7 +158,11 @@ impl StudyArgs {
 
     /// What the study may use, watched by `progress`.
     fn means<'a>(&self, progress: &'a Progress, stop: &'a Stop) -> Means<'a> {
-        Means { resources: self.resources.resources(), stop, observer: progress }
+        Means {
+            resources: self.resources.resources(),
+            stop,
+            observer: progress,
+        }
     }
 
     /// Warns of what is unusual, and checks that all brushes can be simulated.
@@ -176,9 +180,15 @@ pub fn run(arguments: &StudyCommandArgs) -> Result<ExitCode, CliError> {
     }
 }
 
-/// The study in `directory`, with what its journal has. Ctrl-C ends the program from now on, between two lines of the journal.
+/// The study in `directory`, with what its journal has. Ctrl-C ends the program from now on,
+/// between two lines of the journal.
 fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, CliError> {
-    let (run, found) = StudyRun::open(study, directory, &[(FIGURES, &is_picture(is_of_study))], restart)?;
+    let (run, found) = StudyRun::open(
+        study,
+        directory,
+        &[(FIGURES, &is_picture(is_of_study))],
+        restart,
+    )?;
     let (path, total) = (directory.join(JOURNAL), run.study().case_count());
     tell_of(&run, found, &path);
     if let Some(journal) = run.journal() {
@@ -189,7 +199,8 @@ fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, CliEr
             ));
             process::exit(INTERRUPTED.into())
         });
-        // If signals are handled elsewhere, or ignored, that is intended. The journal survives an end without notice.
+        // If signals are handled elsewhere, or ignored, that is intended. The journal survives an
+        // end without notice.
         let _ = ctrlc::try_set_handler(stop);
     }
     Ok(run)
@@ -199,14 +210,21 @@ fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, CliEr
 fn tell_of(run: &StudyRun, Found { torn, discarded }: Found, path: &Path) {
     let path = shown_path(path);
     if discarded {
-        say(format_args!("note: the earlier journal `{path}` has been discarded"));
+        say(format_args!(
+            "note: the earlier journal `{path}` has been discarded"
+        ));
     }
     if torn > 0 {
-        say(format_args!("note: the last {torn} bytes of `{path}` were an incomplete line and have been dropped"));
+        say(format_args!(
+            "note: the last {torn} bytes of `{path}` were an incomplete line and have been dropped"
+        ));
     }
     let ((done, _), total) = (run.counts(), run.study().case_count());
     if done > 0 {
-        say(format_args!("{done} of {total} cases are in `{path}`, {} remain", total - done));
+        say(format_args!(
+            "{done} of {total} cases are in `{path}`, {} remain",
+            total - done
+        ));
     }
 }
 
@@ -217,27 +235,48 @@ fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCod
     arguments.check(&study)?;
     let mut run = open(study, &arguments.out, arguments.restart)?;
     let count = |run: &StudyRun, is_one: fn(&Option<CaseResult>) -> bool| {
-        let own = run.results().iter().enumerate().filter(|(case, result)| shard.has(*case) && is_one(result));
+        let own = run
+            .results()
+            .iter()
+            .enumerate()
+            .filter(|(case, result)| shard.has(*case) && is_one(result));
         own.count()
     };
     let is_failure: fn(&Option<CaseResult>) -> bool = |result| matches!(result, Some(Err(_)));
     let total = count(&run, |_| true);
-    let progress = Progress::begin(Works::of(&run, |case| shard.has(case)), count(&run, is_failure), arguments.json);
-    run.simulate(|case| shard.has(case), &arguments.means(&progress, &Stop::default()))?;
+    let progress = Progress::begin(
+        Works::of(&run, |case| shard.has(case)),
+        count(&run, is_failure),
+        arguments.json,
+    );
+    run.simulate(
+        |case| shard.has(case),
+        &arguments.means(&progress, &Stop::default()),
+    )?;
     let path = arguments.out.join(JOURNAL);
     if !arguments.json {
         let path = shown_path(&path);
         say(format_args!(
             "shard {shard}: its {} in `{path}`\n`bristle merge` makes results of all shards",
-            if total == 1 { "case is".to_owned() } else { format!("{total} cases are") }
+            if total == 1 {
+                "case is".to_owned()
+            } else {
+                format!("{total} cases are")
+            }
         ));
     }
     progress.summarise(&[path])?;
     let failed = count(&run, is_failure);
     if failed > 0 {
-        say(format_args!("error: {failed} of the cases failed; the results of the study will say why"));
+        say(format_args!(
+            "error: {failed} of the cases failed; the results of the study will say why"
+        ));
     }
-    Ok(if failed == 0 { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
+    Ok(if failed == 0 {
+        ExitCode::SUCCESS
+    } else {
+        SIMULATION_FAILED.into()
+    })
 }
 
 /// Simulates all cases that are not in the journal, or all with `restart`, and writes the results.
@@ -251,7 +290,9 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
         Some((file, format)) => measured_forces(&relative_to(&arguments.input.file, file), format)?,
         None => Vec::new(),
     };
-    arguments.input.warn_of(&unusual_points(&study, &measured))?;
+    arguments
+        .input
+        .warn_of(&unusual_points(&study, &measured))?;
     let out = &arguments.out;
     let run = open(study, out, restart)?;
     if figures.are_drawn() {
@@ -259,41 +300,89 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
     }
     let progress = Progress::begin(Works::of(&run, |_| true), run.counts().1, arguments.json);
     let (stop, name) = (Stop::default(), arguments.input.short_name());
-    let finished = run.finish(&name, &document, &measured, &arguments.means(&progress, &stop))?;
-    let Finished { study, results, assumptions, answer, comparisons, files } = finished;
-    let drawn =
-        draw_study(out, &study, &results, &measured, comparisons, arguments.resources.threads.number(), &figures)?;
+    let finished = run.finish(
+        &name,
+        &document,
+        &measured,
+        &arguments.means(&progress, &stop),
+    )?;
+    let Finished {
+        study,
+        results,
+        assumptions,
+        answer,
+        comparisons,
+        files,
+    } = finished;
+    let drawn = draw_study(
+        out,
+        &study,
+        &results,
+        &measured,
+        comparisons,
+        arguments.resources.threads.number(),
+        &figures,
+    )?;
 
     let total = results.len();
     let tables = if arguments.json {
         Ok(())
     } else {
-        say(format_args!("{} in {:.2} s", counted(total), progress.seconds()));
+        say(format_args!(
+            "{} in {:.2} s",
+            counted(total),
+            progress.seconds()
+        ));
         files.iter().for_each(|path| say_written(path));
         show_tables(&study, &results)
             .and_then(|()| show_assumptions(&assumptions))
-            .and_then(|()| answer.map_or(Ok(()), |answer| show(format_args!("\n{}", answer.text(width())))))
+            .and_then(|()| {
+                answer.map_or(Ok(()), |answer| {
+                    show(format_args!("\n{}", answer.text(width())))
+                })
+            })
             .and_then(|()| say_drawn(&drawn))
     };
     let told = tables.and(progress.summarise(&files));
 
-    let failures: Vec<(usize, &String)> =
-        results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().err()?))).collect();
+    let failures: Vec<(usize, &String)> = results
+        .iter()
+        .enumerate()
+        .filter_map(|(case, result)| Some((case, result.as_ref().err()?)))
+        .collect();
     if !failures.is_empty() {
         let cases = if failures.len() == 1 { "case" } else { "cases" };
-        say(format_args!("error: {} {cases} failed, see the column `status`:", failures.len()));
+        say(format_args!(
+            "error: {} {cases} failed, see the column `status`:",
+            failures.len()
+        ));
     }
     for (case, message) in failures.iter().take(MAX_FAILURES_SHOWN) {
-        say(format_args!("  row {}: {}", case + 1, shown(message, LONGEST_FAILURE)));
+        say(format_args!(
+            "  row {}: {}",
+            case + 1,
+            shown(message, LONGEST_FAILURE)
+        ));
     }
     if study.checks() {
-        let changes: Vec<f64> = results.iter().flatten().filter_map(|summary| summary.change_when_checked).collect();
+        let changes: Vec<f64> = results
+            .iter()
+            .flatten()
+            .filter_map(|summary| summary.change_when_checked)
+            .collect();
         let largest = 100.0 * changes.iter().copied().fold(0.0, f64::max);
-        say(format_args!("{} of {total} cases checked: no metric changed by more than {largest:.2} %", changes.len()));
+        say(format_args!(
+            "{} of {total} cases checked: no metric changed by more than {largest:.2} %",
+            changes.len()
+        ));
     }
     of_study(&study, &results).iter().for_each(say);
     told?;
-    Ok(if failures.is_empty() { ExitCode::SUCCESS } else { SIMULATION_FAILED.into() })
+    Ok(if failures.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        SIMULATION_FAILED.into()
+    })
 }
 
 /// Shows the tables of a study, below that of what its named tools differ in.

@@ -18,12 +18,14 @@ use crate::terminal::{commit, say, show, width};
 const COMPARISONS: &str = "validation.csv";
 const PAGE: &str = "validation.md";
 
-/// Compare the simulator with exact solutions, other codes and the paper, and write DIR/validation.csv
+/// Compare the simulator with exact solutions, other codes and the paper, and write
+/// DIR/validation.csv
 ///
-/// The table shows each number with its reference, the source of the reference, the error and the tolerance. validation.csv
-/// has the same with all digits. validation.md is a page with the formulas, the reasons for the tolerances, and the figures,
-/// which are SVG files in the same directory. The exit status is 1 if a number is off by more than its tolerance or cannot
-/// be computed.
+/// The table shows each number with its reference, the source of the reference, the error and the
+/// tolerance. validation.csv has the same with all digits. validation.md is a page with the
+/// formulas, the reasons for the tolerances, and the figures, which are SVG files in the same
+/// directory. The exit status is 1 if a number is off by more than its tolerance or cannot be
+/// computed.
 #[derive(Args)]
 pub struct ValidateArgs {
     /// Include convergence studies
@@ -36,13 +38,20 @@ pub struct ValidateArgs {
 
 /// Runs the command.
 pub fn run(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
-    let extent = if arguments.full { Extent::Full } else { Extent::Quick };
+    let extent = if arguments.full {
+        Extent::Full
+    } else {
+        Extent::Quick
+    };
     prepare_directory(&arguments.out)?;
     let written = |name: &str| [COMPARISONS, PAGE].contains(&name) || name.ends_with(".svg");
     let _occupied = occupy(&arguments.out, &[("", &written)])?;
 
     let start = Instant::now();
-    let (done, progress) = (AtomicUsize::new(0), PassProgress::begin("the validation", 0.0));
+    let (done, progress) = (
+        AtomicUsize::new(0),
+        PassProgress::begin("the validation", 0.0),
+    );
     let outcomes = validation::run(extent, || {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         progress.tell(done as f64 / validation::trial_count() as f64);
@@ -52,18 +61,28 @@ pub fn run(arguments: &ValidateArgs) -> Result<ExitCode, CliError> {
     let seconds = start.elapsed().as_secs_f64();
 
     let written = write_validation(&arguments.out, &outcomes, extent);
-    say(format_args!("{} cases in {seconds:.2} s", validation::trial_count()));
-    // Printed last, so that the verdict is what a terminal shows, even if the files cannot be written.
+    say(format_args!(
+        "{} cases in {seconds:.2} s",
+        validation::trial_count()
+    ));
+    // Printed last, so that the verdict is what a terminal shows, even if the files cannot be
+    // written.
     show(validation::table(&outcomes, width()))?;
     written?;
     Ok(agreement(validation::agrees(&outcomes)))
 }
 
 /// Writes the comparisons of a validation, its page and its figures.
-fn write_validation(directory: &Path, outcomes: &[Outcome], extent: Extent) -> Result<(), CliError> {
+fn write_validation(
+    directory: &Path,
+    outcomes: &[Outcome],
+    extent: Extent,
+) -> Result<(), CliError> {
     let stage = |name: &str, text: String| StagedFile::text(directory, name, &text);
     let comparisons = directory.join(COMPARISONS);
-    let mut files = vec![StagedFile::write(comparisons, |out| validation::write_rows(out, outcomes))?];
+    let mut files = vec![StagedFile::write(comparisons, |out| {
+        validation::write_rows(out, outcomes)
+    })?];
     files.push(stage(PAGE, validation::page(outcomes, extent))?);
     for figure in outcomes.iter().flat_map(Outcome::figures) {
         files.push(stage(&format!("{}.svg", figure.name), figure.svg())?);

@@ -13,7 +13,9 @@ pub const CHANGES: [(&str, Change); 15] = [
         }
     }),
     ("change digit", |bytes, _, random| {
-        let digits: Vec<usize> = (0..bytes.len()).filter(|&at| bytes[at].is_ascii_digit()).collect();
+        let digits: Vec<usize> = (0..bytes.len())
+            .filter(|&at| bytes[at].is_ascii_digit())
+            .collect();
         if let Some(&at) = random.choice(&digits) {
             bytes[at] = b'0' + random.u8(..10);
         }
@@ -23,7 +25,9 @@ pub const CHANGES: [(&str, Change); 15] = [
             *byte = random.u8(..);
         }
     }),
-    ("insert byte", |bytes, _, random| bytes.insert(random.usize(..=bytes.len()), random.u8(..))),
+    ("insert byte", |bytes, _, random| {
+        bytes.insert(random.usize(..=bytes.len()), random.u8(..))
+    }),
     ("insert control", |bytes, _, random| {
         let control = [0x1b, 0x07, 0x7f, 0x08, 0x0b, 0x0c, 0x0d][random.usize(..7)];
         bytes.insert(random.usize(..=bytes.len()), control);
@@ -32,13 +36,17 @@ pub const CHANGES: [(&str, Change); 15] = [
         let at = random.usize(..=bytes.len());
         bytes.splice(at..at, vec![0; random.usize(1..600)]);
     }),
-    ("delete", |bytes, _, random| drop(bytes.drain(range(bytes.len(), random)))),
+    ("delete", |bytes, _, random| {
+        drop(bytes.drain(range(bytes.len(), random)))
+    }),
     ("delete byte", |bytes, _, random| {
         if !bytes.is_empty() {
             bytes.remove(random.usize(..bytes.len()));
         }
     }),
-    ("truncate", |bytes, _, random| bytes.truncate(random.usize(..=bytes.len()))),
+    ("truncate", |bytes, _, random| {
+        bytes.truncate(random.usize(..=bytes.len()))
+    }),
     ("repeat", |bytes, _, random| {
         let range = range(bytes.len(), random);
         let copy = bytes[range.clone()].repeat(random.usize(1..4));
@@ -46,23 +54,48 @@ pub const CHANGES: [(&str, Change); 15] = [
     }),
     ("splice", |bytes, other, random| {
         let (at, piece) = (random.usize(..=bytes.len()), range(other.len(), random));
-        let tail = if random.bool() { at..at } else { at..bytes.len() };
+        let tail = if random.bool() {
+            at..at
+        } else {
+            at..bytes.len()
+        };
         bytes.splice(tail, other[piece].iter().copied());
     }),
     ("CRLF", |bytes, _, _| {
-        *bytes = bytes.iter().flat_map(|&byte| if byte == b'\n' { vec![b'\r', b'\n'] } else { vec![byte] }).collect();
+        *bytes = bytes
+            .iter()
+            .flat_map(|&byte| {
+                if byte == b'\n' {
+                    vec![b'\r', b'\n']
+                } else {
+                    vec![byte]
+                }
+            })
+            .collect();
     }),
     ("BOM", |bytes, _, random| {
-        let at = if random.u8(..4) == 0 { random.usize(..=bytes.len()) } else { 0 };
+        let at = if random.u8(..4) == 0 {
+            random.usize(..=bytes.len())
+        } else {
+            0
+        };
         bytes.splice(at..at, "\u{feff}".bytes());
     }),
     ("not UTF-8", |bytes, _, random| {
         let at = random.usize(..=bytes.len());
-        let piece: &[u8] = [b"\xff".as_slice(), b"\xc3", b"\xed\xa0\x80", b"\xf8\x88\x80\x80\x80"][random.usize(..4)];
+        let piece: &[u8] = [
+            b"\xff".as_slice(),
+            b"\xc3",
+            b"\xed\xa0\x80",
+            b"\xf8\x88\x80\x80\x80",
+        ][random.usize(..4)];
         bytes.splice(at..at, piece.iter().copied());
     }),
     ("lines", |bytes, _, random| {
-        let mut lines: Vec<Vec<u8>> = bytes.split_inclusive(|&byte| byte == b'\n').map(<[u8]>::to_vec).collect();
+        let mut lines: Vec<Vec<u8>> = bytes
+            .split_inclusive(|&byte| byte == b'\n')
+            .map(<[u8]>::to_vec)
+            .collect();
         if !lines.is_empty() {
             let (from, to) = (random.usize(..lines.len()), random.usize(..lines.len()));
             match random.u8(..3) {
@@ -83,7 +116,11 @@ pub fn change(bytes: &mut Vec<u8>, other: &[u8], random: &mut Rng) -> &'static s
 }
 
 fn any<'b>(bytes: &'b mut [u8], random: &mut Rng) -> Option<&'b mut u8> {
-    if bytes.is_empty() { None } else { Some(&mut bytes[random.usize(..bytes.len())]) }
+    if bytes.is_empty() {
+        None
+    } else {
+        Some(&mut bytes[random.usize(..bytes.len())])
+    }
 }
 
 /// A part of something of this length, short more often than long.

@@ -76,14 +76,21 @@ impl Limits {
     /// The limits for reading some files.
     fn reading(self, mutant: &Mutant) -> Self {
         let length: usize = mutant.files.iter().map(|(_, content)| content.len()).sum();
-        Self { memory: self.memory + MEMORY_PER_BYTE * length as u64, ..self }
+        Self {
+            memory: self.memory + MEMORY_PER_BYTE * length as u64,
+            ..self
+        }
     }
 }
 
 impl Mutant {
     /// One file.
     pub fn file(change: &'static str, name: &str, content: impl Into<Vec<u8>>) -> Self {
-        Self { change, files: vec![(name.to_owned(), content.into())], ..Self::default() }
+        Self {
+            change,
+            files: vec![(name.to_owned(), content.into())],
+            ..Self::default()
+        }
     }
 
     /// The content of a file as text; readers of text never see anything else.
@@ -116,7 +123,10 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { time: Duration::from_secs(60), memory: 64 << 20 }
+        Self {
+            time: Duration::from_secs(60),
+            memory: 64 << 20,
+        }
     }
 }
 
@@ -141,14 +151,19 @@ thread_local! {
 pub fn silence_panics() {
     let usual = take_hook();
     set_hook(Box::new(move |panic| {
-        let is_judging = PANIC.with_borrow_mut(|kept| kept.as_mut().map(|kept| *kept = panic.to_string()).is_some());
+        let is_judging = PANIC.with_borrow_mut(|kept| {
+            kept.as_mut()
+                .map(|kept| *kept = panic.to_string())
+                .is_some()
+        });
         if !is_judging {
             usual(panic);
         }
     }));
 }
 
-/// The verdict on one mutant, or what is wrong with how it was judged. Also returns the bytes of memory that it took.
+/// The verdict on one mutant, or what is wrong with how it was judged. Also returns the bytes of
+/// memory that it took.
 pub fn judge(limits: Limits, check: impl FnOnce() -> Verdict) -> (Result<Verdict, String>, u64) {
     let begin = Instant::now();
     let mut verdict = Ok(Ok(()));
@@ -181,7 +196,9 @@ pub fn presentable(message: &str) -> Result<(), String> {
     }
     let (length, lines) = (message.chars().count(), message.lines().count());
     if length > LONGEST_MESSAGE || lines > MOST_LINES {
-        return Err(format!("a message of {length} characters in {lines} lines: {message:.300?}"));
+        return Err(format!(
+            "a message of {length} characters in {lines} lines: {message:.300?}"
+        ));
     }
     plain(message)
 }
@@ -213,7 +230,9 @@ struct Counts {
 type Slot = Mutex<Option<(usize, Instant)>>;
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    mutex
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 /// Attacks a target, prints what was tried, and returns the number of failures.
@@ -228,7 +247,10 @@ pub fn attack(target: &dyn Target, plan: &Plan) -> usize {
         judge_originals(target, &counts);
         judge_refusals(target, &counts);
     }
-    let threads = plan.threads.or_else(|| thread::available_parallelism().ok().map(usize::from)).unwrap_or(1);
+    let threads = plan
+        .threads
+        .or_else(|| thread::available_parallelism().ok().map(usize::from))
+        .unwrap_or(1);
     let slots: Vec<Slot> = (0..threads).map(|_| Mutex::new(None)).collect();
     thread::scope(|scope| {
         let watch = scope.spawn(|| stop_hanging(target, plan, &slots, &done));
@@ -256,12 +278,17 @@ pub fn attack(target: &dyn Target, plan: &Plan) -> usize {
         let ends: Vec<_> = workers.into_iter().map(|worker| worker.join()).collect();
         done.store(true, Ordering::Relaxed);
         watch.thread().unpark();
-        ends.into_iter().for_each(|end| end.expect("what is judged panics only where that is caught"));
+        ends.into_iter()
+            .for_each(|end| end.expect("what is judged panics only where that is caught"));
     });
-    let mut counts = counts.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut counts = counts
+        .into_inner()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
     if plan.only.is_none() {
         let vacuous = vacuous(target, &counts);
-        counts.failures.extend(vacuous.into_iter().map(|problem| (None, problem)));
+        counts
+            .failures
+            .extend(vacuous.into_iter().map(|problem| (None, problem)));
     }
     counts.failures.sort();
     report(target, plan, &counts, begin.elapsed());
@@ -273,8 +300,8 @@ fn directory() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("attack")
 }
 
-/// A file with the number of the mutant being judged. It remains if the attack itself dies: a stack that overflows cannot be
-/// caught.
+/// A file with the number of the mutant being judged. It remains if the attack itself dies: a stack
+/// that overflows cannot be caught.
 struct Running {
     path: PathBuf,
     file: File,
@@ -284,11 +311,16 @@ impl Running {
     fn new(target: &dyn Target, plan: &Plan, worker: usize) -> Self {
         let path = directory().join(format!("running-{}-{}-{worker}", target.name(), plan.seed));
         fs::create_dir_all(directory()).expect("cargo has made the directory above");
-        Self { file: File::create(&path).expect("the directory can be written to"), path }
+        Self {
+            file: File::create(&path).expect("the directory can be written to"),
+            path,
+        }
     }
 
     fn note(&self, number: usize) {
-        self.file.write_all_at(format!("{number:12}\n").as_bytes(), 0).expect("a short file can be written");
+        self.file
+            .write_all_at(format!("{number:12}\n").as_bytes(), 0)
+            .expect("a short file can be written");
     }
 
     fn end(self) {
@@ -298,33 +330,46 @@ impl Running {
 
 /// The generator of a mutant: the same whatever was tried before.
 fn random(target: &dyn Target, plan: &Plan, number: usize) -> Rng {
-    let name =
-        target.name().bytes().fold(plan.seed, |hash, byte| hash.wrapping_mul(0x0100_0000_01b3) ^ u64::from(byte));
+    let name = target.name().bytes().fold(plan.seed, |hash, byte| {
+        hash.wrapping_mul(0x0100_0000_01b3) ^ u64::from(byte)
+    });
     Rng::with_seed(Rng::with_seed(name).u64(..) ^ number as u64)
 }
 
 fn judge_originals(target: &dyn Target, counts: &Mutex<Counts>) {
     for (number, original) in target.originals().iter().enumerate() {
-        let problem =
-            match judge(target.limits().reading(original), || target.check(original, &mut Rng::with_seed(0))).0 {
-                Ok(Ok(())) => continue,
-                Ok(Err(Refused(message))) => format!("is refused: {message}"),
-                Err(problem) => problem,
-            };
-        lock(counts).failures.push((None, format!("the valid files number {number}: {problem}")));
+        let problem = match judge(target.limits().reading(original), || {
+            target.check(original, &mut Rng::with_seed(0))
+        })
+        .0
+        {
+            Ok(Ok(())) => continue,
+            Ok(Err(Refused(message))) => format!("is refused: {message}"),
+            Err(problem) => problem,
+        };
+        lock(counts)
+            .failures
+            .push((None, format!("the valid files number {number}: {problem}")));
     }
 }
 
 fn judge_refusals(target: &dyn Target, counts: &Mutex<Counts>) {
     for (mutant, expected) in target.refusals() {
-        let problem = match judge(target.limits().reading(&mutant), || target.check(&mutant, &mut Rng::with_seed(0))).0
+        let problem = match judge(target.limits().reading(&mutant), || {
+            target.check(&mutant, &mut Rng::with_seed(0))
+        })
+        .0
         {
             Ok(Err(Refused(message))) if message.contains(expected) => continue,
-            Ok(Err(Refused(message))) => format!("is refused without a word on {expected}: {message}"),
+            Ok(Err(Refused(message))) => {
+                format!("is refused without a word on {expected}: {message}")
+            }
             Ok(Ok(())) => "is accepted".to_owned(),
             Err(problem) => problem,
         };
-        lock(counts).failures.push((None, format!("`{}` {problem}", mutant.change)));
+        lock(counts)
+            .failures
+            .push((None, format!("`{}` {problem}", mutant.change)));
     }
 }
 
@@ -332,7 +377,9 @@ fn judge_mutant(target: &dyn Target, plan: &Plan, number: usize, counts: &Mutex<
     let mut random = random(target, plan, number);
     let begin = Instant::now();
     let mutant = target.mutant(&mut random);
-    let (verdict, memory) = judge(target.limits().reading(&mutant), || target.check(&mutant, &mut random));
+    let (verdict, memory) = judge(target.limits().reading(&mutant), || {
+        target.check(&mutant, &mut random)
+    });
     let time = begin.elapsed();
     let mut counts = lock(counts);
     let [tried, accepted] = counts.changes.entry(mutant.change).or_default();
@@ -354,9 +401,17 @@ fn stop_hanging(target: &dyn Target, plan: &Plan, slots: &[Slot], done: &AtomicB
     let limit = 3 * target.limits().time;
     while !done.load(Ordering::Relaxed) {
         thread::park_timeout(Duration::from_millis(200));
-        let hanging = slots.iter().filter_map(|slot| *lock(slot)).find(|(_, begin)| begin.elapsed() > limit);
+        let hanging = slots
+            .iter()
+            .filter_map(|slot| *lock(slot))
+            .find(|(_, begin)| begin.elapsed() > limit);
         if let Some((number, _)) = hanging {
-            show_failure(target, plan, Some(number), &format!("has not ended after {} s", limit.as_secs()));
+            show_failure(
+                target,
+                plan,
+                Some(number),
+                &format!("has not ended after {} s", limit.as_secs()),
+            );
             process::exit(1);
         }
     }
@@ -365,17 +420,35 @@ fn stop_hanging(target: &dyn Target, plan: &Plan, slots: &[Slot], done: &AtomicB
 /// What was not tried, so that the attack proves nothing.
 fn vacuous(target: &dyn Target, counts: &Counts) -> Vec<String> {
     let [tried, accepted] = totals(counts);
-    let refused = tried - accepted - counts.failures.iter().filter(|(number, _)| number.is_some()).count();
-    let done = [("accepted", accepted), ("refused", refused)].into_iter().chain(target.further());
-    done.filter(|(_, count)| *count == 0).map(|(what, _)| format!("proves nothing: no mutant was {what}")).collect()
+    let refused = tried
+        - accepted
+        - counts
+            .failures
+            .iter()
+            .filter(|(number, _)| number.is_some())
+            .count();
+    let done = [("accepted", accepted), ("refused", refused)]
+        .into_iter()
+        .chain(target.further());
+    done.filter(|(_, count)| *count == 0)
+        .map(|(what, _)| format!("proves nothing: no mutant was {what}"))
+        .collect()
 }
 
 fn totals(counts: &Counts) -> [usize; 2] {
-    counts.changes.values().fold([0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]])
+    counts
+        .changes
+        .values()
+        .fold([0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]])
 }
 
 fn report(target: &dyn Target, plan: &Plan, counts: &Counts, time: Duration) {
-    let Counts { changes, slowest, largest, failures } = counts;
+    let Counts {
+        changes,
+        slowest,
+        largest,
+        failures,
+    } = counts;
     let [tried, accepted] = totals(counts);
     println!(
         "{}: {tried} mutants in {:.1} s, {accepted} accepted; number {} took longest ({:.0} ms), number {} most memory ({} KiB)",
@@ -389,14 +462,22 @@ fn report(target: &dyn Target, plan: &Plan, counts: &Counts, time: Duration) {
     for (what, count) in target.further() {
         println!("    {what}: {count}");
     }
-    let changes: Vec<String> =
-        changes.iter().map(|(change, [tried, accepted])| format!("{change} {accepted}/{tried}")).collect();
+    let changes: Vec<String> = changes
+        .iter()
+        .map(|(change, [tried, accepted])| format!("{change} {accepted}/{tried}"))
+        .collect();
     println!("    accepted/tried by change: {}", changes.join(", "));
     // One of each kind: failures that begin alike have the same cause more often than not.
     let mut kinds = BTreeMap::new();
     for (number, problem) in failures {
         kinds
-            .entry(problem.chars().filter(char::is_ascii_alphabetic).take(80).collect::<String>())
+            .entry(
+                problem
+                    .chars()
+                    .filter(char::is_ascii_alphabetic)
+                    .take(80)
+                    .collect::<String>(),
+            )
             .or_insert((number, problem));
     }
     for (number, problem) in kinds.values().take(MOST_SHOWN) {
@@ -420,10 +501,21 @@ fn show_mutant(target: &dyn Target, plan: &Plan, number: usize) {
     let (name, seed) = (target.name(), plan.seed);
     let mutant = target.mutant(&mut random(target, plan, number));
     let directory = directory().join(format!("{name}-{seed}-{number}"));
-    let saved = save(&directory, &mutant).map_or_else(|error| error.to_string(), |()| directory.display().to_string());
-    let Mutant { change, before, call, redirection, .. } = mutant;
+    let saved = save(&directory, &mutant).map_or_else(
+        |error| error.to_string(),
+        |()| directory.display().to_string(),
+    );
+    let Mutant {
+        change,
+        before,
+        call,
+        redirection,
+        ..
+    } = mutant;
     println!("    made by `{change}`; call: {before} {call:?} {redirection}; files: {saved}");
-    println!("    repeat: cargo test -p bristle-cli --test attack -- {name} --seed {seed} --mutant {number}");
+    println!(
+        "    repeat: cargo test -p bristle-cli --test attack -- {name} --seed {seed} --mutant {number}"
+    );
 }
 
 fn save(directory: &Path, mutant: &Mutant) -> io::Result<()> {

@@ -10,7 +10,10 @@ use crate::targets::program::observe;
 
 /// Plants one of each fault.
 pub fn run() {
-    let limits = Limits { time: Duration::from_millis(50), memory: 1 << 20 };
+    let limits = Limits {
+        time: Duration::from_millis(50),
+        memory: 1 << 20,
+    };
     let refused = |message: &str| Err(Refused(message.to_owned()));
     let found = |check: &dyn Fn() -> Verdict| judge(limits, check).0;
     let noticed = |expected: &str, check: &dyn Fn() -> Verdict| {
@@ -18,7 +21,10 @@ pub fn run() {
         assert!(problem.contains(expected), "{problem}, and not: {expected}");
     };
     assert_eq!(found(&|| Ok(())), Ok(Ok(())));
-    assert_eq!(found(&|| refused("line 1: wrong\n  help: right")), Ok(refused("line 1: wrong\n  help: right")));
+    assert_eq!(
+        found(&|| refused("line 1: wrong\n  help: right")),
+        Ok(refused("line 1: wrong\n  help: right"))
+    );
     noticed("panicked", &|| panic!("planted"));
     noticed("took 0.1 s", &|| {
         sleep(Duration::from_millis(80));
@@ -36,11 +42,18 @@ pub fn run() {
     let shell = |script: &str| {
         let mut command = Command::new("sh");
         command.args(["-c", script]);
-        let observed = observe(command, Duration::from_millis(500)).and_then(|observed| observed.verdict(&[]));
-        judge(Limits::default(), || observed.unwrap_or_else(|problem| panic!("{problem}"))).0
+        let observed =
+            observe(command, Duration::from_millis(500)).and_then(|observed| observed.verdict(&[]));
+        judge(Limits::default(), || {
+            observed.unwrap_or_else(|problem| panic!("{problem}"))
+        })
+        .0
     };
     assert_eq!(shell("exit 0"), Ok(Ok(())));
-    assert_eq!(shell("echo 'error: wrong' >&2; exit 2"), Ok(refused("error: wrong\n")));
+    assert_eq!(
+        shell("echo 'error: wrong' >&2; exit 2"),
+        Ok(refused("error: wrong\n"))
+    );
     for (expected, script) in [
         ("ended by", "kill -ABRT $$"),
         ("status 101", "echo 'error: wrong' >&2; exit 101"),

@@ -13,28 +13,41 @@ type Change = fn(&mut Vec<Vec<String>>, &mut Rng);
 
 /// The changes, by name.
 pub const CHANGES: [(&str, Change); 13] = [
-    ("drop row", |rows, random| drop(rows.remove(random.usize(..rows.len())))),
+    ("drop row", |rows, random| {
+        drop(rows.remove(random.usize(..rows.len())))
+    }),
     ("duplicate row", |rows, random| {
         let copy = rows[random.usize(..rows.len())].clone();
         rows.insert(random.usize(..=rows.len()), copy);
     }),
-    ("reorder rows", |rows, random| random.shuffle(&mut rows[1..])),
+    ("reorder rows", |rows, random| {
+        random.shuffle(&mut rows[1..])
+    }),
     ("drop column", |rows, random| {
         let column = random.usize(..=rows[0].len());
-        rows.iter_mut().for_each(|row| drop((column < row.len()).then(|| row.remove(column))));
+        rows.iter_mut()
+            .for_each(|row| drop((column < row.len()).then(|| row.remove(column))));
     }),
     ("duplicate column", |rows, random| {
-        let (from, to) = (random.usize(..=rows[0].len()), random.usize(..=rows[0].len()));
+        let (from, to) = (
+            random.usize(..=rows[0].len()),
+            random.usize(..=rows[0].len()),
+        );
         for row in rows.iter_mut() {
             let copy = row.get(from).cloned().unwrap_or_default();
             row.insert(to.min(row.len()), copy);
         }
     }),
     ("exchange columns", |rows, random| {
-        let columns = [random.usize(..=rows[0].len()), random.usize(..=rows[0].len())];
-        rows.iter_mut().filter(|row| columns.iter().all(|&column| column < row.len())).for_each(|row| {
-            row.swap(columns[0], columns[1]);
-        });
+        let columns = [
+            random.usize(..=rows[0].len()),
+            random.usize(..=rows[0].len()),
+        ];
+        rows.iter_mut()
+            .filter(|row| columns.iter().all(|&column| column < row.len()))
+            .for_each(|row| {
+                row.swap(columns[0], columns[1]);
+            });
     }),
     ("heading", |rows, random| {
         if let Some(cell) = any_cell(&mut rows[0], random) {
@@ -69,7 +82,11 @@ pub const CHANGES: [(&str, Change); 13] = [
     }),
     ("cells", |rows, random| {
         let row = random.usize(..rows.len());
-        if random.bool() { rows[row].push("1.0".to_owned()) } else { drop(rows[row].pop()) }
+        if random.bool() {
+            rows[row].push("1.0".to_owned())
+        } else {
+            drop(rows[row].pop())
+        }
     }),
     ("long", |rows, random| {
         let last = rows[rows.len() - 1].clone();
@@ -77,7 +94,10 @@ pub const CHANGES: [(&str, Change); 13] = [
         rows.extend((1..=many).map(|index| {
             let mut row = last.clone();
             if let Some(first) = row.first_mut() {
-                *first = format!("{:?}", first.parse().unwrap_or(1.0) + f64::from(index) * 1e-3);
+                *first = format!(
+                    "{:?}",
+                    first.parse().unwrap_or(1.0) + f64::from(index) * 1e-3
+                );
             }
             row
         }));
@@ -87,13 +107,24 @@ pub const CHANGES: [(&str, Change); 13] = [
 impl Table {
     /// The table of a text without quotes.
     pub fn of(text: &str) -> Self {
-        Self(text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect())
+        Self(
+            text.lines()
+                .map(|line| line.split(',').map(str::to_owned).collect())
+                .collect(),
+        )
     }
 
     /// As text; one time in ten with another separator, or with decimal commas.
     pub fn text(&self, random: &mut Rng) -> String {
-        let separator = if random.u8(..10) == 0 { [";", "\t", ", ", " "][random.usize(..4)] } else { "," };
-        self.0.iter().map(|row| row.join(separator) + "\n").collect()
+        let separator = if random.u8(..10) == 0 {
+            [";", "\t", ", ", " "][random.usize(..4)]
+        } else {
+            ","
+        };
+        self.0
+            .iter()
+            .map(|row| row.join(separator) + "\n")
+            .collect()
     }
 
     /// Changes the table in one way, chosen at random. Returns its name.
@@ -107,7 +138,11 @@ impl Table {
 }
 
 fn any_cell<'r>(row: &'r mut [String], random: &mut Rng) -> Option<&'r mut String> {
-    if row.is_empty() { None } else { Some(&mut row[random.usize(..row.len())]) }
+    if row.is_empty() {
+        None
+    } else {
+        Some(&mut row[random.usize(..row.len())])
+    }
 }
 
 /// A cell below the heading.

@@ -23,8 +23,14 @@ pub struct Format {
     pub write: fn(&Tree) -> String,
 }
 
-pub const JSON: Format = Format { read: Tree::of_json, write: Tree::json };
-pub const TOML: Format = Format { read: Tree::of_toml, write: Tree::toml };
+pub const JSON: Format = Format {
+    read: Tree::of_json,
+    write: Tree::json,
+};
+pub const TOML: Format = Format {
+    read: Tree::of_toml,
+    write: Tree::toml,
+};
 
 /// A change of a tree. False if the tree has no place for it.
 type Change = fn(&mut Tree, &mut Rng) -> bool;
@@ -67,9 +73,12 @@ impl Tree {
     /// The tree of a value.
     pub fn of(value: &Value) -> Self {
         match value {
-            Value::Object(fields) => {
-                Self::Object(fields.iter().map(|(key, value)| (key.clone(), Self::of(value))).collect())
-            }
+            Value::Object(fields) => Self::Object(
+                fields
+                    .iter()
+                    .map(|(key, value)| (key.clone(), Self::of(value)))
+                    .collect(),
+            ),
             Value::Array(items) => Self::Array(items.iter().map(Self::of).collect()),
             Value::String(text) => Self::Text(text.clone()),
             other => Self::Token(other.to_string()),
@@ -83,10 +92,18 @@ impl Tree {
 
     /// As TOML, with objects at the top as sections.
     pub fn toml(&self) -> String {
-        let Self::Object(entries) = self else { return self.text(" = ", bare) };
-        let line = |(key, value): &(String, Self)| format!("{} = {}\n", bare(key), value.text(" = ", bare));
+        let Self::Object(entries) = self else {
+            return self.text(" = ", bare);
+        };
+        let line = |(key, value): &(String, Self)| {
+            format!("{} = {}\n", bare(key), value.text(" = ", bare))
+        };
         let section = |(key, value): &(String, Self)| match value {
-            Self::Object(lines) => format!("[{}]\n{}\n", bare(key), lines.iter().map(line).collect::<String>()),
+            Self::Object(lines) => format!(
+                "[{}]\n{}\n",
+                bare(key),
+                lines.iter().map(line).collect::<String>()
+            ),
             _ => line(&(key.clone(), value.clone())),
         };
         entries.iter().map(section).collect()
@@ -96,10 +113,15 @@ impl Tree {
         let list = |items: Vec<String>| items.join(", ");
         match self {
             Self::Object(entries) => {
-                let entry = |(name, value): &(String, Self)| format!("{}{colon}{}", key(name), value.text(colon, key));
+                let entry = |(name, value): &(String, Self)| {
+                    format!("{}{colon}{}", key(name), value.text(colon, key))
+                };
                 format!("{{{}}}", list(entries.iter().map(entry).collect()))
             }
-            Self::Array(items) => format!("[{}]", list(items.iter().map(|item| item.text(colon, key)).collect())),
+            Self::Array(items) => format!(
+                "[{}]",
+                list(items.iter().map(|item| item.text(colon, key)).collect())
+            ),
             Self::Text(text) => quoted(text),
             Self::Token(token) => token.clone(),
         }
@@ -124,7 +146,12 @@ impl Tree {
     }
 
     fn count(&mut self, wanted: fn(&Self) -> bool) -> usize {
-        usize::from(wanted(self)) + self.children().into_iter().map(|child| child.count(wanted)).sum::<usize>()
+        usize::from(wanted(self))
+            + self
+                .children()
+                .into_iter()
+                .map(|child| child.count(wanted))
+                .sum::<usize>()
     }
 
     fn find(&mut self, left: &mut usize, wanted: fn(&Self) -> bool) -> Option<&mut Self> {
@@ -134,7 +161,9 @@ impl Tree {
             }
             *left -= 1;
         }
-        self.children().into_iter().find_map(|child| child.find(left, wanted))
+        self.children()
+            .into_iter()
+            .find_map(|child| child.find(left, wanted))
     }
 
     /// One of the wanted nodes.
@@ -148,14 +177,19 @@ impl Tree {
 
     /// The entries of an object.
     fn any_object(&mut self, random: &mut Rng) -> Option<&mut Vec<(String, Self)>> {
-        match self.any(random, |node| matches!(node, Self::Object(entries) if !entries.is_empty()))? {
+        match self.any(
+            random,
+            |node| matches!(node, Self::Object(entries) if !entries.is_empty()),
+        )? {
             Self::Object(entries) => Some(entries),
             _ => None,
         }
     }
 
     fn any_leaf(&mut self, random: &mut Rng) -> Option<&mut Self> {
-        self.any(random, |node| matches!(node, Self::Text(_) | Self::Token(_)))
+        self.any(random, |node| {
+            matches!(node, Self::Text(_) | Self::Token(_))
+        })
     }
 
     fn any_number(&mut self, random: &mut Rng) -> Option<(&mut Self, f64)> {
@@ -178,7 +212,10 @@ fn quoted(text: &str) -> String {
 
 /// A key of TOML.
 fn bare(key: &str) -> String {
-    let is_bare = !key.is_empty() && key.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte));
+    let is_bare = !key.is_empty()
+        && key
+            .bytes()
+            .all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte));
     if is_bare { key.to_owned() } else { quoted(key) }
 }
 
@@ -197,14 +234,18 @@ fn drop_entry(tree: &mut Tree, random: &mut Rng) -> bool {
 }
 
 fn duplicate(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(entries) = tree.any_object(random) else { return false };
+    let Some(entries) = tree.any_object(random) else {
+        return false;
+    };
     let copy = entries[random.usize(..entries.len())].clone();
     entries.insert(random.usize(..=entries.len()), copy);
     true
 }
 
 fn rename(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(entries) = tree.any_object(random) else { return false };
+    let Some(entries) = tree.any_object(random) else {
+        return false;
+    };
     let another = entries[random.usize(..entries.len())].0.clone();
     let at = random.usize(..entries.len());
     let key = &mut entries[at].0;
@@ -219,7 +260,9 @@ fn rename(tree: &mut Tree, random: &mut Rng) -> bool {
 }
 
 fn reorder(tree: &mut Tree, random: &mut Rng) -> bool {
-    match tree.any(random, |node| matches!(node, Tree::Object(_) | Tree::Array(_))) {
+    match tree.any(random, |node| {
+        matches!(node, Tree::Object(_) | Tree::Array(_))
+    }) {
         Some(Tree::Object(entries)) => random.shuffle(entries),
         Some(Tree::Array(items)) => random.shuffle(items),
         _ => return false,
@@ -228,15 +271,23 @@ fn reorder(tree: &mut Tree, random: &mut Rng) -> bool {
 }
 
 fn nest(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(node) = tree.any(random, |_| true) else { return false };
+    let Some(node) = tree.any(random, |_| true) else {
+        return false;
+    };
     let inner = node.clone();
-    *node = if random.bool() { Tree::Array(vec![inner]) } else { Tree::Object(vec![("value".to_owned(), inner)]) };
+    *node = if random.bool() {
+        Tree::Array(vec![inner])
+    } else {
+        Tree::Object(vec![("value".to_owned(), inner)])
+    };
     true
 }
 
 /// Exchanges two values of an object.
 fn exchange(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(entries) = tree.any_object(random) else { return false };
+    let Some(entries) = tree.any_object(random) else {
+        return false;
+    };
     let (one, two) = (random.usize(..entries.len()), random.usize(..entries.len()));
     let value = entries[one].1.clone();
     entries[one].1 = std::mem::replace(&mut entries[two].1, value);
@@ -245,28 +296,38 @@ fn exchange(tree: &mut Tree, random: &mut Rng) -> bool {
 
 /// Moves an entry to another object.
 fn move_entry(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(entries) = tree.any_object(random) else { return false };
+    let Some(entries) = tree.any_object(random) else {
+        return false;
+    };
     let entry = entries.remove(random.usize(..entries.len()));
-    let Some(entries) = tree.any_object(random) else { return false };
+    let Some(entries) = tree.any_object(random) else {
+        return false;
+    };
     entries.push(entry);
     true
 }
 
 fn other_type(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(node) = tree.any(random, |_| true) else { return false };
+    let Some(node) = tree.any(random, |_| true) else {
+        return false;
+    };
     *node = Tree::Token(OTHER_TYPES[random.usize(..OTHER_TYPES.len())].to_owned());
     true
 }
 
 fn extreme(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(node) = tree.any_leaf(random) else { return false };
+    let Some(node) = tree.any_leaf(random) else {
+        return false;
+    };
     *node = Tree::Token(EXTREMES[random.usize(..EXTREMES.len())].to_owned());
     true
 }
 
 /// Another value of the same size, as a user tries it.
 fn scale(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some((node, number)) = tree.any_number(random) else { return false };
+    let Some((node, number)) = tree.any_number(random) else {
+        return false;
+    };
     let factor = 0.5 + 1.5 * random.f64();
     *node = Tree::Token(if number.fract() == 0.0 && random.bool() {
         format!("{}", (number * factor).round())
@@ -278,8 +339,18 @@ fn scale(tree: &mut Tree, random: &mut Rng) -> bool {
 
 /// A number in mm instead of m, in GPa instead of Pa, or in degrees.
 fn unit(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some((node, number)) = tree.any_number(random) else { return false };
-    let factor = [1e3, 1e-3, 1e6, 1e9, 1e-9, 180.0 / std::f64::consts::PI, -1.0][random.usize(..7)];
+    let Some((node, number)) = tree.any_number(random) else {
+        return false;
+    };
+    let factor = [
+        1e3,
+        1e-3,
+        1e6,
+        1e9,
+        1e-9,
+        180.0 / std::f64::consts::PI,
+        -1.0,
+    ][random.usize(..7)];
     *node = match random.u8(..4) {
         0 => Tree::Text(format!("{number} mm")),
         1 => Tree::Token(format!("{number} mm")),
@@ -289,13 +360,17 @@ fn unit(tree: &mut Tree, random: &mut Rng) -> bool {
 }
 
 fn odd_value(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(node) = tree.any_leaf(random) else { return false };
+    let Some(node) = tree.any_leaf(random) else {
+        return false;
+    };
     *node = Tree::Text(odd_text(random));
     true
 }
 
 fn empty(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(node) = tree.any(random, |_| true) else { return false };
+    let Some(node) = tree.any(random, |_| true) else {
+        return false;
+    };
     *node = match node {
         Tree::Object(_) => Tree::Object(Vec::new()),
         Tree::Array(_) => Tree::Array(Vec::new()),
@@ -305,23 +380,30 @@ fn empty(tree: &mut Tree, random: &mut Rng) -> bool {
 }
 
 fn long_array(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(node) = tree.any_leaf(random) else { return false };
+    let Some(node) = tree.any_leaf(random) else {
+        return false;
+    };
     let item = node.clone();
     // What is deep already does not become a file of many megabytes.
     let many = MANY[random.usize(..MANY.len())].min(LONGEST / item.json().len().max(1));
     *node = match (random.bool(), node.number()) {
-        (true, Some(number)) => {
-            Tree::Array((0..many).map(|index| Tree::Token(format!("{:?}", number + index as f64 * 1e-6))).collect())
-        }
+        (true, Some(number)) => Tree::Array(
+            (0..many)
+                .map(|index| Tree::Token(format!("{:?}", number + index as f64 * 1e-6)))
+                .collect(),
+        ),
         _ => Tree::Array(vec![item; many]),
     };
     true
 }
 
 fn deep(tree: &mut Tree, random: &mut Rng) -> bool {
-    let Some(node) = tree.any(random, |_| true) else { return false };
+    let Some(node) = tree.any(random, |_| true) else {
+        return false;
+    };
     let levels = [130, 5_000, 100_000][random.usize(..3)];
-    let (open, close) = [("[", "]"), ("{ a = ", "}"), ("{\"a\":", "}"), ("[", "")][random.usize(..4)];
+    let (open, close) =
+        [("[", "]"), ("{ a = ", "}"), ("{\"a\":", "}"), ("[", "")][random.usize(..4)];
     // As a token: a tree this deep could not be walked.
     *node = Tree::Token(format!("{}1{}", open.repeat(levels), close.repeat(levels)));
     true

@@ -13,7 +13,8 @@ use bristle_grid::brush::{Having, metric_columns};
 use bristle_store::results::keys;
 
 use crate::program::{
-    Workspace, documented, has, ignores_interrupts, interrupt, kill, number, section, settings, study,
+    Workspace, documented, has, ignores_interrupts, interrupt, kill, number, section, settings,
+    study,
 };
 
 /// A planar sector that takes a tenth of a second.
@@ -39,52 +40,108 @@ steady = false
 ";
 
 /// The section that makes a study of it.
-const STUDY: &str = "\n[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
+const STUDY: &str =
+    "\n[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
 
 #[test]
 fn a_brush_is_written_and_drawn() {
     let workspace = Workspace::with(FILE);
     let said = workspace.told("brush case.toml --out out --vtk --frames 11");
-    has(&said, &["8 columns in 1 row; 0 to 7 count", "interaction factor 0."]);
-    assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
+    has(
+        &said,
+        &["8 columns in 1 row; 0 to 7 count", "interaction factor 0."],
+    );
+    assert!(
+        said.lines().all(|line| line.chars().count() <= 80),
+        "{said}"
+    );
 
     let metrics = workspace.json("out/metrics.json");
     let has = |key: &&str| metrics.get(key).is_some();
     // Without coefficients nothing is known of removal.
-    let having = Having { brush: true, force: true, edge: true, ..Having::default() };
+    let having = Having {
+        brush: true,
+        force: true,
+        edge: true,
+        ..Having::default()
+    };
     let common: Vec<&str> = metric_columns(having).map(|column| column.key).collect();
-    assert!(common.iter().all(has) && keys::<Interaction>().iter().all(has), "{metrics:?}");
+    assert!(
+        common.iter().all(has) && keys::<Interaction>().iter().all(has),
+        "{metrics:?}"
+    );
     // What a brush does not have is nowhere.
-    let of_contact = metric_columns(Having { brush: false, ..having }).map(|column| column.key);
-    let lacking: Vec<&str> =
-        of_contact.filter(|key| !common.contains(key) && !keys::<Interaction>().contains(key)).collect();
+    let of_contact = metric_columns(Having {
+        brush: false,
+        ..having
+    })
+    .map(|column| column.key);
+    let lacking: Vec<&str> = of_contact
+        .filter(|key| !common.contains(key) && !keys::<Interaction>().contains(key))
+        .collect();
     for file in ["metrics.json", "filaments.csv", "brush.html"] {
         let text = workspace.read(&format!("out/{file}"));
         assert!(
-            lacking.iter().all(|key| !text.contains(&format!("\"{key}\"")) && !text.contains(&format!(",{key},"))),
+            lacking
+                .iter()
+                .all(|key| !text.contains(&format!("\"{key}\""))
+                    && !text.contains(&format!(",{key},"))),
             "{file}"
         );
     }
     assert!(!said.contains("amplification"), "{said}");
-    assert!(metrics["step_error"].as_f64().is_some_and(|error| error < 1e-3), "{metrics:?}");
-    assert!(metrics["energy_residual"].as_f64().is_some_and(|residual| residual < 1e-2), "{metrics:?}");
+    assert!(
+        metrics["step_error"]
+            .as_f64()
+            .is_some_and(|error| error < 1e-3),
+        "{metrics:?}"
+    );
+    assert!(
+        metrics["energy_residual"]
+            .as_f64()
+            .is_some_and(|residual| residual < 1e-2),
+        "{metrics:?}"
+    );
     let filaments = workspace.rows("out/filaments.csv");
     assert_eq!(filaments.len(), 8);
-    let mean = filaments.iter().map(|row| number(row, "contact_normal_impulse_n_s")).sum::<f64>() / 8.0;
-    let [of_tool, alone, factor] =
-        ["contact_normal_impulse_n_s", "contact_normal_impulse_alone_n_s", "interaction_factor"]
-            .map(|key| metrics[key].as_f64().expect(key));
+    let mean = filaments
+        .iter()
+        .map(|row| number(row, "contact_normal_impulse_n_s"))
+        .sum::<f64>()
+        / 8.0;
+    let [of_tool, alone, factor] = [
+        "contact_normal_impulse_n_s",
+        "contact_normal_impulse_alone_n_s",
+        "interaction_factor",
+    ]
+    .map(|key| metrics[key].as_f64().expect(key));
     // Sums in another order.
     assert!((mean / of_tool - 1.0).abs() < 1e-12 && (of_tool / alone / factor - 1.0).abs() < 1e-12);
-    assert!(filaments.iter().enumerate().all(|(column, row)| number(row, "column") == column as f64));
+    assert!(
+        filaments
+            .iter()
+            .enumerate()
+            .all(|(column, row)| number(row, "column") == column as f64)
+    );
 
     let history = workspace.rows("out/history.csv");
-    assert!(history.iter().any(|row| number(row, "touching_pairs") > 0.0));
+    assert!(
+        history
+            .iter()
+            .any(|row| number(row, "touching_pairs") > 0.0)
+    );
     assert!(!workspace.rows("out/contacts.csv").is_empty());
     let page = workspace.read("out/brush.html");
-    assert!(page.contains("The sector in motion") && page.matches("<img ").count() == 4, "figures");
+    assert!(
+        page.contains("The sector in motion") && page.matches("<img ").count() == 4,
+        "figures"
+    );
 
-    let frames = workspace.files("out").into_keys().filter(|name| name.starts_with("vtk/brush_")).count();
+    let frames = workspace
+        .files("out")
+        .into_keys()
+        .filter(|name| name.starts_with("vtk/brush_"))
+        .count();
     assert!((5..=11).contains(&frames), "{frames}");
     let collection = workspace.read("out/vtk/brush.pvd");
     // Each with the workpiece.
@@ -93,18 +150,33 @@ fn a_brush_is_written_and_drawn() {
     assert!(!workspace.path("out/checkpoint.bin").exists());
 }
 
-/// No file can grow beyond a block: the state is written in vain, the results too, but the simulation comes to its end.
+/// No file can grow beyond a block: the state is written in vain, the results too, but the
+/// simulation comes to its end.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_does_not_end_a_brush() {
     let workspace = Workspace::with(FILE);
-    let script = "trap '' XFSZ\nulimit -f 1\nexec \"$0\" brush case.toml --out out --checkpoint-every 0";
+    let script =
+        "trap '' XFSZ\nulimit -f 1\nexec \"$0\" brush case.toml --out out --checkpoint-every 0";
     let mut command = Command::new("sh");
-    command.args(["-c", script, env!("CARGO_BIN_EXE_bristle")]).current_dir(workspace.path(""));
+    command
+        .args(["-c", script, env!("CARGO_BIN_EXE_bristle")])
+        .current_dir(workspace.path(""));
     let output = command.output().expect("there is a shell");
     let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(said.matches("warning: cannot write `out/checkpoint.bin`: File too large").count(), 1, "{said}");
-    has(&said, &["the simulation goes on", "error: cannot write `out/metrics.json`"]);
+    assert_eq!(
+        said.matches("warning: cannot write `out/checkpoint.bin`: File too large")
+            .count(),
+        1,
+        "{said}"
+    );
+    has(
+        &said,
+        &[
+            "the simulation goes on",
+            "error: cannot write `out/metrics.json`",
+        ],
+    );
 }
 
 #[test]
@@ -116,7 +188,9 @@ fn plot_draws_a_saved_brush_to_the_same_bytes() {
     workspace.run("plot out");
     assert!(workspace.files("out") == before);
     // Of another brush.
-    let text = workspace.read("out/filaments.csv").replacen("\n0,0,", "\n1,0,", 1);
+    let text = workspace
+        .read("out/filaments.csv")
+        .replacen("\n0,0,", "\n1,0,", 1);
     workspace.write("out/filaments.csv", text);
     workspace.refuses("plot out", &["filaments.csv"]);
 }
@@ -124,7 +198,12 @@ fn plot_draws_a_saved_brush_to_the_same_bytes() {
 #[test]
 fn neither_threads_nor_frames_change_a_result() {
     let workspace = Workspace::with(FILE);
-    let tables = ["metrics.json", "filaments.csv", "history.csv", "contacts.csv"];
+    let tables = [
+        "metrics.json",
+        "filaments.csv",
+        "history.csv",
+        "contacts.csv",
+    ];
     let results = |arguments: &str| {
         workspace.run(arguments);
         tables.map(|name| workspace.read(&format!("out/{name}")))
@@ -138,10 +217,17 @@ fn a_brush_and_a_contact_replace_each_other() {
     let workspace = Workspace::with(FILE);
     workspace.run("brush case.toml --out out");
     let said = workspace.told("simulate case.toml --out out");
-    assert!(said.contains("note: this filament is alone; `bristle brush`"), "{said}");
+    assert!(
+        said.contains("note: this filament is alone; `bristle brush`"),
+        "{said}"
+    );
     let files = workspace.files("out");
     for part in ["brush", "filaments", "contacts"] {
-        assert!(!files.keys().any(|name| name.contains(part)), "{:?}", files.keys());
+        assert!(
+            !files.keys().any(|name| name.contains(part)),
+            "{:?}",
+            files.keys()
+        );
     }
     workspace.run("brush case.toml --out out");
     let files = workspace.files("out");
@@ -159,23 +245,38 @@ fn a_killed_brush_ends_with_the_same_bytes() {
     let checkpoint = workspace.path("out/checkpoint.bin");
     for _ in 0..3 {
         let before = fs::read(&checkpoint).ok();
-        let mut command = workspace.process("brush case.toml --out out --checkpoint-every 0 --threads 1");
-        let mut child = command.stderr(Stdio::null()).spawn().expect("the program starts");
+        let mut command =
+            workspace.process("brush case.toml --out out --checkpoint-every 0 --threads 1");
+        let mut child = command
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the program starts");
         // Until another checkpoint is there.
-        while child.try_wait().expect("the process is ours").is_none() && fs::read(&checkpoint).ok() == before {
+        while child.try_wait().expect("the process is ours").is_none()
+            && fs::read(&checkpoint).ok() == before
+        {
             sleep(Duration::from_millis(1));
         }
         kill(child);
-        assert!(!workspace.path("out/metrics.json").exists(), "it has been killed before its end");
+        assert!(
+            !workspace.path("out/metrics.json").exists(),
+            "it has been killed before its end"
+        );
     }
     let said = workspace.told("brush case.toml --out out");
-    assert!(said.contains("% of the brush are in `out/checkpoint.bin`, the simulation resumes from there"), "{said}");
+    assert!(
+        said.contains(
+            "% of the brush are in `out/checkpoint.bin`, the simulation resumes from there"
+        ),
+        "{said}"
+    );
     assert!(workspace.files("out") == undisturbed.files("out"));
 }
 
 /// A sector that takes long enough to be stopped.
 fn longer() -> String {
-    FILE.replace("columns = 8", "columns = 60").replace("segments = 4", "segments = 10")
+    FILE.replace("columns = 8", "columns = 60")
+        .replace("segments = 4", "segments = 10")
 }
 
 #[cfg(unix)]
@@ -190,7 +291,11 @@ fn an_interrupted_brush_says_how_to_resume() {
         .replace("columns = 60", "columns = 240");
     let workspace = Workspace::with(&slow);
     let mut command = workspace.process("brush case.toml --out out --checkpoint-every 0");
-    let child = command.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    let child = command
+        .stdin(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
     while !workspace.path("out/checkpoint.bin").exists() {
         sleep(Duration::from_millis(1));
     }
@@ -198,12 +303,18 @@ fn an_interrupted_brush_says_how_to_resume() {
     let output = child.wait_with_output().expect("the process is ours");
     let said = String::from_utf8(output.stderr).expect("text");
     assert_eq!(output.status.code(), Some(130), "{said}");
-    has(&said, &["stopped: ", "run the same command again to resume"]);
+    has(
+        &said,
+        &["stopped: ", "run the same command again to resume"],
+    );
 
     // Of other settings, of other frames, and damaged.
     let refused = |arguments: &str| {
         let said = workspace.refused(arguments);
-        has(&said, &["cannot resume from `out/checkpoint.bin`", "--restart"]);
+        has(
+            &said,
+            &["cannot resume from `out/checkpoint.bin`", "--restart"],
+        );
         said
     };
     assert!(refused("brush case.toml --out out --frames 9").contains("frames: 120 there, 9 here"));
@@ -215,7 +326,10 @@ fn an_interrupted_brush_says_how_to_resume() {
     workspace.write("out/checkpoint.bin", &bytes);
     assert!(refused("brush case.toml --out out").contains("it is damaged"));
     workspace.write("out/checkpoint.bin", "mine");
-    workspace.refuses("brush case.toml --out out --restart", &["it is not the checkpoint of a brush"]);
+    workspace.refuses(
+        "brush case.toml --out out --restart",
+        &["it is not the checkpoint of a brush"],
+    );
     workspace.write("case.toml", FILE);
     workspace.write("out/checkpoint.bin", &bytes);
     workspace.run("brush case.toml --out out --restart");
@@ -229,21 +343,62 @@ fn brushes_that_cannot_be_are_refused() {
         workspace.refuses("brush case.toml --out out", expected);
         assert!(!workspace.path("out/metrics.json").exists());
     };
-    refused("columns = 8", "columns = 0", &["`brush.columns` is 0, but must be a whole number from 1", "case.toml:17"]);
-    refused("columns = 8", "colums = 8", &["unknown key `brush.colums`", "did you mean `brush.columns`?"]);
-    refused("rows = 1", "pattern = \"hexagonal\"", &["`brush.pattern` is \"hexagonal\"", "staggered"]);
-    refused("rows = 1", "tolerance = 1.0", &["`brush.tolerance` is 1.0", "0.1"]);
-    refused("steady = false", "stiffness_n_m2 = -1.0", &["`brush.stiffness_n_m2` is -1.0"]);
-    refused("[brush]\nrows = 1\ncolumns = 8\nsteady = false\n", "", &["there is no section [brush]"]);
-    refused("columns = 8", "columns = 5000", &["`brush.columns` is 5000", "682 filaments around"]);
-    refused("filament_count = 682", "filament_count = 900", &["filaments overlap", "tool.filament_count"]);
+    refused(
+        "columns = 8",
+        "columns = 0",
+        &[
+            "`brush.columns` is 0, but must be a whole number from 1",
+            "case.toml:17",
+        ],
+    );
+    refused(
+        "columns = 8",
+        "colums = 8",
+        &[
+            "unknown key `brush.colums`",
+            "did you mean `brush.columns`?",
+        ],
+    );
+    refused(
+        "rows = 1",
+        "pattern = \"hexagonal\"",
+        &["`brush.pattern` is \"hexagonal\"", "staggered"],
+    );
+    refused(
+        "rows = 1",
+        "tolerance = 1.0",
+        &["`brush.tolerance` is 1.0", "0.1"],
+    );
+    refused(
+        "steady = false",
+        "stiffness_n_m2 = -1.0",
+        &["`brush.stiffness_n_m2` is -1.0"],
+    );
+    refused(
+        "[brush]\nrows = 1\ncolumns = 8\nsteady = false\n",
+        "",
+        &["there is no section [brush]"],
+    );
+    refused(
+        "columns = 8",
+        "columns = 5000",
+        &["`brush.columns` is 5000", "682 filaments around"],
+    );
+    refused(
+        "filament_count = 682",
+        "filament_count = 900",
+        &["filaments overlap", "tool.filament_count"],
+    );
     refused(
         "[brush]",
         "[uncertainty]\nlength_std_m = 1e-4\n[brush]",
         &["`uncertainty.hold` is \"process\"", "\"machine\""],
     );
     let workspace = Workspace::with(FILE);
-    workspace.refuses("brush case.toml --out out --memory-mib 1", &["MB of memory"]);
+    workspace.refuses(
+        "brush case.toml --out out --memory-mib 1",
+        &["MB of memory"],
+    );
 }
 
 #[test]
@@ -254,16 +409,30 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
     let runs = workspace.rows("out/runs.csv");
     assert_eq!(runs.len(), 4);
     for row in &runs {
-        let [force, alone, factor] =
-            ["tool_contact_normal_force_n", "tool_contact_normal_force_alone_n", "interaction_factor"]
-                .map(|key| number(row, key));
-        assert!((force / alone / factor - 1.0).abs() < 1e-12 && row["status"] == "ok", "{row:?}");
+        let [force, alone, factor] = [
+            "tool_contact_normal_force_n",
+            "tool_contact_normal_force_alone_n",
+            "interaction_factor",
+        ]
+        .map(|key| number(row, key));
+        assert!(
+            (force / alone / factor - 1.0).abs() < 1e-12 && row["status"] == "ok",
+            "{row:?}"
+        );
     }
     let names: Vec<String> = workspace.files("out").into_keys().collect();
-    for name in ["interaction_over_velocity", "interaction_factor_map", "tool_force_map"] {
+    for name in [
+        "interaction_over_velocity",
+        "interaction_factor_map",
+        "tool_force_map",
+    ] {
         assert!(names.contains(&format!("figures/{name}.svg")), "{names:?}");
     }
-    assert!(workspace.read("out/report.html").contains("\"interaction_factor\""));
+    assert!(
+        workspace
+            .read("out/report.html")
+            .contains("\"interaction_factor\"")
+    );
 
     // A journal without its last two cases.
     let before = workspace.files("out");
@@ -271,13 +440,22 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
     let kept: String = journal.split_inclusive('\n').take(3).collect();
     workspace.write("out/journal.jsonl", kept);
     let said = workspace.told("study case.toml --out out --threads 1");
-    assert!(said.contains("2 of 4 cases are in `out/journal.jsonl`, 2 remain"), "{said}");
+    assert!(
+        said.contains("2 of 4 cases are in `out/journal.jsonl`, 2 remain"),
+        "{said}"
+    );
     for (name, content) in workspace.files("out") {
-        assert!(name == "journal.jsonl" || before[&name] == content, "{name} differs");
+        assert!(
+            name == "journal.jsonl" || before[&name] == content,
+            "{name} differs"
+        );
     }
     // The case is that of the command.
     workspace.run("brush case.toml --out one");
-    assert_eq!(workspace.number("one/metrics.json", "interaction_factor"), number(&runs[0], "interaction_factor"));
+    assert_eq!(
+        workspace.number("one/metrics.json", "interaction_factor"),
+        number(&runs[0], "interaction_factor")
+    );
     workspace.run("plot out");
     workspace.run("advise out");
 }
@@ -290,15 +468,47 @@ fn a_study_of_brushes_that_cannot_be_is_refused_before_its_first_case() {
         assert!(!workspace.path("out").exists(), "nothing is written");
     };
     let columns = "\"brush.columns\" = [8, 5000]";
-    refused(columns, "", &["case.toml: case 2 of the study: `brush.columns` is 5000", "682 filaments around"]);
+    refused(
+        columns,
+        "",
+        &[
+            "case.toml: case 2 of the study: `brush.columns` is 5000",
+            "682 filaments around",
+        ],
+    );
     let rows = "\"brush.rows\" = [1, 2, 100]";
-    refused(rows, "", &["case 3 of the study: ", "has 6 filaments around", "`brush.rows`"]);
+    refused(
+        rows,
+        "",
+        &[
+            "case 3 of the study: ",
+            "has 6 filaments around",
+            "`brush.rows`",
+        ],
+    );
     let count = "\"tool.filament_count\" = [682, 900]";
-    refused(count, "", &["case 2 of the study: filaments overlap", "`tool.filament_count`"]);
+    refused(
+        count,
+        "",
+        &[
+            "case 2 of the study: filaments overlap",
+            "`tool.filament_count`",
+        ],
+    );
     let velocity = "brushing_velocity_m_s = [10.0, 20.0]";
-    refused(velocity, "--memory-mib 1", &["case 1 of the study: 8 filaments of 4 segments need about", "MB of memory"]);
+    refused(
+        velocity,
+        "--memory-mib 1",
+        &[
+            "case 1 of the study: 8 filaments of 4 segments need about",
+            "MB of memory",
+        ],
+    );
     // There is room for one case at a time.
-    let at_once = ["2 cases at once need up to", "but 17 MB are available: choose fewer `--threads`"];
+    let at_once = [
+        "2 cases at once need up to",
+        "but 17 MB are available: choose fewer `--threads`",
+    ];
     refused(velocity, "--memory-mib 17 --threads 2", &at_once);
     let workspace = Workspace::with(&format!("{FILE}\n[study]\n{velocity}\n"));
     workspace.run("study case.toml --out out --memory-mib 17 --threads 1");
@@ -311,7 +521,9 @@ fn filaments_of_a_brush_differ_instead_of_tools() {
     let workspace = Workspace::with(&format!("{FILE}{uncertainty}{STUDY}"));
     workspace.run("study case.toml --out out");
     let runs = workspace.rows("out/runs.csv");
-    assert!(runs.iter().all(|row| number(row, "interaction_factor") > 0.0 && !row.contains_key("tool_force_mean_n")));
+    assert!(runs.iter().all(
+        |row| number(row, "interaction_factor") > 0.0 && !row.contains_key("tool_force_mean_n")
+    ));
     workspace.run("brush case.toml --out out");
     let differing = workspace.read("out/filaments.csv");
     workspace.write("case.toml", FILE);
@@ -321,7 +533,10 @@ fn filaments_of_a_brush_differ_instead_of_tools() {
 
 #[test]
 fn the_documents_list_every_column_of_a_brush() {
-    let section = section(include_str!("../../../../docs/results.md"), "Results of a brush");
+    let section = section(
+        include_str!("../../../../docs/results.md"),
+        "Results of a brush",
+    );
     for column in Interaction::COLUMNS {
         has(section, &[&documented(column)]);
     }
@@ -330,7 +545,10 @@ fn the_documents_list_every_column_of_a_brush() {
     for name in ["filaments.csv", "history.csv", "contacts.csv"] {
         let text = workspace.read(&format!("out/{name}"));
         let heading = text.lines().next().expect("a heading");
-        for key in heading.split(',').filter(|key| !keys::<Metrics>().contains(key)) {
+        for key in heading
+            .split(',')
+            .filter(|key| !keys::<Metrics>().contains(key))
+        {
             assert!(section.contains(&format!("`{key}`")), "{name}: {key}");
         }
     }

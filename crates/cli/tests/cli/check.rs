@@ -23,29 +23,54 @@ const COARSE: &str = "--set solver.relative_tolerance=1e-3";
 
 /// A column of `runs.csv`, if it has this one.
 fn column(directory: &Workspace, name: &str) -> Option<Vec<String>> {
-    directory.rows("results/runs.csv").iter().map(|row| row.get(name).cloned()).collect()
+    directory
+        .rows("results/runs.csv")
+        .iter()
+        .map(|row| row.get(name).cloned())
+        .collect()
 }
 
 #[test]
 fn a_contact_is_compared_with_a_tenth_of_its_tolerance() {
     let directory = Workspace::with(FILE);
-    let text = directory.printed(&format!("simulate case.toml --out one --check --no-figures {COARSE}"));
+    let text = directory.printed(&format!(
+        "simulate case.toml --out one --check --no-figures {COARSE}"
+    ));
     has(&text, &["tenth of the tolerance", "change"]);
     let check = directory.json("one/check.json");
     let metrics = directory.json("one/metrics.json");
-    directory.run(&format!("simulate case.toml --out tenth --no-figures {}", COARSE.replace("1e-3", "1e-4")));
+    directory.run(&format!(
+        "simulate case.toml --out tenth --no-figures {}",
+        COARSE.replace("1e-3", "1e-4")
+    ));
     let finer = directory.json("tenth/metrics.json");
     let mut changed = 0;
     // A residual is an error by itself.
-    for column in Metrics::COLUMNS.iter().filter(|column| column.key != "energy_residual") {
+    for column in Metrics::COLUMNS
+        .iter()
+        .filter(|column| column.key != "energy_residual")
+    {
         let change = &check["metrics"][column.key];
-        assert_eq!(change["value"].as_f64(), metrics[column.key].as_f64().or(Some(column.get(&Metrics::default()))));
-        let [value, checked] = ["value", "checked"].map(|key| change[key].as_f64().expect("a number"));
+        assert_eq!(
+            change["value"].as_f64(),
+            metrics[column.key]
+                .as_f64()
+                .or(Some(column.get(&Metrics::default())))
+        );
+        let [value, checked] =
+            ["value", "checked"].map(|key| change[key].as_f64().expect("a number"));
         let relative = change["relative_change"].as_f64().expect("a number");
-        assert!((relative * value.abs().max(checked.abs()) - (value - checked).abs()).abs() <= 1e-12 * value.abs());
+        assert!(
+            (relative * value.abs().max(checked.abs()) - (value - checked).abs()).abs()
+                <= 1e-12 * value.abs()
+        );
         // Samples that are taken along change the steps, but not what they lead to.
         let expected = finer[column.key].as_f64().unwrap_or(checked);
-        assert!((checked - expected).abs() <= 1e-2 * expected.abs(), "{}: {checked}, {expected}", column.key);
+        assert!(
+            (checked - expected).abs() <= 1e-2 * expected.abs(),
+            "{}: {checked}, {expected}",
+            column.key
+        );
         changed += usize::from(relative > 1e-7);
     }
     assert!(changed > 5, "{changed} metrics change");
@@ -65,20 +90,38 @@ fn a_study_says_what_was_checked_and_resumes() {
 
     // All cases of the journal are simulated again, as none was checked.
     let checked = directory.said(&format!("{study} --check"));
-    assert!(checked.contains("4 of 4 cases checked: no metric changed by more than"), "{checked}");
+    assert!(
+        checked.contains("4 of 4 cases checked: no metric changed by more than"),
+        "{checked}"
+    );
     let changes = column(&directory, "change_when_checked").expect("the column");
-    let numbers: Vec<f64> = changes.iter().map(|change| change.parse().expect("a number")).collect();
-    assert!(numbers.iter().all(|change| (1e-9..0.5).contains(change)), "{numbers:?}");
+    let numbers: Vec<f64> = changes
+        .iter()
+        .map(|change| change.parse().expect("a number"))
+        .collect();
+    assert!(
+        numbers.iter().all(|change| (1e-9..0.5).contains(change)),
+        "{numbers:?}"
+    );
     assert_eq!(column(&directory, "tool_contact_normal_force_n"), forces);
 
     // The journal has them now, with and without the option.
     for option in ["--check", ""] {
         let again = directory.said(&format!("{study} {option}"));
-        assert!(again.contains("4 of 4 cases are in `results/journal.jsonl`, 0 remain"), "{again}");
-        assert_eq!(column(&directory, "change_when_checked").as_ref(), Some(&changes));
+        assert!(
+            again.contains("4 of 4 cases are in `results/journal.jsonl`, 0 remain"),
+            "{again}"
+        );
+        assert_eq!(
+            column(&directory, "change_when_checked").as_ref(),
+            Some(&changes)
+        );
     }
     let advice = directory.printed("advise results");
-    assert!(words(&advice).contains("All cases were checked"), "{advice}");
+    assert!(
+        words(&advice).contains("All cases were checked"),
+        "{advice}"
+    );
     let advice = directory.printed_json("advise results --json");
     assert_eq!(advice["checked"]["rows"].as_array().map(Vec::len), Some(4));
     let largest = numbers.iter().copied().fold(0.0, f64::max);
@@ -92,20 +135,33 @@ fn checked_cases_of_shards_are_merged() {
     directory.run("study case.toml --out second --shard 2/2");
     directory.run("merge case.toml first second --out results --no-figures");
     let changes = column(&directory, "change_when_checked").expect("the column");
-    assert_eq!(changes.iter().filter(|change| change.is_empty()).count(), 2, "{changes:?}");
+    assert_eq!(
+        changes.iter().filter(|change| change.is_empty()).count(),
+        2,
+        "{changes:?}"
+    );
     let advice = directory.printed("advise results");
-    assert!(words(&advice).contains("Of 4 cases, those of rows"), "{advice}");
+    assert!(
+        words(&advice).contains("Of 4 cases, those of rows"),
+        "{advice}"
+    );
 }
 
 #[test]
 fn a_brush_is_compared_with_half_the_step() {
     let brush = "[brush]\nrows = 1\ncolumns = 3\nsteady = false\n";
-    let text = format!("{}\n{brush}", FILE.replace("filament_count = 10500", "filament_count = 682"));
+    let text = format!(
+        "{}\n{brush}",
+        FILE.replace("filament_count = 10500", "filament_count = 682")
+    );
     let directory = Workspace::with(&text);
     let text = directory.printed("brush case.toml --out all --check --no-figures");
     assert!(text.contains("steps of half the length"), "{text}");
     let change = &directory.json("all/check.json")["metrics"]["contact_normal_impulse_n_s"];
-    assert_eq!(change["value"], directory.json("all/metrics.json")["contact_normal_impulse_n_s"]);
+    assert_eq!(
+        change["value"],
+        directory.json("all/metrics.json")["contact_normal_impulse_n_s"]
+    );
     let relative = change["relative_change"].as_f64().expect("a number");
     // Steps of another length give another result, within some tolerances.
     assert!(relative > 0.0 && relative < 2e-2, "{relative}");
@@ -114,5 +170,10 @@ fn a_brush_is_compared_with_half_the_step() {
 
     directory.run("study case.toml --out results --check --no-figures");
     let changes = column(&directory, "change_when_checked").expect("the column");
-    assert!(changes.iter().all(|change| change.parse::<f64>().is_ok_and(|change| change > 0.0)), "{changes:?}");
+    assert!(
+        changes
+            .iter()
+            .all(|change| change.parse::<f64>().is_ok_and(|change| change > 0.0)),
+        "{changes:?}"
+    );
 }

@@ -43,31 +43,54 @@ const STATE: &str = r#"{"base_angle": -1.5, "base_rate": 50.0, "base_acceleratio
 /// Columns of `runs.csv` between the settings and the status; also the keys of `metrics.json`.
 fn results() -> Vec<&'static str> {
     // Without coefficients nothing is known of removal.
-    let metrics = metric_columns(Having { force: true, edge: true, ..Having::default() });
-    metrics.map(|column| column.key).chain(keys::<Statistics>()).collect()
+    let metrics = metric_columns(Having {
+        force: true,
+        edge: true,
+        ..Having::default()
+    });
+    metrics
+        .map(|column| column.key)
+        .chain(keys::<Statistics>())
+        .collect()
 }
 
 /// Those of a study of a plane, whose depths are given.
 fn results_at_depths() -> impl Iterator<Item = &'static str> {
-    let absent = |key: &str| key.contains("edge_") || ["penetration_depth_m", "force_stiffness_n_m"].contains(&key);
+    let absent = |key: &str| {
+        key.contains("edge_") || ["penetration_depth_m", "force_stiffness_n_m"].contains(&key)
+    };
     results().into_iter().filter(move |key| !absent(key))
 }
 
 #[test]
 fn simulate_writes_metrics_and_history() {
     let workspace = Workspace::with(FILE);
-    workspace.bristle("simulate case.toml --out one --samples 11").assert().success().stdout(contains("F_n,w"));
+    workspace
+        .bristle("simulate case.toml --out one --samples 11")
+        .assert()
+        .success()
+        .stdout(contains("F_n,w"));
 
     let text = workspace.read("one/metrics.json");
     let metrics = workspace.json("one/metrics.json");
     let metrics = metrics.as_object().expect("an object");
     // The two speeds come first.
     assert_eq!(metrics.len(), results().len() + 3);
-    assert_eq!(metrics["turn_contact_normal_impulses_n_s"], json!([metrics["contact_normal_impulse_n_s"]]));
+    assert_eq!(
+        metrics["turn_contact_normal_impulses_n_s"],
+        json!([metrics["contact_normal_impulse_n_s"]])
+    );
     let mut last = 0;
     for key in results() {
         let is_flag = key == "laterally_unstable" || key == "unsteady_turns";
-        assert!(if is_flag { metrics[key].is_boolean() } else { metrics[key].is_number() }, "{key}");
+        assert!(
+            if is_flag {
+                metrics[key].is_boolean()
+            } else {
+                metrics[key].is_number()
+            },
+            "{key}"
+        );
         let position = text.find(&format!("\"{key}\"")).expect(key);
         assert!(position > last, "{key} is out of order");
         last = position;
@@ -78,14 +101,23 @@ fn simulate_writes_metrics_and_history() {
     let heading = "time_s,base_angle_rad,contact_normal_force_n,contact_tangential_force_n,tip_deflection_m,\
                    tip_x_m,tip_y_m,tip_z_m,kinetic_energy_j,potential_energy_j,dissipated_energy_j,\
                    contact_normal_impulse_n_s,peak_contact_normal_force_n";
-    assert_eq!(workspace.read("one/history.csv").lines().next(), Some(heading));
+    assert_eq!(
+        workspace.read("one/history.csv").lines().next(),
+        Some(heading)
+    );
     let rows = workspace.rows("one/history.csv");
     assert_eq!(rows.len(), 11);
-    assert!(rows.iter().flat_map(|row| row.values()).all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite)));
+    assert!(
+        rows.iter()
+            .flat_map(|row| row.values())
+            .all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite))
+    );
 
     // The number of samples changes no metric.
     for samples in ["2", "500"] {
-        workspace.run(&format!("simulate case.toml --out {samples} --samples {samples}"));
+        workspace.run(&format!(
+            "simulate case.toml --out {samples} --samples {samples}"
+        ));
         assert_eq!(workspace.read(&format!("{samples}/metrics.json")), text);
     }
 }
@@ -97,19 +129,59 @@ fn study_writes_one_row_per_case_in_grid_order() {
         .bristle("study case.toml --out results")
         .assert()
         .success()
-        .stdout(contains("ε_tc").and(contains("p_n in")).and(contains("F_n,w in")).and(contains("wrote").not()))
-        .stderr(contains("6 cases in").and(contains("runs.csv")).and(contains("p_n in").not()));
+        .stdout(
+            contains("ε_tc")
+                .and(contains("p_n in"))
+                .and(contains("F_n,w in"))
+                .and(contains("wrote").not()),
+        )
+        .stderr(
+            contains("6 cases in")
+                .and(contains("runs.csv"))
+                .and(contains("p_n in").not()),
+        );
 
     let runs = workspace.read("results/runs.csv");
-    let settings = ["brushing_velocity_m_s", "penetration_depth_m", "segments", "rotational_speed_rpm"];
-    let columns: Vec<&str> = settings.into_iter().chain(results_at_depths()).chain(["status"]).collect();
+    let settings = [
+        "brushing_velocity_m_s",
+        "penetration_depth_m",
+        "segments",
+        "rotational_speed_rpm",
+    ];
+    let columns: Vec<&str> = settings
+        .into_iter()
+        .chain(results_at_depths())
+        .chain(["status"])
+        .collect();
     assert_eq!(runs.lines().next(), Some(&*columns.join(",")));
-    let cases = runs.lines().skip(1).map(|row| row.split(',').take(3).collect::<Vec<_>>().join(","));
-    let expected = ["10.0,0.0005", "20.0,0.0005", "10.0,0.001", "20.0,0.001", "10.0,0.0015", "20.0,0.0015"];
-    assert!(cases.eq(expected.map(|case| format!("{case},4"))) && runs.matches(",ok\n").count() == 6, "{runs}");
+    let cases = runs
+        .lines()
+        .skip(1)
+        .map(|row| row.split(',').take(3).collect::<Vec<_>>().join(","));
+    let expected = [
+        "10.0,0.0005",
+        "20.0,0.0005",
+        "10.0,0.001",
+        "20.0,0.001",
+        "10.0,0.0015",
+        "20.0,0.0015",
+    ];
+    assert!(
+        cases.eq(expected.map(|case| format!("{case},4"))) && runs.matches(",ok\n").count() == 6,
+        "{runs}"
+    );
     // formats.rs tests the tables as Parquet.
-    let files = workspace.names("results").into_iter().filter(|name| name != "runs.parquet");
-    let expected = ["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"];
+    let files = workspace
+        .names("results")
+        .into_iter()
+        .filter(|name| name != "runs.parquet");
+    let expected = [
+        "figures",
+        "journal.jsonl",
+        "report.html",
+        "runs.csv",
+        "study.json",
+    ];
     assert!(files.eq(expected), "{:?}", workspace.names("results"));
 }
 
@@ -118,13 +190,19 @@ fn one_case_is_one_case() {
     let workspace = Workspace::with(FILE);
     let one = "--set study.brushing_velocity_m_s=[10.0] --set study.penetration_depth_m=[1e-3]";
     let command = format!("study case.toml --out results --no-figures {one}");
-    workspace.bristle(&command).assert().success().stderr(contains("one case in "));
+    workspace
+        .bristle(&command)
+        .assert()
+        .success()
+        .stderr(contains("one case in "));
 }
 
 #[test]
 fn any_setting_can_be_swept_and_may_be_missing_elsewhere() {
     let workspace = Workspace::new();
-    let file = FILE.replace("brushing_velocity_m_s = 10.0\n", "").replace("penetration_depth_m = 1.0e-3\n", "")
+    let file = FILE
+        .replace("brushing_velocity_m_s = 10.0\n", "")
+        .replace("penetration_depth_m = 1.0e-3\n", "")
         + "\"filament.segments\" = { start = 3, stop = 5, step = 2 }\n\"contact.friction_coefficient\" = [0.1]\n";
     workspace.write("case.toml", file);
     workspace
@@ -133,22 +211,47 @@ fn any_setting_can_be_swept_and_may_be_missing_elsewhere() {
         .success()
         .stdout(contains("segments").and(contains("µ")));
     let runs = workspace.read("results/runs.csv");
-    let columns: Vec<&str> = runs.lines().next().expect("a heading").split(',').skip(2).take(3).collect();
-    assert_eq!(columns, ["segments", "rotational_speed_rpm", "contact.friction_coefficient"]);
+    let columns: Vec<&str> = runs
+        .lines()
+        .next()
+        .expect("a heading")
+        .split(',')
+        .skip(2)
+        .take(3)
+        .collect();
+    assert_eq!(
+        columns,
+        [
+            "segments",
+            "rotational_speed_rpm",
+            "contact.friction_coefficient"
+        ]
+    );
     let rows = workspace.rows("results/runs.csv");
     let segments: Vec<&str> = rows.iter().map(|row| row["segments"].as_str()).collect();
-    assert_eq!(segments, ["3", "3", "3", "3", "3", "3", "5", "5", "5", "5", "5", "5"]);
-    assert!(rows.iter().all(|row| row["contact.friction_coefficient"] == "0.1"));
+    assert_eq!(
+        segments,
+        ["3", "3", "3", "3", "3", "3", "5", "5", "5", "5", "5", "5"]
+    );
+    assert!(
+        rows.iter()
+            .all(|row| row["contact.friction_coefficient"] == "0.1")
+    );
 }
 
 #[test]
 fn the_number_of_threads_does_not_change_a_byte() {
     let workspace = Workspace::with(FILE);
     for threads in ["1", "3"] {
-        workspace.run(&format!("study case.toml --out {threads} --threads {threads}"));
+        workspace.run(&format!(
+            "study case.toml --out {threads} --threads {threads}"
+        ));
     }
     assert_eq!(workspace.read("1/runs.csv"), workspace.read("3/runs.csv"));
-    assert!(workspace.read("1/report.html") == workspace.read("3/report.html"), "the pages differ");
+    assert!(
+        workspace.read("1/report.html") == workspace.read("3/report.html"),
+        "the pages differ"
+    );
 }
 
 /// A contact stiffness that no step of the solver can follow.
@@ -156,23 +259,43 @@ const UNSOLVABLE: &str = "1e300";
 
 #[test]
 fn a_failed_case_has_empty_results_and_does_not_stop_the_others() {
-    let workspace = Workspace::with(&format!("{FILE}\"contact.stiffness_n_m\" = [{UNSOLVABLE}, 1e5]\n"));
+    let workspace = Workspace::with(&format!(
+        "{FILE}\"contact.stiffness_n_m\" = [{UNSOLVABLE}, 1e5]\n"
+    ));
     workspace
         .bristle("study case.toml --out results --figures all,svg")
         .assert()
         .code(3)
         .stderr(contains("error: 6 cases failed").and(contains("panicked").not()));
-    assert!(workspace.read("results/report.html").contains("\"failed\":6"), "the page counts them");
+    assert!(
+        workspace
+            .read("results/report.html")
+            .contains("\"failed\":6"),
+        "the page counts them"
+    );
     let rows = workspace.rows("results/runs.csv");
     assert_eq!(rows.len(), 12);
     for (case, row) in rows.iter().enumerate() {
         assert_eq!(row["status"] != "ok", case < 6);
-        assert!(results_at_depths().all(|key| row[key].is_empty() == (case < 6)), "{row:?}");
+        assert!(
+            results_at_depths().all(|key| row[key].is_empty() == (case < 6)),
+            "{row:?}"
+        );
     }
-    assert!(workspace.names("results/figures").len() == 30, "figures of both stiffnesses");
+    assert!(
+        workspace.names("results/figures").len() == 30,
+        "figures of both stiffnesses"
+    );
     let failed = workspace.read("results/figures/impulse_map_stiffness_n_m_1e300.svg");
-    assert!(failed.contains("hatched: 6 simulations failed") && !failed.contains("NaN"), "a failed case is a gap");
-    assert!(!workspace.read("results/figures/impulse_map_stiffness_n_m_100000.svg").contains("hatched"));
+    assert!(
+        failed.contains("hatched: 6 simulations failed") && !failed.contains("NaN"),
+        "a failed case is a gap"
+    );
+    assert!(
+        !workspace
+            .read("results/figures/impulse_map_stiffness_n_m_100000.svg")
+            .contains("hatched")
+    );
 }
 
 #[test]
@@ -195,7 +318,10 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
     let drawn = workspace.files("results/figures");
     // metrics.rs tests which these are.
     let count = drawn.len() / 3;
-    assert!(count > 10 && said.contains(&format!("wrote {count} figures as SVG, PNG, PDF to")), "{said}");
+    assert!(
+        count > 10 && said.contains(&format!("wrote {count} figures as SVG, PNG, PDF to")),
+        "{said}"
+    );
     for (name, bytes) in &drawn {
         let (name, start): (_, &[u8]) = match name.rsplit_once('.') {
             Some((name, "svg")) => (name, b"<svg"),
@@ -203,7 +329,12 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
             _ => (name.trim_end_matches(".pdf"), b"%PDF-"),
         };
         assert!(bytes.starts_with(start), "{name}");
-        assert!(["svg", "png", "pdf"].iter().all(|ending| drawn.contains_key(&format!("{name}.{ending}"))), "{name}");
+        assert!(
+            ["svg", "png", "pdf"]
+                .iter()
+                .all(|ending| drawn.contains_key(&format!("{name}.{ending}"))),
+            "{name}"
+        );
     }
 
     workspace
@@ -219,15 +350,29 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
 
     // The five that matter most, in place of all.
     let said = workspace.said("plot results");
-    has(&said, &["wrote 5 figures as SVG, PNG, PDF to", "more with --figures all"]);
+    has(
+        &said,
+        &[
+            "wrote 5 figures as SVG, PNG, PDF to",
+            "more with --figures all",
+        ],
+    );
     let main = workspace.files("results/figures");
-    assert!(main.len() == 15 && main.iter().all(|(name, bytes)| drawn[name] == *bytes), "{:?}", main.keys());
+    assert!(
+        main.len() == 15 && main.iter().all(|(name, bytes)| drawn[name] == *bytes),
+        "{:?}",
+        main.keys()
+    );
 }
 
 #[test]
 fn simulate_draws_the_contact_over_time() {
     let workspace = Workspace::with(FILE);
-    workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 3 figures"));
+    workspace
+        .bristle("simulate case.toml --out one")
+        .assert()
+        .success()
+        .stderr(contains("wrote 3 figures"));
     let drawn = workspace.files("one/figures");
     let names = ["history", "profile_drawn", "profile_unrolled"];
     let files = names.map(|name| ["pdf", "png", "svg"].map(|ending| format!("{name}.{ending}")));
@@ -235,13 +380,21 @@ fn simulate_draws_the_contact_over_time() {
     workspace.run("plot one --out again");
     assert_eq!(workspace.files("again/figures"), drawn);
 
-    // A filament that touches nothing does no work, and pictures of an earlier contact that did are removed.
+    // A filament that touches nothing does no work, and pictures of an earlier contact that did are
+    // removed.
     let far = "[workpiece]\nkind = \"edge\"\nedge_radius_m = 1e-3\noffset_m = -0.1\n";
     workspace.write("case.toml", FILE.replace("[workpiece]\n", far));
-    workspace.bristle("simulate case.toml --out one").assert().success().stderr(contains("wrote 1 figure"));
+    workspace
+        .bristle("simulate case.toml --out one")
+        .assert()
+        .success()
+        .stderr(contains("wrote 1 figure"));
     assert_eq!(workspace.files("one/figures").len(), 3);
     workspace.run("plot one --out again");
-    assert_eq!(workspace.files("again/figures"), workspace.files("one/figures"));
+    assert_eq!(
+        workspace.files("again/figures"),
+        workspace.files("one/figures")
+    );
 }
 
 /// Where along the profile the work is done adds up to the metrics, for every kind of workpiece.
@@ -256,19 +409,29 @@ fn profiles_add_up_to_the_metrics() {
         "kind = \"cylinder\"\nradius_m = 0.1",
         "kind = \"bore\"\nradius_m = 0.5",
     ] {
-        workspace.write("case.toml", file.replace("[workpiece]\n", &format!("[workpiece]\n{piece}\n")));
+        workspace.write(
+            "case.toml",
+            file.replace("[workpiece]\n", &format!("[workpiece]\n{piece}\n")),
+        );
         workspace.run("simulate case.toml --out one");
         let heading = "arc_length_m,x_m,y_m,length_m,on_edge,normal_impulse_n_s_m,friction_work_j_m,sliding_work_j_m\n";
         assert!(workspace.read("one/profile.csv").starts_with(heading));
         let rows = workspace.rows("one/profile.csv");
-        let sum = |column: &str| rows.iter().map(|row| number(row, "length_m") * number(row, column)).sum::<f64>();
+        let sum = |column: &str| {
+            rows.iter()
+                .map(|row| number(row, "length_m") * number(row, column))
+                .sum::<f64>()
+        };
         for (column, key) in [
             ("normal_impulse_n_s_m", "contact_normal_impulse_n_s"),
             ("friction_work_j_m", "friction_work_j"),
             ("sliding_work_j_m", "sliding_work_j"),
         ] {
             let expected = workspace.number("one/metrics.json", key);
-            assert!((sum(column) / expected - 1.0).abs() < 1e-12, "{piece}: {key}");
+            assert!(
+                (sum(column) / expected - 1.0).abs() < 1e-12,
+                "{piece}: {key}"
+            );
         }
     }
 }
@@ -280,22 +443,49 @@ fn figures_fit_what_is_swept() {
         let (settings, _) = FILE.split_once("[study]").expect("a study");
         workspace.write("case.toml", format!("{settings}[study]\n{sweeps}\n"));
         let said = workspace.said("study case.toml --out results --restart --figures all");
-        let names = workspace.files("results/figures").into_keys().filter(|name| name.ends_with(".svg"));
+        let names = workspace
+            .files("results/figures")
+            .into_keys()
+            .filter(|name| name.ends_with(".svg"));
         (names.collect::<Vec<_>>(), said)
     };
     // Figures of the previous study are removed.
     let (names, _) = study("brushing_velocity_m_s = [10.0, 20.0]\n\"filament.segments\" = [3, 4]");
     let count = names.len();
-    assert!(count > 0 && names.iter().all(|name| name.ends_with("_over_velocity.svg")), "{names:?}");
+    assert!(
+        count > 0
+            && names
+                .iter()
+                .all(|name| name.ends_with("_over_velocity.svg")),
+        "{names:?}"
+    );
     let (names, _) = study("\"filament.segments\" = [4, 3]");
-    assert!(names.len() == count && names.iter().all(|name| name.ends_with("_over_segments.svg")), "{names:?}");
+    assert!(
+        names.len() == count
+            && names
+                .iter()
+                .all(|name| name.ends_with("_over_segments.svg")),
+        "{names:?}"
+    );
     let (names, message) = study("\"filament.segments\" = [4]");
-    assert!(names.is_empty() && message.contains("no figures\n  (one case alone"), "{message}");
+    assert!(
+        names.is_empty() && message.contains("no figures\n  (one case alone"),
+        "{message}"
+    );
     let grid = "brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]";
     let (names, message) = study(&format!("{grid}\n\"filament.segments\" = [2, 3, 4, 5, 6]"));
-    assert!(names.contains(&"impulse_map_segments_2.svg".to_owned()), "{names:?}");
-    let chosen: BTreeSet<&str> = names.iter().filter_map(|name| Some(name.rsplit_once("_segments_")?.1)).collect();
-    assert!(chosen.len() == 4 && message.contains("4 of 5 values"), "{chosen:?}\n{message}");
+    assert!(
+        names.contains(&"impulse_map_segments_2.svg".to_owned()),
+        "{names:?}"
+    );
+    let chosen: BTreeSet<&str> = names
+        .iter()
+        .filter_map(|name| Some(name.rsplit_once("_segments_")?.1))
+        .collect();
+    assert!(
+        chosen.len() == 4 && message.contains("4 of 5 values"),
+        "{chosen:?}\n{message}"
+    );
 }
 
 #[test]
@@ -306,7 +496,11 @@ fn results_that_cannot_be_drawn_are_refused() {
     let runs = workspace.read("results/runs.csv");
     let drawn = workspace.files("results/figures");
     for (old, new, place) in [
-        ("10.0,0.0005", "10.5,0.0005", "runs.csv:2, column brushing_velocity_m_s"),
+        (
+            "10.0,0.0005",
+            "10.5,0.0005",
+            "runs.csv:2, column brushing_velocity_m_s",
+        ),
         (",ok\n", ",ok\n10.0,0.1", "runs.csv:3"),
         (",contact_time_s", ",time", "no column `contact_time_s`"),
     ] {
@@ -315,7 +509,11 @@ fn results_that_cannot_be_drawn_are_refused() {
     }
     workspace.write("results/runs.csv", "");
     workspace.refuses("plot results", &["empty"]);
-    assert_eq!(workspace.files("results/figures"), drawn, "earlier figures stay");
+    assert_eq!(
+        workspace.files("results/figures"),
+        drawn,
+        "earlier figures stay"
+    );
 }
 
 /// A crash after the rows are written and before the settings are would leave such results.
@@ -324,7 +522,10 @@ fn results_of_two_studies_are_not_drawn_as_one() {
     let workspace = Workspace::with(FILE);
     workspace.run("study case.toml --out results");
     let settings = workspace.read("results/study.json");
-    workspace.write("case.toml", FILE.replace("diameter_m = 1.18e-3", "diameter_m = 1.2e-3"));
+    workspace.write(
+        "case.toml",
+        FILE.replace("diameter_m = 1.18e-3", "diameter_m = 1.2e-3"),
+    );
     workspace.run("study case.toml --out results --restart");
     workspace.write("results/study.json", settings);
     let parts = [
@@ -350,7 +551,10 @@ brushing_velocity_m_s, penetration_depth_m, force_n, std_n
 fn measured_forces_are_compared_and_drawn() {
     let workspace = Workspace::new();
     fs::create_dir(workspace.path("inputs")).expect("a directory");
-    workspace.write("inputs/case.toml", format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n"));
+    workspace.write(
+        "inputs/case.toml",
+        format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n"),
+    );
     workspace.write("inputs/forces.csv", FORCES);
     workspace
         .bristle("study inputs/case.toml --out results")
@@ -363,29 +567,55 @@ fn measured_forces_are_compared_and_drawn() {
     let force = workspace.column("results/runs.csv", "tool_contact_normal_force_n");
     let heading = "brushing_velocity_m_s,penetration_depth_m,measured_force_n,measured_std_n,simulated_force_n,\
                    simulated_uncertainty_n,difference_n,within_std,status\n";
-    assert!(workspace.read("results/measured_comparison.csv").starts_with(heading));
+    assert!(
+        workspace
+            .read("results/measured_comparison.csv")
+            .starts_with(heading)
+    );
     let rows = workspace.rows("results/measured_comparison.csv");
     let simulated = |row: usize| number(&rows[row], "simulated_force_n");
     // Cases 2 and 3 are those at 1 mm; the third point lies in the middle of the first four cases.
     assert_eq!([simulated(0), simulated(1)], [force[2], force[3]]);
     let middle = force[..4].iter().sum::<f64>() / 4.0;
-    assert!((simulated(2) - middle).abs() < 1e-9 * middle, "rounding of the weights");
+    assert!(
+        (simulated(2) - middle).abs() < 1e-9 * middle,
+        "rounding of the weights"
+    );
     let uncertainty = number(&rows[0], "simulated_uncertainty_n");
     assert!((uncertainty - force[2] * 600.0 / 10_500.0).abs() < 1e-9 * force[2]);
-    assert_eq!([0, 1, 3].map(|row: usize| &*rows[row]["within_std"]), ["yes", "no", ""]);
-    assert_eq!([0, 3].map(|row: usize| &*rows[row]["status"]), ["ok", "outside the study"]);
+    assert_eq!(
+        [0, 1, 3].map(|row: usize| &*rows[row]["within_std"]),
+        ["yes", "no", ""]
+    );
+    assert_eq!(
+        [0, 3].map(|row: usize| &*rows[row]["status"]),
+        ["ok", "outside the study"]
+    );
 
     // The saved results need no input file.
     fs::remove_dir_all(workspace.path("inputs")).expect("the inputs can be removed");
-    workspace.bristle("plot results --out again").assert().success().stdout(contains("bias"));
-    assert_eq!(workspace.files("again/figures"), workspace.files("results/figures"));
-    assert_eq!(workspace.read("again/measured_comparison.csv"), workspace.read("results/measured_comparison.csv"));
+    workspace
+        .bristle("plot results --out again")
+        .assert()
+        .success()
+        .stdout(contains("bias"));
+    assert_eq!(
+        workspace.files("again/figures"),
+        workspace.files("results/figures")
+    );
+    assert_eq!(
+        workspace.read("again/measured_comparison.csv"),
+        workspace.read("results/measured_comparison.csv")
+    );
 
     // Files of measured forces are removed when the results are not compared with any.
     workspace.write("case.toml", FILE);
     workspace.run("study case.toml --out results");
     for name in ["measured.csv", "measured_comparison.csv"] {
-        assert!(!workspace.path(&format!("results/{name}")).exists(), "{name}");
+        assert!(
+            !workspace.path(&format!("results/{name}")).exists(),
+            "{name}"
+        );
     }
 }
 
@@ -395,37 +625,75 @@ fn tables_of_laboratories_are_compared_like_those_in_si_units() {
     let workspace = Workspace::new();
     let columns = "columns = { brushing_velocity_m_s = \"vb [m/min]\", penetration_depth_m = \"ae [mm]\", \
                    force_n = { column = \"Fz\", unit = \"kN\" } }\n";
-    workspace.write("case.toml", format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n{columns}"));
+    workspace.write(
+        "case.toml",
+        format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n{columns}"),
+    );
     let table = "\u{feff}Nr;vb [m/min];ae [mm];Fz\r\n1;600;1;0,1\r\n2;1200;1;0,15\r\n";
     workspace.write("forces.csv", table);
     let compared = contains("2 of 2 points compared: bias").and(contains("within ± std").not());
-    workspace.bristle("study case.toml --out results").assert().success().stdout(compared);
+    workspace
+        .bristle("study case.toml --out results")
+        .assert()
+        .success()
+        .stdout(compared);
     let kept = workspace.read("results/measured.csv");
-    assert_eq!(kept, "brushing_velocity_m_s,penetration_depth_m,force_n\n10.0,0.001,100.0\n20.0,0.001,150.0\n");
-    assert!(workspace.read("results/report.html").contains("\"comparisons\":[{\"condition\":"));
+    assert_eq!(
+        kept,
+        "brushing_velocity_m_s,penetration_depth_m,force_n\n10.0,0.001,100.0\n20.0,0.001,150.0\n"
+    );
+    assert!(
+        workspace
+            .read("results/report.html")
+            .contains("\"comparisons\":[{\"condition\":")
+    );
     let comparison = workspace.read("results/measured_comparison.csv");
     workspace.run("plot results --out again");
     assert_eq!(workspace.read("again/measured_comparison.csv"), comparison);
 
     // Millimetres that pass for metres.
     workspace.write("forces.csv", table.replace("ae [mm]", "ae"));
-    workspace
-        .write("case.toml", format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n{}", columns.replace("ae [mm]", "ae")));
+    workspace.write(
+        "case.toml",
+        format!(
+            "{FILE}\n[measured]\nfile = \"forces.csv\"\n{}",
+            columns.replace("ae [mm]", "ae")
+        ),
+    );
     let hint = contains("warning: 2 of 2 measured values of").and(contains("unit = \"mm\""));
-    workspace.bristle("study case.toml --out results").assert().success().stderr(hint);
-    workspace.refuses("study case.toml --out strict --strict", &["measured values"]);
+    workspace
+        .bristle("study case.toml --out results")
+        .assert()
+        .success()
+        .stderr(hint);
+    workspace.refuses(
+        "study case.toml --out strict --strict",
+        &["measured values"],
+    );
 }
 
 #[test]
 fn bad_measured_forces_are_refused_with_their_place() {
     let changes = [
-        ("force_n", "force", "forces.csv:1: there is no column `force_n`"),
+        (
+            "force_n",
+            "force",
+            "forces.csv:1: there is no column `force_n`",
+        ),
         ("150.0", "many", "forces.csv:3, column force_n: `many`"),
         ("150.0", "inf", "forces.csv:3, column force_n"),
         ("0.00075", "0", "forces.csv:4, column penetration_depth_m"),
         (", 0.0\n", ", -1.0\n", "forces.csv:3, column std_n"),
-        ("20, 1.0e-3", "10, 1.0e-3", "the same velocity and depth as in line 2"),
-        (", 10.0\n", "\n", "forces.csv:4: 3 cells, but the heading has 4"),
+        (
+            "20, 1.0e-3",
+            "10, 1.0e-3",
+            "the same velocity and depth as in line 2",
+        ),
+        (
+            ", 10.0\n",
+            "\n",
+            "forces.csv:4: 3 cells, but the heading has 4",
+        ),
         (", ", ";", "forces.csv:"),
     ];
     let workspace = Workspace::with(&format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n"));
@@ -435,7 +703,13 @@ fn bad_measured_forces_are_refused_with_their_place() {
         workspace.refuses("study case.toml --out results", &[place, "help:"]);
         assert!(!workspace.path("results").exists());
     }
-    for (forces, place) in [("", "empty"), ("brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n", "no point")] {
+    for (forces, place) in [
+        ("", "empty"),
+        (
+            "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n",
+            "no point",
+        ),
+    ] {
         workspace.write("forces.csv", forces);
         workspace.refuses("study case.toml --out results", &[place]);
     }
@@ -445,11 +719,26 @@ fn bad_measured_forces_are_refused_with_their_place() {
         ("[measured]\nfile = \"\"\n", "`measured.file`"),
         ("[measured]\nfiles = \"a.csv\"\n", "did you mean `file`?"),
         ("[measured]\nfile = \"absent.csv\"\n", "absent.csv"),
-        ("[measured]\nfile = \"f.csv\"\nseparator = \"|\"\n", "must be \",\" or \";\" or \"\\t\""),
-        ("[measured]\nfile = \"f.csv\"\ndecimal = 1\n", "`measured.decimal` is 1"),
-        ("[measured]\nfile = \"f.csv\"\ncolumns = \"Fz\"\n", "a table such as { force_n = \"Fz [N]\" }"),
-        ("[measured]\nfile = \"f.csv\"\ncolumns = { force = \"Fz\" }\n", "did you mean `force_n`?"),
-        ("[measured]\nfile = \"f.csv\"\ncolumns = { force_n = 3 }\n", "the heading of a column, or { column = "),
+        (
+            "[measured]\nfile = \"f.csv\"\nseparator = \"|\"\n",
+            "must be \",\" or \";\" or \"\\t\"",
+        ),
+        (
+            "[measured]\nfile = \"f.csv\"\ndecimal = 1\n",
+            "`measured.decimal` is 1",
+        ),
+        (
+            "[measured]\nfile = \"f.csv\"\ncolumns = \"Fz\"\n",
+            "a table such as { force_n = \"Fz [N]\" }",
+        ),
+        (
+            "[measured]\nfile = \"f.csv\"\ncolumns = { force = \"Fz\" }\n",
+            "did you mean `force_n`?",
+        ),
+        (
+            "[measured]\nfile = \"f.csv\"\ncolumns = { force_n = 3 }\n",
+            "the heading of a column, or { column = ",
+        ),
         (
             "[measured]\nfile = \"f.csv\"\ncolumns = { force_n = { column = \"Fz\", unit = \"lbf\" } }\n",
             "`measured.columns.force_n.unit` is \"lbf\"",
@@ -463,21 +752,34 @@ fn bad_measured_forces_are_refused_with_their_place() {
         workspace.refuses("study case.toml --out results", &[key]);
     }
     workspace.write("case.toml", format!("measured = 3\n{FILE}"));
-    workspace.refuses("study case.toml --out results", &["a section that starts with a line [measured]"]);
+    workspace.refuses(
+        "study case.toml --out results",
+        &["a section that starts with a line [measured]"],
+    );
 }
 
 #[test]
 fn evaluate_prints_the_equations_at_a_state() {
     let workspace = Workspace::new();
     // Contact is left out: velocity and depth need not be stated.
-    workspace.write("case.toml", FILE.split("[process]").next().expect("the text before [process]"));
+    workspace.write(
+        "case.toml",
+        FILE.split("[process]")
+            .next()
+            .expect("the text before [process]"),
+    );
     workspace.write("state.json", STATE);
     let [result, said] = workspace.run("evaluate case.toml --state state.json");
     assert_eq!(said, "");
     let result: Value = serde_json::from_str(&result).expect("JSON");
     assert_eq!(result.as_object().map(|object| object.len()), Some(6));
     let matrix = result["mass_matrix"].as_array().expect("a matrix");
-    assert!(matrix.len() == 4 && matrix.iter().all(|row| row.as_array().map(Vec::len) == Some(4)));
+    assert!(
+        matrix.len() == 4
+            && matrix
+                .iter()
+                .all(|row| row.as_array().map(Vec::len) == Some(4))
+    );
     assert_eq!(result["accelerations"].as_array().map(Vec::len), Some(4));
     assert_eq!(result["tip_position_m"].as_array().map(Vec::len), Some(3));
     for key in ["kinetic_energy_j", "potential_energy_j", "dissipation_w"] {
@@ -486,10 +788,17 @@ fn evaluate_prints_the_equations_at_a_state() {
 }
 
 /// What `derive` can derive, for 1 segment.
-const EQUATIONS: [&str; 4] = ["--segments 1", "--segments 1 --planar", "--kernels", "--kernels --planar"];
+const EQUATIONS: [&str; 4] = [
+    "--segments 1",
+    "--segments 1 --planar",
+    "--kernels",
+    "--kernels --planar",
+];
 
 /// The values of `--format` in `derive` that are one text.
-const FORMATS: [&str; 7] = ["math", "latex", "markdown", "rust", "json", "numpy", "sympy"];
+const FORMATS: [&str; 7] = [
+    "math", "latex", "markdown", "rust", "json", "numpy", "sympy",
+];
 
 /// Those that are several files, each with a file that the whole equations of motion in space have.
 const FORMATS_OF_FILES: [(&str, &str); 2] = [("c", "bristle_chain.c"), ("matlab", "one_pass.m")];
@@ -503,7 +812,10 @@ fn derive_prints_or_writes() {
             let arguments = format!("derive {equations} --format {format}");
             let printed = workspace.printed(&arguments);
             assert!(!printed.is_empty());
-            assert_eq!(workspace.printed(&format!("{arguments} --out equations.txt")), "");
+            assert_eq!(
+                workspace.printed(&format!("{arguments} --out equations.txt")),
+                ""
+            );
             assert!(workspace.read("equations.txt") == printed, "{arguments}");
         }
     }
@@ -513,12 +825,19 @@ fn derive_prints_or_writes() {
 fn several_files_go_to_a_directory() {
     let workspace = Workspace::new();
     for (format, file) in FORMATS_OF_FILES {
-        workspace.refuses(&format!("derive --segments 1 --format {format}"), &["--out DIR"]);
+        workspace.refuses(
+            &format!("derive --segments 1 --format {format}"),
+            &["--out DIR"],
+        );
         let command = format!("derive --segments 1 --format {format} --out");
         for directory in ["one", "two"] {
-            assert_eq!(workspace.printed(&format!("{command} {format}/{directory}")), "");
+            assert_eq!(
+                workspace.printed(&format!("{command} {format}/{directory}")),
+                ""
+            );
         }
-        let [one, two] = ["one", "two"].map(|directory| workspace.files(&format!("{format}/{directory}")));
+        let [one, two] =
+            ["one", "two"].map(|directory| workspace.files(&format!("{format}/{directory}")));
         assert_eq!(one, two);
         assert!(one.iter().any(|(name, _)| name == file));
     }
@@ -533,8 +852,11 @@ fn a_pass_in_octave_has_the_impulse_of_the_program() {
     };
     let workspace = Workspace::with(FILE);
     for (motion, segments) in [("--planar", 3), ("", 2)] {
-        workspace.run(&format!("derive --segments {segments} {motion} --format matlab --out m"));
-        let simulate = "simulate case.toml --out one --no-figures --set process.brushing_velocity_m_s=20.0";
+        workspace.run(&format!(
+            "derive --segments {segments} {motion} --format matlab --out m"
+        ));
+        let simulate =
+            "simulate case.toml --out one --no-figures --set process.brushing_velocity_m_s=20.0";
         workspace.run(&format!("{simulate} --set filament.segments={segments}"));
         let run = |call: &str| {
             let script = format!("m = {call}; printf('%.17g\\n', m.contact_normal_impulse_n_s)");
@@ -547,19 +869,30 @@ fn a_pass_in_octave_has_the_impulse_of_the_program() {
         let agrees = |call: &str, metrics: &str| {
             let output = run(call);
             let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-            let impulse: f64 = printed.trim().parse().unwrap_or_else(|_| panic!("{output:?}"));
+            let impulse: f64 = printed
+                .trim()
+                .parse()
+                .unwrap_or_else(|_| panic!("{output:?}"));
             let expected = workspace.number(metrics, "contact_normal_impulse_n_s");
-            assert!((impulse / expected - 1.0).abs() < 1e-4, "{motion}, {call}: {impulse:e} {expected:e}");
+            assert!(
+                (impulse / expected - 1.0).abs() < 1e-4,
+                "{motion}, {call}: {impulse:e} {expected:e}"
+            );
         };
         agrees("one_pass(20, 1e-3)", "one/metrics.json");
-        let simulate = format!("simulate case.toml --out two --no-figures --set filament.segments={segments}");
-        let other =
-            "--set filament.diameter_m=1e-3 --set tool.body_radius_m=0.1 --set process.gravity_m_s2=[0,-9.81,0]";
+        let simulate =
+            format!("simulate case.toml --out two --no-figures --set filament.segments={segments}");
+        let other = "--set filament.diameter_m=1e-3 --set tool.body_radius_m=0.1 --set process.gravity_m_s2=[0,-9.81,0]";
         workspace.run(&format!("{simulate} {other}"));
         agrees("one_pass('../two/case.json')", "two/metrics.json");
-        workspace.run(&format!("{simulate} --set contact.friction_coefficient=0.3"));
+        workspace.run(&format!(
+            "{simulate} --set contact.friction_coefficient=0.3"
+        ));
         let refused = run("one_pass('../two/case.json')").stderr;
-        has(&String::from_utf8_lossy(&refused), &["does not know contact.friction_coefficient other than 0"]);
+        has(
+            &String::from_utf8_lossy(&refused),
+            &["does not know contact.friction_coefficient other than 0"],
+        );
     }
 }
 
@@ -569,11 +902,16 @@ fn derived_source_states_its_origin() {
     for equations in EQUATIONS.map(|equations| equations.replace('1', "2")) {
         let command = format!("derive {equations} --format rust");
         let source = workspace.printed(&command);
-        let header: Vec<&str> = source.lines().take_while(|line| line.starts_with("//")).collect();
+        let header: Vec<&str> = source
+            .lines()
+            .take_while(|line| line.starts_with("//"))
+            .collect();
         assert_eq!(header.len(), 5, "{header:?}");
         assert!(header[1].contains("bristle-codegen"));
         let fingerprint = header[2].rsplit(' ').next().expect("a word");
-        assert!(fingerprint.len() == 64 && fingerprint.chars().all(|digit| digit.is_ascii_hexdigit()));
+        assert!(
+            fingerprint.len() == 64 && fingerprint.chars().all(|digit| digit.is_ascii_hexdigit())
+        );
         assert!(header[3].ends_with(&format!("bristle {command}")));
         assert!(source.contains("\nuse bristle::equations::Real;\n"));
     }
@@ -590,7 +928,8 @@ fn exactly_one_kind_of_equations_is_derived() {
 fn the_pages_of_the_equations_are_up_to_date() {
     let workspace = Workspace::new();
     for (name, planar) in [("equations.md", ""), ("planar-equations.md", " --planar")] {
-        let page = fs::read_to_string(format!("{}/../../docs/{name}", env!("CARGO_MANIFEST_DIR"))).expect("the page");
+        let page = fs::read_to_string(format!("{}/../../docs/{name}", env!("CARGO_MANIFEST_DIR")))
+            .expect("the page");
         let command = format!("derive --segments 2{planar} --format markdown");
         assert!(
             page == workspace.printed(&command),
@@ -603,30 +942,57 @@ fn the_pages_of_the_equations_are_up_to_date() {
 fn derived_graphs_agree_with_themselves() {
     let workspace = Workspace::new();
     for equations in EQUATIONS {
-        workspace.run(&format!("derive {equations} --format json --out graph.json"));
-        workspace.bristle("compare graph.json --states 4").assert().success().stdout(contains("all agree"));
+        workspace.run(&format!(
+            "derive {equations} --format json --out graph.json"
+        ));
+        workspace
+            .bristle("compare graph.json --states 4")
+            .assert()
+            .success()
+            .stdout(contains("all agree"));
     }
 }
 
 #[test]
 fn compare_tells_agreement_and_deviation() {
     let workspace = Workspace::new();
-    let graph = |name: &str| format!("{}/../../derivations/graphs/{name}", env!("CARGO_MANIFEST_DIR"));
+    let graph = |name: &str| {
+        format!(
+            "{}/../../derivations/graphs/{name}",
+            env!("CARGO_MANIFEST_DIR")
+        )
+    };
     for (name, outputs) in [
-        ("chain_2.json", ["whole equations of 2 segments", "energies.dissipation"]),
-        ("chain_2_planar.json", ["whole planar equations of 2 segments", "planar_energies.dissipation"]),
+        (
+            "chain_2.json",
+            ["whole equations of 2 segments", "energies.dissipation"],
+        ),
+        (
+            "chain_2_planar.json",
+            [
+                "whole planar equations of 2 segments",
+                "planar_energies.dissipation",
+            ],
+        ),
         ("kernels.json", ["joint.next", "lateral_clamp.next"]),
     ] {
         let table = workspace.printed(&format!("compare {} --states 50", graph(name)));
         has(&table, &["all agree to 1e-12", "CasADi"]);
-        assert!(outputs.iter().all(|output| table.contains(output)), "{table}");
+        assert!(
+            outputs.iter().all(|output| table.contains(output)),
+            "{table}"
+        );
     }
 
-    // Another sign in the energies. (The sign of a velocity would not affect the force, as the node velocities cancel.)
+    // Another sign in the energies. (The sign of a velocity would not affect the force, as the node
+    // velocities cancel.)
     let text = fs::read_to_string(graph("chain_2.json")).expect("the graph is there");
     let energies = text.find("\"energies\"").expect("it has energies");
     let (before, after) = text.split_at(energies);
-    workspace.write("wrong.json", format!("{before}{}", after.replacen("[\"sub\",", "[\"add\",", 1)));
+    workspace.write(
+        "wrong.json",
+        format!("{before}{}", after.replacen("[\"sub\",", "[\"add\",", 1)),
+    );
     workspace
         .bristle("compare wrong.json --states 50")
         .assert()
@@ -642,18 +1008,35 @@ fn graphs_that_cannot_be_compared_are_refused() {
         (String::new(), "line 1"),
         ("{}".into(), "missing field `format`"),
         (chain.replace("\"version\":2", "\"version\":1"), "version"),
-        (chain.replace("[\"sin\",0]", "[\"sinh\",0]"), "unknown operator `sinh`"),
-        (chain.replace("[\"sin\",0]", "[\"sin\",4000]"), "uses operation 4000"),
-        (chain.replace("\"q\"", "\"coordinates\""), "input 1 is `coordinates`"),
-        (chain.replace("\"energies\"", "\"energy\""), "kernel 1 is `mass_matrix`"),
         (
-            chain.replace("\"phi_1\",0", "\"phi_1\",1").replace("\"theta_1\",1", "\"theta_1\",0"),
+            chain.replace("[\"sin\",0]", "[\"sinh\",0]"),
+            "unknown operator `sinh`",
+        ),
+        (
+            chain.replace("[\"sin\",0]", "[\"sin\",4000]"),
+            "uses operation 4000",
+        ),
+        (
+            chain.replace("\"q\"", "\"coordinates\""),
+            "input 1 is `coordinates`",
+        ),
+        (
+            chain.replace("\"energies\"", "\"energy\""),
+            "kernel 1 is `mass_matrix`",
+        ),
+        (
+            chain
+                .replace("\"phi_1\",0", "\"phi_1\",1")
+                .replace("\"theta_1\",1", "\"theta_1\",0"),
             "stands for another quantity",
         ),
     ] {
         workspace.write("graph.json", &text);
         let message = workspace.refused("compare graph.json");
-        assert!(message.contains("graph.json") && message.contains(expected), "{expected}: {message}");
+        assert!(
+            message.contains("graph.json") && message.contains(expected),
+            "{expected}: {message}"
+        );
     }
     workspace.refuses("compare absent.json", &["absent.json"]);
     workspace.refused("compare graph.json --states 0");
@@ -669,12 +1052,14 @@ fn schema_prints_a_schema() {
 #[test]
 fn help_states_examples_units_and_exit_statuses() {
     let workspace = Workspace::new();
-    workspace
-        .bristle("--help")
-        .assert()
-        .success()
-        .stdout(contains("Examples").and(contains("SI")).and(contains("Exit status")));
-    for command in ["study", "simulate", "brush", "evaluate", "derive", "compare", "schema"] {
+    workspace.bristle("--help").assert().success().stdout(
+        contains("Examples")
+            .and(contains("SI"))
+            .and(contains("Exit status")),
+    );
+    for command in [
+        "study", "simulate", "brush", "evaluate", "derive", "compare", "schema",
+    ] {
         workspace.run(&format!("{command} --help"));
     }
 }
@@ -686,21 +1071,37 @@ fn the_example_is_the_papers_study() {
     assert_eq!(study.case_count(), 120);
     let [first, last] = [0, 119].map(|case| study.settings(case));
     assert_eq!(first.filament.segments, 25);
-    let contact = |case: &Settings| (case.process.brushing_velocity_m_s, case.process.penetration_depth_m);
-    assert_eq!([contact(&first), contact(&last)], [(2.5, 0.5e-3), (30.0, 5.0e-3)]);
+    let contact = |case: &Settings| {
+        (
+            case.process.brushing_velocity_m_s,
+            case.process.penetration_depth_m,
+        )
+    };
+    assert_eq!(
+        [contact(&first), contact(&last)],
+        [(2.5, 0.5e-3), (30.0, 5.0e-3)]
+    );
 
     // The optional settings in the example have their default values.
-    let minimal = FILE.replace("segments = 4\n", "").replace("relative_tolerance = 1e-4\n", "");
+    let minimal = FILE
+        .replace("segments = 4\n", "")
+        .replace("relative_tolerance = 1e-4\n", "");
     assert_eq!(settings(example), settings(&minimal));
 }
 
-/// Replaces a line of [`FILE`], and expects that reading it ends with a message that has the `parts` and the place `line` lines below.
+/// Replaces a line of [`FILE`], and expects that reading it ends with a message that has the
+/// `parts` and the place `line` lines below.
 #[track_caller]
 fn is_refused_at(old: &str, new: &str, line: usize, parts: &[&str]) {
     let at = FILE.find(old).expect(old);
     let file = FILE.replacen(old, new, 1);
     let document = Document::parse(&file, "case.toml");
-    let read = document.and_then(|document| document.settings().map(drop).and_then(|()| document.study().map(drop)));
+    let read = document.and_then(|document| {
+        document
+            .settings()
+            .map(drop)
+            .and_then(|()| document.study().map(drop))
+    });
     let message = read.expect_err(new).to_string();
     let place = format!("case.toml:{}:", FILE[..at].matches('\n').count() + 1 + line);
     for part in parts.iter().copied().chain([&*place]) {
@@ -712,69 +1113,245 @@ fn is_refused_at(old: &str, new: &str, line: usize, parts: &[&str]) {
 fn bad_settings_are_refused_with_key_and_line() {
     let (width, depth) = ("width_m = 0.020", "penetration_depth_m = 1.0e-3");
     let changes = [
-        ("body_radius_m = 0.140", "body_radius_m = 0.0", "tool.body_radius_m"),
-        ("body_radius_m = 0.140", "body_radius_m = nan", "tool.body_radius_m"),
+        (
+            "body_radius_m = 0.140",
+            "body_radius_m = 0.0",
+            "tool.body_radius_m",
+        ),
+        (
+            "body_radius_m = 0.140",
+            "body_radius_m = nan",
+            "tool.body_radius_m",
+        ),
         (width, "width_m = -0.02", "tool.width_m"),
-        ("filament_count = 10500", "filament_cuont = 3", "`tool.filament_count`?"),
-        ("filament_count = 10500", "filament_count = -1", "tool.filament_count"),
-        ("filament_count_uncertainty = 600", "filament_count_uncertainty = nan", "tool.filament_count_u"),
-        (width, "width_m = 1\nkind = \"wheel\"", "must be one of `round`, `cup`, `cone`"),
-        (width, "width_m = 1\nfilament_angle_rad = 3.2", "from 0 to π, in rad"),
-        (width, "width_m = 1\ntilt_deg = 200", "is 200, which is 3.4906585039886"),
+        (
+            "filament_count = 10500",
+            "filament_cuont = 3",
+            "`tool.filament_count`?",
+        ),
+        (
+            "filament_count = 10500",
+            "filament_count = -1",
+            "tool.filament_count",
+        ),
+        (
+            "filament_count_uncertainty = 600",
+            "filament_count_uncertainty = nan",
+            "tool.filament_count_u",
+        ),
+        (
+            width,
+            "width_m = 1\nkind = \"wheel\"",
+            "must be one of `round`, `cup`, `cone`",
+        ),
+        (
+            width,
+            "width_m = 1\nfilament_angle_rad = 3.2",
+            "from 0 to π, in rad",
+        ),
+        (
+            width,
+            "width_m = 1\ntilt_deg = 200",
+            "is 200, which is 3.4906585039886",
+        ),
         (width, "width_m = 1\nskew_rad = -4", "tool.skew_rad"),
         (width, "width_m = 1\npositions = 66", "from 1 to 65"),
-        (width, "width_m = 0.02\nkind = \"cup\"\ntilt_rad = -1.2", "the body of the tool comes first"),
-        (width, "width_m = 0.02\nkind = \"cup\"\nfilament_angle_deg = 100", "`tool.filament_angle_deg` is 100"),
-        ("body_radius_m = 0.140", "kind = \"cup\"\nbody_radius_m = 0.009", "would be rooted across it"),
+        (
+            width,
+            "width_m = 0.02\nkind = \"cup\"\ntilt_rad = -1.2",
+            "the body of the tool comes first",
+        ),
+        (
+            width,
+            "width_m = 0.02\nkind = \"cup\"\nfilament_angle_deg = 100",
+            "`tool.filament_angle_deg` is 100",
+        ),
+        (
+            "body_radius_m = 0.140",
+            "kind = \"cup\"\nbody_radius_m = 0.009",
+            "would be rooted across it",
+        ),
         ("segments = 4", "segments = 0", "filament.segments"),
         ("segments = 4", "segments = -1", "filament.segments"),
         ("segments = 4", "segments = 401", "filament.segments"),
         ("segments = 4", "segments = 4.5", "filament.segments"),
         ("segments = 4", "segments = \"4\"", "filament.segments"),
-        ("segments = 4", "segments = 99999999999999999999", "filament.segments"),
-        ("segments = 4", "segmnets = 4", "did you mean `filament.segments`?"),
+        (
+            "segments = 4",
+            "segments = 99999999999999999999",
+            "filament.segments",
+        ),
+        (
+            "segments = 4",
+            "segmnets = 4",
+            "did you mean `filament.segments`?",
+        ),
         ("length_m = 0.040", "length_m = 0", "filament.length_m"),
         ("length_m = 0.040", "length_m = -0.04", "filament.length_m"),
         ("length_m = 0.040", "length_m = inf", "filament.length_m"),
         ("length_m = 0.040", "length_m = 1e999", "filament.length_m"),
-        ("length_m = 0.040", "length_m = 1979-05-27", "filament.length_m"),
-        ("length_m = 0.040", "length_m = { m = 1 }", "filament.length_m"),
-        ("length_m = 0.040", "length_m = 0.04\nlength_m = 0.05", "duplicate"),
-        ("diameter_m = 1.18e-3", "diameter_m = -1e-3", "filament.diameter_m"),
-        ("diameter_m = 1.18e-3", "diameter_m = 0.04", "less than filament.length_m"),
-        ("segments = 4", "density_kg_m3 = 0.0", "filament.density_kg_m3"),
-        ("segments = 4", "youngs_modulus_pa = -3e9", "filament.youngs_modulus_pa"),
-        ("segments = 4", "damping_ratio = -0.1", "filament.damping_ratio"),
+        (
+            "length_m = 0.040",
+            "length_m = 1979-05-27",
+            "filament.length_m",
+        ),
+        (
+            "length_m = 0.040",
+            "length_m = { m = 1 }",
+            "filament.length_m",
+        ),
+        (
+            "length_m = 0.040",
+            "length_m = 0.04\nlength_m = 0.05",
+            "duplicate",
+        ),
+        (
+            "diameter_m = 1.18e-3",
+            "diameter_m = -1e-3",
+            "filament.diameter_m",
+        ),
+        (
+            "diameter_m = 1.18e-3",
+            "diameter_m = 0.04",
+            "less than filament.length_m",
+        ),
+        (
+            "segments = 4",
+            "density_kg_m3 = 0.0",
+            "filament.density_kg_m3",
+        ),
+        (
+            "segments = 4",
+            "youngs_modulus_pa = -3e9",
+            "filament.youngs_modulus_pa",
+        ),
+        (
+            "segments = 4",
+            "damping_ratio = -0.1",
+            "filament.damping_ratio",
+        ),
         ("[contact]", "[contcat]", "did you mean `contact`?"),
-        ("[contact]", "[contact]\nstiffness_n_m = 0.0", "contact.stiffness_n_m"),
+        (
+            "[contact]",
+            "[contact]\nstiffness_n_m = 0.0",
+            "contact.stiffness_n_m",
+        ),
         ("[contact]", "[contact]\nexponent = 0.5", "contact.exponent"),
-        ("[contact]", "[contact]\ndamping_s_m = -1", "contact.damping_s_m"),
-        ("[contact]", "[contact]\nradius_m = -1e-3", "contact.radius_m"),
-        ("[contact]", "[contact]\nradius_m = 0.04", "is 0.04, but must be less than filament.length_m = 0.04"),
-        ("[contact]", "[contact]\nradius_m = 1e300", "`contact.radius_m` is 1e300, but must be"),
-        ("[contact]", "[contact]\nfriction_coefficient = -0.1", "contact.friction_coefficient"),
-        ("[contact]", "[contact]\nfriction_regularisation_m_s = 0", "contact.friction_regularisation_m_s"),
+        (
+            "[contact]",
+            "[contact]\ndamping_s_m = -1",
+            "contact.damping_s_m",
+        ),
+        (
+            "[contact]",
+            "[contact]\nradius_m = -1e-3",
+            "contact.radius_m",
+        ),
+        (
+            "[contact]",
+            "[contact]\nradius_m = 0.04",
+            "is 0.04, but must be less than filament.length_m = 0.04",
+        ),
+        (
+            "[contact]",
+            "[contact]\nradius_m = 1e300",
+            "`contact.radius_m` is 1e300, but must be",
+        ),
+        (
+            "[contact]",
+            "[contact]\nfriction_coefficient = -0.1",
+            "contact.friction_coefficient",
+        ),
+        (
+            "[contact]",
+            "[contact]\nfriction_regularisation_m_s = 0",
+            "contact.friction_regularisation_m_s",
+        ),
         ("[workpiece]", "[[workpiece]]", "workpiece"),
-        ("[workpiece]", "[workpiece]\nkind = \"ball\"", "workpiece.kind"),
-        ("[workpiece]", "[workpiece]\nnormal = [0, 0, 1]", "workpiece.normal"),
-        ("[workpiece]", "[workpiece]\nnormal = [0, 0, 0]", "workpiece.normal"),
-        ("[workpiece]", "[workpiece]\nnormal = [0, nan, 0]", "workpiece.normal"),
-        ("[workpiece]", "[workpiece]\nnormal = [0, 1]", "workpiece.normal"),
-        ("[workpiece]", "[workpiece]\nfeed_velocity_m_s = -inf", "workpiece.feed_velocity_m_s"),
-        ("brushing_velocity_m_s = 10.0", "brushing_velocity_m_s = 0", "process.brushing_velocity_m_s"),
-        (depth, "penetration_depth_m = 0.0", "process.penetration_depth_m"),
-        (depth, "penetration_depth_m = -1e-3", "process.penetration_depth_m"),
-        (depth, "penetration_depth_m = 0.04", "process.penetration_depth_m"),
+        (
+            "[workpiece]",
+            "[workpiece]\nkind = \"ball\"",
+            "workpiece.kind",
+        ),
+        (
+            "[workpiece]",
+            "[workpiece]\nnormal = [0, 0, 1]",
+            "workpiece.normal",
+        ),
+        (
+            "[workpiece]",
+            "[workpiece]\nnormal = [0, 0, 0]",
+            "workpiece.normal",
+        ),
+        (
+            "[workpiece]",
+            "[workpiece]\nnormal = [0, nan, 0]",
+            "workpiece.normal",
+        ),
+        (
+            "[workpiece]",
+            "[workpiece]\nnormal = [0, 1]",
+            "workpiece.normal",
+        ),
+        (
+            "[workpiece]",
+            "[workpiece]\nfeed_velocity_m_s = -inf",
+            "workpiece.feed_velocity_m_s",
+        ),
+        (
+            "brushing_velocity_m_s = 10.0",
+            "brushing_velocity_m_s = 0",
+            "process.brushing_velocity_m_s",
+        ),
+        (
+            depth,
+            "penetration_depth_m = 0.0",
+            "process.penetration_depth_m",
+        ),
+        (
+            depth,
+            "penetration_depth_m = -1e-3",
+            "process.penetration_depth_m",
+        ),
+        (
+            depth,
+            "penetration_depth_m = 0.04",
+            "process.penetration_depth_m",
+        ),
         (depth, "penetration_depth_m = ", "not valid TOML"),
         (depth, "tool_force_n = 0", "process.tool_force_n"),
         (depth, "tool_force_n = nan", "process.tool_force_n"),
-        (depth, "penetration_depth_m = 1.0e-3\ntool_force_kn = 0.02", "are both given"),
-        (depth, "penetration_depth_m = 1.0e-3\ngravity_m_s2 = [0, nan, 0]", "process.gravity_m_s2"),
-        (depth, "penetration_depth_m = 1.0e-3\ngravity_m_s2 = 9.81", "process.gravity_m_s2"),
-        (depth, "penetration_depth_m = 1.0e-3\nlead_angle_rad = -0.1", "process.lead_angle_rad"),
-        (depth, "penetration_depth_m = 1.0e-3\ntail_angle_rad = 6.2", "process.tail_angle_rad"),
+        (
+            depth,
+            "penetration_depth_m = 1.0e-3\ntool_force_kn = 0.02",
+            "are both given",
+        ),
+        (
+            depth,
+            "penetration_depth_m = 1.0e-3\ngravity_m_s2 = [0, nan, 0]",
+            "process.gravity_m_s2",
+        ),
+        (
+            depth,
+            "penetration_depth_m = 1.0e-3\ngravity_m_s2 = 9.81",
+            "process.gravity_m_s2",
+        ),
+        (
+            depth,
+            "penetration_depth_m = 1.0e-3\nlead_angle_rad = -0.1",
+            "process.lead_angle_rad",
+        ),
+        (
+            depth,
+            "penetration_depth_m = 1.0e-3\ntail_angle_rad = 6.2",
+            "process.tail_angle_rad",
+        ),
         ("[solver]", "[solver", "not valid TOML"),
-        ("relative_tolerance = 1e-4", "relative_tolerance = 0.1", "solver.relative_tolerance"),
+        (
+            "relative_tolerance = 1e-4",
+            "relative_tolerance = 0.1",
+            "solver.relative_tolerance",
+        ),
         ("relative_tolerance = 1e-4", "samples = 1", "solver.samples"),
     ];
     for (old, new, key) in changes {
@@ -788,8 +1365,18 @@ fn workpieces_that_cannot_be_are_refused_with_key_and_line() {
     let of_edge = "left out: a workpiece of kind `edge` has none";
     let changes = [
         // Keys that the kind needs: the message points at the heading of the section.
-        ("kind = 'edge'", 0, "edge_radius_m", "greater than 0 for a workpiece of kind `edge`"),
-        ("kind = 'chamfer'\nedge_radius_m = 2e-4", 0, "chamfer_width_m", "kind `chamfer`"),
+        (
+            "kind = 'edge'",
+            0,
+            "edge_radius_m",
+            "greater than 0 for a workpiece of kind `edge`",
+        ),
+        (
+            "kind = 'chamfer'\nedge_radius_m = 2e-4",
+            0,
+            "chamfer_width_m",
+            "kind `chamfer`",
+        ),
         ("kind = 'cylinder'", 0, "radius_m", "kind `cylinder`"),
         ("kind = 'bore'", 0, "radius_m", "kind `bore`"),
         // Keys that it does not have.
@@ -797,8 +1384,18 @@ fn workpieces_that_cannot_be_are_refused_with_key_and_line() {
         ("offset_m = 1e-3", 1, "offset_m", of_plane),
         ("side = 'entering'", 1, "side", of_plane),
         ("radius_m = 0.1", 1, "radius_m", of_plane),
-        ("EDGE\nchamfer_width_m = 1e-3", 3, "chamfer_width_m", of_edge),
-        ("EDGE\nchamfer_angle_rad = 0.5", 3, "chamfer_angle_rad", of_edge),
+        (
+            "EDGE\nchamfer_width_m = 1e-3",
+            3,
+            "chamfer_width_m",
+            of_edge,
+        ),
+        (
+            "EDGE\nchamfer_angle_rad = 0.5",
+            3,
+            "chamfer_angle_rad",
+            of_edge,
+        ),
         ("EDGE\nradius_m = 0.1", 3, "radius_m", of_edge),
         ("EDGE\nnormal = [1, 1, 0]", 3, "normal", "faces along y"),
         (
@@ -809,19 +1406,44 @@ fn workpieces_that_cannot_be_are_refused_with_key_and_line() {
         ),
         // Values outside their ranges.
         ("EDGE\nside = 'middle'", 3, "side", "entering"),
-        ("EDGE\nincluded_angle_rad = 3.2", 3, "included_angle_rad", "0.1 to 3.1"),
+        (
+            "EDGE\nincluded_angle_rad = 3.2",
+            3,
+            "included_angle_rad",
+            "0.1 to 3.1",
+        ),
         ("EDGE\noffset_m = inf", 3, "offset_m", "from -1000 to 1000"),
-        ("kind = 'edge'\nedge_radius_m = -1e-4", 2, "edge_radius_m", "0 to 1000"),
+        (
+            "kind = 'edge'\nedge_radius_m = -1e-4",
+            2,
+            "edge_radius_m",
+            "0 to 1000",
+        ),
         // Numbers that do not fit together.
-        ("kind = 'chamfer'\nchamfer_width_m = 1e-3\nedge_radius_m = 2e-3", 3, "edge_radius_m", "use up the chamfer"),
+        (
+            "kind = 'chamfer'\nchamfer_width_m = 1e-3\nedge_radius_m = 2e-3",
+            3,
+            "edge_radius_m",
+            "use up the chamfer",
+        ),
         (
             "kind = 'chamfer'\nedge_radius_m = 2e-4\nchamfer_width_m = 1e-3\nchamfer_angle_rad = 1.6",
             4,
             "chamfer_angle_rad",
             "less than 1.5708",
         ),
-        ("kind = 'bore'\nradius_m = 0.15", 2, "radius_m", "greater than 1.7900e-1"),
-        ("kind = 'bore'\nradius_m = 0.1795", 2, "radius_m", "such that"),
+        (
+            "kind = 'bore'\nradius_m = 0.15",
+            2,
+            "radius_m",
+            "greater than 1.7900e-1",
+        ),
+        (
+            "kind = 'bore'\nradius_m = 0.1795",
+            2,
+            "radius_m",
+            "such that",
+        ),
     ];
     for (lines, line, key, allowed) in changes {
         let lines = lines.replace("EDGE", "kind = 'edge'\nedge_radius_m = 2e-4");
@@ -839,28 +1461,75 @@ fn bad_sweeps_are_refused_with_key_and_line() {
     let velocity = "brushing_velocity_m_s = [10.0, 20.0]";
     let changes = [
         ("brushing_velocity_m_s = []", "study.brushing_velocity_m_s"),
-        ("brushing_velocity_m_s = 10.0", "study.brushing_velocity_m_s"),
-        ("brushing_velocity_m_s = \"fast\"", "study.brushing_velocity_m_s"),
-        ("brushing_velocity_m_s = [10.0, \"fast\"]", "study.brushing_velocity_m_s"),
-        ("brushing_velocity_m_s = [10.0, nan]", "study.brushing_velocity_m_s"),
-        ("brushing_velocity_m_s = [\n  10.0,\n  0.0]", "process.brushing_velocity_m_s"),
-        ("brushing_velocity_m_s = { start = 1, stop = 2 }", "study.brushing_velocity_m_s"),
-        ("brushing_velocity_m_s = { start = 1, stop = 2, stepp = 1 }", "stepp"),
-        ("brushing_velocity_m_s = { start = 1, stop = 2, step = 0 }", "step of 0"),
-        ("brushing_velocity_m_s = { start = 1, stop = 2, step = -1 }", "step of -1"),
-        ("brushing_velocity_m_s = { start = 1, stop = inf, step = 1 }", "finite"),
-        ("brushing_velocity_m_s = { start = 1, stop = 2, step = 1e-7 }", "1000000"),
-        ("brushing_velocity_m_s = { start = 1, stop = 2, step = 1e-300 }", "1000000"),
+        (
+            "brushing_velocity_m_s = 10.0",
+            "study.brushing_velocity_m_s",
+        ),
+        (
+            "brushing_velocity_m_s = \"fast\"",
+            "study.brushing_velocity_m_s",
+        ),
+        (
+            "brushing_velocity_m_s = [10.0, \"fast\"]",
+            "study.brushing_velocity_m_s",
+        ),
+        (
+            "brushing_velocity_m_s = [10.0, nan]",
+            "study.brushing_velocity_m_s",
+        ),
+        (
+            "brushing_velocity_m_s = [\n  10.0,\n  0.0]",
+            "process.brushing_velocity_m_s",
+        ),
+        (
+            "brushing_velocity_m_s = { start = 1, stop = 2 }",
+            "study.brushing_velocity_m_s",
+        ),
+        (
+            "brushing_velocity_m_s = { start = 1, stop = 2, stepp = 1 }",
+            "stepp",
+        ),
+        (
+            "brushing_velocity_m_s = { start = 1, stop = 2, step = 0 }",
+            "step of 0",
+        ),
+        (
+            "brushing_velocity_m_s = { start = 1, stop = 2, step = -1 }",
+            "step of -1",
+        ),
+        (
+            "brushing_velocity_m_s = { start = 1, stop = inf, step = 1 }",
+            "finite",
+        ),
+        (
+            "brushing_velocity_m_s = { start = 1, stop = 2, step = 1e-7 }",
+            "1000000",
+        ),
+        (
+            "brushing_velocity_m_s = { start = 1, stop = 2, step = 1e-300 }",
+            "1000000",
+        ),
         ("\"filament.segments\" = [1.5]", "filament.segments"),
         ("\"filament.segments\" = [0]", "filament.segments"),
-        ("\"filament.segmnets\" = [1]", "did you mean `filament.segments`?"),
+        (
+            "\"filament.segmnets\" = [1]",
+            "did you mean `filament.segments`?",
+        ),
         ("\"tool.kind\" = [1]", "study.tool.kind"),
         ("filament.segments = [1]", "quotes"),
-        ("\"process.penetration_depth_m\" = [0.01, 0.05]", "case 2 of the study: `process.penetration_depth_m`"),
+        (
+            "\"process.penetration_depth_m\" = [0.01, 0.05]",
+            "case 2 of the study: `process.penetration_depth_m`",
+        ),
     ];
     let sweeps = &FILE[FILE.find(velocity).expect("sweeps")..];
     for (new, key) in changes {
-        is_refused_at(sweeps, &format!("{new}\n"), new.matches('\n').count(), &[key]);
+        is_refused_at(
+            sweeps,
+            &format!("{new}\n"),
+            new.matches('\n').count(),
+            &[key],
+        );
     }
     // The error of a relation points at one of its settings, here at the one that is not swept.
     let diameter = &FILE[FILE.find("diameter_m").expect("a diameter")..];
@@ -868,7 +1537,12 @@ fn bad_sweeps_are_refused_with_key_and_line() {
     is_refused_at(diameter, &too_short, 0, &["filament.diameter_m"]);
     let twice = format!("{velocity}\n\"process.brushing_velocity_m_s\" = [1.0]");
     is_refused_at(velocity, &twice, 1, &["swept twice"]);
-    is_refused_at(velocity, "brushing_velocity_m_s = { start = 1, stop = 1001, step = 1e-3 }", 0, &["1000000"]);
+    is_refused_at(
+        velocity,
+        "brushing_velocity_m_s = { start = 1, stop = 1001, step = 1e-3 }",
+        0,
+        &["1000000"],
+    );
 }
 
 #[test]
@@ -882,9 +1556,15 @@ fn a_grid_of_too_many_points_is_refused_at_once() {
         "tool.filament_count",
         "tool.width_m",
     ];
-    let sweeps: String = keys.iter().map(|key| format!("\"{key}\" = {thousands}\n")).collect();
+    let sweeps: String = keys
+        .iter()
+        .map(|key| format!("\"{key}\" = {thousands}\n"))
+        .collect();
     workspace.write("case.toml", format!("{FILE}{sweeps}"));
-    workspace.refuses("study case.toml --out results", &["more than 1000000 cases", &place(FILE, "[study]")]);
+    workspace.refuses(
+        "study case.toml --out results",
+        &["more than 1000000 cases", &place(FILE, "[study]")],
+    );
 }
 
 #[test]
@@ -911,7 +1591,10 @@ fn an_unwritable_directory_is_refused() {
             workspace.refuses(&format!("{command} case.toml --out {out}"), &[out]);
         }
     }
-    workspace.refuses("derive --segments 1 --out absent/equations.txt", &["absent/equations.txt"]);
+    workspace.refuses(
+        "derive --segments 1 --out absent/equations.txt",
+        &["absent/equations.txt"],
+    );
     assert_eq!(workspace.read("file"), "kept");
 }
 
@@ -930,11 +1613,20 @@ fn earlier_results_survive_bad_input() {
 fn bad_states_are_refused() {
     let workspace = Workspace::with(FILE);
     workspace.write("state.json", STATE.replacen("1.6, -1.4", "null, -1.4", 1));
-    workspace.refuses("evaluate case.toml --state state.json", &["state.json", "`q[2]`"]);
+    workspace.refuses(
+        "evaluate case.toml --state state.json",
+        &["state.json", "`q[2]`"],
+    );
     workspace.refuses("evaluate case.toml --state absent.json", &["absent.json"]);
     workspace.write("state.json", STATE);
-    workspace.write("case.toml", FILE.replace("length_m = 0.040", "length_m = 0.0"));
-    workspace.refuses("evaluate case.toml --state state.json", &["filament.length_m"]);
+    workspace.write(
+        "case.toml",
+        FILE.replace("length_m = 0.040", "length_m = 0.0"),
+    );
+    workspace.refuses(
+        "evaluate case.toml --state state.json",
+        &["filament.length_m"],
+    );
 }
 
 #[test]
@@ -955,7 +1647,12 @@ fn bad_calls_are_refused() {
         "derive --segments 2 --format pdf",
     ];
     for call in calls {
-        workspace.bristle(call).assert().code(2).stdout("").stderr(contains("panicked").not());
+        workspace
+            .bristle(call)
+            .assert()
+            .code(2)
+            .stdout("")
+            .stderr(contains("panicked").not());
         assert!(!workspace.path("results").exists(), "{call}");
     }
 }
@@ -965,7 +1662,11 @@ fn without_arguments_one_screen_says_where_to_begin() {
     let [screen, said] = Workspace::new().run("");
     assert!(said.is_empty() && screen.lines().count() <= 24, "{screen}");
     has(&screen, &["bristle new brush.toml", "  simulate "]);
-    assert!(Workspace::new().printed("--version").starts_with("bristle "));
+    assert!(
+        Workspace::new()
+            .printed("--version")
+            .starts_with("bristle ")
+    );
 }
 
 #[test]
@@ -973,7 +1674,10 @@ fn shells_and_manual_pages_know_every_command() {
     let directory = Workspace::new();
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let script = directory.printed(&format!("completions {shell}"));
-        assert!(script.contains("compare-studies") && script.contains("without-interaction"), "{shell}");
+        assert!(
+            script.contains("compare-studies") && script.contains("without-interaction"),
+            "{shell}"
+        );
     }
     directory.run("man --out pages");
     let pages = directory.names("pages");
@@ -982,9 +1686,16 @@ fn shells_and_manual_pages_know_every_command() {
     }
     let study = directory.read("pages/bristle-study.1");
     has(&study, &["bristle\\-study", "journal.jsonl"]);
-    let listed = directory.printed("").lines().filter(|line| line.starts_with("  ")).count();
+    let listed = directory
+        .printed("")
+        .lines()
+        .filter(|line| line.starts_with("  "))
+        .count();
     assert_eq!(pages.len(), listed + 3, "{pages:?}");
-    directory.refuses("completions ksh", &["[possible values: bash, elvish, fish, powershell, zsh]"]);
+    directory.refuses(
+        "completions ksh",
+        &["[possible values: bash, elvish, fish, powershell, zsh]"],
+    );
 }
 
 #[test]
@@ -998,15 +1709,22 @@ fn a_file_says_which_equations_it_has() {
     assert_ne!(tilted, FILE);
     directory.write("tilted.toml", tilted);
     assert!(of("tilted.toml") == of(&format!("--segments {segments}")));
-    // A straight cylinder has neither relaxed angles nor constants of each segment; its clamp joint is twice as stiff.
+    // A straight cylinder has neither relaxed angles nor constants of each segment; its clamp joint
+    // is twice as stiff.
     let read = |file: &str, filament: &str| {
-        let text = FILE.replace(&format!("segments = {segments}"), &format!("segments = 2\n{filament}"));
+        let text = FILE.replace(
+            &format!("segments = {segments}"),
+            &format!("segments = 2\n{filament}"),
+        );
         assert_ne!(text, FILE);
         directory.write(file, text);
         directory.printed(&format!("derive {file}"))
     };
     let straight = read("straight.toml", "");
-    assert!(straight.contains("2 c S′(u1)") && !straight.contains('κ') && !straight.contains("m1"), "{straight}");
+    assert!(
+        straight.contains("2 c S′(u1)") && !straight.contains('κ') && !straight.contains("m1"),
+        "{straight}"
+    );
     let wavy = read("wavy.toml", "waviness_amplitude_m = 1e-4");
     assert!(wavy.contains("κ2") && !wavy.contains("m1"), "{wavy}");
     directory.refuses("derive case.toml --segments 2", &["cannot be used with"]);
@@ -1018,8 +1736,18 @@ fn a_fragment_is_a_part_of_a_paper() {
     let workspace = Workspace::new();
     let derive = "derive --segments 2 --planar --format latex --fragment";
     let fragment = workspace.printed(derive);
-    assert!(fragment.contains("bmatrix") && !fragment.contains("documentclass"), "{fragment}");
-    assert!(fragment.contains(&format!("% To make it again: bristle {}\n", derive)), "{fragment}");
-    assert!(workspace.printed("derive --kernels --format latex --fragment").contains("\\label{eq:"));
+    assert!(
+        fragment.contains("bmatrix") && !fragment.contains("documentclass"),
+        "{fragment}"
+    );
+    assert!(
+        fragment.contains(&format!("% To make it again: bristle {}\n", derive)),
+        "{fragment}"
+    );
+    assert!(
+        workspace
+            .printed("derive --kernels --format latex --fragment")
+            .contains("\\label{eq:")
+    );
     workspace.refuses("derive --segments 2 --fragment", &["add --format latex"]);
 }

@@ -16,9 +16,19 @@ fn a_first_file_can_be_simulated() {
     let directory = Workspace::new();
     directory.run(&format!("new brush.toml {ANSWERS} --friction 0.3"));
     let text = directory.read("brush.toml");
-    assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 100),
+        "{text}"
+    );
     has(&text, &["[brush]  ", "# lateral_tilt_std_rad = 0.005"]);
-    has(&text, &["friction_coefficient = 0.3", "# E: Young’s modulus, in Pa", "rotational_speed_rpm = [200.0, 400.0"]);
+    has(
+        &text,
+        &[
+            "friction_coefficient = 0.3",
+            "# E: Young’s modulus, in Pa",
+            "rotational_speed_rpm = [200.0, 400.0",
+        ],
+    );
     directory.run("simulate brush.toml --out one --strict --no-figures --set filament.segments=4");
     // Where tips are far from each other, filaments are alone.
     let sparse = ANSWERS.replace("10500", "1000");
@@ -27,8 +37,14 @@ fn a_first_file_can_be_simulated() {
     // A material states density and modulus.
     directory.run(&format!("new nylon.toml {ANSWERS} --material pa6.12"));
     let nylon = directory.read("nylon.toml");
-    assert!(nylon.contains("material = \"PA6.12\"") && !nylon.contains("youngs_modulus_pa"), "{nylon}");
-    directory.refuses(&format!("new wood.toml {ANSWERS} --material wood"), &["must be one of PA6, PA6.6, PA6.12"]);
+    assert!(
+        nylon.contains("material = \"PA6.12\"") && !nylon.contains("youngs_modulus_pa"),
+        "{nylon}"
+    );
+    directory.refuses(
+        &format!("new wood.toml {ANSWERS} --material wood"),
+        &["must be one of PA6, PA6.6, PA6.12"],
+    );
     // It is not replaced.
     directory.refuses(&format!("new brush.toml {ANSWERS}"), &["exists already"]);
     assert_eq!(text, directory.read("brush.toml"));
@@ -42,7 +58,10 @@ fn answers_that_are_missing_or_wrong_are_named() {
         &["--length-mm, --diameter-mm, --tool-diameter-mm (or --body-diameter-mm, or --body-radius-mm), --filaments"],
     );
     directory.refuses(
-        &format!("new brush.toml {}", ANSWERS.replace("--length-mm 40", "--length-mm 1")),
+        &format!(
+            "new brush.toml {}",
+            ANSWERS.replace("--length-mm 40", "--length-mm 1")
+        ),
         &["`filament.diameter_m`", "brush.toml:"],
     );
     directory.refused(&format!("new absent/brush.toml {ANSWERS}"));
@@ -65,39 +84,86 @@ fn keys_are_explained() {
         ],
     );
     let count = words(&directory.printed("explain tool.filament_count"));
-    assert!(count.contains("give this one or tool.filaments_per_m2 or tool.fill_factor"), "{count}");
+    assert!(
+        count.contains("give this one or tool.filaments_per_m2 or tool.fill_factor"),
+        "{count}"
+    );
     let all = directory.printed("explain");
-    assert!(PARAMETERS.iter().all(|parameter| all.contains(parameter.path)), "{all}");
-    directory.refuses("explain rpm", &["there is no key `rpm`", "process.rotational_speed_rpm"]);
+    assert!(
+        PARAMETERS
+            .iter()
+            .all(|parameter| all.contains(parameter.path)),
+        "{all}"
+    );
+    directory.refuses(
+        "explain rpm",
+        &["there is no key `rpm`", "process.rotational_speed_rpm"],
+    );
 }
 
 #[test]
 fn the_documents_state_abrasive_filaments_and_their_friction() {
     let page = include_str!("../../../../docs/input.md");
     for material in MATERIALS {
-        let Spread::Mixture(Mixture { volume_fraction, bounds_pa, .. }) = material.spread else { continue };
+        let Spread::Mixture(Mixture {
+            volume_fraction,
+            bounds_pa,
+            ..
+        }) = material.spread
+        else {
+            continue;
+        };
         let modulus = significant(material.youngs_modulus_pa / 1e9);
         let bounds = bounds_pa.map(|bound| significant(bound / 1e9)).join(" to ");
-        let (name, density, share) = (material.name, material.density_kg_m3, 100.0 * volume_fraction);
+        let (name, density, share) = (
+            material.name,
+            material.density_kg_m3,
+            100.0 * volume_fraction,
+        );
         let row = format!("| `{name:?}` | {share:.1} % | {density} | {modulus} | {bounds} |\n");
         assert!(page.contains(&row), "{row}");
     }
     for pairings in PAIRINGS.chunk_by(|one, next| one.workpiece == next.workpiece) {
-        assert_eq!(pairings.iter().map(|pairing| pairing.condition).collect::<Vec<_>>(), ["dry", "wet"]);
-        let ranges = pairings.iter().map(|Pairing { range: [least, largest], .. }| format!("{least} to {largest}"));
-        let row = format!("| {} | {} | ", pairings[0].workpiece, ranges.collect::<Vec<_>>().join(" | "));
+        assert_eq!(
+            pairings
+                .iter()
+                .map(|pairing| pairing.condition)
+                .collect::<Vec<_>>(),
+            ["dry", "wet"]
+        );
+        let ranges = pairings.iter().map(
+            |Pairing {
+                 range: [least, largest],
+                 ..
+             }| format!("{least} to {largest}"),
+        );
+        let row = format!(
+            "| {} | {} | ",
+            pairings[0].workpiece,
+            ranges.collect::<Vec<_>>().join(" | ")
+        );
         assert!(page.contains(&row), "{row}");
     }
     let [least, largest] = range_of_all();
     let range = format!("anywhere from {least} to {largest}");
-    assert!(include_str!("../../../../docs/what-to-measure.md").contains(&range), "{range}");
+    assert!(
+        include_str!("../../../../docs/what-to-measure.md").contains(&range),
+        "{range}"
+    );
 }
 
 /// The rows of a section of docs/input.md, as cells.
 fn rows<'p>(page: &'p str, name: &str) -> Vec<Vec<&'p str>> {
-    let rows = section(page, &format!("`[{name}]`")).lines().filter(|line| line.starts_with("| `"));
-    rows.map(|row| row.trim_matches('|').split(" | ").map(|cell| cell.trim().trim_matches('|').trim()).collect())
-        .collect()
+    let rows = section(page, &format!("`[{name}]`"))
+        .lines()
+        .filter(|line| line.starts_with("| `"));
+    rows.map(|row| {
+        row.trim_matches('|')
+            .split(" | ")
+            .map(|cell| cell.trim().trim_matches('|').trim())
+            .collect()
+    })
+    .collect()
 }
 
 #[test]
@@ -108,18 +174,24 @@ fn the_documents_state_the_table_of_settings() {
     for parameter in PARAMETERS {
         let rows = rows(page, parameter.section());
         let key = format!("`{}`", parameter.key());
-        let row = rows.iter().find(|row| row[0] == key).unwrap_or_else(|| panic!("no row for {}", parameter.path));
+        let row = rows
+            .iter()
+            .find(|row| row[0] == key)
+            .unwrap_or_else(|| panic!("no row for {}", parameter.path));
         let said = row.join(" | ");
         let default = row.last().expect("a default");
         if parameter.required && parameter.instead_of.is_empty() {
             assert!(default.starts_with("required"), "{said}");
         }
-        let in_schema = &schema["properties"][parameter.section()]["properties"][parameter.key()]["default"];
+        let in_schema =
+            &schema["properties"][parameter.section()]["properties"][parameter.key()]["default"];
         if let (Ok(told), Some(value)) = (default.parse::<f64>(), in_schema.as_f64()) {
             assert_eq!(told, value, "{said}");
         }
         assert!(
-            parameter.symbol.is_empty() || parameter.section() == "uncertainty" || said.contains(parameter.symbol),
+            parameter.symbol.is_empty()
+                || parameter.section() == "uncertainty"
+                || said.contains(parameter.symbol),
             "{said}"
         );
     }

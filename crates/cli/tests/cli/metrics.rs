@@ -1,4 +1,5 @@
-//! One table of metrics: each of its readers shows what it says, so that a new metric is one entry and its computation.
+//! One table of metrics: each of its readers shows what it says, so that a new metric is one entry
+//! and its computation.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Needs, Prominence, Record, Scope};
@@ -35,8 +36,12 @@ fn keys<'a>(columns: impl IntoIterator<Item = &'a Column<Metrics>>) -> Vec<&'sta
     columns.into_iter().map(|column| column.key).collect()
 }
 
-fn at_least(study: &Study, prominence: Prominence) -> impl Iterator<Item = &'static Column<Metrics>> {
-    metric_columns(Having::of_study(study)).filter(move |column| column.display.prominence <= prominence)
+fn at_least(
+    study: &Study,
+    prominence: Prominence,
+) -> impl Iterator<Item = &'static Column<Metrics>> {
+    metric_columns(Having::of_study(study))
+        .filter(move |column| column.display.prominence <= prominence)
 }
 
 #[test]
@@ -54,58 +59,116 @@ fn every_reader_shows_every_metric() {
     let directory = Workspace::with(FILE);
     directory.run("simulate case.toml --out one");
     let metrics = directory.json("one/metrics.json");
-    let of_force = keys(metric_columns(Having { force: true, edge: true, ..having }));
-    assert!(of_force.iter().all(|key| metrics.get(key).is_some()), "{metrics}");
+    let of_force = keys(metric_columns(Having {
+        force: true,
+        edge: true,
+        ..having
+    }));
+    assert!(
+        of_force.iter().all(|key| metrics.get(key).is_some()),
+        "{metrics}"
+    );
     // What no coefficient tells is not there.
-    assert!(metrics.get("removal_rate_m3_s").is_none() && !all.contains(&"wear_ratio"), "{metrics}");
+    assert!(
+        metrics.get("removal_rate_m3_s").is_none() && !all.contains(&"wear_ratio"),
+        "{metrics}"
+    );
 
     // The page, the most prominent metrics first.
-    let data = page_data(&page("case.toml", &study, &results, &[], &Assumptions::default(), &[], None));
+    let data = page_data(&page(
+        "case.toml",
+        &study,
+        &results,
+        &[],
+        &Assumptions::default(),
+        &[],
+        None,
+    ));
     let quantities = data["quantities"].as_array().expect("quantities");
-    let mut prominent: Vec<&Column<Metrics>> =
-        metric_columns(having).filter(|column| is_shown(column, &results)).collect();
+    let mut prominent: Vec<&Column<Metrics>> = metric_columns(having)
+        .filter(|column| is_shown(column, &results))
+        .collect();
     // Those of the tool are together.
     prominent.sort_by_key(|column| match column.display.scope {
         Scope::Tool => Prominence::Headline,
         Scope::Filament => column.display.prominence,
     });
-    assert!(quantities.len() == prominent.len() && prominent.len() < all.len(), "{prominent:?}");
+    assert!(
+        quantities.len() == prominent.len() && prominent.len() < all.len(),
+        "{prominent:?}"
+    );
     for (quantity, column) in quantities.iter().zip(prominent) {
-        let said = ["key", "symbol", "unit", "name", "meaning"].map(|part| quantity[part].as_str().expect(part));
-        assert_eq!(said, [column.key, column.symbol, column.unit, column.name, column.meaning]);
-        assert!(!column.name.is_empty() && !column.meaning.is_empty(), "{}", column.key);
+        let said = ["key", "symbol", "unit", "name", "meaning"]
+            .map(|part| quantity[part].as_str().expect(part));
+        assert_eq!(
+            said,
+            [
+                column.key,
+                column.symbol,
+                column.unit,
+                column.name,
+                column.meaning
+            ]
+        );
+        assert!(
+            !column.name.is_empty() && !column.meaning.is_empty(),
+            "{}",
+            column.key
+        );
     }
 
     // A map for each metric of the figures, a table for each headline.
     let without_edge = shown(&study, &results);
 
-    // With friction on an edge there are all of them but the force along z, which an upright tool does not have.
+    // With friction on an edge there are all of them but the force along z, which an upright tool
+    // does not have.
     let edge = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"edge\"\nedge_radius_m = 2e-4\n[process]";
     let study = program::study(&FILE.replace("[process]", edge));
     let results = run_study(&study, None, || {}).expect("threads");
-    let all = [Prominence::Figure, Prominence::Headline]
-        .map(|prominence| at_least(&study, prominence).filter(|column| column.key != "tool_lateral_force_n").count());
-    let stable = results.iter().flatten().all(|summary| !summary.metrics.laterally_unstable);
+    let all = [Prominence::Figure, Prominence::Headline].map(|prominence| {
+        at_least(&study, prominence)
+            .filter(|column| column.key != "tool_lateral_force_n")
+            .count()
+    });
+    let stable = results
+        .iter()
+        .flatten()
+        .all(|summary| !summary.metrics.laterally_unstable);
     let all = all.map(|count| count - usize::from(stable));
-    assert!(shown(&study, &results) == all && without_edge < all, "{without_edge:?}, {all:?}");
+    assert!(
+        shown(&study, &results) == all && without_edge < all,
+        "{without_edge:?}, {all:?}"
+    );
 }
 
 /// Whether pages show a metric.
 fn is_shown(column: &Column<Metrics>, results: &[CaseResult]) -> bool {
-    let mut values = results.iter().flatten().map(|summary| column.get(&summary.metrics));
+    let mut values = results
+        .iter()
+        .flatten()
+        .map(|summary| column.get(&summary.metrics));
     !column.display.optional || values.any(|value| value != 0.0)
 }
 
-/// Expects a map and a table for each metric that has one and is not zero in all cases, and for amplifications of which one is unstable. Returns their numbers.
+/// Expects a map and a table for each metric that has one and is not zero in all cases, and for
+/// amplifications of which one is unstable. Returns their numbers.
 fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
-    let unstable = results.iter().flatten().any(|summary| summary.metrics.lateral_amplification > 100.0);
+    let unstable = results
+        .iter()
+        .flatten()
+        .any(|summary| summary.metrics.lateral_amplification > 100.0);
     let is_shown = |column: &&'static Column<Metrics>| {
         is_shown(column, results) && (unstable || column.key != "lateral_amplification")
     };
     let pictures = study_figures(study, results, &[], &Format::default()).pictures;
-    let maps: Vec<&str> = pictures.iter().filter_map(|picture| picture.name.strip_suffix("_map")).collect();
-    let drawn: Vec<&str> =
-        at_least(study, Prominence::Figure).filter(is_shown).map(|column| column.display.file_name).collect();
+    let maps: Vec<&str> = pictures
+        .iter()
+        .filter_map(|picture| picture.name.strip_suffix("_map"))
+        .collect();
+    let drawn: Vec<&str> = at_least(study, Prominence::Figure)
+        .filter(is_shown)
+        .map(|column| column.display.file_name)
+        .collect();
     assert_eq!(maps, drawn);
     let tables = study_tables(study, results, WIDTH);
     let titles: Vec<&str> = tables
@@ -113,21 +176,36 @@ fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
         .filter(|line| line.starts_with(char::is_alphabetic))
         .map(|title| title.split_once(": ").map_or(title, |(_, name)| name))
         .collect();
-    let headlines: Vec<&str> =
-        at_least(study, Prominence::Headline).filter(is_shown).map(|column| column.name).collect();
+    let headlines: Vec<&str> = at_least(study, Prominence::Headline)
+        .filter(is_shown)
+        .map(|column| column.name)
+        .collect();
     assert_eq!(titles, headlines);
     [drawn.len(), headlines.len()]
 }
 
 #[test]
 fn the_documents_list_every_metric() {
-    let rows = Metrics::COLUMNS.iter().map(documented).collect::<Vec<_>>().join("\n");
-    is_derived("docs/results.md", ["| column | symbol | unit | meaning |\n|---|---|---|---|\n", "\n\n"], &rows);
+    let rows = Metrics::COLUMNS
+        .iter()
+        .map(documented)
+        .collect::<Vec<_>>()
+        .join("\n");
+    is_derived(
+        "docs/results.md",
+        [
+            "| column | symbol | unit | meaning |\n|---|---|---|---|\n",
+            "\n\n",
+        ],
+        &rows,
+    );
 }
 
 /// Lines of `python/bristle/_metrics.py` before and after what is derived.
-const OF_BOTH: [&str; 2] =
-    ["    \"\"\"n_w, rotational speed of the tool, in rpm.\"\"\"\n", "\n    turn_contact_normal_impulses_n_s:"];
+const OF_BOTH: [&str; 2] = [
+    "    \"\"\"n_w, rotational speed of the tool, in rpm.\"\"\"\n",
+    "\n    turn_contact_normal_impulses_n_s:",
+];
 const OF_ONE_FILAMENT: [&str; 2] = ["and what a\n    brush does not have.\"\"\"\n", "\n\nclass "];
 
 #[test]
@@ -135,9 +213,13 @@ fn python_has_every_metric() {
     const FILE: &str = "python/bristle/_metrics.py";
     // A brush has some residuals of its own by the same names.
     let of_one = |column: &&Column<Metrics>| {
-        column.display.needs == Needs::OneFilament && Interaction::COLUMNS.iter().all(|other| other.key != column.key)
+        column.display.needs == Needs::OneFilament
+            && Interaction::COLUMNS
+                .iter()
+                .all(|other| other.key != column.key)
     };
-    let (alone, both): (Vec<&Column<Metrics>>, Vec<&Column<Metrics>>) = Metrics::COLUMNS.iter().partition(of_one);
+    let (alone, both): (Vec<&Column<Metrics>>, Vec<&Column<Metrics>>) =
+        Metrics::COLUMNS.iter().partition(of_one);
     is_derived(FILE, OF_BOTH, &typed(&both));
     is_derived(FILE, OF_ONE_FILAMENT, &typed(&alone));
 }
@@ -146,18 +228,51 @@ fn python_has_every_metric() {
 fn typed(columns: &[&Column<Metrics>]) -> String {
     let default = serde_json::to_value(Metrics::default()).expect("metrics are JSON");
     // Files have these whether the settings give them a value or not.
-    let always = keys(metric_columns(Having { force: true, edge: true, ..Having::default() }));
+    let always = keys(metric_columns(Having {
+        force: true,
+        edge: true,
+        ..Having::default()
+    }));
     let mut text = String::new();
-    for &&Column { key, symbol, unit, name, meaning, whole, .. } in columns {
+    for &&Column {
+        key,
+        symbol,
+        unit,
+        name,
+        meaning,
+        whole,
+        ..
+    } in columns
+    {
         let is_flag = default[key].is_boolean();
         let kind = ["float", "int", "bool"][usize::from(whole) + usize::from(is_flag)];
-        let kind = if always.contains(&key) { kind.to_owned() } else { format!("NotRequired[{kind}]") };
-        let condition = meaning.strip_prefix("1 if ").and_then(|rest| rest.strip_suffix(", else 0"));
-        let meaning =
-            if is_flag { format!("whether {}", condition.expect("1 if …, else 0")) } else { meaning.to_owned() };
-        let symbol = if symbol.is_empty() { String::new() } else { format!(", {symbol}") };
-        let unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
-        let words = format!("\"\"\"{}{symbol}{unit}: {meaning}.\"\"\"", capitalised(name));
+        let kind = if always.contains(&key) {
+            kind.to_owned()
+        } else {
+            format!("NotRequired[{kind}]")
+        };
+        let condition = meaning
+            .strip_prefix("1 if ")
+            .and_then(|rest| rest.strip_suffix(", else 0"));
+        let meaning = if is_flag {
+            format!("whether {}", condition.expect("1 if …, else 0"))
+        } else {
+            meaning.to_owned()
+        };
+        let symbol = if symbol.is_empty() {
+            String::new()
+        } else {
+            format!(", {symbol}")
+        };
+        let unit = if unit.is_empty() {
+            String::new()
+        } else {
+            format!(" in {unit}")
+        };
+        let words = format!(
+            "\"\"\"{}{symbol}{unit}: {meaning}.\"\"\"",
+            capitalised(name)
+        );
         text.push_str(&format!("\n    {key}: {kind}\n"));
         wrap(88, &mut text, "    ", &words);
     }

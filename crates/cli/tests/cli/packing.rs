@@ -1,4 +1,5 @@
-//! The number of filaments: stated as such or by the packing, never assumed; and the defaults that decide the force are told.
+//! The number of filaments: stated as such or by the packing, never assumed; and the defaults that
+//! decide the force are told.
 
 use std::f64::consts::{PI, TAU};
 
@@ -25,8 +26,16 @@ const AREA_M2: f64 = PI / 4.0 * 1.18e-3 * 1.18e-3;
 #[test]
 fn the_packing_gives_the_number() {
     let stated = settings(&file("filament_count = 6000"));
-    assert_eq!((stated.tool.filament_count, stated.tool.filament_count_uncertainty), (6000.0, 0.0));
-    let by_area = settings(&file("filaments_per_m2 = 6e5")).tool.filament_count;
+    assert_eq!(
+        (
+            stated.tool.filament_count,
+            stated.tool.filament_count_uncertainty
+        ),
+        (6000.0, 0.0)
+    );
+    let by_area = settings(&file("filaments_per_m2 = 6e5"))
+        .tool
+        .filament_count;
     assert!((by_area / (6e5 * SURFACE_M2) - 1.0).abs() < 1e-14);
     let by_share = settings(&file("fill_factor = 0.5"));
     assert!((by_share.tool.filament_count / (0.5 * SURFACE_M2 / AREA_M2) - 1.0).abs() < 1e-14);
@@ -39,14 +48,16 @@ fn a_packing_gives_each_diameter_its_number() {
     let [thin, thick] = counts(&(file("fill_factor = 0.5") + sweeps));
     assert!((thin / thick - 4.0).abs() < 1e-12);
     // A sweep replaces the number in the file.
-    let [loose, dense] = counts(&(file("filament_count = 6000") + "[study]\n\"tool.fill_factor\" = [0.3, 0.6]\n"));
+    let [loose, dense] =
+        counts(&(file("filament_count = 6000") + "[study]\n\"tool.fill_factor\" = [0.3, 0.6]\n"));
     assert!((dense / loose - 2.0).abs() < 1e-12);
 }
 
 #[test]
 fn defaults_that_decide_the_force_are_told() {
     let directory = Workspace::new();
-    let stated = file("filament_count = 6000").replace("segments = 4", "segments = 4\nyoungs_modulus_pa = 3.3e9");
+    let stated = file("filament_count = 6000")
+        .replace("segments = 4", "segments = 4\nyoungs_modulus_pa = 3.3e9");
     let said = |text: &str, command: &str| {
         directory.write("case.toml", text);
         directory.printed(command)
@@ -70,10 +81,18 @@ fn defaults_that_decide_the_force_are_told() {
         ],
     );
     assert!(!told.contains("filament.youngs_modulus_pa"), "{told}");
-    assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
+    assert!(
+        told.lines().all(|line| line.chars().count() <= 80),
+        "{told}"
+    );
 
-    let told = said(&(stated + "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"), "study case.toml --out results");
+    let told = said(
+        &(stated + "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"),
+        "study case.toml --out results",
+    );
     has(&told, &["assumed", "(row "]);
     let page = directory.read("results/report.html");
-    assert!(page.contains(r#""path":"filament.damping_ratio""#) && page.contains(r#""force_change":"#));
+    assert!(
+        page.contains(r#""path":"filament.damping_ratio""#) && page.contains(r#""force_change":"#)
+    );
 }

@@ -1,5 +1,6 @@
-//! Runs the commands of pages in docs/ one after the other in an empty directory, as a reader would, and compares their output with the
-//! page. Together they simulate for minutes, so that only `--ignored` runs them; `.ci/run` does.
+//! Runs the commands of pages in docs/ one after the other in an empty directory, as a reader
+//! would, and compares their output with the page. Together they simulate for minutes, so that only
+//! `--ignored` runs them; `.ci/run` does.
 
 use std::f64::consts::{PI, TAU};
 use std::fs;
@@ -41,13 +42,18 @@ fn blocks(page: &'static str) -> Vec<Block<'static>> {
     while let Some((before, fenced)) = rest.split_once("```") {
         let (language, fenced) = fenced.split_once('\n').expect("a block has lines");
         let (text, after) = fenced.split_once("```").expect("a block ends");
-        blocks.push(Block { language, text, before });
+        blocks.push(Block {
+            language,
+            text,
+            before,
+        });
         rest = after;
     }
     blocks
 }
 
-/// Does what the sentence before a block says: "Save this as `name`" or "Add this to `name`", or the same within a sentence.
+/// Does what the sentence before a block says: "Save this as `name`" or "Add this to `name`", or
+/// the same within a sentence.
 fn write(directory: &Path, before: &str, text: &str) {
     // Lines may break anywhere in the sentence.
     let before = before.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -67,29 +73,44 @@ fn write(directory: &Path, before: &str, text: &str) {
 /// Runs a command of the page in `directory`, and returns what it prints to stderr and stdout.
 fn run(command: &str, directory: &Path) -> String {
     // No quoted word has a space.
-    let mut words = command.split_whitespace().map(|word| word.trim_matches('\''));
+    let mut words = command
+        .split_whitespace()
+        .map(|word| word.trim_matches('\''));
     assert_eq!(words.next(), Some("bristle"), "{command}");
-    let output = bristle(directory, "").args(words).output().expect("the program starts");
-    let [data, text] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8"));
+    let output = bristle(directory, "")
+        .args(words)
+        .output()
+        .expect("the program starts");
+    let [data, text] =
+        [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8"));
     assert!(output.status.success(), "{command}: {text}");
     text + &data
 }
 
-/// Expects the output to contain the lines of a block, consecutive and in order, except where the block leaves lines out.
+/// Expects the output to contain the lines of a block, consecutive and in order, except where the
+/// block leaves lines out.
 fn is_printed(block: &str, printed: &str) {
     let mut rest: Vec<&str> = printed.lines().collect();
     for part in block.split(&format!("{LEFT_OUT}\n")) {
         let lines: Vec<&str> = part.lines().collect();
         let found = rest.windows(lines.len()).position(|window| window == lines);
-        let start = found.unwrap_or_else(|| panic!("not found in the output:\n{part}\nthe output is\n{printed}"));
+        let start = found.unwrap_or_else(|| {
+            panic!("not found in the output:\n{part}\nthe output is\n{printed}")
+        });
         rest.drain(..start + lines.len());
     }
 }
 
-/// Does in `directory` what a page says. Returns the numbers of commands run and of outputs compared.
+/// Does in `directory` what a page says. Returns the numbers of commands run and of outputs
+/// compared.
 fn follow(page: &'static str, directory: &Path) -> (usize, usize) {
     let (mut printed, mut commands, mut compared) = (String::new(), 0, 0);
-    for Block { language, text, before } in blocks(page) {
+    for Block {
+        language,
+        text,
+        before,
+    } in blocks(page)
+    {
         match language {
             // The program under test is already installed; `.ci/run` runs this command.
             "sh" if text.starts_with("cargo install ") => assert_eq!(text.lines().count(), 1),
@@ -114,7 +135,10 @@ fn follow(page: &'static str, directory: &Path) -> (usize, usize) {
 fn check(page: &Page) -> TempDir {
     let directory = TempDir::new().expect("a temporary directory");
     let counts = follow(page.text, directory.path());
-    assert_eq!(counts, page.counts, "the numbers of commands and outputs on the page have changed");
+    assert_eq!(
+        counts, page.counts,
+        "the numbers of commands and outputs on the page have changed"
+    );
     for name in page.files {
         assert!(directory.path().join(name).is_file(), "{name}");
     }
@@ -122,7 +146,10 @@ fn check(page: &Page) -> TempDir {
         let metrics = fs::read_to_string(directory.path().join(file)).expect(file);
         let metrics: serde_json::Value = serde_json::from_str(&metrics).expect("JSON");
         let value = metrics[key].as_f64().expect(key);
-        assert!((value - told).abs() <= 0.5 * unit, "{file}: {key} is {value}, and the page says {told}");
+        assert!(
+            (value - told).abs() <= 0.5 * unit,
+            "{file}: {key} is {value}, and the page says {told}"
+        );
     }
     directory
 }
@@ -130,16 +157,33 @@ fn check(page: &Page) -> TempDir {
 #[test]
 #[ignore = "with the other pages it takes minutes"]
 fn the_readme_describes_a_brush_as_it_says() {
-    let (_, section) =
-        include_str!("../../../../README.md").split_once("\n## A brush of your own\n").expect("the section");
+    let (_, section) = include_str!("../../../../README.md")
+        .split_once("\n## A brush of your own\n")
+        .expect("the section");
     let section = section.split("\n## ").next().expect("it ends");
-    let files = &["new/report.html", "fresh/runs.csv", "wear/report.html", "wear/runs.csv"];
-    let directory = check(&Page { text: section, counts: (5, 1), files, metrics: &[] });
+    let files = &[
+        "new/report.html",
+        "fresh/runs.csv",
+        "wear/report.html",
+        "wear/runs.csv",
+    ];
+    let directory = check(&Page {
+        text: section,
+        counts: (5, 1),
+        files,
+        metrics: &[],
+    });
     // Its prose says what the second study prints, whose results are there.
-    let again = section.lines().find(|line| line.contains("--out fresh")).expect("the second study");
+    let again = section
+        .lines()
+        .find(|line| line.contains("--out fresh"))
+        .expect("the second study");
     let printed = run(again, directory.path());
     for force in ["53.0", "50.3"] {
-        assert!(section.contains(force) && printed.contains(&format!(" {force}   ")), "{force} in {printed}");
+        assert!(
+            section.contains(force) && printed.contains(&format!(" {force}   ")),
+            "{force} in {printed}"
+        );
     }
 }
 
@@ -162,8 +206,18 @@ fn the_tutorial_does_what_it_says() {
         ],
         metrics: &[
             ("contact/metrics.json", "contact_time_ratio", 0.80, 0.01),
-            ("contact/metrics.json", "contact_normal_impulse_n_s", 2.5e-3, 0.1e-3),
-            ("contact/metrics.json", "tool_contact_normal_force_n", 234.0, 1.0),
+            (
+                "contact/metrics.json",
+                "contact_normal_impulse_n_s",
+                2.5e-3,
+                0.1e-3,
+            ),
+            (
+                "contact/metrics.json",
+                "tool_contact_normal_force_n",
+                234.0,
+                1.0,
+            ),
         ],
     });
 }
@@ -175,7 +229,12 @@ fn choosing_velocity_and_depth_does_what_it_says() {
         text: include_str!("../../../../docs/velocity-and-depth.md"),
         counts: (4, 3),
         files: &["results/report.html", "candidate/brush.html"],
-        metrics: &[("candidate/metrics.json", "tool_contact_normal_force_n", 57.12, 0.01)],
+        metrics: &[(
+            "candidate/metrics.json",
+            "tool_contact_normal_force_n",
+            57.12,
+            0.01,
+        )],
     });
 }
 
@@ -185,10 +244,24 @@ fn how_sure_forces_are_is_as_the_page_says() {
     check(&Page {
         text: include_str!("../../../../docs/how-sure.md"),
         counts: (6, 5),
-        files: &["sure/journal.jsonl", "sure/report.html", "sure/figures/measured_over_speed.png"],
+        files: &[
+            "sure/journal.jsonl",
+            "sure/report.html",
+            "sure/figures/measured_over_speed.png",
+        ],
         metrics: &[
-            ("one/metrics.json", "tool_contact_normal_force_n", 44.93, 0.01),
-            ("fine/metrics.json", "tool_contact_normal_force_n", 44.94, 0.01),
+            (
+                "one/metrics.json",
+                "tool_contact_normal_force_n",
+                44.93,
+                0.01,
+            ),
+            (
+                "fine/metrics.json",
+                "tool_contact_normal_force_n",
+                44.94,
+                0.01,
+            ),
         ],
     });
 }
@@ -199,16 +272,30 @@ fn a_calibration_finds_what_the_page_says() {
     let directory = check(&Page {
         text: include_str!("../../../../docs/calibration.md"),
         counts: (2, 2),
-        files: &["calibrated/calibration.json", "calibrated/residuals.csv", "calibrated/figures/calibration_force.png"],
+        files: &[
+            "calibrated/calibration.json",
+            "calibrated/residuals.csv",
+            "calibrated/figures/calibration_force.png",
+        ],
         metrics: &[],
     });
-    let text = fs::read_to_string(directory.path().join("calibrated/calibrated.toml")).expect("a file");
-    let fitted = text.lines().find(|line| line.starts_with("youngs_modulus_pa")).expect("a setting");
-    assert!(fitted.contains("# E = 2.596 ± 0.018 GPa, fitted on 20"), "{fitted}");
+    let text =
+        fs::read_to_string(directory.path().join("calibrated/calibrated.toml")).expect("a file");
+    let fitted = text
+        .lines()
+        .find(|line| line.starts_with("youngs_modulus_pa"))
+        .expect("a setting");
+    assert!(
+        fitted.contains("# E = 2.596 ± 0.018 GPa, fitted on 20"),
+        "{fitted}"
+    );
     assert!(text.contains("file = \"../forces.csv\""), "{text}");
     // The same table as that of the example.
     let example = include_str!("../../../../examples/laboratory.csv");
-    assert_eq!(fs::read_to_string(directory.path().join("forces.csv")).expect("a file"), example);
+    assert_eq!(
+        fs::read_to_string(directory.path().join("forces.csv")).expect("a file"),
+        example
+    );
 }
 
 #[test]
@@ -238,13 +325,16 @@ fn brushes_are_compared_as_the_page_says() {
     });
 }
 
-/// The worked numbers of docs/what-to-measure.md, by the solver's own properties of a filament where it has them.
+/// The worked numbers of docs/what-to-measure.md, by the solver's own properties of a filament
+/// where it has them.
 #[test]
 fn the_formulas_for_measurements_give_what_the_page_says() {
     let page = include_str!("../../../../docs/what-to-measure.md");
     let is_told = |text: &str| assert!(page.contains(text), "the page does not say: {text}");
     let (length, diameter) = (0.1_f64, 1e-3_f64);
-    let about = |value: f64, told: f64, digit: f64| assert!((value - told).abs() <= 0.5 * digit, "{value}, not {told}");
+    let about = |value: f64, told: f64, digit: f64| {
+        assert!((value - told).abs() <= 0.5 * digit, "{value}, not {told}")
+    };
 
     is_told("20 filaments of 100 mm weigh 1.743 g, so that ρ = 1110 kg/m³");
     let density = 4.0 * 1.743e-3 / (PI * diameter.powi(2) * length * 20.0);
@@ -256,10 +346,14 @@ fn the_formulas_for_measurements_give_what_the_page_says() {
     about(bent / 1e9, 2.5, 0.1);
     assert!(deflection < 0.1 * length, "small enough for the formula");
 
-    is_told("10 periods in 114 frames of 240 per second, f = 21.1 Hz, ρ = 1110 kg/m³: E = 2.51 GPa");
+    is_told(
+        "10 periods in 114 frames of 240 per second, f = 21.1 Hz, ρ = 1110 kg/m³: E = 2.51 GPa",
+    );
     let frequency: f64 = 10.0 * 240.0 / 114.0;
     about(frequency, 21.1, 0.1);
-    let rung = 16.0 * density * (TAU * frequency * length.powi(2) / (1.8751_f64.powi(2) * diameter)).powi(2);
+    let rung = 16.0
+        * density
+        * (TAU * frequency * length.powi(2) / (1.8751_f64.powi(2) * diameter)).powi(2);
     about(rung / 1e9, 2.51, 0.01);
     // It is the frequency of such a filament.
     let mut filament = Settings::paper(10.0, 1e-3).filament;
@@ -290,10 +384,16 @@ fn the_formulas_for_measurements_give_what_the_page_says() {
     is_told("40 lengths scatter by 0.34 mm,\nten readings by 0.15 mm: s_l = 0.31 ± 0.03 mm");
     about(less(0.34, 0.15), 0.31, 0.01);
     about(less(0.34, 0.15) * relative(40.0), 0.03, 0.01);
-    is_told("40 tips scatter by 1.90 mm, of which 35 mm · 0.048 = 1.68 mm come from the tilts:\ns_root = 0.9 ± 0.6 mm");
+    is_told(
+        "40 tips scatter by 1.90 mm, of which 35 mm · 0.048 = 1.68 mm come from the tilts:\ns_root = 0.9 ± 0.6 mm",
+    );
     about(35.0 * 0.048, 1.68, 0.01);
     about(less(1.90, 1.68), 0.9, 0.1);
-    about(relative(40.0) * 1.90_f64.powi(2).hypot(1.68_f64.powi(2)) / less(1.90, 1.68), 0.6, 0.1);
+    about(
+        relative(40.0) * 1.90_f64.powi(2).hypot(1.68_f64.powi(2)) / less(1.90, 1.68),
+        0.6,
+        0.1,
+    );
 }
 
 #[test]
@@ -303,16 +403,33 @@ fn cups_cones_and_tilted_brushes_do_what_the_page_says() {
     let directory = check(&Page {
         text: page,
         counts: (6, 6),
-        files: &["cup/positions.csv", "tilted/positions.csv", "pressed/report.html", "kinds/runs.csv"],
+        files: &[
+            "cup/positions.csv",
+            "tilted/positions.csv",
+            "pressed/report.html",
+            "kinds/runs.csv",
+        ],
         metrics: &[
             ("cup/metrics.json", "turns", 2.0, 1.0),
-            ("cup/metrics.json", "tool_contact_normal_force_n", 10.29, 0.01),
+            (
+                "cup/metrics.json",
+                "tool_contact_normal_force_n",
+                10.29,
+                0.01,
+            ),
             ("tilted/metrics.json", "tool_lateral_force_n", -0.251, 0.001),
         ],
     });
-    let drawn = fs::read_to_string(directory.path().join("pressed/figures/penetration_depth_over_speed.svg"));
+    let drawn = fs::read_to_string(
+        directory
+            .path()
+            .join("pressed/figures/penetration_depth_over_speed.svg"),
+    );
     let committed = include_str!("../../../../docs/cup-cone-tilted_depth.svg");
-    assert!(drawn.expect("a figure") == committed, "docs/cup-cone-tilted_depth.svg is another figure");
+    assert!(
+        drawn.expect("a figure") == committed,
+        "docs/cup-cone-tilted_depth.svg is another figure"
+    );
     // The examples are the files of the page.
     for example in [
         include_str!("../../../../examples/cup.toml"),
@@ -343,10 +460,17 @@ fn edges_grow_round_as_the_page_says() {
     });
     let drawn = fs::read_to_string(directory.path().join("rounding/figures/edge_radius.svg"));
     let committed = include_str!("../../../../docs/edge_rounding_radius.svg");
-    assert!(drawn.expect("a figure") == committed, "docs/edge_rounding_radius.svg is another figure");
+    assert!(
+        drawn.expect("a figure") == committed,
+        "docs/edge_rounding_radius.svg is another figure"
+    );
     // The example has the coefficient besides.
-    let (_, example) = include_str!("../../../../examples/edge_rounding.toml").split_once("\n\n").expect("a heading");
-    let (sections, _) = example.split_once("\n# The coefficient").expect("the coefficient");
+    let (_, example) = include_str!("../../../../examples/edge_rounding.toml")
+        .split_once("\n\n")
+        .expect("a heading");
+    let (sections, _) = example
+        .split_once("\n# The coefficient")
+        .expect("the coefficient");
     assert!(include_str!("../../../../docs/edge-rounding.md").contains(sections));
 }
 
@@ -366,34 +490,93 @@ fn deburring_does_what_it_says() {
             "results/figures/edge_evenness_over_offset_and_depth_brushing_velocity_m_s_10.png",
         ],
         metrics: &[
-            ("leaving/metrics.json", "contact_normal_impulse_n_s", 1.07e-3, 0.01e-3),
+            (
+                "leaving/metrics.json",
+                "contact_normal_impulse_n_s",
+                1.07e-3,
+                0.01e-3,
+            ),
             ("leaving/metrics.json", "edge_share", 0.001, 0.001),
             ("leaving/metrics.json", "tool_torque_n_m", 6.08, 0.01),
-            ("entering/metrics.json", "contact_normal_impulse_n_s", 0.61e-3, 0.01e-3),
+            (
+                "entering/metrics.json",
+                "contact_normal_impulse_n_s",
+                0.61e-3,
+                0.01e-3,
+            ),
             ("entering/metrics.json", "edge_share", 0.336, 0.001),
             ("entering/metrics.json", "tool_torque_n_m", 5.28, 0.01),
             ("entering/metrics.json", "edge_evenness", 0.14, 0.01),
-            ("chamfer/metrics.json", "contact_normal_impulse_n_s", 0.60e-3, 0.01e-3),
+            (
+                "chamfer/metrics.json",
+                "contact_normal_impulse_n_s",
+                0.60e-3,
+                0.01e-3,
+            ),
             ("chamfer/metrics.json", "edge_share", 0.303, 0.001),
             ("chamfer/metrics.json", "tool_torque_n_m", 5.21, 0.01),
             ("shaft/metrics.json", "contact_angle_rad", 0.111, 0.001),
-            ("shaft/metrics.json", "contact_normal_impulse_n_s", 0.59e-3, 0.01e-3),
-            ("shaft/metrics.json", "tool_contact_normal_force_n", 55.0, 1.0),
+            (
+                "shaft/metrics.json",
+                "contact_normal_impulse_n_s",
+                0.59e-3,
+                0.01e-3,
+            ),
+            (
+                "shaft/metrics.json",
+                "tool_contact_normal_force_n",
+                55.0,
+                1.0,
+            ),
             ("shaft/metrics.json", "friction_work_j", 0.59e-3, 0.01e-3),
             ("plane/metrics.json", "contact_angle_rad", 0.298, 0.001),
-            ("plane/metrics.json", "contact_normal_impulse_n_s", 1.26e-3, 0.01e-3),
-            ("plane/metrics.json", "tool_contact_normal_force_n", 117.0, 1.0),
+            (
+                "plane/metrics.json",
+                "contact_normal_impulse_n_s",
+                1.26e-3,
+                0.01e-3,
+            ),
+            (
+                "plane/metrics.json",
+                "tool_contact_normal_force_n",
+                117.0,
+                1.0,
+            ),
             ("plane/metrics.json", "friction_work_j", 2.79e-3, 0.01e-3),
             ("ridge/metrics.json", "contact_angle_rad", 0.302, 0.001),
-            ("ridge/metrics.json", "contact_normal_impulse_n_s", 1.29e-3, 0.01e-3),
-            ("ridge/metrics.json", "tool_contact_normal_force_n", 119.0, 1.0),
+            (
+                "ridge/metrics.json",
+                "contact_normal_impulse_n_s",
+                1.29e-3,
+                0.01e-3,
+            ),
+            (
+                "ridge/metrics.json",
+                "tool_contact_normal_force_n",
+                119.0,
+                1.0,
+            ),
             ("ridge/metrics.json", "friction_work_j", 2.74e-3, 0.01e-3),
             ("pipe/metrics.json", "contact_angle_rad", 0.558, 0.001),
-            ("pipe/metrics.json", "contact_normal_impulse_n_s", 2.40e-3, 0.01e-3),
-            ("pipe/metrics.json", "tool_contact_normal_force_n", 223.0, 1.0),
+            (
+                "pipe/metrics.json",
+                "contact_normal_impulse_n_s",
+                2.40e-3,
+                0.01e-3,
+            ),
+            (
+                "pipe/metrics.json",
+                "tool_contact_normal_force_n",
+                223.0,
+                1.0,
+            ),
             ("pipe/metrics.json", "friction_work_j", 6.50e-3, 0.01e-3),
         ],
     });
-    let drawn = fs::read_to_string(directory.path().join("entering/figures/profile_drawn.svg")).expect("a figure");
-    assert!(drawn == include_str!("../../../../docs/deburring.svg"), "docs/deburring.svg is another figure");
+    let drawn = fs::read_to_string(directory.path().join("entering/figures/profile_drawn.svg"))
+        .expect("a figure");
+    assert!(
+        drawn == include_str!("../../../../docs/deburring.svg"),
+        "docs/deburring.svg is another figure"
+    );
 }

@@ -26,11 +26,19 @@ fn the_filaments_along_a_trim_are_in_a_file() {
     let directory = Workspace::with(&file("tilt_rad = 0.02\npositions = 3", DEPTH));
     let said = directory.told("simulate case.toml --out one --figures svg");
     assert!(said.contains("positions.csv"), "{said}");
-    assert!(directory.read("one/positions.csv").starts_with("position_m,weight,"));
-    let [positions, weights, forces] =
-        ["position_m", "weight", "tool_contact_normal_force_n"].map(|key| directory.column("one/positions.csv", key));
+    assert!(
+        directory
+            .read("one/positions.csv")
+            .starts_with("position_m,weight,")
+    );
+    let [positions, weights, forces] = ["position_m", "weight", "tool_contact_normal_force_n"]
+        .map(|key| directory.column("one/positions.csv", key));
     assert_eq!(positions, [positions[0], 0.0, -positions[0]]);
-    let mean: f64 = weights.iter().zip(forces).map(|(weight, force)| weight * force).sum();
+    let mean: f64 = weights
+        .iter()
+        .zip(forces)
+        .map(|(weight, force)| weight * force)
+        .sum();
     let whole = directory.number("one/metrics.json", "tool_contact_normal_force_n");
     assert!((mean / whole - 1.0).abs() < 1e-12, "{mean} {whole}");
     let case: Value = directory.json("one/case.json");
@@ -38,32 +46,56 @@ fn the_filaments_along_a_trim_are_in_a_file() {
 
     // Both views, the trim, and the heights.
     let drawn = directory.read("one/figures/profile_drawn.svg");
-    has(&drawn, &["along the axis", "from the side", "undeformed trim"]);
+    has(
+        &drawn,
+        &["along the axis", "from the side", "undeformed trim"],
+    );
     let history = directory.read("one/figures/history.svg");
-    has(&history, &["tip in mm", "root in mm", "tip and root: their heights"]);
+    has(
+        &history,
+        &["tip in mm", "root in mm", "tip and root: their heights"],
+    );
     directory.run("plot one --out again --figures svg");
     for name in ["profile_drawn.svg", "history.svg"] {
-        assert_eq!(directory.read(&format!("again/figures/{name}")), directory.read(&format!("one/figures/{name}")));
+        assert_eq!(
+            directory.read(&format!("again/figures/{name}")),
+            directory.read(&format!("one/figures/{name}"))
+        );
     }
 
     // A tool whose filaments are alike has none, nor these views.
     directory.write("case.toml", file("", DEPTH));
     directory.run("simulate case.toml --out one --figures svg");
     assert!(!directory.path("one/positions.csv").exists());
-    assert!(!directory.read("one/figures/history.svg").contains("root in mm"));
-    assert!(!directory.read("one/figures/profile_drawn.svg").contains("from the side"));
+    assert!(
+        !directory
+            .read("one/figures/history.svg")
+            .contains("root in mm")
+    );
+    assert!(
+        !directory
+            .read("one/figures/profile_drawn.svg")
+            .contains("from the side")
+    );
 }
 
 /// A resumed study has the page of an uninterrupted one also where filaments differ along the trim.
 #[test]
 fn the_page_of_a_cup_has_both_views() {
     let cup = file("kind = \"cup\"\ntilt_rad = 1.5\npositions = 3", DEPTH);
-    let directory = Workspace::with(&format!("{cup}[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"));
+    let directory = Workspace::with(&format!(
+        "{cup}[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"
+    ));
     directory.run("study case.toml --out whole --no-figures");
     let page = directory.read("whole/report.html");
     let data = page_data(&page);
     let course = &data["courses"][1][1];
-    let names: Vec<&Value> = course["views"].as_array().expect("views").iter().map(|view| &view["name"]).collect();
+    let names: Vec<&Value> = course["views"]
+        .as_array()
+        .expect("views")
+        .iter()
+        .map(|view| &view["name"])
+        .collect();
     assert_eq!(names, ["along the axis", "from the side"]);
     for view in course["views"].as_array().expect("views") {
         let window: Vec<f64> = serde_json::from_value(view["window"].clone()).expect("numbers");
@@ -72,36 +104,79 @@ fn the_page_of_a_cup_has_both_views() {
         assert_eq!(view["outline"]["solid"], false);
     }
     for shard in ["1/2", "2/2"] {
-        directory.run(&format!("study case.toml --out part-{} --no-figures --shard {shard}", &shard[..1]));
+        directory.run(&format!(
+            "study case.toml --out part-{} --no-figures --shard {shard}",
+            &shard[..1]
+        ));
     }
     directory.run("merge case.toml part-1 part-2 --out merged --no-figures");
-    assert!(directory.read("merged/report.html") == page, "courses are those of all filaments");
+    assert!(
+        directory.read("merged/report.html") == page,
+        "courses are those of all filaments"
+    );
 
-    directory.write("case.toml", format!("{}[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n", file("", DEPTH)));
+    directory.write(
+        "case.toml",
+        format!(
+            "{}[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n",
+            file("", DEPTH)
+        ),
+    );
     directory.run("study case.toml --out upright --no-figures");
     assert!(page_data(&directory.read("upright/report.html"))["courses"][0][1]["views"].is_null());
 }
 
 #[test]
 fn a_study_of_forces_shows_the_depths() {
-    let sweeps = "[study]\nbrushing_velocity_m_s = [5.0, 20.0]\n\"process.tool_force_n\" = [20.0, 100.0]\n";
+    let sweeps =
+        "[study]\nbrushing_velocity_m_s = [5.0, 20.0]\n\"process.tool_force_n\" = [20.0, 100.0]\n";
     let directory = Workspace::with(&file("", &format!("tool_force_n = 50.0\n{sweeps}")));
     let shown = directory.printed("study case.toml --out results --figures all,svg");
-    assert!(shown.lines().any(|line| line.contains("tool force") && line.contains("a_e")), "{shown}");
+    assert!(
+        shown
+            .lines()
+            .any(|line| line.contains("tool force") && line.contains("a_e")),
+        "{shown}"
+    );
     let names = directory.names("results/figures");
-    for name in ["penetration_depth_over_velocity.svg", "penetration_depth_map.svg", "tool_torque_map.svg"] {
-        assert!(names.iter().any(|drawn| drawn == name), "{name} in {names:?}");
+    for name in [
+        "penetration_depth_over_velocity.svg",
+        "penetration_depth_map.svg",
+        "tool_torque_map.svg",
+    ] {
+        assert!(
+            names.iter().any(|drawn| drawn == name),
+            "{name} in {names:?}"
+        );
     }
     // It is what the file states.
-    assert!(!names.iter().any(|name| name.starts_with("tool_force_")), "{names:?}");
+    assert!(
+        !names.iter().any(|name| name.starts_with("tool_force_")),
+        "{names:?}"
+    );
     let curves = directory.read("results/figures/penetration_depth_over_velocity.svg");
     has(&curves, &["tool force = 20 N", "tool force = 100 N"]);
-    assert!(directory.read("results/figures/penetration_depth_map.svg").contains("tool force in N"));
+    assert!(
+        directory
+            .read("results/figures/penetration_depth_map.svg")
+            .contains("tool force in N")
+    );
     let data = page_data(&directory.read("results/report.html"));
     assert_eq!(data["quantities"][0]["key"], "penetration_depth_m");
-    assert!(!data["headline"].as_str().expect("text").contains("a_e = 0"), "{}", data["headline"]);
+    assert!(
+        !data["headline"].as_str().expect("text").contains("a_e = 0"),
+        "{}",
+        data["headline"]
+    );
     // The course is that at the depth that was found.
-    let depth = data["quantities"][0]["values"][0].as_f64().expect("a depth");
-    let height = data["courses"][0][1]["axis_height"].as_f64().expect("a height");
-    assert!((0.18 - height - depth).abs() < 1e-3 * depth, "{height} {depth}");
+    let depth = data["quantities"][0]["values"][0]
+        .as_f64()
+        .expect("a depth");
+    let height = data["courses"][0][1]["axis_height"]
+        .as_f64()
+        .expect("a height");
+    assert!(
+        (0.18 - height - depth).abs() < 1e-3 * depth,
+        "{height} {depth}"
+    );
 }

@@ -13,18 +13,24 @@ use bristle_input::document::Document;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A call of the program in a directory, with arguments separated by spaces. Its lines are made for 80 columns.
+/// A call of the program in a directory, with arguments separated by spaces. Its lines are made for
+/// 80 columns.
 ///
-/// The environment variable `BRISTLE_TEST_PROGRAM` may give the absolute path of another build. In tests that take minutes, a release build
-/// is faster.
+/// The environment variable `BRISTLE_TEST_PROGRAM` may give the absolute path of another build. In
+/// tests that take minutes, a release build is faster.
 pub fn bristle(directory: &Path, arguments: &str) -> Command {
     let other = std::env::var_os("BRISTLE_TEST_PROGRAM").map(Command::new);
-    let mut command = other.unwrap_or_else(|| Command::cargo_bin("bristle").expect("the program is built"));
-    command.env_remove("COLUMNS").current_dir(directory).args(arguments.split_whitespace());
+    let mut command =
+        other.unwrap_or_else(|| Command::cargo_bin("bristle").expect("the program is built"));
+    command
+        .env_remove("COLUMNS")
+        .current_dir(directory)
+        .args(arguments.split_whitespace());
     command
 }
 
-/// The sections `[tool]` and `[filament]` of an input file: the paper's brush with a number of segments, and further lines of `[tool]`.
+/// The sections `[tool]` and `[filament]` of an input file: the paper's brush with a number of
+/// segments, and further lines of `[tool]`.
 macro_rules! brush {
     ($segments:literal) => {
         brush!($segments, "")
@@ -45,7 +51,10 @@ pub(crate) use brush;
 /// The same brush with so few filaments that they do not touch each other.
 pub fn sparse(text: &str) -> String {
     let few = text.replace("filament_count = 10500", "filament_count = 1000");
-    few.replace("filament_count_uncertainty = 600", "filament_count_uncertainty = 60")
+    few.replace(
+        "filament_count_uncertainty = 600",
+        "filament_count_uncertainty = 60",
+    )
 }
 
 /// The settings in an input file.
@@ -57,7 +66,9 @@ pub fn settings(text: &str) -> Settings {
 
 /// A study in an input file.
 pub fn study(text: &str) -> Study {
-    Document::parse(text, "case.toml").and_then(|document| document.study()).unwrap_or_else(|error| panic!("{error}"))
+    Document::parse(text, "case.toml")
+        .and_then(|document| document.study())
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The words of a text, whose lines may break between any two.
@@ -75,7 +86,10 @@ pub fn has(text: &str, parts: &[&str]) {
 
 /// The place of the first line of `case.toml` that starts with a text, as messages cite it.
 pub fn place(file: &str, text: &str) -> String {
-    let line = file.lines().position(|line| line.starts_with(text)).expect(text);
+    let line = file
+        .lines()
+        .position(|line| line.starts_with(text))
+        .expect(text);
     format!("case.toml:{}:", line + 1)
 }
 
@@ -93,22 +107,35 @@ pub fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
 
 /// The section of a document below a heading of the second level.
 pub fn section<'p>(page: &'p str, heading: &str) -> &'p str {
-    let (_, section) = page.split_once(&format!("\n## {heading}\n")).expect(heading);
+    let (_, section) = page
+        .split_once(&format!("\n## {heading}\n"))
+        .expect(heading);
     section.split("\n## ").next().unwrap_or(section)
 }
 
 /// What docs/results.md says of a column of results.
 pub fn documented<T>(column: &Column<T>) -> String {
-    let &Column { key, symbol, unit, name, meaning, .. } = column;
+    let &Column {
+        key,
+        symbol,
+        unit,
+        name,
+        meaning,
+        ..
+    } = column;
     // A bar would end the cell.
     let meaning = meaning.replace('|', r"\|");
-    format!("| `{key}` | {symbol} | {unit} | {name}: {meaning} |").replace("|  |", "| |").replace("|  |", "| |")
+    format!("| `{key}` | {symbol} | {unit} | {name}: {meaning} |")
+        .replace("|  |", "| |")
+        .replace("|  |", "| |")
 }
 
-/// Checks the part of a file between two texts, the first of their kind, against what is derived from a table. Where snapshots are
-/// updated (`INSTA_UPDATE=always`), that part is written instead.
+/// Checks the part of a file between two texts, the first of their kind, against what is derived
+/// from a table. Where snapshots are updated (`INSTA_UPDATE=always`), that part is written instead.
 pub fn is_derived(path: &str, [before, after]: [&str; 2], derived: &str) {
-    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
+    let place = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(path);
     let file = fs::read_to_string(&place).expect(path);
     let start = file.find(before).expect(before) + before.len();
     let end = start + file[start..].find(after).expect(after);
@@ -131,14 +158,20 @@ pub fn kill(mut child: Child) -> ExitStatus {
 
 /// Sends a process what Ctrl-C does.
 pub fn interrupt(child: &Child) {
-    let sent = Process::new("kill").args(["-INT", &child.id().to_string()]).status();
+    let sent = Process::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
     assert!(sent.expect("`kill` is there").success());
 }
 
-/// Whether interrupts are ignored here, and a test of them must be left out. Background jobs of a shell ignore them, and so do the
-/// processes that they start.
+/// Whether interrupts are ignored here, and a test of them must be left out. Background jobs of a
+/// shell ignore them, and so do the processes that they start.
 pub fn ignores_interrupts() -> bool {
-    let ignored = Process::new("sh").args(["-c", "kill -INT $$"]).status().expect("there is a shell").success();
+    let ignored = Process::new("sh")
+        .args(["-c", "kill -INT $$"])
+        .status()
+        .expect("there is a shell")
+        .success();
     if ignored {
         println!("skipped: interrupts are ignored here");
     }
@@ -193,14 +226,24 @@ impl Workspace {
     /// The rows of a table, by the keys of its heading.
     pub fn rows(&self, name: &str) -> Vec<BTreeMap<String, String>> {
         let mut reader = csv::Reader::from_path(self.path(name)).expect(name);
-        reader.deserialize().map(|row| row.expect("a row")).collect()
+        reader
+            .deserialize()
+            .map(|row| row.expect("a row"))
+            .collect()
     }
 
     /// Names of the entries of a directory, sorted; none if there is no such directory.
     pub fn names(&self, directory: &str) -> Vec<String> {
         let entries = fs::read_dir(self.path(directory)).into_iter().flatten();
-        let mut names: Vec<String> =
-            entries.map(|entry| entry.expect("an entry").file_name().into_string().expect("a name")).collect();
+        let mut names: Vec<String> = entries
+            .map(|entry| {
+                entry
+                    .expect("an entry")
+                    .file_name()
+                    .into_string()
+                    .expect("a name")
+            })
+            .collect();
         names.sort();
         names
     }
@@ -211,7 +254,11 @@ impl Workspace {
         for name in self.names(directory) {
             let path = format!("{directory}/{name}");
             if self.path(&path).is_dir() {
-                files.extend(self.files(&path).into_iter().map(|(below, bytes)| (format!("{name}/{below}"), bytes)));
+                files.extend(
+                    self.files(&path)
+                        .into_iter()
+                        .map(|(below, bytes)| (format!("{name}/{below}"), bytes)),
+                );
             } else {
                 files.insert(name, self.bytes(&path));
             }
@@ -227,16 +274,29 @@ impl Workspace {
     /// The program as a process of its own, which can be stopped.
     pub fn process(&self, arguments: &str) -> Process {
         let mut process = Process::new(env!("CARGO_BIN_EXE_bristle"));
-        process.current_dir(self.0.path()).args(arguments.split_whitespace());
+        process
+            .current_dir(self.0.path())
+            .args(arguments.split_whitespace());
         process
     }
 
     /// What a command that succeeds prints to stdout and stderr.
     pub fn run(&self, arguments: &str) -> [String; 2] {
-        let output = self.bristle(arguments).assert().success().get_output().clone();
-        let texts = [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("UTF-8"));
+        let output = self
+            .bristle(arguments)
+            .assert()
+            .success()
+            .get_output()
+            .clone();
+        let texts =
+            [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("UTF-8"));
         // Neither is a terminal, which alone has bars that are drawn again and again.
-        assert!(texts.iter().all(|text| !text.contains(['\r', '\u{1b}', '\u{8}'])), "{arguments}: {texts:?}");
+        assert!(
+            texts
+                .iter()
+                .all(|text| !text.contains(['\r', '\u{1b}', '\u{8}'])),
+            "{arguments}: {texts:?}"
+        );
         texts
     }
 
@@ -266,7 +326,10 @@ impl Workspace {
     pub fn refused(&self, arguments: &str) -> String {
         let refused = self.bristle(arguments).assert().code(2).stdout("");
         let message = String::from_utf8(refused.get_output().stderr.clone()).expect("UTF-8");
-        assert!(message.contains("error: ") && !message.contains("panicked"), "{arguments}: {message}");
+        assert!(
+            message.contains("error: ") && !message.contains("panicked"),
+            "{arguments}: {message}"
+        );
         message
     }
 
@@ -275,7 +338,10 @@ impl Workspace {
     pub fn refuses(&self, arguments: &str, parts: &[&str]) {
         let message = self.refused(arguments);
         for part in parts {
-            assert!(message.contains(part), "{arguments}: no `{part}` in\n{message}");
+            assert!(
+                message.contains(part),
+                "{arguments}: no `{part}` in\n{message}"
+            );
         }
     }
 }

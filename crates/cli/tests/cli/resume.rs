@@ -1,5 +1,5 @@
-//! However a study is stopped, it resumes and ends with the same bytes. Nothing here is mocked: processes are killed, files
-//! are truncated and damaged, disks are full.
+//! However a study is stopped, it resumes and ends with the same bytes. Nothing here is mocked:
+//! processes are killed, files are truncated and damaged, disks are full.
 
 use std::fs;
 use std::io::{BufReader, Read};
@@ -14,8 +14,9 @@ use serde_json::Value;
 
 use crate::program::{self, brush, has, ignores_interrupts, interrupt, kill};
 
-/// A study that takes some tenths of a second, with two kinds of passes, and cases that fail. Only the velocity has several
-/// values. With several depths each run would draw maps, which would take longer than the simulation.
+/// A study that takes some tenths of a second, with two kinds of passes, and cases that fail. Only
+/// the velocity has several values. With several depths each run would draw maps, which would take
+/// longer than the simulation.
 const FILE: &str = concat!(
     brush!(10, "filament_count_uncertainty = 600\n"),
     "
@@ -34,9 +35,22 @@ const CASES: usize = 180;
 const FAILURES: usize = 90;
 /// The contents of the directory after a study has ended.
 const RESULTS: &[&str] = if cfg!(feature = "parquet") {
-    &["figures", "journal.jsonl", "report.html", "runs.csv", "runs.parquet", "study.json"]
+    &[
+        "figures",
+        "journal.jsonl",
+        "report.html",
+        "runs.csv",
+        "runs.parquet",
+        "study.json",
+    ]
 } else {
-    &["figures", "journal.jsonl", "report.html", "runs.csv", "study.json"]
+    &[
+        "figures",
+        "journal.jsonl",
+        "report.html",
+        "runs.csv",
+        "study.json",
+    ]
 };
 
 /// Exit statuses: failed cases, bad input or files, Ctrl-C.
@@ -55,7 +69,12 @@ static UNDISTURBED: LazyLock<(String, Duration)> = LazyLock::new(|| {
     let begin = Instant::now();
     let output = workspace.study("");
     let duration = begin.elapsed();
-    assert_eq!(output.status.code(), Some(FAILED_CASES), "{}", error_text(&output));
+    assert_eq!(
+        output.status.code(),
+        Some(FAILED_CASES),
+        "{}",
+        error_text(&output)
+    );
     (workspace.read("runs.csv"), duration)
 });
 
@@ -91,20 +110,28 @@ impl Workspace {
     /// A call of the study in this directory.
     fn command(&self, options: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
-        command.args(["study", "case.toml", "--out", "results"]).args(options.split_whitespace());
+        command
+            .args(["study", "case.toml", "--out", "results"])
+            .args(options.split_whitespace());
         self.set_up(command)
     }
 
     /// The same from a shell that has run `before`.
     fn command_after(&self, before: &str) -> Command {
         let mut command = Command::new("sh");
-        command.args(["-c", &format!("{before}\nexec \"$0\" study case.toml --out results")]);
+        command.args([
+            "-c",
+            &format!("{before}\nexec \"$0\" study case.toml --out results"),
+        ]);
         command.arg(env!("CARGO_BIN_EXE_bristle"));
         self.set_up(command)
     }
 
     fn set_up(&self, mut command: Command) -> Command {
-        command.current_dir(self.0.path("")).env_remove("RUST_LOG").stdin(Stdio::null());
+        command
+            .current_dir(self.0.path(""))
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null());
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     }
@@ -121,7 +148,12 @@ impl Workspace {
     /// Expects the study to end as if nothing had disturbed it.
     fn ends_as_undisturbed(&self, options: &str) -> Output {
         let output = self.study(options);
-        assert_eq!(output.status.code(), Some(FAILED_CASES), "{}", error_text(&output));
+        assert_eq!(
+            output.status.code(),
+            Some(FAILED_CASES),
+            "{}",
+            error_text(&output)
+        );
         self.is_as_undisturbed();
         output
     }
@@ -130,7 +162,10 @@ impl Workspace {
     fn is_as_undisturbed(&self) {
         assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv differs");
         let digest = bristle_codegen::fingerprint::digest(UNDISTURBED.0.as_bytes());
-        assert!(self.read("study.json").contains(&digest), "study.json belongs to another runs.csv");
+        assert!(
+            self.read("study.json").contains(&digest),
+            "study.json belongs to another runs.csv"
+        );
         assert_eq!(self.0.names("results"), RESULTS);
         assert_eq!(self.done(), CASES);
     }
@@ -189,11 +224,15 @@ fn a_study_that_is_killed_twenty_times_ends_with_the_same_bytes() {
     let mut workspace = Workspace::new();
     let (mut kills, mut midway, mut ends) = (0, 0, 0);
     for round in 0.. {
-        assert!(round < 10 * KILLS, "the study is always faster than the kill");
+        assert!(
+            round < 10 * KILLS,
+            "the study is always faster than the kill"
+        );
         let options = ["--threads 1", "--threads 2", "--threads 3"][round % 3];
         let mut child = workspace.start(options);
-        // Half of the kills come after a random time, which also hits the start and the end. The others come after a random
-        // number of cases, which does not depend on the load of the machine.
+        // Half of the kills come after a random time, which also hits the start and the end. The
+        // others come after a random number of cases, which does not depend on the load of the
+        // machine.
         if round % 2 == 0 {
             sleep(duration.mul_f64(random.f64()));
         } else {
@@ -202,7 +241,13 @@ fn a_study_that_is_killed_twenty_times_ends_with_the_same_bytes() {
         }
         let status = kill(child);
         // A kill may leave only the last line incomplete.
-        let done = workspace.contents().expect("only the last line can be cut off").results.iter().flatten().count();
+        let done = workspace
+            .contents()
+            .expect("only the last line can be cut off")
+            .results
+            .iter()
+            .flatten()
+            .count();
         if let Some(code) = status.code() {
             assert_eq!(code, FAILED_CASES);
             workspace.is_as_undisturbed();
@@ -217,8 +262,13 @@ fn a_study_that_is_killed_twenty_times_ends_with_the_same_bytes() {
         }
     }
     workspace.ends_as_undisturbed("");
-    println!("{kills} kills, {midway} of them with some cases done; {ends} studies ended before their kill");
-    assert!(midway >= KILLS / 5, "only {midway} of {KILLS} kills hit a study with some, but not all, cases done");
+    println!(
+        "{kills} kills, {midway} of them with some cases done; {ends} studies ended before their kill"
+    );
+    assert!(
+        midway >= KILLS / 5,
+        "only {midway} of {KILLS} kills hit a study with some, but not all, cases done"
+    );
 }
 
 #[test]
@@ -228,10 +278,16 @@ fn a_finished_study_is_written_again_from_its_journal() {
     let journal = workspace.journal();
     fs::remove_file(workspace.result("runs.csv")).expect("there is such a file");
     let message = error_text(&workspace.ends_as_undisturbed(""));
-    assert!(message.contains("180 of 180 cases are in `results/journal.jsonl`, 0 remain"), "{message}");
+    assert!(
+        message.contains("180 of 180 cases are in `results/journal.jsonl`, 0 remain"),
+        "{message}"
+    );
     assert!(workspace.journal() == journal);
     let message = error_text(&workspace.ends_as_undisturbed("--restart"));
-    assert!(message.contains("has been discarded") && !message.contains(" remain"), "{message}");
+    assert!(
+        message.contains("has been discarded") && !message.contains(" remain"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -239,11 +295,23 @@ fn a_line_that_was_cut_off_is_dropped_with_a_note() {
     let workspace = Workspace::new();
     workspace.ends_as_undisturbed("");
     let whole = workspace.journal();
-    let last = whole[..whole.len() - 1].iter().rposition(|&byte| byte == b'\n').expect("several lines") + 1;
-    for cut in [whole.len() - 1, whole.len() - 2, usize::midpoint(last, whole.len()), last + 1] {
+    let last = whole[..whole.len() - 1]
+        .iter()
+        .rposition(|&byte| byte == b'\n')
+        .expect("several lines")
+        + 1;
+    for cut in [
+        whole.len() - 1,
+        whole.len() - 2,
+        usize::midpoint(last, whole.len()),
+        last + 1,
+    ] {
         workspace.write_journal(&whole[..cut]);
         let message = error_text(&workspace.ends_as_undisturbed(""));
-        let note = format!("note: the last {} bytes of `results/journal.jsonl` were an incomplete line", cut - last);
+        let note = format!(
+            "note: the last {} bytes of `results/journal.jsonl` were an incomplete line",
+            cut - last
+        );
         has(&message, &[&note, "179 of 180 cases"]);
         assert_eq!(workspace.lines(), CASES + 1);
     }
@@ -251,7 +319,11 @@ fn a_line_that_was_cut_off_is_dropped_with_a_note() {
     for cut in [0, 1, 300] {
         workspace.write_journal(&whole[..cut]);
         let message = error_text(&workspace.ends_as_undisturbed(""));
-        assert_eq!(message.contains("were an incomplete line"), cut > 0, "{message}");
+        assert_eq!(
+            message.contains("were an incomplete line"),
+            cut > 0,
+            "{message}"
+        );
     }
 }
 
@@ -263,10 +335,19 @@ fn damage_in_the_middle_is_refused() {
     let middle = journal.len() / 2;
     journal[middle] ^= 0x10;
     workspace.write_journal(&journal);
-    let line = journal[..middle].iter().filter(|&&byte| byte == b'\n').count() + 1;
+    let line = journal[..middle]
+        .iter()
+        .filter(|&&byte| byte == b'\n')
+        .count()
+        + 1;
     has(
         &workspace.is_refused(""),
-        &["results/journal.jsonl", &format!("line {line} is damaged"), "--restart", "--out"],
+        &[
+            "results/journal.jsonl",
+            &format!("line {line} is damaged"),
+            "--restart",
+            "--out",
+        ],
     );
     workspace.ends_as_undisturbed("--restart");
 }
@@ -274,7 +355,11 @@ fn damage_in_the_middle_is_refused() {
 #[test]
 fn results_of_other_settings_are_not_mixed_in() {
     let workspace = Workspace::new();
-    workspace.write_input(&FILE.replace("length_m = 0.040", "length_m = 0.041").replace("step = 0.5", "step = 1.0"));
+    workspace.write_input(
+        &FILE
+            .replace("length_m = 0.040", "length_m = 0.041")
+            .replace("step = 0.5", "step = 1.0"),
+    );
     assert_eq!(workspace.study("").status.code(), Some(FAILED_CASES));
     workspace.write_input(FILE);
     has(
@@ -300,7 +385,10 @@ fn results_of_another_build_are_not_mixed_in() {
     let object = object.replacen(bristle::equations::FINGERPRINT, &"0".repeat(64), 1);
     let check = &bristle_codegen::fingerprint::digest(object.as_bytes())[..16];
     workspace.write_journal(format!("{object},\"check\":\"{check}\"}}\n").as_bytes());
-    has(&workspace.is_refused(""), &["equations (SHA-256): 000000000000 there"]);
+    has(
+        &workspace.is_refused(""),
+        &["equations (SHA-256): 000000000000 there"],
+    );
     workspace.ends_as_undisturbed("--restart");
 }
 
@@ -309,7 +397,10 @@ fn a_file_that_is_not_a_journal_is_left_alone() {
     let workspace = Workspace::new();
     workspace.write_journal(b"what I did today\n");
     for options in ["", "--restart"] {
-        has(&workspace.is_refused(options), &["not the journal of a study", "move the file away"]);
+        has(
+            &workspace.is_refused(options),
+            &["not the journal of a study", "move the file away"],
+        );
     }
 }
 
@@ -322,9 +413,15 @@ fn a_second_study_in_the_same_directory_is_refused() {
     for options in ["", "--restart"] {
         let output = workspace.study(options);
         assert_eq!(output.status.code(), Some(REFUSED));
-        has(&error_text(&output), &["another study is writing to the directory `results`"]);
+        has(
+            &error_text(&output),
+            &["another study is writing to the directory `results`"],
+        );
     }
-    assert!(first.try_wait().expect("the process is ours").is_none(), "the first one continues");
+    assert!(
+        first.try_wait().expect("the process is ours").is_none(),
+        "the first one continues"
+    );
     kill(first);
     // The lock ends with the process.
     workspace.write_input(FILE);
@@ -335,7 +432,9 @@ fn a_second_study_in_the_same_directory_is_refused() {
 fn leftovers_of_a_killed_process_are_removed() {
     let workspace = Workspace::new();
     workspace.write_journal(b"");
-    workspace.0.write("results/.runs.csv.bristle-a1B2c3", "half");
+    workspace
+        .0
+        .write("results/.runs.csv.bristle-a1B2c3", "half");
     workspace.ends_as_undisturbed("");
 }
 
@@ -346,9 +445,15 @@ fn progress_and_summary_are_for_programs_too() {
     let output = workspace.ends_as_undisturbed("--json");
     let seconds = begin.elapsed().as_secs_f64();
     let text = String::from_utf8(output.stdout.clone()).expect("UTF-8");
-    let events: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect(line)).collect();
+    let events: Vec<Value> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).expect(line))
+        .collect();
     let (summary, progress) = events.split_last().expect("a summary");
-    assert!(progress.len() >= 2 && progress.len() as f64 <= 10.0 * seconds + 2.0, "{text}");
+    assert!(
+        progress.len() >= 2 && progress.len() as f64 <= 10.0 * seconds + 2.0,
+        "{text}"
+    );
     let mut last = 0;
     for event in progress {
         let keys: Vec<&String> = event.as_object().expect("an object").keys().collect();
@@ -366,24 +471,49 @@ fn progress_and_summary_are_for_programs_too() {
     assert_eq!(progress[0]["done"], 0);
     assert_eq!(progress[0]["rate"], Value::Null);
     assert_eq!(last as usize, CASES);
-    assert_eq!((&summary["event"], &summary["cases"]), (&Value::from("summary"), &Value::from(CASES)));
-    assert_eq!((&summary["failures"], &summary["resumed"]), (&Value::from(FAILURES), &Value::from(0)));
-    let tables: &[&str] =
-        if cfg!(feature = "parquet") { &["results/runs.csv", "results/runs.parquet"] } else { &["results/runs.csv"] };
+    assert_eq!(
+        (&summary["event"], &summary["cases"]),
+        (&Value::from("summary"), &Value::from(CASES))
+    );
+    assert_eq!(
+        (&summary["failures"], &summary["resumed"]),
+        (&Value::from(FAILURES), &Value::from(0))
+    );
+    let tables: &[&str] = if cfg!(feature = "parquet") {
+        &["results/runs.csv", "results/runs.parquet"]
+    } else {
+        &["results/runs.csv"]
+    };
     let files = [tables, &["results/study.json", "results/report.html"]].concat();
     assert_eq!(summary["files"], serde_json::json!(files));
-    assert!(summary["seconds"].as_f64().is_some_and(|time| 0.0 < time && time < seconds));
+    assert!(
+        summary["seconds"]
+            .as_f64()
+            .is_some_and(|time| 0.0 < time && time < seconds)
+    );
     // There are no tables, but warnings of what is unusual and errors are reported.
     let message = error_text(&output);
     let (unusual, failures) = message.split_at(message.find("error: ").expect("an error"));
-    assert!(unusual.lines().all(|line| line.starts_with("warning: ") || line.starts_with("         ")), "{message}");
-    assert!(unusual.contains("`contact.stiffness_n_m` is 1e300"), "{message}");
+    assert!(
+        unusual
+            .lines()
+            .all(|line| line.starts_with("warning: ") || line.starts_with("         ")),
+        "{message}"
+    );
+    assert!(
+        unusual.contains("`contact.stiffness_n_m` is 1e300"),
+        "{message}"
+    );
     assert!(failures.starts_with("error: 90 cases failed"), "{message}");
 
     let output = workspace.ends_as_undisturbed("--json");
     let text = String::from_utf8(output.stdout).expect("UTF-8");
-    let summary: Value = serde_json::from_str(text.lines().last().expect("a summary")).expect("JSON");
-    assert_eq!((&summary["resumed"], &summary["failures"]), (&Value::from(CASES), &Value::from(FAILURES)));
+    let summary: Value =
+        serde_json::from_str(text.lines().last().expect("a summary")).expect("JSON");
+    assert_eq!(
+        (&summary["resumed"], &summary["failures"]),
+        (&Value::from(CASES), &Value::from(FAILURES))
+    );
 }
 
 #[test]
@@ -391,10 +521,17 @@ fn a_reader_that_leaves_does_not_stop_a_study() {
     let workspace = Workspace::new();
     let mut child = workspace.start("--json");
     let mut stdout = child.stdout.take().expect("a pipe");
-    stdout.read_exact(&mut [0; 10]).expect("the first object comes");
+    stdout
+        .read_exact(&mut [0; 10])
+        .expect("the first object comes");
     drop(stdout);
     let output = child.wait_with_output().expect("the process is ours");
-    assert_eq!(output.status.code(), Some(FAILED_CASES), "{}", error_text(&output));
+    assert_eq!(
+        output.status.code(),
+        Some(FAILED_CASES),
+        "{}",
+        error_text(&output)
+    );
     assert!(workspace.read("runs.csv") == UNDISTURBED.0);
 }
 
@@ -402,27 +539,58 @@ fn a_reader_that_leaves_does_not_stop_a_study() {
 fn the_log_is_written_on_request() {
     let workspace = Workspace::new();
     let log = |filter: &str| {
-        let output = workspace.command("--restart").env("RUST_LOG", filter).output().expect("the program starts");
+        let output = workspace
+            .command("--restart")
+            .env("RUST_LOG", filter)
+            .output()
+            .expect("the program starts");
         assert_eq!(output.status.code(), Some(FAILED_CASES));
-        assert!(!String::from_utf8_lossy(&output.stdout).contains("bristle_grid"), "the log is not on stdout");
+        assert!(
+            !String::from_utf8_lossy(&output.stdout).contains("bristle_grid"),
+            "the log is not on stdout"
+        );
         error_text(&output)
     };
     let debug = log("debug");
-    assert_eq!(debug.matches("DEBUG bristle_grid::scheduler: case done case=").count(), CASES - FAILURES);
-    assert_eq!(debug.matches("WARN bristle_grid::scheduler: case failed case=").count(), FAILURES);
+    assert_eq!(
+        debug
+            .matches("DEBUG bristle_grid::scheduler: case done case=")
+            .count(),
+        CASES - FAILURES
+    );
+    assert_eq!(
+        debug
+            .matches("WARN bristle_grid::scheduler: case failed case=")
+            .count(),
+        FAILURES
+    );
     let started = "INFO bristle_grid::scheduler: study started cases=180 to_simulate=180 threads=";
-    has(&debug, &[started, "DEBUG bristle_store::journal_file: journal opened"]);
+    has(
+        &debug,
+        &[started, "DEBUG bristle_store::journal_file: journal opened"],
+    );
     let warnings = log("bristle=warn");
-    assert!(warnings.contains("WARN bristle_grid") && !warnings.contains("INFO"), "{warnings}");
+    assert!(
+        warnings.contains("WARN bristle_grid") && !warnings.contains("INFO"),
+        "{warnings}"
+    );
     assert!(!log("").contains("bristle_grid"));
     let wrong = log("bristle=loudly");
-    assert!(wrong.contains("note: RUST_LOG is `bristle=loudly` and has no effect"), "{wrong}");
+    assert!(
+        wrong.contains("note: RUST_LOG is `bristle=loudly` and has no effect"),
+        "{wrong}"
+    );
 
     // The log also reports a dropped line of the journal.
     let journal = workspace.journal();
     workspace.write_journal(&journal[..journal.len() - 1]);
-    let output = workspace.command("").env("RUST_LOG", "warn").output().expect("the program starts");
-    let dropped = "WARN bristle_store::journal_file: dropped an incomplete line at the end of the journal";
+    let output = workspace
+        .command("")
+        .env("RUST_LOG", "warn")
+        .output()
+        .expect("the program starts");
+    let dropped =
+        "WARN bristle_store::journal_file: dropped an incomplete line at the end of the journal";
     has(&error_text(&output), &[dropped]);
 }
 
@@ -444,30 +612,47 @@ mod unix {
         let message = error_text(&output);
         assert_eq!(output.status.code(), Some(INTERRUPTED), "{message}");
         let study = program::study(&long_file());
-        let contents = Journal::new(&study).read(&study, workspace.journal().as_slice()).expect("a whole journal");
+        let contents = Journal::new(&study)
+            .read(&study, workspace.journal().as_slice())
+            .expect("a whole journal");
         let done = contents.results.iter().flatten().count();
         assert_eq!(contents.torn, 0, "no line is cut off");
-        let (total, expected) =
-            (study.case_count(), "are in `results/journal.jsonl`; run the same command again to resume");
-        assert!(message.contains(&format!("stopped: {done} of {total} cases {expected}")), "{message}");
+        let (total, expected) = (
+            study.case_count(),
+            "are in `results/journal.jsonl`; run the same command again to resume",
+        );
+        assert!(
+            message.contains(&format!("stopped: {done} of {total} cases {expected}")),
+            "{message}"
+        );
     }
 
-    /// Writing fails if a file would exceed the limit set by the shell, just as it would on a full disk.
+    /// Writing fails if a file would exceed the limit set by the shell, just as it would on a full
+    /// disk.
     #[test]
     fn a_file_that_cannot_grow_loses_nothing() {
         let workspace = Workspace::new();
-        // A block has 512 bytes, or 1024 in some shells. Untrapped, the signal that comes with the error would end the
-        // program.
+        // A block has 512 bytes, or 1024 in some shells. Untrapped, the signal that comes with the
+        // error would end the program.
         let limited = |blocks: u32| {
             let before = format!("trap '' XFSZ\nulimit -f {blocks}");
-            workspace.command_after(&before).output().expect("there is a shell")
+            workspace
+                .command_after(&before)
+                .output()
+                .expect("there is a shell")
         };
         let stops = |blocks: u32, file: &str| {
             let output = limited(blocks);
             let message = error_text(&output);
             assert_eq!(output.status.code(), Some(REFUSED), "{message}");
-            assert!(message.contains("error: cannot write `") && !message.contains(".bristle-"), "{message}");
-            assert!(message.contains(&format!("results/{file}`: File too large")), "{message}");
+            assert!(
+                message.contains("error: cannot write `") && !message.contains(".bristle-"),
+                "{message}"
+            );
+            assert!(
+                message.contains(&format!("results/{file}`: File too large")),
+                "{message}"
+            );
             (message, workspace.done())
         };
         // Not even the header fits.
@@ -484,17 +669,32 @@ mod unix {
         // All do, but the table of results does not: the earlier one stays.
         workspace.0.write("results/runs.csv", "the earlier one");
         let (message, done) = stops(2, "runs.csv");
-        assert!(message.contains("180 of 180 cases are in the journal"), "{message}");
-        assert_eq!((done, workspace.read("runs.csv").as_str()), (CASES, "the earlier one"));
+        assert!(
+            message.contains("180 of 180 cases are in the journal"),
+            "{message}"
+        );
+        assert_eq!(
+            (done, workspace.read("runs.csv").as_str()),
+            (CASES, "the earlier one")
+        );
         assert_eq!(workspace.0.names("results"), RESULTS);
         workspace.ends_as_undisturbed("");
     }
 
-    /// Runs a script as root of a namespace of its own, in which it may mount. Returns `None` if the system forbids it.
+    /// Runs a script as root of a namespace of its own, in which it may mount. Returns `None` if
+    /// the system forbids it.
     fn with_mounts(workspace: &Workspace, script: &str) -> Option<Output> {
         let unshare = |script: &str| {
             let mut command = Command::new("unshare");
-            command.args(["--map-root-user", "--mount", "sh", "-e", "-c", script, env!("CARGO_BIN_EXE_bristle")]);
+            command.args([
+                "--map-root-user",
+                "--mount",
+                "sh",
+                "-e",
+                "-c",
+                script,
+                env!("CARGO_BIN_EXE_bristle"),
+            ]);
             workspace.set_up(command).output()
         };
         fs::create_dir_all(workspace.0.path("results")).expect("the directory can be made");
@@ -517,17 +717,39 @@ mod unix {
             \"$0\" study case.toml --out results > shown || echo status $?
             ls -A results
             cp results/runs.csv runs.csv";
-        let Some(output) = with_mounts(&workspace, script) else { return };
+        let Some(output) = with_mounts(&workspace, script) else {
+            return;
+        };
         let message = error_text(&output);
         let said = String::from_utf8(output.stdout).expect("UTF-8");
-        assert_eq!(said, format!("status 2\nfigures\njournal.jsonl\nstatus 3\n{}\n", RESULTS.join("\n")), "{message}");
-        assert!(message.contains("cannot write `results/journal.jsonl`: No space left on device"), "{message}");
-        assert!(message.contains("cases are in the journal; once there is room"), "{message}");
+        assert_eq!(
+            said,
+            format!(
+                "status 2\nfigures\njournal.jsonl\nstatus 3\n{}\n",
+                RESULTS.join("\n")
+            ),
+            "{message}"
+        );
+        assert!(
+            message.contains("cannot write `results/journal.jsonl`: No space left on device"),
+            "{message}"
+        );
+        assert!(
+            message.contains("cases are in the journal; once there is room"),
+            "{message}"
+        );
         workspace.write_journal(&fs::read(workspace.0.path("first.jsonl")).expect("the journal"));
         let done = workspace.done();
         assert!(0 < done && done < CASES, "{message}");
-        assert!(message.contains(&format!("{done} of 180 cases are in `results/journal.jsonl`")), "{message}");
-        assert!(fs::read_to_string(workspace.0.path("runs.csv")).expect("runs.csv") == UNDISTURBED.0);
+        assert!(
+            message.contains(&format!(
+                "{done} of 180 cases are in `results/journal.jsonl`"
+            )),
+            "{message}"
+        );
+        assert!(
+            fs::read_to_string(workspace.0.path("runs.csv")).expect("runs.csv") == UNDISTURBED.0
+        );
     }
 
     #[test]
@@ -541,9 +763,15 @@ mod unix {
             for option in --json --restart; do
                 \"$0\" study case.toml --out results $option || echo status $?
             done";
-        let Some(output) = with_mounts(&workspace, script) else { return };
+        let Some(output) = with_mounts(&workspace, script) else {
+            return;
+        };
         let message = error_text(&output);
-        assert_eq!(String::from_utf8(output.stdout).expect("UTF-8"), "status 2\nstatus 2\n", "{message}");
+        assert_eq!(
+            String::from_utf8(output.stdout).expect("UTF-8"),
+            "status 2\nstatus 2\n",
+            "{message}"
+        );
         let expected = "error: cannot write to the directory `results`: Read-only file system";
         assert_eq!(message.matches(expected).count(), 2, "{message}");
         assert!((workspace.journal(), workspace.read("runs.csv")) == before);

@@ -1,4 +1,5 @@
-//! Lateral stability as users see it: warnings, marks and advice, and the numbers of docs/stability.md.
+//! Lateral stability as users see it: warnings, marks and advice, and the numbers of
+//! docs/stability.md.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
@@ -30,50 +31,94 @@ fn an_unstable_contact_has_a_warning_that_helps() {
     let text = directory.said("simulate case.toml --out one");
     let told = warning(&text);
     insta::assert_snapshot!("warning_of_a_contact", told);
-    assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
+    assert!(
+        told.lines().all(|line| line.chars().count() <= 80),
+        "{told}"
+    );
 
     // The help works: the line goes under [filament], and other tilts are then the question.
     let line = told.lines().last().expect("a line").trim();
-    directory.write("case.toml", sparse(&HEAD.replace("[filament]\n", &format!("[filament]\n{line}\n"))));
+    directory.write(
+        "case.toml",
+        sparse(&HEAD.replace("[filament]\n", &format!("[filament]\n{line}\n"))),
+    );
     let text = directory.said("simulate case.toml --out one");
-    assert!(warning(&text).is_empty() || warning(&text).contains("how the tilt matters"), "{text}");
+    assert!(
+        warning(&text).is_empty() || warning(&text).contains("how the tilt matters"),
+        "{text}"
+    );
     let metrics = directory.json("one/metrics.json");
-    assert!(metrics["lateral_amplification"].as_f64().is_some_and(|value| value > 1.0), "{metrics}");
+    assert!(
+        metrics["lateral_amplification"]
+            .as_f64()
+            .is_some_and(|value| value > 1.0),
+        "{metrics}"
+    );
 
     // A stable contact has none.
     directory.write("case.toml", sparse(&HEAD.replace("2.5", "15.0")));
     assert_eq!(warning(&directory.said("simulate case.toml --out one")), "");
 }
 
-const SWEEPS: &str = "[study]\nbrushing_velocity_m_s = [2.5, 15.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
+const SWEEPS: &str =
+    "[study]\nbrushing_velocity_m_s = [2.5, 15.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
 
 #[test]
 fn a_study_counts_its_unstable_cases_and_marks_them() {
     let directory = Workspace::with(&sparse(&format!("{HEAD}{SWEEPS}")));
     let text = directory.said("study case.toml --out results");
     insta::assert_snapshot!("warning_of_a_study", warning(&text));
-    assert!(warning(&text).lines().all(|line| line.chars().count() <= 80), "{text}");
+    assert!(
+        warning(&text)
+            .lines()
+            .all(|line| line.chars().count() <= 80),
+        "{text}"
+    );
     let [objects, json] = directory.run("study case.toml --out results --restart --json");
     assert_eq!(warning(&json), warning(&text));
-    assert!(objects.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()), "{objects}");
+    assert!(
+        objects
+            .lines()
+            .all(|line| serde_json::from_str::<Value>(line).is_ok()),
+        "{objects}"
+    );
 
     // The line of the help is one of [study]. A study that sweeps the tilt needs no help.
-    let line = warning(&text).lines().last().expect("a line").trim().to_owned();
+    let line = warning(&text)
+        .lines()
+        .last()
+        .expect("a line")
+        .trim()
+        .to_owned();
     directory.write("case.toml", sparse(&format!("{HEAD}{SWEEPS}{}\n", line)));
     let text = directory.said("study case.toml --out tilts");
-    assert!(warning(&text).starts_with("warning: ") && !text.contains("help"), "{text}");
+    assert!(
+        warning(&text).starts_with("warning: ") && !text.contains("help"),
+        "{text}"
+    );
 
     // Friction makes all of them stable.
-    directory.write("case.toml", sparse(&format!("{HEAD}{SWEEPS}\"contact.friction_coefficient\" = [0.5]\n")));
+    directory.write(
+        "case.toml",
+        sparse(&format!(
+            "{HEAD}{SWEEPS}\"contact.friction_coefficient\" = [0.5]\n"
+        )),
+    );
     let [tables, text] = directory.run("study case.toml --out friction");
-    assert!(!text.contains("unstable") && !tables.contains("unstable"), "{text}{tables}");
+    assert!(
+        !text.contains("unstable") && !tables.contains("unstable"),
+        "{text}{tables}"
+    );
 
     let study = program::study(&format!("{HEAD}{SWEEPS}"));
     let tables = study_tables(&study, &results(&study), WIDTH);
     insta::assert_snapshot!("tables_with_marks", tables);
     let list = format!("{HEAD}{SWEEPS}\"contact.friction_coefficient\" = [0.0, 0.5]\n");
     let study = program::study(&list);
-    insta::assert_snapshot!("list_with_marks", study_tables(&study, &results(&study), WIDTH));
+    insta::assert_snapshot!(
+        "list_with_marks",
+        study_tables(&study, &results(&study), WIDTH)
+    );
 }
 
 #[test]
@@ -84,11 +129,28 @@ fn advice_tells_of_unstable_cases_and_names_a_stable_one() {
     insta::assert_snapshot!("advice_on_unstable_cases", text);
     let json = directory.printed_json("advise results --max-velocity 3 --no-verify --json");
     let advice = json["sections"][0]["advice"].as_array().expect("advice");
-    let within = advice.iter().find(|about| about["topic"] == "within_limits").expect("within the limits");
+    let within = advice
+        .iter()
+        .find(|about| about["topic"] == "within_limits")
+        .expect("within the limits");
     assert_eq!(within["laterally_unstable"], true);
-    assert!(within["lateral_amplification"].as_f64().is_some_and(|value| value > 100.0), "{within}");
-    assert!(within["sentence"].as_str().is_some_and(|text| text.contains("Laterally unstable: ")), "{within}");
-    assert!(json.to_string().contains("None of these cases is laterally stable."), "{json}");
+    assert!(
+        within["lateral_amplification"]
+            .as_f64()
+            .is_some_and(|value| value > 100.0),
+        "{within}"
+    );
+    assert!(
+        within["sentence"]
+            .as_str()
+            .is_some_and(|text| text.contains("Laterally unstable: ")),
+        "{within}"
+    );
+    assert!(
+        json.to_string()
+            .contains("None of these cases is laterally stable."),
+        "{json}"
+    );
 }
 
 fn results(study: &Study) -> Vec<CaseResult> {
@@ -102,26 +164,58 @@ fn example(text: &str) -> (Study, Vec<CaseResult>) {
     (study, results)
 }
 
-/// The rows of the table below a heading of docs/stability.md, without those of its own heading: the cells as numbers.
+/// The rows of the table below a heading of docs/stability.md, without those of its own heading:
+/// the cells as numbers.
 fn documented(heading: &str) -> Vec<Vec<f64>> {
     let section = section(include_str!("../../../../docs/stability.md"), heading);
-    let number = |cell: &str| cell.replace('−', "-").trim_end_matches('%').trim().parse::<f64>().ok();
-    let cells = |line: &str| line.trim_matches('|').split('|').map(|cell| number(cell.trim())).collect();
-    section.lines().filter(|line| line.starts_with('|')).filter_map(cells).collect()
+    let number = |cell: &str| {
+        cell.replace('−', "-")
+            .trim_end_matches('%')
+            .trim()
+            .parse::<f64>()
+            .ok()
+    };
+    let cells = |line: &str| {
+        line.trim_matches('|')
+            .split('|')
+            .map(|cell| number(cell.trim()))
+            .collect()
+    };
+    section
+        .lines()
+        .filter(|line| line.starts_with('|'))
+        .filter_map(cells)
+        .collect()
 }
 
 /// The metrics of a case of the study.
 fn metrics(study: &Study, results: &[CaseResult], wanted: [f64; 3]) -> Metrics {
     let case = (0..study.case_count()).find(|&case| {
-        let Settings { process, filament, contact, .. } = study.settings(case);
+        let Settings {
+            process,
+            filament,
+            contact,
+            ..
+        } = study.settings(case);
         let third = filament.lateral_tilt_rad + contact.friction_coefficient;
-        [process.brushing_velocity_m_s, process.penetration_depth_m, third] == wanted
+        [
+            process.brushing_velocity_m_s,
+            process.penetration_depth_m,
+            third,
+        ] == wanted
     });
-    results[case.expect("the study has the case")].as_ref().expect("the case is simulated").metrics.clone()
+    results[case.expect("the study has the case")]
+        .as_ref()
+        .expect("the case is simulated")
+        .metrics
+        .clone()
 }
 
 fn assert_near(found: f64, documented: f64, tolerance: f64, what: &str) {
-    assert!((found - documented).abs() <= tolerance, "{what}: {found}, but docs/stability.md has {documented}");
+    assert!(
+        (found - documented).abs() <= tolerance,
+        "{what}: {found}, but docs/stability.md has {documented}"
+    );
 }
 
 #[test]
@@ -130,10 +224,18 @@ fn the_table_of_friction_is_that_of_the_example() {
     let rows = documented("What friction does");
     assert_eq!(rows.len(), 9);
     for row in rows {
-        let [velocity, depth_mm, ref amplifications @ ..] = row[..] else { panic!("a row has cells") };
+        let [velocity, depth_mm, ref amplifications @ ..] = row[..] else {
+            panic!("a row has cells")
+        };
         for (friction, expected) in [0.0, 0.1, 0.2, 0.3, 0.5].into_iter().zip(amplifications) {
-            let found = metrics(&study, &results, [velocity, 1e-3 * depth_mm, friction]).lateral_amplification;
-            assert_near(found, *expected, 0.05 * expected, &format!("{velocity} m/s, {depth_mm} mm, µ = {friction}"));
+            let found = metrics(&study, &results, [velocity, 1e-3 * depth_mm, friction])
+                .lateral_amplification;
+            assert_near(
+                found,
+                *expected,
+                0.05 * expected,
+                &format!("{velocity} m/s, {depth_mm} mm, µ = {friction}"),
+            );
         }
     }
 }
@@ -144,14 +246,27 @@ fn the_table_of_tilts_is_that_of_the_example() {
     let rows = documented("What an imperfect filament does");
     assert_eq!(rows.len(), 9);
     for row in rows {
-        let [velocity, depth_mm, amplification, impulse, ref changes @ ..] = row[..] else { panic!("a row has cells") };
+        let [velocity, depth_mm, amplification, impulse, ref changes @ ..] = row[..] else {
+            panic!("a row has cells")
+        };
         let pass = |tilt| metrics(&study, &results, [velocity, 1e-3 * depth_mm, tilt]);
         let planar = pass(0.0);
         let case = format!("{velocity} m/s, {depth_mm} mm");
-        assert_near(planar.lateral_amplification, amplification, 0.05 * amplification, &case);
-        assert_near(1e3 * planar.contact_normal_impulse_n_s, impulse, 0.01, &case);
+        assert_near(
+            planar.lateral_amplification,
+            amplification,
+            0.05 * amplification,
+            &case,
+        );
+        assert_near(
+            1e3 * planar.contact_normal_impulse_n_s,
+            impulse,
+            0.01,
+            &case,
+        );
         for (tilt, change) in [1e-4, 1e-3, 1e-2].into_iter().zip(changes) {
-            let found = 100.0 * (pass(tilt).contact_normal_impulse_n_s / planar.contact_normal_impulse_n_s - 1.0);
+            let found = 100.0
+                * (pass(tilt).contact_normal_impulse_n_s / planar.contact_normal_impulse_n_s - 1.0);
             assert_near(found, *change, 0.3, &format!("{case}, tilt {tilt}"));
         }
     }
@@ -161,8 +276,18 @@ fn the_table_of_tilts_is_that_of_the_example() {
 fn the_readme_counts_the_unstable_cases() {
     let study = program::study(include_str!("../../../../examples/zirconia.toml"));
     let results = results(&study);
-    let unstable = results.iter().flatten().filter(|summary| summary.metrics.laterally_unstable).count();
-    for page in [include_str!("../../../../README.md"), include_str!("../../../../docs/stability.md")] {
-        assert!(page.contains(&format!("{unstable} of the 120 cases")), "{unstable}");
+    let unstable = results
+        .iter()
+        .flatten()
+        .filter(|summary| summary.metrics.laterally_unstable)
+        .count();
+    for page in [
+        include_str!("../../../../README.md"),
+        include_str!("../../../../docs/stability.md"),
+    ] {
+        assert!(
+            page.contains(&format!("{unstable} of the 120 cases")),
+            "{unstable}"
+        );
     }
 }

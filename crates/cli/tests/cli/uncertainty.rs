@@ -1,4 +1,5 @@
-//! Studies whose filaments scatter: sampled tools are simulated like any other, and their forces obey known mechanics.
+//! Studies whose filaments scatter: sampled tools are simulated like any other, and their forces
+//! obey known mechanics.
 
 use std::fs;
 
@@ -32,7 +33,11 @@ samples = 64
 ";
 
 fn summaries(study: &Study) -> Vec<CaseSummary> {
-    run_study(study, None, || {}).expect("threads").into_iter().map(|result| result.expect("a pass")).collect()
+    run_study(study, None, || {})
+        .expect("threads")
+        .into_iter()
+        .map(|result| result.expect("a pass"))
+        .collect()
 }
 
 #[test]
@@ -43,40 +48,66 @@ fn tools_of_a_study_are_simulated_as_alone() {
         let scatter = Scatter::of(&settings).expect("filaments scatter");
         let impulse = |tool| {
             let settings = scatter.settings(tool).expect("it reaches the workpiece");
-            simulate(&settings).map(|simulation| simulation.metrics.contact_normal_impulse_n_s).ok()
+            simulate(&settings)
+                .map(|simulation| simulation.metrics.contact_normal_impulse_n_s)
+                .ok()
         };
         let impulses: Vec<Option<f64>> = (0..scatter.count()).map(impulse).collect();
         assert_eq!(summary.scatter, scatter.reduce(&impulses));
-        assert_eq!(summary.metrics, simulate(&settings).expect("a pass").metrics);
+        assert_eq!(
+            summary.metrics,
+            simulate(&settings).expect("a pass").metrics
+        );
     }
 }
 
 #[test]
 fn cases_with_and_without_scatter_mix() {
-    let file = FILE.replace("segments = 8", "segments = 2").replace("1e-4", "1e-2");
+    let file = FILE
+        .replace("segments = 8", "segments = 2")
+        .replace("1e-4", "1e-2");
     let study = program::study(&format!(
         "{file}\"uncertainty.diameter_std_m\" = [0.0, 0.02e-3]\n[uncertainty]\nsamples = 64\n"
     ));
     let summaries = summaries(&study);
-    assert!(summaries.iter().map(|summary| summary.scatter.is_some()).eq([false, false, true, true]));
+    assert!(
+        summaries
+            .iter()
+            .map(|summary| summary.scatter.is_some())
+            .eq([false, false, true, true])
+    );
     let results: Vec<CaseResult> = summaries.into_iter().map(Ok).collect();
     let tables = study_tables(&study, &results, WIDTH);
     let without_band = tables.lines().filter(|line| line.ends_with('–')).count();
     assert!(!tables.contains("failed") && without_band == 2, "{tables}");
     let pictures = study_figures(&study, &results, &[], &Format::default()).pictures;
-    let scatter = pictures.iter().filter(|picture| picture.name.starts_with("scatter_"));
+    let scatter = pictures
+        .iter()
+        .filter(|picture| picture.name.starts_with("scatter_"));
     let names: Vec<&str> = scatter.map(|picture| picture.name.as_str()).collect();
-    assert_eq!(names, ["scatter_over_velocity", "scatter_over_diameter_std_m"]);
-    assert!(pictures.iter().all(|picture| !picture.canvas.svg().contains("95 % of the tools with N<tspan")));
+    assert_eq!(
+        names,
+        ["scatter_over_velocity", "scatter_over_diameter_std_m"]
+    );
+    assert!(pictures.iter().all(|picture| {
+        !picture
+            .canvas
+            .svg()
+            .contains("95 % of the tools with N<tspan")
+    }));
 
     // The round trip through the file.
     let mut runs = Vec::new();
     write_runs(&mut runs, &study, &results).expect("a table");
     let runs = String::from_utf8(runs).expect("text");
-    let saved = read_study(&study_text(&study, runs.as_bytes(), false), "study.json").expect("a study");
+    let saved =
+        read_study(&study_text(&study, runs.as_bytes(), false), "study.json").expect("a study");
     let read = read_runs(&runs, "runs.csv", &saved).expect("results");
     let scatters = |results: &[CaseResult]| {
-        results.iter().map(|result| result.as_ref().expect("a pass").scatter.clone()).collect::<Vec<_>>()
+        results
+            .iter()
+            .map(|result| result.as_ref().expect("a pass").scatter.clone())
+            .collect::<Vec<_>>()
     };
     assert_eq!(scatters(&read), scatters(&results));
 }
@@ -85,19 +116,27 @@ fn cases_with_and_without_scatter_mix() {
 fn a_single_uncertain_input_explains_all_scatter() {
     for hold in ["process", "machine"] {
         let file = FILE
-            .replace("filament_count_uncertainty = 600", "filament_count_uncertainty = 0.0")
+            .replace(
+                "filament_count_uncertainty = 600",
+                "filament_count_uncertainty = 0.0",
+            )
             .replace("2.0e-3", "0.5e-3");
-        let uncertainty = format!("[uncertainty]\nlength_std_m = 0.3e-3\nsamples = 64\nhold = \"{hold}\"\n");
+        let uncertainty =
+            format!("[uncertainty]\nlength_std_m = 0.3e-3\nsamples = 64\nhold = \"{hold}\"\n");
         for summary in summaries(&program::study(&format!("{file}{uncertainty}"))) {
             let shares = summary.scatter.expect("filaments scatter").sobol_indices();
-            assert!((shares[0] - 1.0).abs() < 1e-12 && shares[1..].iter().all(|share| *share == 0.0), "{shares:?}");
+            assert!(
+                (shares[0] - 1.0).abs() < 1e-12 && shares[1..].iter().all(|share| *share == 0.0),
+                "{shares:?}"
+            );
         }
     }
 }
 
 #[test]
 fn the_nominal_case_is_the_same_without_scatter() {
-    let [with, without] = [UNCERTAINTY, ""].map(|more| summaries(&program::study(&format!("{FILE}{more}"))));
+    let [with, without] =
+        [UNCERTAINTY, ""].map(|more| summaries(&program::study(&format!("{FILE}{more}"))));
     for (mut with, without) in with.into_iter().zip(without) {
         assert!(with.scatter.take().is_some());
         assert_eq!(with, without);
@@ -108,44 +147,90 @@ fn the_nominal_case_is_the_same_without_scatter() {
 #[test]
 fn a_slow_filament_scatters_as_a_spring() {
     let file = FILE.replace("[1.0, 20.0]", "[1.0]");
-    let study = program::study(&format!("{file}{}", UNCERTAINTY.replace("samples = 64", "samples = 256")));
+    let study = program::study(&format!(
+        "{file}{}",
+        UNCERTAINTY.replace("samples = 64", "samples = 256")
+    ));
     let summary = summaries(&study).remove(0);
     let scatter = summary.scatter.expect("filaments scatter");
-    // Moments of E/E_0 and of (d/d_0)⁴ from those of normal distributions, then of the product with N_f.
+    // Moments of E/E_0 and of (d/d_0)⁴ from those of normal distributions, then of the product with
+    // N_f.
     let (e, d, n) = (0.2 / 3.0, 0.02 / 1.18, 600.0 / 10_500.0);
     let mean_d4 = 1.0 + 6.0 * d * d + 3.0 * f64::powi(d, 4);
-    let second_d4 = 1.0 + 28.0 * d * d + 210.0 * f64::powi(d, 4) + 420.0 * f64::powi(d, 6) + 105.0 * f64::powi(d, 8);
+    let second_d4 = 1.0
+        + 28.0 * d * d
+        + 210.0 * f64::powi(d, 4)
+        + 420.0 * f64::powi(d, 6)
+        + 105.0 * f64::powi(d, 8);
     let second = (1.0 + e * e) * second_d4 * (1.0 + n * n);
     let variance = second - mean_d4 * mean_d4;
     let expected = [
-        (scatter.tool_force_mean_n / summary.metrics.tool_contact_normal_force_n, mean_d4, 0.001),
-        (scatter.tool_force_std_n / scatter.tool_force_mean_n, variance.sqrt() / mean_d4, 0.005),
-        (scatter.sobol_diameter, (second_d4 - mean_d4 * mean_d4) / variance, 0.01),
-        (scatter.sobol_youngs_modulus, e * e * mean_d4 * mean_d4 / variance, 0.01),
-        (scatter.sobol_filament_count, n * n * mean_d4 * mean_d4 / variance, 0.01),
+        (
+            scatter.tool_force_mean_n / summary.metrics.tool_contact_normal_force_n,
+            mean_d4,
+            0.001,
+        ),
+        (
+            scatter.tool_force_std_n / scatter.tool_force_mean_n,
+            variance.sqrt() / mean_d4,
+            0.005,
+        ),
+        (
+            scatter.sobol_diameter,
+            (second_d4 - mean_d4 * mean_d4) / variance,
+            0.01,
+        ),
+        (
+            scatter.sobol_youngs_modulus,
+            e * e * mean_d4 * mean_d4 / variance,
+            0.01,
+        ),
+        (
+            scatter.sobol_filament_count,
+            n * n * mean_d4 * mean_d4 / variance,
+            0.01,
+        ),
     ];
     for (found, expected, tolerance) in expected {
-        assert!((found / expected - 1.0).abs() < tolerance, "{found}, not {expected}");
+        assert!(
+            (found / expected - 1.0).abs() < tolerance,
+            "{found}, not {expected}"
+        );
     }
-    assert_eq!((scatter.sobol_length, scatter.sobol_damping_ratio), (0.0, 0.0));
+    assert_eq!(
+        (scatter.sobol_length, scatter.sobol_damping_ratio),
+        (0.0, 0.0)
+    );
 }
 
 #[test]
 fn a_study_with_scatter_resumes_and_is_redrawn() {
-    let directory = Workspace::with(&format!("{FILE}{UNCERTAINTY}\n[measured]\nfile = \"forces.csv\"\n"));
+    let directory = Workspace::with(&format!(
+        "{FILE}{UNCERTAINTY}\n[measured]\nfile = \"forces.csv\"\n"
+    ));
     let measured = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n20.0,2.0e-3,250,20\n";
     directory.write("forces.csv", measured);
     let told = words(&directory.printed("study case.toml --out whole"));
-    has(&told, &["95 % of the tools", "The scatter of F_n,w comes from: "]);
+    has(
+        &told,
+        &["95 % of the tools", "The scatter of F_n,w comes from: "],
+    );
     let comparison = directory.read("whole/measured_comparison.csv");
-    assert!(comparison.contains(",simulated_lower_95_n,simulated_upper_95_n,"), "{comparison}");
+    assert!(
+        comparison.contains(",simulated_lower_95_n,simulated_upper_95_n,"),
+        "{comparison}"
+    );
 
     // The journal of a study that was stopped after its first case.
     let journal = directory.read("whole/journal.jsonl");
     let begun: String = journal.split_inclusive('\n').take(2).collect();
     fs::create_dir(directory.path("resumed")).expect("a directory");
     directory.write("resumed/journal.jsonl", begun);
-    assert!(directory.said("study case.toml --out resumed --threads 1").contains("1 of 2 cases"));
+    assert!(
+        directory
+            .said("study case.toml --out resumed --threads 1")
+            .contains("1 of 2 cases")
+    );
     for name in [
         "runs.csv",
         "study.json",
@@ -153,12 +238,18 @@ fn a_study_with_scatter_resumes_and_is_redrawn() {
         "figures/scatter_over_velocity.svg",
         "figures/sobol_over_velocity.svg",
     ] {
-        let [whole, resumed] = ["whole", "resumed"].map(|out| directory.bytes(&format!("{out}/{name}")));
+        let [whole, resumed] =
+            ["whole", "resumed"].map(|out| directory.bytes(&format!("{out}/{name}")));
         assert!(whole == resumed, "{name} differs");
     }
     directory.run("plot whole --out again");
-    for name in ["scatter_over_velocity.png", "sobol_over_velocity.png", "measured_over_velocity.png"] {
-        let [whole, again] = ["whole", "again"].map(|out| directory.bytes(&format!("{out}/figures/{name}")));
+    for name in [
+        "scatter_over_velocity.png",
+        "sobol_over_velocity.png",
+        "measured_over_velocity.png",
+    ] {
+        let [whole, again] =
+            ["whole", "again"].map(|out| directory.bytes(&format!("{out}/figures/{name}")));
         assert!(whole == again, "{name} differs");
     }
 }

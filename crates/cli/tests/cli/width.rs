@@ -1,4 +1,5 @@
-//! What commands print fits a terminal: 80 columns where nothing else is known, more where there are more.
+//! What commands print fits a terminal: 80 columns where nothing else is known, more where there
+//! are more.
 
 use bristle_text::columns;
 
@@ -22,9 +23,9 @@ const PROCESS: &str = "[process]\nbrushing_velocity_m_s = 10.0\npenetration_dept
 const EDGE: &str = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"chamfer\"\nedge_radius_m = 2e-4\nchamfer_width_m = 2e-3\n";
 const ONE_ROW: &str = "[brush]\nrows = 1\ncolumns = 8\nsteady = false\n";
 /// Twelve velocities, of which a table at 80 columns has room for nine.
-const GRID: &str =
-    "[study]\nbrushing_velocity_m_s = { start = 2.5, stop = 30.0, step = 2.5 }\npenetration_depth_m = [1e-3, 3e-3]\n";
-const FEW: &str = "[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 3e-3]\n";
+const GRID: &str = "[study]\nbrushing_velocity_m_s = { start = 2.5, stop = 30.0, step = 2.5 }\npenetration_depth_m = [1e-3, 3e-3]\n";
+const FEW: &str =
+    "[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 3e-3]\n";
 const LONG_KEYS: &str = "\
 \"filament.waviness_amplitude_m\" = [0.0, 1e-4]
 \"filament.lateral_tilt_rad\" = [0.0, 1e-3]
@@ -42,13 +43,15 @@ filament.length_m = 0.030
 tool.filament_count = 500
 ";
 /// Forces as a laboratory exports them, with a point outside of the study.
-const FORCES: &str = "v [m/min];ae [mm];Fz [N];s [N]\n600;1,0;12,5;1,1\n1000;2,0;28,25;2\n3000;2,0;28,25;2\n";
+const FORCES: &str =
+    "v [m/min];ae [mm];Fz [N];s [N]\n600;1,0;12,5;1,1\n1000;2,0;28,25;2\n3000;2,0;28,25;2\n";
 const MEASURED: &str = "\
 [measured]
 file = \"forces.csv\"
 columns = { brushing_velocity_m_s = \"v [m/min]\", penetration_depth_m = \"ae [mm]\", force_n = \"Fz [N]\", std_n = \"s [N]\" }
 ";
-const SCATTER: &str = "[uncertainty]\nsamples = 64\ndiameter_std_m = 0.05e-3\nyoungs_modulus_std_pa = 0.3e9\n";
+const SCATTER: &str =
+    "[uncertainty]\nsamples = 64\ndiameter_std_m = 0.05e-3\nyoungs_modulus_std_pa = 0.3e9\n";
 
 /// The name of an input file, its sections below [`HEAD`], and commands.
 const CASES: &[(&str, &[&str], &[&str])] = &[
@@ -65,10 +68,16 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "rpm",
-        &["[study]\nrotational_speed_rpm = { start = 200, stop = 2400, step = 200 }\npenetration_depth_m = [1e-3]\n"],
+        &[
+            "[study]\nrotational_speed_rpm = { start = 200, stop = 2400, step = 200 }\npenetration_depth_m = [1e-3]\n",
+        ],
         &["study rpm.toml --out rpm --no-figures", "advise rpm"],
     ),
-    ("long", &[FEW, LONG_KEYS], &["study long.toml --out long --figures svg", "advise long"]),
+    (
+        "long",
+        &[FEW, LONG_KEYS],
+        &["study long.toml --out long --figures svg", "advise long"],
+    ),
     (
         "edge",
         &[EDGE, FEW, "\"workpiece.offset_m\" = [0.0, 1e-3]\n"],
@@ -101,7 +110,11 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
             "compare-studies tools other=tools --out both --no-figures",
         ],
     ),
-    ("measured", &[FEW, MEASURED], &["study measured.toml --out measured --no-figures"]),
+    (
+        "measured",
+        &[FEW, MEASURED],
+        &["study measured.toml --out measured --no-figures"],
+    ),
     (
         "brush",
         &[PROCESS, ONE_ROW, FEW],
@@ -112,11 +125,18 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
             "simulate brush.toml --out alone",
         ],
     ),
-    ("material", &[PROCESS, SCATTER], &["simulate material.toml --out material --set filament.material=\"PA6.6\""]),
+    (
+        "material",
+        &[PROCESS, SCATTER],
+        &["simulate material.toml --out material --set filament.material=\"PA6.6\""],
+    ),
     (
         "shards",
         &[FEW],
-        &["study shards.toml --out shard --shard 1/1", "merge shards.toml --out merged shard --no-figures"],
+        &[
+            "study shards.toml --out shard --shard 1/1",
+            "merge shards.toml --out merged shard --no-figures",
+        ],
     ),
     (
         "",
@@ -150,7 +170,8 @@ const COMMANDS: [&str; 15] = [
     "schema",
 ];
 
-/// What a command prints to stdout and stderr in a terminal of so many columns, or where nothing says how many there are.
+/// What a command prints to stdout and stderr in a terminal of so many columns, or where nothing
+/// says how many there are.
 fn printed(directory: &Workspace, command: &str, width: Option<usize>) -> [String; 2] {
     let mut call = directory.bristle(command);
     if let Some(width) = width {
@@ -176,7 +197,11 @@ fn no_line_is_longer_than_80_columns() {
         for command in *commands {
             for text in printed(&directory, command, None) {
                 let long: Vec<&str> = text.lines().filter(|line| columns(line) > 80).collect();
-                assert!(long.is_empty(), "{command}:\n{}\nin\n{text}", long.join("\n"));
+                assert!(
+                    long.is_empty(),
+                    "{command}:\n{}\nin\n{text}",
+                    long.join("\n")
+                );
             }
         }
     }
@@ -200,23 +225,51 @@ fn help_fits_the_terminal() {
 fn a_wider_terminal_is_used() {
     let directory = directory_of("grid", &[GRID]);
     let heading = |text: &str, first: &str| {
-        let line = text.lines().find(|line| line.trim_start_matches([' ', '│']).starts_with(first));
+        let line = text
+            .lines()
+            .find(|line| line.trim_start_matches([' ', '│']).starts_with(first));
         line.map(|line| line.split_whitespace().count() - 1)
     };
     let [tables, _] = printed(&directory, "study grid.toml --out grid --no-figures", None);
-    assert_eq!(heading(&tables, "2.5"), Some(6), "two parts of six velocities:\n{tables}");
-    let [tables, _] = printed(&directory, "study grid.toml --out grid --no-figures", Some(120));
-    assert_eq!(heading(&tables, "2.5"), Some(12), "all velocities side by side:\n{tables}");
+    assert_eq!(
+        heading(&tables, "2.5"),
+        Some(6),
+        "two parts of six velocities:\n{tables}"
+    );
+    let [tables, _] = printed(
+        &directory,
+        "study grid.toml --out grid --no-figures",
+        Some(120),
+    );
+    assert_eq!(
+        heading(&tables, "2.5"),
+        Some(12),
+        "all velocities side by side:\n{tables}"
+    );
     // A sentence stands beside its row, or below.
     let [advice, _] = printed(&directory, "advise grid", None);
-    assert!(advice.contains("\n        The highest of 24 cases"), "{advice}");
+    assert!(
+        advice.contains("\n        The highest of 24 cases"),
+        "{advice}"
+    );
     let [advice, _] = printed(&directory, "advise grid", Some(120));
-    assert!(advice.contains("  The highest of 24 cases") && advice.lines().any(|line| columns(line) > 80), "{advice}");
+    assert!(
+        advice.contains("  The highest of 24 cases")
+            && advice.lines().any(|line| columns(line) > 80),
+        "{advice}"
+    );
 
     let directory = directory_of("long", &[FEW, LONG_KEYS]);
     let lists = |width| {
         let [tables, _] = printed(&directory, "study long.toml --out long --no-figures", width);
-        tables.lines().filter(|line| line.trim_start().starts_with("row ")).count()
+        tables
+            .lines()
+            .filter(|line| line.trim_start().starts_with("row "))
+            .count()
     };
-    assert_eq!((lists(None), lists(Some(200))), (2, 0), "lists that are tied by the numbers of rows, or one list");
+    assert_eq!(
+        (lists(None), lists(Some(200))),
+        (2, 0),
+        "lists that are tied by the numbers of rows, or one list"
+    );
 }

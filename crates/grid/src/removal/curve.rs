@@ -1,6 +1,7 @@
 //! Smooth curves through points.
 
-/// A monotone cubic interpolant (Fritsch and Butland 1984): it has a continuous derivative and overshoots nowhere. Beyond its ends it is constant.
+/// A monotone cubic interpolant (Fritsch and Butland 1984): it has a continuous derivative and
+/// overshoots nowhere. Beyond its ends it is constant.
 #[derive(Clone, Debug)]
 pub struct Curve {
     x: Vec<f64>,
@@ -14,13 +15,22 @@ impl Curve {
     /// # Panics
     /// If there is no point, or the numbers differ.
     pub fn through(x: Vec<f64>, y: Vec<f64>) -> Self {
-        assert!(!x.is_empty() && x.len() == y.len(), "points have two coordinates");
-        let secants: Vec<f64> = (1..x.len()).map(|i| (y[i] - y[i - 1]) / (x[i] - x[i - 1])).collect();
+        assert!(
+            !x.is_empty() && x.len() == y.len(),
+            "points have two coordinates"
+        );
+        let secants: Vec<f64> = (1..x.len())
+            .map(|i| (y[i] - y[i - 1]) / (x[i] - x[i - 1]))
+            .collect();
         let slope = |i: usize| match (i.checked_sub(1).map(|left| secants[left]), secants.get(i)) {
             (Some(left), Some(&right)) => {
                 let (a, b) = (x[i] - x[i - 1], x[i + 1] - x[i]);
                 let share = (a + 2.0 * b) / (3.0 * (a + b));
-                if left * right > 0.0 { left * right / (share * right + (1.0 - share) * left) } else { 0.0 }
+                if left * right > 0.0 {
+                    left * right / (share * right + (1.0 - share) * left)
+                } else {
+                    0.0
+                }
             }
             (Some(only), None) => only,
             (None, Some(&only)) => only,
@@ -65,7 +75,11 @@ mod tests {
             let x = f64::from(i) / 100.0;
             let right = curve.x.partition_point(|point| *point <= x).min(4);
             let (least, largest) = (y[right - 1].min(y[right]), y[right - 1].max(y[right]));
-            assert!((least - 1e-12..=largest + 1e-12).contains(&curve.at(x)), "{x}: {}", curve.at(x));
+            assert!(
+                (least - 1e-12..=largest + 1e-12).contains(&curve.at(x)),
+                "{x}: {}",
+                curve.at(x)
+            );
         }
         assert_eq!((curve.at(-1.0), curve.at(9.0)), (1.0, 0.0));
     }
@@ -75,7 +89,10 @@ mod tests {
         let error = |count: usize| {
             let x: Vec<f64> = (0..=count).map(|i| i as f64 / count as f64).collect();
             let curve = Curve::through(x.clone(), x.iter().map(|x| x.exp()).collect());
-            (0..1000).map(|i| f64::from(i) / 1000.0).map(|x| (curve.at(x) - x.exp()).abs()).fold(0.0, f64::max)
+            (0..1000)
+                .map(|i| f64::from(i) / 1000.0)
+                .map(|x| (curve.at(x) - x.exp()).abs())
+                .fold(0.0, f64::max)
         };
         assert!(error(16) < error(8) / 3.0 && error(16) < 1e-3);
     }

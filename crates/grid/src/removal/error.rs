@@ -11,7 +11,9 @@ pub enum RemovalError {
     #[error("{0}")]
     Settings(String),
     /// A pass cannot be simulated.
-    #[error("over an edge with a radius of {radius:.3e} m, with filaments that have lost {loss:.3e} m: {error}")]
+    #[error(
+        "over an edge with a radius of {radius:.3e} m, with filaments that have lost {loss:.3e} m: {error}"
+    )]
     Case {
         /// The radius in m.
         radius: f64,

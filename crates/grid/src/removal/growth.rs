@@ -14,7 +14,8 @@ const NOTHING: f64 = 1e-9;
 /// The largest number of steps.
 const MAX_STEPS: usize = 100_000;
 
-/// `c` of the area `A(R) = c R²` that rounding a corner of the included angle `angle` (rad) to the radius `R` removes.
+/// `c` of the area `A(R) = c R²` that rounding a corner of the included angle `angle` (rad) to the
+/// radius `R` removes.
 pub fn area_factor(angle: f64) -> f64 {
     1.0 / (angle / 2.0).tan() - (std::f64::consts::PI - angle) / 2.0
 }
@@ -51,7 +52,11 @@ pub enum End {
 impl End {
     /// The radius at which it ends, if it does at one.
     pub fn radius(self) -> Option<f64> {
-        if let Self::Radius(radius) = self { Some(radius) } else { None }
+        if let Self::Radius(radius) = self {
+            Some(radius)
+        } else {
+            None
+        }
     }
 }
 
@@ -87,49 +92,87 @@ pub struct Rates {
 
 impl Rates {
     /// Those of a tool with `count` filaments and this `preston` coefficient (m²/N).
-    pub fn new(settings: &Settings, count: f64, preston: f64, factors: [f64; 2], nodes: &Nodes) -> Self {
-        let wear = settings.removal_or_default().filament_wear_m2_n.unwrap_or(0.0);
+    pub fn new(
+        settings: &Settings,
+        count: f64,
+        preston: f64,
+        factors: [f64; 2],
+        nodes: &Nodes,
+    ) -> Self {
+        let wear = settings
+            .removal_or_default()
+            .filament_wear_m2_n
+            .unwrap_or(0.0);
         Self {
             factors,
             radius: settings.workpiece.kind.edge_radius_m(),
             area_per_work: preston * count / settings.tool.width_m,
             loss_per_work: wear / cross_section(settings.filament.tip_diameter_m()),
-            largest: [nodes.losses[nodes.losses.len() - 1], nodes.radii[nodes.radii.len() - 1]],
+            largest: [
+                nodes.losses[nodes.losses.len() - 1],
+                nodes.radii[nodes.radii.len() - 1],
+            ],
             least_radius: nodes.radii[0],
         }
     }
 
     fn radii(&self, areas: [f64; 2]) -> [f64; 2] {
-        std::array::from_fn(
-            |edge| if self.factors[edge] > 0.0 { (areas[edge] / self.factors[edge]).sqrt() } else { 0.0 },
-        )
+        std::array::from_fn(|edge| {
+            if self.factors[edge] > 0.0 {
+                (areas[edge] / self.factors[edge]).sqrt()
+            } else {
+                0.0
+            }
+        })
     }
 }
 
-/// Follows the growth by the work in `table` until `end`, by Runge's and Kutta's method of order 4 for the areas and the loss, whose rates hardly
-/// change: returns the stages, from the start on.
+/// Follows the growth by the work in `table` until `end`, by Runge's and Kutta's method of order 4
+/// for the areas and the loss, whose rates hardly change: returns the stages, from the start on.
 pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
-    let areas = rates.factors.map(|factor| factor * rates.radius * rates.radius);
+    let areas = rates
+        .factors
+        .map(|factor| factor * rates.radius * rates.radius);
     let mut state = [areas[0], areas[1], 0.0];
-    let stage =
-        |turns: f64, [first, second, loss]: [f64; 3]| Stage { turns, radii: rates.radii([first, second]), loss };
+    let stage = |turns: f64, [first, second, loss]: [f64; 3]| Stage {
+        turns,
+        radii: rates.radii([first, second]),
+        loss,
+    };
     let mut stages = vec![stage(0.0, state)];
     let rate = |[first, second, loss]: [f64; 3]| {
         let radii = rates.radii([first.max(0.0), second.max(0.0)]);
         let grown = |edge: usize| match rates.factors[edge] > 0.0 {
-            true => rates.area_per_work * table.edge(edge, radii[edge].max(rates.least_radius), loss).max(0.0),
+            true => {
+                rates.area_per_work
+                    * table
+                        .edge(edge, radii[edge].max(rates.least_radius), loss)
+                        .max(0.0)
+            }
             false => 0.0,
         };
         let worn = if rates.loss_per_work > 0.0 {
-            rates.loss_per_work * table.at(radii[0].max(radii[1]).max(rates.least_radius), loss).whole.max(0.0)
+            rates.loss_per_work
+                * table
+                    .at(radii[0].max(radii[1]).max(rates.least_radius), loss)
+                    .whole
+                    .max(0.0)
         } else {
             0.0
         };
         [grown(0), grown(1), worn]
     };
-    let force = |stage: &Stage| table.at(stage.larger().max(rates.least_radius), stage.loss).force;
-    let (first_force, least_area) =
-        (force(&stages[0]), rates.factors.map(|factor| factor * rates.least_radius.powi(2)));
+    let force = |stage: &Stage| {
+        table
+            .at(stage.larger().max(rates.least_radius), stage.loss)
+            .force
+    };
+    let (first_force, least_area) = (
+        force(&stages[0]),
+        rates
+            .factors
+            .map(|factor| factor * rates.least_radius.powi(2)),
+    );
     let mut fastest = 0.0_f64;
     for _ in 0..MAX_STEPS {
         let last = stages[stages.len() - 1];
@@ -141,7 +184,8 @@ pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
         let mut step = f64::INFINITY;
         for edge in 0..2 {
             if now[edge] > 0.0 {
-                step = step.min(LARGEST_GROWTH * (state[edge] + 0.1 * least_area[edge]) / now[edge]);
+                step =
+                    step.min(LARGEST_GROWTH * (state[edge] + 0.1 * least_area[edge]) / now[edge]);
             }
         }
         if now[2] > 0.0 && largest_loss > 0.0 {
@@ -152,8 +196,12 @@ pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
             End::Radius(goal) if last.larger() >= goal => Some(Ended::Done),
             End::Force(part) if force(&last) <= part * first_force => Some(Ended::Done),
             End::Radius(_) if !is_growing => Some(Ended::Stopped),
-            _ if largest_loss > 0.0 && last.loss >= largest_loss * (1.0 - 1e-12) => Some(Ended::Worn),
-            End::Turns(_) | End::Radius(_) if last.larger() > largest_radius => Some(Ended::Largest),
+            _ if largest_loss > 0.0 && last.loss >= largest_loss * (1.0 - 1e-12) => {
+                Some(Ended::Worn)
+            }
+            End::Turns(_) | End::Radius(_) if last.larger() > largest_radius => {
+                Some(Ended::Largest)
+            }
             End::Force(_) if now[2] <= 0.0 => Some(Ended::Stopped),
             _ => None,
         };
@@ -173,7 +221,11 @@ pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
             let (mut low, mut high) = (0.0, step);
             for _ in 0..60 {
                 let middle = (low + high) / 2.0;
-                if reaches(advance(&rate, state, now, middle)) { high = middle } else { low = middle }
+                if reaches(advance(&rate, state, now, middle)) {
+                    high = middle
+                } else {
+                    low = middle
+                }
             }
             step = high;
             next = advance(&rate, state, now, step);
@@ -185,24 +237,39 @@ pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
 }
 
 /// The state after a step of so many turns.
-fn advance(rate: &impl Fn([f64; 3]) -> [f64; 3], state: [f64; 3], now: [f64; 3], step: f64) -> [f64; 3] {
-    let moved = |rate: [f64; 3], part: f64| std::array::from_fn(|i| state[i] + part * step * rate[i]);
+fn advance(
+    rate: &impl Fn([f64; 3]) -> [f64; 3],
+    state: [f64; 3],
+    now: [f64; 3],
+    step: f64,
+) -> [f64; 3] {
+    let moved =
+        |rate: [f64; 3], part: f64| std::array::from_fn(|i| state[i] + part * step * rate[i]);
     let second = rate(moved(now, 0.5));
     let third = rate(moved(second, 0.5));
     let fourth = rate(moved(third, 1.0));
-    std::array::from_fn(|i| state[i] + step / 6.0 * (now[i] + 2.0 * second[i] + 2.0 * third[i] + fourth[i]))
+    std::array::from_fn(|i| {
+        state[i] + step / 6.0 * (now[i] + 2.0 * second[i] + 2.0 * third[i] + fourth[i])
+    })
 }
 
 /// The stage after `turns`, between those that were followed: areas and losses in proportion.
 pub fn stage_at(stages: &[Stage], turns: f64) -> Stage {
     let after = stages.partition_point(|stage| stage.turns <= turns);
-    let (Some(right), Some(left)) = (stages.get(after), after.checked_sub(1).map(|before| &stages[before])) else {
+    let (Some(right), Some(left)) = (
+        stages.get(after),
+        after.checked_sub(1).map(|before| &stages[before]),
+    ) else {
         return stages[after.saturating_sub(1).min(stages.len() - 1)];
     };
     let share = (turns - left.turns) / (right.turns - left.turns);
     let between = |a: f64, b: f64| a + share * (b - a);
     let radius = |edge: usize| between(left.radii[edge].powi(2), right.radii[edge].powi(2)).sqrt();
-    Stage { turns, radii: [radius(0), radius(1)], loss: between(left.loss, right.loss) }
+    Stage {
+        turns,
+        radii: [radius(0), radius(1)],
+        loss: between(left.loss, right.loss),
+    }
 }
 
 #[cfg(test)]
@@ -259,27 +326,41 @@ mod tests {
     #[test]
     fn edges_grow_as_an_integrator_of_scipy_says() {
         let text = include_str!("../../../../tests/data/reference_removal.json");
-        let Reference { cases, constants, work_on_edge: own } = serde_json::from_str(text).expect("the reference");
+        let Reference {
+            cases,
+            constants,
+            work_on_edge: own,
+        } = serde_json::from_str(text).expect("the reference");
         let work = |radius: f64| {
             let x = (radius / own.radius_m).ln();
             own.work_j * (own.slope * x + own.bend * x * x).exp()
         };
-        let radii: Vec<f64> = (0..=200).map(|i| 1e-5 * 1e3_f64.powf(f64::from(i) / 200.0)).collect();
+        let radii: Vec<f64> = (0..=200)
+            .map(|i| 1e-5 * 1e3_f64.powf(f64::from(i) / 200.0))
+            .collect();
         let table = Table::of_work(&radii, work);
         assert_eq!(cases.len(), 5);
         for case in cases {
             let factor = area_factor(case.included_angle_rad);
-            assert!((factor / case.area_over_square - 1.0).abs() < 1e-10, "{factor} {}", case.area_over_square);
+            assert!(
+                (factor / case.area_over_square - 1.0).abs() < 1e-10,
+                "{factor} {}",
+                case.area_over_square
+            );
             let rates = Rates {
                 factors: [factor, 0.0],
                 radius: constants.start_radius_m,
-                area_per_work: constants.preston_m2_n * constants.filament_count / constants.width_m,
+                area_per_work: constants.preston_m2_n * constants.filament_count
+                    / constants.width_m,
                 ..RATES
             };
             for (turns, expected) in case.turns.iter().zip(&case.radii_m) {
                 let (stages, ended) = grow(&table, &rates, End::Turns(*turns));
                 let [radius, _] = stages[stages.len() - 1].radii;
-                assert!(ended == Ended::Done && (radius / expected - 1.0).abs() < 2e-5, "{radius} {expected}");
+                assert!(
+                    ended == Ended::Done && (radius / expected - 1.0).abs() < 2e-5,
+                    "{radius} {expected}"
+                );
                 // The other way round: the turns until that radius.
                 let (stages, _) = grow(&table, &rates, End::Radius(*expected));
                 let found = stages[stages.len() - 1].turns;
@@ -298,12 +379,19 @@ mod tests {
             const PARTS: usize = 20_000;
             let sum: f64 = (0..=PARTS)
                 .map(|i| {
-                    let weight = if i == 0 || i == PARTS { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+                    let weight = if i == 0 || i == PARTS {
+                        1.0
+                    } else {
+                        2.0 + 2.0 * (i % 2) as f64
+                    };
                     weight * gap(tangent * i as f64 / PARTS as f64)
                 })
                 .sum();
             let area = 2.0 * sum * tangent / PARTS as f64 / 3.0;
-            assert!((area / area_factor(2.0 * half) - 1.0).abs() < 1e-6, "{degrees}: {area}");
+            assert!(
+                (area / area_factor(2.0 * half) - 1.0).abs() < 1e-6,
+                "{degrees}: {area}"
+            );
         }
         assert!((area_factor(PI / 2.0) - (1.0 - PI / 4.0)).abs() < 1e-15);
     }
@@ -311,26 +399,47 @@ mod tests {
     #[test]
     fn constant_work_makes_the_square_of_the_radius_grow_evenly() {
         let table = Table::of_work(&[1e-5, 1e-2], |_| 1e-4);
-        let rates = Rates { factors: [0.25, 0.0], area_per_work: 1e-7, ..RATES };
+        let rates = Rates {
+            factors: [0.25, 0.0],
+            area_per_work: 1e-7,
+            ..RATES
+        };
         let (stages, _) = grow(&table, &rates, End::Turns(1e3));
         for stage in &stages {
             let expected = (1e-11 * stage.turns / 0.25).sqrt();
-            assert!((stage.radii[0] - expected).abs() <= 1e-12 * expected, "{stage:?}");
+            assert!(
+                (stage.radii[0] - expected).abs() <= 1e-12 * expected,
+                "{stage:?}"
+            );
         }
         let middle = stage_at(&stages, 500.0).radii[0];
         assert!((middle / (1e-11 * 500.0 / 0.25_f64).sqrt() - 1.0).abs() < 1e-12);
-        let (stages, ended) = grow(&Table::of_work(&[1e-5, 1e-2], |_| 0.0), &rates, End::Radius(1e-4));
+        let (stages, ended) = grow(
+            &Table::of_work(&[1e-5, 1e-2], |_| 0.0),
+            &rates,
+            End::Radius(1e-4),
+        );
         assert!(ended == Ended::Stopped && stages.len() == 1);
     }
 
     #[test]
     fn filaments_wear_by_their_work() {
-        let curves = |work: f64| [0.0, 0.0, work, 10.0].map(|value| Curve::through(vec![0.0], vec![value]));
+        let curves =
+            |work: f64| [0.0, 0.0, work, 10.0].map(|value| Curve::through(vec![0.0], vec![value]));
         // Work that falls in proportion to the loss decays exponentially.
         let table = Table::of_rows(vec![0.0, 1e-3], vec![curves(1e-3), curves(0.0)]);
-        let rates = Rates { radius: 1e-4, loss_per_work: 1e-3, largest: [1e-3, 1.0], least_radius: 1e-4, ..RATES };
+        let rates = Rates {
+            radius: 1e-4,
+            loss_per_work: 1e-3,
+            largest: [1e-3, 1.0],
+            least_radius: 1e-4,
+            ..RATES
+        };
         let (stages, _) = grow(&table, &rates, End::Turns(2e3));
         let last = stages[stages.len() - 1];
-        assert!((last.loss / (1e-3 * (1.0 - (-2.0_f64).exp())) - 1.0).abs() < 1e-6, "{last:?}");
+        assert!(
+            (last.loss / (1e-3 * (1.0 - (-2.0_f64).exp())) - 1.0).abs() < 1e-6,
+            "{last:?}"
+        );
     }
 }

@@ -1,12 +1,16 @@
-//! What a brush does to an edge over time: the edge grows round, and the filaments wear (MODEL, "Removal and wear").
+//! What a brush does to an edge over time: the edge grows round, and the filaments wear (MODEL,
+//! "Removal and wear").
 //!
-//! An edge stays a circular arc tangent to both faces. Passes over edges of a few radii, and where filaments wear by filaments of a few lengths, tell the
-//! sliding work `W_e`; between them it is interpolated smoothly in `ln R`. With it `dA/dN = k_P (N_f/b) W_e` is integrated, and more radii are
-//! simulated until the result no longer changes.
+//! An edge stays a circular arc tangent to both faces. Passes over edges of a few radii, and where
+//! filaments wear by filaments of a few lengths, tell the sliding work `W_e`; between them it is
+//! interpolated smoothly in `ln R`. With it `dA/dN = k_P (N_f/b) W_e` is integrated, and more radii
+//! are simulated until the result no longer changes.
 
 use std::f64::consts::{PI, TAU};
 
-use bristle::model::settings::{ObservedEdge, RemovalGoal, RemovalSettings, Settings, Side, WorkpieceKind};
+use bristle::model::settings::{
+    ObservedEdge, RemovalGoal, RemovalSettings, Settings, Side, WorkpieceKind,
+};
 use bristle::simulation::Stop;
 
 use crate::Resources;
@@ -72,11 +76,14 @@ pub struct Removal {
     pub angles_rad: Vec<f64>,
     /// Whether rows have a band.
     pub has_band: bool,
-    /// The least radius in m over which passes were simulated. Smaller edges are worked on as one of it.
+    /// The least radius in m over which passes were simulated. Smaller edges are worked on as one
+    /// of it.
     pub least_radius_m: f64,
-    /// By how much the radius changed at most when the number of simulated radii was doubled, over itself.
+    /// By how much the radius changed at most when the number of simulated radii was doubled, over
+    /// itself.
     pub change_when_refined: f64,
-    /// The time in s at which the force has fallen by `removal.force_loss`. `None` if filaments do not wear, or their force does not fall.
+    /// The time in s at which the force has fallen by `removal.force_loss`. `None` if filaments do
+    /// not wear, or their force does not fall.
     pub life_s: Option<f64>,
 }
 
@@ -87,25 +94,32 @@ impl Removal {
         self.change_when_refined >= CONVERGED
     }
 
-    /// Whether passes over smaller edges than the least that was simulated could not be simulated, because filaments dip through them.
+    /// Whether passes over smaller edges than the least that was simulated could not be simulated,
+    /// because filaments dip through them.
     #[must_use]
     pub fn dips_through(&self) -> bool {
         let start = self.rows.first().map_or(0.0, |row| row.edge_radius_m);
         self.least_radius_m > start.max(SHARP)
     }
 
-    /// The simulated edge that gives way most for its radius, if by more than half of it: it is softer than it is sharp.
+    /// The simulated edge that gives way most for its radius, if by more than half of it: it is
+    /// softer than it is sharp.
     #[must_use]
     pub fn softest(&self) -> Option<&SimulatedEdge> {
         let part = |edge: &SimulatedEdge| edge.max_edge_penetration_m / edge.edge_radius_m;
-        self.simulated.iter().filter(|edge| part(edge) > 0.5).max_by(|a, b| part(a).total_cmp(&part(b)))
+        self.simulated
+            .iter()
+            .filter(|edge| part(edge) > 0.5)
+            .max_by(|a, b| part(a).total_cmp(&part(b)))
     }
 }
 
-/// Follows the edge of the workpiece that `settings` state until the goal of `[removal]`. `tell` hears how many passes of a batch are simulated.
+/// Follows the edge of the workpiece that `settings` state until the goal of `[removal]`. `tell`
+/// hears how many passes of a batch are simulated.
 ///
 /// # Errors
-/// If there is no edge, coefficient or goal, if the goal is never reached, or a pass cannot be simulated.
+/// If there is no edge, coefficient or goal, if the goal is never reached, or a pass cannot be
+/// simulated.
 pub fn remove(
     settings: &Settings,
     resources: Resources,
@@ -119,9 +133,13 @@ pub fn remove(
     }
     let goal = goal_of(settings, &removal)?;
     let radius = settings.workpiece.kind.edge_radius_m();
-    for (path, goal) in
-        [("removal.until", goal.radius()), ("removal.observed", removal.observed.map(|edge| edge.edge_radius_m))]
-    {
+    for (path, goal) in [
+        ("removal.until", goal.radius()),
+        (
+            "removal.observed",
+            removal.observed.map(|edge| edge.edge_radius_m),
+        ),
+    ] {
         if let Some(goal) = goal.filter(|goal| *goal <= radius) {
             return Err(RemovalError::Settings(format!(
                 "`{path}` is {goal:e} m, but the edge has a radius of {radius:e} m at the start, by `workpiece.edge_radius_m`: choose a \
@@ -129,7 +147,13 @@ pub fn remove(
             )));
         }
     }
-    let mut search = Search { settings, removal, angles, goal, passes: Passes::new(settings, resources, stop, tell) };
+    let mut search = Search {
+        settings,
+        removal,
+        angles,
+        goal,
+        passes: Passes::new(settings, resources, stop, tell),
+    };
     let (growth, nodes, change) = search.refined()?;
     search.conclude(&growth, &nodes, change)
 }
@@ -139,7 +163,8 @@ fn no_coefficient() -> RemovalError {
     RemovalError::Settings(words.to_owned())
 }
 
-/// The included angles in rad of the edges that can be followed, in the order in which filaments meet them.
+/// The included angles in rad of the edges that can be followed, in the order in which filaments
+/// meet them.
 ///
 /// # Errors
 /// If there is none, or their work is not known.
@@ -153,26 +178,35 @@ pub fn edges_of(settings: &Settings) -> Result<Vec<f64>, RemovalError> {
              `workpiece.kind = \"edge\"`",
         ),
         WorkpieceKind::Chamfer(chamfer) => {
-            let [top, other] = [PI - chamfer.chamfer_angle_rad, chamfer.included_angle_rad + chamfer.chamfer_angle_rad];
-            Ok(if chamfer.side == Side::Leaving { vec![top, other] } else { vec![other, top] })
+            let [top, other] = [
+                PI - chamfer.chamfer_angle_rad,
+                chamfer.included_angle_rad + chamfer.chamfer_angle_rad,
+            ];
+            Ok(if chamfer.side == Side::Leaving {
+                vec![top, other]
+            } else {
+                vec![other, top]
+            })
         }
         _ => wrong("`workpiece.kind` has no edge that grows round: choose \"edge\" or \"chamfer\""),
     }
 }
 
-/// How an edge grows, for any coefficient and radius at the start: what was simulated is enough for all of them.
+/// How an edge grows, for any coefficient and radius at the start: what was simulated is enough for
+/// all of them.
 #[derive(Clone, Debug)]
 pub struct Course {
     table: Table,
     rates: Rates,
     preston: f64,
-    /// By how much the radius changed at most when the number of simulated radii was doubled, over itself.
+    /// By how much the radius changed at most when the number of simulated radii was doubled, over
+    /// itself.
     pub change_when_refined: f64,
 }
 
 impl Course {
-    /// Simulates the passes over edges of radii from that of the workpiece that `settings` state to one that was `observed`. `tell` hears how many
-    /// passes of a batch are simulated.
+    /// Simulates the passes over edges of radii from that of the workpiece that `settings` state to
+    /// one that was `observed`. `tell` hears how many passes of a batch are simulated.
     ///
     /// # Errors
     /// If there is no edge, if that radius is never reached, or a pass cannot be simulated.
@@ -184,9 +218,19 @@ impl Course {
         tell: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, RemovalError> {
         let angles = edges_of(settings)?;
-        let removal = RemovalSettings { preston_m2_n: None, observed: Some(observed), ..settings.removal_or_default() };
+        let removal = RemovalSettings {
+            preston_m2_n: None,
+            observed: Some(observed),
+            ..settings.removal_or_default()
+        };
         let passes = Passes::new(settings, resources, stop, tell);
-        let mut search = Search { settings, removal, angles, goal: End::Radius(observed.edge_radius_m), passes };
+        let mut search = Search {
+            settings,
+            removal,
+            angles,
+            goal: End::Radius(observed.edge_radius_m),
+            passes,
+        };
         let (Growth { preston, .. }, nodes, change_when_refined) = search.refined()?;
         let count = settings.tool.filament_count;
         let rates = Rates::new(settings, count, preston, search.factors(), &nodes);
@@ -194,7 +238,10 @@ impl Course {
         Ok(Self {
             table: search.passes.table(None, &nodes),
             // Edges that grow faster go beyond the table, where their work is that at its end.
-            rates: Rates { largest: [loss, f64::INFINITY], ..rates },
+            rates: Rates {
+                largest: [loss, f64::INFINITY],
+                ..rates
+            },
             preston,
             change_when_refined,
         })
@@ -206,14 +253,22 @@ impl Course {
         self.preston
     }
 
-    /// The radius in m of the larger edge after each of the `turns`, which ascend, with a Preston coefficient in m²/N and a radius at the start in m.
+    /// The radius in m of the larger edge after each of the `turns`, which ascend, with a Preston
+    /// coefficient in m²/N and a radius at the start in m.
     #[must_use]
     pub fn radii(&self, preston_m2_n: f64, start_m: f64, turns: &[f64]) -> Vec<f64> {
         let area_per_work = self.rates.area_per_work * (preston_m2_n / self.preston);
-        let rates = Rates { radius: start_m, area_per_work, ..self.rates };
+        let rates = Rates {
+            radius: start_m,
+            area_per_work,
+            ..self.rates
+        };
         let end = turns.last().copied().unwrap_or(0.0);
         let (stages, _) = grow(&self.table, &rates, End::Turns(end));
-        turns.iter().map(|turns| stage_at(&stages, *turns).larger()).collect()
+        turns
+            .iter()
+            .map(|turns| stage_at(&stages, *turns).larger())
+            .collect()
     }
 }
 
@@ -235,7 +290,8 @@ fn goal_of(settings: &Settings, removal: &RemovalSettings) -> Result<End, Remova
 
 impl Nodes {
     fn new([least, largest]: [f64; 2], loss: f64, level: [usize; 2]) -> Self {
-        let [radii, losses] = level.map(|count| (0..count).map(move |i| i as f64 / (count - 1) as f64));
+        let [radii, losses] =
+            level.map(|count| (0..count).map(move |i| i as f64 / (count - 1) as f64));
         // The ends are exact, and the nodes of a level are among those of the next.
         let radius = |share: f64| match share {
             0.0 => least,
@@ -244,7 +300,11 @@ impl Nodes {
         };
         Self {
             radii: radii.map(radius).collect(),
-            losses: if loss > 0.0 { losses.map(|share| share * loss).collect() } else { vec![0.0] },
+            losses: if loss > 0.0 {
+                losses.map(|share| share * loss).collect()
+            } else {
+                vec![0.0]
+            },
         }
     }
 }
@@ -273,7 +333,8 @@ impl Growth {
 }
 
 impl Search<'_> {
-    /// The growth by so many passes that more of them change nothing, what they were, and by how much the last ones changed the radius.
+    /// The growth by so many passes that more of them change nothing, what they were, and by how
+    /// much the last ones changed the radius.
     fn refined(&mut self) -> Result<(Growth, Nodes, f64), RemovalError> {
         let nodes = self.nodes()?;
         let mut coarse = self.follow(None, &nodes)?;
@@ -291,7 +352,9 @@ impl Search<'_> {
                 break;
             }
         }
-        if let (Some(goal), Ended::Stopped | Ended::Worn | Ended::Largest) = (self.goal.radius(), coarse.ended) {
+        if let (Some(goal), Ended::Stopped | Ended::Worn | Ended::Largest) =
+            (self.goal.radius(), coarse.ended)
+        {
             return Err(self.unreached(goal, &coarse));
         }
         Ok((coarse, finest, change))
@@ -299,7 +362,11 @@ impl Search<'_> {
 
     /// Factors of the areas.
     fn factors(&self) -> [f64; 2] {
-        let factor = |edge: usize| self.angles.get(edge).map_or(0.0, |angle| area_factor(*angle));
+        let factor = |edge: usize| {
+            self.angles
+                .get(edge)
+                .map_or(0.0, |angle| area_factor(*angle))
+        };
         [factor(0), factor(1)]
     }
 
@@ -326,19 +393,33 @@ impl Search<'_> {
             settings.workpiece.kind.set_edge_radius_m(radius);
             settings
         };
-        let fits = |radius: f64| with(radius).check().is_ok() && has_edges(&with(radius), self.angles.len());
+        let fits = |radius: f64| {
+            with(radius).check().is_ok() && has_edges(&with(radius), self.angles.len())
+        };
         if fits(wanted) {
             return Ok(wanted);
         }
-        let error = |error: String| RemovalError::Case { radius: least, loss: 0.0, error };
-        with(least).check().map_err(|violation| error(violation.to_string()))?;
+        let error = |error: String| RemovalError::Case {
+            radius: least,
+            loss: 0.0,
+            error,
+        };
+        with(least)
+            .check()
+            .map_err(|violation| error(violation.to_string()))?;
         if !fits(least) {
-            return Err(error("it is a face rather than an edge: choose fewer segments".to_owned()));
+            return Err(error(
+                "it is a face rather than an edge: choose fewer segments".to_owned(),
+            ));
         }
         let (mut low, mut high) = (least, wanted);
         while high / low > 1.0 + 1e-6 {
             let middle = (low * high).sqrt();
-            if fits(middle) { low = middle } else { high = middle }
+            if fits(middle) {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         Ok(low)
     }
@@ -348,7 +429,11 @@ impl Search<'_> {
         let radius = self.settings.workpiece.kind.edge_radius_m();
         let observed = self.removal.observed.map_or(0.0, |edge| edge.edge_radius_m);
         let goal = self.goal.radius().unwrap_or(0.0).max(observed);
-        let sharp = if goal > 0.0 { SHARP.min(SHARP_OF_GOAL * goal) } else { SHARP };
+        let sharp = if goal > 0.0 {
+            SHARP.min(SHARP_OF_GOAL * goal)
+        } else {
+            SHARP
+        };
         let least = radius.max(sharp);
         let mut largest = if goal > 0.0 { goal } else { RAISE * least };
         // Filaments dip through an edge whose radius is below their penetration.
@@ -367,12 +452,14 @@ impl Search<'_> {
             }
             let nodes = Nodes::new([least, possible], loss, LEVELS[0]);
             let growth = self.follow(None, &nodes)?;
-            if growth.ended == Ended::Largest && possible == largest && self.goal.radius().is_none() {
+            if growth.ended == Ended::Largest && possible == largest && self.goal.radius().is_none()
+            {
                 largest *= RAISE;
                 continue;
             }
             if self.removal.filament_wear_m2_n.is_some() {
-                // What would be lost with new filaments, and half as much again, because the first guess has no loss.
+                // What would be lost with new filaments, and half as much again, because the first
+                // guess has no loss.
                 let lost = match loss == 0.0 {
                     true => 1.5 * self.loss_of(&nodes, growth.end().turns),
                     false if growth.ended == Ended::Worn => 2.0 * loss,
@@ -390,15 +477,22 @@ impl Search<'_> {
     /// The length in m that new filaments lose in so many turns.
     fn loss_of(&self, nodes: &Nodes, turns: f64) -> f64 {
         let table = self.passes.table(None, nodes);
-        let work = nodes.radii.iter().map(|radius| table.at(*radius, 0.0).whole).fold(0.0, f64::max);
+        let work = nodes
+            .radii
+            .iter()
+            .map(|radius| table.at(*radius, 0.0).whole)
+            .fold(0.0, f64::max);
         turns * work * Rates::new(self.settings, 0.0, 0.0, self.factors(), nodes).loss_per_work
     }
 
-    /// Simulates what is missing at the nodes, and follows the growth of one tool, or of the mean of all.
+    /// Simulates what is missing at the nodes, and follows the growth of one tool, or of the mean
+    /// of all.
     fn follow(&mut self, member: Option<usize>, nodes: &Nodes) -> Result<Growth, RemovalError> {
         self.passes.simulate(nodes)?;
         let table = self.passes.table(member, nodes);
-        let count = member.map_or(self.settings.tool.filament_count, |member| self.passes.count(member));
+        let count = member.map_or(self.settings.tool.filament_count, |member| {
+            self.passes.count(member)
+        });
         let rates = |preston: f64| Rates::new(self.settings, count, preston, self.factors(), nodes);
         let preston = match (self.removal.preston_m2_n, self.removal.observed) {
             (Some(preston), _) => preston,
@@ -406,22 +500,37 @@ impl Search<'_> {
             (None, None) => return Err(no_coefficient()),
         };
         let (stages, ended) = grow(&table, &rates(preston), self.goal);
-        Ok(Growth { preston, stages, ended })
+        Ok(Growth {
+            preston,
+            stages,
+            ended,
+        })
     }
 
-    /// The Preston coefficient in m²/N with which an edge has the radius that was observed when it was.
+    /// The Preston coefficient in m²/N with which an edge has the radius that was observed when it
+    /// was.
     fn preston_of(
         &self,
         table: &Table,
         observed: ObservedEdge,
         rates: &impl Fn(f64) -> Rates,
     ) -> Result<f64, RemovalError> {
-        let ObservedEdge { edge_radius_m: goal, time_s } = observed;
+        let ObservedEdge {
+            edge_radius_m: goal,
+            time_s,
+        } = observed;
         let turns = time_s * self.settings.angular_velocity_rad_s() / TAU;
         // Without wear, the dose decides: it takes so many turns with a coefficient of one.
-        let unit = Rates { loss_per_work: 0.0, ..rates(1.0) };
+        let unit = Rates {
+            loss_per_work: 0.0,
+            ..rates(1.0)
+        };
         let (stages, ended) = grow(table, &unit, End::Radius(goal));
-        let growth = Growth { preston: 1.0, stages, ended };
+        let growth = Growth {
+            preston: 1.0,
+            stages,
+            ended,
+        };
         if ended != Ended::Done {
             return Err(self.unreached(goal, &growth));
         }
@@ -443,7 +552,11 @@ impl Search<'_> {
         }
         for _ in 0..60 {
             preston = (low * high).sqrt();
-            if radius(preston) >= goal { high = preston } else { low = preston }
+            if radius(preston) >= goal {
+                high = preston
+            } else {
+                low = preston
+            }
         }
         Ok(preston)
     }
@@ -464,23 +577,45 @@ impl Search<'_> {
         ))
     }
 
-    fn conclude(&mut self, growth: &Growth, nodes: &Nodes, change: f64) -> Result<Removal, RemovalError> {
+    fn conclude(
+        &mut self,
+        growth: &Growth,
+        nodes: &Nodes,
+        change: f64,
+    ) -> Result<Removal, RemovalError> {
         let end = growth.end().turns;
         let table = self.passes.table(None, nodes);
         let (factors, least) = (self.factors(), nodes.radii[0]);
-        let start: f64 =
-            factors.iter().map(|factor| factor * self.settings.workpiece.kind.edge_radius_m().powi(2)).sum();
+        let start: f64 = factors
+            .iter()
+            .map(|factor| factor * self.settings.workpiece.kind.edge_radius_m().powi(2))
+            .sum();
         let second_per_turn = TAU / self.settings.angular_velocity_rad_s();
         let bands = self.bands(growth, nodes)?;
         let row = |i: usize| {
-            let turns = if i == ROWS { end } else { end * (i as f64 / ROWS as f64).powi(2) };
+            let turns = if i == ROWS {
+                end
+            } else {
+                end * (i as f64 / ROWS as f64).powi(2)
+            };
             let Stage { radii, loss, .. } = stage_at(&growth.stages, turns);
             let [at_first, at_second] = radii.map(|radius| table.at(radius.max(least), loss));
             let area: f64 = (0..2).map(|edge| factors[edge] * radii[edge].powi(2)).sum();
-            let larger = if radii[1] > radii[0] { at_second } else { at_first };
-            let mut band: Vec<f64> = bands.iter().map(|stages| stage_at(stages, turns).radii[0]).collect();
+            let larger = if radii[1] > radii[0] {
+                at_second
+            } else {
+                at_first
+            };
+            let mut band: Vec<f64> = bands
+                .iter()
+                .map(|stages| stage_at(stages, turns).radii[0])
+                .collect();
             band.sort_by(f64::total_cmp);
-            let [lower, upper] = if band.is_empty() { [0.0; 2] } else { BAND.map(|share| quantile(&band, share)) };
+            let [lower, upper] = if band.is_empty() {
+                [0.0; 2]
+            } else {
+                BAND.map(|share| quantile(&band, share))
+            };
             RemovalRow {
                 turns,
                 time_s: turns * second_per_turn,
@@ -519,20 +654,32 @@ impl Search<'_> {
             let table = self.passes.table(Some(member), nodes);
             let count = self.passes.count(member);
             let rates = Rates::new(self.settings, count, growth.preston, self.factors(), nodes);
-            // Edges that grow faster than those of the mean go beyond the table, where their work is that at its end.
+            // Edges that grow faster than those of the mean go beyond the table, where their work
+            // is that at its end.
             let [loss, _] = rates.largest;
-            grow(&table, &Rates { largest: [loss, f64::INFINITY], ..rates }, end).0
+            grow(
+                &table,
+                &Rates {
+                    largest: [loss, f64::INFINITY],
+                    ..rates
+                },
+                end,
+            )
+            .0
         });
         Ok(all.collect())
     }
 
-    /// The turns after which the force has fallen by `removal.force_loss`, on an edge as round as at the end.
+    /// The turns after which the force has fallen by `removal.force_loss`, on an edge as round as
+    /// at the end.
     fn life(&mut self, nodes: &Nodes) -> Result<Option<f64>, RemovalError> {
-        if self.removal.filament_wear_m2_n.is_none() || self.settings.process.tool_force_n.is_some() {
+        if self.removal.filament_wear_m2_n.is_none() || self.settings.process.tool_force_n.is_some()
+        {
             return Ok(None);
         }
         let radii = vec![nodes.radii[nodes.radii.len() - 1]];
-        let Nodes { losses, .. } = Nodes::new([radii[0]; 2], self.largest_loss(), [2, LOSSES_OF_LIFE]);
+        let Nodes { losses, .. } =
+            Nodes::new([radii[0]; 2], self.largest_loss(), [2, LOSSES_OF_LIFE]);
         let own = Nodes { radii, losses };
         self.passes.simulate(&own)?;
         let table = self.passes.table(None, &own);
@@ -548,14 +695,23 @@ fn has_edges(settings: &Settings, count: usize) -> bool {
     Part::of(settings).is_ok_and(|(part, _)| part.edges().len() == count)
 }
 
-/// The largest change of the radius from a coarse to a fine growth, over itself, at the same turns of both.
+/// The largest change of the radius from a coarse to a fine growth, over itself, at the same turns
+/// of both.
 fn change_of(coarse: &Growth, fine: &Growth) -> f64 {
     const LOOKS: usize = 50;
     let end = fine.end().turns;
     let changes = (1..=LOOKS).map(|i| {
         let turns = end * (i as f64 / LOOKS as f64).powi(2);
         let [a, b] = [coarse, fine].map(|growth| stage_at(&growth.stages, turns).radii);
-        (0..2).map(|edge| if b[edge] > 0.0 { (a[edge] / b[edge] - 1.0).abs() } else { 0.0 }).fold(0.0, f64::max)
+        (0..2)
+            .map(|edge| {
+                if b[edge] > 0.0 {
+                    (a[edge] / b[edge] - 1.0).abs()
+                } else {
+                    0.0
+                }
+            })
+            .fold(0.0, f64::max)
     });
     changes.fold(0.0, f64::max)
 }

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
-use bristle::model::settings::{ChamferSettings, EdgeSettings, Settings, Side, UncertaintySettings, WorkpieceKind};
+use bristle::model::settings::{
+    ChamferSettings, EdgeSettings, Settings, Side, UncertaintySettings, WorkpieceKind,
+};
 use bristle::simulation::{ProfileCell, Sampling, Simulation, Stop};
 
 use super::curve::Curve;
@@ -47,19 +49,28 @@ impl Work {
     }
 
     fn of_numbers([first, second, whole, force]: [f64; NUMBERS]) -> Self {
-        Self { edges: [first, second], whole, force, penetration: 0.0 }
+        Self {
+            edges: [first, second],
+            whole,
+            force,
+            penetration: 0.0,
+        }
     }
 
     /// The same with a `part` of another added; the penetration is the larger one.
     fn plus(self, part: f64, other: &Self) -> Self {
         let (own, others) = (self.numbers(), other.numbers());
         let sum = Self::of_numbers(std::array::from_fn(|i| own[i] + part * others[i]));
-        Self { penetration: self.penetration.max(other.penetration), ..sum }
+        Self {
+            penetration: self.penetration.max(other.penetration),
+            ..sum
+        }
     }
 }
 
-/// The settings of a tool whose filaments have lost the length `loss` (m). The machine keeps its speed and, unless it compensates, its
-/// distance. `None` if its filaments do not reach the workpiece any more.
+/// The settings of a tool whose filaments have lost the length `loss` (m). The machine keeps its
+/// speed and, unless it compensates, its distance. `None` if its filaments do not reach the
+/// workpiece any more.
 fn worn(settings: &Settings, loss: f64) -> Option<Settings> {
     let mut worn = settings.clone();
     if loss == 0.0 {
@@ -68,9 +79,12 @@ fn worn(settings: &Settings, loss: f64) -> Option<Settings> {
     let (new, filament) = (&settings.filament, &mut worn.filament);
     let length_m = new.length_m - loss;
     // Waves stay where they are, and a taper ends where it is cut.
-    filament.waviness_length_m = new.waviness_length_m.or((new.waviness_amplitude_m != 0.0).then_some(new.length_m));
-    filament.tip_diameter_m =
-        new.tip_diameter_m.map(|tip| new.diameter_m + (tip - new.diameter_m) * length_m / new.length_m);
+    filament.waviness_length_m = new
+        .waviness_length_m
+        .or((new.waviness_amplitude_m != 0.0).then_some(new.length_m));
+    filament.tip_diameter_m = new
+        .tip_diameter_m
+        .map(|tip| new.diameter_m + (tip - new.diameter_m) * length_m / new.length_m);
     filament.length_m = length_m;
     worn.process.brushing_velocity_m_s = settings.angular_velocity_rad_s() * worn.tool_radius_m();
     if !settings.removal_or_default().compensate && settings.process.tool_force_n.is_none() {
@@ -85,7 +99,13 @@ fn worn(settings: &Settings, loss: f64) -> Option<Settings> {
 
 /// The same set-up in a mirror that turns `x` round: a tool that turns in the other direction.
 fn mirrored(mut settings: Settings) -> Settings {
-    let Settings { tool, filament, workpiece, process, .. } = &mut settings;
+    let Settings {
+        tool,
+        filament,
+        workpiece,
+        process,
+        ..
+    } = &mut settings;
     if let WorkpieceKind::Edge(EdgeSettings { side, offset_m, .. })
     | WorkpieceKind::Chamfer(ChamferSettings { side, offset_m, .. }) = &mut workpiece.kind
     {
@@ -115,7 +135,8 @@ struct Member {
     count: f64,
 }
 
-/// A pass: the tool by number, its direction, and the bits of the radius of the edge and of the loss of length, in m.
+/// A pass: the tool by number, its direction, and the bits of the radius of the edge and of the
+/// loss of length, in m.
 type Key = (usize, u64, u64);
 
 bristle::record! {
@@ -132,7 +153,8 @@ bristle::record! {
     }
 }
 
-/// The passes that have been simulated, of one tool, or of those that are sampled where filaments scatter.
+/// The passes that have been simulated, of one tool, or of those that are sampled where filaments
+/// scatter.
 pub struct Passes<'a> {
     members: Vec<Member>,
     has_two_edges: bool,
@@ -155,7 +177,10 @@ impl<'a> Passes<'a> {
             false => vec![settings],
         };
         let members = match Scatter::of(settings) {
-            None => vec![Member { directions: directions(settings.clone()), count: settings.tool.filament_count }],
+            None => vec![Member {
+                directions: directions(settings.clone()),
+                count: settings.tool.filament_count,
+            }],
             Some(scatter) => (0..scatter.count())
                 .map(|tool| Member {
                     directions: scatter.settings(tool).map_or_else(Vec::new, directions),
@@ -164,7 +189,14 @@ impl<'a> Passes<'a> {
                 .collect(),
         };
         let has_two_edges = matches!(settings.workpiece.kind, WorkpieceKind::Chamfer(_));
-        Self { members, has_two_edges, resources, stop, tell, known: BTreeMap::new() }
+        Self {
+            members,
+            has_two_edges,
+            resources,
+            stop,
+            tell,
+            known: BTreeMap::new(),
+        }
     }
 
     /// The number of tools.
@@ -179,39 +211,66 @@ impl<'a> Passes<'a> {
 
     /// Simulates what is missing of the passes at the `nodes`.
     pub fn simulate(&mut self, nodes: &Nodes) -> Result<(), RemovalError> {
-        self.attempt(nodes)?.into_iter().next().map_or(Ok(()), |(_, failure)| Err(failure))
+        self.attempt(nodes)?
+            .into_iter()
+            .next()
+            .map_or(Ok(()), |(_, failure)| Err(failure))
     }
 
-    /// The same where some passes may fail: the first of the radii from which on all can be simulated, or the failure at the last one.
+    /// The same where some passes may fail: the first of the radii from which on all can be
+    /// simulated, or the failure at the last one.
     pub fn first_possible(&mut self, nodes: &Nodes) -> Result<f64, RemovalError> {
         let mut failures = self.attempt(nodes)?;
         let last = nodes.radii[nodes.radii.len() - 1];
         if let Some(at_last) = failures.iter().position(|(radius, _)| *radius == last) {
             return Err(failures.swap_remove(at_last).1);
         }
-        let largest = failures.iter().map(|(radius, _)| *radius).fold(0.0, f64::max);
-        Ok(*nodes.radii.iter().find(|radius| **radius > largest).expect("the last one can be simulated"))
+        let largest = failures
+            .iter()
+            .map(|(radius, _)| *radius)
+            .fold(0.0, f64::max);
+        Ok(*nodes
+            .radii
+            .iter()
+            .find(|radius| **radius > largest)
+            .expect("the last one can be simulated"))
     }
 
     /// Simulates what is missing, and returns what failed, with the radius of each.
-    fn attempt(&mut self, Nodes { radii, losses }: &Nodes) -> Result<Vec<(f64, RemovalError)>, RemovalError> {
-        let (mut found, mut keys, mut cases, mut failures) = (BTreeMap::new(), Vec::new(), Vec::new(), Vec::new());
+    fn attempt(
+        &mut self,
+        Nodes { radii, losses }: &Nodes,
+    ) -> Result<Vec<(f64, RemovalError)>, RemovalError> {
+        let (mut found, mut keys, mut cases, mut failures) =
+            (BTreeMap::new(), Vec::new(), Vec::new(), Vec::new());
         for (member, own) in self.members.iter().enumerate() {
-            for (&radius, &loss) in radii.iter().flat_map(|radius| losses.iter().map(move |loss| (radius, loss))) {
+            for (&radius, &loss) in radii
+                .iter()
+                .flat_map(|radius| losses.iter().map(move |loss| (radius, loss)))
+            {
                 let key = (member, radius.to_bits(), loss.to_bits());
                 if self.known.contains_key(&key) {
                     continue;
                 }
                 found.insert(key, Work::default());
                 for (direction, settings) in own.directions.iter().enumerate() {
-                    let Some(mut settings) = worn(settings, loss) else { continue };
+                    let Some(mut settings) = worn(settings, loss) else {
+                        continue;
+                    };
                     settings.workpiece.kind.set_edge_radius_m(radius);
                     if settings.brush.is_none() {
                         // A sampled tool is not sampled again.
                         settings.uncertainty = UncertaintySettings::default();
                     }
                     if let Err(error) = settings.check() {
-                        failures.push((radius, RemovalError::Case { radius, loss, error: error.to_string() }));
+                        failures.push((
+                            radius,
+                            RemovalError::Case {
+                                radius,
+                                loss,
+                                error: error.to_string(),
+                            },
+                        ));
                         found.remove(&key);
                         break;
                     }
@@ -220,7 +279,11 @@ impl<'a> Passes<'a> {
                 }
             }
         }
-        let works = if cases.is_empty() { Vec::new() } else { self.run(cases)? };
+        let works = if cases.is_empty() {
+            Vec::new()
+        } else {
+            self.run(cases)?
+        };
         for ((key, direction), work) in keys.into_iter().zip(works) {
             let (member, radius, loss) = key;
             match work {
@@ -235,7 +298,14 @@ impl<'a> Passes<'a> {
                 }
                 Err(error) => {
                     let [radius, loss] = [radius, loss].map(f64::from_bits);
-                    failures.push((radius, RemovalError::Case { radius, loss, error }));
+                    failures.push((
+                        radius,
+                        RemovalError::Case {
+                            radius,
+                            loss,
+                            error,
+                        },
+                    ));
                     found.remove(&key);
                 }
             }
@@ -248,8 +318,16 @@ impl<'a> Passes<'a> {
     fn run(&self, cases: Vec<Settings>) -> Result<Vec<Result<Work, String>>, RemovalError> {
         let study = Study::of_cases(cases);
         let count = study.case_count();
-        let (works, shares, done) = (Mutex::new(vec![None; count]), Mutex::new(vec![None; count]), Mutex::new(0));
-        let sampling = Sampling { profile: self.has_two_edges, alongside: true, ..Sampling::default() };
+        let (works, shares, done) = (
+            Mutex::new(vec![None; count]),
+            Mutex::new(vec![None; count]),
+            Mutex::new(0),
+        );
+        let sampling = Sampling {
+            profile: self.has_two_edges,
+            alongside: true,
+            ..Sampling::default()
+        };
         let on_pass = |case: usize, simulation: &Simulation| {
             shares.lock().expect(UNBROKEN)[case] = Some(shares_of_edges(&simulation.profile));
         };
@@ -261,7 +339,15 @@ impl<'a> Passes<'a> {
             ControlFlow::Continue(())
         };
         let all: Vec<usize> = (0..count).collect();
-        simulate_cases(&study, &all, self.resources, self.stop, sampling, on_pass, on_case)?;
+        simulate_cases(
+            &study,
+            &all,
+            self.resources,
+            self.stop,
+            sampling,
+            on_pass,
+            on_case,
+        )?;
         if self.stop.is_requested() {
             return Err(RemovalError::Stopped);
         }
@@ -270,7 +356,11 @@ impl<'a> Passes<'a> {
         Ok(works
             .map(|(result, shares)| {
                 let summary = result.expect("every case is done")?;
-                let edges = if self.has_two_edges { shares.unwrap_or_default() } else { [1.0, 0.0] };
+                let edges = if self.has_two_edges {
+                    shares.unwrap_or_default()
+                } else {
+                    [1.0, 0.0]
+                };
                 Ok(work_of(&summary, edges))
             })
             .collect())
@@ -281,15 +371,25 @@ impl<'a> Passes<'a> {
         let members = member.map_or(0..self.members(), |member| member..member + 1);
         let part = 1.0 / members.len() as f64;
         let at = |radius: f64, loss: f64| {
-            let works = members.clone().map(|member| self.known[&(member, radius.to_bits(), loss.to_bits())]);
+            let works = members
+                .clone()
+                .map(|member| self.known[&(member, radius.to_bits(), loss.to_bits())]);
             works.fold(Work::default(), |sum, work| sum.plus(part, &work))
         };
         let x: Vec<f64> = radii.iter().map(|radius| radius.ln()).collect();
         let row = |&loss: &f64| {
-            let works: Vec<[f64; NUMBERS]> = radii.iter().map(|&radius| at(radius, loss).numbers()).collect();
-            std::array::from_fn(|i| Curve::through(x.clone(), works.iter().map(|numbers| numbers[i]).collect()))
+            let works: Vec<[f64; NUMBERS]> = radii
+                .iter()
+                .map(|&radius| at(radius, loss).numbers())
+                .collect();
+            std::array::from_fn(|i| {
+                Curve::through(x.clone(), works.iter().map(|numbers| numbers[i]).collect())
+            })
         };
-        Table { losses: losses.clone(), rows: losses.iter().map(row).collect() }
+        Table {
+            losses: losses.clone(),
+            rows: losses.iter().map(row).collect(),
+        }
     }
 
     /// All that was simulated, the mean of all tools, by radius and loss.
@@ -300,15 +400,17 @@ impl<'a> Passes<'a> {
             let sum = sums.entry((*radius, *loss)).or_default();
             *sum = sum.plus(part, work);
         }
-        let simulated = sums.into_iter().map(|((radius, loss), work)| SimulatedEdge {
-            edge_radius_m: f64::from_bits(radius),
-            filament_length_loss_m: f64::from_bits(loss),
-            edge_sliding_work_j: work.edges[0],
-            second_edge_sliding_work_j: work.edges[1],
-            sliding_work_j: work.whole,
-            tool_contact_normal_force_n: work.force,
-            max_edge_penetration_m: work.penetration,
-        });
+        let simulated = sums
+            .into_iter()
+            .map(|((radius, loss), work)| SimulatedEdge {
+                edge_radius_m: f64::from_bits(radius),
+                filament_length_loss_m: f64::from_bits(loss),
+                edge_sliding_work_j: work.edges[0],
+                second_edge_sliding_work_j: work.edges[1],
+                sliding_work_j: work.whole,
+                tool_contact_normal_force_n: work.force,
+                max_edge_penetration_m: work.penetration,
+            });
         simulated.collect()
     }
 }
@@ -325,15 +427,30 @@ fn work_of(summary: &CaseSummary, shares: [f64; 2]) -> Work {
 
 /// The shares of two edges in their work; both zero without any.
 fn shares_of_edges(profile: &[ProfileCell]) -> [f64; 2] {
-    let edges = profile.chunk_by(|a, b| a.on_edge == b.on_edge).filter(|cells| cells[0].on_edge);
-    let works: Vec<f64> =
-        edges.map(|cells| cells.iter().map(|cell| cell.sliding_work_j_m * cell.length_m).sum()).collect();
+    let edges = profile
+        .chunk_by(|a, b| a.on_edge == b.on_edge)
+        .filter(|cells| cells[0].on_edge);
+    let works: Vec<f64> = edges
+        .map(|cells| {
+            cells
+                .iter()
+                .map(|cell| cell.sliding_work_j_m * cell.length_m)
+                .sum()
+        })
+        .collect();
     let whole: f64 = works.iter().sum();
-    let share = |edge: usize| if whole > 0.0 { works.get(edge).map_or(0.0, |work| work / whole) } else { 0.0 };
+    let share = |edge: usize| {
+        if whole > 0.0 {
+            works.get(edge).map_or(0.0, |work| work / whole)
+        } else {
+            0.0
+        }
+    };
     [share(0), share(1)]
 }
 
-/// The work of a pass, smooth over the logarithm of the radius of the edge and over the loss of length.
+/// The work of a pass, smooth over the logarithm of the radius of the edge and over the loss of
+/// length.
 #[derive(Clone, Debug)]
 pub struct Table {
     losses: Vec<f64>,
@@ -352,12 +469,16 @@ impl Table {
     #[cfg(test)]
     pub fn of_work(radii: &[f64], work: impl Fn(f64) -> f64) -> Self {
         let x: Vec<f64> = radii.iter().map(|radius| radius.ln()).collect();
-        let on_edge = Curve::through(x.clone(), radii.iter().map(|radius| work(*radius)).collect());
+        let on_edge = Curve::through(
+            x.clone(),
+            radii.iter().map(|radius| work(*radius)).collect(),
+        );
         let none = Curve::through(vec![x[0]], vec![0.0]);
         Self::of_rows(vec![0.0], vec![[on_edge, none.clone(), none.clone(), none]])
     }
 
-    /// The work over an edge of the radius `radius` (m) by filaments that have lost the length `loss` (m).
+    /// The work over an edge of the radius `radius` (m) by filaments that have lost the length
+    /// `loss` (m).
     pub fn at(&self, radius: f64, loss: f64) -> Work {
         let x = radius.ln();
         Work::of_numbers(std::array::from_fn(|i| self.number(i, x, loss)))

@@ -1,4 +1,5 @@
-//! What a calibration leaves open: the joint uncertainty of the settings that it has fitted (MODEL, "Calibration").
+//! What a calibration leaves open: the joint uncertainty of the settings that it has fitted (MODEL,
+//! "Calibration").
 
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{CalibrationUncertainty, Settings};
@@ -15,11 +16,21 @@ const ROUNDING: f64 = 1e-4;
 /// # Errors
 /// What is wrong with it.
 pub fn check(calibration: &CalibrationUncertainty) -> Result<(), Violation> {
-    let wrong = |value: String, allowed: &str| Err(Violation { path: PATH, value, allowed: allowed.to_owned() });
+    let wrong = |value: String, allowed: &str| {
+        Err(Violation {
+            path: PATH,
+            value,
+            allowed: allowed.to_owned(),
+        })
+    };
     let count = calibration.settings.len();
     for (position, path) in calibration.settings.iter().enumerate() {
-        let is_it = |parameter: &&Parameter| SECTIONS.contains(&parameter.section()) && !parameter.range.whole;
-        if Parameter::find(path).filter(is_it).is_none() || calibration.settings[..position].contains(path) {
+        let is_it = |parameter: &&Parameter| {
+            SECTIONS.contains(&parameter.section()) && !parameter.range.whole
+        };
+        if Parameter::find(path).filter(is_it).is_none()
+            || calibration.settings[..position].contains(path)
+        {
             return wrong(
                 format!("of `{path}`"),
                 "of scalar settings of [tool], [filament], [contact] and [brush], each once",
@@ -27,7 +38,10 @@ pub fn check(calibration: &CalibrationUncertainty) -> Result<(), Violation> {
         }
     }
     if calibration.standard_errors.len() != count
-        || !calibration.standard_errors.iter().all(|error| error.is_finite() && *error >= 0.0)
+        || !calibration
+            .standard_errors
+            .iter()
+            .all(|error| error.is_finite() && *error >= 0.0)
     {
         return wrong(
             format!("{:?}", calibration.standard_errors),
@@ -36,10 +50,15 @@ pub fn check(calibration: &CalibrationUncertainty) -> Result<(), Violation> {
     }
     let is_correlation = |row: usize, column: usize| {
         let own = calibration.correlations[row][column];
-        own.abs() <= 1.0 && (row != column || own == 1.0) && own == calibration.correlations[column][row]
+        own.abs() <= 1.0
+            && (row != column || own == 1.0)
+            && own == calibration.correlations[column][row]
     };
-    let is_square =
-        calibration.correlations.len() == count && calibration.correlations.iter().all(|row| row.len() == count);
+    let is_square = calibration.correlations.len() == count
+        && calibration
+            .correlations
+            .iter()
+            .all(|row| row.len() == count);
     if !is_square || !(0..count).all(|row| (0..count).all(|column| is_correlation(row, column))) {
         return wrong(
             "a matrix that is none of correlations".to_owned(),
@@ -61,10 +80,16 @@ fn factor(calibration: &CalibrationUncertainty) -> Option<Vec<Vec<f64>>> {
     let mut factor = vec![vec![0.0; count]; count];
     for row in 0..count {
         for column in 0..=row {
-            let known: f64 = (0..column).map(|k| factor[row][k] * factor[column][k]).sum();
+            let known: f64 = (0..column)
+                .map(|k| factor[row][k] * factor[column][k])
+                .sum();
             let rest = calibration.correlations[row][column] - known;
             factor[row][column] = if row != column {
-                if factor[column][column] > 0.0 { rest / factor[column][column] } else { 0.0 }
+                if factor[column][column] > 0.0 {
+                    rest / factor[column][column]
+                } else {
+                    0.0
+                }
             } else if rest >= -ROUNDING {
                 rest.max(0.0).sqrt()
             } else {
@@ -75,19 +100,34 @@ fn factor(calibration: &CalibrationUncertainty) -> Option<Vec<Vec<f64>>> {
     Some(factor)
 }
 
-/// Changes its settings to those of a sample, by as many independent standard normal numbers. Settings of filaments that touch stay
-/// as they are in settings of filaments that do not.
+/// Changes its settings to those of a sample, by as many independent standard normal numbers.
+/// Settings of filaments that touch stay as they are in settings of filaments that do not.
 pub fn sample(calibration: &CalibrationUncertainty, settings: &mut Settings, numbers: &[f64]) {
     let factor = factor(calibration).unwrap_or_default();
-    for ((path, error), row) in calibration.settings.iter().zip(&calibration.standard_errors).zip(&factor) {
-        let Some(parameter) = Parameter::find(path) else { continue };
+    for ((path, error), row) in calibration
+        .settings
+        .iter()
+        .zip(&calibration.standard_errors)
+        .zip(&factor)
+    {
+        let Some(parameter) = Parameter::find(path) else {
+            continue;
+        };
         if parameter.section() == "brush" && settings.brush.is_none() {
             continue;
         }
-        let deviation: f64 = row.iter().zip(numbers).map(|(factor, number)| factor * number).sum();
+        let deviation: f64 = row
+            .iter()
+            .zip(numbers)
+            .map(|(factor, number)| factor * number)
+            .sum();
         let mean = parameter.get(settings);
         let is_positive = mean > 0.0 && parameter.usual.is_some_and(|usual| usual.least > 0.0);
-        let value = if is_positive { mean * (deviation * error / mean).exp() } else { mean + deviation * error };
+        let value = if is_positive {
+            mean * (deviation * error / mean).exp()
+        } else {
+            mean + deviation * error
+        };
         parameter.set(settings, parameter.range.nearest(value));
     }
 }
@@ -98,7 +138,9 @@ mod tests {
 
     fn uncertainty(correlation: f64) -> CalibrationUncertainty {
         CalibrationUncertainty {
-            settings: ["filament.youngs_modulus_pa", "contact.friction_coefficient"].map(str::to_owned).into(),
+            settings: ["filament.youngs_modulus_pa", "contact.friction_coefficient"]
+                .map(str::to_owned)
+                .into(),
             standard_errors: vec![0.3e9, 0.1],
             correlations: vec![vec![1.0, correlation], vec![correlation, 1.0]],
         }
@@ -111,7 +153,10 @@ mod tests {
             let mut settings = Settings::paper(10.0, 1e-3);
             settings.contact.friction_coefficient = 0.3;
             sample(&uncertainty, &mut settings, &numbers);
-            (settings.filament.youngs_modulus_pa, settings.contact.friction_coefficient)
+            (
+                settings.filament.youngs_modulus_pa,
+                settings.contact.friction_coefficient,
+            )
         };
         assert_eq!(check(&uncertainty), Ok(()));
         assert_eq!(sampled([0.0, 0.0]), (3e9, 0.3));
@@ -130,15 +175,28 @@ mod tests {
             change(&mut changed);
             check(&changed).expect_err("refused").to_string()
         };
-        assert!(refused(&|own| own.settings[0] = "filament.segments".to_owned()).contains("`filament.segments`"));
+        assert!(
+            refused(&|own| own.settings[0] = "filament.segments".to_owned())
+                .contains("`filament.segments`")
+        );
         assert!(refused(&|own| own.settings[1] = own.settings[0].clone()).contains("each once"));
         assert!(refused(&|own| own.standard_errors[0] = -1.0).contains("standard error"));
         assert!(refused(&|own| own.correlations[0][1] = 0.5).contains("symmetric"));
         assert!(refused(&|own| own.correlations.truncate(1)).contains("a row and a column"));
         let three = |correlation: f64| CalibrationUncertainty {
-            settings: ["tool.filament_count", "filament.length_m", "filament.diameter_m"].map(str::to_owned).into(),
+            settings: [
+                "tool.filament_count",
+                "filament.length_m",
+                "filament.diameter_m",
+            ]
+            .map(str::to_owned)
+            .into(),
             standard_errors: vec![1.0; 3],
-            correlations: vec![vec![1.0, 0.9, correlation], vec![0.9, 1.0, 0.9], vec![correlation, 0.9, 1.0]],
+            correlations: vec![
+                vec![1.0, 0.9, correlation],
+                vec![0.9, 1.0, 0.9],
+                vec![correlation, 0.9, 1.0],
+            ],
         };
         assert!(check(&three(0.8)).is_ok() && check(&three(-0.8)).is_err());
     }

@@ -1,14 +1,16 @@
 //! First-order Sobol indices from the samples that also give the band.
 //!
-//! The main effect of an input is the mean of the output over all other inputs. The index of the input is the share of the
-//! variance that its main effect has: `S_i = Var(E[y | x_i])/Var(y)` (Sobol 1993). All main effects are fitted together by
-//! least squares. Each is a polynomial in the standard normal input, or piecewise linear where the output has kinks or steps,
-//! for example where some tools do not reach the workpiece. Each input takes the form that best predicts samples left out of
-//! the fit. On average, the residuals increase the variance of an effect by a share for each of its coefficients. This bias is
-//! subtracted.
+//! The main effect of an input is the mean of the output over all other inputs. The index of the
+//! input is the share of the variance that its main effect has: `S_i = Var(E[y | x_i])/Var(y)`
+//! (Sobol 1993). All main effects are fitted together by least squares. Each is a polynomial in the
+//! standard normal input, or piecewise linear where the output has kinks or steps, for example
+//! where some tools do not reach the workpiece. Each input takes the form that best predicts
+//! samples left out of the fit. On average, the residuals increase the variance of an effect by a
+//! share for each of its coefficients. This bias is subtracted.
 //!
-//! Pairs of samples that share one input (Saltelli 2010) need no fit, but six times the simulations for the same number of
-//! samples, and are less accurate at equal cost: docs/how-sure.md has numbers.
+//! Pairs of samples that share one input (Saltelli 2010) need no fit, but six times the simulations
+//! for the same number of samples, and are less accurate at equal cost: docs/how-sure.md has
+//! numbers.
 
 use nalgebra::{DMatrix, DVector};
 use spec_math::cephes64::ndtri;
@@ -22,10 +24,12 @@ const FORMS: [Basis; 6] = [
     Basis::Pieces(9),
     Basis::Pieces(17),
 ];
-/// How often each input chooses its form: first given the choices of the inputs before it, then given those of all inputs.
+/// How often each input chooses its form: first given the choices of the inputs before it, then
+/// given those of all inputs.
 const ROUNDS: usize = 2;
 
-/// The first-order indices of the inputs for `outputs` at `points`, in units of their variance. Zero if all outputs are equal.
+/// The first-order indices of the inputs for `outputs` at `points`, in units of their variance.
+/// Zero if all outputs are equal.
 pub(super) fn first_order(points: &[Vec<f64>], outputs: &[f64]) -> Vec<f64> {
     let inputs = points.first().map_or(0, Vec::len);
     let (mean, variance) = mean_and_variance(outputs);
@@ -35,7 +39,10 @@ pub(super) fn first_order(points: &[Vec<f64>], outputs: &[f64]) -> Vec<f64> {
     if inputs == 1 {
         return vec![1.0];
     }
-    let normed = DVector::from_iterator(outputs.len(), outputs.iter().map(|y| (y - mean) / variance.sqrt()));
+    let normed = DVector::from_iterator(
+        outputs.len(),
+        outputs.iter().map(|y| (y - mean) / variance.sqrt()),
+    );
     let mut forms = vec![FORMS[0]; inputs];
     let mut best = Fit::new(points, &normed, &forms);
     for input in (0..ROUNDS).flat_map(|_| 0..inputs) {
@@ -57,7 +64,11 @@ pub(super) fn first_order(points: &[Vec<f64>], outputs: &[f64]) -> Vec<f64> {
 pub(super) fn mean_and_variance(values: &[f64]) -> (f64, f64) {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
-    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    let variance = values
+        .iter()
+        .map(|value| (value - mean).powi(2))
+        .sum::<f64>()
+        / (count - 1.0);
     (mean, variance)
 }
 
@@ -99,14 +110,18 @@ struct Fit {
 }
 
 impl Fit {
-    /// `None` if there are fewer than two samples per coefficient, or if they do not determine the coefficients.
+    /// `None` if there are fewer than two samples per coefficient, or if they do not determine the
+    /// coefficients.
     fn new(points: &[Vec<f64>], outputs: &DVector<f64>, forms: &[Basis]) -> Option<Self> {
         let terms = 1 + forms.iter().map(|form| form.terms()).sum::<usize>();
         if 2 * terms > points.len() {
             return None;
         }
         let row = |point: &Vec<f64>| {
-            let effects = point.iter().zip(forms).flat_map(|(&x, form)| form.values(x));
+            let effects = point
+                .iter()
+                .zip(forms)
+                .flat_map(|(&x, form)| form.values(x));
             std::iter::once(1.0).chain(effects).collect::<Vec<_>>()
         };
         let basis = DMatrix::from_row_iterator(points.len(), terms, points.iter().flat_map(row));
@@ -120,19 +135,27 @@ impl Fit {
         let left_over = residuals.norm_squared() / (points.len() - terms) as f64;
         let mut first = 1;
         let variance = |form: &Basis| {
-            let effect = basis.columns(first, form.terms()) * coefficients.rows(first, form.terms());
+            let effect =
+                basis.columns(first, form.terms()) * coefficients.rows(first, form.terms());
             first += form.terms();
             let noise = left_over * form.terms() as f64 / points.len() as f64;
             (mean_and_variance(effect.as_slice()).1 - noise).max(0.0)
         };
         let variances = forms.iter().map(variance).collect();
-        Some(Self { variances, left_over, error: squares / points.len() as f64 })
+        Some(Self {
+            variances,
+            left_over,
+            error: squares / points.len() as f64,
+        })
     }
 
     /// The variances of the effects divided by the total variance.
     fn indices(&self) -> Vec<f64> {
         let all = self.variances.iter().sum::<f64>() + self.left_over;
-        self.variances.iter().map(|variance| variance / all).collect()
+        self.variances
+            .iter()
+            .map(|variance| variance / all)
+            .collect()
     }
 }
 
@@ -142,13 +165,20 @@ mod tests {
     use super::*;
 
     fn points(count: u32, inputs: u32, seed: u32) -> Vec<Vec<f64>> {
-        (0..count).map(|index| (0..inputs).map(|input| standard_normal(index, input, seed)).collect()).collect()
+        (0..count)
+            .map(|index| {
+                (0..inputs)
+                    .map(|input| standard_normal(index, input, seed))
+                    .collect()
+            })
+            .collect()
     }
 
     /// Indices of `3 x₁ + 2 exp(x₂/2) + x₁x₂ + 2 x₁x₃`. The variances of all its effects are known.
     #[test]
     fn indices_are_those_computed_by_hand() {
-        let output = |x: &Vec<f64>| 3.0 * x[0] + 2.0 * (0.5 * x[1]).exp() + x[0] * x[1] + 2.0 * x[0] * x[2];
+        let output =
+            |x: &Vec<f64>| 3.0 * x[0] + 2.0 * (0.5 * x[1]).exp() + x[0] * x[1] + 2.0 * x[0] * x[2];
         // Var exp(x/2) = e^(1/2) − e^(1/4), and the two products have the variances 1 and 4.
         let exponential = 4.0 * (0.5_f64.exp() - 0.25_f64.exp());
         let variance = 9.0 + exponential + 1.0 + 4.0;
@@ -195,7 +225,10 @@ mod tests {
     #[test]
     fn one_input_has_all_of_the_variance() {
         let points = points(64, 1, 0);
-        let outputs: Vec<f64> = points.iter().map(|x| if x[0] > 1.0 { 1.0 } else { 0.0 }).collect();
+        let outputs: Vec<f64> = points
+            .iter()
+            .map(|x| if x[0] > 1.0 { 1.0 } else { 0.0 })
+            .collect();
         assert_eq!(first_order(&points, &outputs), [1.0]);
     }
 

@@ -1,14 +1,17 @@
-//! The tool force where filaments are not known exactly: sampled tools, the band of their forces, and its origin.
+//! The tool force where filaments are not known exactly: sampled tools, the band of their forces,
+//! and its origin.
 //!
-//! From the settings of a case, [`Scatter`] makes the settings of sampled tools. Each tool is simulated like any case, and
-//! [`Scatter`] reduces their impulses to a [`ForceScatter`]. Length, diameter, Young's modulus, damping ratio and waviness of the
-//! filaments are normally distributed about the settings, and so is the number of filaments. The coefficient of friction has a
-//! normal distribution that is cut at zero. All filaments of a tool are alike:
-//! the result is how far the force of one tool may be from that of another. If instead the filaments of one tool differ, they
-//! share one axis (`hold = "machine"`). Their forces then add up to the mean, and only the number of filaments scatters.
+//! From the settings of a case, [`Scatter`] makes the settings of sampled tools. Each tool is
+//! simulated like any case, and [`Scatter`] reduces their impulses to a [`ForceScatter`]. Length,
+//! diameter, Young's modulus, damping ratio and waviness of the filaments are normally distributed
+//! about the settings, and so is the number of filaments. The coefficient of friction has a normal
+//! distribution that is cut at zero. All filaments of a tool are alike: the result is how far the
+//! force of one tool may be from that of another. If instead the filaments of one tool differ, they
+//! share one axis (`hold = "machine"`). Their forces then add up to the mean, and only the number
+//! of filaments scatters.
 //!
-//! Samples are a scrambled Sobol sequence (Owen 1995, Burley 2020), the same in all cases with the same seed. Bands are
-//! therefore as smooth over the process as the forces are.
+//! Samples are a scrambled Sobol sequence (Owen 1995, Burley 2020), the same in all cases with the
+//! same seed. Bands are therefore as smooth over the process as the forces are.
 
 use serde::{Deserialize, Serialize};
 use spec_math::cephes64::{ndtr, ndtri};
@@ -24,7 +27,8 @@ use indices::{first_order, mean_and_variance};
 
 /// Number of inputs.
 pub const INPUT_COUNT: usize = 8;
-/// Number of the first inputs that affect a filament's motion. The remaining input is the number of filaments.
+/// Number of the first inputs that affect a filament's motion. The remaining input is the number of
+/// filaments.
 pub const MOVING: usize = 7;
 
 /// Ends of the band, as shares of the tools.
@@ -41,7 +45,8 @@ pub struct Input {
     pub mean: &'static str,
     /// Path of its standard deviation.
     pub std: &'static str,
-    /// Its dimension in the sequence of samples. Fixed, so that a further input does not change the samples of the others.
+    /// Its dimension in the sequence of samples. Fixed, so that a further input does not change the
+    /// samples of the others.
     dimension: u32,
     distribution: Distribution,
 }
@@ -51,8 +56,9 @@ pub struct Input {
 enum Distribution {
     /// The normal distribution.
     Normal,
-    /// The normal distribution without its part below zero, whose share goes to the rest in proportion. Its own mean is
-    /// therefore above `m`, and its standard deviation below `s`, unless `s` is small against `m`.
+    /// The normal distribution without its part below zero, whose share goes to the rest in
+    /// proportion. Its own mean is therefore above `m`, and its standard deviation below `s`,
+    /// unless `s` is small against `m`.
     CutAtZero,
 }
 
@@ -70,20 +76,85 @@ impl Distribution {
 
 /// All inputs, in the order of [`SHARES`].
 pub const INPUTS: [Input; INPUT_COUNT] = [
-    input(0, ["l_f", "length", "filament.length_m", "uncertainty.length_std_m"]),
-    input(1, ["d", "diameter", "filament.diameter_m", "uncertainty.diameter_std_m"]),
-    input(2, ["E", "Young’s modulus", "filament.youngs_modulus_pa", "uncertainty.youngs_modulus_std_pa"]),
-    input(3, ["ζ", "damping ratio", "filament.damping_ratio", "uncertainty.damping_ratio_std"]),
-    input(5, ["A", "waviness", "filament.waviness_amplitude_m", "uncertainty.waviness_amplitude_std_m"]),
-    input(6, ["ψ", "phase of the waviness", "filament.waviness_phase_rad", "uncertainty.waviness_phase_std_rad"]),
+    input(
+        0,
+        [
+            "l_f",
+            "length",
+            "filament.length_m",
+            "uncertainty.length_std_m",
+        ],
+    ),
+    input(
+        1,
+        [
+            "d",
+            "diameter",
+            "filament.diameter_m",
+            "uncertainty.diameter_std_m",
+        ],
+    ),
+    input(
+        2,
+        [
+            "E",
+            "Young’s modulus",
+            "filament.youngs_modulus_pa",
+            "uncertainty.youngs_modulus_std_pa",
+        ],
+    ),
+    input(
+        3,
+        [
+            "ζ",
+            "damping ratio",
+            "filament.damping_ratio",
+            "uncertainty.damping_ratio_std",
+        ],
+    ),
+    input(
+        5,
+        [
+            "A",
+            "waviness",
+            "filament.waviness_amplitude_m",
+            "uncertainty.waviness_amplitude_std_m",
+        ],
+    ),
+    input(
+        6,
+        [
+            "ψ",
+            "phase of the waviness",
+            "filament.waviness_phase_rad",
+            "uncertainty.waviness_phase_std_rad",
+        ],
+    ),
     Input {
         distribution: Distribution::CutAtZero,
-        ..input(7, ["µ", "friction", "contact.friction_coefficient", "uncertainty.friction_coefficient_std"])
+        ..input(
+            7,
+            [
+                "µ",
+                "friction",
+                "contact.friction_coefficient",
+                "uncertainty.friction_coefficient_std",
+            ],
+        )
     },
-    input(4, ["N_f", "number of filaments", "tool.filament_count", "tool.filament_count_uncertainty"]),
+    input(
+        4,
+        [
+            "N_f",
+            "number of filaments",
+            "tool.filament_count",
+            "tool.filament_count_uncertainty",
+        ],
+    ),
 ];
 
-/// The symbols and names of what has a share in the scatter: all inputs, and what a calibration leaves open.
+/// The symbols and names of what has a share in the scatter: all inputs, and what a calibration
+/// leaves open.
 pub const SHARES: [[&str; 2]; INPUT_COUNT + 1] = {
     let mut shares = [["", "calibration"]; INPUT_COUNT + 1];
     let mut input = 0;
@@ -94,9 +165,17 @@ pub const SHARES: [[&str; 2]; INPUT_COUNT + 1] = {
     shares
 };
 
-/// A normally distributed input with its symbol, its name, and the paths of its mean and its standard deviation.
+/// A normally distributed input with its symbol, its name, and the paths of its mean and its
+/// standard deviation.
 const fn input(dimension: u32, [symbol, name, mean, std]: [&'static str; 4]) -> Input {
-    Input { symbol, name, mean, std, dimension, distribution: Distribution::Normal }
+    Input {
+        symbol,
+        name,
+        mean,
+        std,
+        dimension,
+        distribution: Distribution::Normal,
+    }
 }
 
 impl Input {
@@ -113,20 +192,27 @@ impl Input {
 /// The first setting outside its range.
 pub fn check(settings: &Settings) -> Result<(), Violation> {
     settings.check()?;
-    settings.uncertainty.calibration.as_ref().map_or(Ok(()), calibration::check)?;
+    settings
+        .uncertainty
+        .calibration
+        .as_ref()
+        .map_or(Ok(()), calibration::check)?;
     Scatter::of(settings).map_or(Ok(()), |scatter| scatter.check())
 }
 
-/// Whether some property of the filaments scatters from tool to tool. Within a brush it scatters from filament to filament instead.
+/// Whether some property of the filaments scatters from tool to tool. Within a brush it scatters
+/// from filament to filament instead.
 #[must_use]
 pub fn scatters(settings: &Settings) -> bool {
-    settings.brush.is_none() && (settings.uncertainty.scatters() || settings.uncertainty.calibration.is_some())
+    settings.brush.is_none()
+        && (settings.uncertainty.scatters() || settings.uncertainty.calibration.is_some())
 }
 
 bristle::record! {
     /// The distribution of the tool force `F_n,w` of one case.
     ///
-    /// A first-order Sobol index is the share of the variance that would vanish, on average, if the input were known.
+    /// A first-order Sobol index is the share of the variance that would vanish, on average, if the
+    /// input were known.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     pub struct ForceScatter {
         tool_force_mean_n: f64 = ["", "N", "mean of F_n,w over the tools", "mean of the sampled tools"],
@@ -177,7 +263,8 @@ impl ForceScatter {
         [self.tool_force_lower_95_n, self.tool_force_upper_95_n]
     }
 
-    /// First-order Sobol indices of [`SHARES`]. The rest up to 1 is due to interactions of inputs, or missed by the fit.
+    /// First-order Sobol indices of [`SHARES`]. The rest up to 1 is due to interactions of inputs,
+    /// or missed by the fit.
     #[must_use]
     pub fn sobol_indices(&self) -> [f64; SHARES.len()] {
         [
@@ -204,12 +291,14 @@ pub struct Scatter {
     stds: [f64; INPUT_COUNT],
     /// Standard normal numbers for each tool, one per input.
     points: Vec<[f64; INPUT_COUNT]>,
-    /// Where settings are calibrated: numbers for each of them, and the means that they give the inputs, for each tool.
+    /// Where settings are calibrated: numbers for each of them, and the means that they give the
+    /// inputs, for each tool.
     calibrated: Vec<(Vec<f64>, [f64; INPUT_COUNT])>,
 }
 
 impl Scatter {
-    /// The tools of the case that `settings` state. `None` if no property of the filaments scatters.
+    /// The tools of the case that `settings` state. `None` if no property of the filaments
+    /// scatters.
     #[must_use]
     pub fn of(settings: &Settings) -> Option<Self> {
         if !scatters(settings) {
@@ -220,7 +309,8 @@ impl Scatter {
         let tools = 0..settings.uncertainty.samples as u32;
         let calibrated = settings.uncertainty.calibration.iter().flat_map(|own| {
             tools.clone().map(move |index| {
-                let number = |dimension| standard_normal(index, (INPUT_COUNT + dimension) as u32, seed);
+                let number =
+                    |dimension| standard_normal(index, (INPUT_COUNT + dimension) as u32, seed);
                 let numbers: Vec<f64> = (0..own.settings.len()).map(number).collect();
                 let mut sampled = settings.clone();
                 calibration::sample(own, &mut sampled, &numbers);
@@ -249,7 +339,8 @@ impl Scatter {
         self.value(tool, MOVING)
     }
 
-    /// The settings of a tool, counted from 0, with the nominal number of filaments. `None` if it does not reach the workpiece.
+    /// The settings of a tool, counted from 0, with the nominal number of filaments. `None` if it
+    /// does not reach the workpiece.
     #[must_use]
     pub fn settings(&self, tool: usize) -> Option<Settings> {
         self.settings_but(tool, None)
@@ -258,7 +349,10 @@ impl Scatter {
     /// The settings of a tool, with one input at its mean.
     fn settings_but(&self, tool: usize, at_mean: Option<usize>) -> Option<Settings> {
         let mut settings = self.settings.clone();
-        if let (Some(own), Some((numbers, _))) = (&self.settings.uncertainty.calibration, self.calibrated.get(tool)) {
+        if let (Some(own), Some((numbers, _))) = (
+            &self.settings.uncertainty.calibration,
+            self.calibrated.get(tool),
+        ) {
             calibration::sample(own, &mut settings, numbers);
         }
         for input in (0..MOVING).filter(|input| at_mean != Some(*input)) {
@@ -266,10 +360,13 @@ impl Scatter {
         }
         // A thicker filament has the same taper.
         let nominal = &self.settings.filament;
-        settings.filament.tip_diameter_m =
-            settings.filament.tip_diameter_m.map(|tip| tip * (settings.filament.diameter_m / nominal.diameter_m));
+        settings.filament.tip_diameter_m = settings
+            .filament
+            .tip_diameter_m
+            .map(|tip| tip * (settings.filament.diameter_m / nominal.diameter_m));
         if settings.uncertainty.hold == Hold::Machine {
-            settings.process.brushing_velocity_m_s = self.settings.angular_velocity_rad_s() * settings.tool_radius_m();
+            settings.process.brushing_velocity_m_s =
+                self.settings.angular_velocity_rad_s() * settings.tool_radius_m();
             settings.process.penetration_depth_m += settings.reach_m() - self.settings.reach_m();
         }
         (settings.process.penetration_depth_m > 0.0).then_some(settings)
@@ -283,80 +380,140 @@ impl Scatter {
         for tool in 0..self.count() {
             let moving = self.check_moving(tool, None);
             let count = self.inputs[MOVING].check(self.value(tool, MOVING));
-            moving.and(count).map_err(|violation| self.to_blame(tool, violation))?;
+            moving
+                .and(count)
+                .map_err(|violation| self.to_blame(tool, violation))?;
         }
         Ok(())
     }
 
-    /// Checks the settings that affect the motion of a tool's filaments, with one input at its mean.
+    /// Checks the settings that affect the motion of a tool's filaments, with one input at its
+    /// mean.
     fn check_moving(&self, tool: usize, at_mean: Option<usize>) -> Result<(), Violation> {
         // A tool that does not reach the workpiece is not simulated.
-        let Some(settings) = self.settings_but(tool, at_mean) else { return Ok(()) };
-        self.inputs.iter().take(MOVING).try_for_each(|input| input.check(input.get(&settings)))?;
+        let Some(settings) = self.settings_but(tool, at_mean) else {
+            return Ok(());
+        };
+        self.inputs
+            .iter()
+            .take(MOVING)
+            .try_for_each(|input| input.check(input.get(&settings)))?;
         settings.check_relations()
     }
 
-    /// The violation by a tool's settings, as one by the standard deviation that causes it: that of the wrong setting itself,
-    /// or the one without which the tool would be valid.
+    /// The violation by a tool's settings, as one by the standard deviation that causes it: that of
+    /// the wrong setting itself, or the one without which the tool would be valid.
     fn to_blame(&self, tool: usize, violation: Violation) -> Violation {
-        let own = INPUTS.iter().position(|input| input.mean == violation.path).filter(|&input| self.stds[input] > 0.0);
-        let cure = || (0..MOVING).find(|&input| self.stds[input] > 0.0 && self.check_moving(tool, Some(input)).is_ok());
+        let own = INPUTS
+            .iter()
+            .position(|input| input.mean == violation.path)
+            .filter(|&input| self.stds[input] > 0.0);
+        let cure = || {
+            (0..MOVING).find(|&input| {
+                self.stds[input] > 0.0 && self.check_moving(tool, Some(input)).is_ok()
+            })
+        };
         let any = || (0..INPUT_COUNT).find(|&input| self.stds[input] > 0.0);
         let (path, value, degree) = match own.or_else(cure).or_else(any) {
-            Some(input) => (INPUTS[input].std, format!("{:?}", self.stds[input]), "so small"),
+            Some(input) => (
+                INPUTS[input].std,
+                format!("{:?}", self.stds[input]),
+                "so small",
+            ),
             None => (calibration::PATH, "of errors so large".to_owned(), "such"),
         };
-        let Violation { path: wrong, value: found, allowed } = violation;
-        let allowed =
-            format!("{degree} that each sampled tool is possible: `{wrong}` of one tool is {found}, not {allowed}");
-        Violation { path, value, allowed }
+        let Violation {
+            path: wrong,
+            value: found,
+            allowed,
+        } = violation;
+        let allowed = format!(
+            "{degree} that each sampled tool is possible: `{wrong}` of one tool is {found}, not {allowed}"
+        );
+        Violation {
+            path,
+            value,
+            allowed,
+        }
     }
 
     /// An input of a tool.
     fn value(&self, tool: usize, input: usize) -> f64 {
-        let mean = self.calibrated.get(tool).map_or(self.means[input], |(_, means)| means[input]);
-        INPUTS[input].distribution.value(mean, self.stds[input], self.points[tool][input])
+        let mean = self
+            .calibrated
+            .get(tool)
+            .map_or(self.means[input], |(_, means)| means[input]);
+        INPUTS[input]
+            .distribution
+            .value(mean, self.stds[input], self.points[tool][input])
     }
 
     /// The share of the nominal number of filaments that a calibrated one has.
     fn calibrated_count(&self, tool: usize) -> f64 {
-        self.calibrated.get(tool).map_or(1.0, |(_, means)| means[MOVING] / self.means[MOVING])
+        self.calibrated
+            .get(tool)
+            .map_or(1.0, |(_, means)| means[MOVING] / self.means[MOVING])
     }
 
-    /// Reduces the impulses `p_n` in N s of one filament of each tool to the distribution of the tool force. The impulse of a
-    /// simulation that failed is `None`. Returns `None` if more than half of them failed.
+    /// Reduces the impulses `p_n` in N s of one filament of each tool to the distribution of the
+    /// tool force. The impulse of a simulation that failed is `None`. Returns `None` if more than
+    /// half of them failed.
     ///
-    /// `F_n,w = N_f φ` with the force `φ = p_n ω/(2π)` that one filament adds. Because `N_f` and `φ` are independent, the mean,
-    /// variance and indices of the product follow from those of the factors. The band consists of quantiles of the sampled
-    /// products.
+    /// `F_n,w = N_f φ` with the force `φ = p_n ω/(2π)` that one filament adds. Because `N_f` and
+    /// `φ` are independent, the mean, variance and indices of the product follow from those of the
+    /// factors. The band consists of quantiles of the sampled products.
     ///
     /// # Panics
     /// If the numbers of impulses and tools differ.
     #[must_use]
     pub fn reduce(&self, impulses: &[Option<f64>]) -> Option<ForceScatter> {
-        assert_eq!(impulses.len(), self.count(), "an impulse, or none, for each tool");
-        let known: Vec<(usize, f64)> =
-            impulses.iter().enumerate().filter_map(|(tool, p)| Some((tool, (*p)?))).collect();
+        assert_eq!(
+            impulses.len(),
+            self.count(),
+            "an impulse, or none, for each tool"
+        );
+        let known: Vec<(usize, f64)> = impulses
+            .iter()
+            .enumerate()
+            .filter_map(|(tool, p)| Some((tool, (*p)?)))
+            .collect();
         if 2 * known.len() < self.count() {
             return None;
         }
-        // A calibrated number of filaments belongs to the force of one, as it is correlated with what is calibrated beside it.
-        let force = |&(tool, p): &(usize, f64)| tool_force(p, self.calibrated_count(tool), self.rate(tool));
+        // A calibrated number of filaments belongs to the force of one, as it is correlated with
+        // what is calibrated beside it.
+        let force =
+            |&(tool, p): &(usize, f64)| tool_force(p, self.calibrated_count(tool), self.rate(tool));
         let per_filament: Vec<f64> = known.iter().map(force).collect();
         let count_of = |tool: usize| self.value(tool, MOVING) / self.calibrated_count(tool);
-        let mut forces: Vec<f64> =
-            known.iter().zip(&per_filament).map(|(&(tool, _), force)| force * count_of(tool)).collect();
+        let mut forces: Vec<f64> = known
+            .iter()
+            .zip(&per_filament)
+            .map(|(&(tool, _), force)| force * count_of(tool))
+            .collect();
         forces.sort_by(f64::total_cmp);
         let [lower, upper] = BAND.map(|share| quantile(&forces, share));
 
         let (mean, variance) = mean_and_variance(&per_filament);
         let (count, count_std) = (self.means[MOVING], self.stds[MOVING]);
-        let variance_of_force = variance * count.powi(2) + (mean * count_std).powi(2) + variance * count_std.powi(2);
-        let scattering: Vec<usize> = (0..MOVING).filter(|&input| self.stds[input] > 0.0).collect();
-        let calibrated =
-            |tool: usize| self.calibrated.get(tool).map_or(&[][..], |(numbers, _)| numbers).iter().copied();
+        let variance_of_force =
+            variance * count.powi(2) + (mean * count_std).powi(2) + variance * count_std.powi(2);
+        let scattering: Vec<usize> = (0..MOVING)
+            .filter(|&input| self.stds[input] > 0.0)
+            .collect();
+        let calibrated = |tool: usize| {
+            self.calibrated
+                .get(tool)
+                .map_or(&[][..], |(numbers, _)| numbers)
+                .iter()
+                .copied()
+        };
         let point = |&(tool, _): &(usize, f64)| {
-            scattering.iter().map(|&input| self.points[tool][input]).chain(calibrated(tool)).collect()
+            scattering
+                .iter()
+                .map(|&input| self.points[tool][input])
+                .chain(calibrated(tool))
+                .collect()
         };
         let points: Vec<Vec<f64>> = known.iter().map(point).collect();
         let (mut shares, mut sobol_calibration) = ([0.0; INPUT_COUNT], 0.0);
@@ -401,26 +558,40 @@ impl Scatter {
     /// Rate `ω` of a tool in rad/s.
     fn rate(&self, tool: usize) -> f64 {
         // A tool that does not reach the workpiece adds no force at any rate.
-        self.settings(tool).map_or(0.0, |settings| settings.angular_velocity_rad_s())
+        self.settings(tool)
+            .map_or(0.0, |settings| settings.angular_velocity_rad_s())
     }
 }
 
-/// The inputs that scatter in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`. Of waves, which may have any sign, and of a
-/// mean of zero there is no per cent: `µ ± 0.1`.
+/// The inputs that scatter in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`. Of
+/// waves, which may have any sign, and of a mean of zero there is no per cent: `µ ± 0.1`.
 #[must_use]
 pub fn scatter_text(settings: &Settings) -> String {
     let input = |input: &Input| {
         let (mean, std) = (get(input.mean, settings), get(input.std, settings));
         let spread = || {
             if mean == 0.0 || parameter(input.mean).range.contains(-1.0) {
-                return format!("{} {}", two_digits(std), parameter(input.mean).unit).trim_end().to_owned();
+                return format!("{} {}", two_digits(std), parameter(input.mean).unit)
+                    .trim_end()
+                    .to_owned();
             }
             format!("{} %", two_digits(100.0 * std / mean))
         };
-        input.scatters(settings).then(|| format!("{} ± {}", input.symbol, spread()))
+        input
+            .scatters(settings)
+            .then(|| format!("{} ± {}", input.symbol, spread()))
     };
-    let calibrated = settings.uncertainty.calibration.as_ref().map(|_| "calibration".to_owned());
-    INPUTS.iter().filter_map(input).chain(calibrated).collect::<Vec<_>>().join(", ")
+    let calibrated = settings
+        .uncertainty
+        .calibration
+        .as_ref()
+        .map(|_| "calibration".to_owned());
+    INPUTS
+        .iter()
+        .filter_map(input)
+        .chain(calibrated)
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn two_digits(value: f64) -> String {
@@ -438,13 +609,14 @@ fn get(path: &str, settings: &Settings) -> f64 {
 
 /// A number of the sequence, transformed to a standard normal distribution.
 fn standard_normal(index: u32, dimension: u32, seed: u32) -> f64 {
-    /// The numbers are multiples of 2⁻²⁴, starting at 0. The midpoints between them are neither 0 nor 1.
+    /// The numbers are multiples of 2⁻²⁴, starting at 0. The midpoints between them are neither 0
+    /// nor 1.
     const HALF: f64 = 1.0 / (1 << 25) as f64;
     ndtri(f64::from(sobol_burley::sample(index, dimension, seed)) + HALF)
 }
 
-/// The quantile of sorted values: the value below which `share` of them lies. Value `k` is the quantile at `(k − ½)/n`, with
-/// linear interpolation between values (Hyndman and Fan 1996, no. 5).
+/// The quantile of sorted values: the value below which `share` of them lies. Value `k` is the
+/// quantile at `(k − ½)/n`, with linear interpolation between values (Hyndman and Fan 1996, no. 5).
 pub(crate) fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = (share * sorted.len() as f64 - 0.5).clamp(0.0, (sorted.len() - 1) as f64);
     let below = sorted[place.floor() as usize];
@@ -475,47 +647,94 @@ mod tests {
     fn inputs_have_their_means_and_deviations_and_are_independent() {
         let stds = "length_std_m = 1e-4\ndiameter_std_m = 2e-5\nyoungs_modulus_std_pa = 3e8\ndamping_ratio_std = 5e-3\n\
                     waviness_amplitude_std_m = 2e-4\nwaviness_phase_std_rad = 0.5\n";
-        let scatter = Scatter::of(&settings(&format!("{stds}samples = 4096\nseed = 9"))).expect("tools");
-        let tools: Vec<Settings> = (0..scatter.count()).map(|tool| scatter.settings(tool).expect("a tool")).collect();
-        let column = |input: &Input| tools.iter().map(|tool| get(input.mean, tool)).collect::<Vec<_>>();
+        let scatter =
+            Scatter::of(&settings(&format!("{stds}samples = 4096\nseed = 9"))).expect("tools");
+        let tools: Vec<Settings> = (0..scatter.count())
+            .map(|tool| scatter.settings(tool).expect("a tool"))
+            .collect();
+        let column = |input: &Input| {
+            tools
+                .iter()
+                .map(|tool| get(input.mean, tool))
+                .collect::<Vec<_>>()
+        };
         let columns: Vec<Vec<f64>> = INPUTS[..MOVING].iter().map(column).collect();
-        let expected = [(0.04, 1e-4), (1e-3, 2e-5), (3e9, 3e8), (0.05, 5e-3), (0.0, 2e-4), (0.0, 0.5)];
+        let expected = [
+            (0.04, 1e-4),
+            (1e-3, 2e-5),
+            (3e9, 3e8),
+            (0.05, 5e-3),
+            (0.0, 2e-4),
+            (0.0, 0.5),
+        ];
         for (values, (mean, std)) in columns.iter().zip(expected) {
             let (found_mean, variance) = mean_and_variance(values);
             assert!((found_mean - mean).abs() < 0.002 * std, "{found_mean}");
-            assert!((variance.sqrt() / std - 1.0).abs() < 0.005, "{}", variance.sqrt());
+            assert!(
+                (variance.sqrt() / std - 1.0).abs() < 0.005,
+                "{}",
+                variance.sqrt()
+            );
         }
         for (a, (mean_a, std_a)) in columns.iter().zip(expected) {
-            for (b, (mean_b, std_b)) in columns.iter().zip(expected).filter(|(b, _)| !std::ptr::eq(*b, a)) {
+            for (b, (mean_b, std_b)) in columns
+                .iter()
+                .zip(expected)
+                .filter(|(b, _)| !std::ptr::eq(*b, a))
+            {
                 let products = a.iter().zip(b).map(|(a, b)| (a - mean_a) * (b - mean_b));
                 let correlation = products.sum::<f64>() / (a.len() as f64 * std_a * std_b);
                 assert!(correlation.abs() < 0.01, "{correlation}");
             }
         }
         // Settings that are not sampled keep their values.
-        assert!(tools.iter().all(|tool| tool.tool == settings("").tool && tool.process == settings("").process));
+        assert!(
+            tools
+                .iter()
+                .all(|tool| tool.tool == settings("").tool && tool.process == settings("").process)
+        );
     }
 
-    /// The moments of a normal distribution without its part below zero are known (Johnson, Kotz and Balakrishnan 1994).
+    /// The moments of a normal distribution without its part below zero are known (Johnson, Kotz
+    /// and Balakrishnan 1994).
     #[test]
     fn friction_is_cut_at_zero() {
         for (mean, std) in [(0.3_f64, 0.05), (0.1, 0.1), (0.0, 0.2)] {
-            let text =
-                format!("friction_coefficient_std = {std}\nsamples = 16384\n[contact]\nfriction_coefficient = {mean}");
+            let text = format!(
+                "friction_coefficient_std = {std}\nsamples = 16384\n[contact]\nfriction_coefficient = {mean}"
+            );
             let scatter = Scatter::of(&settings(&text)).expect("tools");
-            let friction = |tool| scatter.settings(tool).expect("a tool").contact.friction_coefficient;
+            let friction = |tool| {
+                scatter
+                    .settings(tool)
+                    .expect("a tool")
+                    .contact
+                    .friction_coefficient
+            };
             let values: Vec<f64> = (0..scatter.count()).map(friction).collect();
             assert!(values.iter().all(|&value| value >= 0.0));
             let ratio = mean / std;
             let hazard = (-0.5 * ratio * ratio).exp() / std::f64::consts::TAU.sqrt() / ndtr(ratio);
             let (found, variance) = mean_and_variance(&values);
-            assert!((found - (mean + std * hazard)).abs() < 1e-3 * std, "{found}");
+            assert!(
+                (found - (mean + std * hazard)).abs() < 1e-3 * std,
+                "{found}"
+            );
             let expected = std * std * (1.0 - ratio * hazard - hazard * hazard);
-            assert!((variance / expected - 1.0).abs() < 2e-3, "{variance}, not {expected}");
+            assert!(
+                (variance / expected - 1.0).abs() < 2e-3,
+                "{variance}, not {expected}"
+            );
         }
-        let text =
-            |contact: &str| scatter_text(&settings(&format!("friction_coefficient_std = 0.1\n[contact]\n{contact}")));
-        for (contact, beginning) in [("friction_coefficient = 0.4", "µ ± 25 %, N_f"), ("", "µ ± 0.1, N_f")] {
+        let text = |contact: &str| {
+            scatter_text(&settings(&format!(
+                "friction_coefficient_std = 0.1\n[contact]\n{contact}"
+            )))
+        };
+        for (contact, beginning) in [
+            ("friction_coefficient = 0.4", "µ ± 25 %, N_f"),
+            ("", "µ ± 0.1, N_f"),
+        ] {
             assert!(text(contact).starts_with(beginning), "{}", text(contact));
         }
     }
@@ -537,19 +756,28 @@ mod tests {
     #[test]
     fn what_is_held_is_process_or_machine() {
         let tools = |hold: &str| {
-            let scatter = Scatter::of(&settings(&format!("length_std_m = 5e-4\nhold = \"{hold}\""))).expect("tools");
-            (0..scatter.count()).map(|tool| scatter.settings(tool)).collect::<Vec<_>>()
+            let scatter = Scatter::of(&settings(&format!(
+                "length_std_m = 5e-4\nhold = \"{hold}\""
+            )))
+            .expect("tools");
+            (0..scatter.count())
+                .map(|tool| scatter.settings(tool))
+                .collect::<Vec<_>>()
         };
         let (process, machine) = (tools("process"), tools("machine"));
         for (process, machine) in process.iter().zip(&machine) {
-            let process = process.as_ref().expect("each tool is set up to reach the workpiece");
+            let process = process
+                .as_ref()
+                .expect("each tool is set up to reach the workpiece");
             assert_eq!(process.process.penetration_depth_m, 1e-3);
             let longer = process.filament.length_m - 0.040;
             // Two standard deviations equal the depth.
             assert_eq!(machine.is_some(), longer > -1e-3);
             let Some(machine) = machine else { continue };
             assert!((machine.process.penetration_depth_m - 1e-3 - longer).abs() < 1e-15);
-            assert!((machine.process.brushing_velocity_m_s / 18.0 - 1.0 - longer / 0.18).abs() < 1e-14);
+            assert!(
+                (machine.process.brushing_velocity_m_s / 18.0 - 1.0 - longer / 0.18).abs() < 1e-14
+            );
         }
         assert!(machine.iter().any(Option::is_none));
     }
@@ -557,58 +785,98 @@ mod tests {
     /// A force per filament of `1 N · (1 + z/10)`, times 1000 ± 50 filaments.
     #[test]
     fn a_product_is_reduced_to_its_moments() {
-        let scatter = Scatter::of(&settings("diameter_std_m = 2e-5\nsamples = 16384")).expect("tools");
+        let scatter =
+            Scatter::of(&settings("diameter_std_m = 2e-5\nsamples = 16384")).expect("tools");
         let rate = settings("").angular_velocity_rad_s();
         let impulse = |tool: usize| {
             let diameter = scatter.settings(tool).expect("a tool").filament.diameter_m;
             std::f64::consts::TAU / rate * (1.0 + 0.1 * (diameter - 1e-3) / 2e-5)
         };
-        let mut impulses: Vec<Option<f64>> = (0..scatter.count()).map(|tool| Some(impulse(tool))).collect();
+        let mut impulses: Vec<Option<f64>> = (0..scatter.count())
+            .map(|tool| Some(impulse(tool)))
+            .collect();
         let reduced = scatter.reduce(&impulses).expect("no simulation failed");
         let variance = 0.01_f64 * 1e6 + 2500.0 + 0.01 * 2500.0;
         let near = |found: f64, expected: f64, tolerance: f64| {
-            assert!((found / expected - 1.0).abs() < tolerance, "{found}, not {expected}");
+            assert!(
+                (found / expected - 1.0).abs() < tolerance,
+                "{found}, not {expected}"
+            );
         };
         near(reduced.tool_force_mean_n, 1000.0, 1e-4);
         near(reduced.tool_force_std_n, variance.sqrt(), 1e-3);
         near(reduced.sobol_diameter, 1e4 / variance, 1e-3);
         near(reduced.sobol_filament_count, 2500.0 / variance, 1e-3);
-        assert_eq!([reduced.sobol_length, reduced.sobol_youngs_modulus, reduced.sobol_damping_ratio], [0.0; 3]);
+        assert_eq!(
+            [
+                reduced.sobol_length,
+                reduced.sobol_youngs_modulus,
+                reduced.sobol_damping_ratio
+            ],
+            [0.0; 3]
+        );
         // The distribution is nearly normal, because the product of the deviations is small.
-        near(reduced.tool_force_lower_95_n, 1000.0 - 1.96 * variance.sqrt(), 0.01);
-        near(reduced.tool_force_upper_95_n, 1000.0 + 1.96 * variance.sqrt(), 0.01);
+        near(
+            reduced.tool_force_lower_95_n,
+            1000.0 - 1.96 * variance.sqrt(),
+            0.01,
+        );
+        near(
+            reduced.tool_force_upper_95_n,
+            1000.0 + 1.96 * variance.sqrt(),
+            0.01,
+        );
 
-        impulses.iter_mut().step_by(3).for_each(|impulse| *impulse = None);
+        impulses
+            .iter_mut()
+            .step_by(3)
+            .for_each(|impulse| *impulse = None);
         let with_failures = scatter.reduce(&impulses).expect("most are there");
         assert_eq!(with_failures.failed_samples, 16384_usize.div_ceil(3));
         near(with_failures.tool_force_std_n, variance.sqrt(), 0.03);
-        impulses.iter_mut().skip(1).step_by(3).for_each(|impulse| *impulse = None);
+        impulses
+            .iter_mut()
+            .skip(1)
+            .step_by(3)
+            .for_each(|impulse| *impulse = None);
         assert_eq!(scatter.reduce(&impulses), None);
     }
 
     #[test]
     fn no_force_has_no_scatter() {
         let scatter = Scatter::of(&settings("diameter_std_m = 2e-5")).expect("tools");
-        assert_eq!(scatter.reduce(&[Some(0.0); 128]), Some(ForceScatter::default()));
+        assert_eq!(
+            scatter.reduce(&[Some(0.0); 128]),
+            Some(ForceScatter::default())
+        );
     }
 
     /// On average over seeds, bands of few tools are as wide as those of many.
     #[test]
     fn bands_of_few_tools_are_as_wide() {
         let width = |seed: u32| {
-            let mut forces: Vec<f64> = (0..128).map(|index| standard_normal(index, 0, seed) * 2.0).collect();
-            forces.iter_mut().enumerate().for_each(|(index, force)| *force += standard_normal(index as u32, 1, seed));
+            let mut forces: Vec<f64> = (0..128)
+                .map(|index| standard_normal(index, 0, seed) * 2.0)
+                .collect();
+            forces
+                .iter_mut()
+                .enumerate()
+                .for_each(|(index, force)| *force += standard_normal(index as u32, 1, seed));
             forces.sort_by(f64::total_cmp);
             quantile(&forces, BAND[1]) - quantile(&forces, BAND[0])
         };
         let mean = (0..400).map(width).sum::<f64>() / 400.0;
         let expected = 2.0 * 1.959_964 * 5.0_f64.sqrt();
-        assert!((mean / expected - 1.0).abs() < 0.015, "{mean}, not {expected}");
+        assert!(
+            (mean / expected - 1.0).abs() < 0.015,
+            "{mean}, not {expected}"
+        );
     }
 
     #[test]
     fn quantiles_are_interpolated() {
-        let found = [0.0, 0.125, 0.25, 0.5, 0.625, 0.875, 1.0].map(|share| quantile(&[1.0, 2.0, 4.0, 8.0], share));
+        let found = [0.0, 0.125, 0.25, 0.5, 0.625, 0.875, 1.0]
+            .map(|share| quantile(&[1.0, 2.0, 4.0, 8.0], share));
         assert_eq!(found, [1.0, 1.0, 1.5, 3.0, 4.0, 8.0, 8.0]);
     }
 }

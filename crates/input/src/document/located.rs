@@ -70,7 +70,8 @@ impl LocatedTool<'_> {
         self.entries.iter().any(|entry| entry.path() == path)
     }
 
-    /// Whether it leaves aside what the file states of the setting at a dotted path: its own material precedes numbers of the file.
+    /// Whether it leaves aside what the file states of the setting at a dotted path: its own
+    /// material precedes numbers of the file.
     pub(super) fn leaves_aside(&self, path: &str) -> bool {
         self.material.is_some() && [DENSITY, MODULUS].contains(&path)
     }
@@ -85,16 +86,25 @@ impl LocatedTool<'_> {
         }
         for (section, span) in &self.sections {
             let new = || Spanned::new(span.clone(), DeValue::Table(DeTable::new()));
-            table.entry(Spanned::new(span.clone(), Cow::Borrowed(section.as_str()))).or_insert_with(new);
+            table
+                .entry(Spanned::new(span.clone(), Cow::Borrowed(section.as_str())))
+                .or_insert_with(new);
         }
-        for Entry { section, key, key_span, value } in &self.entries {
+        for Entry {
+            section,
+            key,
+            key_span,
+            value,
+        } in &self.entries
+        {
             let spans = [key_span.clone(), value.span()];
             options::state(table, [section, key], value.get_ref().clone(), spans);
         }
     }
 }
 
-/// The section of a key in the table of a tool: the key itself, or the beginning of a dotted path in quotes.
+/// The section of a key in the table of a tool: the key itself, or the beginning of a dotted path
+/// in quotes.
 pub(super) fn section_of(key: &str) -> &str {
     key.split_once('.').map_or(key, |(section, _)| section)
 }

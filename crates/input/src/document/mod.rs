@@ -30,7 +30,9 @@ use crate::options::{self, Assignment};
 use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
 use bristle::model::settings::Settings;
 use bristle_grid::uncertainty::check;
-use bristle_grid::{BRUSH, DEPTH, SHORT_NAMES, SPEED, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY};
+use bristle_grid::{
+    BRUSH, DEPTH, SHORT_NAMES, SPEED, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY,
+};
 use bristle_text::units::own_keys;
 use serde_json::{Map, Value};
 
@@ -57,7 +59,8 @@ const DECIMAL: &str = "decimal";
 const COLUMNS: &str = "columns";
 const RELATIVE_STD: &str = "relative_std";
 /// A path of a table.
-const MEASURED_FILE: &str = "the path of a CSV file in quotes, relative to the directory of the input file";
+const MEASURED_FILE: &str =
+    "the path of a CSV file in quotes, relative to the directory of the input file";
 
 /// What to do about two keys of which one follows from the other.
 const FOLLOWS: &str = "give one of them: each follows from the other";
@@ -114,10 +117,21 @@ impl<'t> Document<'t> {
         Self::parse_with(text, name, &[])
     }
 
-    /// [`Document::parse`] with `options`, each `KEY=VALUE`, that state settings or sweeps as if the file did. Errors about them name
-    /// the option `--set` as their place.
-    pub fn parse_with(text: &'t str, name: &'t str, options: &'t [String]) -> Result<Self, InputError> {
-        let mut document = Self { source: Source { name, text, options }, ..Self::default() };
+    /// [`Document::parse`] with `options`, each `KEY=VALUE`, that state settings or sweeps as if
+    /// the file did. Errors about them name the option `--set` as their place.
+    pub fn parse_with(
+        text: &'t str,
+        name: &'t str,
+        options: &'t [String],
+    ) -> Result<Self, InputError> {
+        let mut document = Self {
+            source: Source {
+                name,
+                text,
+                options,
+            },
+            ..Self::default()
+        };
         document.study_span = document.end();
         let root = DeTable::parse(text).map_err(|error| {
             let span = error.span().unwrap_or(document.end());
@@ -142,14 +156,19 @@ impl<'t> Document<'t> {
             if let DeValue::Table(mut entries) = study.into_inner() {
                 let tools = entries.remove(TOOLS);
                 document.sweeps = document.read_sweeps(&entries)?;
-                document.tools = tools.map_or(Ok(Vec::new()), |tools| document.read_tools(&tools))?;
+                document.tools =
+                    tools.map_or(Ok(Vec::new()), |tools| document.read_tools(&tools))?;
             }
         }
         if let Some(measured) = document.table.remove(MEASURED)
             && let DeValue::Table(entries) = measured.get_ref()
         {
             let (file, format) = document.read_measured(entries, measured.span())?;
-            let tools = document.tools.iter().map(|tool| tool.name.clone()).collect();
+            let tools = document
+                .tools
+                .iter()
+                .map(|tool| tool.name.clone())
+                .collect();
             document.measured = Some((file, Format { tools, ..format }));
         }
         if let Some(goal) = document.table.remove(GOAL)
@@ -168,15 +187,27 @@ impl<'t> Document<'t> {
             let start = self.source.start_of_option(number);
             let option = &self.source.options[number];
             let there = |span: &Range<usize>| start + span.start..start + span.end;
-            let Some(assignment) = Assignment::of(option).filter(|assignment| assignment.is_whole()) else {
+            let Some(assignment) =
+                Assignment::of(option).filter(|assignment| assignment.is_whole())
+            else {
                 let problem = Problem::Unreadable("an option needs a key and a value".to_owned());
                 let advice = "as in --set process.rotational_speed_rpm=1200";
                 return Err(self.error(problem, there(&(0..option.len())), advice));
             };
-            let Assignment { section, key, unit, key_span, value_span, .. } = &assignment;
+            let Assignment {
+                section,
+                key,
+                unit,
+                key_span,
+                value_span,
+                ..
+            } = &assignment;
             if section.is_empty() {
                 let expected = "a section and a key, as in process.rotational_speed_rpm".to_owned();
-                let problem = Problem::UnknownKey { key: key.to_string(), expected };
+                let problem = Problem::UnknownKey {
+                    key: key.to_string(),
+                    expected,
+                };
                 let advice = PARAMETERS.iter().find(|parameter| parameter.section() == *key).map_or_else(
                     || setting_meant(key),
                     |first| format!("state a key of [{key}], as in --set {}=…, or the section in the file", first.path),
@@ -184,19 +215,35 @@ impl<'t> Document<'t> {
                 return Err(self.error(problem, there(key_span), &advice));
             }
             let value = assignment.parsed().map_err(|error| {
-                let (problem, advice) = not_toml(option, format!("not a TOML value: {}", error.message()), "");
+                let (problem, advice) =
+                    not_toml(option, format!("not a TOML value: {}", error.message()), "");
                 self.error(problem, there(value_span), &advice)
             })?;
-            // The same key again replaces the earlier one; the same setting by another key does not.
-            let group = Parameter::find(&assignment.path()).into_iter().flat_map(Parameter::group);
-            let paths: Vec<String> = group.map(|same| same.path.to_owned()).chain([assignment.path()]).collect();
+            // The same key again replaces the earlier one; the same setting by another key does
+            // not.
+            let group = Parameter::find(&assignment.path())
+                .into_iter()
+                .flat_map(Parameter::group);
+            let paths: Vec<String> = group
+                .map(|same| same.path.to_owned())
+                .chain([assignment.path()])
+                .collect();
             let is_other = |other: &Assignment<'_>| {
                 paths.contains(&other.path()) && other.written_path() != assignment.written_path()
             };
-            let mut earlier = self.source.options[..number].iter().filter_map(|option| Assignment::of(option));
+            let mut earlier = self.source.options[..number]
+                .iter()
+                .filter_map(|option| Assignment::of(option));
             if let Some(other) = earlier.find(is_other) {
-                let problem = Problem::Both { key: assignment.written_path(), other: other.written_path() };
-                let advice = if other.path() == assignment.path() { ONE_UNIT } else { FOLLOWS };
+                let problem = Problem::Both {
+                    key: assignment.written_path(),
+                    other: other.written_path(),
+                };
+                let advice = if other.path() == assignment.path() {
+                    ONE_UNIT
+                } else {
+                    FOLLOWS
+                };
                 return Err(self.error(problem, there(key_span), advice));
             }
             let spans = [there(key_span), there(value_span)];
@@ -207,7 +254,9 @@ impl<'t> Document<'t> {
             }
             match assignment.tool() {
                 None => options::state(&mut self.table, [section, key], value, spans),
-                Some(tool) => options::state_of_tool(&mut self.table, [STUDY, TOOLS], tool, value, spans),
+                Some(tool) => {
+                    options::state_of_tool(&mut self.table, [STUDY, TOOLS], tool, value, spans)
+                }
             }
         }
         Ok(())
@@ -216,31 +265,49 @@ impl<'t> Document<'t> {
     /// The error about an option without effect on a study, which sweeps what it states.
     fn check_options(&self) -> Result<(), InputError> {
         for (number, option) in self.source.options.iter().enumerate() {
-            let Some(assignment) = Assignment::of(option) else { continue };
-            let Some(parameter) = Parameter::find(&assignment.path()) else { continue };
+            let Some(assignment) = Assignment::of(option) else {
+                continue;
+            };
+            let Some(parameter) = Parameter::find(&assignment.path()) else {
+                continue;
+            };
             let start = self.source.start_of_option(number);
             let place = start + assignment.key_span.start..start + assignment.key_span.end;
             if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {
-                let problem = Problem::Swept { key: parameter.path, swept: swept.path };
-                let advice = format!("sweep other values, as in --set 'study.{}=[…]'", parameter.path);
+                let problem = Problem::Swept {
+                    key: parameter.path,
+                    swept: swept.path,
+                };
+                let advice = format!(
+                    "sweep other values, as in --set 'study.{}=[…]'",
+                    parameter.path
+                );
                 return Err(self.error(problem, place, &advice));
             }
             if let Some(first) = self.tools.first()
-                && self.tools.iter().all(|tool| parameter.group().any(|same| tool.states(same.path)))
+                && self
+                    .tools
+                    .iter()
+                    .all(|tool| parameter.group().any(|same| tool.states(same.path)))
             {
                 let problem = Problem::OfEachTool(parameter.path);
-                let advice =
-                    format!("state it of a tool, as in --set study.tools.\"{}\".{}=…", first.name, parameter.path);
+                let advice = format!(
+                    "state it of a tool, as in --set study.tools.\"{}\".{}=…",
+                    first.name, parameter.path
+                );
                 return Err(self.error(problem, place, &advice));
             }
         }
         Ok(())
     }
 
-    /// The path of a table of control points as the file states it, relative to the file's directory.
+    /// The path of a table of control points as the file states it, relative to the file's
+    /// directory.
     #[must_use]
     pub fn control_points_file(&self) -> Option<&str> {
-        self.control_points_file.as_ref().map(|(path, _)| path.as_str())
+        self.control_points_file
+            .as_ref()
+            .map(|(path, _)| path.as_str())
     }
 
     /// The control points in m of the table that [`Document::control_points_file`] names.
@@ -250,7 +317,9 @@ impl<'t> Document<'t> {
 
     /// Takes the path of a table of control points out of the tree.
     fn take_control_points_file(&mut self) -> Result<Option<(String, Range<usize>)>, InputError> {
-        let Some(value) = taken(&mut self.table, WORKPIECE, CONTROL_POINTS_FILE) else { return Ok(None) };
+        let Some(value) = taken(&mut self.table, WORKPIECE, CONTROL_POINTS_FILE) else {
+            return Ok(None);
+        };
         if let DeValue::String(path) = value.get_ref()
             && !path.trim().is_empty()
             && find(&self.table, CONTROL_POINTS).is_none()
@@ -262,13 +331,19 @@ impl<'t> Document<'t> {
             None => MEASURED_FILE.to_owned(),
         };
         let key = format!("{WORKPIECE}.{CONTROL_POINTS_FILE}");
-        let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
+        let problem = Problem::NotAllowed {
+            key,
+            value: self.source.quote(value.span()),
+            allowed,
+        };
         Err(self.error(problem, value.span(), ""))
     }
 
     /// Takes the name of a material out of the tree.
     fn take_material(&mut self) -> Result<Option<LocatedMaterial>, InputError> {
-        taken(&mut self.table, FILAMENT, MATERIAL_KEY).map(|value| self.read_material(&value)).transpose()
+        taken(&mut self.table, FILAMENT, MATERIAL_KEY)
+            .map(|value| self.read_material(&value))
+            .transpose()
     }
 
     /// The material of the filaments, which states what the file does not.
@@ -280,24 +355,40 @@ impl<'t> Document<'t> {
     /// The material of the filaments of a named tool, or without a name of those of the file.
     #[must_use]
     pub fn material_of(&self, tool: Option<&str>) -> Option<&'static Material> {
-        self.located_material(self.named(tool)).map(|located| located.material)
+        self.located_material(self.named(tool))
+            .map(|located| located.material)
     }
 
-    fn located_material<'a>(&'a self, tool: Option<&'a LocatedTool<'_>>) -> Option<&'a LocatedMaterial> {
-        tool.and_then(|tool| tool.material.as_ref()).or(self.material.as_ref())
+    fn located_material<'a>(
+        &'a self,
+        tool: Option<&'a LocatedTool<'_>>,
+    ) -> Option<&'a LocatedMaterial> {
+        tool.and_then(|tool| tool.material.as_ref())
+            .or(self.material.as_ref())
     }
 
     fn named(&self, name: Option<&str>) -> Option<&LocatedTool<'t>> {
-        self.tools.iter().find(|tool| Some(tool.name.as_str()) == name)
+        self.tools
+            .iter()
+            .find(|tool| Some(tool.name.as_str()) == name)
     }
 
     /// States what the material does and the tree does not, at the place of its name.
     fn state_material<'a>(&'a self, table: &mut DeTable<'a>, tool: Option<&'a LocatedTool<'t>>) {
-        let Some(LocatedMaterial { values, span, .. }) = self.located_material(tool) else { return };
+        let Some(LocatedMaterial { values, span, .. }) = self.located_material(tool) else {
+            return;
+        };
         for (parameter, text) in values {
             if find(table, parameter.path).is_none() {
-                let value = DeValue::parse(text).expect("a number is a value").into_inner();
-                options::state(table, [FILAMENT, parameter.key()], value, [span.clone(), span.clone()]);
+                let value = DeValue::parse(text)
+                    .expect("a number is a value")
+                    .into_inner();
+                options::state(
+                    table,
+                    [FILAMENT, parameter.key()],
+                    value,
+                    [span.clone(), span.clone()],
+                );
             }
         }
     }
@@ -307,18 +398,32 @@ impl<'t> Document<'t> {
         self.build(None, &[]).map(|built| built.settings)
     }
 
-    /// The settings for evaluating a state without contact. The file need not state velocity, depth and number of filaments.
+    /// The settings for evaluating a state without contact. The file need not state velocity, depth
+    /// and number of filaments.
     pub fn settings_without_process(&self) -> Result<Settings, InputError> {
         let overrides = self.any_for(&[VELOCITY, DEPTH, FILAMENT_COUNT]);
         self.build(None, &overrides).map(|built| built.settings)
     }
 
-    /// Values of settings that do not matter, where the file does not state them: any that pass the checks will do.
+    /// Values of settings that do not matter, where the file does not state them: any that pass the
+    /// checks will do.
     fn any_for(&self, paths: &[&str]) -> Vec<Override<'static>> {
         let parameters = paths.iter().filter_map(|path| Parameter::find(path));
         let absent = parameters.filter(|parameter| stated(&self.table, parameter).next().is_none());
-        let any = |parameter: &Parameter| if parameter.path == DEPTH { "1e-300" } else { "1.0" };
-        absent.map(|parameter| Override { parameter, text: any(parameter), span: self.end() }).collect()
+        let any = |parameter: &Parameter| {
+            if parameter.path == DEPTH {
+                "1e-300"
+            } else {
+                "1.0"
+            }
+        };
+        absent
+            .map(|parameter| Override {
+                parameter,
+                text: any(parameter),
+                span: self.end(),
+            })
+            .collect()
     }
 
     /// Whether the file states the setting at a dotted path, regardless of its sweeps.
@@ -327,7 +432,8 @@ impl<'t> Document<'t> {
         find(&self.table, path).is_some()
     }
 
-    /// The settings that decide the force and that the file leaves to their defaults, regardless of its sweeps.
+    /// The settings that decide the force and that the file leaves to their defaults, regardless of
+    /// its sweeps.
     #[must_use]
     pub fn unstated(&self) -> Vec<&'static Parameter> {
         self.unstated_of(None)
@@ -341,13 +447,19 @@ impl<'t> Document<'t> {
             let of_file = self.states(path) && !tool.is_some_and(|tool| tool.leaves_aside(path));
             of_file || tool.is_some_and(|tool| tool.states(path))
         };
-        PARAMETERS.iter().filter(|parameter| parameter.decides_force && !states(parameter.path)).collect()
+        PARAMETERS
+            .iter()
+            .filter(|parameter| parameter.decides_force && !states(parameter.path))
+            .collect()
     }
 
-    /// The path of the measured forces as the file states it, relative to the file's directory, and how their table is written.
+    /// The path of the measured forces as the file states it, relative to the file's directory, and
+    /// how their table is written.
     #[must_use]
     pub fn measured(&self) -> Option<(&str, &Format)> {
-        self.measured.as_ref().map(|(file, format)| (file.as_str(), format))
+        self.measured
+            .as_ref()
+            .map(|(file, format)| (file.as_str(), format))
     }
 
     /// What a study is asked for: the keys of `[goal]`, in their own units, with their values.
@@ -362,29 +474,54 @@ impl<'t> Document<'t> {
     /// The path of a sweep over what only a brush has.
     pub fn without_brush(mut self) -> Result<Self, &'static str> {
         self.is_alone = true;
-        let of_brush = self.sweeps.iter().find(|located| located.parameter.section() == BRUSH);
-        of_brush.map(|located| located.parameter.path).map_or(Ok(self), Err)
+        let of_brush = self
+            .sweeps
+            .iter()
+            .find(|located| located.parameter.section() == BRUSH);
+        of_brush
+            .map(|located| located.parameter.path)
+            .map_or(Ok(self), Err)
     }
 
-    /// The brushes that the file states, for a calibration: one, or each of the named tools. Velocity and depth are any.
+    /// The brushes that the file states, for a calibration: one, or each of the named tools.
+    /// Velocity and depth are any.
     ///
     /// # Errors
     /// If the study sweeps anything else, whose value is then unknown.
     pub fn brushes(&self) -> Result<Vec<StatedBrush>, InputError> {
         const MEASURED_AT: [&str; 3] = [VELOCITY, SPEED, DEPTH];
         let is_unknown = |sweep: &&LocatedSweep| !MEASURED_AT.contains(&sweep.parameter.path);
-        if let Some(LocatedSweep { parameter, span, sweep }) = self.sweeps.iter().find(is_unknown) {
+        if let Some(LocatedSweep {
+            parameter,
+            span,
+            sweep,
+        }) = self.sweeps.iter().find(is_unknown)
+        {
             let value = format!("swept over {} values", sweep.values().len());
-            let allowed = "one value in its own section: a calibration has one brush, or named tools".to_owned();
-            let problem = Problem::NotAllowed { key: parameter.path.to_owned(), value, allowed };
+            let allowed =
+                "one value in its own section: a calibration has one brush, or named tools"
+                    .to_owned();
+            let problem = Problem::NotAllowed {
+                key: parameter.path.to_owned(),
+                value,
+                allowed,
+            };
             return Err(self.error(problem, span.clone(), ""));
         }
         let overrides = self.any_for(&[VELOCITY, DEPTH]);
         let brush = |tool: Option<&LocatedTool<'t>>| {
-            let Built { settings, followed, .. } = self.build(tool, &overrides)?;
-            let followed = followed.into_iter().filter(|(parameter, _)| !MEASURED_AT.contains(&parameter.path));
+            let Built {
+                settings, followed, ..
+            } = self.build(tool, &overrides)?;
+            let followed = followed
+                .into_iter()
+                .filter(|(parameter, _)| !MEASURED_AT.contains(&parameter.path));
             let name = tool.map_or_else(String::new, |tool| tool.name.clone());
-            Ok(StatedBrush { name, settings, followed: followed.collect() })
+            Ok(StatedBrush {
+                name,
+                settings,
+                followed: followed.collect(),
+            })
         };
         self.each_tool().map(brush).collect()
     }
@@ -407,28 +544,61 @@ impl<'t> Document<'t> {
         }
         self.check_options()?;
         // The first value of each sweep fills in the settings that the file leaves to the study.
-        let first = |LocatedSweep { parameter, sweep, .. }: &LocatedSweep| parameter.format(sweep.values()[0]);
+        let first = |LocatedSweep {
+                         parameter, sweep, ..
+                     }: &LocatedSweep| parameter.format(sweep.values()[0]);
         let first_values: Vec<String> = self.sweeps.iter().map(first).collect();
         let replaced = self.sweeps.iter().zip(&first_values);
         let overrides: Vec<Override<'_>> = replaced
-            .map(|(LocatedSweep { parameter, span, .. }, text)| Override { parameter, text, span: span.clone() })
+            .map(
+                |(
+                    LocatedSweep {
+                        parameter, span, ..
+                    },
+                    text,
+                )| Override {
+                    parameter,
+                    text,
+                    span: span.clone(),
+                },
+            )
             .collect();
-        let built = self.each_tool().map(|tool| self.build(tool, &overrides)).collect::<Result<Vec<_>, _>>()?;
-        let mut sweeps: Vec<Sweep> = self.sweeps.iter().map(|located| located.sweep.clone()).collect();
-        // What follows from other settings does so in each case: what all tools state alike as an axis of one value.
+        let built = self
+            .each_tool()
+            .map(|tool| self.build(tool, &overrides))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut sweeps: Vec<Sweep> = self
+            .sweeps
+            .iter()
+            .map(|located| located.sweep.clone())
+            .collect();
+        // What follows from other settings does so in each case: what all tools state alike as an
+        // axis of one value.
         let held = |built: &Built<'_>| -> Vec<_> {
-            built.followed.iter().copied().filter(|(parameter, _)| !self.sweeps(parameter)).collect()
+            built
+                .followed
+                .iter()
+                .copied()
+                .filter(|(parameter, _)| !self.sweeps(parameter))
+                .collect()
         };
         let is_common = |&(parameter, value): &(&'static Parameter, f64)| {
-            let is_same = |(other, own): &(&'static Parameter, f64)| std::ptr::eq(*other, parameter) && *own == value;
+            let is_same = |(other, own): &(&'static Parameter, f64)| {
+                std::ptr::eq(*other, parameter) && *own == value
+            };
             built.iter().all(|built| built.followed.iter().any(is_same))
         };
         let common = held(&built[0]).into_iter().filter(is_common);
-        sweeps.extend(common.filter_map(|(parameter, value)| Sweep::list(parameter, vec![value]).ok()));
+        sweeps.extend(
+            common.filter_map(|(parameter, value)| Sweep::list(parameter, vec![value]).ok()),
+        );
         let tool = |(located, built): (&LocatedTool<'_>, &Built<'_>)| Tool {
             name: located.name.clone(),
             settings: built.settings.clone(),
-            held: held(built).into_iter().filter(|each| !is_common(each)).collect(),
+            held: held(built)
+                .into_iter()
+                .filter(|each| !is_common(each))
+                .collect(),
         };
         let tools: Vec<Tool> = self.tools.iter().zip(&built).map(tool).collect();
         let study = if tools.is_empty() {
@@ -440,20 +610,32 @@ impl<'t> Document<'t> {
             let place = |path: &str| place(&built[0].table, path);
             let span = match &error {
                 StudyError::SweptTwice(path) | StudyError::BothSwept { path, .. } => place(path),
-                StudyError::Case { tool, violation, .. } => {
-                    let number = self.tools.iter().position(|located| Some(&located.name) == tool.as_ref());
+                StudyError::Case {
+                    tool, violation, ..
+                } => {
+                    let number = self
+                        .tools
+                        .iter()
+                        .position(|located| Some(&located.name) == tool.as_ref());
                     self::place(&built[number.unwrap_or(0)].table, violation.path)
                 }
                 StudyError::ToolName(name)
                 | StudyError::ToolsAlike { name, .. }
-                | StudyError::SomeBrushes { with: name, .. } => self.named(Some(name)).map(|tool| tool.span.clone()),
+                | StudyError::SomeBrushes { with: name, .. } => {
+                    self.named(Some(name)).map(|tool| tool.span.clone())
+                }
                 StudyError::TooManyCases | StudyError::TooManyTools => None,
             };
-            self.error(Problem::Study(error), span.unwrap_or(self.study_span.clone()), "")
+            self.error(
+                Problem::Study(error),
+                span.unwrap_or(self.study_span.clone()),
+                "",
+            )
         })
     }
 
-    /// Reads and checks the settings, those of a named tool if there is one, with some values replaced.
+    /// Reads and checks the settings, those of a named tool if there is one, with some values
+    /// replaced.
     fn build<'a>(
         &'a self,
         tool: Option<&'a LocatedTool<'t>>,
@@ -468,16 +650,28 @@ impl<'t> Document<'t> {
         }
         self.convert(&mut table);
         self.state_material(&mut table, tool);
-        for Override { parameter, text, span } in overrides {
+        for Override {
+            parameter,
+            text,
+            span,
+        } in overrides
+        {
             let value = DeValue::parse(text).map_err(|error| self.unreadable(&table, &error))?;
             let section = table
                 .entry(Spanned::new(self.end(), Cow::Borrowed(parameter.section())))
                 .or_insert_with(|| Spanned::new(self.end(), DeValue::Table(DeTable::new())));
             if let DeValue::Table(section) = section.get_mut() {
-                // Remove the entry first: an insertion alone would keep the old key's place. What states the same goes, too,
-                // unless it is replaced itself.
-                let is_replaced = |same: &Parameter| overrides.iter().any(|other| std::ptr::eq(other.parameter, same));
-                for same in parameter.group().filter(|same| std::ptr::eq(*same, *parameter) || !is_replaced(same)) {
+                // Remove the entry first: an insertion alone would keep the old key's place. What
+                // states the same goes, too, unless it is replaced itself.
+                let is_replaced = |same: &Parameter| {
+                    overrides
+                        .iter()
+                        .any(|other| std::ptr::eq(other.parameter, same))
+                };
+                for same in parameter
+                    .group()
+                    .filter(|same| std::ptr::eq(*same, *parameter) || !is_replaced(same))
+                {
                     section.remove(same.key());
                 }
                 section.insert(
@@ -491,8 +685,13 @@ impl<'t> Document<'t> {
         let workpiece = plain.remove(WORKPIECE);
         let root = Spanned::new(self.end(), plain);
         let mut settings = Settings::deserialize(Deserializer::from(root)).map_err(|error| {
-            // The place of a missing key is that of the section, or of the whole file: it would be taken for that of a value.
-            let missing = error.message().starts_with(MISSING).then(|| self.missing(&table)).flatten();
+            // The place of a missing key is that of the section, or of the whole file: it would be
+            // taken for that of a value.
+            let missing = error
+                .message()
+                .starts_with(MISSING)
+                .then(|| self.missing(&table))
+                .flatten();
             missing.unwrap_or_else(|| self.unreadable(&table, &error))
         })?;
         if let Some(workpiece) = workpiece {
@@ -500,76 +699,130 @@ impl<'t> Document<'t> {
         }
         self.check_lengths(&table, &settings)?;
         if !followed.is_empty() {
-            settings.check_ranges().map_err(|violation| self.violated(&table, violation))?;
-            followed.iter().for_each(|(parameter, value)| parameter.set(&mut settings, *value));
+            settings
+                .check_ranges()
+                .map_err(|violation| self.violated(&table, violation))?;
+            followed
+                .iter()
+                .for_each(|(parameter, value)| parameter.set(&mut settings, *value));
         }
         check(&settings).map_err(|violation| {
-            let cause = followed.iter().find(|(parameter, _)| parameter.instead_of == violation.path);
+            let cause = followed
+                .iter()
+                .find(|(parameter, _)| parameter.instead_of == violation.path);
             match cause {
-                Some((parameter, value)) => self.violated(&table, followed_violation(parameter, *value, &violation)),
+                Some((parameter, value)) => {
+                    self.violated(&table, followed_violation(parameter, *value, &violation))
+                }
                 None => self.violated(&table, violation),
             }
         })?;
-        Ok(Built { settings, table, followed })
+        Ok(Built {
+            settings,
+            table,
+            followed,
+        })
     }
 
-    /// Checks that no element of a vector was left out when the `settings` were read: serde takes as many as it needs.
+    /// Checks that no element of a vector was left out when the `settings` were read: serde takes
+    /// as many as it needs.
     fn check_lengths(&self, table: &DeTable<'_>, settings: &Settings) -> Result<(), InputError> {
         let read = serde_json::to_value(settings).expect("settings are JSON");
         for (section, entries) in table {
-            let Some(entries) = entries.get_ref().as_table() else { continue };
+            let Some(entries) = entries.get_ref().as_table() else {
+                continue;
+            };
             for (key, value) in entries {
                 let path = format!("{}.{}", section.get_ref(), key.get_ref());
-                self.check_length(&path, value, &read[section.get_ref().as_ref()][key.get_ref().as_ref()])?;
+                self.check_length(
+                    &path,
+                    value,
+                    &read[section.get_ref().as_ref()][key.get_ref().as_ref()],
+                )?;
             }
         }
         Ok(())
     }
 
-    /// Checks that a list of the tree has as many elements as were `read`, and so have the lists in it.
+    /// Checks that a list of the tree has as many elements as were `read`, and so have the lists in
+    /// it.
     fn check_length(
         &self,
         path: &str,
         value: &Spanned<DeValue<'_>>,
         read: &serde_json::Value,
     ) -> Result<(), InputError> {
-        let (DeValue::Array(stated), Some(read)) = (value.get_ref(), read.as_array()) else { return Ok(()) };
+        let (DeValue::Array(stated), Some(read)) = (value.get_ref(), read.as_array()) else {
+            return Ok(());
+        };
         if stated.len() != read.len() {
             let allowed = format!("a list of {} numbers", read.len());
             return Err(self.not_allowed(path.to_owned(), value, allowed));
         }
-        stated.iter().zip(read).try_for_each(|(stated, read)| self.check_length(path, stated, read))
+        stated
+            .iter()
+            .zip(read)
+            .try_for_each(|(stated, read)| self.check_length(path, stated, read))
     }
 
-    /// Takes the settings that state others in their own way out of the tree, and puts a value that passes the checks in the place of
-    /// these others. Returns them with their values.
-    fn take_followed<'a>(&self, table: &mut DeTable<'a>) -> Result<Vec<(&'static Parameter, f64)>, InputError> {
+    /// Takes the settings that state others in their own way out of the tree, and puts a value that
+    /// passes the checks in the place of these others. Returns them with their values.
+    fn take_followed<'a>(
+        &self,
+        table: &mut DeTable<'a>,
+    ) -> Result<Vec<(&'static Parameter, f64)>, InputError> {
         let mut followed = Vec::new();
-        for parameter in PARAMETERS.iter().filter(|parameter| !parameter.instead_of.is_empty()) {
-            let Some(value) = find(table, parameter.path) else { continue };
+        for parameter in PARAMETERS
+            .iter()
+            .filter(|parameter| !parameter.instead_of.is_empty())
+        {
+            let Some(value) = find(table, parameter.path) else {
+                continue;
+            };
             let span = value.span();
-            if let Some(other) = stated(table, parameter).find(|other| !std::ptr::eq(*other, parameter)) {
+            if let Some(other) =
+                stated(table, parameter).find(|other| !std::ptr::eq(*other, parameter))
+            {
                 let written = |parameter: &Parameter| {
                     let place = find(table, parameter.path).map(Spanned::span);
-                    place.map_or_else(|| parameter.path.to_owned(), |place| self.written(parameter.path, &place))
+                    place.map_or_else(
+                        || parameter.path.to_owned(),
+                        |place| self.written(parameter.path, &place),
+                    )
                 };
-                let problem = Problem::Both { key: written(parameter), other: written(other) };
+                let problem = Problem::Both {
+                    key: written(parameter),
+                    other: written(other),
+                };
                 return Err(self.error(problem, span, FOLLOWS));
             }
             let refused = |found: String| {
-                let problem =
-                    Problem::NotAllowed { key: parameter.path.to_owned(), value: found, allowed: parameter.allowed() };
+                let problem = Problem::NotAllowed {
+                    key: parameter.path.to_owned(),
+                    value: found,
+                    allowed: parameter.allowed(),
+                };
                 let key = self.written(parameter.path, &span);
                 self.error(problem, span.clone(), &text_mistake(&key, value.get_ref()))
             };
             let number: f64 = read(value).map_err(|_| refused(self.source.quote(span.clone())))?;
-            parameter.check(number).map_err(|violation| refused(violation.value))?;
+            parameter
+                .check(number)
+                .map_err(|violation| refused(violation.value))?;
             followed.push((parameter, number));
-            if let Some(DeValue::Table(section)) = table.get_mut(parameter.section()).map(Spanned::get_mut) {
-                let of = Parameter::find(parameter.instead_of).expect("what follows does so from a setting");
-                let any = DeValue::parse("1.0").expect("a number is a value").into_inner();
+            if let Some(DeValue::Table(section)) =
+                table.get_mut(parameter.section()).map(Spanned::get_mut)
+            {
+                let of = Parameter::find(parameter.instead_of)
+                    .expect("what follows does so from a setting");
+                let any = DeValue::parse("1.0")
+                    .expect("a number is a value")
+                    .into_inner();
                 section.remove(parameter.key());
-                section.insert(Spanned::new(span.clone(), Cow::Borrowed(of.key())), Spanned::new(span.clone(), any));
+                section.insert(
+                    Spanned::new(span.clone(), Cow::Borrowed(of.key())),
+                    Spanned::new(span.clone(), any),
+                );
             }
         }
         Ok(followed)
@@ -577,11 +830,24 @@ impl<'t> Document<'t> {
 
     /// The error about a setting outside its range, or at odds with others.
     fn violated(&self, table: &DeTable<'_>, violation: Violation) -> InputError {
-        let of_points = self.control_points_file.as_ref().filter(|_| violation.path == CONTROL_POINTS);
-        let span = of_points.map(|(_, span)| span.clone()).or_else(|| place(table, violation.path));
+        let of_points = self
+            .control_points_file
+            .as_ref()
+            .filter(|_| violation.path == CONTROL_POINTS);
+        let span = of_points
+            .map(|(_, span)| span.clone())
+            .or_else(|| place(table, violation.path));
         let span = span.unwrap_or(self.end());
-        let Violation { path, value, allowed } = violation;
-        let problem = Problem::NotAllowed { key: path.to_owned(), value, allowed };
+        let Violation {
+            path,
+            value,
+            allowed,
+        } = violation;
+        let problem = Problem::NotAllowed {
+            key: path.to_owned(),
+            value,
+            allowed,
+        };
         self.error(problem, span, "")
     }
 
@@ -589,11 +855,18 @@ impl<'t> Document<'t> {
     fn read_sweeps(&self, entries: &DeTable<'_>) -> Result<Vec<LocatedSweep>, InputError> {
         let mut entries: Vec<_> = entries.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
-        entries.into_iter().map(|(key, value)| self.read_sweep(key, value)).collect()
+        entries
+            .into_iter()
+            .map(|(key, value)| self.read_sweep(key, value))
+            .collect()
     }
 
     /// Reads the entries of `[measured]`, whose heading is at `span`.
-    fn read_measured(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<(String, Format), InputError> {
+    fn read_measured(
+        &self,
+        entries: &DeTable<'_>,
+        span: Range<usize>,
+    ) -> Result<(String, Format), InputError> {
         let keys = [FILE, SEPARATOR, DECIMAL, COLUMNS, RELATIVE_STD];
         self.check_keys(MEASURED, entries, &keys)?;
         let key = format!("{MEASURED}.{FILE}");
@@ -602,25 +875,48 @@ impl<'t> Document<'t> {
             let advice = format!("add `{FILE} = \"forces.csv\"` under [{MEASURED}]");
             return Err(self.error(Problem::Missing { key, allowed }, span, &advice));
         };
-        let file = value.get_ref().as_str().filter(|path| !path.trim().is_empty());
-        let file = file.ok_or_else(|| self.not_allowed(key, value, allowed))?.to_owned();
+        let file = value
+            .get_ref()
+            .as_str()
+            .filter(|path| !path.trim().is_empty());
+        let file = file
+            .ok_or_else(|| self.not_allowed(key, value, allowed))?
+            .to_owned();
         let letter = |key: &str, letters: &[char]| {
-            let Some(value) = entries.get(key) else { return Ok(None) };
-            let found = letters.iter().find(|letter| value.get_ref().as_str() == Some(&letter.to_string()));
-            let allowed = || letters.iter().map(|letter| format!("{:?}", letter.to_string())).collect::<Vec<_>>();
-            let refused = || self.not_allowed(format!("{MEASURED}.{key}"), value, allowed().join(" or "));
+            let Some(value) = entries.get(key) else {
+                return Ok(None);
+            };
+            let found = letters
+                .iter()
+                .find(|letter| value.get_ref().as_str() == Some(&letter.to_string()));
+            let allowed = || {
+                letters
+                    .iter()
+                    .map(|letter| format!("{:?}", letter.to_string()))
+                    .collect::<Vec<_>>()
+            };
+            let refused =
+                || self.not_allowed(format!("{MEASURED}.{key}"), value, allowed().join(" or "));
             found.copied().map(Some).ok_or_else(refused)
         };
         let relative_std = |value| {
-            let number: Option<f64> = read(value).ok().filter(|number| *number > 0.0 && *number <= 1.0);
+            let number: Option<f64> = read(value)
+                .ok()
+                .filter(|number| *number > 0.0 && *number <= 1.0);
             let allowed = "a number greater than 0 and at most 1: 0.03 for 3 %".to_owned();
-            number.ok_or_else(|| self.not_allowed(format!("{MEASURED}.{RELATIVE_STD}"), value, allowed))
+            number.ok_or_else(|| {
+                self.not_allowed(format!("{MEASURED}.{RELATIVE_STD}"), value, allowed)
+            })
         };
         let format = Format {
             separator: letter(SEPARATOR, &SEPARATORS)?,
             decimal: letter(DECIMAL, &DECIMALS)?,
-            columns: entries.get(COLUMNS).map_or(Ok(Vec::new()), |columns| self.read_columns(columns))?,
-            tool: entries.get(COLUMNS).map_or(Ok(None), |columns| self.read_tool_column(columns))?,
+            columns: entries
+                .get(COLUMNS)
+                .map_or(Ok(Vec::new()), |columns| self.read_columns(columns))?,
+            tool: entries
+                .get(COLUMNS)
+                .map_or(Ok(None), |columns| self.read_tool_column(columns))?,
             tools: Vec::new(),
             relative_std: entries.get(RELATIVE_STD).map(relative_std).transpose()?,
         };
@@ -628,48 +924,82 @@ impl<'t> Document<'t> {
     }
 
     /// Reads the entries of `[goal]`, whose heading is at `span`.
-    fn read_goal(&self, entries: &DeTable<'_>, span: Range<usize>) -> Result<Map<String, Value>, InputError> {
+    fn read_goal(
+        &self,
+        entries: &DeTable<'_>,
+        span: Range<usize>,
+    ) -> Result<Map<String, Value>, InputError> {
         let mut goal = Map::new();
         for (key, value) in entries {
             let written = key.get_ref().as_ref();
             let path = format!("{GOAL}.{written}");
             let (own, value) = if written == MOST {
-                let word = value.get_ref().as_str().filter(|word| MOST_OF.contains(word));
+                let word = value
+                    .get_ref()
+                    .as_str()
+                    .filter(|word| MOST_OF.contains(word));
                 let allowed = || format!("\"{}\"", MOST_OF.join("\", \""));
                 let word = word.ok_or_else(|| self.not_allowed(path, value, allowed()))?;
                 if word != MOST_OF[0] && !self.table.contains_key(REMOVAL) {
-                    let allowed = format!("\"{}\" without the section [{REMOVAL}], which may be empty", MOST_OF[0]);
+                    let allowed = format!(
+                        "\"{}\" without the section [{REMOVAL}], which may be empty",
+                        MOST_OF[0]
+                    );
                     return Err(self.not_allowed(format!("{GOAL}.{MOST}"), value, allowed));
                 }
                 (MOST, Value::from(word))
             } else {
                 let known = |own: &str| NUMBERS.iter().map(|(key, _)| *key).find(|key| *key == own);
-                let in_another = || own_keys(written).find_map(|(own, unit)| Some((known(&own)?, Some(unit))));
+                let in_another =
+                    || own_keys(written).find_map(|(own, unit)| Some((known(&own)?, Some(unit))));
                 let found = known(written).map(|own| (own, None)).or_else(in_another);
                 let Some((own, unit)) = found else {
-                    let keys: Vec<&str> = NUMBERS.iter().map(|(key, _)| *key).chain([MOST]).collect();
+                    let keys: Vec<&str> =
+                        NUMBERS.iter().map(|(key, _)| *key).chain([MOST]).collect();
                     return Err(self.unknown_key(GOAL, key, &keys));
                 };
-                let number: Option<f64> =
-                    read(value).ok().map(|number| unit.map_or(number, |unit| unit.to_own(number)));
-                let number = number.filter(|number| *number > 0.0 && number.is_finite() && *number <= largest(own));
-                (own, Value::from(number.ok_or_else(|| self.not_allowed(path, value, allowed(own).to_owned()))?))
+                let number: Option<f64> = read(value)
+                    .ok()
+                    .map(|number| unit.map_or(number, |unit| unit.to_own(number)));
+                let number = number.filter(|number| {
+                    *number > 0.0 && number.is_finite() && *number <= largest(own)
+                });
+                (
+                    own,
+                    Value::from(
+                        number.ok_or_else(|| {
+                            self.not_allowed(path, value, allowed(own).to_owned())
+                        })?,
+                    ),
+                )
             };
             if goal.insert(own.to_owned(), value).is_some() {
-                let problem = Problem::Both { key: format!("{GOAL}.{written}"), other: format!("{GOAL}.{own}") };
+                let problem = Problem::Both {
+                    key: format!("{GOAL}.{written}"),
+                    other: format!("{GOAL}.{own}"),
+                };
                 return Err(self.error(problem, key.span(), ONE_UNIT));
             }
         }
         if goal.is_empty() {
-            let problem =
-                Problem::Missing { key: format!("{GOAL}.{}", NUMBERS[0].0), allowed: allowed(NUMBERS[0].0).to_owned() };
-            return Err(self.error(problem, span, "or another key of [goal]: docs/input.md lists them"));
+            let problem = Problem::Missing {
+                key: format!("{GOAL}.{}", NUMBERS[0].0),
+                allowed: allowed(NUMBERS[0].0).to_owned(),
+            };
+            return Err(self.error(
+                problem,
+                span,
+                "or another key of [goal]: docs/input.md lists them",
+            ));
         }
         Ok(goal)
     }
 
     /// Reads the names of columns of measured forces.
-    fn read_columns(&self, columns: &Spanned<DeValue<'_>>) -> Result<Vec<(Quantity, ColumnName)>, InputError> {
+    fn read_columns(
+        &self,
+        columns: &Spanned<DeValue<'_>>,
+    ) -> Result<Vec<(Quantity, ColumnName)>, InputError> {
         let path = format!("{MEASURED}.{COLUMNS}");
         let DeValue::Table(entries) = columns.get_ref() else {
             let allowed = "a table such as { force_n = \"Fz [N]\" }".to_owned();
@@ -678,36 +1008,87 @@ impl<'t> Document<'t> {
         let is_named = |key: &Spanned<Cow<'_, str>>| Quantity::of_key(key.get_ref()).is_some();
         let mut named: Vec<_> = entries.iter().filter(|(key, _)| is_named(key)).collect();
         let others = named.iter().map(|(key, _)| key.get_ref().as_ref());
-        let keys: Vec<&str> = Quantity::ALL.map(Quantity::key).into_iter().chain([TOOL]).chain(others).collect();
+        let keys: Vec<&str> = Quantity::ALL
+            .map(Quantity::key)
+            .into_iter()
+            .chain([TOOL])
+            .chain(others)
+            .collect();
         self.check_keys(&path, entries, &keys)?;
         named.sort_by_key(|(key, _)| key.span().start);
         let mut columns: Vec<(Quantity, ColumnName)> = Vec::new();
         for (key, value) in &named {
-            let Some((quantity, unit)) = Quantity::of_key(key.get_ref()) else { continue };
-            let is_same = |other: Quantity| other == quantity || (other.is_speed() && quantity.is_speed());
+            let Some((quantity, unit)) = Quantity::of_key(key.get_ref()) else {
+                continue;
+            };
+            let is_same =
+                |other: Quantity| other == quantity || (other.is_speed() && quantity.is_speed());
             if let Some(first) = columns.iter().position(|(other, _)| is_same(*other)) {
-                let advice = if columns[first].0 == quantity { ONE_UNIT } else { FOLLOWS };
-                let [key_path, other] = [key, named[first].0].map(|key| format!("{path}.{}", key.get_ref()));
-                return Err(self.error(Problem::Both { key: key_path, other }, key.span(), advice));
+                let advice = if columns[first].0 == quantity {
+                    ONE_UNIT
+                } else {
+                    FOLLOWS
+                };
+                let [key_path, other] =
+                    [key, named[first].0].map(|key| format!("{path}.{}", key.get_ref()));
+                return Err(self.error(
+                    Problem::Both {
+                        key: key_path,
+                        other,
+                    },
+                    key.span(),
+                    advice,
+                ));
             }
-            let ColumnName { heading, unit: stated } = self.read_column(quantity, key.get_ref(), value)?;
+            let ColumnName {
+                heading,
+                unit: stated,
+            } = self.read_column(quantity, key.get_ref(), value)?;
             let of_key = Some(unit).filter(|unit| !unit.is_own());
             if stated.is_some() && of_key.is_some() {
-                let allowed = "the heading of a column alone, as the key states the unit".to_owned();
+                let allowed =
+                    "the heading of a column alone, as the key states the unit".to_owned();
                 return Err(self.not_allowed(format!("{path}.{}", key.get_ref()), value, allowed));
             }
-            columns.push((quantity, ColumnName { heading, unit: stated.or(of_key) }));
+            columns.push((
+                quantity,
+                ColumnName {
+                    heading,
+                    unit: stated.or(of_key),
+                },
+            ));
         }
         Ok(columns)
     }
 
     /// Reads the name of the column of named tools, if it is stated.
-    fn read_tool_column(&self, columns: &Spanned<DeValue<'_>>) -> Result<Option<String>, InputError> {
-        let Some(value) = columns.get_ref().as_table().and_then(|entries| entries.get(TOOL)) else { return Ok(None) };
-        let heading = value.get_ref().as_str().map(str::trim).filter(|heading| !heading.is_empty());
+    fn read_tool_column(
+        &self,
+        columns: &Spanned<DeValue<'_>>,
+    ) -> Result<Option<String>, InputError> {
+        let Some(value) = columns
+            .get_ref()
+            .as_table()
+            .and_then(|entries| entries.get(TOOL))
+        else {
+            return Ok(None);
+        };
+        let heading = value
+            .get_ref()
+            .as_str()
+            .map(str::trim)
+            .filter(|heading| !heading.is_empty());
         let path = format!("{MEASURED}.{COLUMNS}.{TOOL}");
-        let refused = || self.not_allowed(path, value, "the heading of a column with the names of tools".to_owned());
-        heading.map(|heading| Some(heading.to_owned())).ok_or_else(refused)
+        let refused = || {
+            self.not_allowed(
+                path,
+                value,
+                "the heading of a column with the names of tools".to_owned(),
+            )
+        };
+        heading
+            .map(|heading| Some(heading.to_owned()))
+            .ok_or_else(refused)
     }
 
     /// Reads the name of a column, with its unit if it is stated.
@@ -721,37 +1102,76 @@ impl<'t> Document<'t> {
         const UNIT: &str = "unit";
         let path = format!("{MEASURED}.{COLUMNS}.{key}");
         let text = |value: &Spanned<DeValue<'_>>| {
-            value.get_ref().as_str().map(str::trim).filter(|text| !text.is_empty()).map(str::to_owned)
+            value
+                .get_ref()
+                .as_str()
+                .map(str::trim)
+                .filter(|text| !text.is_empty())
+                .map(str::to_owned)
         };
         let units = quantity.unit_names().collect::<Vec<_>>();
-        let allowed = || format!("the heading of a column, or {{ column = \"…\", unit = \"{}\" }}", units[0]);
+        let allowed = || {
+            format!(
+                "the heading of a column, or {{ column = \"…\", unit = \"{}\" }}",
+                units[0]
+            )
+        };
         let DeValue::Table(entries) = value.get_ref() else {
             let heading = text(value).ok_or_else(|| self.not_allowed(path, value, allowed()))?;
-            return Ok(ColumnName { heading, unit: None });
+            return Ok(ColumnName {
+                heading,
+                unit: None,
+            });
         };
         self.check_keys(&path, entries, &[COLUMN, UNIT])?;
         let heading = entries.get(COLUMN).and_then(text);
         let heading = heading.ok_or_else(|| self.not_allowed(path.clone(), value, allowed()))?;
         let unit = entries.get(UNIT).map(|unit| {
             let known = text(unit).and_then(|unit| quantity.unit(&unit));
-            known
-                .ok_or_else(|| self.not_allowed(format!("{path}.{UNIT}"), unit, format!("one of {}", units.join(", "))))
+            known.ok_or_else(|| {
+                self.not_allowed(
+                    format!("{path}.{UNIT}"),
+                    unit,
+                    format!("one of {}", units.join(", ")),
+                )
+            })
         });
-        Ok(ColumnName { heading, unit: unit.transpose()? })
+        Ok(ColumnName {
+            heading,
+            unit: unit.transpose()?,
+        })
     }
 
     /// Checks that a table of the file, which `path` names, has no other keys than these.
-    fn check_keys(&self, path: &str, entries: &DeTable<'_>, keys: &[&str]) -> Result<(), InputError> {
-        let unknown = entries.iter().find(|(key, _)| !keys.contains(&key.get_ref().as_ref()));
+    fn check_keys(
+        &self,
+        path: &str,
+        entries: &DeTable<'_>,
+        keys: &[&str],
+    ) -> Result<(), InputError> {
+        let unknown = entries
+            .iter()
+            .find(|(key, _)| !keys.contains(&key.get_ref().as_ref()));
         unknown.map_or(Ok(()), |(key, _)| Err(self.unknown_key(path, key, keys)))
     }
 
     /// The error about a key of a table, which `path` names, that is none of these.
     fn unknown_key(&self, path: &str, key: &Spanned<Cow<'_, str>>, keys: &[&str]) -> InputError {
         let name = key.get_ref();
-        let expected = keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
-        let problem = Problem::UnknownKey { key: format!("{path}.{name}"), expected };
-        self.error(problem, key.span(), &did_you_mean(name, keys.iter().copied()))
+        let expected = keys
+            .iter()
+            .map(|key| format!("`{key}`"))
+            .collect::<Vec<_>>()
+            .join(", ");
+        let problem = Problem::UnknownKey {
+            key: format!("{path}.{name}"),
+            expected,
+        };
+        self.error(
+            problem,
+            key.span(),
+            &did_you_mean(name, keys.iter().copied()),
+        )
     }
 
     fn read_sweep(
@@ -764,12 +1184,16 @@ impl<'t> Document<'t> {
             other.convert(&mut value);
         }
         let name = key.get_ref().as_ref();
-        let path = SHORT_NAMES.into_iter().find_map(|(short, path)| (short == name).then_some(path)).unwrap_or(name);
+        let path = SHORT_NAMES
+            .into_iter()
+            .find_map(|(short, path)| (short == name).then_some(path))
+            .unwrap_or(name);
         let study_key = format!("{STUDY}.{name}");
         let Some(parameter) = Parameter::find(path) else {
             let problem = Problem::UnknownKey {
                 key: study_key,
-                expected: "the path of a scalar setting in quotes, such as \"filament.segments\"".to_owned(),
+                expected: "the path of a scalar setting in quotes, such as \"filament.segments\""
+                    .to_owned(),
             };
             return Err(self.error(problem, key.span(), &setting_meant(name)));
         };
@@ -788,19 +1212,30 @@ impl<'t> Document<'t> {
             let SweepRange { start, stop, step } = read(&value).map_err(unreadable)?;
             Sweep::range(parameter, start, stop, step)
         };
-        let located = |sweep| LocatedSweep { parameter, sweep, span: value.span() };
+        let located = |sweep| LocatedSweep {
+            parameter,
+            sweep,
+            span: value.span(),
+        };
         sweep.map(located).map_err(|error| {
             let span = match (&error, value.get_ref()) {
                 (SweepError::Value { index, .. }, DeValue::Array(items)) => items[*index].span(),
                 _ => value.span(),
             };
-            let problem = Problem::Sweep { key: study_key, error };
+            let problem = Problem::Sweep {
+                key: study_key,
+                error,
+            };
             self.error(problem, span, "")
         })
     }
 
     /// The error about a top-level entry that is not a section.
-    fn not_a_section(&self, name: &Spanned<Cow<'_, str>>, value: &Spanned<DeValue<'_>>) -> InputError {
+    fn not_a_section(
+        &self,
+        name: &Spanned<Cow<'_, str>>,
+        value: &Spanned<DeValue<'_>>,
+    ) -> InputError {
         let key = name.get_ref().to_string();
         if is_section(&key) || key == STUDY || key == MEASURED || key == GOAL {
             let problem = Problem::NotAllowed {
@@ -811,27 +1246,47 @@ impl<'t> Document<'t> {
             self.error(problem, value.span(), "")
         } else {
             let advice = "put it under the heading of its section, such as [filament]";
-            let problem = Problem::UnknownKey { key, expected: "a section at the top level of the file".to_owned() };
+            let problem = Problem::UnknownKey {
+                key,
+                expected: "a section at the top level of the file".to_owned(),
+            };
             self.error(problem, name.span(), advice)
         }
     }
 
-    /// The error about a tree that cannot become settings: an unknown key, a value of the wrong type, or a missing key.
+    /// The error about a tree that cannot become settings: an unknown key, a value of the wrong
+    /// type, or a missing key.
     fn unreadable(&self, table: &DeTable<'_>, error: &toml::de::Error) -> InputError {
         // An error without a place is about the file as a whole.
         let Some(span) = error.span() else {
-            return self.error(Problem::Unreadable(error.message().to_owned()), self.end(), "");
+            return self.error(
+                Problem::Unreadable(error.message().to_owned()),
+                self.end(),
+                "",
+            );
         };
         let unknown = |key: String, advice: String| {
             let message = error.message();
             // The key comes first, and may be anything.
-            let expected = message.rsplit_once(", expected ").map_or(message, |(_, expected)| expected);
+            let expected = message
+                .rsplit_once(", expected ")
+                .map_or(message, |(_, expected)| expected);
             let section = key.split_once('.').map_or("", |(section, _)| section);
             // Keys that state others in their own way are no fields of the settings.
-            let is_other = |parameter: &&Parameter| !parameter.instead_of.is_empty() && parameter.section() == section;
-            let others = PARAMETERS.iter().filter(is_other).map(|parameter| format!(", `{}`", parameter.key()));
-            let material = if section == FILAMENT { format!(", `{MATERIAL_KEY}`") } else { String::new() };
-            let expected = shown(expected, LONGEST_MESSAGE) + &others.collect::<String>() + &material;
+            let is_other = |parameter: &&Parameter| {
+                !parameter.instead_of.is_empty() && parameter.section() == section
+            };
+            let others = PARAMETERS
+                .iter()
+                .filter(is_other)
+                .map(|parameter| format!(", `{}`", parameter.key()));
+            let material = if section == FILAMENT {
+                format!(", `{MATERIAL_KEY}`")
+            } else {
+                String::new()
+            };
+            let expected =
+                shown(expected, LONGEST_MESSAGE) + &others.collect::<String>() + &material;
             // The keys of a kind of workpiece are those of a structure of their own.
             let expected = match expected.strip_prefix("one of ").unwrap_or(&expected) {
                 own if section == WORKPIECE && message.starts_with("unknown field") => {
@@ -855,10 +1310,14 @@ impl<'t> Document<'t> {
                     return unknown(path, advice);
                 }
                 if value.span().start <= span.start && span.end <= value.span().end {
-                    let allowed =
-                        Parameter::find(&path).map_or_else(|| allowed_by(error.message()), Parameter::allowed);
+                    let allowed = Parameter::find(&path)
+                        .map_or_else(|| allowed_by(error.message()), Parameter::allowed);
                     let advice = text_mistake(&self.written(&path, &span), value.get_ref());
-                    let problem = Problem::NotAllowed { key: path, value: self.source.quote(value.span()), allowed };
+                    let problem = Problem::NotAllowed {
+                        key: path,
+                        value: self.source.quote(value.span()),
+                        allowed,
+                    };
                     return self.error(problem, span, &advice);
                 }
             }
@@ -866,44 +1325,83 @@ impl<'t> Document<'t> {
         self.error(Problem::Unreadable(error.message().to_owned()), span, "")
     }
 
-    /// The error about required keys that are missing: whole sections first, otherwise the keys of one section. `None` if
-    /// there are all of them.
+    /// The error about required keys that are missing: whole sections first, otherwise the keys of
+    /// one section. `None` if there are all of them.
     fn missing(&self, table: &DeTable<'_>) -> Option<InputError> {
         let missing: Vec<&'static Parameter> = PARAMETERS
             .iter()
             .filter(|parameter| parameter.required && stated(table, parameter).next().is_none())
             .collect();
         let first = *missing.first()?;
-        let mut sections: Vec<&'static str> = missing.iter().map(|parameter| parameter.section()).collect();
+        let mut sections: Vec<&'static str> = missing
+            .iter()
+            .map(|parameter| parameter.section())
+            .collect();
         sections.dedup();
         sections.retain(|section| !self.table.contains_key(*section));
         let (problem, span, place) = if sections.is_empty() {
-            let problem = Problem::Missing { key: first.path.to_owned(), allowed: first.allowed() };
+            let problem = Problem::Missing {
+                key: first.path.to_owned(),
+                allowed: first.allowed(),
+            };
             let place = format!("under [{}]", first.section());
             (problem, self.table[first.section()].span(), place)
         } else {
             let place = "at the end of the file".to_owned();
-            (Problem::MissingSections(sections.clone()), self.end(), place)
+            (
+                Problem::MissingSections(sections.clone()),
+                self.end(),
+                place,
+            )
         };
-        let is_named =
-            |section: &str| if sections.is_empty() { section == first.section() } else { sections.contains(&section) };
-        let named = || missing.iter().filter(|parameter| is_named(parameter.section()));
+        let is_named = |section: &str| {
+            if sections.is_empty() {
+                section == first.section()
+            } else {
+                sections.contains(&section)
+            }
+        };
+        let named = || {
+            missing
+                .iter()
+                .filter(|parameter| is_named(parameter.section()))
+        };
         let mut advice = format!("add {place}, with your values:\n");
         let example = Settings::paper(10.0, 1e-3);
-        let mut section = if sections.is_empty() { first.section() } else { "" };
+        let mut section = if sections.is_empty() {
+            first.section()
+        } else {
+            ""
+        };
         for parameter in named() {
             if parameter.section() != section {
                 section = parameter.section();
                 advice.push_str(&format!("\n     [{section}]"));
             }
-            let line = format!("{} = {}", parameter.key(), parameter.format(parameter.get(&example)));
-            let unit = if parameter.unit.is_empty() { String::new() } else { format!(" in {}", parameter.unit) };
+            let line = format!(
+                "{} = {}",
+                parameter.key(),
+                parameter.format(parameter.get(&example))
+            );
+            let unit = if parameter.unit.is_empty() {
+                String::new()
+            } else {
+                format!(" in {}", parameter.unit)
+            };
             advice.push_str(&format!("\n     {line:30}  # {}{unit}", parameter.name));
         }
         for parameter in named() {
-            let others: Vec<String> = parameter.group().skip(1).map(|other| format!("`{}`", other.key())).collect();
+            let others: Vec<String> = parameter
+                .group()
+                .skip(1)
+                .map(|other| format!("`{}`", other.key()))
+                .collect();
             if !others.is_empty() {
-                advice.push_str(&format!("\n\n     Instead of `{}`: {}.", parameter.key(), others.join(" or ")));
+                advice.push_str(&format!(
+                    "\n\n     Instead of `{}`: {}.",
+                    parameter.key(),
+                    others.join(" or ")
+                ));
             }
         }
         if named().any(|parameter| parameter.section() == PROCESS) {
@@ -913,7 +1411,8 @@ impl<'t> Document<'t> {
     }
 }
 
-/// What is wrong with a `line` that is not TOML, and what to do: `message` and `usual` unless it is one of the usual mistakes.
+/// What is wrong with a `line` that is not TOML, and what to do: `message` and `usual` unless it is
+/// one of the usual mistakes.
 fn not_toml(line: &str, message: String, usual: &str) -> (Problem, String) {
     match value_mistake(line) {
         Some(Mistake { what, instead }) => (Problem::Number(what), instead),
@@ -923,8 +1422,9 @@ fn not_toml(line: &str, message: String, usual: &str) -> (Problem, String) {
 
 /// What is wrong with a text in the place of a number at a key; empty if nothing more can be said.
 fn text_mistake(key: &str, value: &DeValue<'_>) -> String {
-    let text =
-        value.as_str().filter(|text| text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)));
+    let text = value.as_str().filter(|text| {
+        text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first))
+    });
     text.map_or_else(String::new, |text| {
         let quotes = || match text.parse::<f64>() {
             Ok(_) => format!("write the number without quotes: {}", shortened(text)),
@@ -936,14 +1436,20 @@ fn text_mistake(key: &str, value: &DeValue<'_>) -> String {
 
 /// The values allowed where the parser has refused one that belongs to no scalar setting.
 fn allowed_by(message: &str) -> String {
-    let kinds = message.strip_prefix("unknown variant ").and_then(|message| message.rsplit_once(", expected "));
-    kinds
-        .map_or_else(|| format!("of another type ({})", shown(message, LONGEST_MESSAGE)), |(_, kinds)| kinds.to_owned())
+    let kinds = message
+        .strip_prefix("unknown variant ")
+        .and_then(|message| message.rsplit_once(", expected "));
+    kinds.map_or_else(
+        || format!("of another type ({})", shown(message, LONGEST_MESSAGE)),
+        |(_, kinds)| kinds.to_owned(),
+    )
 }
 
 /// Takes the value of a key of a section out of a tree.
 fn taken<'t>(table: &mut DeTable<'t>, section: &str, key: &str) -> Option<Spanned<DeValue<'t>>> {
-    let DeValue::Table(entries) = table.get_mut(section)?.get_mut() else { return None };
+    let DeValue::Table(entries) = table.get_mut(section)?.get_mut() else {
+        return None;
+    };
     entries.remove(key)
 }
 
@@ -955,14 +1461,25 @@ fn find<'a, 't>(table: &'a DeTable<'t>, path: &str) -> Option<&'a Spanned<DeValu
 
 /// The settings of the tree that state the same as `parameter`, itself included.
 fn stated(table: &DeTable<'_>, parameter: &Parameter) -> impl Iterator<Item = &'static Parameter> {
-    parameter.group().filter(|same| find(table, same.path).is_some())
+    parameter
+        .group()
+        .filter(|same| find(table, same.path).is_some())
 }
 
 /// The violation of a setting's range by the value that follows from that of another.
 fn followed_violation(parameter: &Parameter, value: f64, violation: &Violation) -> Violation {
-    let Violation { path, value: follows, allowed } = violation;
-    let allowed = format!("such that `{path}`, which follows from it and is {follows}, is {allowed}");
-    Violation { path: parameter.path, value: parameter.format(value), allowed }
+    let Violation {
+        path,
+        value: follows,
+        allowed,
+    } = violation;
+    let allowed =
+        format!("such that `{path}`, which follows from it and is {follows}, is {allowed}");
+    Violation {
+        path: parameter.path,
+        value: parameter.format(value),
+        allowed,
+    }
 }
 
 /// The place of the value at a dotted path, or otherwise of its section's heading.

@@ -32,7 +32,8 @@ pub struct Document<'t> {
     /// The control points in it, once they have been read.
     pub(super) control_points: Vec<[f64; 2]>,
     pub(super) material: Option<LocatedMaterial>,
-    /// The keys of the tree that were written in other units than those of their settings, by their places.
+    /// The keys of the tree that were written in other units than those of their settings, by their
+    /// places.
     pub(super) other_units: BTreeMap<usize, OtherUnit>,
     /// Whether the section of filaments that touch each other is left out.
     pub(super) is_alone: bool,
@@ -47,18 +48,30 @@ pub(super) struct OtherUnit {
     unit: &'static Unit,
     /// The end of its value.
     end: usize,
-    /// The numbers of the value in the unit of the setting, as TOML, one after the other; `None` for what is no finite number.
+    /// The numbers of the value in the unit of the setting, as TOML, one after the other; `None`
+    /// for what is no finite number.
     numbers: Vec<Option<String>>,
 }
 
 impl OtherUnit {
-    pub(super) fn new(own: &str, written: &str, unit: &'static Unit, value: &Spanned<DeValue<'_>>) -> Self {
+    pub(super) fn new(
+        own: &str,
+        written: &str,
+        unit: &'static Unit,
+        value: &Spanned<DeValue<'_>>,
+    ) -> Self {
         let mut numbers = Vec::new();
         each_number(&mut value.clone(), &mut |number| {
             let finite = read(number).ok().filter(|number: &f64| number.is_finite());
             numbers.push(finite.map(|number| format!("{:?}", unit.to_own(number))));
         });
-        Self { own: own.to_owned(), written: written.to_owned(), unit, end: value.span().end, numbers }
+        Self {
+            own: own.to_owned(),
+            written: written.to_owned(),
+            unit,
+            end: value.span().end,
+            numbers,
+        }
     }
 
     /// Puts the numbers in the unit of the setting in the place of those that were written.
@@ -66,14 +79,18 @@ impl OtherUnit {
         let mut numbers = self.numbers.iter();
         each_number(value, &mut |number| {
             if let Some(text) = numbers.next().and_then(Option::as_deref) {
-                *number.get_mut() = DeValue::parse(text).expect("a number is a value").into_inner();
+                *number.get_mut() = DeValue::parse(text)
+                    .expect("a number is a value")
+                    .into_inner();
             }
         });
     }
 
     /// A dotted path that ends with the key of the setting, as it was written.
     fn written(&self, path: &str) -> Option<String> {
-        let before = path.strip_suffix(&self.own).filter(|before| before.is_empty() || before.ends_with('.'))?;
+        let before = path
+            .strip_suffix(&self.own)
+            .filter(|before| before.is_empty() || before.ends_with('.'))?;
         Some(format!("{before}{}", self.written))
     }
 
@@ -81,29 +98,49 @@ impl OtherUnit {
     fn value(&self, own: &str) -> Option<String> {
         let number = own.parse().ok().filter(|number: &f64| number.is_finite())?;
         let number = self.unit.of_own(number);
-        let number = if number.abs() < 1e7 { format!("{number}") } else { format!("{number:e}") };
+        let number = if number.abs() < 1e7 {
+            format!("{number}")
+        } else {
+            format!("{number:e}")
+        };
         Some(format!("{number}, which is {own} {}", self.unit.own_name()))
     }
 }
 
 /// Visits the numbers of a value, in the order of the text.
-fn each_number<'a>(value: &mut Spanned<DeValue<'a>>, visit: &mut impl FnMut(&mut Spanned<DeValue<'a>>)) {
+fn each_number<'a>(
+    value: &mut Spanned<DeValue<'a>>,
+    visit: &mut impl FnMut(&mut Spanned<DeValue<'a>>),
+) {
     match value.get_mut() {
         DeValue::Integer(_) | DeValue::Float(_) => visit(value),
         DeValue::Array(items) => items.iter_mut().for_each(|item| each_number(item, visit)),
-        DeValue::Table(entries) => entries.iter_mut().for_each(|(_, entry)| each_number(entry, visit)),
+        DeValue::Table(entries) => entries
+            .iter_mut()
+            .for_each(|(_, entry)| each_number(entry, visit)),
         _ => {}
     }
 }
 
 impl Document<'_> {
     pub(super) fn sweeps(&self, parameter: &Parameter) -> bool {
-        self.sweeps.iter().any(|located| std::ptr::eq(located.parameter, parameter))
+        self.sweeps
+            .iter()
+            .any(|located| std::ptr::eq(located.parameter, parameter))
     }
 
     /// The error about a value that is not allowed.
-    pub(super) fn not_allowed(&self, key: String, value: &Spanned<DeValue<'_>>, allowed: String) -> InputError {
-        let problem = Problem::NotAllowed { key, value: self.source.quote(value.span()), allowed };
+    pub(super) fn not_allowed(
+        &self,
+        key: String,
+        value: &Spanned<DeValue<'_>>,
+        allowed: String,
+    ) -> InputError {
+        let problem = Problem::NotAllowed {
+            key,
+            value: self.source.quote(value.span()),
+            allowed,
+        };
         self.error(problem, value.span(), "")
     }
 
@@ -129,7 +166,9 @@ impl Document<'_> {
 
     /// The path of a setting as it was written at a place.
     pub(super) fn written(&self, path: &str, span: &Range<usize>) -> String {
-        self.other_unit_at(span).and_then(|other| other.written(path)).unwrap_or_else(|| path.to_owned())
+        self.other_unit_at(span)
+            .and_then(|other| other.written(path))
+            .unwrap_or_else(|| path.to_owned())
     }
 
     /// A problem at a place, with the key that was written there.
@@ -137,24 +176,42 @@ impl Document<'_> {
         let other = self.other_unit_at(span);
         let written = |key: &str| other.and_then(|other| other.written(key));
         match problem {
-            Problem::NotAllowed { key, value, allowed } => match (written(&key), other) {
+            Problem::NotAllowed {
+                key,
+                value,
+                allowed,
+            } => match (written(&key), other) {
                 (Some(key), Some(other)) => {
                     let is_quoted = value == self.source.quote(span.clone());
                     let in_unit = other.value(&value).filter(|_| !is_quoted);
-                    Problem::NotAllowed { key, value: in_unit.unwrap_or(value), allowed }
+                    Problem::NotAllowed {
+                        key,
+                        value: in_unit.unwrap_or(value),
+                        allowed,
+                    }
                 }
-                _ => Problem::NotAllowed { key, value, allowed },
+                _ => Problem::NotAllowed {
+                    key,
+                    value,
+                    allowed,
+                },
             },
-            Problem::UnknownKey { key, expected } => {
-                Problem::UnknownKey { key: written(&key).unwrap_or(key), expected }
-            }
-            Problem::Sweep { key, error } => Problem::Sweep { key: written(&key).unwrap_or(key), error },
+            Problem::UnknownKey { key, expected } => Problem::UnknownKey {
+                key: written(&key).unwrap_or(key),
+                expected,
+            },
+            Problem::Sweep { key, error } => Problem::Sweep {
+                key: written(&key).unwrap_or(key),
+                error,
+            },
             other => other,
         }
     }
 }
 
 /// Reads a part of the tree.
-pub(super) fn read<T: serde::de::DeserializeOwned>(value: &Spanned<DeValue<'_>>) -> Result<T, toml::de::Error> {
+pub(super) fn read<T: serde::de::DeserializeOwned>(
+    value: &Spanned<DeValue<'_>>,
+) -> Result<T, toml::de::Error> {
     T::deserialize(ValueDeserializer::from(value.clone()))
 }

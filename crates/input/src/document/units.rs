@@ -1,4 +1,5 @@
-//! Keys of the tree in other units than those of their settings become the keys of the settings. Their values follow when they are read.
+//! Keys of the tree in other units than those of their settings become the keys of the settings.
+//! Their values follow when they are read.
 
 use std::borrow::Cow;
 
@@ -19,13 +20,17 @@ impl<'t> Document<'t> {
         let mut table = std::mem::take(&mut self.table);
         for (section, entries) in table.iter_mut() {
             let section = section.get_ref().as_ref();
-            let DeValue::Table(entries) = entries.get_mut() else { continue };
+            let DeValue::Table(entries) = entries.get_mut() else {
+                continue;
+            };
             self.take_units_of(entries, section, section)?;
             if let Some(DeValue::Table(tools)) = entries.get_mut(TOOLS).map(Spanned::get_mut)
                 && section == STUDY
             {
                 for (name, tool) in tools.iter_mut() {
-                    let DeValue::Table(tool) = tool.get_mut() else { continue };
+                    let DeValue::Table(tool) = tool.get_mut() else {
+                        continue;
+                    };
                     let path = format!("{STUDY}.{TOOLS}.{}", name.get_ref());
                     // Those with their paths in quotes.
                     self.take_units_of(tool, STUDY, &path)?;
@@ -42,25 +47,38 @@ impl<'t> Document<'t> {
         Ok(())
     }
 
-    /// Gives the keys of a table with those of a `section` the units of their settings. `path` names the table.
-    fn take_units_of(&mut self, entries: &mut DeTable<'t>, section: &str, path: &str) -> Result<(), InputError> {
-        let other = |key: &Spanned<Cow<'t, str>>| Some((key.clone(), own_key(section, key.get_ref())?));
+    /// Gives the keys of a table with those of a `section` the units of their settings. `path`
+    /// names the table.
+    fn take_units_of(
+        &mut self,
+        entries: &mut DeTable<'t>,
+        section: &str,
+        path: &str,
+    ) -> Result<(), InputError> {
+        let other =
+            |key: &Spanned<Cow<'t, str>>| Some((key.clone(), own_key(section, key.get_ref())?));
         let mut others: Vec<_> = entries.keys().filter_map(other).collect();
         others.sort_by_key(|(key, _)| key.span().start);
         for (key, (own, unit)) in others {
             let written = key.get_ref().as_ref();
-            let Some(value) = entries.remove(written) else { continue };
+            let Some(value) = entries.remove(written) else {
+                continue;
+            };
             if let Some((same, _)) = entries.get_key_value(own.as_str()) {
                 let same_span = same.span();
                 let same_path = self.written(&format!("{path}.{own}"), &same_span);
                 let own_path = format!("{path}.{written}");
                 let is_second = key.span().start > same_span.start;
-                let (span, key, other) =
-                    if is_second { (key.span(), own_path, same_path) } else { (same_span, same_path, own_path) };
+                let (span, key, other) = if is_second {
+                    (key.span(), own_path, same_path)
+                } else {
+                    (same_span, same_path, own_path)
+                };
                 return Err(self.error(Problem::Both { key, other }, span, ONE_UNIT));
             }
             let start = key.span().start;
-            self.other_units.insert(start, OtherUnit::new(&own, written, unit, &value));
+            self.other_units
+                .insert(start, OtherUnit::new(&own, written, unit, &value));
             entries.insert(Spanned::new(key.span(), Cow::Owned(own)), value);
         }
         Ok(())
@@ -69,7 +87,9 @@ impl<'t> Document<'t> {
     /// The values of a tree in the units of the settings.
     pub(super) fn convert<'a>(&'a self, table: &mut DeTable<'a>) {
         for (_, section) in table.iter_mut() {
-            let DeValue::Table(entries) = section.get_mut() else { continue };
+            let DeValue::Table(entries) = section.get_mut() else {
+                continue;
+            };
             for (key, value) in entries.iter_mut() {
                 if let Some(other) = self.other_units.get(&key.span().start) {
                     other.convert(value);

@@ -20,7 +20,8 @@ pub(super) const FEED: &str = "feed_velocity_m_s";
 const NORMAL: &str = "normal";
 
 impl Document<'_> {
-    /// Reads the section of the workpiece of a `table`. Keys of another kind may have their defaults only.
+    /// Reads the section of the workpiece of a `table`. Keys of another kind may have their
+    /// defaults only.
     pub(super) fn read_workpiece(
         &self,
         table: &DeTable<'_>,
@@ -31,8 +32,13 @@ impl Document<'_> {
         };
         let kinds = workpiece_kinds();
         let stated = keys.remove(KIND);
-        let kind = stated.as_ref().map_or(Some(WorkpieceKind::default().name()), |kind| kind.get_ref().as_str());
-        let Some((kind, own)) = kind.and_then(|kind| kinds.iter().find(|(name, _)| name == kind)) else {
+        let kind = stated
+            .as_ref()
+            .map_or(Some(WorkpieceKind::default().name()), |kind| {
+                kind.get_ref().as_str()
+            });
+        let Some((kind, own)) = kind.and_then(|kind| kinds.iter().find(|(name, _)| name == kind))
+        else {
             let names: Vec<String> = kinds.iter().map(|(name, _)| format!("`{name}`")).collect();
             let stated = stated.as_ref().expect("the default is a kind");
             return Err(self.not_allowed(
@@ -45,8 +51,10 @@ impl Document<'_> {
         let mut others = Vec::new();
         for (key, value) in &keys {
             let name = key.get_ref().as_ref();
-            let Some(default) =
-                kinds.iter().find_map(|(_, of_kind)| of_kind.get(name)).filter(|_| !own.contains_key(name))
+            let Some(default) = kinds
+                .iter()
+                .find_map(|(_, of_kind)| of_kind.get(name))
+                .filter(|_| !own.contains_key(name))
             else {
                 continue;
             };
@@ -59,32 +67,57 @@ impl Document<'_> {
                 return Err(match (Parameter::find(&path), read(value)) {
                     (Some(parameter), Ok(number)) => {
                         let value = parameter.format(number);
-                        self.violated(table, Violation { path: parameter.path, value, allowed })
+                        self.violated(
+                            table,
+                            Violation {
+                                path: parameter.path,
+                                value,
+                                allowed,
+                            },
+                        )
                     }
                     _ => self.not_allowed(path, value, allowed),
                 });
             }
             others.push(name.to_owned());
         }
-        others.iter().for_each(|other| drop(keys.remove(other.as_str())));
+        others
+            .iter()
+            .for_each(|other| drop(keys.remove(other.as_str())));
         let read_all = || {
             let feed_velocity_m_s = feed.map_or(Ok(0.0), |feed| read(&feed))?;
             let keys = Spanned::new(span, DeValue::Table(keys));
-            Ok(WorkpieceSettings { feed_velocity_m_s, kind: of_kind(kind, &keys)? })
+            Ok(WorkpieceSettings {
+                feed_velocity_m_s,
+                kind: of_kind(kind, &keys)?,
+            })
         };
         let mut workpiece = read_all().map_err(|error: Error| self.unreadable(table, &error))?;
         let is_from_file = self.control_points_file.is_some();
         let wrong = |count: usize, allowed| {
             let value = format!("{count} points");
-            Err(self.violated(table, Violation { path: CONTROL_POINTS, value, allowed }))
+            Err(self.violated(
+                table,
+                Violation {
+                    path: CONTROL_POINTS,
+                    value,
+                    allowed,
+                },
+            ))
         };
         match &mut workpiece.kind {
-            WorkpieceKind::Profile(ProfileSettings { control_points_m: points, .. }) => {
+            WorkpieceKind::Profile(ProfileSettings {
+                control_points_m: points,
+                ..
+            }) => {
                 if is_from_file {
                     points.clone_from(&self.control_points);
                 }
                 if points.len() > MOST_CONTROL_POINTS {
-                    return wrong(points.len(), format!("a list of at most {MOST_CONTROL_POINTS} points"));
+                    return wrong(
+                        points.len(),
+                        format!("a list of at most {MOST_CONTROL_POINTS} points"),
+                    );
                 }
             }
             _ if is_from_file => return wrong(self.control_points.len(), left_out(kind)),
@@ -94,7 +127,8 @@ impl Document<'_> {
     }
 }
 
-/// Reads the `keys` of a workpiece of a kind. Those of its structure, rather than of [`WorkpieceKind`], keep their places in errors.
+/// Reads the `keys` of a workpiece of a kind. Those of its structure, rather than of
+/// [`WorkpieceKind`], keep their places in errors.
 fn of_kind(kind: &str, keys: &Spanned<DeValue<'_>>) -> Result<WorkpieceKind, Error> {
     Ok(match kind {
         "edge" => WorkpieceKind::Edge(read(keys)?),
@@ -110,7 +144,11 @@ fn of_kind(kind: &str, keys: &Spanned<DeValue<'_>>) -> Result<WorkpieceKind, Err
 fn is_same(one: &Value, other: &Value) -> bool {
     match (one, other) {
         (Value::Array(one), Value::Array(other)) => {
-            one.len() == other.len() && one.iter().zip(other).all(|(one, other)| is_same(one, other))
+            one.len() == other.len()
+                && one
+                    .iter()
+                    .zip(other)
+                    .all(|(one, other)| is_same(one, other))
         }
         (Value::Number(one), Value::Number(other)) => one.as_f64() == other.as_f64(),
         _ => one == other,

@@ -27,8 +27,8 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The answer to what `[goal]` asks for. What is recommended is simulated; `tell` hears when that begins. A stop leaves it as it follows from
-    /// the study.
+    /// The answer to what `[goal]` asks for. What is recommended is simulated; `tell` hears when
+    /// that begins. A stop leaves it as it follows from the study.
     ///
     /// # Errors
     /// If threads cannot be started.
@@ -45,7 +45,12 @@ impl Answer {
         let mut advice = match advise(study, results, limits) {
             Ok(advice) => advice,
             Err(error) => {
-                return Ok(Self { question, lines: vec![error.to_string()], rows: Vec::new(), notes: Vec::new() });
+                return Ok(Self {
+                    question,
+                    lines: vec![error.to_string()],
+                    rows: Vec::new(),
+                    notes: Vec::new(),
+                });
             }
         };
         if advice.recommendation.is_some() {
@@ -58,12 +63,26 @@ impl Answer {
                 notes.push(note.clone());
             }
         }
-        let Advice { recommendation, limits, .. } = &advice;
+        let Advice {
+            recommendation,
+            limits,
+            ..
+        } = &advice;
         let (lines, rows) = recommendation.as_ref().map_or_else(
-            || (vec!["No case of the study is within these limits.".to_owned()], Vec::new()),
+            || {
+                (
+                    vec!["No case of the study is within these limits.".to_owned()],
+                    Vec::new(),
+                )
+            },
             |recommendation| (recommendation.lines(limits), recommendation.rows.clone()),
         );
-        Ok(Self { question, lines, rows, notes })
+        Ok(Self {
+            question,
+            lines,
+            rows,
+            notes,
+        })
     }
 
     /// In lines of at most `width` columns.

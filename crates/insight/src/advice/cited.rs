@@ -31,7 +31,11 @@ pub(super) fn force(cell: &Cited) -> f64 {
 }
 
 /// The cases of a slice, by depth and then by velocity. A case that failed is `None`.
-pub(super) fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec<Vec<Option<Cited>>> {
+pub(super) fn cells(
+    study: &Study,
+    results: &[CaseResult],
+    slice: &Slice,
+) -> Vec<Vec<Option<Cited>>> {
     let cell = |x: usize, y: usize| {
         let case = slice.case(x, y);
         let summary = results[case].as_ref().ok()?;
@@ -44,10 +48,16 @@ pub(super) fn cells(study: &Study, results: &[CaseResult], slice: &Slice) -> Vec
             position: [x, y],
         })
     };
-    (0..slice.y.values.len()).map(|y| (0..slice.x.values.len()).map(|x| cell(x, y)).collect()).collect()
+    (0..slice.y.values.len())
+        .map(|y| (0..slice.x.values.len()).map(|x| cell(x, y)).collect())
+        .collect()
 }
 
 /// The first of the cells with the highest value.
 pub(super) fn highest<'a>(cells: &[&'a Cited], value: impl Fn(&Cited) -> f64) -> Option<&'a Cited> {
-    cells.iter().copied().rev().max_by(|a, b| value(a).total_cmp(&value(b)))
+    cells
+        .iter()
+        .copied()
+        .rev()
+        .max_by(|a, b| value(a).total_cmp(&value(b)))
 }

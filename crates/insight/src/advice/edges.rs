@@ -1,4 +1,5 @@
-//! What a study advises on edges: where most of the work is done on them, and how evenly around them.
+//! What a study advises on edges: where most of the work is done on them, and how evenly around
+//! them.
 //!
 //! As all advice, each sentence cites a case by its row in `runs.csv`.
 
@@ -46,7 +47,8 @@ pub enum EdgeTopic {
     Force,
     /// The largest share of the impulse on edges.
     Share,
-    /// The most even work around the edges, among cases with at least half of the highest force on them.
+    /// The most even work around the edges, among cases with at least half of the highest force on
+    /// them.
     Even,
 }
 
@@ -55,7 +57,9 @@ impl EdgeTopic {
         match self {
             Self::Force => "Highest normal force of the tool on the edge",
             Self::Share => "Largest share of the impulse on the edge",
-            Self::Even => "Most even work around the edge, of cases with at least half of the highest force on it",
+            Self::Even => {
+                "Most even work around the edge, of cases with at least half of the highest force on it"
+            }
         }
     }
 }
@@ -65,22 +69,47 @@ fn edge_force(metrics: &Metrics) -> f64 {
     metrics.edge_share * metrics.tool_contact_normal_force_n
 }
 
-/// Advice on edges from the cases of a study within `limits`; none if no filament touches an edge in them. Of equal cases the first
-/// counts.
+/// Advice on edges from the cases of a study within `limits`; none if no filament touches an edge
+/// in them. Of equal cases the first counts.
 #[must_use]
-pub fn advise_on_edges(study: &Study, results: &[CaseResult], limits: &Limits) -> Option<EdgeAdvice> {
-    let known = results.iter().enumerate().filter_map(|(case, result)| Some((case, result.as_ref().ok()?)));
+pub fn advise_on_edges(
+    study: &Study,
+    results: &[CaseResult],
+    limits: &Limits,
+) -> Option<EdgeAdvice> {
+    let known = results
+        .iter()
+        .enumerate()
+        .filter_map(|(case, result)| Some((case, result.as_ref().ok()?)));
     let within = |(case, summary): &(usize, &CaseSummary)| {
         let settings = study.settings(*case);
-        limits.allow(&OperatingPoint::of(&settings), &Outcome::new(&settings, summary))
+        limits.allow(
+            &OperatingPoint::of(&settings),
+            &Outcome::new(&settings, summary),
+        )
     };
-    let on_edges = known.filter(|(_, summary)| summary.metrics.edge_share > 0.0).filter(within);
-    let cases: Vec<(usize, &Metrics)> = on_edges.map(|(case, summary)| (case, &summary.metrics)).collect();
-    let best =
-        |value: &dyn Fn(&Metrics) -> f64| cases.iter().rev().max_by(|a, b| value(a.1).total_cmp(&value(b.1))).copied();
+    let on_edges = known
+        .filter(|(_, summary)| summary.metrics.edge_share > 0.0)
+        .filter(within);
+    let cases: Vec<(usize, &Metrics)> = on_edges
+        .map(|(case, summary)| (case, &summary.metrics))
+        .collect();
+    let best = |value: &dyn Fn(&Metrics) -> f64| {
+        cases
+            .iter()
+            .rev()
+            .max_by(|a, b| value(a.1).total_cmp(&value(b.1)))
+            .copied()
+    };
     let force = best(&edge_force)?;
     let enough = |metrics: &Metrics| edge_force(metrics) >= LEAST_PART * edge_force(force.1);
-    let even = |metrics: &Metrics| if enough(metrics) { metrics.edge_evenness } else { f64::NEG_INFINITY };
+    let even = |metrics: &Metrics| {
+        if enough(metrics) {
+            metrics.edge_evenness
+        } else {
+            f64::NEG_INFINITY
+        }
+    };
     let topics = [
         (EdgeTopic::Force, force),
         (EdgeTopic::Share, best(&|metrics| metrics.edge_share)?),
@@ -94,25 +123,44 @@ pub fn advise_on_edges(study: &Study, results: &[CaseResult], limits: &Limits) -
         edge_evenness: metrics.edge_evenness,
         sentence: place(study, case),
     };
-    Some(EdgeAdvice { advice: topics.into_iter().map(sentence).collect() })
+    Some(EdgeAdvice {
+        advice: topics.into_iter().map(sentence).collect(),
+    })
 }
 
 /// The swept values of a case. As in other advice, `*` marks an end of the study.
 fn place(study: &Study, case: usize) -> String {
     let value = |(sweep, value): (&Sweep, f64)| {
         let text = sweep.setting().equation(value);
-        let [low, high] = [f64::min, f64::max].map(|of| sweep.values().iter().copied().reduce(of).unwrap_or(value));
+        let [low, high] = [f64::min, f64::max]
+            .map(|of| sweep.values().iter().copied().reduce(of).unwrap_or(value));
         let is_number = sweep.setting().parameter().is_some();
-        if is_number && low < high && (value == low || value == high) { format!("{text}*") } else { text }
+        if is_number && low < high && (value == low || value == high) {
+            format!("{text}*")
+        } else {
+            text
+        }
     };
-    let values: Vec<String> = study.sweeps().iter().zip(study.values(case)).map(value).collect();
-    if values.is_empty() { "The only case.".to_owned() } else { format!("At {}.", values.join(", ")) }
+    let values: Vec<String> = study
+        .sweeps()
+        .iter()
+        .zip(study.values(case))
+        .map(value)
+        .collect();
+    if values.is_empty() {
+        "The only case.".to_owned()
+    } else {
+        format!("At {}.", values.join(", "))
+    }
 }
 
 impl EdgeAdvice {
     /// Adds the advice to a text, in lines of at most `width` columns.
     pub fn write(&self, text: &mut String, width: usize) {
-        let headings = [["row", "F_n,w", "share of", "evenness"], ["", "on edge", "p_n", ""]];
+        let headings = [
+            ["row", "F_n,w", "share of", "evenness"],
+            ["", "on edge", "p_n", ""],
+        ];
         let row = |about: &EdgeSentence| {
             [
                 about.row.to_string(),
@@ -121,11 +169,17 @@ impl EdgeAdvice {
                 format!("{:.3}", about.edge_evenness),
             ]
         };
-        let rows = headings.map(|heading| heading.map(str::to_owned)).into_iter().chain(self.advice.iter().map(row));
+        let rows = headings
+            .map(|heading| heading.map(str::to_owned))
+            .into_iter()
+            .chain(self.advice.iter().map(row));
         let rows: Vec<Vec<String>> = rows.map(Vec::from).collect();
         let mut lines = aligned(&rows).into_iter();
         text.push_str("Work on the edge\n");
-        lines.by_ref().take(headings.len()).for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
+        lines
+            .by_ref()
+            .take(headings.len())
+            .for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
         for (line, about) in lines.zip(&self.advice) {
             wrap(width, text, "", about.topic.heading());
             wrap_beside(width, text, &line, &about.sentence);
@@ -151,7 +205,9 @@ mod tests {
         let sweeps = "[workpiece]\nkind = \"edge\"\nedge_radius_m = 0.5e-3\n[process]\nbrushing_velocity_m_s = 10.0\n\
                       [study]\n\"workpiece.offset_m\" = [-0.01, 0.0, 0.01]\npenetration_depth_m = [1e-3, 2e-3]\n";
         let text = brush!(25).to_owned() + sweeps;
-        Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")
+        Document::parse(&text, "case.toml")
+            .and_then(|document| document.study())
+            .expect("a study")
     }
 
     /// Results with these tool forces in N, shares and evennesses. `None` is a case that failed.
@@ -165,7 +221,10 @@ mod tests {
                 edge_evenness,
                 ..Metrics::default()
             };
-            Ok(CaseSummary { metrics, ..CaseSummary::default() })
+            Ok(CaseSummary {
+                metrics,
+                ..CaseSummary::default()
+            })
         };
         cases.into_iter().map(result).collect()
     }
@@ -180,17 +239,28 @@ mod tests {
             Some((10.0, 0.8, 0.8)),
             Some((300.0, 0.0, 0.0)),
         ]);
-        let advice = advise_on_edges(&study(), &results, &Limits::default()).expect("advice").advice;
-        assert_eq!(advice.iter().map(|about| about.row).collect::<Vec<_>>(), [4, 5, 2]);
+        let advice = advise_on_edges(&study(), &results, &Limits::default())
+            .expect("advice")
+            .advice;
+        assert_eq!(
+            advice.iter().map(|about| about.row).collect::<Vec<_>>(),
+            [4, 5, 2]
+        );
         assert_eq!(advice[0].edge_force_n, 60.0);
         assert_eq!(advice[0].sentence, "At offset = 0 mm, a_e = 2 mm*.");
-        let slow = Limits { max_velocity_m_s: Some(5.0), ..Limits::default() };
+        let slow = Limits {
+            max_velocity_m_s: Some(5.0),
+            ..Limits::default()
+        };
         assert_eq!(advise_on_edges(&study(), &results, &slow), None);
     }
 
     #[test]
     fn without_an_edge_there_is_no_advice() {
         let results = results([Some((100.0, 0.0, 0.0)); 6]);
-        assert_eq!(advise_on_edges(&study(), &results, &Limits::default()), None);
+        assert_eq!(
+            advise_on_edges(&study(), &results, &Limits::default()),
+            None
+        );
     }
 }

@@ -9,13 +9,18 @@ use crate::slices::{Slice, Varied, process_slices};
 use bristle_grid::{CaseResult, DEPTH, Study};
 use bristle_text::number::{counted, short, significant, uncertain};
 
-/// Says in two sentences where the tool force of a study is highest, and where it is highest among laterally stable cases whose
-/// filaments sweep. It is true of any study: of one case, without a force, and if cases failed.
+/// Says in two sentences where the tool force of a study is highest, and where it is highest among
+/// laterally stable cases whose filaments sweep. It is true of any study: of one case, without a
+/// force, and if cases failed.
 #[must_use]
 pub fn headline(study: &Study, results: &[CaseResult]) -> String {
     let slices = process_slices(study, usize::MAX).chosen;
     let in_slice = |slice| {
-        cells(study, results, slice).into_iter().flatten().flatten().map(move |cell| CaseInSlice { slice, cell })
+        cells(study, results, slice)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(move |cell| CaseInSlice { slice, cell })
     };
     let places: Vec<CaseInSlice<'_>> = slices.iter().flat_map(in_slice).collect();
     let solved = match (places.len(), results.len()) {
@@ -25,15 +30,25 @@ pub fn headline(study: &Study, results: &[CaseResult]) -> String {
         (solved, total) => format!("the {solved} of {} that did not fail", counted(total)),
     };
     let forces = Readable::tool_forces(results);
-    let highest_of = |cells: &[&Cited]| highest(cells, force).filter(|cell| force(cell) > 0.0).map(|cell| cell.row);
+    let highest_of = |cells: &[&Cited]| {
+        highest(cells, force)
+            .filter(|cell| force(cell) > 0.0)
+            .map(|cell| cell.row)
+    };
     let find = |row: usize| places.iter().find(|place| place.cell.row == row);
     let all: Vec<&Cited> = places.iter().map(|place| &place.cell).collect();
     let Some(top) = highest_of(&all).and_then(find) else {
-        return format!("There is no contact normal force in {solved}. The filaments do not touch the workpiece.");
+        return format!(
+            "There is no contact normal force in {solved}. The filaments do not touch the workpiece."
+        );
     };
     let CaseInSlice { cell, .. } = top;
     let ratio = significant(cell.outcome.contact_time_ratio);
-    let motion = if cell.outcome.contact_time_ratio > SWEEPING_RATIO { "sweep" } else { "strike" };
+    let motion = if cell.outcome.contact_time_ratio > SWEEPING_RATIO {
+        "sweep"
+    } else {
+        "strike"
+    };
     if results.len() == 1 {
         let lateral = if cell.outcome.laterally_unstable {
             "unstable, so that an imperfection of the filament can change the force"
@@ -47,9 +62,15 @@ pub fn headline(study: &Study, results: &[CaseResult]) -> String {
         );
     }
     if study.is_pressed_on() {
-        let by = |value: fn(&Cited) -> f64| highest(&all, value).and_then(|cell| find(cell.row)).unwrap_or(top);
-        let (deepest, shallowest) =
-            (by(|cell| cell.place.penetration_depth_m), by(|cell| -cell.place.penetration_depth_m));
+        let by = |value: fn(&Cited) -> f64| {
+            highest(&all, value)
+                .and_then(|cell| find(cell.row))
+                .unwrap_or(top)
+        };
+        let (deepest, shallowest) = (
+            by(|cell| cell.place.penetration_depth_m),
+            by(|cell| -cell.place.penetration_depth_m),
+        );
         let least = by(|cell| -cell.outcome.tool_power_w);
         return format!(
             "The depths at which the tool presses with the forces of {solved} reach from {} to {}. The least power is {} W, at {} (row {}).",
@@ -60,19 +81,30 @@ pub fn headline(study: &Study, results: &[CaseResult]) -> String {
             least.cell.row
         );
     }
-    let unstable = if cell.outcome.laterally_unstable { ", and the pass is laterally unstable" } else { "" };
+    let unstable = if cell.outcome.laterally_unstable {
+        ", and the pass is laterally unstable"
+    } else {
+        ""
+    };
     let first = format!(
         "The highest tool force of {solved} is F_n,w = {}, where the filaments {motion} (ε_tc = {ratio}){unstable}.",
         top.text(&forces)
     );
-    let limits = Limits { min_ratio: Some(SWEEPING_RATIO), ..Limits::default() };
-    let is_safe = |cell: &&Cited| limits.allow(&cell.place, &cell.outcome) && !cell.outcome.laterally_unstable;
+    let limits = Limits {
+        min_ratio: Some(SWEEPING_RATIO),
+        ..Limits::default()
+    };
+    let is_safe = |cell: &&Cited| {
+        limits.allow(&cell.place, &cell.outcome) && !cell.outcome.laterally_unstable
+    };
     let safe: Vec<&Cited> = all.iter().copied().filter(is_safe).collect();
     let second = match highest_of(&safe).and_then(find) {
         None => "In no laterally stable case do the filaments sweep (ε_tc ≥ ½).".to_owned(),
         Some(best) if best.cell.row == cell.row => {
             match highest(&all, |cell| -force(cell)).and_then(|least| find(least.row)) {
-                Some(least) if force(&least.cell) < force(cell) => format!("The lowest is {}.", least.text(&forces)),
+                Some(least) if force(&least.cell) < force(cell) => {
+                    format!("The lowest is {}.", least.text(&forces))
+                }
                 _ => "All cases have the same force.".to_owned(),
             }
         }
@@ -95,7 +127,8 @@ impl CaseInSlice<'_> {
     fn settings(&self) -> String {
         let Slice { x, y, .. } = self.slice;
         let [across, up] = self.cell.position;
-        let is_stated = |(side, at): &(&Varied, usize)| side.setting.path() != DEPTH || side.values[*at] > 0.0;
+        let is_stated =
+            |(side, at): &(&Varied, usize)| side.setting.path() != DEPTH || side.values[*at] > 0.0;
         let sides = [(x, across), (y, up)].into_iter().filter(is_stated);
         sides
             .map(|(side, at)| side.setting.equation(side.values[at]))
@@ -107,12 +140,21 @@ impl CaseInSlice<'_> {
 
     /// Its depth and row.
     fn depth(&self) -> String {
-        format!("{} mm (row {})", short(1e3 * self.cell.place.penetration_depth_m), self.cell.row)
+        format!(
+            "{} mm (row {})",
+            short(1e3 * self.cell.place.penetration_depth_m),
+            self.cell.row
+        )
     }
 
     /// Its force, settings and row.
     fn text(&self, forces: &Readable) -> String {
-        format!("{} at {} (row {})", self.cell.force_text(forces), self.settings(), self.cell.row)
+        format!(
+            "{} at {} (row {})",
+            self.cell.force_text(forces),
+            self.settings(),
+            self.cell.row
+        )
     }
 }
 
@@ -126,7 +168,10 @@ impl Cited {
                 let [lower, upper] = band.map(|end| significant(factor * end));
                 format!("{} {unit} [{lower} … {upper}]", significant(value))
             }
-            None => format!("{} {unit}", uncertain(value, factor * self.outcome.uncertainty_n)),
+            None => format!(
+                "{} {unit}",
+                uncertain(value, factor * self.outcome.uncertainty_n)
+            ),
         }
     }
 }

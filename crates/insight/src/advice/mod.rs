@@ -1,8 +1,10 @@
-//! What a study advises: where the tool force is high, and at what velocity, depth and contact time ratio.
+//! What a study advises: where the tool force is high, and at what velocity, depth and contact time
+//! ratio.
 //!
-//! Advice is a list of sentences made from the results of a study. Each sentence cites its cases by their rows in `runs.csv`,
-//! so that it can be checked. Every case that a sentence cites has been simulated. If a force is asked for, there are also
-//! interpolated [`Suggestion`]s, marked as such. With limits or a target, one [`Recommendation`] comes first, which is simulated.
+//! Advice is a list of sentences made from the results of a study. Each sentence cites its cases by
+//! their rows in `runs.csv`, so that it can be checked. Every case that a sentence cites has been
+//! simulated. If a force is asked for, there are also interpolated [`Suggestion`]s, marked as such.
+//! With limits or a target, one [`Recommendation`] comes first, which is simulated.
 
 mod answer;
 mod cited;
@@ -48,11 +50,13 @@ use rank::rank;
 use recommendation::recommend;
 use suggestion::suggestions;
 
-/// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43 to 0.53. Lower maxima lie at
-/// 0.75 and above and, in a finer grid, at 0.24, where filaments strike.
+/// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43
+/// to 0.53. Lower maxima lie at 0.75 and above and, in a finer grid, at 0.24, where filaments
+/// strike.
 const ALONG_TIER: Range<f64> = 0.3..0.6;
 
-/// Smallest relative fall of the force after a local maximum. The number of segments alone can cause smaller falls.
+/// Smallest relative fall of the force after a local maximum. The number of segments alone can
+/// cause smaller falls.
 const LEAST_FALL: f64 = 0.005;
 
 const MOST_RANKED: usize = 5;
@@ -71,7 +75,8 @@ pub struct Advice {
     /// What to set, if there are limits or a target, and cases within them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recommendation: Option<Recommendation>,
-    /// The best case of each named tool, ranked. A tool without a case within the limits is left out.
+    /// The best case of each named tool, ranked. A tool without a case within the limits is left
+    /// out.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tools: Vec<ToolAdvice>,
     /// The names of the tools that are left out.
@@ -92,7 +97,8 @@ pub struct Advice {
     machine: Vec<Readable>,
 }
 
-/// The cases that were repeated more precisely: passes at a tenth of the tolerance, brushes in steps of half the length.
+/// The cases that were repeated more precisely: passes at a tenth of the tolerance, brushes in
+/// steps of half the length.
 #[derive(Clone, Debug, Serialize)]
 pub struct Checked {
     /// Their rows in `runs.csv`, counted below the heading.
@@ -108,28 +114,43 @@ pub struct Checked {
 
 impl Checked {
     fn of(results: &[CaseResult]) -> Option<Self> {
-        let change =
-            |(case, result): (usize, &CaseResult)| Some((case + 1, result.as_ref().ok()?.change_when_checked?));
+        let change = |(case, result): (usize, &CaseResult)| {
+            Some((case + 1, result.as_ref().ok()?.change_when_checked?))
+        };
         let changes: Vec<(usize, f64)> = results.iter().enumerate().filter_map(change).collect();
         let &(row, largest_change) = changes.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let rows = changes.iter().map(|(row, _)| *row).collect();
-        Some(Self { rows, largest_change, row, total: results.len() })
+        Some(Self {
+            rows,
+            largest_change,
+            row,
+            total: results.len(),
+        })
     }
 
     /// In a sentence.
     fn text(&self) -> String {
-        let spans = self.rows.chunk_by(|a, b| a + 1 == *b).map(|span| match span {
-            [row] => row.to_string(),
-            [first, .., last] => format!("{first} to {last}"),
-            [] => String::new(),
-        });
+        let spans = self
+            .rows
+            .chunk_by(|a, b| a + 1 == *b)
+            .map(|span| match span {
+                [row] => row.to_string(),
+                [first, .., last] => format!("{first} to {last}"),
+                [] => String::new(),
+            });
         let which = match self.rows.len() {
             count if count == self.total => "All cases were".to_owned(),
             1 => format!("Of {} cases, that of row {} was", self.total, self.row),
-            _ => format!("Of {} cases, those of rows {} were", self.total, spans.collect::<Vec<_>>().join(", ")),
+            _ => format!(
+                "Of {} cases, those of rows {} were",
+                self.total,
+                spans.collect::<Vec<_>>().join(", ")
+            ),
         };
         let (change, row) = (100.0 * self.largest_change, self.row);
-        format!("{which} checked (`study --check`); no metric changed by more than {change:.2} % (row {row}).")
+        format!(
+            "{which} checked (`study --check`); no metric changed by more than {change:.2} % (row {row})."
+        )
     }
 }
 
@@ -145,15 +166,23 @@ pub struct ToolAdvice {
     slice: Slice,
 }
 
-/// Advice from the results of a study. Of equal forces, the one at the lowest depth counts, then at the lowest velocity.
+/// Advice from the results of a study. Of equal forces, the one at the lowest depth counts, then at
+/// the lowest velocity.
 ///
 /// # Errors
 /// If the study has only one velocity and one depth, or the limits contradict each other.
-pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<Advice, AdviceError> {
+pub fn advise(
+    study: &Study,
+    results: &[CaseResult],
+    limits: Limits,
+) -> Result<Advice, AdviceError> {
     limits.check()?;
     let mut slices = process_slices(study, usize::MAX).chosen;
     let edges = advise_on_edges(study, results, &limits);
-    if slices.iter().all(|slice| !slice.x.varies() && !slice.y.varies()) {
+    if slices
+        .iter()
+        .all(|slice| !slice.x.varies() && !slice.y.varies())
+    {
         if edges.is_none() {
             let words = "the study has only one brushing velocity and one penetration depth, so there are no forces to compare\n   \
                          = help: sweep one of them under [study]";
@@ -166,33 +195,85 @@ pub fn advise(study: &Study, results: &[CaseResult], limits: Limits) -> Result<A
         let cells = cells(study, results, &slice);
         let interpolated = suggestions(study, results, &slice, &cells, &limits);
         let is_pressed_on = study.is_pressed_on();
-        let adviser = Adviser { slice: &slice, is_pressed_on, forces: &forces, cells: &cells };
+        let adviser = Adviser {
+            slice: &slice,
+            is_pressed_on,
+            forces: &forces,
+            cells: &cells,
+        };
         let (advice, mut notes) = adviser.advise(limits, interpolated.len());
         if interpolated.is_empty() && limits.wanted_n().is_some() && !advice.is_empty() {
-            notes.push(if is_pressed_on { FORCES_ARE_GIVEN } else { NOTHING_BETWEEN }.to_owned());
+            notes.push(
+                if is_pressed_on {
+                    FORCES_ARE_GIVEN
+                } else {
+                    NOTHING_BETWEEN
+                }
+                .to_owned(),
+            );
         }
-        notes.extend(advice.first().and_then(|top| friction_note(study, &forces, top)));
-        let touching = cells.iter().flatten().flatten().filter(|cell| force(cell) > 0.0);
+        notes.extend(
+            advice
+                .first()
+                .and_then(|top| friction_note(study, &forces, top)),
+        );
+        let touching = cells
+            .iter()
+            .flatten()
+            .flatten()
+            .filter(|cell| force(cell) > 0.0);
         let cases = touching.map(|cell| cell.row - 1);
         notes.extend(vibrating_note(study, results, &cases.collect::<Vec<_>>()));
         notes.extend(wear_note(results));
-        let settings = slice.fixed.iter().map(|(setting, value)| (setting.path(), setting.json(*value))).collect();
-        Section { settings, advice, interpolated, notes, slice, cells }
+        let settings = slice
+            .fixed
+            .iter()
+            .map(|(setting, value)| (setting.path(), setting.json(*value)))
+            .collect();
+        Section {
+            settings,
+            advice,
+            interpolated,
+            notes,
+            slice,
+            cells,
+        }
     };
     let sections: Vec<Section> = slices.into_iter().map(section).collect();
     let recommendation = recommend(study, &sections, &limits);
-    let machine = Quantity::machine(results).map(|quantity| Readable::new(quantity, results)).collect();
+    let machine = Quantity::machine(results)
+        .map(|quantity| Readable::new(quantity, results))
+        .collect();
     let tools = best_of_tools(study, &sections, &limits);
-    let is_advised = |name: &str| tools.iter().any(|tool| tool.settings.get(TOOL).is_some_and(|own| own == name));
+    let is_advised = |name: &str| {
+        tools
+            .iter()
+            .any(|tool| tool.settings.get(TOOL).is_some_and(|own| own == name))
+    };
     let names = study.tools().iter().map(|tool| tool.name.clone());
     let tools_without_case = names.filter(|name| !is_advised(name)).collect();
     let checked = Checked::of(results);
-    Ok(Advice { limits, recommendation, tools, tools_without_case, sections, edges, checked, forces, machine })
+    Ok(Advice {
+        limits,
+        recommendation,
+        tools,
+        tools_without_case,
+        sections,
+        edges,
+        checked,
+        forces,
+        machine,
+    })
 }
 
-/// What the wear of filaments says about the cases of a study: nothing that tells them apart. `None` if it is not known.
+/// What the wear of filaments says about the cases of a study: nothing that tells them apart.
+/// `None` if it is not known.
 fn wear_note(results: &[CaseResult]) -> Option<String> {
-    let ratio = results.iter().flatten().map(|summary| summary.metrics.wear_ratio).find(|ratio| *ratio > 0.0)?;
+    let ratio = results
+        .iter()
+        .flatten()
+        .map(|summary| summary.metrics.wear_ratio)
+        .find(|ratio| *ratio > 0.0)?;
     Some(format!(
         "The wear ratio is {} in every case: removal and wear both go with the sliding work.",
         significant(ratio)
@@ -207,20 +288,32 @@ fn best_of_tools(study: &Study, sections: &[Section], limits: &Limits) -> Vec<To
         topic => [Topic::WithinLimits, Topic::NearTarget].contains(&topic),
     };
     let best = |tool: &Tool| {
-        let is_own = |section: &&Section| section.settings.get(TOOL).is_some_and(|name| *name == tool.name);
+        let is_own = |section: &&Section| {
+            section
+                .settings
+                .get(TOOL)
+                .is_some_and(|name| *name == tool.name)
+        };
         let of_tool = sections.iter().filter(is_own);
-        let cells = of_tool.filter_map(|section| Some((section, &section.advice.iter().find(is_best)?.cell)));
-        let (section, cell) = cells.min_by(|(_, a), (_, b)| rank(limits, &a.outcome, &b.outcome))?;
+        let cells = of_tool
+            .filter_map(|section| Some((section, &section.advice.iter().find(is_best)?.cell)));
+        let (section, cell) =
+            cells.min_by(|(_, a), (_, b)| rank(limits, &a.outcome, &b.outcome))?;
         let sentence = format!("Tool {}; it {}.", tool.name, cell.outcome.motion());
         let advice = about(Topic::OfTool, cell, sentence, &[]);
-        Some(ToolAdvice { settings: section.settings.clone(), advice, slice: section.slice.clone() })
+        Some(ToolAdvice {
+            settings: section.settings.clone(),
+            advice,
+            slice: section.slice.clone(),
+        })
     };
     let mut tools: Vec<ToolAdvice> = study.tools().iter().filter_map(best).collect();
     tools.sort_by(|a, b| rank(limits, &a.advice.cell.outcome, &b.advice.cell.outcome));
     tools
 }
 
-/// What friction does to the forces of a section, whose highest is that of `top`. `None` if the study cannot tell.
+/// What friction does to the forces of a section, whose highest is that of `top`. `None` if the
+/// study cannot tell.
 fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<String> {
     let case = top.cell.row - 1;
     if study.settings(case).contact.friction_coefficient == 0.0 {
@@ -230,11 +323,19 @@ fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<Str
              sweep it."
         ));
     }
-    let at = study.sweeps().iter().position(|sweep| sweep.path() == FRICTION)?;
-    let stride: usize = study.sweeps()[at + 1..].iter().map(|sweep| sweep.values().len()).product();
+    let at = study
+        .sweeps()
+        .iter()
+        .position(|sweep| sweep.path() == FRICTION)?;
+    let stride: usize = study.sweeps()[at + 1..]
+        .iter()
+        .map(|sweep| sweep.values().len())
+        .product();
     let values = study.sweeps()[at].values();
     let here = case / stride % values.len();
-    let least = (0..values.len()).min_by(|&a, &b| values[a].total_cmp(&values[b])).filter(|&least| least != here)?;
+    let least = (0..values.len())
+        .min_by(|&a, &b| values[a].total_cmp(&values[b]))
+        .filter(|&least| least != here)?;
     let other = case - here * stride + least * stride;
     Some(format!(
         "With µ = {} instead of {}, velocity and depth of the highest force give {} {} (row {}).",
@@ -267,7 +368,10 @@ impl Adviser<'_> {
         }
         if failures > 0 {
             let are = if failures == 1 { "is" } else { "are" };
-            notes.push(format!("{failures} of {} cases failed and {are} left out.", failures + cells.len()));
+            notes.push(format!(
+                "{failures} of {} cases failed and {are} left out.",
+                failures + cells.len()
+            ));
         }
         let Some(top) = highest(&cells, force).filter(|cell| force(cell) > 0.0) else {
             notes.push("No case has a contact normal force.".to_owned());
@@ -281,25 +385,41 @@ impl Adviser<'_> {
             } else if within.iter().all(|cell| cell.outcome.laterally_unstable) {
                 notes.push("None of these cases is laterally stable.".to_owned());
             }
-            return (self.ranked(&within, &limits, MOST_RANKED - interpolated), notes);
+            return (
+                self.ranked(&within, &limits, MOST_RANKED - interpolated),
+                notes,
+            );
         }
         if self.is_pressed_on {
             for (row, asked_n) in self.cells.iter().zip(&self.slice.y.values) {
                 let cells: Vec<&Cited> = row.iter().flatten().collect();
-                let Some(least) = highest(&cells, |cell| -cell.outcome.tool_power_w) else { continue };
+                let Some(least) = highest(&cells, |cell| -cell.outcome.tool_power_w) else {
+                    continue;
+                };
                 let (count, motion) = (counted(cells.len()), least.outcome.motion());
-                let sentence = format!("The least power of {count} with {} N; it {motion}.", short(*asked_n));
+                let sentence = format!(
+                    "The least power of {count} with {} N; it {motion}.",
+                    short(*asked_n)
+                );
                 advice.push(about(Topic::LeastPower, least, sentence, &[]));
             }
             return (advice, notes);
         }
         let highest_of = |topic: Topic, cells: &[&Cited], top: &Cited| {
-            let sentence = format!("The highest of {}; it {}.", counted(cells.len()), top.outcome.motion());
+            let sentence = format!(
+                "The highest of {}; it {}.",
+                counted(cells.len()),
+                top.outcome.motion()
+            );
             about(topic, top, sentence, &[])
         };
         advice.push(highest_of(Topic::Highest, &cells, top));
         if top.outcome.laterally_unstable {
-            let stable: Vec<&Cited> = cells.iter().copied().filter(|cell| !cell.outcome.laterally_unstable).collect();
+            let stable: Vec<&Cited> = cells
+                .iter()
+                .copied()
+                .filter(|cell| !cell.outcome.laterally_unstable)
+                .collect();
             match highest(&stable, force) {
                 Some(top) => advice.push(highest_of(Topic::Stable, &stable, top)),
                 None => notes.push("None of these cases is laterally stable.".to_owned()),
@@ -307,18 +427,32 @@ impl Adviser<'_> {
         }
         let (velocities, depths) = (self.slice.x.varies(), self.slice.y.varies());
         if velocities && depths {
-            let column = |x: usize| self.cells.iter().filter_map(|row| row[x].as_ref()).collect::<Vec<_>>();
+            let column = |x: usize| {
+                self.cells
+                    .iter()
+                    .filter_map(|row| row[x].as_ref())
+                    .collect::<Vec<_>>()
+            };
             let columns = (0..self.slice.x.values.len()).map(column);
             advice.extend(columns.filter_map(|cells| self.best(Topic::AtVelocity, &cells)));
-            let rows = self.cells.iter().map(|row| row.iter().flatten().collect::<Vec<_>>());
+            let rows = self
+                .cells
+                .iter()
+                .map(|row| row.iter().flatten().collect::<Vec<_>>());
             advice.extend(rows.filter_map(|cells| self.best(Topic::AtDepth, &cells)));
         }
-        if velocities && let Some(top) = highest(&cells, |cell| force(cell) / cell.place.brushing_velocity_m_s) {
+        if velocities
+            && let Some(top) = highest(&cells, |cell| {
+                force(cell) / cell.place.brushing_velocity_m_s
+            })
+        {
             let share = self.share(top, top.place.brushing_velocity_m_s);
             let sentence = format!("{share} per m/s of v_b, the highest ratio of all cases.");
             advice.push(about(Topic::PerVelocity, top, sentence, &[]));
         }
-        if depths && let Some(top) = highest(&cells, |cell| force(cell) / cell.place.penetration_depth_m) {
+        if depths
+            && let Some(top) = highest(&cells, |cell| force(cell) / cell.place.penetration_depth_m)
+        {
             let share = self.share(top, 1e3 * top.place.penetration_depth_m);
             let sentence = format!("{share} per mm of a_e, the highest ratio of all cases.");
             advice.push(about(Topic::PerDepth, top, sentence, &[]));
@@ -346,18 +480,31 @@ impl Adviser<'_> {
     /// The most removal per time, from edges and per power, in a study with `[removal]`.
     fn advise_on_removal(&self, cells: &[&Cited], advice: &mut Vec<Sentence>) {
         let power = |of: Most| move |cell: &Cited| cell.outcome.removal_power_w(of).unwrap_or(0.0);
-        let most = |value: &dyn Fn(&Cited) -> f64| highest(cells, value).filter(|cell| value(cell) > 0.0);
-        for (topic, of) in [(Topic::MostRemoval, Most::Removal), (Topic::MostOfEdge, Most::Edge)] {
-            let Some((cell, what)) = most(&power(of)).and_then(|cell| Some((cell, cell.outcome.removed(of)?))) else {
+        let most =
+            |value: &dyn Fn(&Cited) -> f64| highest(cells, value).filter(|cell| value(cell) > 0.0);
+        for (topic, of) in [
+            (Topic::MostRemoval, Most::Removal),
+            (Topic::MostOfEdge, Most::Edge),
+        ] {
+            let Some((cell, what)) =
+                most(&power(of)).and_then(|cell| Some((cell, cell.outcome.removed(of)?)))
+            else {
                 continue;
             };
-            let sentence = format!("{what}, the most of {}; it {}.", counted(cells.len()), cell.outcome.motion());
+            let sentence = format!(
+                "{what}, the most of {}; it {}.",
+                counted(cells.len()),
+                cell.outcome.motion()
+            );
             advice.push(about(topic, cell, sentence, &[]));
         }
         let per_power = |cell: &Cited| power(Most::Removal)(cell) / cell.outcome.tool_power_w;
         if let Some(cell) = most(&per_power).filter(|cell| cell.outcome.tool_power_w > 0.0) {
             let share = significant(per_power(cell));
-            let sentence = format!("Slides with {share} W per W of the drive, the most; it {}.", cell.outcome.motion());
+            let sentence = format!(
+                "Slides with {share} W per W of the drive, the most; it {}.",
+                cell.outcome.motion()
+            );
             advice.push(about(Topic::RemovalPerPower, cell, sentence, &[]));
         }
     }
@@ -367,7 +514,11 @@ impl Adviser<'_> {
         let mut ranked = within.to_vec();
         ranked.sort_by(|a, b| rank(limits, &a.outcome, &b.outcome));
         let count = counted(within.len());
-        let with = if limits.are_none() { String::new() } else { format!(" with {limits}") };
+        let with = if limits.are_none() {
+            String::new()
+        } else {
+            format!(" with {limits}")
+        };
         let holds = |cell: &Cited| limits.hold_with_band(&cell.outcome);
         let sure = within.iter().filter(|cell| holds(cell)).count();
         let sentence = |(rank, cell): (usize, &&Cited)| {
@@ -375,32 +526,62 @@ impl Adviser<'_> {
             let Some(target) = limits.target_force_n else {
                 let what = match rank {
                     0 if sure > 0 && sure < within.len() => {
-                        format!("The best of {sure} entirely within the limit, of {count}{with}; it")
+                        format!(
+                            "The best of {sure} entirely within the limit, of {count}{with}; it"
+                        )
                     }
                     0 => format!("The best of {count}{with}; it"),
                     _ => "It".to_owned(),
                 };
-                let beyond = if holds(cell) { String::new() } else { beyond(self.forces, &cell.outcome) };
-                return about(Topic::WithinLimits, cell, format!("{what} {motion}.{beyond}"), &[]);
+                let beyond = if holds(cell) {
+                    String::new()
+                } else {
+                    beyond(self.forces, &cell.outcome)
+                };
+                return about(
+                    Topic::WithinLimits,
+                    cell,
+                    format!("{what} {motion}.{beyond}"),
+                    &[],
+                );
             };
-            let what = if rank == 0 { format!("The best of {count}{with}. ") } else { String::new() };
+            let what = if rank == 0 {
+                format!("The best of {count}{with}. ")
+            } else {
+                String::new()
+            };
             let [lower, upper] = cell.outcome.ends();
-            let band = if lower < target && target < upper { " The target is within the uncertainty." } else { "" };
-            let sentence = format!("{what}{}; it {motion}.{band}", off_target(force(cell), target));
+            let band = if lower < target && target < upper {
+                " The target is within the uncertainty."
+            } else {
+                ""
+            };
+            let sentence = format!(
+                "{what}{}; it {motion}.{band}",
+                off_target(force(cell), target)
+            );
             about(Topic::NearTarget, cell, sentence, &[])
         };
         ranked.iter().take(most).enumerate().map(sentence).collect()
     }
 
-    /// Compares the highest force of some cases with the lowest. `None` if there is nothing to compare, or no force.
+    /// Compares the highest force of some cases with the lowest. `None` if there is nothing to
+    /// compare, or no force.
     fn best(&self, topic: Topic, cells: &[&Cited]) -> Option<Sentence> {
         let top = highest(cells, force).filter(|cell| cells.len() > 1 && force(cell) > 0.0)?;
         let least = highest(cells, |cell| -force(cell))?;
         if force(least) == force(top) {
-            let sentence = format!("It {}; all others have the same force.", top.outcome.motion());
+            let sentence = format!(
+                "It {}; all others have the same force.",
+                top.outcome.motion()
+            );
             return Some(about(topic, top, sentence, &[]));
         }
-        let place = if topic == Topic::AtVelocity { depth(least) } else { least.speed.clone() };
+        let place = if topic == Topic::AtVelocity {
+            depth(least)
+        } else {
+            least.speed.clone()
+        };
         let sentence = format!(
             "It {}; the lowest is {} at {place} (row {}).",
             top.outcome.motion(),
@@ -410,7 +591,8 @@ impl Adviser<'_> {
         Some(about(topic, top, sentence, &[least]))
     }
 
-    /// The local maximum of the force over the velocity along the tier. If there are several, the one nearest to the tier.
+    /// The local maximum of the force over the velocity along the tier. If there are several, the
+    /// one nearest to the tier.
     fn along_tier(&self, row: &[Option<Cited>]) -> Option<Sentence> {
         let distance = |cell: &Cited| (cell.outcome.contact_time_ratio - SWEEPING_RATIO).abs();
         let peaks = row.windows(3).filter_map(|cells| match cells {
@@ -424,7 +606,10 @@ impl Adviser<'_> {
         let peak = along.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
         let faster = &row[peak.position[0] + 1..];
         let solved: Vec<&Cited> = faster.iter().flatten().collect();
-        let below = solved.iter().position(|cell| force(cell) > force(peak)).unwrap_or(solved.len());
+        let below = solved
+            .iter()
+            .position(|cell| force(cell) > force(peak))
+            .unwrap_or(solved.len());
         let least = highest(&solved[..below], |cell| -force(cell))?;
         let falls = format!(
             "Above this {} it falls to {} at {} (row {})",
@@ -435,11 +620,21 @@ impl Adviser<'_> {
         );
         Some(match solved.get(below) {
             Some(more) => {
-                let sentence = format!("{falls}, then exceeds the maximum at {} (row {}).", more.speed, more.row);
+                let sentence = format!(
+                    "{falls}, then exceeds the maximum at {} (row {}).",
+                    more.speed, more.row
+                );
                 about(Topic::Tier, peak, sentence, &[least, more])
             }
-            None if solved.len() < faster.len() => about(Topic::Tier, peak, format!("{falls}."), &[least]),
-            None => about(Topic::Tier, peak, format!("{falls}; no faster case exceeds the maximum."), &[least]),
+            None if solved.len() < faster.len() => {
+                about(Topic::Tier, peak, format!("{falls}."), &[least])
+            }
+            None => about(
+                Topic::Tier,
+                peak,
+                format!("{falls}; no faster case exceeds the maximum."),
+                &[least],
+            ),
         })
     }
 
@@ -450,20 +645,32 @@ impl Adviser<'_> {
 
     /// The force of a case, divided by `divisor`.
     fn share(&self, cell: &Cited, divisor: f64) -> String {
-        format!("{} {}", short(self.forces.factor() * force(cell) / divisor), self.forces.unit())
+        format!(
+            "{} {}",
+            short(self.forces.factor() * force(cell) / divisor),
+            self.forces.unit()
+        )
     }
 }
 
 /// A sentence about a case. It ends with a warning if the case is laterally unstable.
 fn about(topic: Topic, cell: &Cited, mut sentence: String, others: &[&Cited]) -> Sentence {
     warn_of_instability(&mut sentence, &cell.outcome);
-    Sentence { topic, cell: cell.clone(), sentence, other_rows: others.iter().map(|cell| cell.row).collect() }
+    Sentence {
+        topic,
+        cell: cell.clone(),
+        sentence,
+        other_rows: others.iter().map(|cell| cell.row).collect(),
+    }
 }
 
 /// Adds a warning to a sentence about a laterally unstable case.
 fn warn_of_instability(sentence: &mut String, outcome: &Outcome) {
     if outcome.laterally_unstable {
-        sentence.push_str(&format!(" Laterally unstable: {}-fold.", spanning(outcome.lateral_amplification)));
+        sentence.push_str(&format!(
+            " Laterally unstable: {}-fold.",
+            spanning(outcome.lateral_amplification)
+        ));
     }
 }
 
@@ -491,13 +698,18 @@ fn depth(cell: &Cited) -> String {
 }
 
 impl Advice {
-    /// Simulates the recommendation, changes its depth until it keeps the target or the limits, and simulates it in space if filaments touch.
+    /// Simulates the recommendation, changes its depth until it keeps the target or the limits, and
+    /// simulates it in space if filaments touch.
     ///
     /// # Errors
     /// If the threads cannot be started.
     pub fn verify(&mut self, threads: Option<NonZeroUsize>, stop: &Stop) -> io::Result<()> {
         let limits = self.limits;
-        self.recommendation.as_mut().map_or(Ok(()), |recommendation| recommendation.verify(&limits, threads, stop))
+        self.recommendation
+            .as_mut()
+            .map_or(Ok(()), |recommendation| {
+                recommendation.verify(&limits, threads, stop)
+            })
     }
 
     /// The advice in lines of at most `width` columns: a table with one sentence per row.
@@ -508,11 +720,23 @@ impl Advice {
             recommendation.write(&mut text, &self.limits, width);
         }
         if let Some(best) = self.tools.first() {
-            let lines: Vec<TableLine> = self.tools.iter().map(|tool| self.line(&tool.slice, &tool.advice)).collect();
+            let lines: Vec<TableLine> = self
+                .tools
+                .iter()
+                .map(|tool| self.line(&tool.slice, &tool.advice))
+                .collect();
             self.write_lines(&mut text, &best.slice, &lines, width);
         }
         if !self.tools_without_case.is_empty() {
-            wrap(width, &mut text, "", &format!("Tools without such a case: {}", self.tools_without_case.join("; ")));
+            wrap(
+                width,
+                &mut text,
+                "",
+                &format!(
+                    "Tools without such a case: {}",
+                    self.tools_without_case.join("; ")
+                ),
+            );
         }
         if !self.tools.is_empty() || !self.tools_without_case.is_empty() {
             text.push('\n');
@@ -524,7 +748,12 @@ impl Advice {
         if let Some(edges) = &self.edges {
             edges.write(&mut text, width);
         }
-        let cells = || self.sections.iter().flat_map(|section| &section.advice).map(|sentence| &sentence.cell);
+        let cells = || {
+            self.sections
+                .iter()
+                .flat_map(|section| &section.advice)
+                .map(|sentence| &sentence.cell)
+        };
         let mut legend = "Rows of runs.csv are counted below its heading.".to_owned();
         if cells().any(|cell| cell.outcome.band().is_none() && cell.outcome.uncertainty_n > 0.0) {
             legend.push_str(" ± is the uncertainty from the number of filaments, which scales all forces alike.");
@@ -538,7 +767,11 @@ impl Advice {
                  the force: sweep filament.lateral_tilt_rad to see how much.",
             );
         }
-        if self.sections.iter().any(|section| !section.interpolated.is_empty()) {
+        if self
+            .sections
+            .iter()
+            .any(|section| !section.interpolated.is_empty())
+        {
             legend.push_str(" ≈ marks a force interpolated between the cases of two rows.");
         }
         legend.push_str(
@@ -554,32 +787,70 @@ impl Advice {
     }
 
     fn write_section(&self, text: &mut String, section: &Section, width: usize) {
-        let Section { slice, advice, interpolated, notes, .. } = section;
+        let Section {
+            slice,
+            advice,
+            interpolated,
+            notes,
+            ..
+        } = section;
         let condition = slice.condition();
         if !condition.is_empty() {
             wrap(width, text, "", &format!("With {condition}"));
         }
         // Suggestions follow what they are an alternative to.
-        let (ranking, others) = advice.split_at(advice.partition_point(|sentence| sentence.topic.is_ranking()));
-        let cited = |sentences: &[Sentence]| sentences.iter().map(|each| self.line(slice, each)).collect::<Vec<_>>();
-        let suggested = interpolated.iter().map(|each| self.line_of_suggestion(slice, each)).collect();
-        self.write_lines(text, slice, &[cited(ranking), suggested, cited(others)].concat(), width);
+        let (ranking, others) =
+            advice.split_at(advice.partition_point(|sentence| sentence.topic.is_ranking()));
+        let cited = |sentences: &[Sentence]| {
+            sentences
+                .iter()
+                .map(|each| self.line(slice, each))
+                .collect::<Vec<_>>()
+        };
+        let suggested = interpolated
+            .iter()
+            .map(|each| self.line_of_suggestion(slice, each))
+            .collect();
+        self.write_lines(
+            text,
+            slice,
+            &[cited(ranking), suggested, cited(others)].concat(),
+            width,
+        );
         notes.iter().for_each(|note| wrap(width, text, "", note));
     }
 
     /// Writes lines about cases of a slice, below the headings of their cells.
     fn write_lines(&self, text: &mut String, slice: &Slice, lines: &[TableLine], width: usize) {
-        let [speed, unit] = [&slice.x.setting.symbol(), slice.x.setting.unit()].map(|text| format!("{text} "));
-        let machine = |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
+        let [speed, unit] =
+            [&slice.x.setting.symbol(), slice.x.setting.unit()].map(|text| format!("{text} "));
+        let machine =
+            |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
         let headings = [
-            [&["row", &speed, "a_e ", "F_n,w"][..], &machine(|each| each.quantity.symbol), &["ε_tc"]].concat(),
-            [&["", &unit, "mm ", self.forces.unit()][..], &machine(Readable::unit), &[""]].concat(),
+            [
+                &["row", &speed, "a_e ", "F_n,w"][..],
+                &machine(|each| each.quantity.symbol),
+                &["ε_tc"],
+            ]
+            .concat(),
+            [
+                &["", &unit, "mm ", self.forces.unit()][..],
+                &machine(Readable::unit),
+                &[""],
+            ]
+            .concat(),
         ]
         .map(|heading| heading.into_iter().map(str::to_owned).collect());
-        let rows: Vec<Vec<String>> = headings.into_iter().chain(lines.iter().map(|line| line.cells.clone())).collect();
+        let rows: Vec<Vec<String>> = headings
+            .into_iter()
+            .chain(lines.iter().map(|line| line.cells.clone()))
+            .collect();
         let mut aligned = aligned(&rows).into_iter();
         if !lines.is_empty() {
-            aligned.by_ref().take(2).for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
+            aligned
+                .by_ref()
+                .take(2)
+                .for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
         }
         let mut heading = "";
         for (cells, line) in aligned.zip(lines) {
@@ -591,13 +862,25 @@ impl Advice {
         }
     }
 
-    fn line(&self, slice: &Slice, Sentence { topic, cell, sentence, .. }: &Sentence) -> TableLine {
+    fn line(
+        &self,
+        slice: &Slice,
+        Sentence {
+            topic,
+            cell,
+            sentence,
+            ..
+        }: &Sentence,
+    ) -> TableLine {
         let sides = [&slice.x, &slice.y];
         let [velocity, depth] = [0, 1].map(|side| {
             let at = cell.position[side];
-            let is_free = *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
+            let is_free =
+                *topic != Topic::Tier && *topic != [Topic::AtVelocity, Topic::AtDepth][side];
             let is_end = at == 0 || at + 1 == sides[side].values.len();
-            let Varied { setting, values, .. } = sides[side];
+            let Varied {
+                setting, values, ..
+            } = sides[side];
             let label = match setting.path() {
                 // The depth that was found for it.
                 FORCE => short(1e3 * cell.place.penetration_depth_m),
@@ -605,28 +888,57 @@ impl Advice {
             };
             format!(
                 "{label}{}",
-                if is_free && is_end && sides[side].varies() && setting.path() != FORCE { '*' } else { ' ' }
+                if is_free && is_end && sides[side].varies() && setting.path() != FORCE {
+                    '*'
+                } else {
+                    ' '
+                }
             )
         });
         // The study states the velocity or the rotational speed.
         let heading = match topic {
-            Topic::AtVelocity => topic.heading().replace("brushing velocity", slice.x.setting.name()),
+            Topic::AtVelocity => topic
+                .heading()
+                .replace("brushing velocity", slice.x.setting.name()),
             _ => topic.heading().to_owned(),
         };
-        let machine = self.machine.iter().map(|each| each.text(cell.row - 1)).collect();
+        let machine = self
+            .machine
+            .iter()
+            .map(|each| each.text(cell.row - 1))
+            .collect();
         let place = [cell.row.to_string(), velocity, depth];
-        TableLine::new(heading, place, self.force(&cell.outcome), machine, &cell.outcome, sentence.clone())
+        TableLine::new(
+            heading,
+            place,
+            self.force(&cell.outcome),
+            machine,
+            &cell.outcome,
+            sentence.clone(),
+        )
     }
 
     fn line_of_suggestion(&self, slice: &Slice, suggestion: &Suggestion) -> TableLine {
-        let machine = self.machine.iter().map(|each| each.text_of(&suggestion.summary)).collect();
-        let [velocity, depth] = [&slice.x, &slice.y].map(|side| format!("{} ", suggestion.shown(side)));
+        let machine = self
+            .machine
+            .iter()
+            .map(|each| each.text_of(&suggestion.summary))
+            .collect();
+        let [velocity, depth] =
+            [&slice.x, &slice.y].map(|side| format!("{} ", suggestion.shown(side)));
         let rows = suggestion.between_rows.map(|row| row.to_string()).join("–");
         let expected = &suggestion.interpolated;
         let force = format!("≈ {}", self.force(expected));
         let mut sentence = format!("Not simulated; it {}.", expected.motion());
         warn_of_instability(&mut sentence, expected);
-        TableLine::new("Interpolated".to_owned(), [rows, velocity, depth], force, machine, expected, sentence)
+        TableLine::new(
+            "Interpolated".to_owned(),
+            [rows, velocity, depth],
+            force,
+            machine,
+            expected,
+            sentence,
+        )
     }
 
     /// The force with its band, or else with its uncertainty.
@@ -634,7 +946,9 @@ impl Advice {
         let force = outcome.tool_contact_normal_force_n;
         match outcome.band() {
             Some(band) => self.forces.text_with_band(force, band),
-            None => self.forces.text_with_uncertainty(force, outcome.uncertainty_n),
+            None => self
+                .forces
+                .text_with_uncertainty(force, outcome.uncertainty_n),
         }
     }
 }
@@ -658,8 +972,17 @@ impl TableLine {
         sentence: String,
     ) -> Self {
         let ratio = format!("{:.3}", outcome.contact_time_ratio);
-        let cells = place.into_iter().chain([force]).chain(machine).chain([ratio]).collect();
-        Self { heading, cells, sentence }
+        let cells = place
+            .into_iter()
+            .chain([force])
+            .chain(machine)
+            .chain([ratio])
+            .collect();
+        Self {
+            heading,
+            cells,
+            sentence,
+        }
     }
 }
 
@@ -679,7 +1002,9 @@ mod tests {
              [filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[process]\nbrushing_velocity_m_s = 10.0\n\
              penetration_depth_m = 1e-3\n[contact]\nfriction_coefficient = 0.3\n[study]\n{sweeps}"
         );
-        Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study")
+        Document::parse(&text, "case.toml")
+            .and_then(|document| document.study())
+            .expect("a study")
     }
 
     /// Force in N and contact time ratio of a case; `None` if it failed.
@@ -690,16 +1015,30 @@ mod tests {
         let nominal = *Pass::new(&study.settings(0)).nominal();
         let result = |case: &Case| {
             let (tool_contact_normal_force_n, contact_time_ratio) = case.ok_or("failed")?;
-            let untouched = Metrics::new(&nominal, &ContactRecord::default(), 1.0, &RemovalLaw::default());
-            let metrics = Metrics { tool_contact_normal_force_n, contact_time_ratio, ..untouched };
-            Ok(CaseSummary { metrics, ..CaseSummary::default() })
+            let untouched = Metrics::new(
+                &nominal,
+                &ContactRecord::default(),
+                1.0,
+                &RemovalLaw::default(),
+            );
+            let metrics = Metrics {
+                tool_contact_normal_force_n,
+                contact_time_ratio,
+                ..untouched
+            };
+            Ok(CaseSummary {
+                metrics,
+                ..CaseSummary::default()
+            })
         };
         assert_eq!(cases.len(), study.case_count());
         cases.iter().map(result).collect()
     }
 
-    /// Two depths and four velocities, neither in ascending order. There is a maximum along the tier at 1 mm and 10 m/s.
-    const SWEEPS: &str = "brushing_velocity_m_s = [20.0, 5.0, 15.0, 10.0]\npenetration_depth_m = [2e-3, 1e-3]\n";
+    /// Two depths and four velocities, neither in ascending order. There is a maximum along the
+    /// tier at 1 mm and 10 m/s.
+    const SWEEPS: &str =
+        "brushing_velocity_m_s = [20.0, 5.0, 15.0, 10.0]\npenetration_depth_m = [2e-3, 1e-3]\n";
     const CASES: [Case; 8] = [
         Some((290.0, 0.7)),
         Some((240.0, 0.95)),
@@ -713,11 +1052,19 @@ mod tests {
 
     fn section(sweeps: &str, cases: &[Case], limits: Limits) -> Section {
         let study = study(sweeps);
-        advise(&study, &results(&study, cases), limits).expect("advice").sections.remove(0)
+        advise(&study, &results(&study, cases), limits)
+            .expect("advice")
+            .sections
+            .remove(0)
     }
 
     fn rows(section: &Section, topic: Topic) -> Vec<usize> {
-        section.advice.iter().filter(|about| about.topic == topic).map(|about| about.cell.row).collect()
+        section
+            .advice
+            .iter()
+            .filter(|about| about.topic == topic)
+            .map(|about| about.cell.row)
+            .collect()
     }
 
     #[test]
@@ -737,8 +1084,17 @@ mod tests {
         ];
         assert_eq!(section.notes, notes);
         let cell = &section.advice[0].cell;
-        assert_eq!((cell.place.brushing_velocity_m_s, cell.place.penetration_depth_m), (20.0, 1e-3));
-        assert!((cell.outcome.uncertainty_n - 30.0).abs() < 1e-12, "a tenth, like that of the filaments");
+        assert_eq!(
+            (
+                cell.place.brushing_velocity_m_s,
+                cell.place.penetration_depth_m
+            ),
+            (20.0, 1e-3)
+        );
+        assert!(
+            (cell.outcome.uncertainty_n - 30.0).abs() < 1e-12,
+            "a tenth, like that of the filaments"
+        );
     }
 
     #[test]
@@ -747,14 +1103,19 @@ mod tests {
             let study = study(sweeps);
             let mut results = results(&study, cases);
             for &row in unstable {
-                results[row - 1].as_mut().expect("a result").metrics.laterally_unstable = true;
+                results[row - 1]
+                    .as_mut()
+                    .expect("a result")
+                    .metrics
+                    .laterally_unstable = true;
             }
             headline(&study, &results)
         };
-        let strikes =
-            "F_n,w = 300 ± 30 N at v_b = 20 m/s, a_e = 1 mm (row 5), where the filaments strike (ε_tc = 0.250)";
+        let strikes = "F_n,w = 300 ± 30 N at v_b = 20 m/s, a_e = 1 mm (row 5), where the filaments strike (ε_tc = 0.250)";
         let sweeps = |force: &str| {
-            format!("Where the filaments sweep (ε_tc ≥ ½) in a laterally stable pass, the highest is {force}.")
+            format!(
+                "Where the filaments sweep (ε_tc ≥ ½) in a laterally stable pass, the highest is {force}."
+            )
         };
         let lowest = "The lowest is 150 ± 15 N at v_b = 5 m/s, a_e = 1 mm (row 6).";
         let mut some = CASES;
@@ -782,80 +1143,180 @@ mod tests {
 
     #[test]
     fn limits_are_kept_to() {
-        let within = |max_velocity_m_s: Option<f64>, min_ratio: Option<f64>, max_ratio: Option<f64>| {
-            let limits = Limits { max_velocity_m_s, min_ratio, max_ratio, ..Limits::default() };
-            let section = section(SWEEPS, &CASES, limits);
-            (rows(&section, Topic::WithinLimits), section.notes)
-        };
+        let within =
+            |max_velocity_m_s: Option<f64>, min_ratio: Option<f64>, max_ratio: Option<f64>| {
+                let limits = Limits {
+                    max_velocity_m_s,
+                    min_ratio,
+                    max_ratio,
+                    ..Limits::default()
+                };
+                let section = section(SWEEPS, &CASES, limits);
+                (rows(&section, Topic::WithinLimits), section.notes)
+            };
         assert_eq!(
             within(Some(15.0), None, None).0,
             [2, 4, 3, 8, 6],
             "those that sweep, the highest to 5 % first, and no more than five"
         );
-        assert_eq!(within(None, Some(0.7), None).0, [1, 2, 4, 3, 6], "the limit itself is within");
+        assert_eq!(
+            within(None, Some(0.7), None).0,
+            [1, 2, 4, 3, 6],
+            "the limit itself is within"
+        );
         assert_eq!(within(Some(15.0), None, Some(0.5)).0, [7]);
         let unmet = within(Some(4.0), Some(0.5), Some(0.6));
         assert_eq!(unmet.0, [0; 0]);
-        assert_eq!(unmet.1[0], "No case has v_b ≤ 4 m/s and ε_tc ≥ 0.5 and ε_tc ≤ 0.6.");
+        assert_eq!(
+            unmet.1[0],
+            "No case has v_b ≤ 4 m/s and ε_tc ≥ 0.5 and ε_tc ≤ 0.6."
+        );
 
         let study = study(SWEEPS);
-        let limits = Limits { min_ratio: Some(0.6), max_ratio: Some(0.5), ..Limits::default() };
+        let limits = Limits {
+            min_ratio: Some(0.6),
+            max_ratio: Some(0.5),
+            ..Limits::default()
+        };
         let error = advise(&study, &results(&study, &CASES), limits).expect_err("a contradiction");
-        assert_eq!(error.to_string(), "no contact time ratio is at least 0.6 and at most 0.5");
-        let limits = Limits { max_force_n: Some(200.0), target_force_n: Some(201.0), ..Limits::default() };
+        assert_eq!(
+            error.to_string(),
+            "no contact time ratio is at least 0.6 and at most 0.5"
+        );
+        let limits = Limits {
+            max_force_n: Some(200.0),
+            target_force_n: Some(201.0),
+            ..Limits::default()
+        };
         let error = advise(&study, &results(&study, &CASES), limits).expect_err("a contradiction");
-        assert_eq!(error.to_string(), "the target of 201 N is above the highest force of 200 N");
+        assert_eq!(
+            error.to_string(),
+            "the target of 201 N is above the highest force of 200 N"
+        );
     }
 
     #[test]
     fn limits_of_the_machine_are_kept_to() {
         let within = |limits| rows(&section(SWEEPS, &CASES, limits), Topic::WithinLimits);
-        assert_eq!(within(Limits { max_depth_m: Some(1e-3), ..Limits::default() }), [8, 6, 5, 7]);
+        assert_eq!(
+            within(Limits {
+                max_depth_m: Some(1e-3),
+                ..Limits::default()
+            }),
+            [8, 6, 5, 7]
+        );
         // 10 m/s at the tips are 530.5 rpm.
-        assert_eq!(within(Limits { max_rotational_speed_rpm: Some(531.0), ..Limits::default() }), [2, 4, 8, 6]);
-        assert_eq!(within(Limits { max_rotational_speed_rpm: Some(530.0), ..Limits::default() }), [2, 6]);
+        assert_eq!(
+            within(Limits {
+                max_rotational_speed_rpm: Some(531.0),
+                ..Limits::default()
+            }),
+            [2, 4, 8, 6]
+        );
+        assert_eq!(
+            within(Limits {
+                max_rotational_speed_rpm: Some(530.0),
+                ..Limits::default()
+            }),
+            [2, 6]
+        );
     }
 
     /// The rows between which suggestions lie, and their depths in m.
     fn interpolated(section: &Section) -> Vec<([usize; 2], f64)> {
         let suggestions = section.interpolated.iter();
-        suggestions.map(|each| (each.between_rows, each.place.penetration_depth_m)).collect()
+        suggestions
+            .map(|each| (each.between_rows, each.place.penetration_depth_m))
+            .collect()
     }
 
     #[test]
     fn a_highest_force_ranks_first_what_is_within_it_with_its_uncertainty() {
-        let section = section(SWEEPS, &CASES, Limits { max_force_n: Some(250.0), ..Limits::default() });
+        let section = section(
+            SWEEPS,
+            &CASES,
+            Limits {
+                max_force_n: Some(250.0),
+                ..Limits::default()
+            },
+        );
         assert_eq!(rows(&section, Topic::WithinLimits), [8, 6, 7]);
-        let ranked = section.advice.iter().filter(|sentence| sentence.topic == Topic::WithinLimits);
+        let ranked = section
+            .advice
+            .iter()
+            .filter(|sentence| sentence.topic == Topic::WithinLimits);
         let ranked: Vec<&str> = ranked.map(|ranked| ranked.sentence.as_str()).collect();
-        let best = "The best of 3 entirely within the limit, of 6 cases with F_n,w ≤ 250 N; it sweeps.";
+        let best =
+            "The best of 3 entirely within the limit, of 6 cases with F_n,w ≤ 250 N; it sweeps.";
         assert_eq!([ranked[0], ranked[2]], [best, "It strikes."]);
         // The upper end of the uncertainty reaches 250 N a little deeper.
-        assert_eq!(interpolated(&section), [([6, 2], 1.85e-3), ([8, 4], 1.9e-3)]);
-        let Outcome { tool_contact_normal_force_n, uncertainty_n, contact_time_ratio, .. } =
-            section.interpolated[0].interpolated;
+        assert_eq!(
+            interpolated(&section),
+            [([6, 2], 1.85e-3), ([8, 4], 1.9e-3)]
+        );
+        let Outcome {
+            tool_contact_normal_force_n,
+            uncertainty_n,
+            contact_time_ratio,
+            ..
+        } = section.interpolated[0].interpolated;
         let expected = [226.5, 22.65, 0.9425];
-        let values = [tool_contact_normal_force_n, uncertainty_n, contact_time_ratio];
-        assert!(values.iter().zip(expected).all(|(value, expected)| (value - expected).abs() < 1e-9), "{values:?}");
+        let values = [
+            tool_contact_normal_force_n,
+            uncertainty_n,
+            contact_time_ratio,
+        ];
+        assert!(
+            values
+                .iter()
+                .zip(expected)
+                .all(|(value, expected)| (value - expected).abs() < 1e-9),
+            "{values:?}"
+        );
     }
 
     #[test]
     fn a_target_ranks_the_nearest_first() {
-        let limits = Limits { target_force_n: Some(220.0), ..Limits::default() };
+        let limits = Limits {
+            target_force_n: Some(220.0),
+            ..Limits::default()
+        };
         let near = section(SWEEPS, &CASES, limits);
         assert_eq!(rows(&near, Topic::NearTarget), [4, 3, 2]);
         let sure = "it sweeps. The target is within the uncertainty.";
-        assert_eq!(near.advice[0].sentence, format!("The best of 8 cases. 10 N above 220 N; {sure}"));
+        assert_eq!(
+            near.advice[0].sentence,
+            format!("The best of 8 cases. 10 N above 220 N; {sure}")
+        );
         assert_eq!(near.advice[2].sentence, format!("20 N above 220 N; {sure}"));
         assert_eq!(interpolated(&near), [([6, 2], 1.78e-3), ([8, 4], 1.67e-3)]);
         // What is interpolated is within the other limits, too.
-        let shallow = section(SWEEPS, &CASES, Limits { max_depth_m: Some(1.7e-3), ..limits });
+        let shallow = section(
+            SWEEPS,
+            &CASES,
+            Limits {
+                max_depth_m: Some(1.7e-3),
+                ..limits
+            },
+        );
         assert_eq!(interpolated(&shallow), [([8, 4], 1.67e-3)]);
-        let none = section(SWEEPS, &CASES, Limits { max_depth_m: Some(1.6e-3), ..limits });
-        assert!(none.interpolated.is_empty() && none.notes.iter().any(|note| note == NOTHING_BETWEEN));
+        let none = section(
+            SWEEPS,
+            &CASES,
+            Limits {
+                max_depth_m: Some(1.6e-3),
+                ..limits
+            },
+        );
+        assert!(
+            none.interpolated.is_empty() && none.notes.iter().any(|note| note == NOTHING_BETWEEN)
+        );
 
         let cases = [(100.0, 0.9), (200.0, 0.6)].map(Some);
-        let limits = Limits { target_force_n: Some(150.0), ..Limits::default() };
+        let limits = Limits {
+            target_force_n: Some(150.0),
+            ..Limits::default()
+        };
         let one_depth = section("brushing_velocity_m_s = [5.0, 10.0]", &cases, limits);
         assert_eq!(one_depth.interpolated[0].place.brushing_velocity_m_s, 7.5);
     }
@@ -864,78 +1325,144 @@ mod tests {
     #[test]
     fn what_is_recommended_is_robust() {
         let study = study("brushing_velocity_m_s = [5.0, 10.0, 15.0, 20.0]");
-        let limits = Limits { target_force_n: Some(80.0), ..Limits::default() };
+        let limits = Limits {
+            target_force_n: Some(80.0),
+            ..Limits::default()
+        };
         let recommended = |change: &dyn Fn(&mut [CaseResult])| {
-            let mut results = results(&study, &[(81.0, 0.9), (80.0, 0.7), (80.0, 0.3), (40.0, 0.9)].map(Some));
+            let mut results = results(
+                &study,
+                &[(81.0, 0.9), (80.0, 0.7), (80.0, 0.3), (40.0, 0.9)].map(Some),
+            );
             change(&mut results);
-            advise(&study, &results, limits).expect("advice").recommendation.expect("a recommendation")
+            advise(&study, &results, limits)
+                .expect("advice")
+                .recommendation
+                .expect("a recommendation")
         };
         let with_bands = |results: &mut [CaseResult]| {
             for (result, band) in results.iter_mut().zip([[51.0, 300.0], [49.0, 139.0]]) {
                 let [tool_force_lower_95_n, tool_force_upper_95_n] = band;
-                let scatter = ForceScatter { tool_force_lower_95_n, tool_force_upper_95_n, ..ForceScatter::default() };
+                let scatter = ForceScatter {
+                    tool_force_lower_95_n,
+                    tool_force_upper_95_n,
+                    ..ForceScatter::default()
+                };
                 result.as_mut().expect("a result").scatter = Some(scatter);
             }
         };
         assert_eq!(recommended(&|_| ()).rows, [2], "inside the grid");
         let narrow = recommended(&with_bands);
-        assert_eq!((narrow.rows, narrow.weaknesses), (vec![2], vec!["wide band".to_owned()]));
+        assert_eq!(
+            (narrow.rows, narrow.weaknesses),
+            (vec![2], vec!["wide band".to_owned()])
+        );
         let stable = recommended(&|results| {
             for result in &mut results[..2] {
-                result.as_mut().expect("a result").metrics.laterally_unstable = true;
+                result
+                    .as_mut()
+                    .expect("a result")
+                    .metrics
+                    .laterally_unstable = true;
             }
         });
         assert_eq!(stable.rows, [3], "it strikes, but it is stable");
     }
 
-    /// The force of the recommendation is that of its own simulation, in which the depth is changed until it is the target.
+    /// The force of the recommendation is that of its own simulation, in which the depth is changed
+    /// until it is the target.
     #[test]
     fn a_recommendation_is_simulated_at_the_force_that_is_asked_for() {
         let study = study("penetration_depth_m = [1e-3, 2e-3]");
         let expected = results(&study, &[(3.0, 0.9), (30.0, 0.9)].map(Some));
-        let limits = Limits { target_force_n: Some(10.0), ..Limits::default() };
+        let limits = Limits {
+            target_force_n: Some(10.0),
+            ..Limits::default()
+        };
         let mut advice = advise(&study, &expected, limits).expect("advice");
         advice.verify(None, &Stop::default()).expect("threads");
         let recommendation = advice.recommendation.as_ref().expect("a recommendation");
         let verified = recommendation.verified.as_ref().expect("it was simulated");
-        assert!(!verified.with_interaction && verified.error.is_none() && verified.in_space.is_none());
+        assert!(
+            !verified.with_interaction && verified.error.is_none() && verified.in_space.is_none()
+        );
         let force = recommendation.outcome.tool_contact_normal_force_n;
         assert!((force / 10.0 - 1.0).abs() < 0.01, "{force}");
         let mut settings = study.settings(0);
         settings.process.penetration_depth_m = recommendation.place.penetration_depth_m;
-        let again = bristle::simulation::simulate(&settings).expect("a contact").metrics;
+        let again = bristle::simulation::simulate(&settings)
+            .expect("a contact")
+            .metrics;
         assert!((again.tool_contact_normal_force_n / force - 1.0).abs() < 1e-9);
         let text = advice.text(WIDTH);
-        assert!(text.starts_with("Recommended for 10 N: ") && text.contains("  simulated (rows 1 and 2: "), "{text}");
-        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+        assert!(
+            text.starts_with("Recommended for 10 N: ")
+                && text.contains("  simulated (rows 1 and 2: "),
+            "{text}"
+        );
+        assert!(
+            text.lines().all(|line| line.chars().count() <= WIDTH),
+            "{text}"
+        );
     }
 
     #[test]
     fn nothing_is_interpolated_next_to_cases_that_failed_or_have_no_force() {
-        let limits = Limits { target_force_n: Some(220.0), ..Limits::default() };
+        let limits = Limits {
+            target_force_n: Some(220.0),
+            ..Limits::default()
+        };
         let mut cases = CASES;
         cases[1] = None;
         cases[3] = Some((0.0, 0.0));
-        assert_eq!(interpolated(&section(SWEEPS, &cases, limits)), [([7, 3], 1.8e-3)]);
+        assert_eq!(
+            interpolated(&section(SWEEPS, &cases, limits)),
+            [([7, 3], 1.8e-3)]
+        );
     }
 
     /// The advice along the tier at one depth: velocity, sentence, and rows of the other cases.
     fn tier(cases: &[Case]) -> Option<(f64, String, Vec<usize>)> {
         let velocities: Vec<usize> = (1..=cases.len()).collect();
-        let section = section(&format!("brushing_velocity_m_s = {velocities:?}"), cases, Limits::default());
-        let about = section.advice.into_iter().find(|about| about.topic == Topic::Tier);
-        assert_eq!(about.is_none(), section.notes.iter().any(|note| note.starts_with("At a_e = ")));
-        about.map(|about| (about.cell.place.brushing_velocity_m_s, about.sentence, about.other_rows))
+        let section = section(
+            &format!("brushing_velocity_m_s = {velocities:?}"),
+            cases,
+            Limits::default(),
+        );
+        let about = section
+            .advice
+            .into_iter()
+            .find(|about| about.topic == Topic::Tier);
+        assert_eq!(
+            about.is_none(),
+            section
+                .notes
+                .iter()
+                .any(|note| note.starts_with("At a_e = "))
+        );
+        about.map(|about| {
+            (
+                about.cell.place.brushing_velocity_m_s,
+                about.sentence,
+                about.other_rows,
+            )
+        })
     }
 
     #[test]
     fn a_maximum_along_the_tier_says_what_is_gained_by_more_velocity() {
         let slow = [(100.0, 0.9), (110.0, 0.8), (105.0, 0.7), (150.0, 0.55)];
-        let row = |fast: &[(f64, f64)]| slow.iter().chain(fast).copied().map(Some).collect::<Vec<_>>();
-        let (velocity, sentence, others) = tier(&row(&[(140.0, 0.4), (130.0, 0.3), (180.0, 0.3)])).expect("a maximum");
+        let row = |fast: &[(f64, f64)]| {
+            slow.iter()
+                .chain(fast)
+                .copied()
+                .map(Some)
+                .collect::<Vec<_>>()
+        };
+        let (velocity, sentence, others) =
+            tier(&row(&[(140.0, 0.4), (130.0, 0.3), (180.0, 0.3)])).expect("a maximum");
         assert_eq!(velocity, 4.0);
-        let falls =
-            "Above this velocity it falls to 130.0 N at 6 m/s (row 6), then exceeds the maximum at 7 m/s (row 7).";
+        let falls = "Above this velocity it falls to 130.0 N at 6 m/s (row 6), then exceeds the maximum at 7 m/s (row 7).";
         assert_eq!((sentence.as_str(), &others[..]), (falls, &[6, 7][..]));
         let (_, sentence, others) = tier(&row(&[(140.0, 0.4), (145.0, 0.3)])).expect("a maximum");
         let falls = "Above this velocity it falls to 140.0 N at 5 m/s (row 5); no faster case exceeds the maximum.";
@@ -960,13 +1487,23 @@ mod tests {
         cases[5] = Some((0.0, 0.0));
         let advice = section(SWEEPS, &cases, Limits::default());
         assert_eq!(rows(&advice, Topic::Highest), [1]);
-        assert_eq!(rows(&advice, Topic::AtVelocity), [4, 3], "nothing at 5 m/s, nothing to compare at 20 m/s");
+        assert_eq!(
+            rows(&advice, Topic::AtVelocity),
+            [4, 3],
+            "nothing at 5 m/s, nothing to compare at 20 m/s"
+        );
         assert_eq!(advice.notes[0], "1 of 8 cases failed and is left out.");
 
         let none = section(SWEEPS, &[Some((0.0, 0.0)); 8], Limits::default());
-        assert_eq!((none.advice.len(), none.notes), (0, vec!["No case has a contact normal force.".to_owned()]));
+        assert_eq!(
+            (none.advice.len(), none.notes),
+            (0, vec!["No case has a contact normal force.".to_owned()])
+        );
         let failed = section(SWEEPS, &[None; 8], Limits::default());
-        assert_eq!((failed.advice.len(), &failed.notes[..]), (0, &["All 8 cases failed.".to_owned()][..]));
+        assert_eq!(
+            (failed.advice.len(), &failed.notes[..]),
+            (0, &["All 8 cases failed.".to_owned()][..])
+        );
     }
 
     #[test]
@@ -980,39 +1517,82 @@ mod tests {
     #[test]
     fn advice_is_on_what_varies() {
         let topics = |sweeps: &str| {
-            let section = section(sweeps, &[Some((100.0, 0.9)), Some((110.0, 0.9))], Limits::default());
-            section.advice.into_iter().map(|about| about.topic).collect::<Vec<_>>()
+            let section = section(
+                sweeps,
+                &[Some((100.0, 0.9)), Some((110.0, 0.9))],
+                Limits::default(),
+            );
+            section
+                .advice
+                .into_iter()
+                .map(|about| about.topic)
+                .collect::<Vec<_>>()
         };
-        assert_eq!(topics("brushing_velocity_m_s = [5.0, 10.0]"), [Topic::Highest, Topic::PerVelocity]);
-        assert_eq!(topics("penetration_depth_m = [1e-3, 2e-3]"), [Topic::Highest, Topic::PerDepth]);
+        assert_eq!(
+            topics("brushing_velocity_m_s = [5.0, 10.0]"),
+            [Topic::Highest, Topic::PerVelocity]
+        );
+        assert_eq!(
+            topics("penetration_depth_m = [1e-3, 2e-3]"),
+            [Topic::Highest, Topic::PerDepth]
+        );
         let study = study("\"filament.segments\" = [3, 4]\nbrushing_velocity_m_s = [5.0]");
-        let error = advise(&study, &results(&study, &[Some((1.0, 1.0)); 2]), Limits::default());
+        let error = advise(
+            &study,
+            &results(&study, &[Some((1.0, 1.0)); 2]),
+            Limits::default(),
+        );
         let error = error.expect_err("nothing to compare").to_string();
-        assert!(error.starts_with("the study has only one brushing velocity and one penetration depth"), "{error}");
+        assert!(
+            error.starts_with("the study has only one brushing velocity and one penetration depth"),
+            "{error}"
+        );
     }
 
     #[test]
     fn friction_is_said_to_lower_the_force() {
-        let sweeps = "brushing_velocity_m_s = [5.0, 10.0]\n\"contact.friction_coefficient\" = [0.3, 0.0]";
+        let sweeps =
+            "brushing_velocity_m_s = [5.0, 10.0]\n\"contact.friction_coefficient\" = [0.3, 0.0]";
         let study = study(sweeps);
         let cases = [60.0, 65.0, 160.0, 165.0].map(|force| Some((force, 0.9)));
-        let sections = advise(&study, &results(&study, &cases), Limits::default()).expect("advice").sections;
+        let sections = advise(&study, &results(&study, &cases), Limits::default())
+            .expect("advice")
+            .sections;
         let note = |section: &Section| section.notes.last().cloned().unwrap_or_default();
         let without = "With µ = 0 instead of 0.3, velocity and depth of the highest force give 165.0 N (row 4).";
         assert_eq!(note(&sections[1]), without);
-        assert!(note(&sections[0]).starts_with("These forces are without friction"), "{:?}", sections[0].notes);
+        assert!(
+            note(&sections[0]).starts_with("These forces are without friction"),
+            "{:?}",
+            sections[0].notes
+        );
     }
 
     #[test]
     fn each_further_setting_has_its_section_and_its_uncertainty() {
-        let study = study("\"tool.filament_count\" = [1000, 2000]\nbrushing_velocity_m_s = [5.0, 10.0]");
+        let study =
+            study("\"tool.filament_count\" = [1000, 2000]\nbrushing_velocity_m_s = [5.0, 10.0]");
         let cases = [10.0, 20.0, 40.0, 20.0].map(|force| Some((force, 0.9)));
         let advice = advise(&study, &results(&study, &cases), Limits::default()).expect("advice");
-        let top = |section: &Section| (section.advice[0].cell.row, section.advice[0].cell.outcome.uncertainty_n);
-        assert_eq!(advice.sections.iter().map(top).collect::<Vec<_>>(), [(2, 2.0), (3, 2.0)]);
+        let top = |section: &Section| {
+            (
+                section.advice[0].cell.row,
+                section.advice[0].cell.outcome.uncertainty_n,
+            )
+        };
+        assert_eq!(
+            advice.sections.iter().map(top).collect::<Vec<_>>(),
+            [(2, 2.0), (3, 2.0)]
+        );
         let settings = |section: &Section| section.settings["tool.filament_count"].as_f64();
-        assert_eq!(advice.sections.iter().map(settings).collect::<Vec<_>>(), [Some(1000.0), Some(2000.0)]);
+        assert_eq!(
+            advice.sections.iter().map(settings).collect::<Vec<_>>(),
+            [Some(1000.0), Some(2000.0)]
+        );
         let text = advice.text(WIDTH);
-        assert!(text.contains("With N_f = 1000\n") && text.contains("With N_f = 2000\n"), "{text}");
+        assert!(
+            text.contains("With N_f = 1000\n") && text.contains("With N_f = 2000\n"),
+            "{text}"
+        );
     }
 }

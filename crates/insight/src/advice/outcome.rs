@@ -57,7 +57,8 @@ pub struct Outcome {
     pub tool_power_w: f64,
     /// Uncertainty of `F_n,w` in N, from that of the number of filaments.
     pub uncertainty_n: f64,
-    /// Lower end of the band of `F_n,w` in N that contains 95 % of the sampled tools, where filaments scatter.
+    /// Lower end of the band of `F_n,w` in N that contains 95 % of the sampled tools, where
+    /// filaments scatter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tool_force_lower_95_n: Option<f64>,
     /// Upper end of the band.
@@ -67,7 +68,8 @@ pub struct Outcome {
     pub contact_time_ratio: f64,
     /// Growth of a lateral imperfection; see [`Metrics`].
     pub lateral_amplification: f64,
-    /// Whether the pass is laterally unstable, so that an imperfection of the filament can change the force.
+    /// Whether the pass is laterally unstable, so that an imperfection of the filament can change
+    /// the force.
     pub laterally_unstable: bool,
     /// What it does to the workpiece, in a study with `[removal]`.
     #[serde(skip)]
@@ -86,24 +88,37 @@ struct Removal {
 impl Removal {
     fn of(settings: &Settings, metrics: &Metrics) -> Option<Self> {
         let removal = settings.removal.as_ref()?;
-        let (count, rate) = (settings.tool.filament_count, settings.angular_velocity_rad_s());
-        let powers_w = [metrics.sliding_work_j, metrics.edge_sliding_work_j].map(|work| tool_force(work, count, rate));
-        Some(Self { powers_w, preston: removal.preston_m2_n })
+        let (count, rate) = (
+            settings.tool.filament_count,
+            settings.angular_velocity_rad_s(),
+        );
+        let powers_w = [metrics.sliding_work_j, metrics.edge_sliding_work_j]
+            .map(|work| tool_force(work, count, rate));
+        Some(Self {
+            powers_w,
+            preston: removal.preston_m2_n,
+        })
     }
 }
 
 impl Outcome {
     /// From the summary of a case with these settings.
     pub(crate) fn new(settings: &Settings, summary: &CaseSummary) -> Self {
-        let CaseSummary { metrics, scatter, .. } = summary;
+        let CaseSummary {
+            metrics, scatter, ..
+        } = summary;
         Self {
             tool_contact_normal_force_n: metrics.tool_contact_normal_force_n,
             tool_tangential_force_n: metrics.tool_tangential_force_n,
             tool_torque_n_m: metrics.tool_torque_n_m,
             tool_power_w: metrics.tool_power_w,
             uncertainty_n: relative_uncertainty(settings) * metrics.tool_contact_normal_force_n,
-            tool_force_lower_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_lower_95_n),
-            tool_force_upper_95_n: scatter.as_ref().map(|scatter| scatter.tool_force_upper_95_n),
+            tool_force_lower_95_n: scatter
+                .as_ref()
+                .map(|scatter| scatter.tool_force_lower_95_n),
+            tool_force_upper_95_n: scatter
+                .as_ref()
+                .map(|scatter| scatter.tool_force_upper_95_n),
             contact_time_ratio: metrics.contact_time_ratio,
             lateral_amplification: metrics.lateral_amplification,
             laterally_unstable: metrics.laterally_unstable,
@@ -111,11 +126,13 @@ impl Outcome {
         }
     }
 
-    /// What a simulation of the same point, or of one near it, has given. Where only this one has a band, it is as wide a share of the force.
+    /// What a simulation of the same point, or of one near it, has given. Where only this one has a
+    /// band, it is as wide a share of the force.
     pub(super) fn simulated_as(&self, settings: &Settings, summary: &CaseSummary) -> Self {
         let new = Self::new(settings, summary);
         let growth = new.tool_contact_normal_force_n / self.tool_contact_normal_force_n;
-        let [lower, upper] = [self.tool_force_lower_95_n, self.tool_force_upper_95_n].map(|end| Some(growth * end?));
+        let [lower, upper] =
+            [self.tool_force_lower_95_n, self.tool_force_upper_95_n].map(|end| Some(growth * end?));
         Self {
             tool_force_lower_95_n: new.tool_force_lower_95_n.or(lower),
             tool_force_upper_95_n: new.tool_force_upper_95_n.or(upper),
@@ -125,16 +142,20 @@ impl Outcome {
 
     /// The band of the force, where filaments scatter.
     pub(super) fn band(&self) -> Option<[f64; 2]> {
-        self.tool_force_lower_95_n.zip(self.tool_force_upper_95_n).map(<[f64; 2]>::from)
+        self.tool_force_lower_95_n
+            .zip(self.tool_force_upper_95_n)
+            .map(<[f64; 2]>::from)
     }
 
     /// The ends of the band, or else of the uncertainty from the number of filaments, in N.
     pub(super) fn ends(&self) -> [f64; 2] {
         let [force, uncertainty] = [self.tool_contact_normal_force_n, self.uncertainty_n];
-        self.band().unwrap_or([force - uncertainty, force + uncertainty])
+        self.band()
+            .unwrap_or([force - uncertainty, force + uncertainty])
     }
 
-    /// The sliding power of which there is to be most, in W; `None` if that is the force, or it is not known.
+    /// The sliding power of which there is to be most, in W; `None` if that is the force, or it is
+    /// not known.
     pub(super) fn removal_power_w(&self, most: Most) -> Option<f64> {
         let position = match most {
             Most::Force => return None,
@@ -149,12 +170,25 @@ impl Outcome {
         let power_w = self.removal_power_w(most)?;
         let text = match self.removal?.preston {
             Some(preston) => format!("Removes {} mm³/min", significant(60e9 * preston * power_w)),
-            None => format!("Slides with {} W, in proportion to which it removes material", significant(power_w)),
+            None => format!(
+                "Slides with {} W, in proportion to which it removes material",
+                significant(power_w)
+            ),
         };
-        Some(text + if most == Most::Edge { " on the edge" } else { "" })
+        Some(
+            text + if most == Most::Edge {
+                " on the edge"
+            } else {
+                ""
+            },
+        )
     }
 
     pub(super) fn motion(&self) -> &'static str {
-        if self.contact_time_ratio > SWEEPING_RATIO { "sweeps" } else { "strikes" }
+        if self.contact_time_ratio > SWEEPING_RATIO {
+            "sweeps"
+        } else {
+            "strikes"
+        }
     }
 }

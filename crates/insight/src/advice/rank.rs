@@ -10,9 +10,10 @@ use super::outcome::{Most, Outcome};
 /// A force this near to the target, as a share of it, is the target.
 pub(super) const NEAR: f64 = 0.05;
 
-/// Which of two outcomes is better. Near a target, or entirely within the limit of the force, those come first that are laterally stable, then
-/// those that sweep; of these those whose whole uncertainty is nearest to the target, or whose force is highest, each to 5 %; then those that are
-/// farthest from the line between sweeping and striking.
+/// Which of two outcomes is better. Near a target, or entirely within the limit of the force, those
+/// come first that are laterally stable, then those that sweep; of these those whose whole
+/// uncertainty is nearest to the target, or whose force is highest, each to 5 %; then those that
+/// are farthest from the line between sweeping and striking.
 pub(super) fn rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
     coarse_rank(limits, a, b).then(distance(b).total_cmp(&distance(a)))
 }
@@ -29,13 +30,23 @@ pub(super) fn coarse_rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering
         let (off, last) = match limits.target_force_n {
             Some(target) => {
                 let off = (force - target).abs();
-                let worst = outcome.ends().map(|end| (end - target).abs()).into_iter().fold(0.0, f64::max);
+                let worst = outcome
+                    .ends()
+                    .map(|end| (end - target).abs())
+                    .into_iter()
+                    .fold(0.0, f64::max);
                 // Those that are far are ranked by how far.
-                (if off > NEAR * target { off } else { 0.0 }, (worst / (NEAR * target)).round())
+                (
+                    if off > NEAR * target { off } else { 0.0 },
+                    (worst / (NEAR * target)).round(),
+                )
             }
             None => {
                 let most = outcome.removal_power_w(limits.most()).unwrap_or(force);
-                (f64::from(u8::from(!limits.hold_with_band(outcome))), -(most.ln() / NEAR).round())
+                (
+                    f64::from(u8::from(!limits.hold_with_band(outcome))),
+                    -(most.ln() / NEAR).round(),
+                )
             }
         };
         // Strikes may remove more.
@@ -44,5 +55,8 @@ pub(super) fn coarse_rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering
         [off, flaws[0], flaws[1], last]
     };
     let pairs = key(a).into_iter().zip(key(b));
-    pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    pairs
+        .map(|(a, b)| a.total_cmp(&b))
+        .find(|order| order.is_ne())
+        .unwrap_or(Ordering::Equal)
 }

@@ -1,4 +1,5 @@
-//! The recommendation: one velocity and depth for the force that is asked for, why it is robust, and how it was verified.
+//! The recommendation: one velocity and depth for the force that is asked for, why it is robust,
+//! and how it was verified.
 
 use std::io;
 use std::num::NonZeroUsize;
@@ -29,8 +30,8 @@ use crate::warnings::is_packed;
 const FOUND: f64 = 0.01;
 /// Simulations of the search.
 const MOST: usize = 4;
-/// Rows of a brush in space, which repeat along the axis, and the tolerance of its impulse. With tilts that nobody has measured, its filaments
-/// differ by more.
+/// Rows of a brush in space, which repeat along the axis, and the tolerance of its impulse. With
+/// tilts that nobody has measured, its filaments differ by more.
 const ROWS: usize = 4;
 const TOLERANCE: f64 = 1e-2;
 /// A band is narrow if its ends are this close to the force, as a share of it.
@@ -97,14 +98,23 @@ pub struct InSpace {
     pub standard_error_n: f64,
 }
 
-/// The best of all sections, by [`rank`]; `None` if nothing is asked for, or nothing is within the limits.
-pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) -> Option<Recommendation> {
+/// The best of all sections, by [`rank`]; `None` if nothing is asked for, or nothing is within the
+/// limits.
+pub(super) fn recommend(
+    study: &Study,
+    sections: &[Section],
+    limits: &Limits,
+) -> Option<Recommendation> {
     if *limits == Limits::default() {
         return None;
     }
     let of_section = |section: &Section| {
         let sides = [&section.slice.x, &section.slice.y];
-        let new = |rows: Vec<usize>, place: OperatingPoint, outcome: &Outcome, settings: Settings, is_end: bool| {
+        let new = |rows: Vec<usize>,
+                   place: OperatingPoint,
+                   outcome: &Outcome,
+                   settings: Settings,
+                   is_end: bool| {
             Recommendation {
                 rows,
                 place,
@@ -114,27 +124,45 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
                 verified: None,
                 settings,
                 condition: section.slice.condition(),
-                changed: if sides[1].varies() || study.is_pressed_on() { DEPTH } else { VELOCITY },
+                changed: if sides[1].varies() || study.is_pressed_on() {
+                    DEPTH
+                } else {
+                    VELOCITY
+                },
                 is_end,
             }
         };
         let cells = section.cells.iter().flatten().flatten();
-        let within = cells.filter(|cell| limits.allow(&cell.place, &cell.outcome) && force(cell) > 0.0);
+        let within =
+            cells.filter(|cell| limits.allow(&cell.place, &cell.outcome) && force(cell) > 0.0);
         let simulated = within.map(|cell| {
-            let is_end = |(side, at): (&&Varied, usize)| side.varies() && (at == 0 || at + 1 == side.values.len());
+            let is_end = |(side, at): (&&Varied, usize)| {
+                side.varies() && (at == 0 || at + 1 == side.values.len())
+            };
             let is_end = sides.iter().zip(cell.position).any(is_end);
-            let settings = study.settings(cell.row - 1).at_depth(cell.place.penetration_depth_m);
+            let settings = study
+                .settings(cell.row - 1)
+                .at_depth(cell.place.penetration_depth_m);
             new(vec![cell.row], cell.place, &cell.outcome, settings, is_end)
         });
         let between = section.interpolated.iter();
-        let between = between
-            .map(|each| new(each.between_rows.to_vec(), each.place, &each.interpolated, each.settings.clone(), false));
+        let between = between.map(|each| {
+            new(
+                each.between_rows.to_vec(),
+                each.place,
+                &each.interpolated,
+                each.settings.clone(),
+                false,
+            )
+        });
         simulated.chain(between).collect::<Vec<_>>()
     };
     let candidates = sections.iter().flat_map(of_section);
     let better = |a: &Recommendation, b: &Recommendation| {
         let coarse = coarse_rank(limits, &a.outcome, &b.outcome);
-        coarse.then(a.is_end.cmp(&b.is_end)).then_with(|| rank(limits, &a.outcome, &b.outcome))
+        coarse
+            .then(a.is_end.cmp(&b.is_end))
+            .then_with(|| rank(limits, &a.outcome, &b.outcome))
     };
     let mut best = candidates.min_by(better)?;
     best.weigh(limits);
@@ -142,52 +170,102 @@ pub(super) fn recommend(study: &Study, sections: &[Section], limits: &Limits) ->
 }
 
 /// Simulates one case; `None` if it was asked to stop.
-fn simulated(settings: &Settings, threads: Option<NonZeroUsize>, stop: &Stop) -> io::Result<Option<CaseResult>> {
+fn simulated(
+    settings: &Settings,
+    threads: Option<NonZeroUsize>,
+    stop: &Stop,
+) -> io::Result<Option<CaseResult>> {
     let study = match Study::new(settings.clone(), Vec::new()) {
         Ok(study) => study,
         Err(error) => return Ok(Some(Err(error.to_string()))),
     };
     let result = Mutex::new(None);
     let keep = |_, done| {
-        *result.lock().expect("nothing panics with the result in hand") = Some(done);
+        *result
+            .lock()
+            .expect("nothing panics with the result in hand") = Some(done);
         ControlFlow::Continue(())
     };
-    simulate_cases(&study, &[0], threads, stop, Sampling::default(), |_, _| {}, keep)?;
-    Ok(result.into_inner().expect("nothing panics with the result in hand"))
+    simulate_cases(
+        &study,
+        &[0],
+        threads,
+        stop,
+        Sampling::default(),
+        |_, _| {},
+        keep,
+    )?;
+    Ok(result
+        .into_inner()
+        .expect("nothing panics with the result in hand"))
 }
 
 impl Recommendation {
     /// Says what speaks for and against it.
     fn weigh(&mut self, limits: &Limits) {
-        let Outcome { tool_contact_normal_force_n: force, contact_time_ratio: ratio, .. } = self.outcome;
-        let is_narrow = self.outcome.ends().into_iter().all(|end| (end - force).abs() <= NARROW * force);
+        let Outcome {
+            tool_contact_normal_force_n: force,
+            contact_time_ratio: ratio,
+            ..
+        } = self.outcome;
+        let is_narrow = self
+            .outcome
+            .ends()
+            .into_iter()
+            .all(|end| (end - force).abs() <= NARROW * force);
         let shown = format!("ε_tc = {ratio:.2}");
         let reasons = [
-            (ratio > SWEEPING_RATIO, format!("filaments sweep ({shown})"), format!("filaments strike ({shown})")),
-            (!self.outcome.laterally_unstable, "laterally stable".to_owned(), "laterally unstable".to_owned()),
+            (
+                ratio > SWEEPING_RATIO,
+                format!("filaments sweep ({shown})"),
+                format!("filaments strike ({shown})"),
+            ),
+            (
+                !self.outcome.laterally_unstable,
+                "laterally stable".to_owned(),
+                "laterally unstable".to_owned(),
+            ),
             (is_narrow, "narrow band".to_owned(), "wide band".to_owned()),
-            (!self.is_end, "inside the grid".to_owned(), "at an end of the grid".to_owned()),
+            (
+                !self.is_end,
+                "inside the grid".to_owned(),
+                "at an end of the grid".to_owned(),
+            ),
         ];
         (self.strengths, self.weaknesses) = (Vec::new(), Vec::new());
         for (speaks_for, strength, weakness) in reasons {
-            if speaks_for { self.strengths.push(strength) } else { self.weaknesses.push(weakness) }
+            if speaks_for {
+                self.strengths.push(strength)
+            } else {
+                self.weaknesses.push(weakness)
+            }
         }
-        let off = limits.target_force_n.map_or(0.0, |target| force / target - 1.0);
+        let off = limits
+            .target_force_n
+            .map_or(0.0, |target| force / target - 1.0);
         if off.abs() > NEAR {
-            self.weaknesses.push(format!("{:+.0} % off the target", 100.0 * off));
+            self.weaknesses
+                .push(format!("{:+.0} % off the target", 100.0 * off));
         }
     }
 
-    /// Simulates it, with filaments that touch where they do, and changes the depth, or else the velocity, until it has the target force, or
-    /// its whole uncertainty is within the limit of the force. Then simulates it in space, if filaments touch. A stop leaves it unverified.
+    /// Simulates it, with filaments that touch where they do, and changes the depth, or else the
+    /// velocity, until it has the target force, or its whole uncertainty is within the limit of the
+    /// force. Then simulates it in space, if filaments touch. A stop leaves it unverified.
     ///
     /// # Errors
     /// If threads cannot be started.
-    pub(super) fn verify(&mut self, limits: &Limits, threads: Option<NonZeroUsize>, stop: &Stop) -> io::Result<()> {
+    pub(super) fn verify(
+        &mut self,
+        limits: &Limits,
+        threads: Option<NonZeroUsize>,
+        stop: &Stop,
+    ) -> io::Result<()> {
         let mut settings = self.settings.clone();
         if is_packed(&settings) {
             settings.brush = Some(BrushSettings::default());
-            // Neighbours decide how filaments arrive, and the band is that of the study, from brush to brush.
+            // Neighbours decide how filaments arrive, and the band is that of the study, from brush
+            // to brush.
             settings.process.turns = Some(Turns::Count(1));
             settings.uncertainty = UncertaintySettings::default();
         }
@@ -199,7 +277,9 @@ impl Recommendation {
             in_space: None,
             in_space_error: None,
         };
-        let Some(changed) = Parameter::find(self.changed) else { return Ok(()) };
+        let Some(changed) = Parameter::find(self.changed) else {
+            return Ok(());
+        };
         let goal = Goal::of(limits);
         // The value and what came out before, and the best ones, by how much they miss the goal.
         let mut before: Option<[f64; 2]> = None;
@@ -214,7 +294,11 @@ impl Recommendation {
                 None => return Ok(()),
             };
             let outcome = expected.simulated_as(&settings, &summary);
-            let (value, reached, miss) = (changed.get(&settings), goal.reached(&outcome), goal.miss(&outcome));
+            let (value, reached, miss) = (
+                changed.get(&settings),
+                goal.reached(&outcome),
+                goal.miss(&outcome),
+            );
             if best.as_ref().is_none_or(|(least, ..)| miss < *least) {
                 best = Some((miss, settings.clone(), outcome, summary));
             }
@@ -223,7 +307,9 @@ impl Recommendation {
             }
             let next = match before {
                 Some([value_before, reached_before]) if reached_before != reached => {
-                    value + (goal.aim() - reached) * (value - value_before) / (reached - reached_before)
+                    value
+                        + (goal.aim() - reached) * (value - value_before)
+                            / (reached - reached_before)
                 }
                 _ => value * goal.aim() / reached,
             };
@@ -231,15 +317,20 @@ impl Recommendation {
             // As finely as machines are set.
             let next = rounded(next.clamp(0.5 * value, 2.0 * value), f64::round);
             changed.set(&mut settings, next);
-            if next == value || settings.check().is_err() || !limits.allow_point(&OperatingPoint::of(&settings)) {
+            if next == value
+                || settings.check().is_err()
+                || !limits.allow_point(&OperatingPoint::of(&settings))
+            {
                 break;
             }
         }
         if let Some((_, settings, outcome, summary)) = best {
-            (self.place, self.outcome, self.settings) = (OperatingPoint::of(&settings), outcome, settings);
+            (self.place, self.outcome, self.settings) =
+                (OperatingPoint::of(&settings), outcome, settings);
             self.weigh(limits);
             if !limits.allow(&self.place, &self.outcome) || !limits.hold_with_band(&self.outcome) {
-                self.weaknesses.push("beyond the limits, once simulated".to_owned());
+                self.weaknesses
+                    .push("beyond the limits, once simulated".to_owned());
             }
             self.weaknesses.extend(resonance(&self.settings));
             if verified.with_interaction {
@@ -269,9 +360,23 @@ impl Recommendation {
     /// What is recommended, and then what is known of it, line by line.
     #[must_use]
     pub fn lines(&self, limits: &Limits) -> Vec<String> {
-        let Self { place, outcome, strengths, weaknesses, verified, condition, .. } = self;
-        let target = limits.target_force_n.map_or_else(String::new, |target| format!(" for {target} N"));
-        let condition = if condition.is_empty() { String::new() } else { format!(", {condition}") };
+        let Self {
+            place,
+            outcome,
+            strengths,
+            weaknesses,
+            verified,
+            condition,
+            ..
+        } = self;
+        let target = limits
+            .target_force_n
+            .map_or_else(String::new, |target| format!(" for {target} N"));
+        let condition = if condition.is_empty() {
+            String::new()
+        } else {
+            format!(", {condition}")
+        };
         let mut lines = vec![format!(
             "Recommended{target}: {} rpm (v_b = {} m/s), a_e = {} mm{condition}",
             short(place.rotational_speed_rpm),
@@ -281,41 +386,75 @@ impl Recommendation {
         let mut line = |words: String| lines.push(words);
         let force = outcome.tool_contact_normal_force_n;
         let band = match outcome.band() {
-            Some([lower, upper]) => format!("{} [{} … {}]", short(force), short(lower), short(upper)),
+            Some([lower, upper]) => {
+                format!("{} [{} … {}]", short(force), short(lower), short(upper))
+            }
             None => uncertain(force, outcome.uncertainty_n),
         };
         let machine = [outcome.tool_torque_n_m, outcome.tool_power_w].map(short);
-        line(format!("F_n,w = {band} N, M_w = {} N m, P_w = {} W", machine[0], machine[1]));
+        line(format!(
+            "F_n,w = {band} N, M_w = {} N m, P_w = {} W",
+            machine[0], machine[1]
+        ));
         if let Some(removed) = outcome.removed(limits.most()) {
             line(removed);
         }
-        let sides = [("for it", strengths), ("against it", weaknesses)].map(|(side, reasons)| match &reasons[..] {
-            [] => String::new(),
-            reasons => format!("{side}: {}", reasons.join(", ")),
-        });
-        line(sides.into_iter().filter(|side| !side.is_empty()).collect::<Vec<_>>().join("; "));
+        let sides =
+            [("for it", strengths), ("against it", weaknesses)].map(
+                |(side, reasons)| match &reasons[..] {
+                    [] => String::new(),
+                    reasons => format!("{side}: {}", reasons.join(", ")),
+                },
+            );
+        line(
+            sides
+                .into_iter()
+                .filter(|side| !side.is_empty())
+                .collect::<Vec<_>>()
+                .join("; "),
+        );
         let rows = match self.rows[..] {
             [a, b] => format!("rows {a} and {b}"),
             _ => format!("row {}", self.rows[0]),
         };
         line(match verified {
             None => format!("not simulated: taken from {rows}"),
-            Some(Verified { error: Some(error), .. }) => format!("not verified, as its simulation failed: {error}"),
-            Some(Verified { expected_force_n, with_interaction, .. }) => {
-                let how = if *with_interaction { " with filaments that touch" } else { "" };
+            Some(Verified {
+                error: Some(error), ..
+            }) => format!("not verified, as its simulation failed: {error}"),
+            Some(Verified {
+                expected_force_n,
+                with_interaction,
+                ..
+            }) => {
+                let how = if *with_interaction {
+                    " with filaments that touch"
+                } else {
+                    ""
+                };
                 format!("simulated{how} ({rows}: {} N)", short(*expected_force_n))
             }
         });
         match verified {
-            Some(Verified { in_space: Some(space), .. }) => {
-                let guess = if space.is_assumed { " (a guess: docs/what-to-measure.md)" } else { "" };
+            Some(Verified {
+                in_space: Some(space),
+                ..
+            }) => {
+                let guess = if space.is_assumed {
+                    " (a guess: docs/what-to-measure.md)"
+                } else {
+                    ""
+                };
                 line(format!(
                     "in space, tilts of {} mrad{guess}: {} N",
                     short(1e3 * space.lateral_tilt_std_rad),
                     uncertain(space.tool_contact_normal_force_n, space.standard_error_n)
                 ));
             }
-            Some(Verified { in_space_error: Some(error), .. }) => line(format!("in space: {error}")),
+            Some(Verified {
+                in_space_error: Some(error),
+                ..
+            }) => line(format!("in space: {error}")),
             _ => {}
         }
         lines
@@ -346,7 +485,11 @@ impl Goal {
 
     /// The force that counts, in N.
     fn reached(&self, outcome: &Outcome) -> f64 {
-        if let Self::Within(_) = self { outcome.ends()[1] } else { outcome.tool_contact_normal_force_n }
+        if let Self::Within(_) = self {
+            outcome.ends()[1]
+        } else {
+            outcome.tool_contact_normal_force_n
+        }
     }
 
     /// What that is to be, in N.
@@ -373,15 +516,24 @@ impl Goal {
 fn resonance(settings: &Settings) -> Option<String> {
     let modulus = Parameter::find("filament.youngs_modulus_pa")?;
     let change = Assumptions::of_contact(settings, &[modulus]).resonance()?.1;
-    Some(format!("near resonance ({:+.0} % for 10 % more modulus)", 100.0 * change))
+    Some(format!(
+        "near resonance ({:+.0} % for 10 % more modulus)",
+        100.0 * change
+    ))
 }
 
 impl InSpace {
     /// That of the simulation of a `share` of the tool with these tilts.
-    fn of(lateral_tilt_std_rad: f64, is_assumed: bool, share: f64, summary: CaseSummary) -> Result<Self, String> {
+    fn of(
+        lateral_tilt_std_rad: f64,
+        is_assumed: bool,
+        share: f64,
+        summary: CaseSummary,
+    ) -> Result<Self, String> {
         let force = summary.metrics.tool_contact_normal_force_n / share;
         let interaction = summary.brush.ok_or("it has no filaments that touch")?;
-        let counted = (interaction.last_counted_column - interaction.first_counted_column + 1) * interaction.rows;
+        let counted = (interaction.last_counted_column - interaction.first_counted_column + 1)
+            * interaction.rows;
         Ok(Self {
             lateral_tilt_std_rad,
             is_assumed,
@@ -391,8 +543,8 @@ impl InSpace {
     }
 }
 
-/// The force of a brush whose filaments leave their planes, where no tilts are stated: with assumed ones, in a few rows that repeat along the
-/// axis. `None` if it was asked to stop.
+/// The force of a brush whose filaments leave their planes, where no tilts are stated: with assumed
+/// ones, in a few rows that repeat along the axis. `None` if it was asked to stop.
 fn in_space(
     settings: &Settings,
     threads: Option<NonZeroUsize>,
@@ -408,5 +560,7 @@ fn in_space(
     brush.lateral_tilt_std_rad = ASSUMED_TILT_RAD;
     brush.tolerance = brush.tolerance.max(TOLERANCE);
     let simulated = simulated(&settings, threads, stop)?;
-    Ok(simulated.map(|result| result.and_then(|summary| InSpace::of(ASSUMED_TILT_RAD, true, share, summary))))
+    Ok(simulated.map(|result| {
+        result.and_then(|summary| InSpace::of(ASSUMED_TILT_RAD, true, share, summary))
+    }))
 }

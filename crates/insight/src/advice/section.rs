@@ -48,8 +48,9 @@ pub struct Sentence {
 pub enum Topic {
     /// The highest force of all.
     Highest,
-    /// The best cases within [`Limits`](super::Limits), ranked. Those whose whole uncertainty is within the limit of the force come first, of these stable
-    /// ones, then those that sweep, then the highest force.
+    /// The best cases within [`Limits`](super::Limits), ranked. Those whose whole uncertainty is
+    /// within the limit of the force come first, of these stable ones, then those that sweep, then
+    /// the highest force.
     WithinLimits,
     /// The cases within the limits whose force is the target or nearest to it, ranked.
     NearTarget,
@@ -80,7 +81,10 @@ pub enum Topic {
 impl Topic {
     /// Whether its cases are the best of all, or within the limits.
     pub(super) fn is_ranking(self) -> bool {
-        matches!(self, Self::Highest | Self::WithinLimits | Self::NearTarget | Self::Stable)
+        matches!(
+            self,
+            Self::Highest | Self::WithinLimits | Self::NearTarget | Self::Stable
+        )
     }
 
     pub(super) fn heading(self) -> &'static str {
@@ -91,10 +95,14 @@ impl Topic {
             Self::Stable => "Highest force of a laterally stable case",
             Self::AtVelocity => "Highest force at each brushing velocity",
             Self::AtDepth => "Highest force at each penetration depth",
-            Self::PerVelocity => "Most force per brushing velocity, and so the highest impulse p_n of a filament",
+            Self::PerVelocity => {
+                "Most force per brushing velocity, and so the highest impulse p_n of a filament"
+            }
             Self::PerDepth => "Most force per penetration depth",
             Self::OfTool => "Best case of each tool",
-            Self::Tier => "Local maxima over the velocity along the line ε_tc = ½ between sweeping and striking",
+            Self::Tier => {
+                "Local maxima over the velocity along the line ε_tc = ½ between sweeping and striking"
+            }
             Self::LeastPower => "Least power for each force",
             Self::MostRemoval => "Most removal",
             Self::MostOfEdge => "Most removal from the edge",

@@ -1,7 +1,8 @@
 //! Settings between simulated cases, at which interpolation expects the force that is asked for.
 //!
-//! Between two neighbouring cases that differ in depth, or in velocity if the study has one depth, all metrics are taken to be
-//! linear. An interpolated suggestion is therefore no result; the first one is simulated if it is recommended.
+//! Between two neighbouring cases that differ in depth, or in velocity if the study has one depth,
+//! all metrics are taken to be linear. An interpolated suggestion is therefore no result; the first
+//! one is simulated if it is recommended.
 
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
@@ -38,13 +39,16 @@ pub struct Suggestion {
 impl Suggestion {
     /// The value of a side in the unit of its label.
     pub(super) fn shown(&self, side: &Varied) -> String {
-        let value = side.setting.parameter().map_or(0.0, |parameter| parameter.get(&self.settings));
+        let value = side
+            .setting
+            .parameter()
+            .map_or(0.0, |parameter| parameter.get(&self.settings));
         short(side.setting.factor() * value)
     }
 }
 
-/// Suggestions within the limits, at the target force or else at the highest force whose uncertainty is within the limit, by their
-/// [`rank`].
+/// Suggestions within the limits, at the target force or else at the highest force whose
+/// uncertainty is within the limit, by their [`rank`].
 pub(super) fn suggestions(
     study: &Study,
     results: &[CaseResult],
@@ -53,16 +57,26 @@ pub(super) fn suggestions(
     limits: &Limits,
 ) -> Vec<Suggestion> {
     // Forces that are given differ by what the search leaves.
-    let Some(wanted) = limits.wanted_n().filter(|_| !study.is_pressed_on()) else { return Vec::new() };
+    let Some(wanted) = limits.wanted_n().filter(|_| !study.is_pressed_on()) else {
+        return Vec::new();
+    };
     let [x, y] = [slice.x.values.len(), slice.y.values.len()];
     // Along the depth; along the velocity if there is one depth.
     let (axis, side, steps): (usize, &Varied, Vec<[[usize; 2]; 2]>) = if slice.y.varies() {
-        (1, &slice.y, (0..x).flat_map(|x| (1..y).map(move |y| [[x, y - 1], [x, y]])).collect())
+        (
+            1,
+            &slice.y,
+            (0..x)
+                .flat_map(|x| (1..y).map(move |y| [[x, y - 1], [x, y]]))
+                .collect(),
+        )
     } else {
         (0, &slice.x, (1..x).map(|x| [[x - 1, 0], [x, 0]]).collect())
     };
     let suggestion = |step: [[usize; 2]; 2]| {
-        let [Some(a), Some(b)] = step.map(|[x, y]| cells[y][x].as_ref()) else { return None };
+        let [Some(a), Some(b)] = step.map(|[x, y]| cells[y][x].as_ref()) else {
+            return None;
+        };
         let reaches = |cell: &Cited| match limits.target_force_n {
             Some(_) => force(cell),
             None => cell.outcome.ends()[1],
@@ -77,7 +91,10 @@ pub(super) fn suggestions(
             None if from < to => f64::floor,
             None => f64::ceil,
         };
-        let value = rounded(ends[0] + (wanted - from) / (to - from) * (ends[1] - ends[0]), rounding);
+        let value = rounded(
+            ends[0] + (wanted - from) / (to - from) * (ends[1] - ends[0]),
+            rounding,
+        );
         let share = (value - ends[0]) / (ends[1] - ends[0]);
         if share <= 0.0 || share >= 1.0 {
             return None;
@@ -86,7 +103,10 @@ pub(super) fn suggestions(
         let summary = between(first?, second?, share);
         let mut settings = study.settings(a.row - 1);
         side.setting.parameter()?.set(&mut settings, value);
-        let (place, outcome) = (OperatingPoint::of(&settings), Outcome::new(&settings, &summary));
+        let (place, outcome) = (
+            OperatingPoint::of(&settings),
+            Outcome::new(&settings, &summary),
+        );
         limits.allow(&place, &outcome).then_some(Suggestion {
             between_rows: [a.row, b.row],
             place,

@@ -10,26 +10,39 @@ use bristle_text::number::short;
 /// By which factor values are far outside of a study.
 const FAR: f64 = 10.0;
 
-/// Relative difference from which on two speeds of one point contradict each other: one of them is often rounded.
+/// Relative difference from which on two speeds of one point contradict each other: one of them is
+/// often rounded.
 const ROUNDED: f64 = 0.05;
 
-/// What is unusual about measured points in view of a study: two speeds that do not belong together, speeds or depths far outside
-/// of it, or no point within.
+/// What is unusual about measured points in view of a study: two speeds that do not belong
+/// together, speeds or depths far outside of it, or no point within.
 #[must_use]
 pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
     let slices = compared_slices(study, measured);
-    let Some(slice) = slices.first() else { return Vec::new() };
+    let Some(slice) = slices.first() else {
+        return Vec::new();
+    };
     let speeds_contradict = contradiction(study, &slices, measured);
-    let depths: Vec<f64> = measured.iter().map(|point| point.penetration_depth_m).collect();
-    let speeds: Vec<f64> = measured.iter().map(|point| slice.at_speed(study, point.speed)).collect();
+    let depths: Vec<f64> = measured
+        .iter()
+        .map(|point| point.penetration_depth_m)
+        .collect();
+    let speeds: Vec<f64> = measured
+        .iter()
+        .map(|point| slice.at_speed(study, point.speed))
+        .collect();
     let speed = measured[0].speed.quantity();
     let from_slice = speeds[0] / measured[0].speed.value();
-    let far = [far_values(Quantity::Depth, &depths, &slice.y, 1.0), far_values(speed, &speeds, &slice.x, from_slice)];
+    let far = [
+        far_values(Quantity::Depth, &depths, &slice.y, 1.0),
+        far_values(speed, &speeds, &slice.x, from_slice),
+    ];
     let far: Vec<Unusual> = far.into_iter().flatten().collect();
     let inside = |side: &Varied, at: f64| weights(side, at).is_some();
     let has_point = |slice: &Slice| {
         points_of(study, slice, measured).any(|point| {
-            inside(&slice.y, point.penetration_depth_m) && inside(&slice.x, slice.at_speed(study, point.speed))
+            inside(&slice.y, point.penetration_depth_m)
+                && inside(&slice.x, slice.at_speed(study, point.speed))
         })
     };
     if far.is_empty() && !slices.iter().any(has_point) {
@@ -40,23 +53,42 @@ pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
             range(&slice.x),
             range(&slice.y)
         );
-        return speeds_contradict.into_iter().chain([Unusual { path: "measured.file", statement }]).collect();
+        return speeds_contradict
+            .into_iter()
+            .chain([Unusual {
+                path: "measured.file",
+                statement,
+            }])
+            .collect();
     }
     speeds_contradict.into_iter().chain(far).collect()
 }
 
-/// What is unusual about points with a rotational speed that none of the tools that they may belong to has at their velocity.
+/// What is unusual about points with a rotational speed that none of the tools that they may belong
+/// to has at their velocity.
 fn contradiction(study: &Study, slices: &[Slice], measured: &[Measurement]) -> Option<Unusual> {
-    let contradicts = |slice: &Slice, point: &Measurement| match (point.speed, point.second_speed_rpm) {
-        (Speed::Velocity(velocity), Some(speed)) => {
-            let own = point.speed.stated_by(Quantity::RotationalSpeed, &study.settings(slice.case(0, 0))).value();
-            ((speed - own).abs() > ROUNDED * own).then_some((velocity, speed, own))
-        }
-        _ => None,
-    };
+    let contradicts =
+        |slice: &Slice, point: &Measurement| match (point.speed, point.second_speed_rpm) {
+            (Speed::Velocity(velocity), Some(speed)) => {
+                let own = point
+                    .speed
+                    .stated_by(Quantity::RotationalSpeed, &study.settings(slice.case(0, 0)))
+                    .value();
+                ((speed - own).abs() > ROUNDED * own).then_some((velocity, speed, own))
+            }
+            _ => None,
+        };
     let mut contradicting = measured.iter().filter_map(|point| {
-        let of_point = |slice: &&Slice| points_of(study, slice, std::slice::from_ref(point)).next().is_some();
-        let all: Option<Vec<_>> = slices.iter().filter(of_point).map(|slice| contradicts(slice, point)).collect();
+        let of_point = |slice: &&Slice| {
+            points_of(study, slice, std::slice::from_ref(point))
+                .next()
+                .is_some()
+        };
+        let all: Option<Vec<_>> = slices
+            .iter()
+            .filter(of_point)
+            .map(|slice| contradicts(slice, point))
+            .collect();
         all?.first().copied()
     });
     let (velocity, speed, own) = contradicting.next()?;
@@ -70,11 +102,14 @@ fn contradiction(study: &Study, slices: &[Slice], measured: &[Measurement]) -> O
         short(speed),
         short(own)
     );
-    Some(Unusual { path: "measured.file", statement })
+    Some(Unusual {
+        path: "measured.file",
+        statement,
+    })
 }
 
-/// What is unusual about a quantity whose `values` are far outside of the values of a side; `factor` leads from the unit of the
-/// quantity's key to that of the side.
+/// What is unusual about a quantity whose `values` are far outside of the values of a side;
+/// `factor` leads from the unit of the quantity's key to that of the side.
 fn far_values(quantity: Quantity, values: &[f64], side: &Varied, factor: f64) -> Option<Unusual> {
     let (least, largest) = (side.values[0], side.values[side.values.len() - 1]);
     let is_far = |value: &f64| *value > FAR * largest || *value < least / FAR;
@@ -83,8 +118,13 @@ fn far_values(quantity: Quantity, values: &[f64], side: &Varied, factor: f64) ->
     let [least, largest] = [least, largest].map(|end| end / factor);
     let key = quantity.key();
     let slip = match quantity.unit_between(first / factor, [least / 2.0, 2.0 * largest]) {
-        Some(unit) => format!("State it, as in columns.{key} = {{ column = \"…\", unit = \"{}\" }}.", unit.name()),
-        None => "State it under columns, or decimal = \".\" if commas separate thousands.".to_owned(),
+        Some(unit) => format!(
+            "State it, as in columns.{key} = {{ column = \"…\", unit = \"{}\" }}.",
+            unit.name()
+        ),
+        None => {
+            "State it under columns, or decimal = \".\" if commas separate thousands.".to_owned()
+        }
     };
     let rotational = match quantity {
         Quantity::Velocity => ", or a column of rotational speeds, which is `rotational_speed_rpm`",
@@ -97,17 +137,33 @@ fn far_values(quantity: Quantity, values: &[f64], side: &Varied, factor: f64) ->
         far.len(),
         values.len(),
         short(first / factor),
-        if side.varies() { format!("{} to {} ", short(least), short(largest)) } else { format!("{} ", short(least)) }
+        if side.varies() {
+            format!("{} to {} ", short(least), short(largest))
+        } else {
+            format!("{} ", short(least))
+        }
     );
-    Some(Unusual { path: "measured.file", statement })
+    Some(Unusual {
+        path: "measured.file",
+        statement,
+    })
 }
 
 /// The values of a side in words.
 fn range(side: &Varied) -> String {
     let [least, largest] = [side.values[0], side.values[side.values.len() - 1]].map(short);
     // In the unit of the key, as in the table.
-    let (symbol, unit) = (side.setting.symbol(), side.setting.parameter().map_or("", |parameter| parameter.unit));
-    if side.varies() { format!("{symbol} = {least} to {largest} {unit}") } else { format!("{symbol} = {least} {unit}") }
+    let (symbol, unit) = (
+        side.setting.symbol(),
+        side.setting
+            .parameter()
+            .map_or("", |parameter| parameter.unit),
+    );
+    if side.varies() {
+        format!("{symbol} = {least} to {largest} {unit}")
+    } else {
+        format!("{symbol} = {least} {unit}")
+    }
 }
 
 #[cfg(test)]
@@ -120,7 +176,9 @@ mod tests {
         let text = "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\n\
              [filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[study]\n\
              brushing_velocity_m_s = [20.0, 10.0]\npenetration_depth_m = [1e-3, 2e-3, 4e-3]";
-        let study = Document::parse(text, "case.toml").and_then(|document| document.study()).expect("a study");
+        let study = Document::parse(text, "case.toml")
+            .and_then(|document| document.study())
+            .expect("a study");
         let point = |speed, penetration_depth_m| Measurement {
             speed,
             second_speed_rpm: None,
@@ -130,26 +188,62 @@ mod tests {
             tool: None,
         };
         let told = |points: &[Measurement]| {
-            unusual_points(&study, points).into_iter().map(|unusual| unusual.statement).collect::<Vec<_>>()
+            unusual_points(&study, points)
+                .into_iter()
+                .map(|unusual| unusual.statement)
+                .collect::<Vec<_>>()
         };
         assert_eq!(told(&[]), [""; 0]);
-        assert_eq!(told(&[point(Speed::Velocity(15.0), 1.5e-3), point(Speed::Velocity(30.0), 1e-3)]), [""; 0]);
-        let millimetres = told(&[point(Speed::Velocity(15.0), 1.5e-3), point(Speed::Velocity(15.0), 2.0)]);
-        assert!(millimetres.len() == 1 && millimetres[0].contains("1 of 2 measured values of `penetration_depth_m`"));
-        assert!(millimetres[0].contains("first with 2 m; the study has 0.001 to 0.004 m"), "{millimetres:?}");
+        assert_eq!(
+            told(&[
+                point(Speed::Velocity(15.0), 1.5e-3),
+                point(Speed::Velocity(30.0), 1e-3)
+            ]),
+            [""; 0]
+        );
+        let millimetres = told(&[
+            point(Speed::Velocity(15.0), 1.5e-3),
+            point(Speed::Velocity(15.0), 2.0),
+        ]);
+        assert!(
+            millimetres.len() == 1
+                && millimetres[0].contains("1 of 2 measured values of `penetration_depth_m`")
+        );
+        assert!(
+            millimetres[0].contains("first with 2 m; the study has 0.001 to 0.004 m"),
+            "{millimetres:?}"
+        );
         assert!(millimetres[0].contains("unit = \"mm\""), "{millimetres:?}");
         let minutes = told(&[point(Speed::Velocity(900.0), 1e-3)]);
-        assert!(minutes[0].contains("unit = \"m/min\"") && minutes[0].contains("rotational_speed_rpm"), "{minutes:?}");
+        assert!(
+            minutes[0].contains("unit = \"m/min\"") && minutes[0].contains("rotational_speed_rpm"),
+            "{minutes:?}"
+        );
         let revolutions = told(&[point(Speed::Rotational(12.0), 1e-3)]);
-        assert!(revolutions[0].contains("first with 12 rpm") && revolutions[0].contains("unit = \"Hz\""));
+        assert!(
+            revolutions[0].contains("first with 12 rpm")
+                && revolutions[0].contains("unit = \"Hz\"")
+        );
         // At 15 m/s a tip radius of 0.18 m turns at 796 rpm.
-        let both = |speed| Measurement { second_speed_rpm: Some(speed), ..point(Speed::Velocity(15.0), 1.5e-3) };
+        let both = |speed| Measurement {
+            second_speed_rpm: Some(speed),
+            ..point(Speed::Velocity(15.0), 1.5e-3)
+        };
         assert_eq!(told(&[both(796.0), both(800.0)]), [""; 0]);
         let contradicting = told(&[both(800.0), both(1023.0)]);
         assert!(contradicting.len() == 1, "{contradicting:?}");
-        assert!(contradicting[0].starts_with("1 of 2 measured points have a velocity and a rotational speed that"));
-        assert!(contradicting[0].contains("the first 15 m/s and 1023 rpm; the tool of the study turns at 79"));
+        assert!(
+            contradicting[0]
+                .starts_with("1 of 2 measured points have a velocity and a rotational speed that")
+        );
+        assert!(
+            contradicting[0]
+                .contains("the first 15 m/s and 1023 rpm; the tool of the study turns at 79")
+        );
         let outside = told(&[point(Speed::Velocity(30.0), 1e-3)]);
-        assert!(outside[0].starts_with("None of the 1 measured points") && outside[0].contains("v_b = 10 to 20 m/s"));
+        assert!(
+            outside[0].starts_with("None of the 1 measured points")
+                && outside[0].contains("v_b = 10 to 20 m/s")
+        );
     }
 }

@@ -10,7 +10,11 @@ pub(super) fn cases(count: usize) -> String {
 }
 
 /// The rows of `runs.csv` of the cases that did not fail and are like this.
-pub(super) fn rows(study: &Study, results: &[CaseResult], is_so: impl Fn(&Settings, &Metrics) -> bool) -> Vec<usize> {
+pub(super) fn rows(
+    study: &Study,
+    results: &[CaseResult],
+    is_so: impl Fn(&Settings, &Metrics) -> bool,
+) -> Vec<usize> {
     let row = |(case, result): (usize, &CaseResult)| {
         let metrics = &result.as_ref().ok()?.metrics;
         is_so(&study.settings(case), metrics).then_some(case + 1)

@@ -12,7 +12,11 @@ const CONSEQUENCE: &str = "The impulse is good to about 1 %, contact times and p
 
 /// The warning about the cases of a study whose work was limited, if there are any.
 pub(super) fn of_study(results: &[CaseResult]) -> Option<Warning> {
-    let limited = |result: &&CaseResult| result.as_ref().is_ok_and(|summary| summary.statistics.unresolved_steps > 0);
+    let limited = |result: &&CaseResult| {
+        result
+            .as_ref()
+            .is_ok_and(|summary| summary.statistics.unresolved_steps > 0)
+    };
     let count = results.iter().filter(limited).count();
     let miss = if count == 1 { "misses" } else { "miss" };
     (count > 0).then(|| {
@@ -26,7 +30,11 @@ pub(super) fn of_study(results: &[CaseResult]) -> Option<Warning> {
 
 /// The warning about one contact whose work was limited.
 pub(super) fn of_contact(statistics: &Statistics) -> Option<Warning> {
-    let Statistics { steps, unresolved_steps, .. } = statistics;
+    let Statistics {
+        steps,
+        unresolved_steps,
+        ..
+    } = statistics;
     (*unresolved_steps > 0).then(|| {
         Warning::new(format!(
             "{unresolved_steps} of {steps} steps miss the relative tolerance, as the work of a pass is limited. {CONSEQUENCE}"
@@ -40,11 +48,29 @@ mod tests {
 
     #[test]
     fn limited_work_is_told_at_80_columns() {
-        assert_eq!(of_contact(&Statistics { steps: 10, ..Statistics::default() }), None);
-        let limited = Statistics { steps: 123_456, unresolved_steps: 120_000, ..Statistics::default() };
-        let text = of_contact(&limited).expect("steps miss the tolerance").to_string();
-        assert!(text.starts_with("warning: 120000 of 123456 steps miss the relative tolerance"), "{text}");
-        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        assert_eq!(
+            of_contact(&Statistics {
+                steps: 10,
+                ..Statistics::default()
+            }),
+            None
+        );
+        let limited = Statistics {
+            steps: 123_456,
+            unresolved_steps: 120_000,
+            ..Statistics::default()
+        };
+        let text = of_contact(&limited)
+            .expect("steps miss the tolerance")
+            .to_string();
+        assert!(
+            text.starts_with("warning: 120000 of 123456 steps miss the relative tolerance"),
+            "{text}"
+        );
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 80),
+            "{text}"
+        );
         assert_eq!(of_study(&[]), None);
     }
 }

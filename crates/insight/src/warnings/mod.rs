@@ -1,4 +1,5 @@
-//! Warnings of results that are not what they seem: what `bristle simulate`, `bristle brush` and `bristle study` say once they are done.
+//! Warnings of results that are not what they seem: what `bristle simulate`, `bristle brush` and
+//! `bristle study` say once they are done.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
@@ -20,7 +21,8 @@ pub(crate) use packing::is_packed;
 pub use pressing::of_force;
 pub use stability::is_unstable;
 
-/// The warnings about one contact, at the depth in its settings; about the force with which it was found see [`of_force`].
+/// The warnings about one contact, at the depth in its settings; about the force with which it was
+/// found see [`of_force`].
 #[must_use]
 pub fn of_contact(settings: &Settings, metrics: &Metrics, statistics: &Statistics) -> Vec<Warning> {
     let single = [
@@ -30,13 +32,19 @@ pub fn of_contact(settings: &Settings, metrics: &Metrics, statistics: &Statistic
         touch::of_free_contact(settings, metrics),
         stability::of_contact(settings, metrics),
     ];
-    single.into_iter().flatten().chain(turns::of_contact(settings, metrics)).collect()
+    single
+        .into_iter()
+        .flatten()
+        .chain(turns::of_contact(settings, metrics))
+        .collect()
 }
 
 /// The warning about filaments that touch each other, where each is simulated alone.
 #[must_use]
 pub fn without_interaction(settings: &Settings) -> Option<Warning> {
-    is_packed(settings).then(|| packing::of_contact(settings)).flatten()
+    is_packed(settings)
+        .then(|| packing::of_contact(settings))
+        .flatten()
 }
 
 /// The warnings about the cases of a study.
@@ -50,6 +58,8 @@ pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
         stability::of_study(study, results),
         brush::of_study(study, results),
     ];
-    let several = pressing::of_study(study, results).into_iter().chain(turns::of_study(study, results));
+    let several = pressing::of_study(study, results)
+        .into_iter()
+        .chain(turns::of_study(study, results));
     single.into_iter().flatten().chain(several).collect()
 }

@@ -12,8 +12,9 @@ use bristle_input::packing::{PACKED, tip_spacing};
 use bristle_text::layout::Warning;
 use bristle_text::number::short;
 
-/// Tips closer than so many diameters are pressed onto the workpiece by the filaments behind, if their contact lasts longer than a share of
-/// the first period (docs/interaction.md). Others keep each other off it.
+/// Tips closer than so many diameters are pressed onto the workpiece by the filaments behind, if
+/// their contact lasts longer than a share of the first period (docs/interaction.md). Others keep
+/// each other off it.
 const CROWDED: f64 = 1.4;
 const PRESSED: f64 = 0.75;
 
@@ -27,12 +28,20 @@ fn effect(settings: &Settings) -> &'static str {
     let pass = Pass::new(settings);
     let [entry, exit] = pass.nominal_times();
     let periods = (exit - entry) * first_natural_frequency(&settings.filament) / TAU;
-    if periods > PRESSED && tip_spacing(settings) < CROWDED { "higher" } else { "lower" }
+    if periods > PRESSED && tip_spacing(settings) < CROWDED {
+        "higher"
+    } else {
+        "lower"
+    }
 }
 
 /// How to simulate filaments together, whose file does not say so, or does.
-const SECTION: &str = "simulate the filaments together, by this section; all its keys have defaults:";
-const COMMAND: [&str; 2] = ["simulate the filaments together, by this command:", "bristle brush FILE.toml --out DIR"];
+const SECTION: &str =
+    "simulate the filaments together, by this section; all its keys have defaults:";
+const COMMAND: [&str; 2] = [
+    "simulate the filaments together, by this command:",
+    "bristle brush FILE.toml --out DIR",
+];
 
 /// What is said where they cannot be: on trims that are not radial.
 const APART: &str = "Filaments that touch each other are simulated on radial trims only, so that nothing is known of what they do to the force here.";
@@ -40,7 +49,14 @@ const APART: &str = "Filaments that touch each other are simulated on radial tri
 /// The section by which filaments are simulated together. Rows of a tilted tool differ.
 fn section(settings: &Settings) -> String {
     let is_posed = settings.tool.tilt_rad() != 0.0 || settings.tool.skew_rad != 0.0;
-    format!("[brush]{}", if is_posed { "\n           ends = \"free\"" } else { "" })
+    format!(
+        "[brush]{}",
+        if is_posed {
+            "\n           ends = \"free\""
+        } else {
+            ""
+        }
+    )
 }
 
 /// The warning about one contact, which is that of a filament alone whatever its file states.
@@ -64,7 +80,10 @@ pub(super) fn of_contact(settings: &Settings) -> Option<Warning> {
 
 /// The warning about the cases of a study.
 pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning> {
-    let settings = results.iter().enumerate().map(|(case, result)| study.settings_found(case, result));
+    let settings = results
+        .iter()
+        .enumerate()
+        .map(|(case, result)| study.settings_found(case, result));
     let packed: Vec<Settings> = settings.filter(is_packed).collect();
     let closest = packed.iter().map(tip_spacing).reduce(f64::min)?;
     let statement = format!(
@@ -73,9 +92,17 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning>
         cases(results.len()),
         short(closest)
     );
-    let radial: Vec<&Settings> = packed.iter().filter(|settings| Trim::of(settings).is_radial()).collect();
-    let Some(first) = radial.first() else { return Some(Warning::new(format!("{statement} {APART}"))) };
-    let lower = radial.iter().filter(|settings| effect(settings) == "lower").count();
+    let radial: Vec<&Settings> = packed
+        .iter()
+        .filter(|settings| Trim::of(settings).is_radial())
+        .collect();
+    let Some(first) = radial.first() else {
+        return Some(Warning::new(format!("{statement} {APART}")));
+    };
+    let lower = radial
+        .iter()
+        .filter(|settings| effect(settings) == "lower")
+        .count();
     let others = match packed.len() - radial.len() {
         0 => String::new(),
         others => format!(" The trims of {others} are not radial, and cannot be simulated so."),
@@ -101,24 +128,46 @@ mod tests {
         assert!(told(&settings).ends_with("\n           [brush]"));
         settings.tool.tilt_rad = Some(0.05);
         let tilted = told(&settings);
-        assert!(tilted.ends_with("\n           [brush]\n           ends = \"free\""), "{tilted}");
+        assert!(
+            tilted.ends_with("\n           [brush]\n           ends = \"free\""),
+            "{tilted}"
+        );
         (settings.tool.kind, settings.tool.tilt_rad) = (ToolKind::Cup, None);
         let cup = told(&settings);
-        assert!(cup.contains("radial trims only") && !cup.contains("help") && !cup.contains("likely"), "{cup}");
-        assert!(tilted.lines().chain(cup.lines()).all(|line| line.chars().count() <= 80), "{tilted}\n{cup}");
+        assert!(
+            cup.contains("radial trims only") && !cup.contains("help") && !cup.contains("likely"),
+            "{cup}"
+        );
+        assert!(
+            tilted
+                .lines()
+                .chain(cup.lines())
+                .all(|line| line.chars().count() <= 80),
+            "{tilted}\n{cup}"
+        );
 
         let tool = |name: &str, settings: &Settings| Tool {
             name: name.to_owned(),
             settings: settings.clone(),
             held: Vec::new(),
         };
-        let tools = vec![tool("round", &Settings::paper(10.0, 1e-3)), tool("cup", &settings)];
+        let tools = vec![
+            tool("round", &Settings::paper(10.0, 1e-3)),
+            tool("cup", &settings),
+        ];
         let study = Study::of_tools(tools, Vec::new()).expect("a study");
         let failed = || Err("failed".to_owned());
-        let both =
-            of_study(&study, &[failed(), failed()]).expect("they are packed").to_string().replace("\n         ", " ");
-        assert!(both.contains("lower in 1 and higher in 0 of them. The trims of 1 are not radial"), "{both}");
+        let both = of_study(&study, &[failed(), failed()])
+            .expect("they are packed")
+            .to_string()
+            .replace("\n         ", " ");
+        assert!(
+            both.contains("lower in 1 and higher in 0 of them. The trims of 1 are not radial"),
+            "{both}"
+        );
         let alone = Study::new(settings, Vec::new()).expect("a study");
-        assert!(of_study(&alone, &[failed()]).is_some_and(|told| !told.to_string().contains("[brush]")));
+        assert!(
+            of_study(&alone, &[failed()]).is_some_and(|told| !told.to_string().contains("[brush]"))
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Tools that are pressed on with a given force: depths below the roundness of a brush, and forces that jump.
+//! Tools that are pressed on with a given force: depths below the roundness of a brush, and forces
+//! that jump.
 
 use super::count::{cases, rows};
 use bristle::model::metrics::Metrics;
@@ -6,7 +7,8 @@ use bristle_grid::{CaseResult, Study};
 use bristle_text::layout::Warning;
 use bristle_text::number::short;
 
-/// The depth in m below which filaments of a real brush do not touch alike (MODEL, "Force instead of depth").
+/// The depth in m below which filaments of a real brush do not touch alike (MODEL, "Force instead
+/// of depth").
 const ROUNDNESS_M: f64 = 1e-4;
 /// The relative difference from the force that is asked for, above which none closer to it exists.
 const JUMP: f64 = 2e-3;
@@ -26,13 +28,18 @@ fn jumps(asked_n: f64, metrics: &Metrics) -> bool {
     (metrics.tool_contact_normal_force_n / asked_n - 1.0).abs() > JUMP
 }
 
-/// The warnings about a tool that is pressed on with the force `asked_n` (N); none if its depth is given.
+/// The warnings about a tool that is pressed on with the force `asked_n` (N); none if its depth is
+/// given.
 #[must_use]
 pub fn of_force(asked_n: Option<f64>, metrics: &Metrics) -> Vec<Warning> {
-    let Some(asked_n) = asked_n else { return Vec::new() };
+    let Some(asked_n) = asked_n else {
+        return Vec::new();
+    };
     let shallow = is_shallow(metrics).then(|| {
         let depth = short(1e3 * metrics.penetration_depth_m);
-        Warning::new(format!("the tool presses with this force at a depth of {depth} mm. {SHALLOW}"))
+        Warning::new(format!(
+            "the tool presses with this force at a depth of {depth} mm. {SHALLOW}"
+        ))
     });
     let jump = jumps(asked_n, metrics).then(|| {
         let found = short(metrics.tool_contact_normal_force_n);
@@ -48,7 +55,10 @@ pub fn of_force(asked_n: Option<f64>, metrics: &Metrics) -> Vec<Warning> {
 pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
     let rows_where = |is_one: fn(f64, &Metrics) -> bool| {
         rows(study, results, |settings, metrics| {
-            settings.process.tool_force_n.is_some_and(|asked_n| is_one(asked_n, metrics))
+            settings
+                .process
+                .tool_force_n
+                .is_some_and(|asked_n| is_one(asked_n, metrics))
         })
     };
     let told = |rows: Vec<usize>, statement: &str| {
@@ -61,10 +71,15 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
     };
     let shallow = told(
         rows_where(|_, metrics| is_shallow(metrics)),
-        &format!("the tool presses with the force at a depth of less than {} mm. {SHALLOW}", short(1e3 * ROUNDNESS_M)),
+        &format!(
+            "the tool presses with the force at a depth of less than {} mm. {SHALLOW}",
+            short(1e3 * ROUNDNESS_M)
+        ),
     );
-    let jump =
-        told(rows_where(jumps), &format!("F_n,w jumps past process.tool_force_n at the depth that was found. {JUMPS}"));
+    let jump = told(
+        rows_where(jumps),
+        &format!("F_n,w jumps past process.tool_force_n at the depth that was found. {JUMPS}"),
+    );
     shallow.into_iter().chain(jump).collect()
 }
 
@@ -77,37 +92,76 @@ mod tests {
     use super::*;
 
     fn metrics(penetration_depth_m: f64, tool_contact_normal_force_n: f64) -> Metrics {
-        Metrics { penetration_depth_m, tool_contact_normal_force_n, ..Metrics::default() }
+        Metrics {
+            penetration_depth_m,
+            tool_contact_normal_force_n,
+            ..Metrics::default()
+        }
     }
 
     #[test]
     fn small_depths_and_jumps_are_told_at_80_columns() {
         let told = |asked_n, metrics: &Metrics| {
-            of_force(asked_n, metrics).iter().map(Warning::to_string).collect::<Vec<_>>().join("\n")
+            of_force(asked_n, metrics)
+                .iter()
+                .map(Warning::to_string)
+                .collect::<Vec<_>>()
+                .join("\n")
         };
         let shallow = told(Some(166.0), &metrics(69.1234e-6, 166.1));
         assert!(
-            shallow.starts_with("warning: the tool presses with this force at a depth of 0.06912 mm."),
+            shallow
+                .starts_with("warning: the tool presses with this force at a depth of 0.06912 mm."),
             "{shallow}"
         );
         let jump = told(Some(10.0), &metrics(1e-3, 14.91)).replace("\n         ", " ");
-        assert!(jump.contains("jumps past process.tool_force_n = 10 N at this depth: it is 14.91 N."), "{jump}");
-        assert!(shallow.lines().chain(jump.lines()).all(|line| line.chars().count() <= 80 || line == jump));
-        assert_eq!(told(Some(10.0), &metrics(1e-3, 10.009)), "", "found to a thousandth");
+        assert!(
+            jump.contains("jumps past process.tool_force_n = 10 N at this depth: it is 14.91 N."),
+            "{jump}"
+        );
+        assert!(
+            shallow
+                .lines()
+                .chain(jump.lines())
+                .all(|line| line.chars().count() <= 80 || line == jump)
+        );
+        assert_eq!(
+            told(Some(10.0), &metrics(1e-3, 10.009)),
+            "",
+            "found to a thousandth"
+        );
         assert_eq!(told(None, &metrics(1e-5, 14.91)), "", "the depth is given");
     }
 
     #[test]
     fn a_study_tells_the_first_of_its_cases() {
-        let force = Sweep::list(Parameter::find(FORCE).expect("it exists"), vec![10.0, 20.0, 30.0]).expect("right");
+        let force = Sweep::list(
+            Parameter::find(FORCE).expect("it exists"),
+            vec![10.0, 20.0, 30.0],
+        )
+        .expect("right");
         let study = Study::new(Settings::paper(10.0, 1e-3), vec![force]).expect("right");
-        let result = |metrics| Ok(CaseSummary { metrics, ..CaseSummary::default() });
-        let results = [Err("failed".to_owned()), result(metrics(5e-5, 20.0)), result(metrics(9e-5, 33.0))];
-        let told: Vec<String> =
-            of_study(&study, &results).iter().map(|told| told.to_string().replace("\n         ", " ")).collect();
+        let result = |metrics| {
+            Ok(CaseSummary {
+                metrics,
+                ..CaseSummary::default()
+            })
+        };
+        let results = [
+            Err("failed".to_owned()),
+            result(metrics(5e-5, 20.0)),
+            result(metrics(9e-5, 33.0)),
+        ];
+        let told: Vec<String> = of_study(&study, &results)
+            .iter()
+            .map(|told| told.to_string().replace("\n         ", " "))
+            .collect();
         let shallow = "warning: in 2 of 3 cases, first in row 2 of runs.csv, the tool presses";
         let jump = "warning: in 1 of 3 cases, first in row 3 of runs.csv, F_n,w jumps past";
-        assert!(told[0].starts_with(shallow) && told[1].starts_with(jump), "{told:?}");
+        assert!(
+            told[0].starts_with(shallow) && told[1].starts_with(jump),
+            "{told:?}"
+        );
         let given = Study::new(Settings::paper(10.0, 1e-3), Vec::new()).expect("right");
         assert_eq!(of_study(&given, &[result(metrics(5e-5, 20.0))]), []);
     }

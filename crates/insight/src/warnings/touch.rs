@@ -1,4 +1,5 @@
-//! Passes that are not what their settings mean: edges that are penetrated too deeply, and filaments that are splayed clear of the workpiece.
+//! Passes that are not what their settings mean: edges that are penetrated too deeply, and
+//! filaments that are splayed clear of the workpiece.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
@@ -26,7 +27,11 @@ fn is_free(settings: &Settings, metrics: &Metrics) -> bool {
 
 /// The warning about one tool that never touches the workpiece.
 pub(super) fn of_free_contact(settings: &Settings, metrics: &Metrics) -> Option<Warning> {
-    is_free(settings, metrics).then(|| Warning::new(format!("the turning tool never touches the workpiece. {SPLAYED}")))
+    is_free(settings, metrics).then(|| {
+        Warning::new(format!(
+            "the turning tool never touches the workpiece. {SPLAYED}"
+        ))
+    })
 }
 
 /// The warning about the cases of a study in which the tool never touches the workpiece.
@@ -67,13 +72,19 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning>
 
 /// Whether the penetration of an edge is not small against its radius.
 fn is_deep(settings: &Settings, metrics: &Metrics) -> bool {
-    metrics.max_edge_penetration_m > 0.0 && metrics.max_edge_penetration_m > DEEPEST_SHARE * edge_radius(settings)
+    metrics.max_edge_penetration_m > 0.0
+        && metrics.max_edge_penetration_m > DEEPEST_SHARE * edge_radius(settings)
 }
 
 /// The smallest radius of the workpiece's edges, in m; infinite without edges.
 fn edge_radius(settings: &Settings) -> f64 {
     let radius = |edge: &Edge| edge.radius();
-    Part::of(settings).map_or(f64::INFINITY, |(part, _)| part.edges().iter().map(radius).fold(f64::INFINITY, f64::min))
+    Part::of(settings).map_or(f64::INFINITY, |(part, _)| {
+        part.edges()
+            .iter()
+            .map(radius)
+            .fold(f64::INFINITY, f64::min)
+    })
 }
 
 #[cfg(test)]
@@ -99,14 +110,21 @@ mod tests {
     );
 
     fn metrics(max_edge_penetration_m: f64) -> Metrics {
-        Metrics { max_edge_penetration_m, ..Metrics::default() }
+        Metrics {
+            max_edge_penetration_m,
+            ..Metrics::default()
+        }
     }
 
     #[test]
     fn deep_edges_are_told_at_80_columns() {
         let document = Document::parse(FILE, "case.toml").expect("a document");
         let settings = document.settings().expect("settings");
-        assert_eq!(of_contact(&settings, &metrics(0.1e-3)), None, "half of the radius is not too deep");
+        assert_eq!(
+            of_contact(&settings, &metrics(0.1e-3)),
+            None,
+            "half of the radius is not too deep"
+        );
         let deep = of_contact(&settings, &metrics(0.123456e-3));
         assert_eq!(
             deep.map(|deep| deep.to_string()).as_deref(),
@@ -117,11 +135,25 @@ mod tests {
         );
 
         let study = document.study().expect("a study");
-        let result = |metrics| Ok(CaseSummary { metrics, ..CaseSummary::default() });
-        let results = [result(metrics(0.0)), Err("failed".to_owned()), result(metrics(1e-3))];
+        let result = |metrics| {
+            Ok(CaseSummary {
+                metrics,
+                ..CaseSummary::default()
+            })
+        };
+        let results = [
+            result(metrics(0.0)),
+            Err("failed".to_owned()),
+            result(metrics(1e-3)),
+        ];
         let told = of_study(&study, &results).expect("a warning").to_string();
-        assert!(told.starts_with("warning: in 1 of 3 cases the filament penetrates an edge by more than half of"));
-        assert!(told.replace("\n         ", " ").contains("first in row 3"), "{told:?}");
+        assert!(told.starts_with(
+            "warning: in 1 of 3 cases the filament penetrates an edge by more than half of"
+        ));
+        assert!(
+            told.replace("\n         ", " ").contains("first in row 3"),
+            "{told:?}"
+        );
         assert!(told.lines().all(|line| line.chars().count() <= 80));
         assert_eq!(of_study(&study, &results[..2]), None);
     }
@@ -130,17 +162,45 @@ mod tests {
     fn cups_that_splay_clear_of_the_workpiece_are_told() {
         let document = Document::parse(FILE, "case.toml").expect("a document");
         let mut settings = document.settings().expect("settings");
-        let free = Metrics { contact_angle_rad: 1.0, ..Metrics::default() };
-        assert_eq!(of_free_contact(&settings, &free), None, "radial filaments do not splay");
+        let free = Metrics {
+            contact_angle_rad: 1.0,
+            ..Metrics::default()
+        };
+        assert_eq!(
+            of_free_contact(&settings, &free),
+            None,
+            "radial filaments do not splay"
+        );
         settings.tool.kind = ToolKind::Cup;
-        let told = of_free_contact(&settings, &free).expect("a warning").to_string();
-        assert!(told.starts_with("warning: the turning tool never touches the workpiece. Centrifugal"), "{told}");
-        assert_eq!(of_free_contact(&settings, &Metrics { contact_count: 1, ..free.clone() }), None);
-        let study = Study::new(settings, Vec::new()).expect("a study");
-        let result = Ok(CaseSummary { metrics: free, ..CaseSummary::default() });
-        let told = of_free_cases(&study, &[result]).expect("a warning").to_string();
+        let told = of_free_contact(&settings, &free)
+            .expect("a warning")
+            .to_string();
         assert!(
-            told.starts_with("warning: in 1 of 1 case, first in row 1 of runs.csv, the turning tool never"),
+            told.starts_with("warning: the turning tool never touches the workpiece. Centrifugal"),
+            "{told}"
+        );
+        assert_eq!(
+            of_free_contact(
+                &settings,
+                &Metrics {
+                    contact_count: 1,
+                    ..free.clone()
+                }
+            ),
+            None
+        );
+        let study = Study::new(settings, Vec::new()).expect("a study");
+        let result = Ok(CaseSummary {
+            metrics: free,
+            ..CaseSummary::default()
+        });
+        let told = of_free_cases(&study, &[result])
+            .expect("a warning")
+            .to_string();
+        assert!(
+            told.starts_with(
+                "warning: in 1 of 1 case, first in row 1 of runs.csv, the turning tool never"
+            ),
             "{told}"
         );
     }

@@ -1,7 +1,7 @@
 //! Filaments that come back still vibrating, and turns that do not become steady.
 //!
-//! A pass begins with a straight filament at rest relative to the tool. A filament of a fast brush is not at rest when it comes
-//! back: its impulse then differs from that of its first pass.
+//! A pass begins with a straight filament at rest relative to the tool. A filament of a fast brush
+//! is not at rest when it comes back: its impulse then differs from that of its first pass.
 
 use bristle::model::filament::first_natural_frequency;
 use bristle::model::metrics::Metrics;
@@ -19,39 +19,61 @@ const MUCH: f64 = 0.05;
 /// The line that simulates turn after turn.
 const LINE: &str = "turns = \"steady\"";
 
-/// The share of a filament's vibration after a contact that is left when it comes back: `e^(−ζ Ω_1 T)` with the time `T` from
-/// nominal exit to the next nominal entry (MODEL, "Turns"). Of two modes that do not oscillate, the slower one counts.
+/// The share of a filament's vibration after a contact that is left when it comes back: `e^(−ζ Ω_1
+/// T)` with the time `T` from nominal exit to the next nominal entry (MODEL, "Turns"). Of two modes
+/// that do not oscillate, the slower one counts.
 #[must_use]
 pub fn residual_vibration(settings: &Settings) -> f64 {
     let ratio = settings.filament.damping_ratio;
-    let decay = if ratio > 1.0 { 1.0 / (ratio + (ratio * ratio - 1.0).sqrt()) } else { ratio };
+    let decay = if ratio > 1.0 {
+        1.0 / (ratio + (ratio * ratio - 1.0).sqrt())
+    } else {
+        ratio
+    };
     let pass = Pass::new(settings);
     let [entry, exit] = pass.nominal_times();
-    (-decay * first_natural_frequency(&settings.filament) * (pass.turn_time() - (exit - entry))).exp()
+    (-decay * first_natural_frequency(&settings.filament) * (pass.turn_time() - (exit - entry)))
+        .exp()
 }
 
-/// The share of the vibration that a single pass leaves out, if it is [`MUCH`]. In a packed brush neighbours decide how filaments arrive,
-/// so that turns hardly matter (docs/interaction.md, "Turn after turn").
+/// The share of the vibration that a single pass leaves out, if it is [`MUCH`]. In a packed brush
+/// neighbours decide how filaments arrive, so that turns hardly matter (docs/interaction.md, "Turn
+/// after turn").
 fn left_out(settings: &Settings) -> Option<f64> {
     if settings.brush.is_some() || is_packed(settings) {
         return None;
     }
-    let residual = (Pass::new(settings).turns() == Turns::Count(1)).then(|| residual_vibration(settings))?;
+    let residual =
+        (Pass::new(settings).turns() == Turns::Count(1)).then(|| residual_vibration(settings))?;
     (residual > MUCH).then_some(residual)
 }
 
-/// The number of `cases`, counted from 0, in which a single pass leaves out much vibration, the one in which it leaves out most, and the
-/// share there.
-fn vibrating(study: &Study, results: &[CaseResult], cases: &[usize]) -> Option<(usize, usize, f64)> {
+/// The number of `cases`, counted from 0, in which a single pass leaves out much vibration, the one
+/// in which it leaves out most, and the share there.
+fn vibrating(
+    study: &Study,
+    results: &[CaseResult],
+    cases: &[usize],
+) -> Option<(usize, usize, f64)> {
     let share = |case: usize| left_out(&study.settings_found(case, &results[case]));
-    let all: Vec<(usize, f64)> = cases.iter().filter_map(|&case| Some((case, share(case)?))).collect();
+    let all: Vec<(usize, f64)> = cases
+        .iter()
+        .filter_map(|&case| Some((case, share(case)?)))
+        .collect();
     // Of equal ones the first.
-    let &(worst, residual) = all.iter().reduce(|worst, next| if next.1 > worst.1 { next } else { worst })?;
+    let &(worst, residual) = all
+        .iter()
+        .reduce(|worst, next| if next.1 > worst.1 { next } else { worst })?;
     Some((all.len(), worst, residual))
 }
 
-/// The note of advice about cases among those `told`, counted from 0, in which a single pass leaves out much vibration.
-pub(crate) fn vibrating_note(study: &Study, results: &[CaseResult], told: &[usize]) -> Option<String> {
+/// The note of advice about cases among those `told`, counted from 0, in which a single pass leaves
+/// out much vibration.
+pub(crate) fn vibrating_note(
+    study: &Study,
+    results: &[CaseResult],
+    told: &[usize],
+) -> Option<String> {
     let (count, worst, residual) = vibrating(study, results, told)?;
     Some(format!(
         "In {count} of {} the filament comes back still vibrating, with up to {} of its vibration (row {}): simulate turn after turn \
@@ -66,7 +88,11 @@ pub(crate) fn vibrating_note(study: &Study, results: &[CaseResult], told: &[usiz
 /// The warnings about the turns of a study.
 pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let unsteady = results.iter().filter(|result| result.as_ref().is_ok_and(|summary| summary.metrics.unsteady_turns));
+    let unsteady = results.iter().filter(|result| {
+        result
+            .as_ref()
+            .is_ok_and(|summary| summary.metrics.unsteady_turns)
+    });
     let (unsteady, of_cases) = (unsteady.count(), cases(results.len()));
     if unsteady > 0 {
         let are = if unsteady == 1 { "is" } else { "are" };
@@ -74,7 +100,9 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
             "{unsteady} of {of_cases} {are} not steady after {MAX_TURNS} turns (column unsteady_turns of runs.csv). {UNSTEADY}"
         )));
     }
-    let solved: Vec<usize> = (0..results.len()).filter(|&case| results[case].is_ok()).collect();
+    let solved: Vec<usize> = (0..results.len())
+        .filter(|&case| results[case].is_ok())
+        .collect();
     if let Some((count, worst, residual)) = vibrating(study, results, &solved) {
         let statement = format!(
             "in {count} of {of_cases} the filament comes back still vibrating, with {} of its vibration at {} (row {} of runs.csv): its \
@@ -92,7 +120,9 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
 pub(super) fn of_contact(settings: &Settings, metrics: &Metrics) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if metrics.unsteady_turns {
-        warnings.push(Warning::new(format!("this contact is not steady after {MAX_TURNS} turns. {UNSTEADY}")));
+        warnings.push(Warning::new(format!(
+            "this contact is not steady after {MAX_TURNS} turns. {UNSTEADY}"
+        )));
     }
     if let Some(residual) = left_out(settings) {
         let statement = format!(
@@ -138,7 +168,11 @@ mod tests {
             settings.filament.damping_ratio = ratio;
             residual_vibration(&settings)
         };
-        assert!(overdamped(10.0) > overdamped(1.0) && overdamped(0.5) > overdamped(1.0) && overdamped(0.0) == 1.0);
+        assert!(
+            overdamped(10.0) > overdamped(1.0)
+                && overdamped(0.5) > overdamped(1.0)
+                && overdamped(0.0) == 1.0
+        );
     }
 
     /// The paper's brush with so few filaments that they do not touch each other.
@@ -151,19 +185,39 @@ mod tests {
     #[test]
     fn what_a_single_pass_leaves_out_is_told_at_80_columns() {
         let told = |settings: &Settings| {
-            of_contact(settings, &Metrics::default()).iter().map(Warning::to_string).collect::<String>()
+            of_contact(settings, &Metrics::default())
+                .iter()
+                .map(Warning::to_string)
+                .collect::<String>()
         };
         let mut settings = sparse(30.0);
         let text = told(&settings);
-        assert!(text.contains("14 % of its vibration") && text.ends_with("\n           turns = \"steady\""), "{text}");
-        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        assert!(
+            text.contains("14 % of its vibration")
+                && text.ends_with("\n           turns = \"steady\""),
+            "{text}"
+        );
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 80),
+            "{text}"
+        );
         assert_eq!(told(&sparse(10.0)), "");
-        assert_eq!(told(&Settings::paper(30.0, 1e-3)), "", "neighbours decide how filaments arrive");
+        assert_eq!(
+            told(&Settings::paper(30.0, 1e-3)),
+            "",
+            "neighbours decide how filaments arrive"
+        );
         settings.process.turns = Some(Turns::Count(2));
         assert_eq!(told(&settings), "");
-        let unsteady = Metrics { unsteady_turns: true, ..Metrics::default() };
+        let unsteady = Metrics {
+            unsteady_turns: true,
+            ..Metrics::default()
+        };
         let text = of_contact(&settings, &unsteady)[0].to_string();
-        assert!(text.starts_with("warning: this contact is not steady after 50 turns."), "{text}");
+        assert!(
+            text.starts_with("warning: this contact is not steady after 50 turns."),
+            "{text}"
+        );
     }
 
     #[test]
@@ -177,12 +231,19 @@ mod tests {
 
     #[test]
     fn a_study_tells_how_many_cases_and_the_worst() {
-        let velocities = Sweep::list(Parameter::find(VELOCITY).expect("it exists"), vec![10.0, 30.0, 25.0, 20.0]);
+        let velocities = Sweep::list(
+            Parameter::find(VELOCITY).expect("it exists"),
+            vec![10.0, 30.0, 25.0, 20.0],
+        );
         let study = Study::new(sparse(10.0), vec![velocities.expect("right")]).expect("right");
         let results = vec![Err("failed".to_owned()); 4];
         assert_eq!(of_study(&study, &results), []);
         let note = vibrating_note(&study, &results, &[0, 1, 2, 3]).expect("they vibrate");
-        assert!(note.starts_with("In 3 of 4 cases") && note.contains("up to 14 % of its vibration (row 2)"), "{note}");
+        assert!(
+            note.starts_with("In 3 of 4 cases")
+                && note.contains("up to 14 % of its vibration (row 2)"),
+            "{note}"
+        );
         assert_eq!(vibrating_note(&study, &results, &[0]), None);
     }
 }

@@ -1,12 +1,14 @@
 //! A figure as a list of shapes and texts, which can be written as SVG or as a bitmap.
 //!
-//! Coordinates are whole numbers ([`fine`] converts pixels), so that both forms are the same on every machine.
+//! Coordinates are whole numbers ([`fine`] converts pixels), so that both forms are the same on
+//! every machine.
 
 use super::color::{Color, WHITE};
 use super::format::Format;
 use super::typeset::typeset;
 
-/// Coordinates per pixel. More than one, so that curves are smooth although coordinates are whole numbers.
+/// Coordinates per pixel. More than one, so that curves are smooth although coordinates are whole
+/// numbers.
 pub(super) const FINE: i32 = 10;
 
 /// A point on a canvas, in coordinates to the right of and below the upper left corner.
@@ -70,7 +72,10 @@ pub struct Stroke {
 /// A line style with a width in tenths of a pixel.
 #[must_use]
 pub const fn stroke(color: Color, tenths: i32) -> Stroke {
-    Stroke { color, width: fine(tenths) / 10 }
+    Stroke {
+        color,
+        width: fine(tenths) / 10,
+    }
 }
 
 /// Which part of a text is at its point.
@@ -103,38 +108,63 @@ pub struct TextStyle {
 /// A text style with a font size in pixels. The text is to the right of its point and below it.
 #[must_use]
 pub const fn text(size: i32, color: Color) -> TextStyle {
-    TextStyle { size: fine(size), color, anchor: Anchor::Start, level: Level::Top, upwards: false }
+    TextStyle {
+        size: fine(size),
+        color,
+        anchor: Anchor::Start,
+        level: Level::Top,
+        upwards: false,
+    }
 }
 
 impl TextStyle {
     /// Centres the text on its point.
     #[must_use]
     pub const fn centred(self) -> Self {
-        Self { anchor: Anchor::Middle, level: Level::Middle, ..self }
+        Self {
+            anchor: Anchor::Middle,
+            level: Level::Middle,
+            ..self
+        }
     }
 
     /// Puts the text to the right of its point, level with it.
     #[must_use]
     pub const fn right(self) -> Self {
-        Self { anchor: Anchor::Start, level: Level::Middle, ..self }
+        Self {
+            anchor: Anchor::Start,
+            level: Level::Middle,
+            ..self
+        }
     }
 
     /// Puts the text to the left of its point, level with it.
     #[must_use]
     pub const fn left(self) -> Self {
-        Self { anchor: Anchor::End, level: Level::Middle, ..self }
+        Self {
+            anchor: Anchor::End,
+            level: Level::Middle,
+            ..self
+        }
     }
 
     /// Puts the text below its point, centred.
     #[must_use]
     pub const fn below(self) -> Self {
-        Self { anchor: Anchor::Middle, level: Level::Top, ..self }
+        Self {
+            anchor: Anchor::Middle,
+            level: Level::Top,
+            ..self
+        }
     }
 
     /// Turns the text by 90° to read upwards.
     #[must_use]
     pub const fn upwards(self) -> Self {
-        Self { upwards: true, ..self }
+        Self {
+            upwards: true,
+            ..self
+        }
     }
 }
 
@@ -147,7 +177,11 @@ impl Canvas {
 
     /// An empty canvas of a format. Width and height are pixels of its layout.
     pub(crate) fn on(format: &Format, (width, height): (i32, i32)) -> Self {
-        let mut canvas = Self { size: (width, height), format: format.clone(), shapes: Vec::new() };
+        let mut canvas = Self {
+            size: (width, height),
+            format: format.clone(),
+            shapes: Vec::new(),
+        };
         canvas.rectangle([(0, 0), (fine(width), fine(height))], WHITE);
         canvas
     }
@@ -180,12 +214,19 @@ impl Canvas {
 
     /// Fills a polygon with an opacity from 0 to 1.
     pub fn area(&mut self, points: impl Into<Vec<Point>>, fill: Color, opacity: f64) {
-        self.shapes.push(Shape::Polygon { points: points.into(), fill, opacity });
+        self.shapes.push(Shape::Polygon {
+            points: points.into(),
+            fill,
+            opacity,
+        });
     }
 
     /// Draws straight lines through points.
     pub fn line(&mut self, points: impl Into<Vec<Point>>, stroke: Stroke) {
-        self.shapes.push(Shape::Line { points: points.into(), stroke });
+        self.shapes.push(Shape::Line {
+            points: points.into(),
+            stroke,
+        });
     }
 
     /// Outlines the rectangle between two opposite corners.
@@ -202,13 +243,25 @@ impl Canvas {
 
     /// Fills a circle; its radius is in coordinates.
     pub fn circle(&mut self, centre: Point, radius: i32, fill: Color) {
-        self.shapes.push(Shape::Circle { centre, radius, fill });
+        self.shapes.push(Shape::Circle {
+            centre,
+            radius,
+            fill,
+        });
     }
 
-    /// Writes a text. Symbols such as `F_n,w` are typeset with their subscripts, numbers with minus signs and powers of ten.
+    /// Writes a text. Symbols such as `F_n,w` are typeset with their subscripts, numbers with minus
+    /// signs and powers of ten.
     pub fn text(&mut self, text: &str, style: TextStyle, at: Point) {
-        let style = TextStyle { size: fine(self.format.font_size(style.size / fine(1))), ..style };
-        self.shapes.push(Shape::Text { text: typeset(text), style, at });
+        let style = TextStyle {
+            size: fine(self.format.font_size(style.size / fine(1))),
+            ..style
+        };
+        self.shapes.push(Shape::Text {
+            text: typeset(text),
+            style,
+            at,
+        });
     }
 }
 
@@ -216,7 +269,9 @@ impl Canvas {
 fn dashes(points: &[Point], [dash, gap]: [f32; 2]) -> Vec<Vec<Point>> {
     let rounded = |(x, y): (f32, f32)| (x.round() as i32, y.round() as i32);
     let mut dashes = Vec::new();
-    let Some((&(x, y), rest)) = points.split_first() else { return dashes };
+    let Some((&(x, y), rest)) = points.split_first() else {
+        return dashes;
+    };
     let mut at = (x as f32, y as f32);
     let mut current = vec![rounded(at)];
     let (mut is_dash, mut done) = (true, 0.0);
@@ -260,15 +315,27 @@ mod tests {
     #[test]
     fn dashes_and_gaps_have_their_lengths_around_corners() {
         let corner = [(0, 0), (30, 0), (30, 30)];
-        let expected = [vec![(0, 0), (25, 0)], vec![(27, 0), (30, 0), (30, 22)], vec![(30, 24), (30, 30)]];
+        let expected = [
+            vec![(0, 0), (25, 0)],
+            vec![(27, 0), (30, 0), (30, 22)],
+            vec![(30, 24), (30, 30)],
+        ];
         assert_eq!(dashes(&corner, [25.0, 2.0]), expected);
-        assert!(dashes(&[], [2.0, 1.0]).is_empty() && dashes(&[(1, 1), (1, 1)], [2.0, 1.0]).is_empty());
+        assert!(
+            dashes(&[], [2.0, 1.0]).is_empty() && dashes(&[(1, 1), (1, 1)], [2.0, 1.0]).is_empty()
+        );
     }
 
     #[test]
     fn corners_of_a_rectangle_are_put_in_order() {
         let mut canvas = Canvas::new((1, 1));
         canvas.rectangle([(5, 0), (0, 7)], WHITE);
-        assert_eq!(canvas.shapes[1], Shape::Rectangle { corners: [(0, 0), (5, 7)], fill: WHITE });
+        assert_eq!(
+            canvas.shapes[1],
+            Shape::Rectangle {
+                corners: [(0, 0), (5, 7)],
+                fill: WHITE
+            }
+        );
     }
 }

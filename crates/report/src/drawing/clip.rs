@@ -3,8 +3,8 @@
 use super::diagram::Frame;
 use super::{Point, fine};
 
-/// The part from 0 to 1 of the way between two points that is on the inner side of an edge of the frame, where the signed distances
-/// of the points from it are positive.
+/// The part from 0 to 1 of the way between two points that is on the inner side of an edge of the
+/// frame, where the signed distances of the points from it are positive.
 fn crossing(from: f64, to: f64) -> f64 {
     from / (from - to)
 }
@@ -20,7 +20,9 @@ fn distances([x, y]: [f64; 2], frame: Frame) -> [f64; 4] {
 }
 
 fn on_canvas([x, y]: [f64; 2]) -> Point {
-    [x, y].map(|pixels| (pixels * f64::from(fine(1))).round() as i32).into()
+    [x, y]
+        .map(|pixels| (pixels * f64::from(fine(1))).round() as i32)
+        .into()
 }
 
 /// The parts within `frame` of a line through points in pixels.
@@ -30,7 +32,10 @@ pub fn clip_line(points: &[[f64; 2]], frame: Frame) -> Vec<Vec<Point>> {
     let mut goes_on = false;
     for pair in points.windows(2) {
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
-        for (from, to) in distances(pair[0], frame).into_iter().zip(distances(pair[1], frame)) {
+        for (from, to) in distances(pair[0], frame)
+            .into_iter()
+            .zip(distances(pair[1], frame))
+        {
             match (from >= 0.0, to >= 0.0) {
                 (true, true) => (),
                 (false, false) => end = -1.0,
@@ -53,7 +58,8 @@ pub fn clip_line(points: &[[f64; 2]], frame: Frame) -> Vec<Vec<Point>> {
     parts
 }
 
-/// The part within `frame` of a polygon with corners in pixels (Sutherland and Hodgman 1974); empty if there is none.
+/// The part within `frame` of a polygon with corners in pixels (Sutherland and Hodgman 1974); empty
+/// if there is none.
 #[must_use]
 pub fn clip_polygon(corners: &[[f64; 2]], frame: Frame) -> Vec<Point> {
     let mut corners = corners.to_vec();
@@ -84,10 +90,19 @@ mod tests {
     #[test]
     fn lines_end_at_the_frame() {
         let inside = [[1.0, 1.0], [2.0, 3.0], [9.0, 9.0]];
-        assert_eq!(clip_line(&inside, FRAME), [vec![(10, 10), (20, 30), (90, 90)]]);
+        assert_eq!(
+            clip_line(&inside, FRAME),
+            [vec![(10, 10), (20, 30), (90, 90)]]
+        );
         let out_and_in = [[5.0, 5.0], [5.0, -5.0], [7.0, -5.0], [7.0, 5.0]];
-        assert_eq!(clip_line(&out_and_in, FRAME), [vec![(50, 50), (50, 0)], vec![(70, 0), (70, 50)]]);
-        assert_eq!(clip_line(&[[-5.0, 5.0], [15.0, 5.0]], FRAME), [vec![(0, 50), (100, 50)]]);
+        assert_eq!(
+            clip_line(&out_and_in, FRAME),
+            [vec![(50, 50), (50, 0)], vec![(70, 0), (70, 50)]]
+        );
+        assert_eq!(
+            clip_line(&[[-5.0, 5.0], [15.0, 5.0]], FRAME),
+            [vec![(0, 50), (100, 50)]]
+        );
         assert!(clip_line(&[[-5.0, 8.0], [2.0, 15.0]], FRAME).is_empty());
         assert!(clip_line(&[[1.0, 1.0]], FRAME).is_empty());
     }
@@ -95,7 +110,10 @@ mod tests {
     #[test]
     fn polygons_end_at_the_frame() {
         let square = [[5.0, 5.0], [15.0, 5.0], [15.0, 15.0], [5.0, 15.0]];
-        assert_eq!(clip_polygon(&square, FRAME), [(50, 50), (100, 50), (100, 100), (50, 100)]);
+        assert_eq!(
+            clip_polygon(&square, FRAME),
+            [(50, 50), (100, 50), (100, 100), (50, 100)]
+        );
         assert!(clip_polygon(&square.map(|[x, y]| [x + 20.0, y]), FRAME).is_empty());
         let around = [[-9.0, -9.0], [19.0, -9.0], [19.0, 19.0], [-9.0, 19.0]];
         assert_eq!(clip_polygon(&around, FRAME).len(), 4);

@@ -31,14 +31,21 @@ const VIRIDIS: [Color; 8] = [
     Color(254, 232, 37),
 ];
 
-/// The colour of viridis at `part` of its range, 0 to 1. Its brightness rises evenly, so that a map can be read in grey.
+/// The colour of viridis at `part` of its range, 0 to 1. Its brightness rises evenly, so that a map
+/// can be read in grey.
 #[must_use]
 pub fn viridis(part: f64) -> Color {
     let at = part.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let (below, above) = (VIRIDIS[at.floor() as usize], VIRIDIS[at.ceil() as usize]);
     let lower = at.ceil() - at;
-    let mix = |below: u8, above: u8| ((1.0 - lower) * f64::from(above) + lower * f64::from(below)).round() as u8;
-    Color(mix(below.0, above.0), mix(below.1, above.1), mix(below.2, above.2))
+    let mix = |below: u8, above: u8| {
+        ((1.0 - lower) * f64::from(above) + lower * f64::from(below)).round() as u8
+    };
+    Color(
+        mix(below.0, above.0),
+        mix(below.1, above.1),
+        mix(below.2, above.2),
+    )
 }
 
 #[cfg(test)]
@@ -47,7 +54,10 @@ mod tests {
 
     #[test]
     fn viridis_goes_through_its_colours() {
-        assert_eq!([0.0, 1.0, -3.0, 7.0].map(viridis), [VIRIDIS[0], VIRIDIS[7], VIRIDIS[0], VIRIDIS[7]]);
+        assert_eq!(
+            [0.0, 1.0, -3.0, 7.0].map(viridis),
+            [VIRIDIS[0], VIRIDIS[7], VIRIDIS[0], VIRIDIS[7]]
+        );
         assert_eq!(viridis(0.5), Color(35, 145, 140));
         // At a colour of the table, and just beside it.
         assert_eq!(viridis(3.0 / 7.0), VIRIDIS[3]);

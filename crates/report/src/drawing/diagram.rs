@@ -1,6 +1,7 @@
 //! Diagrams: curves on two axes.
 //!
-//! The legend never covers a point: it goes into a free corner, or to the right of the diagram, or on paper below it.
+//! The legend never covers a point: it goes into a free corner, or to the right of the diagram, or
+//! on paper below it.
 
 use super::format::Format;
 use super::heading::Heading;
@@ -9,7 +10,8 @@ use super::scale::{Axis, Scale, Zero, coordinate};
 use super::{Canvas, FAINT, GRID, INK, Pen, Point, WHITE, axis, fine, stroke, text, width};
 use bristle_text::number::significant;
 
-/// Width of a figure and height of its diagram in pixels. A figure with its legend to the right of the diagram may be wider.
+/// Width of a figure and height of its diagram in pixels. A figure with its legend to the right of
+/// the diagram may be wider.
 const SIZE: (i32, i32) = (680, 340);
 /// Least height of the diagram on paper.
 const MIN_HEIGHT: i32 = 170;
@@ -29,8 +31,8 @@ const MAX_MARKERS: usize = 25;
 /// Opacity of a band and of a stripe, and half the width of the cap of an error bar.
 const BAND: f64 = 0.15;
 const CAP: i32 = 4;
-/// An error bar this many times as long as the middle one does not set the axis. The mark of one that is cut, in pixels, and the room of its
-/// number.
+/// An error bar this many times as long as the middle one does not set the axis. The mark of one
+/// that is cut, in pixels, and the room of its number.
 const LONG: f64 = 4.0;
 const CUT: i32 = 9;
 const CUT_ROOM: i32 = 50;
@@ -63,7 +65,8 @@ pub struct Curve {
     pub look: Look,
     /// Number of its pen; by default its position among the curves of its kind.
     pub pen: Option<usize>,
-    /// Pixels by which it is drawn to the right of its points, so that several error bars at one place are seen.
+    /// Pixels by which it is drawn to the right of its points, so that several error bars at one
+    /// place are seen.
     pub shift: i32,
 }
 
@@ -82,7 +85,8 @@ pub enum Look {
     Line,
     /// A light coloured area with the points as its outline.
     Band,
-    /// Error bars, two points each. A much longer one than the others is cut at the end of the axis, with a mark and the number at its end.
+    /// Error bars, two points each. A much longer one than the others is cut at the end of the
+    /// axis, with a mark and the number at its end.
     Bars,
     /// A light coloured stripe over the whole height, between its first and its last point.
     Stripe,
@@ -90,14 +94,27 @@ pub enum Look {
 
 impl Curve {
     /// A curve.
-    pub fn new(name: impl Into<String>, look: Look, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        Self { name: name.into(), points: points.into_iter().collect(), look, pen: None, shift: 0 }
+    pub fn new(
+        name: impl Into<String>,
+        look: Look,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            points: points.into_iter().collect(),
+            look,
+            pen: None,
+            shift: 0,
+        }
     }
 
     /// Gives the curve a pen that others may share.
     #[must_use]
     pub fn with_pen(self, index: usize) -> Self {
-        Self { pen: Some(index), ..self }
+        Self {
+            pen: Some(index),
+            ..self
+        }
     }
 
     /// Draws the curve some pixels to the right of its points.
@@ -122,7 +139,10 @@ impl Styled<'_> {
     fn draw(&self, canvas: &mut Canvas, points: &[Point], marked: &[Point]) {
         match self.curve.look {
             Look::Reference | Look::Line => self.pen.line(canvas, points),
-            Look::Markers | Look::Filled => self.pen.markers(canvas, marked, self.curve.look == Look::Filled),
+            Look::Markers | Look::Filled => {
+                self.pen
+                    .markers(canvas, marked, self.curve.look == Look::Filled)
+            }
             Look::Joined => {
                 self.pen.line(canvas, points);
                 // Not every point of many, so that the dashes stay visible between markers.
@@ -132,7 +152,11 @@ impl Styled<'_> {
             }
             Look::Band | Look::Stripe => canvas.area(points, self.pen.color, BAND),
             Look::Bars => {
-                let whole = Pen { dash: (1, 0), tenths: 12, ..self.pen };
+                let whole = Pen {
+                    dash: (1, 0),
+                    tenths: 12,
+                    ..self.pen
+                };
                 whole.line(canvas, points);
                 for &(x, y) in marked {
                     whole.line(canvas, &[(x - fine(CAP), y), (x + fine(CAP), y)]);
@@ -142,22 +166,40 @@ impl Styled<'_> {
     }
 }
 
-/// Bands and references come first, so that they lie below the rest. References with the same name look the same.
+/// Bands and references come first, so that they lie below the rest. References with the same name
+/// look the same.
 fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
     let (bands, others): (Vec<_>, Vec<_>) = curves.iter().partition(|curve| curve.is_area());
-    let (references, others): (Vec<_>, Vec<_>) = others.into_iter().partition(|curve| curve.look == Look::Reference);
+    let (references, others): (Vec<_>, Vec<_>) = others
+        .into_iter()
+        .partition(|curve| curve.look == Look::Reference);
     let own = |index: usize, curve: &Curve| pen(curve.pen.unwrap_or(index));
     let mut names: Vec<&str> = Vec::new();
-    let mut styled: Vec<_> =
-        bands.into_iter().enumerate().map(|(index, curve)| Styled { curve, pen: own(index, curve) }).collect();
+    let mut styled: Vec<_> = bands
+        .into_iter()
+        .enumerate()
+        .map(|(index, curve)| Styled {
+            curve,
+            pen: own(index, curve),
+        })
+        .collect();
     for curve in references {
-        let index = names.iter().position(|name| *name == curve.name).unwrap_or_else(|| {
-            names.push(&curve.name);
-            names.len() - 1
+        let index = names
+            .iter()
+            .position(|name| *name == curve.name)
+            .unwrap_or_else(|| {
+                names.push(&curve.name);
+                names.len() - 1
+            });
+        styled.push(Styled {
+            curve,
+            pen: reference_pen(index),
         });
-        styled.push(Styled { curve, pen: reference_pen(index) });
     }
-    styled.extend(others.into_iter().enumerate().map(|(index, curve)| Styled { curve, pen: own(index, curve) }));
+    styled.extend(others.into_iter().enumerate().map(|(index, curve)| Styled {
+        curve,
+        pen: own(index, curve),
+    }));
     styled
 }
 
@@ -165,21 +207,32 @@ fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
 pub type Frame = [i32; 4];
 
 /// The points of a curve in coordinates of the canvas, split where a point cannot be shown.
-fn places(curve: &Curve, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) -> Vec<Vec<(i32, i32)>> {
+fn places(
+    curve: &Curve,
+    [x, y]: [&Scale; 2],
+    [left, top, right, bottom]: Frame,
+) -> Vec<Vec<(i32, i32)>> {
     let place = |&(across, up): &(f64, f64)| {
         let (across, up) = (coordinate(&x.axis, across)?, coordinate(&y.axis, up)?);
-        Some((x.place(across, left, right) + fine(curve.shift), y.place(up, bottom, top)))
+        Some((
+            x.place(across, left, right) + fine(curve.shift),
+            y.place(up, bottom, top),
+        ))
     };
     if let (Look::Stripe, [(first, _), .., (last, _)]) = (curve.look, &curve.points[..]) {
         let ends = [*first, *last].map(|across| coordinate(&x.axis, across));
-        let [Some(from), Some(to)] = ends.map(|at| Some(x.place(at?, left, right))) else { return Vec::new() };
+        let [Some(from), Some(to)] = ends.map(|at| Some(x.place(at?, left, right))) else {
+            return Vec::new();
+        };
         let [top, bottom] = [top, bottom].map(fine);
         return vec![vec![(from, bottom), (from, top), (to, top), (to, bottom)]];
     }
     if curve.look == Look::Bars {
         let bars = curve.points.chunks_exact(2);
         let within = |(x, y): (i32, i32)| (x, y.clamp(fine(top), fine(bottom)));
-        return bars.filter_map(|ends| ends.iter().map(|end| place(end).map(within)).collect()).collect();
+        return bars
+            .filter_map(|ends| ends.iter().map(|end| place(end).map(within)).collect())
+            .collect();
     }
     let mut parts = vec![Vec::new()];
     for (index, point) in curve.points.iter().enumerate() {
@@ -188,7 +241,8 @@ fn places(curve: &Curve, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame)
             continue;
         };
         let part = parts.last_mut().expect("there is always a part");
-        let near = |&(x, y): &(i32, i32)| (at.0 - x).abs() < RESOLUTION && (at.1 - y).abs() < RESOLUTION;
+        let near =
+            |&(x, y): &(i32, i32)| (at.0 - x).abs() < RESOLUTION && (at.1 - y).abs() < RESOLUTION;
         if index + 1 == curve.points.len() || part.last().is_none_or(|last| !near(last)) {
             part.push(at);
         }
@@ -209,30 +263,56 @@ fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i3
         .flat_map(|ends| {
             let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
             let steps = (to_x - x).abs().max((to_y - y).abs()) / fine(3) + 1;
-            (0..steps).map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
+            (0..steps)
+                .map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
         });
     points.chain(lines.map(from)).min().unwrap_or(i32::MAX)
 }
 
 impl Diagram {
-    /// The coordinates that the vertical axis shows: of all points, but not the ends of bars that are much longer than the others, nor ends below
-    /// zero of an amount without a value there.
+    /// The coordinates that the vertical axis shows: of all points, but not the ends of bars that
+    /// are much longer than the others, nor ends below zero of an amount without a value there.
     fn heights(&self) -> Vec<f64> {
-        let shown = |&(x, y): &(f64, f64)| coordinate(&self.x, x).and_then(|_| coordinate(&self.y, y));
-        let others = self.curves.iter().filter(|curve| ![Look::Stripe, Look::Bars].contains(&curve.look));
-        let mut heights: Vec<f64> = others.flat_map(|curve| &curve.points).filter_map(shown).collect();
-        let bars =
-            self.curves.iter().filter(|curve| curve.look == Look::Bars).flat_map(|curve| curve.points.chunks_exact(2));
-        let bars: Vec<[f64; 2]> = bars.filter_map(|ends| Some([shown(&ends[0])?, shown(&ends[1])?])).collect();
+        let shown =
+            |&(x, y): &(f64, f64)| coordinate(&self.x, x).and_then(|_| coordinate(&self.y, y));
+        let others = self
+            .curves
+            .iter()
+            .filter(|curve| ![Look::Stripe, Look::Bars].contains(&curve.look));
+        let mut heights: Vec<f64> = others
+            .flat_map(|curve| &curve.points)
+            .filter_map(shown)
+            .collect();
+        let bars = self
+            .curves
+            .iter()
+            .filter(|curve| curve.look == Look::Bars)
+            .flat_map(|curve| curve.points.chunks_exact(2));
+        let bars: Vec<[f64; 2]> = bars
+            .filter_map(|ends| Some([shown(&ends[0])?, shown(&ends[1])?]))
+            .collect();
         let length = |[from, to]: &[f64; 2]| (to - from).abs();
-        let mut lengths: Vec<f64> = bars.iter().map(length).filter(|length| *length > 0.0).collect();
+        let mut lengths: Vec<f64> = bars
+            .iter()
+            .map(length)
+            .filter(|length| *length > 0.0)
+            .collect();
         lengths.sort_by(f64::total_cmp);
-        let usual = lengths.get(lengths.len() / 2).map_or(f64::INFINITY, |middle| LONG * middle);
-        let is_amount =
-            self.y.zero != Zero::Between && !self.y.logarithmic && heights.iter().all(|height| *height >= 0.0);
-        let least = if is_amount && !heights.is_empty() { 0.0 } else { f64::NEG_INFINITY };
+        let usual = lengths
+            .get(lengths.len() / 2)
+            .map_or(f64::INFINITY, |middle| LONG * middle);
+        let is_amount = self.y.zero != Zero::Between
+            && !self.y.logarithmic
+            && heights.iter().all(|height| *height >= 0.0);
+        let least = if is_amount && !heights.is_empty() {
+            0.0
+        } else {
+            f64::NEG_INFINITY
+        };
         let has_others = !heights.is_empty();
-        let kept = bars.iter().filter(|bar| !has_others || length(bar) <= usual);
+        let kept = bars
+            .iter()
+            .filter(|bar| !has_others || length(bar) <= usual);
         heights.extend(kept.flatten().map(|end| end.max(least)));
         heights
     }
@@ -247,13 +327,15 @@ impl Diagram {
     #[must_use]
     pub fn draw_in(&self, format: &Format) -> Canvas {
         let shown = self.curves.iter().flat_map(|curve| &curve.points);
-        let shown = shown.filter_map(|&(x, y)| coordinate(&self.y, y).and_then(|_| coordinate(&self.x, x)));
+        let shown =
+            shown.filter_map(|&(x, y)| coordinate(&self.y, y).and_then(|_| coordinate(&self.x, x)));
         let x = Scale::new(self.x.clone(), shown);
         let y = Scale::new(self.y.clone(), self.heights().into_iter());
         let curves = styled(&self.curves);
         let mut entries: Vec<&Styled> = Vec::new();
         for styled in curves.iter().filter(|styled| !styled.curve.name.is_empty()) {
-            let same = |entry: &&Styled| entry.curve.name == styled.curve.name && entry.pen == styled.pen;
+            let same =
+                |entry: &&Styled| entry.curve.name == styled.curve.name && entry.pen == styled.pen;
             if !entries.iter().any(same) {
                 entries.push(styled);
             }
@@ -266,25 +348,47 @@ impl Diagram {
         let top = heading.height();
         let bottom = top + format.height(SIZE.1, SIZE.0, MIN_HEIGHT);
         let height = bottom + BOTTOM;
-        let names = entries.iter().map(|entry| width(&entry.curve.name, 12)).max().unwrap_or(0);
+        let names = entries
+            .iter()
+            .map(|entry| width(&entry.curve.name, 12))
+            .max()
+            .unwrap_or(0);
         let wide = TEXT + names + MARGIN;
         let high = |rows: usize| ROW * rows as i32 + MARGIN;
         let within = [left, top, page - RIGHT, bottom];
         let corner = free_corner(&curves, [&x, &y], within, (wide, high(entries.len())));
-        let Legend { frame, place: (across, down), rows, size } = match corner {
-            Some(place) if entries.len() <= MAX_IN_CORNER => {
-                Legend { frame: within, place, rows: entries.len(), size: (page, height) }
-            }
+        let Legend {
+            frame,
+            place: (across, down),
+            rows,
+            size,
+        } = match corner {
+            Some(place) if entries.len() <= MAX_IN_CORNER => Legend {
+                frame: within,
+                place,
+                rows: entries.len(),
+                size: (page, height),
+            },
             _ if format.is_on_paper() => {
                 let columns = ((page - left) / wide).max(1) as usize;
                 let rows = entries.len().div_ceil(columns);
-                Legend { frame: within, place: (left, height), rows, size: (page, height + high(rows)) }
+                Legend {
+                    frame: within,
+                    place: (left, height),
+                    rows,
+                    size: (page, height + high(rows)),
+                }
             }
             _ => {
                 let right = (page - wide - MARGIN).max(left + MIN_WIDTH);
                 let (frame, high) = ([left, top, right, bottom], high(entries.len()));
                 let size = (right + MARGIN + wide, height.max(top + high));
-                Legend { frame, place: (right + MARGIN, top), rows: entries.len(), size }
+                Legend {
+                    frame,
+                    place: (right + MARGIN, top),
+                    rows: entries.len(),
+                    size,
+                }
             }
         };
 
@@ -294,7 +398,8 @@ impl Diagram {
         for styled in &curves {
             let is_bars = styled.curve.look == Look::Bars;
             // Bars that are cut have no caps.
-            let is_marked = |(_, y): &Point| !is_bars || (fine(frame[1]) < *y && *y < fine(frame[3]));
+            let is_marked =
+                |(_, y): &Point| !is_bars || (fine(frame[1]) < *y && *y < fine(frame[3]));
             for points in places(styled.curve, [&x, &y], frame) {
                 let marked: Vec<Point> = points.iter().copied().filter(is_marked).collect();
                 styled.draw(&mut canvas, &points, &marked);
@@ -305,19 +410,30 @@ impl Diagram {
         }
         for (index, column) in entries.chunks(rows.max(1)).enumerate() {
             let across = across + wide * index as i32;
-            canvas.rectangle([(fine(across), fine(down)), (fine(across + wide), fine(down + high(rows)))], WHITE);
+            canvas.rectangle(
+                [
+                    (fine(across), fine(down)),
+                    (fine(across + wide), fine(down + high(rows))),
+                ],
+                WHITE,
+            );
             for (row, entry) in (0..).zip(column) {
                 let level = fine(down + MARGIN / 2 + ROW / 2 + ROW * row);
                 let line = [MARGIN, 29, 50].map(|x| (fine(across + x), level));
                 entry.draw(&mut canvas, &line, &line[1..2]);
-                canvas.text(&entry.curve.name, text(12, INK).right(), (fine(across + TEXT), level));
+                canvas.text(
+                    &entry.curve.name,
+                    text(12, INK).right(),
+                    (fine(across + TEXT), level),
+                );
             }
         }
         canvas
     }
 }
 
-/// Marks the ends of error bars that lie beyond the axis: an arrowhead at the frame, and the number next to it.
+/// Marks the ends of error bars that lie beyond the axis: an arrowhead at the frame, and the number
+/// next to it.
 fn draw_cuts(
     canvas: &mut Canvas,
     Styled { curve, pen }: &Styled<'_>,
@@ -325,7 +441,10 @@ fn draw_cuts(
     [left, top, right, bottom]: Frame,
 ) {
     for &(across, up) in &curve.points {
-        let (Some(at), Some(height)) = (coordinate(&x.axis, across), coordinate(&y.axis, up)) else { continue };
+        let (Some(at), Some(height)) = (coordinate(&x.axis, across), coordinate(&y.axis, up))
+        else {
+            continue;
+        };
         let (end, inwards) = match y.part(height) {
             part if part < 0.0 => (fine(bottom), -fine(CUT)),
             part if part > 1.0 => (fine(top), fine(CUT)),
@@ -333,10 +452,24 @@ fn draw_cuts(
         };
         let at = x.place(at, left, right) + fine(curve.shift);
         let half = fine(CUT) / 2;
-        canvas.polygon([(at, end), (at - half, end + inwards), (at + half, end + inwards)], pen.color);
-        let (style, aside) =
-            if at > fine(right - CUT_ROOM) { (text(11, INK).left(), -half) } else { (text(11, INK).right(), half) };
-        canvas.text(&significant(up), style, (at + aside + aside.signum() * fine(2), end + inwards / 2));
+        canvas.polygon(
+            [
+                (at, end),
+                (at - half, end + inwards),
+                (at + half, end + inwards),
+            ],
+            pen.color,
+        );
+        let (style, aside) = if at > fine(right - CUT_ROOM) {
+            (text(11, INK).left(), -half)
+        } else {
+            (text(11, INK).right(), half)
+        };
+        canvas.text(
+            &significant(up),
+            style,
+            (at + aside + aside.signum() * fine(2), end + inwards / 2),
+        );
     }
 }
 
@@ -354,28 +487,48 @@ struct Legend {
 
 /// Room for the labels of the vertical axis, in pixels.
 pub fn left_of(format: &Format, y: &Scale) -> i32 {
-    let labels = y.ticks.iter().map(|(_, label)| width(label, format.font_size(11))).max().unwrap_or(0);
+    let labels = y
+        .ticks
+        .iter()
+        .map(|(_, label)| width(label, format.font_size(11)))
+        .max()
+        .unwrap_or(0);
     36 + labels.max(24)
 }
 
-/// The corner of the frame in which a legend of this size is farthest from the curves; none if it would cover one.
+/// The corner of the frame in which a legend of this size is farthest from the curves; none if it
+/// would cover one.
 fn free_corner(
     curves: &[Styled<'_>],
     scales: [&Scale; 2],
     frame: Frame,
     (wide, high): (i32, i32),
 ) -> Option<(i32, i32)> {
-    let covered: Vec<_> =
-        curves.iter().map(|styled| (styled.curve.look, places(styled.curve, scales, frame))).collect();
+    let covered: Vec<_> = curves
+        .iter()
+        .map(|styled| (styled.curve.look, places(styled.curve, scales, frame)))
+        .collect();
     let [left, top, right, bottom] = frame;
     let (far, low) = (right - wide - 2, bottom - high - 2);
-    let corners = [(far, top + 2), (left + 2, top + 2), (far, low), (left + 2, low)];
+    let corners = [
+        (far, top + 2),
+        (left + 2, top + 2),
+        (far, low),
+        (left + 2, low),
+    ];
     let distance = |(x, y): (i32, i32)| {
         let legend = [x, y, x + wide, y + high];
-        covered.iter().map(|(look, parts)| distance(legend, *look, parts)).min().unwrap_or(i32::MAX)
+        covered
+            .iter()
+            .map(|(look, parts)| distance(legend, *look, parts))
+            .min()
+            .unwrap_or(i32::MAX)
     };
     // The first of several equal ones.
-    let best = corners.into_iter().rev().max_by_key(|&corner| distance(corner))?;
+    let best = corners
+        .into_iter()
+        .rev()
+        .max_by_key(|&corner| distance(corner))?;
     (wide <= right - left && distance(best) > fine(6)).then_some(best)
 }
 
@@ -389,11 +542,18 @@ pub fn draw_axes(canvas: &mut Canvas, [x, y]: [&Scale; 2], [left, top, right, bo
         let at = y.place(*at, bottom, top);
         canvas.line([(fine(left), at), (fine(right), at)], stroke(GRID, 8));
     }
-    canvas.frame([(fine(left), fine(top)), (fine(right), fine(bottom))], stroke(FAINT, 8));
+    canvas.frame(
+        [(fine(left), fine(top)), (fine(right), fine(bottom))],
+        stroke(FAINT, 8),
+    );
     let name = (&*x.axis.label, ((left + right) / 2, bottom + 38));
-    axis(canvas, name, &x.ticks, false, |at| (x.place(at, left, right), fine(bottom)));
+    axis(canvas, name, &x.ticks, false, |at| {
+        (x.place(at, left, right), fine(bottom))
+    });
     let name = (&*y.axis.label, (14, (top + bottom) / 2));
-    axis(canvas, name, &y.ticks, true, |at| (fine(left), y.place(at, bottom, top)));
+    axis(canvas, name, &y.ticks, true, |at| {
+        (fine(left), y.place(at, bottom, top))
+    });
     let to_the_left = text(11, INK).left();
     canvas.text(&y.factor, to_the_left, (fine(left - 7), fine(top - 12)));
     canvas.text(&x.factor, to_the_left, (fine(right), fine(bottom + 38)));
@@ -404,9 +564,21 @@ mod tests {
     use super::*;
 
     fn diagram(logarithmic: bool, curves: Vec<Curve>) -> Diagram {
-        let axis = |label| if logarithmic { Axis::logarithmic(label) } else { Axis::linear(label) };
+        let axis = |label| {
+            if logarithmic {
+                Axis::logarithmic(label)
+            } else {
+                Axis::linear(label)
+            }
+        };
         let (title, subtitle) = ("Title".to_owned(), "Subtitle".to_owned());
-        Diagram { title, subtitle, x: axis("abscissa"), y: axis("ordinate"), curves }
+        Diagram {
+            title,
+            subtitle,
+            x: axis("abscissa"),
+            y: axis("ordinate"),
+            curves,
+        }
     }
 
     fn points(points: &[(f64, f64)]) -> Vec<Curve> {
@@ -420,7 +592,9 @@ mod tests {
             Look::Bars,
             Look::Stripe,
         ];
-        looks.map(|look| Curve::new(format!("{look:?}"), look, points.to_vec())).into()
+        looks
+            .map(|look| Curve::new(format!("{look:?}"), look, points.to_vec()))
+            .into()
     }
 
     #[test]
@@ -431,25 +605,50 @@ mod tests {
             &[(1.0, 2.0)],
             &[(0.0, 0.0)],
             &[(3.0, 4.0), (3.0, 4.0), (3.0, 4.0)],
-            &[(1.0, 1.0), (f64::NAN, 1.0), (2.0, f64::INFINITY), (3.0, -1.0), (4.0, 0.0), (5.0, 2.0)],
+            &[
+                (1.0, 1.0),
+                (f64::NAN, 1.0),
+                (2.0, f64::INFINITY),
+                (3.0, -1.0),
+                (4.0, 0.0),
+                (5.0, 2.0),
+            ],
             &[(far, -far), (-far, far), (1.0, 1.0)],
             &[(1e299, -1e299), (-1e299, 1e299), (1e299, 1e-299)],
-            &[(f64::MIN_POSITIVE / 8.0, 5e-324), (5e-324, f64::MIN_POSITIVE)],
+            &[
+                (f64::MIN_POSITIVE / 8.0, 5e-324),
+                (5e-324, f64::MIN_POSITIVE),
+            ],
             &[(1.0, 1e9), (1.0 + f64::EPSILON, 1e9 + 1e-6)],
         ];
         for logarithmic in [false, true] {
             for odd in odd {
                 let text = diagram(logarithmic, points(odd)).draw().svg();
-                assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{odd:?}");
-                assert!(!text.contains("NaN") && !text.contains("inf"), "{odd:?}\n{text}");
+                assert!(
+                    text.starts_with("<svg") && text.trim_end().ends_with("</svg>"),
+                    "{odd:?}"
+                );
+                assert!(
+                    !text.contains("NaN") && !text.contains("inf"),
+                    "{odd:?}\n{text}"
+                );
             }
-            assert!(diagram(logarithmic, vec![]).draw().svg().starts_with("<svg"));
+            assert!(
+                diagram(logarithmic, vec![])
+                    .draw()
+                    .svg()
+                    .starts_with("<svg")
+            );
         }
     }
 
     #[test]
     fn a_line_stops_where_a_point_cannot_be_shown() {
-        let curve = Curve::new("", Look::Line, vec![(1.0, 1.0), (2.0, 2.0), (3.0, f64::NAN), (4.0, 4.0)]);
+        let curve = Curve::new(
+            "",
+            Look::Line,
+            vec![(1.0, 1.0), (2.0, 2.0), (3.0, f64::NAN), (4.0, 4.0)],
+        );
         let axis = Axis::linear("");
         let scale = Scale::new(axis, [1.0, 4.0].into_iter());
         let parts = places(&curve, [&scale, &scale], [0, 0, 300, 300]);
@@ -463,31 +662,58 @@ mod tests {
     fn a_bar_much_longer_than_the_others_is_cut() {
         let bars = |last: f64| {
             let ends = [10.0, 12.0, 20.0, 22.0, 30.0 - last, 30.0 + last];
-            let ends = (0..).zip(ends).map(|(index, end)| (f64::from(index / 2), end));
+            let ends = (0..)
+                .zip(ends)
+                .map(|(index, end)| (f64::from(index / 2), end));
             let points = vec![(0.0, 11.0), (1.0, 21.0), (2.0, 30.0)];
-            let curves = vec![Curve::new("", Look::Bars, ends), Curve::new("measured", Look::Filled, points)];
-            Diagram { y: Axis::amount("force in N"), ..diagram(false, curves) }
+            let curves = vec![
+                Curve::new("", Look::Bars, ends),
+                Curve::new("measured", Look::Filled, points),
+            ];
+            Diagram {
+                y: Axis::amount("force in N"),
+                ..diagram(false, curves)
+            }
         };
         let top = |diagram: &Diagram| diagram.heights().into_iter().fold(0.0, f64::max);
         assert_eq!([top(&bars(3.0)), top(&bars(300.0))], [33.0, 30.0]);
         let svg = bars(300.0).draw().svg();
-        assert!(svg.contains(">330</text>") && svg.contains(">−270</text>"), "{svg}");
+        assert!(
+            svg.contains(">330</text>") && svg.contains(">−270</text>"),
+            "{svg}"
+        );
         assert!(!bars(3.0).draw().svg().contains(">33.0</text>"));
         // No axis of a force goes below zero for a bar alone.
-        let least = bars(30.5).heights().into_iter().fold(f64::INFINITY, f64::min);
+        let least = bars(30.5)
+            .heights()
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
         assert!(least >= 0.0, "{least}");
     }
 
     #[test]
     fn a_legend_covers_no_point() {
-        let rising = vec![Curve::new("a name", Look::Line, vec![(0.0, 0.0), (0.6, 0.1), (1.0, 1.0)])];
+        let rising = vec![Curve::new(
+            "a name",
+            Look::Line,
+            vec![(0.0, 0.0), (0.6, 0.1), (1.0, 1.0)],
+        )];
         let scale = Scale::new(Axis::linear(""), [0.0, 1.0].into_iter());
         let frame = [0, 0, 600, 300];
         let corner = free_corner(&styled(&rising), [&scale, &scale], frame, (100, 50));
         assert_eq!(corner, Some((2, 2)), "top left");
-        let crossing = vec![(0.0, 0.0), (1.0, 1.0), (f64::NAN, 0.0), (0.0, 1.0), (1.0, 0.0)];
+        let crossing = vec![
+            (0.0, 0.0),
+            (1.0, 1.0),
+            (f64::NAN, 0.0),
+            (0.0, 1.0),
+            (1.0, 0.0),
+        ];
         let crossing = vec![Curve::new("a name", Look::Line, crossing)];
-        assert_eq!(free_corner(&styled(&crossing), [&scale, &scale], frame, (100, 50)), None);
+        assert_eq!(
+            free_corner(&styled(&crossing), [&scale, &scale], frame, (100, 50)),
+            None
+        );
         let beside = diagram(false, crossing).draw().svg();
         assert!(beside.contains("a name"));
     }
@@ -495,7 +721,9 @@ mod tests {
     #[test]
     fn long_histories_keep_what_can_be_seen() {
         let history = (0..100_000).map(|i| (f64::from(i), (f64::from(i) * 1e-3).sin()));
-        let text = diagram(false, vec![Curve::new("history", Look::Line, history)]).draw().svg();
+        let text = diagram(false, vec![Curve::new("history", Look::Line, history)])
+            .draw()
+            .svg();
         assert!(text.len() < 300_000, "{}", text.len());
     }
 }

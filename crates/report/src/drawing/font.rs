@@ -1,7 +1,7 @@
 //! The font of bitmaps, with its glyphs as paths, and of PDF files.
 //!
-//! The font is embedded, so that they are the same on every machine. Its metrics equal those of Helvetica and Arial, which
-//! the SVG files ask for.
+//! The font is embedded, so that they are the same on every machine. Its metrics equal those of
+//! Helvetica and Arial, which the SVG files ask for.
 
 use std::sync::LazyLock;
 
@@ -25,18 +25,28 @@ const SUBSTITUTES: [(char, char); 2] = [('⁻', 'ˉ'), ('⁰', '°')];
 
 /// The glyph of a character; an empty box if the font lacks it.
 pub(super) fn glyph(character: char) -> GlyphId {
-    let substitute = SUBSTITUTES.iter().find(|(lacking, _)| *lacking == character);
-    FONT.glyph_index(substitute.map_or(character, |(_, similar)| *similar)).unwrap_or_default()
+    let substitute = SUBSTITUTES
+        .iter()
+        .find(|(lacking, _)| *lacking == character);
+    FONT.glyph_index(substitute.map_or(character, |(_, similar)| *similar))
+        .unwrap_or_default()
 }
 
 /// Kerning between two glyphs, in font units.
 fn kerning(left: GlyphId, right: GlyphId) -> i16 {
-    let subtables = FONT.tables().kern.into_iter().flat_map(|kern| kern.subtables);
+    let subtables = FONT
+        .tables()
+        .kern
+        .into_iter()
+        .flat_map(|kern| kern.subtables);
     let mut pairs = subtables.filter(|table| table.horizontal && !table.variable);
-    pairs.find_map(|table| table.glyphs_kerning(left, right)).unwrap_or(0)
+    pairs
+        .find_map(|table| table.glyphs_kerning(left, right))
+        .unwrap_or(0)
 }
 
-/// The glyphs of a run with their distances from its start, and the length of the run, in font units.
+/// The glyphs of a run with their distances from its start, and the length of the run, in font
+/// units.
 pub(super) fn set(run: &Run<'_>) -> (Vec<(GlyphId, i32)>, i32) {
     let mut glyphs: Vec<(GlyphId, i32)> = Vec::with_capacity(run.text.len());
     let mut length = 0;
@@ -57,16 +67,24 @@ fn scale(run: &Run<'_>, size: i32) -> f32 {
 
 /// Length of a text with the font size `size`, in the same unit.
 pub(super) fn length(text: &str, size: i32) -> f32 {
-    runs(text).iter().map(|run| set(run).1 as f32 * scale(run, size)).sum()
+    runs(text)
+        .iter()
+        .map(|run| set(run).1 as f32 * scale(run, size))
+        .sum()
 }
 
-/// Adds the outlines of a text with the font size `size` to `path`. Its baseline starts at `(x, y)`, with `y` downwards.
+/// Adds the outlines of a text with the font size `size` to `path`. Its baseline starts at `(x,
+/// y)`, with `y` downwards.
 pub(super) fn outline(path: &mut PathBuilder, text: &str, size: i32, (mut x, y): (f32, f32)) {
     for run in runs(text) {
         let (scale, baseline) = (scale(&run, size), y + run.drop(size) as f32);
         let (glyphs, length) = set(&run);
         for (glyph, from) in glyphs {
-            let mut outline = Outline { path, scale, origin: (x + from as f32 * scale, baseline) };
+            let mut outline = Outline {
+                path,
+                scale,
+                origin: (x + from as f32 * scale, baseline),
+            };
             // A space has no outline.
             FONT.outline_glyph(glyph, &mut outline);
         }
@@ -83,7 +101,10 @@ struct Outline<'a> {
 
 impl Outline<'_> {
     fn place(&self, x: f32, y: f32) -> (f32, f32) {
-        (self.origin.0 + x * self.scale, self.origin.1 - y * self.scale)
+        (
+            self.origin.0 + x * self.scale,
+            self.origin.1 - y * self.scale,
+        )
     }
 }
 
@@ -104,7 +125,8 @@ impl OutlineBuilder for Outline<'_> {
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        let ((x1, y1), (x2, y2), (x, y)) = (self.place(x1, y1), self.place(x2, y2), self.place(x, y));
+        let ((x1, y1), (x2, y2), (x, y)) =
+            (self.place(x1, y1), self.place(x2, y2), self.place(x, y));
         self.path.cubic_to(x1, y1, x2, y2, x, y);
     }
 
@@ -119,7 +141,8 @@ mod tests {
 
     #[test]
     fn every_character_of_the_figures_has_a_glyph() {
-        for character in "abcxyzABCXYZ0123456789()=+,._/·×±−–½²³¹⁴⁵⁶⁷⁸⁹⁻⁰εωφµρχζΩθ√≈≤≥…ΔΣβ∫∞%".chars()
+        for character in
+            "abcxyzABCXYZ0123456789()=+,._/·×±−–½²³¹⁴⁵⁶⁷⁸⁹⁻⁰εωφµρχζΩθ√≈≤≥…ΔΣβ∫∞%".chars()
         {
             assert_ne!(glyph(character), GlyphId::default(), "{character}");
         }

@@ -1,11 +1,13 @@
 //! The size of a figure on paper and the font of its text.
 //!
-//! Without a stated width or font size, figures have the pixels that suit a screen. With one, a figure is laid out anew in as many
-//! pixels as the paper has room for, rather than shrunk: its text has the stated size, and there is less of everything else.
+//! Without a stated width or font size, figures have the pixels that suit a screen. With one, a
+//! figure is laid out anew in as many pixels as the paper has room for, rather than shrunk: its
+//! text has the stated size, and there is less of everything else.
 
 use thiserror::Error;
 
-/// Millimetres in an inch, and points in an inch. A point is that of TeX, in which LaTeX prints the widths of columns.
+/// Millimetres in an inch, and points in an inch. A point is that of TeX, in which LaTeX prints the
+/// widths of columns.
 const INCH_MM: f64 = 25.4;
 const POINTS: f64 = 72.27;
 /// Pixels of a screen in an inch, as CSS has them.
@@ -21,10 +23,12 @@ const WIDTHS_MM: [f64; 2] = [30.0, 300.0];
 const FONT_SIZES: [f64; 2] = [4.0, 24.0];
 /// Resolution of bitmaps on paper in pixels per inch, which journals ask for drawings of lines.
 const RESOLUTION: f64 = 600.0;
-/// Fonts of the same metrics as that of the bitmaps, and words for kinds of fonts, which are not quoted.
+/// Fonts of the same metrics as that of the bitmaps, and words for kinds of fonts, which are not
+/// quoted.
 const ALIKE: [&str; 3] = ["Liberation Sans", "Arial", "Helvetica"];
 const GENERIC: [&str; 3] = ["serif", "sans-serif", "monospace"];
-/// The fonts of figures of which none is stated, and those that stand in for one that a viewer lacks.
+/// The fonts of figures of which none is stated, and those that stand in for one that a viewer
+/// lacks.
 const FAMILIES: &str = "Helvetica, Arial, sans-serif";
 
 /// Widths of columns of journals by name, in mm.
@@ -38,14 +42,21 @@ pub const COLUMNS: [(&str, f64); 6] = [
 ];
 
 /// Units of lengths, in mm.
-const UNITS: [(&str, f64); 5] =
-    [("mm", 1.0), ("cm", 10.0), ("in", INCH_MM), ("pt", INCH_MM / POINTS), ("bp", INCH_MM / 72.0)];
+const UNITS: [(&str, f64); 5] = [
+    ("mm", 1.0),
+    ("cm", 10.0),
+    ("in", INCH_MM),
+    ("pt", INCH_MM / POINTS),
+    ("bp", INCH_MM / 72.0),
+];
 
 /// Why figures cannot have a format.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FormatError {
     /// Text is not a length.
-    #[error("must be a length with its unit, such as 84mm, 8.4cm, 3.3in, or 239pt as LaTeX prints \\columnwidth")]
+    #[error(
+        "must be a length with its unit, such as 84mm, 8.4cm, 3.3in, or 239pt as LaTeX prints \\columnwidth"
+    )]
     NoLength,
     /// Text is not a length and not the name of a column either.
     #[error(
@@ -88,7 +99,8 @@ pub enum FormatError {
 /// What makes room for text, of what figures can have: smaller text, or a larger width in mm.
 fn room(most: f64, least_mm: f64) -> String {
     let font = (most >= FONT_SIZES[0]).then(|| format!("at most --font-size {most:.1}pt"));
-    let width = (least_mm <= WIDTHS_MM[1]).then(|| format!("at least --figure-width {least_mm:.0}mm"));
+    let width =
+        (least_mm <= WIDTHS_MM[1]).then(|| format!("at least --figure-width {least_mm:.0}mm"));
     match (font, width) {
         (Some(font), Some(width)) => format!("{font}, or {width}"),
         (Some(one), None) | (None, Some(one)) => one,
@@ -116,9 +128,14 @@ struct Paper {
 
 /// A length as text, such as `84mm`, in mm.
 fn length_mm(text: &str) -> Option<f64> {
-    let (number, factor) =
-        UNITS.iter().find_map(|(unit, factor)| Some((text.trim().strip_suffix(unit)?.trim_end(), factor)))?;
-    number.parse().ok().filter(|number: &f64| number.is_finite()).map(|number| number * factor)
+    let (number, factor) = UNITS
+        .iter()
+        .find_map(|(unit, factor)| Some((text.trim().strip_suffix(unit)?.trim_end(), factor)))?;
+    number
+        .parse()
+        .ok()
+        .filter(|number: &f64| number.is_finite())
+        .map(|number| number * factor)
 }
 
 /// The width of figures in mm, from a length such as `84mm` or the name of one of the [`COLUMNS`].
@@ -126,9 +143,18 @@ fn length_mm(text: &str) -> Option<f64> {
 /// # Errors
 /// If the text is neither, or the width is out of bounds.
 pub fn parse_width(text: &str) -> Result<f64, FormatError> {
-    let column = COLUMNS.iter().find(|(name, _)| *name == text).map(|(_, width)| *width);
-    let width = column.or_else(|| length_mm(text)).ok_or(FormatError::NoWidth)?;
-    if (WIDTHS_MM[0]..=WIDTHS_MM[1]).contains(&width) { Ok(width) } else { Err(FormatError::Width) }
+    let column = COLUMNS
+        .iter()
+        .find(|(name, _)| *name == text)
+        .map(|(_, width)| *width);
+    let width = column
+        .or_else(|| length_mm(text))
+        .ok_or(FormatError::NoWidth)?;
+    if (WIDTHS_MM[0]..=WIDTHS_MM[1]).contains(&width) {
+        Ok(width)
+    } else {
+        Err(FormatError::Width)
+    }
 }
 
 /// A font size in points, from a length such as `8pt`.
@@ -139,7 +165,11 @@ pub fn parse_font_size(text: &str) -> Result<f64, FormatError> {
     let points = length_mm(text).ok_or(FormatError::NoLength)? * POINTS / INCH_MM;
     // Rounding of the unit must not exclude a bound.
     let [least, most] = FONT_SIZES;
-    if points > least - 1e-9 && points < most + 1e-9 { Ok(points) } else { Err(FormatError::FontSize) }
+    if points > least - 1e-9 && points < most + 1e-9 {
+        Ok(points)
+    } else {
+        Err(FormatError::FontSize)
+    }
 }
 
 /// The name of a font.
@@ -148,36 +178,69 @@ pub fn parse_font_size(text: &str) -> Result<f64, FormatError> {
 /// If it has characters that names of fonts do not have.
 pub fn parse_font(text: &str) -> Result<String, FormatError> {
     let is_plain = |character: char| character.is_alphanumeric() || [' ', '-'].contains(&character);
-    let is_name = text.chars().all(is_plain) && text.starts_with(char::is_alphanumeric) && text.len() <= 100;
-    if is_name { Ok(text.to_owned()) } else { Err(FormatError::Font) }
+    let is_name =
+        text.chars().all(is_plain) && text.starts_with(char::is_alphanumeric) && text.len() <= 100;
+    if is_name {
+        Ok(text.to_owned())
+    } else {
+        Err(FormatError::Font)
+    }
 }
 
 impl Format {
-    /// Figures of a width in mm with text of a size in points, in a font. What is not stated is as on a screen: text of 9 bp.
+    /// Figures of a width in mm with text of a size in points, in a font. What is not stated is as
+    /// on a screen: text of 9 bp.
     ///
     /// # Errors
     /// If the text is too large for the width.
-    pub fn new(width_mm: Option<f64>, points: Option<f64>, font: Option<String>) -> Result<Self, FormatError> {
+    pub fn new(
+        width_mm: Option<f64>,
+        points: Option<f64>,
+        font: Option<String>,
+    ) -> Result<Self, FormatError> {
         if width_mm.is_none() && points.is_none() {
-            return Ok(Self { font, ..Self::default() });
+            return Ok(Self {
+                font,
+                ..Self::default()
+            });
         }
         let pixel_mm = INCH_MM / PIXELS;
         let width_mm = width_mm.unwrap_or(f64::from(USUAL_WIDTH) * pixel_mm);
-        let size_mm = points.map_or(f64::from(NAMES) * pixel_mm, |points| points * INCH_MM / POINTS);
+        let size_mm = points.map_or(f64::from(NAMES) * pixel_mm, |points| {
+            points * INCH_MM / POINTS
+        });
         let width = width_mm * f64::from(NAMES) / size_mm;
         if width < LEAST_WIDTH {
             let points = size_mm * POINTS / INCH_MM;
             let largest = |points: f64| (10.0 * points).floor() / 10.0;
-            let (most, least_mm) = (largest(points * width / LEAST_WIDTH), (width_mm * LEAST_WIDTH / width).ceil());
-            return Err(FormatError::NoRoom { width_mm, points, most, least_mm });
+            let (most, least_mm) = (
+                largest(points * width / LEAST_WIDTH),
+                (width_mm * LEAST_WIDTH / width).ceil(),
+            );
+            return Err(FormatError::NoRoom {
+                width_mm,
+                points,
+                most,
+                least_mm,
+            });
         }
-        Ok(Self { paper: Some(Paper { width_mm, width: width.round() as i32 }), font, untitled: false })
+        Ok(Self {
+            paper: Some(Paper {
+                width_mm,
+                width: width.round() as i32,
+            }),
+            font,
+            untitled: false,
+        })
     }
 
     /// The same without title and subtitle, for figures whose caption says what they say.
     #[must_use]
     pub fn without_title(self) -> Self {
-        Self { untitled: true, ..self }
+        Self {
+            untitled: true,
+            ..self
+        }
     }
 
     /// Whether figures have title and subtitle.
@@ -204,24 +267,33 @@ impl Format {
         self.paper.map_or(usual, |paper| paper.width)
     }
 
-    /// A height in pixels that goes with the width `of` a figure on a screen, but not below `least`.
+    /// A height in pixels that goes with the width `of` a figure on a screen, but not below
+    /// `least`.
     pub(crate) fn height(&self, height: i32, of: i32, least: i32) -> i32 {
-        self.paper.map_or(height, |paper| (height * paper.width / of).max(least))
+        self.paper
+            .map_or(height, |paper| (height * paper.width / of).max(least))
     }
 
-    /// Font size in pixels of a text that has `usual` ones on a screen. On paper, all text has one size.
+    /// Font size in pixels of a text that has `usual` ones on a screen. On paper, all text has one
+    /// size.
     pub(crate) fn font_size(&self, usual: i32) -> i32 {
         if self.is_on_paper() { NAMES } else { usual }
     }
 
     /// Length in mm of a pixel of the layout, on paper.
     pub(super) fn pixel_mm(&self) -> Option<f64> {
-        self.paper.map(|paper| paper.width_mm / f64::from(paper.width))
+        self.paper
+            .map(|paper| paper.width_mm / f64::from(paper.width))
     }
 
     /// Pixels of a bitmap on paper for each pixel of the layout, and for each metre.
     pub(super) fn resolution(&self) -> Option<(f64, u32)> {
-        self.pixel_mm().map(|pixel| (pixel * RESOLUTION / INCH_MM, (RESOLUTION * 1e3 / INCH_MM).round() as u32))
+        self.pixel_mm().map(|pixel| {
+            (
+                pixel * RESOLUTION / INCH_MM,
+                (RESOLUTION * 1e3 / INCH_MM).round() as u32,
+            )
+        })
     }
 
     /// The fonts that an SVG file asks for, the first that there is.
@@ -240,7 +312,13 @@ mod tests {
 
     #[test]
     fn lengths_have_units_and_bounds() {
-        let widths = [("84mm", 84.0), ("8.4 cm", 84.0), ("3.5in", 88.9), ("springer", 84.0), ("ieee", 88.9)];
+        let widths = [
+            ("84mm", 84.0),
+            ("8.4 cm", 84.0),
+            ("3.5in", 88.9),
+            ("springer", 84.0),
+            ("ieee", 88.9),
+        ];
         for (text, expected) in widths {
             let width = parse_width(text).expect(text);
             assert!((width - expected).abs() < 1e-9, "{text}: {width}");
@@ -257,10 +335,19 @@ mod tests {
         ] {
             assert_eq!(parse_width(text), Err(error), "{text}");
         }
-        for (text, expected) in [("8pt", 8.0), ("4pt", 4.0), ("24pt", 24.0), ("72bp", f64::NAN), ("3mm", 8.5358)] {
+        for (text, expected) in [
+            ("8pt", 8.0),
+            ("4pt", 4.0),
+            ("24pt", 24.0),
+            ("72bp", f64::NAN),
+            ("3mm", 8.5358),
+        ] {
             match parse_font_size(text) {
                 Ok(size) => assert!((size - expected).abs() < 1e-4, "{text}: {size}"),
-                Err(error) => assert!(expected.is_nan() && error == FormatError::FontSize, "{text}: {error}"),
+                Err(error) => assert!(
+                    expected.is_nan() && error == FormatError::FontSize,
+                    "{text}: {error}"
+                ),
             }
         }
         assert_eq!(parse_font_size("8"), Err(FormatError::NoLength));
@@ -276,9 +363,17 @@ mod tests {
     fn text_must_fit_into_the_width() {
         let format = |width: f64, points: f64| Format::new(Some(width), Some(points), None);
         assert!(format(84.0, 8.0).is_ok() && format(84.0, 10.0).is_ok());
-        let Err(FormatError::NoRoom { most, least_mm, .. }) = format(84.0, 12.0) else { panic!("text of 12 pt fits") };
-        assert!(format(84.0, most).is_ok() && format(least_mm, 12.0).is_ok(), "{most} {least_mm}");
-        assert!(format(84.0, most + 0.1).is_err() && format(least_mm - 1.0, 12.0).is_err(), "{most} {least_mm}");
+        let Err(FormatError::NoRoom { most, least_mm, .. }) = format(84.0, 12.0) else {
+            panic!("text of 12 pt fits")
+        };
+        assert!(
+            format(84.0, most).is_ok() && format(least_mm, 12.0).is_ok(),
+            "{most} {least_mm}"
+        );
+        assert!(
+            format(84.0, most + 0.1).is_err() && format(least_mm - 1.0, 12.0).is_err(),
+            "{most} {least_mm}"
+        );
     }
 
     /// It advised a font of 3.6 pt, which is refused.
@@ -286,8 +381,13 @@ mod tests {
     fn advice_is_what_figures_can_have() {
         let widths = [WIDTHS_MM[0], 60.0, 84.0, 200.0, WIDTHS_MM[1]];
         let sizes = [FONT_SIZES[0], 9.0, 12.0, FONT_SIZES[1]];
-        for (width, points) in widths.into_iter().flat_map(|width| sizes.map(|points| (width, points))) {
-            let Err(error) = Format::new(Some(width), Some(points), None) else { continue };
+        for (width, points) in widths
+            .into_iter()
+            .flat_map(|width| sizes.map(|points| (width, points)))
+        {
+            let Err(error) = Format::new(Some(width), Some(points), None) else {
+                continue;
+            };
             let help = error.to_string();
             let value = |option: &str| {
                 let (_, rest) = help.split_once(option)?;
@@ -297,11 +397,17 @@ mod tests {
             assert!(font.is_some() || figure.is_some(), "{help}");
             for advised in font.into_iter() {
                 let points = parse_font_size(advised).expect(advised);
-                assert!(Format::new(Some(width), Some(points), None).is_ok(), "{help}");
+                assert!(
+                    Format::new(Some(width), Some(points), None).is_ok(),
+                    "{help}"
+                );
             }
             for advised in figure.into_iter() {
                 let width = parse_width(advised).expect(advised);
-                assert!(Format::new(Some(width), Some(points), None).is_ok(), "{help}");
+                assert!(
+                    Format::new(Some(width), Some(points), None).is_ok(),
+                    "{help}"
+                );
             }
         }
     }
@@ -310,7 +416,10 @@ mod tests {
     fn bitmaps_have_one_font() {
         let with = |font: &str| Format::new(None, None, Some(font.to_owned())).expect("a format");
         assert!(with("Arial").check_bitmaps().is_ok() && Format::default().check_bitmaps().is_ok());
-        assert_eq!(with("STIX").check_bitmaps(), Err(FormatError::Bitmap("STIX".to_owned())));
+        assert_eq!(
+            with("STIX").check_bitmaps(),
+            Err(FormatError::Bitmap("STIX".to_owned()))
+        );
         let families = ["STIX", "serif"].map(|font| with(font).families());
         assert_eq!(families, ["'STIX', Helvetica, Arial, sans-serif", "serif"]);
     }

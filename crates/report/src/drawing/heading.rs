@@ -34,8 +34,16 @@ impl Heading {
         let room = part * (width - left - RIGHT) as f32;
         let [title, subtitle] = [(title, TITLE), (subtitle, SUBTITLE)]
             .map(|(text, usual)| wrapped(&typeset(text), format.font_size(usual), room));
-        let [title, subtitle] = if format.has_title() { [title, subtitle] } else { [Vec::new(), Vec::new()] };
-        Self { title, subtitle, left }
+        let [title, subtitle] = if format.has_title() {
+            [title, subtitle]
+        } else {
+            [Vec::new(), Vec::new()]
+        };
+        Self {
+            title,
+            subtitle,
+            left,
+        }
     }
 
     /// How far it reaches, with room below it, in pixels.
@@ -49,14 +57,18 @@ impl Heading {
     /// Writes it.
     pub fn draw(&self, canvas: &mut Canvas) {
         let titles = self.title.iter().map(|line| (line, text(TITLE, INK)));
-        let subtitles = self.subtitle.iter().map(|line| (line, text(SUBTITLE, GREY)));
+        let subtitles = self
+            .subtitle
+            .iter()
+            .map(|line| (line, text(SUBTITLE, GREY)));
         for (row, (line, style)) in (0..).zip(titles.chain(subtitles)) {
             canvas.text(line, style, (fine(self.left), fine(TOP + LINE * row)));
         }
     }
 }
 
-/// A text of a font size in lines no longer than `room`, both in pixels, if its words allow it; none if it is empty.
+/// A text of a font size in lines no longer than `room`, both in pixels, if its words allow it;
+/// none if it is empty.
 fn wrapped(text: &str, size: i32, room: f32) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in words(text) {
@@ -76,7 +88,8 @@ fn words(text: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let is_between = |word: &str| ["±", "="].contains(&word);
     for word in text.split(' ').filter(|word| !word.is_empty()) {
-        let belongs = |last: &String| is_between(word) || word.starts_with('%') || last.ends_with(['±', '=']);
+        let belongs =
+            |last: &String| is_between(word) || word.starts_with('%') || last.ends_with(['±', '=']);
         match words.last_mut().filter(|last| belongs(last)) {
             Some(last) => {
                 last.push(' ');
@@ -99,10 +112,29 @@ mod tests {
         assert_eq!(wrapped(text, 10, 40.0), ["one two", "three", "four"]);
         assert_eq!(wrapped(text, 10, 1.0), ["one", "two", "three", "four"]);
         assert!(wrapped("", 10, 50.0).is_empty());
-        assert_eq!(words("d ± 2.5 %, N_f = 10 ± 1; all"), ["d ± 2.5 %,", "N_f = 10 ± 1;", "all"]);
-        let height = |title, subtitle| Heading::new(&Format::default(), title, subtitle, [60, 160]).height();
-        assert_eq!([height("a title", ""), height("a title", "short")], [40, 58]);
-        assert_eq!(height("a title", "a subtitle that is longer than the figure"), 94);
-        assert_eq!(Heading::new(&Format::default().without_title(), "a title", "more", [60, 160]).height(), NO_HEIGHT);
+        assert_eq!(
+            words("d ± 2.5 %, N_f = 10 ± 1; all"),
+            ["d ± 2.5 %,", "N_f = 10 ± 1;", "all"]
+        );
+        let height =
+            |title, subtitle| Heading::new(&Format::default(), title, subtitle, [60, 160]).height();
+        assert_eq!(
+            [height("a title", ""), height("a title", "short")],
+            [40, 58]
+        );
+        assert_eq!(
+            height("a title", "a subtitle that is longer than the figure"),
+            94
+        );
+        assert_eq!(
+            Heading::new(
+                &Format::default().without_title(),
+                "a title",
+                "more",
+                [60, 160]
+            )
+            .height(),
+            NO_HEIGHT
+        );
     }
 }

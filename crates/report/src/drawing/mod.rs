@@ -1,7 +1,8 @@
 //! Figures in one style: axes, curves and maps in, SVG, PNG and PDF out.
 //!
-//! [`diagram`] and [`map`] lay a figure out on a [`Canvas`], a list of shapes and texts. The canvas writes itself as SVG,
-//! with its text as text, as a bitmap, with the glyphs of the one font that is part of the program, and as PDF with both.
+//! [`diagram`] and [`map`] lay a figure out on a [`Canvas`], a list of shapes and texts. The canvas
+//! writes itself as SVG, with its text as text, as a bitmap, with the glyphs of the one font that
+//! is part of the program, and as PDF with both.
 
 mod canvas;
 pub mod clip;
@@ -31,16 +32,25 @@ use symbols::runs;
 /// Estimated width of a text in pixels. It is not exact, since an SVG viewer may use another font.
 pub fn width(text: &str, size: i32) -> i32 {
     let characters = |run: &symbols::Run<'_>| run.text.chars().count() as i32;
-    runs(&typeset(text)).iter().map(|run| characters(run) * run.size(size * 55) / 100).sum()
+    runs(&typeset(text))
+        .iter()
+        .map(|run| characters(run) * run.size(size * 55) / 100)
+        .sum()
 }
 
 /// Pairs the values of an axis with their labels.
-pub fn labelled(values: impl IntoIterator<Item = f64>, label: impl Fn(f64) -> String) -> Vec<(f64, String)> {
-    values.into_iter().map(|value| (value, label(value))).collect()
+pub fn labelled(
+    values: impl IntoIterator<Item = f64>,
+    label: impl Fn(f64) -> String,
+) -> Vec<(f64, String)> {
+    values
+        .into_iter()
+        .map(|value| (value, label(value)))
+        .collect()
 }
 
-/// Draws `ticks`, which are values and their labels, at the points that `at` gives, and the name of the axis at a place in
-/// pixels.
+/// Draws `ticks`, which are values and their labels, at the points that `at` gives, and the name of
+/// the axis at a place in pixels.
 pub fn axis(
     canvas: &mut Canvas,
     (name, place): (&str, (i32, i32)),
@@ -50,10 +60,17 @@ pub fn axis(
 ) {
     for (value, label) in ticks {
         let (x, y) = at(*value);
-        let mark = if vertical { (x - fine(4), y) } else { (x, y + fine(4)) };
+        let mark = if vertical {
+            (x - fine(4), y)
+        } else {
+            (x, y + fine(4))
+        };
         canvas.line([(x, y), mark], stroke(INK, 10));
-        let (style, at) =
-            if vertical { (text(11, INK).left(), (x - fine(7), y)) } else { (text(11, INK).below(), (x, y + fine(7))) };
+        let (style, at) = if vertical {
+            (text(11, INK).left(), (x - fine(7), y))
+        } else {
+            (text(11, INK).below(), (x, y + fine(7)))
+        };
         canvas.text(label, style, at);
     }
     let style = text(12, INK).centred();
@@ -102,15 +119,27 @@ impl Pen {
         }
     }
 
-    /// Draws markers at points. They are filled with white to hide the line below them, or with their colour to be seen first.
+    /// Draws markers at points. They are filled with white to hide the line below them, or with
+    /// their colour to be seen first.
     pub fn markers(&self, canvas: &mut Canvas, points: &[Point], filled: bool) {
-        let (fill, rim) = if filled { (self.color, WHITE) } else { (WHITE, self.color) };
-        let Marker { corners, turn, radius } = self.marker;
+        let (fill, rim) = if filled {
+            (self.color, WHITE)
+        } else {
+            (WHITE, self.color)
+        };
+        let Marker {
+            corners,
+            turn,
+            radius,
+        } = self.marker;
         for &(x, y) in points {
             let corner = |k: u32| {
                 let (sine, cosine) = (turn + TAU * f64::from(k) / f64::from(corners)).sin_cos();
                 let radius = f64::from(fine(radius + i32::from(filled)));
-                (x + (radius * cosine).round() as i32, y + (radius * sine).round() as i32)
+                (
+                    x + (radius * cosine).round() as i32,
+                    y + (radius * sine).round() as i32,
+                )
             };
             // Past the first corner again, so that the outline is closed there.
             let outline: Vec<Point> = (0..=corners + 1).map(corner).collect();
@@ -126,8 +155,13 @@ mod tests {
 
     #[test]
     fn texts_are_not_longer_than_their_width() {
-        let names =
-            ["a_e = 0.5 mm", "v_b = 12.5 m/s", "simulated, a_e = 0.5 mm", "measured, v_b = 30 m/s", "not attributed"];
+        let names = [
+            "a_e = 0.5 mm",
+            "v_b = 12.5 m/s",
+            "simulated, a_e = 0.5 mm",
+            "measured, v_b = 30 m/s",
+            "not attributed",
+        ];
         let labels = ["0.25", "10500", "−30", "10⁻⁶", "1.000001"];
         for (texts, size) in [(&names, 12), (&labels, 11)] {
             for text in texts {

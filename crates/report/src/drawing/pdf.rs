@@ -1,4 +1,5 @@
-//! A canvas as a PDF file: the same shapes, and text as text in the font of the bitmaps, of which the file holds the glyphs that it uses.
+//! A canvas as a PDF file: the same shapes, and text as text in the font of the bitmaps, of which
+//! the file holds the glyphs that it uses.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,7 +24,11 @@ const FONT: &[u8] = b"BRISTL+LiberationSans";
 const EM: f32 = 1e3;
 /// How much streams are compressed, 0 to 10.
 const LEVEL: u8 = 8;
-const SYSTEM: SystemInfo = SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
+const SYSTEM: SystemInfo = SystemInfo {
+    registry: Str(b"Adobe"),
+    ordering: Str(b"Identity"),
+    supplement: 0,
+};
 
 /// The glyphs of a file: their numbers in it, and the characters that they show.
 struct Glyphs {
@@ -32,23 +37,33 @@ struct Glyphs {
 }
 
 impl Canvas {
-    /// The figure as a PDF file of one page, of the size of the SVG file. Its bytes depend on the figure alone: it states no time. Its font is
-    /// Liberation Sans, whatever that of the format is.
+    /// The figure as a PDF file of one page, of the size of the SVG file. Its bytes depend on the
+    /// figure alone: it states no time. Its font is Liberation Sans, whatever that of the format
+    /// is.
     ///
     /// # Panics
     /// If the font of the program cannot be divided.
     #[must_use]
     pub fn pdf(&self) -> Vec<u8> {
         let (width, height) = self.size();
-        let pixel = self.format().pixel_mm().map_or(INCH / INCH_PIXELS, |pixel_mm| pixel_mm * INCH / INCH_MM) as f32;
+        let pixel = self
+            .format()
+            .pixel_mm()
+            .map_or(INCH / INCH_PIXELS, |pixel_mm| pixel_mm * INCH / INCH_MM)
+            as f32;
         let [wide, high] = [width, height].map(|pixels| pixels as f32 * pixel);
-        let mut glyphs = Glyphs { numbers: GlyphRemapper::new(), characters: BTreeMap::new() };
+        let mut glyphs = Glyphs {
+            numbers: GlyphRemapper::new(),
+            characters: BTreeMap::new(),
+        };
         let mut opacities = BTreeSet::new();
         let mut content = Content::new();
         let scale = pixel / FINE as f32;
         // Coordinates grow downwards.
         content.transform([scale, 0.0, 0.0, -scale, 0.0, high]);
-        content.set_line_cap(LineCapStyle::ButtCap).set_miter_limit(4.0);
+        content
+            .set_line_cap(LineCapStyle::ButtCap)
+            .set_miter_limit(4.0);
         for shape in self.shapes() {
             draw(&mut content, shape, &mut glyphs, &mut opacities);
         }
@@ -59,7 +74,9 @@ impl Canvas {
         pdf.catalog(catalog).pages(pages);
         pdf.pages(pages).kids([page]).count(1);
         let mut own = pdf.page(page);
-        own.media_box(Rect::new(0.0, 0.0, wide, high)).parent(pages).contents(stream);
+        own.media_box(Rect::new(0.0, 0.0, wide, high))
+            .parent(pages)
+            .contents(stream);
         let mut resources = own.resources();
         resources.fonts().pair(Name(b"F"), text);
         let mut states = resources.ext_g_states();
@@ -70,7 +87,8 @@ impl Canvas {
         resources.finish();
         own.finish();
         for (index, percent) in opacities.iter().enumerate() {
-            pdf.ext_graphics(state(index)).non_stroking_alpha(*percent as f32 / 100.0);
+            pdf.ext_graphics(state(index))
+                .non_stroking_alpha(*percent as f32 / 100.0);
         }
         let packed = compress_to_vec_zlib(&content.finish(), LEVEL);
         pdf.stream(stream, &packed).filter(Filter::FlateDecode);
@@ -95,17 +113,27 @@ fn draw(content: &mut Content, shape: &Shape, glyphs: &mut Glyphs, opacities: &m
         content.set_fill_rgb(red, green, blue);
     };
     match shape {
-        Shape::Rectangle { corners: [(left, top), (right, bottom)], fill: color } => {
+        Shape::Rectangle {
+            corners: [(left, top), (right, bottom)],
+            fill: color,
+        } => {
             fill(content, *color);
-            let [x, y, wide, high] = [*left, *top, right - left, bottom - top].map(|length| length as f32);
+            let [x, y, wide, high] =
+                [*left, *top, right - left, bottom - top].map(|length| length as f32);
             content.rect(x, y, wide, high).fill_nonzero();
         }
-        Shape::Polygon { points, fill: color, opacity } => {
+        Shape::Polygon {
+            points,
+            fill: color,
+            opacity,
+        } => {
             let percent = (100.0 * opacity).round() as u32;
             fill(content, *color);
             if percent < 100 {
                 opacities.insert(percent);
-                content.save_state().set_parameters(Name(opacity_name(percent).as_bytes()));
+                content
+                    .save_state()
+                    .set_parameters(Name(opacity_name(percent).as_bytes()));
             }
             go_through(content, points);
             content.close_path().fill_nonzero();
@@ -115,16 +143,28 @@ fn draw(content: &mut Content, shape: &Shape, glyphs: &mut Glyphs, opacities: &m
         }
         Shape::Line { points, stroke } => {
             let [red, green, blue] = components(stroke.color);
-            content.set_stroke_rgb(red, green, blue).set_line_width(stroke.width as f32);
+            content
+                .set_stroke_rgb(red, green, blue)
+                .set_line_width(stroke.width as f32);
             go_through(content, points);
             content.stroke();
         }
-        Shape::Circle { centre: (x, y), radius, fill: color } => {
+        Shape::Circle {
+            centre: (x, y),
+            radius,
+            fill: color,
+        } => {
             fill(content, *color);
             // A line of no length with round ends.
             let [red, green, blue] = components(*color);
-            content.save_state().set_line_cap(LineCapStyle::RoundCap).set_stroke_rgb(red, green, blue);
-            content.set_line_width(2.0 * *radius as f32).move_to(*x as f32, *y as f32).line_to(*x as f32, *y as f32);
+            content
+                .save_state()
+                .set_line_cap(LineCapStyle::RoundCap)
+                .set_stroke_rgb(red, green, blue);
+            content
+                .set_line_width(2.0 * *radius as f32)
+                .move_to(*x as f32, *y as f32)
+                .line_to(*x as f32, *y as f32);
             content.stroke().restore_state();
         }
         Shape::Text { text, style, at } => {
@@ -145,7 +185,13 @@ fn go_through(content: &mut Content, points: &[Point]) {
     }
 }
 
-fn write_text(content: &mut Content, text: &str, style: &TextStyle, at: Point, glyphs: &mut Glyphs) {
+fn write_text(
+    content: &mut Content,
+    text: &str,
+    style: &TextStyle,
+    at: Point,
+    glyphs: &mut Glyphs,
+) {
     let (x, baseline) = start(text, style, at);
     let em = f32::from(font::face().units_per_em());
     let mut along = x - at.0 as f32;
@@ -155,8 +201,22 @@ fn write_text(content: &mut Content, text: &str, style: &TextStyle, at: Point, g
         let below = baseline + run.drop(style.size) as f32 - at.1 as f32;
         // Letters stand upright on an axis that goes down.
         let matrix = match style.upwards {
-            false => [1.0, 0.0, 0.0, -1.0, at.0 as f32 + along, at.1 as f32 + below],
-            true => [0.0, -1.0, -1.0, 0.0, at.0 as f32 + below, at.1 as f32 - along],
+            false => [
+                1.0,
+                0.0,
+                0.0,
+                -1.0,
+                at.0 as f32 + along,
+                at.1 as f32 + below,
+            ],
+            true => [
+                0.0,
+                -1.0,
+                -1.0,
+                0.0,
+                at.0 as f32 + below,
+                at.1 as f32 - along,
+            ],
         };
         content.set_font(Name(b"F"), size).set_text_matrix(matrix);
         let (set, length) = font::set(&run);
@@ -184,28 +244,63 @@ fn write_font(pdf: &mut Pdf, glyphs: &Glyphs, [text, cid, descriptor, file, unic
     let face = font::face();
     let in_em = |units: i16| f32::from(units) * EM / f32::from(face.units_per_em());
     let mut own = pdf.type0_font(text);
-    own.base_font(Name(FONT)).encoding_predefined(Name(b"Identity-H")).descendant_font(cid).to_unicode(unicode);
+    own.base_font(Name(FONT))
+        .encoding_predefined(Name(b"Identity-H"))
+        .descendant_font(cid)
+        .to_unicode(unicode);
     own.finish();
     let mut own = pdf.cid_font(cid);
-    own.subtype(CidFontType::Type2).base_font(Name(FONT)).system_info(SYSTEM).font_descriptor(descriptor);
+    own.subtype(CidFontType::Type2)
+        .base_font(Name(FONT))
+        .system_info(SYSTEM)
+        .font_descriptor(descriptor);
     own.cid_to_gid_map_predefined(Name(b"Identity"));
-    let advance = |glyph: u16| face.glyph_hor_advance(ttf_parser::GlyphId(glyph)).map_or(0, u16::cast_signed);
-    own.widths().consecutive(0, glyphs.numbers.remapped_gids().map(|glyph| in_em(advance(glyph))));
+    let advance = |glyph: u16| {
+        face.glyph_hor_advance(ttf_parser::GlyphId(glyph))
+            .map_or(0, u16::cast_signed)
+    };
+    own.widths().consecutive(
+        0,
+        glyphs
+            .numbers
+            .remapped_gids()
+            .map(|glyph| in_em(advance(glyph))),
+    );
     own.finish();
-    let ttf_parser::Rect { x_min, y_min, x_max, y_max } = face.global_bounding_box();
+    let ttf_parser::Rect {
+        x_min,
+        y_min,
+        x_max,
+        y_max,
+    } = face.global_bounding_box();
     let mut own = pdf.font_descriptor(descriptor);
-    own.name(Name(FONT)).flags(FontFlags::NON_SYMBOLIC).italic_angle(0.0).stem_v(80.0).font_file2(file);
-    own.bbox(Rect::new(in_em(x_min), in_em(y_min), in_em(x_max), in_em(y_max)));
-    own.ascent(in_em(face.ascender())).descent(in_em(face.descender()));
+    own.name(Name(FONT))
+        .flags(FontFlags::NON_SYMBOLIC)
+        .italic_angle(0.0)
+        .stem_v(80.0)
+        .font_file2(file);
+    own.bbox(Rect::new(
+        in_em(x_min),
+        in_em(y_min),
+        in_em(x_max),
+        in_em(y_max),
+    ));
+    own.ascent(in_em(face.ascender()))
+        .descent(in_em(face.descender()));
     own.cap_height(in_em(face.capital_height().unwrap_or(face.ascender())));
     own.finish();
-    let used = subset(font::FILE, 0, &glyphs.numbers).expect("the font of the program can be divided");
+    let used =
+        subset(font::FILE, 0, &glyphs.numbers).expect("the font of the program can be divided");
     pdf.stream(file, &compress_to_vec_zlib(&used, LEVEL))
         .filter(Filter::FlateDecode)
         .pair(Name(b"Length1"), used.len() as i32);
     let mut map = UnicodeCmap::new(Name(b"Characters"), SYSTEM);
-    glyphs.characters.iter().for_each(|(number, character)| map.pair(*number, *character));
-    pdf.stream(unicode, &compress_to_vec_zlib(&map.finish(), LEVEL)).filter(Filter::FlateDecode);
+    glyphs
+        .characters
+        .iter()
+        .for_each(|(number, character)| map.pair(*number, *character));
+    pdf.stream(unicode, &compress_to_vec_zlib(&map.finish(), LEVEL))
+        .filter(Filter::FlateDecode);
 }
 
 #[cfg(test)]
@@ -220,19 +315,28 @@ mod tests {
         canvas.area([(0, 0), (fine(10), 0), (0, fine(10))], BLUE, 0.15);
         canvas.line([(0, 0), (fine(10), fine(10))], stroke(INK, 10));
         canvas.circle((fine(20), fine(20)), fine(3), BLUE);
-        canvas.text("F_n,w in N, −5·10⁻⁶", text(12, INK).centred().upwards(), (fine(50), fine(25)));
+        canvas.text(
+            "F_n,w in N, −5·10⁻⁶",
+            text(12, INK).centred().upwards(),
+            (fine(50), fine(25)),
+        );
         canvas.pdf()
     }
 
     fn has(file: &[u8], part: &str) -> bool {
-        file.windows(part.len()).any(|window| window == part.as_bytes())
+        file.windows(part.len())
+            .any(|window| window == part.as_bytes())
     }
 
     #[test]
     fn a_file_has_the_size_of_the_figure_the_glyphs_that_it_uses_and_no_time() {
         let file = figure(&Format::default());
         assert!(file.starts_with(b"%PDF-") && has(&file, "/MediaBox [0 0 75 37.5]"));
-        assert!(has(&file, "BRISTL+LiberationSans") && has(&file, "/FontFile2") && has(&file, "/ca 0.15"));
+        assert!(
+            has(&file, "BRISTL+LiberationSans")
+                && has(&file, "/FontFile2")
+                && has(&file, "/ca 0.15")
+        );
         assert!(!has(&file, "Date") && !has(&file, "/ID"));
         assert!(file.len() < 20_000, "{} bytes", file.len());
         assert_eq!(file, figure(&Format::default()));
@@ -244,9 +348,16 @@ mod tests {
         let box_of = |file: &[u8]| {
             let text = String::from_utf8_lossy(file);
             let (_, rest) = text.split_once("/MediaBox [0 0 ").expect("a box");
-            rest.split(' ').next().and_then(|width| width.parse::<f64>().ok()).expect("a width")
+            rest.split(' ')
+                .next()
+                .and_then(|width| width.parse::<f64>().ok())
+                .expect("a width")
         };
         // 100 pixels of a layout in which 358 are 84 mm wide.
-        assert!((box_of(&file) - 100.0 / 358.0 * 84.0 * INCH / INCH_MM).abs() < 0.5, "{}", box_of(&file));
+        assert!(
+            (box_of(&file) - 100.0 / 358.0 * 84.0 * INCH / INCH_MM).abs() < 0.5,
+            "{}",
+            box_of(&file)
+        );
     }
 }

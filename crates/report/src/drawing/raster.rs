@@ -11,8 +11,8 @@ use super::font;
 const SCALE: f32 = 2.0;
 
 impl Canvas {
-    /// The figure as a PNG file: with twice the width and the height of the SVG file in pixels, or 600 pixels per inch on paper. Its
-    /// font is Liberation Sans, whatever that of the format is.
+    /// The figure as a PNG file: with twice the width and the height of the SVG file in pixels, or
+    /// 600 pixels per inch on paper. Its font is Liberation Sans, whatever that of the format is.
     ///
     /// # Panics
     /// If the figure has no pixels, or more than fit into memory.
@@ -22,7 +22,8 @@ impl Canvas {
         let on_paper = self.format().resolution();
         let scale = on_paper.map_or(SCALE, |(scale, _)| scale as f32);
         let [width, height] = [width, height].map(|pixels| (pixels as f32 * scale).round() as u32);
-        let mut pixels = Pixmap::new(width, height).expect("a figure has pixels, and they fit into memory");
+        let mut pixels =
+            Pixmap::new(width, height).expect("a figure has pixels, and they fit into memory");
         let to_pixels = Transform::from_scale(scale / FINE as f32, scale / FINE as f32);
         for shape in self.shapes() {
             draw(&mut pixels, shape, to_pixels);
@@ -30,8 +31,11 @@ impl Canvas {
         let mut info = Info::with_size(width, height);
         info.color_type = ColorType::Rgb;
         info.bit_depth = BitDepth::Eight;
-        info.pixel_dims =
-            on_paper.map(|(_, per_metre)| PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter });
+        info.pixel_dims = on_paper.map(|(_, per_metre)| PixelDimensions {
+            xppu: per_metre,
+            yppu: per_metre,
+            unit: Unit::Meter,
+        });
         // Pixels are opaque. A plain loop: tests run it unoptimised, and `flat_map` is slow then.
         let (pixels, _) = pixels.data().as_chunks();
         let mut colors = vec![[0; 3]; pixels.len()];
@@ -43,7 +47,9 @@ impl Canvas {
             encoder.set_compression(Compression::Fast);
             // To try all filters on each line takes longer and saves 2 % of the file.
             encoder.set_filter(Filter::Paeth);
-            encoder.write_header()?.write_image_data(colors.as_flattened())
+            encoder
+                .write_header()?
+                .write_image_data(colors.as_flattened())
         });
         written.expect("the pixels are those of the size, and memory takes them");
         file
@@ -67,21 +73,41 @@ fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
         }
     };
     match shape {
-        Shape::Rectangle { corners: [(left, top), (right, bottom)], fill: color } => {
-            let [left, top, right, bottom] = [left, top, right, bottom].map(|&coordinate| coordinate as f32);
+        Shape::Rectangle {
+            corners: [(left, top), (right, bottom)],
+            fill: color,
+        } => {
+            let [left, top, right, bottom] =
+                [left, top, right, bottom].map(|&coordinate| coordinate as f32);
             // In pixels of the bitmap. As paths, rectangles take eight times as long.
-            if let Some(area) = Rect::from_ltrb(left, top, right, bottom).and_then(|area| area.transform(scale)) {
+            if let Some(area) =
+                Rect::from_ltrb(left, top, right, bottom).and_then(|area| area.transform(scale))
+            {
                 pixels.fill_rect(area, &paint(*color, 1.0), Transform::identity(), None);
             }
         }
-        Shape::Polygon { points, fill: color, opacity } => {
-            fill(polyline(points, true), &paint(*color, *opacity), scale)
-        }
-        Shape::Circle { centre: (x, y), radius, fill: color } => {
-            fill(PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32), &paint(*color, 1.0), scale);
+        Shape::Polygon {
+            points,
+            fill: color,
+            opacity,
+        } => fill(polyline(points, true), &paint(*color, *opacity), scale),
+        Shape::Circle {
+            centre: (x, y),
+            radius,
+            fill: color,
+        } => {
+            fill(
+                PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32),
+                &paint(*color, 1.0),
+                scale,
+            );
         }
         Shape::Line { points, stroke } => {
-            let look = tiny_skia::Stroke { width: stroke.width as f32, line_cap: LineCap::Butt, ..Default::default() };
+            let look = tiny_skia::Stroke {
+                width: stroke.width as f32,
+                line_cap: LineCap::Butt,
+                ..Default::default()
+            };
             if let Some(path) = polyline(points, false) {
                 pixels.stroke_path(&path, &paint(stroke.color, 1.0), &look, scale, None);
             }
@@ -98,7 +124,11 @@ fn polyline(points: &[Point], closed: bool) -> Option<Path> {
     let mut path = PathBuilder::new();
     for (index, &(x, y)) in points.iter().enumerate() {
         let (x, y) = (x as f32, y as f32);
-        if index == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+        if index == 0 {
+            path.move_to(x, y)
+        } else {
+            path.line_to(x, y)
+        }
     }
     if closed {
         path.close();
@@ -128,7 +158,11 @@ fn outline(text: &str, style: &TextStyle, at: Point) -> (Option<Path>, Transform
     let mut path = PathBuilder::new();
     font::outline(&mut path, text, style.size, start(text, style, at));
     let (x, y) = (at.0 as f32, at.1 as f32);
-    let turn = if style.upwards { Transform::from_rotate_at(270.0, x, y) } else { Transform::identity() };
+    let turn = if style.upwards {
+        Transform::from_rotate_at(270.0, x, y)
+    } else {
+        Transform::identity()
+    };
     (path.finish(), turn)
 }
 
@@ -149,7 +183,10 @@ mod tests {
     fn bitmaps_have_twice_the_pixels_and_the_same_bytes() {
         let bytes = figure("F_n");
         assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n");
-        assert_eq!([&bytes[16..20], &bytes[20..24]], [&120_u32.to_be_bytes()[..], &40_u32.to_be_bytes()[..]]);
+        assert_eq!(
+            [&bytes[16..20], &bytes[20..24]],
+            [&120_u32.to_be_bytes()[..], &40_u32.to_be_bytes()[..]]
+        );
         assert_eq!(bytes, figure("F_n"));
     }
 

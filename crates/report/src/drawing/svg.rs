@@ -7,8 +7,8 @@ use super::color::Color;
 use super::symbols::runs;
 
 impl Canvas {
-    /// The figure as an SVG file. Texts are `<text>` elements, in which subscripts are `<tspan>`; without `xml:space`, librsvg and
-    /// Inkscape drop the spaces beside these.
+    /// The figure as an SVG file. Texts are `<text>` elements, in which subscripts are `<tspan>`;
+    /// without `xml:space`, librsvg and Inkscape drop the spaces beside these.
     #[must_use]
     pub fn svg(&self) -> String {
         let (width, height) = self.size();
@@ -40,7 +40,10 @@ impl std::fmt::Display for Color {
 
 fn write_shape(svg: &mut String, shape: &Shape, families: &str) -> std::fmt::Result {
     match shape {
-        Shape::Rectangle { corners: [(x, y), (right, bottom)], fill } => {
+        Shape::Rectangle {
+            corners: [(x, y), (right, bottom)],
+            fill,
+        } => {
             let (width, height) = (right - x, bottom - y);
             writeln!(
                 svg,
@@ -48,16 +51,27 @@ fn write_shape(svg: &mut String, shape: &Shape, families: &str) -> std::fmt::Res
                  stroke=\"none\"/>"
             )
         }
-        Shape::Polygon { points, fill, opacity } => {
+        Shape::Polygon {
+            points,
+            fill,
+            opacity,
+        } => {
             write!(svg, "<polygon opacity=\"{opacity}\" fill=\"{fill}\"")?;
             write_points(svg, points)
         }
         Shape::Line { points, stroke } => {
             let (color, width) = (stroke.color, stroke.width);
-            write!(svg, "<polyline fill=\"none\" opacity=\"1\" stroke=\"{color}\" stroke-width=\"{width}\"")?;
+            write!(
+                svg,
+                "<polyline fill=\"none\" opacity=\"1\" stroke=\"{color}\" stroke-width=\"{width}\""
+            )?;
             write_points(svg, points)
         }
-        Shape::Circle { centre: (x, y), radius, fill } => writeln!(
+        Shape::Circle {
+            centre: (x, y),
+            radius,
+            fill,
+        } => writeln!(
             svg,
             "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" opacity=\"1\" fill=\"{fill}\" stroke=\"none\" \
              stroke-width=\"1\"/>"
@@ -75,8 +89,20 @@ fn write_points(svg: &mut String, points: &[Point]) -> std::fmt::Result {
     Ok(())
 }
 
-fn write_text(svg: &mut String, text: &str, style: TextStyle, (x, y): Point, families: &str) -> std::fmt::Result {
-    let TextStyle { size, color, anchor, level, upwards } = style;
+fn write_text(
+    svg: &mut String,
+    text: &str,
+    style: TextStyle,
+    (x, y): Point,
+    families: &str,
+) -> std::fmt::Result {
+    let TextStyle {
+        size,
+        color,
+        anchor,
+        level,
+        upwards,
+    } = style;
     let dy = match level {
         Level::Top => "0.76em",
         Level::Middle => "0.5ex",
@@ -101,7 +127,12 @@ fn write_text(svg: &mut String, text: &str, style: TextStyle, (x, y): Point, fam
     for run in runs(text) {
         let (drop, escaped) = (run.drop(size), escaped(run.text));
         if run.is_subscript {
-            write!(svg, "<tspan dy=\"{}\" font-size=\"{}\">{escaped}</tspan>", drop - below, run.size(size))?;
+            write!(
+                svg,
+                "<tspan dy=\"{}\" font-size=\"{}\">{escaped}</tspan>",
+                drop - below,
+                run.size(size)
+            )?;
         } else if drop != below {
             write!(svg, "<tspan dy=\"{}\">{escaped}</tspan>", drop - below)?;
         } else {
@@ -113,8 +144,8 @@ fn write_text(svg: &mut String, text: &str, style: TextStyle, (x, y): Point, fam
     Ok(())
 }
 
-/// A font size as files state it. Earlier versions rounded 120 to 120.00000000000001 on the way; a figure whose text has not
-/// changed keeps its bytes.
+/// A font size as files state it. Earlier versions rounded 120 to 120.00000000000001 on the way; a
+/// figure whose text has not changed keeps its bytes.
 fn written_size(size: i32) -> f64 {
     f64::from(size) * 1.24 / 1.24
 }
@@ -157,7 +188,14 @@ mod tests {
             ("plain", "plain".to_owned()),
             ("a < b & 'c'", "a &lt; b &amp; &apos;c&apos;".to_owned()),
             ("F_n,w", format!("F{}", subscript("n,w"))),
-            ("ε_tc of a_e", format!("ε{}<tspan dy=\"-22\"> of a</tspan>{}", subscript("tc"), subscript("e"))),
+            (
+                "ε_tc of a_e",
+                format!(
+                    "ε{}<tspan dy=\"-22\"> of a</tspan>{}",
+                    subscript("tc"),
+                    subscript("e")
+                ),
+            ),
         ];
         for (words, expected) in cases {
             assert_eq!(written(words), format!("{start}{expected}</text>"));

@@ -16,20 +16,29 @@ const DROP: i32 = 20;
 impl Run<'_> {
     /// Font size of the run in a text of the font size `size`.
     pub(super) fn size(&self, size: i32) -> i32 {
-        if self.is_subscript { size * HEIGHT / 100 } else { size }
+        if self.is_subscript {
+            size * HEIGHT / 100
+        } else {
+            size
+        }
     }
 
     /// How far the run lies below the baseline of a text of the font size `size`.
     pub(super) fn drop(&self, size: i32) -> i32 {
-        if self.is_subscript { size * DROP / 100 } else { 0 }
+        if self.is_subscript {
+            size * DROP / 100
+        } else {
+            0
+        }
     }
 }
 
 /// Splits a text into the parts on the baseline and the subscripts of symbols.
 ///
-/// A symbol is one letter, possibly with accents or a leading `Δ`, followed by `_` and its subscript. A subscript consists of
-/// lower-case letters and digits, and of commas without a space between them, or of one capital letter. Names such as `relative_tolerance` are not
-/// symbols and stay as they are.
+/// A symbol is one letter, possibly with accents or a leading `Δ`, followed by `_` and its
+/// subscript. A subscript consists of lower-case letters and digits, and of commas without a space
+/// between them, or of one capital letter. Names such as `relative_tolerance` are not symbols and
+/// stay as they are.
 #[must_use]
 pub fn runs(text: &str) -> Vec<Run<'_>> {
     let mut runs = Vec::new();
@@ -68,7 +77,9 @@ fn subscript(text: &str) -> usize {
     let joins = |at: usize| bytes[at] == b',' && at > 0 && bytes.get(at + 1).is_some_and(is_part);
     let length = match bytes.first() {
         Some(first) if first.is_ascii_uppercase() => 1,
-        _ => (0..bytes.len()).take_while(|&at| is_part(&bytes[at]) || joins(at)).count(),
+        _ => (0..bytes.len())
+            .take_while(|&at| is_part(&bytes[at]) || joins(at))
+            .count(),
     };
     let goes_on = text[length..].starts_with(|next: char| next.is_alphanumeric() || next == '_');
     if goes_on { 0 } else { length }
@@ -82,7 +93,13 @@ mod tests {
     fn marked(text: &str) -> String {
         runs(text)
             .iter()
-            .map(|run| if run.is_subscript { format!("[{}]", run.text) } else { run.text.into() })
+            .map(|run| {
+                if run.is_subscript {
+                    format!("[{}]", run.text)
+                } else {
+                    run.text.into()
+                }
+            })
             .collect()
     }
 
@@ -92,7 +109,10 @@ mod tests {
             ("F_n,w in N", "F[n,w] in N"),
             ("ε_tc", "ε[tc]"),
             ("a_e, n = 25", "a[e], n = 25"),
-            ("l_f ± 0.75 %, ΔN_f = 600; 3 of 10 values of a_e", "l[f] ± 0.75 %, ΔN[f] = 600; 3 of 10 values of a[e]"),
+            (
+                "l_f ± 0.75 %, ΔN_f = 600; 3 of 10 values of a_e",
+                "l[f] ± 0.75 %, ΔN[f] = 600; 3 of 10 values of a[e]",
+            ),
             ("s_n,max in mm", "s[n,max] in mm"),
             ("ΔE/E_kin", "ΔE/E[kin]"),
             ("exp(−0.05 Ω_1 t)", "exp(−0.05 Ω[1] t)"),
@@ -108,10 +128,23 @@ mod tests {
 
     #[test]
     fn names_of_settings_stay() {
-        for name in
-            ["solver.relative_tolerance", "tool.width_m in m", "damping_s_m = 1", "a_", "_a", "a_b_c", "v_Max", "3_a"]
-        {
-            assert_eq!(runs(name), [Run { text: name, is_subscript: false }]);
+        for name in [
+            "solver.relative_tolerance",
+            "tool.width_m in m",
+            "damping_s_m = 1",
+            "a_",
+            "_a",
+            "a_b_c",
+            "v_Max",
+            "3_a",
+        ] {
+            assert_eq!(
+                runs(name),
+                [Run {
+                    text: name,
+                    is_subscript: false
+                }]
+            );
         }
     }
 }

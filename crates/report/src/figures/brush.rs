@@ -1,4 +1,5 @@
-//! Figures of a brush: impulses of its filaments, forces of its tool over time, and where filaments press on each other.
+//! Figures of a brush: impulses of its filaments, forces of its tool over time, and where filaments
+//! press on each other.
 
 use super::picture::{Picture, contact_title};
 use crate::drawing::diagram::{Curve, Diagram, Look};
@@ -14,7 +15,8 @@ const FORCES: &str = "brush_forces";
 const ALONG: &str = "brush_presses_along_filaments";
 const OVER_COLUMNS: &str = "brush_presses_over_columns";
 
-/// With more rows than this, a figure over the columns shows means with the band of all filaments instead of one curve per row.
+/// With more rows than this, a figure over the columns shows means with the band of all filaments
+/// instead of one curve per row.
 const MAX_ROWS: usize = 4;
 /// Number of intervals along the filaments in which impulses are summed.
 const INTERVALS: usize = 40;
@@ -36,13 +38,17 @@ pub struct Brush {
     pub pairs: Vec<PairResult>,
 }
 
-/// The figures of a brush: `brush_impulses` has `p_n` over the columns, `brush_forces` the forces over time. If filaments touched each
-/// other, `brush_presses_along_filaments` and `brush_presses_over_columns` have where.
+/// The figures of a brush: `brush_impulses` has `p_n` over the columns, `brush_forces` the forces
+/// over time. If filaments touched each other, `brush_presses_along_filaments` and
+/// `brush_presses_over_columns` have where.
 #[must_use]
 pub fn brush_figures(brush: &Brush, format: &Format) -> Vec<Picture> {
     let mut pictures = vec![impulses(brush, format), forces(brush, format)];
     if !brush.pairs.is_empty() {
-        pictures.extend([presses_along(brush, format), presses_over_columns(brush, format)]);
+        pictures.extend([
+            presses_along(brush, format),
+            presses_over_columns(brush, format),
+        ]);
     }
     pictures
 }
@@ -57,9 +63,16 @@ pub fn is_of_brush(name: &str) -> bool {
 fn impulses(brush: &Brush, format: &Format) -> Picture {
     let value = |filament: &FilamentResult| 1e3 * filament.metrics.contact_normal_impulse_n_s;
     let alone = 1e3 * brush.interaction.contact_normal_impulse_alone_n_s;
-    let Interaction { interaction_factor: factor, impulse_scatter: scatter, .. } = brush.interaction;
+    let Interaction {
+        interaction_factor: factor,
+        impulse_scatter: scatter,
+        ..
+    } = brush.interaction;
     let curves = [
-        vec![counted(brush), Curve::new("one filament alone", Look::Reference, across(brush, alone))],
+        vec![
+            counted(brush),
+            Curve::new("one filament alone", Look::Reference, across(brush, alone)),
+        ],
         over_columns(brush, value),
     ];
     let diagram = Diagram {
@@ -72,30 +85,61 @@ fn impulses(brush: &Brush, format: &Format) -> Picture {
         y: Axis::amount("p_n in mN s"),
         curves: curves.concat(),
     };
-    Picture { name: IMPULSES.to_owned(), canvas: diagram.draw_in(format) }
+    Picture {
+        name: IMPULSES.to_owned(),
+        canvas: diagram.draw_in(format),
+    }
 }
 
 /// The columns that count.
 fn counted(brush: &Brush) -> Curve {
-    let Interaction { first_counted_column: first, last_counted_column: last, .. } = brush.interaction;
+    let Interaction {
+        first_counted_column: first,
+        last_counted_column: last,
+        ..
+    } = brush.interaction;
     let ends = [first as f64 - 0.5, last as f64 + 0.5];
     Curve::new("", Look::Stripe, ends.map(|end| (end, 0.0))).with_pen(SHADE)
 }
 
 /// A level from the first to the last column.
 fn across(brush: &Brush, level: f64) -> Vec<(f64, f64)> {
-    vec![(0.0, level), (brush.interaction.columns.saturating_sub(1) as f64, level)]
+    vec![
+        (0.0, level),
+        (brush.interaction.columns.saturating_sub(1) as f64, level),
+    ]
 }
 
-/// A number of the filaments over the columns up to the last one that counts: one curve per row, or the mean and the band of all.
+/// A number of the filaments over the columns up to the last one that counts: one curve per row, or
+/// the mean and the band of all.
 fn over_columns(brush: &Brush, value: impl Fn(&FilamentResult) -> f64) -> Vec<Curve> {
-    let of_column = |column: usize| brush.filaments.iter().filter(move |filament| filament.column == column);
-    let Interaction { last_counted_column: last, rows, .. } = brush.interaction;
+    let of_column = |column: usize| {
+        brush
+            .filaments
+            .iter()
+            .filter(move |filament| filament.column == column)
+    };
+    let Interaction {
+        last_counted_column: last,
+        rows,
+        ..
+    } = brush.interaction;
     if rows <= MAX_ROWS {
         let curve = |row: usize| {
-            let name = if rows == 1 { "filaments of the brush".to_owned() } else { format!("row {row}") };
-            let of_row = brush.filaments.iter().filter(|filament| filament.row == row && filament.column <= last);
-            Curve::new(name, Look::Joined, of_row.map(|filament| (filament.column as f64, value(filament))))
+            let name = if rows == 1 {
+                "filaments of the brush".to_owned()
+            } else {
+                format!("row {row}")
+            };
+            let of_row = brush
+                .filaments
+                .iter()
+                .filter(|filament| filament.row == row && filament.column <= last);
+            Curve::new(
+                name,
+                Look::Joined,
+                of_row.map(|filament| (filament.column as f64, value(filament))),
+            )
         };
         return (0..rows).map(curve).collect();
     }
@@ -109,18 +153,35 @@ fn over_columns(brush: &Brush, value: impl Fn(&FilamentResult) -> f64) -> Vec<Cu
     }
     upper.extend(lower.into_iter().rev());
     let band = Curve::new("", Look::Band, upper).with_pen(0);
-    vec![band, Curve::new(format!("mean and range of {rows} rows"), Look::Line, means).with_pen(0)]
+    vec![
+        band,
+        Curve::new(format!("mean and range of {rows} rows"), Look::Line, means).with_pen(0),
+    ]
 }
 
 /// The forces of the sector over time.
 fn forces(brush: &Brush, format: &Format) -> Picture {
     let over_time = |value: fn(&ToolSample) -> f64| -> Vec<(f64, f64)> {
-        brush.history.iter().map(|sample| (1e3 * sample.time_s, value(sample))).collect()
+        brush
+            .history
+            .iter()
+            .map(|sample| (1e3 * sample.time_s, value(sample)))
+            .collect()
     };
-    let has_presses = brush.history.iter().any(|sample| sample.press_force_n > 0.0);
-    let presses = Curve::new("of filaments on each other", Look::Line, over_time(|sample| sample.press_force_n));
-    let mut curves =
-        vec![Curve::new("on the workpiece", Look::Line, over_time(|sample| sample.contact_normal_force_n))];
+    let has_presses = brush
+        .history
+        .iter()
+        .any(|sample| sample.press_force_n > 0.0);
+    let presses = Curve::new(
+        "of filaments on each other",
+        Look::Line,
+        over_time(|sample| sample.press_force_n),
+    );
+    let mut curves = vec![Curve::new(
+        "on the workpiece",
+        Look::Line,
+        over_time(|sample| sample.contact_normal_force_n),
+    )];
     curves.extend(has_presses.then_some(presses));
     let Interaction { columns, rows, .. } = brush.interaction;
     let diagram = Diagram {
@@ -130,7 +191,10 @@ fn forces(brush: &Brush, format: &Format) -> Picture {
         y: Axis::amount("normal force in N"),
         curves,
     };
-    Picture { name: FORCES.to_owned(), canvas: diagram.draw_in(format) }
+    Picture {
+        name: FORCES.to_owned(),
+        canvas: diagram.draw_in(format),
+    }
 }
 
 /// Where along their length filaments press on each other.
@@ -138,19 +202,36 @@ fn presses_along(brush: &Brush, format: &Format) -> Picture {
     let length = brush.settings.filament.length_m;
     let width = length / INTERVALS as f64;
     let mut sums = [0.0; INTERVALS];
-    let Interaction { first_counted_column: first, last_counted_column: last, .. } = brush.interaction;
+    let Interaction {
+        first_counted_column: first,
+        last_counted_column: last,
+        ..
+    } = brush.interaction;
     let is_counted = |column: usize| (first..=last).contains(&column);
-    for pair in brush.pairs.iter().filter(|pair| is_counted(pair.filament[0])) {
+    for pair in brush
+        .pairs
+        .iter()
+        .filter(|pair| is_counted(pair.filament[0]))
+    {
         // Longer filaments than the nominal one end in the last interval.
         let interval = (pair.arc_length_m / width) as usize;
         sums[interval.min(INTERVALS - 1)] += pair.impulse_n_s;
     }
-    let per_filament = brush.filaments.iter().filter(|filament| filament.is_counted).count().max(1) as f64;
+    let per_filament = brush
+        .filaments
+        .iter()
+        .filter(|filament| filament.is_counted)
+        .count()
+        .max(1) as f64;
     let steps = sums.iter().enumerate().flat_map(|(interval, sum)| {
         let level = 1e3 * sum / per_filament;
         [0, 1].map(|end| (1e3 * width * (interval + end) as f64, level))
     });
-    let outline: Vec<(f64, f64)> = [(0.0, 0.0)].into_iter().chain(steps).chain([(1e3 * length, 0.0)]).collect();
+    let outline: Vec<(f64, f64)> = [(0.0, 0.0)]
+        .into_iter()
+        .chain(steps)
+        .chain([(1e3 * length, 0.0)])
+        .collect();
     let diagram = Diagram {
         title: contact_title("Where filaments press on each other", &brush.settings),
         subtitle: format!(
@@ -163,7 +244,10 @@ fn presses_along(brush: &Brush, format: &Format) -> Picture {
             Curve::new("", Look::Line, outline).with_pen(0),
         ],
     };
-    Picture { name: ALONG.to_owned(), canvas: diagram.draw_in(format) }
+    Picture {
+        name: ALONG.to_owned(),
+        canvas: diagram.draw_in(format),
+    }
 }
 
 /// The impulse with which its neighbours press on each filament, over the columns.
@@ -176,5 +260,8 @@ fn presses_over_columns(brush: &Brush, format: &Format) -> Picture {
         y: Axis::amount("impulse in mN s"),
         curves: [vec![counted(brush)], over_columns(brush, value)].concat(),
     };
-    Picture { name: OVER_COLUMNS.to_owned(), canvas: diagram.draw_in(format) }
+    Picture {
+        name: OVER_COLUMNS.to_owned(),
+        canvas: diagram.draw_in(format),
+    }
 }

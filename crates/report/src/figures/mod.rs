@@ -1,4 +1,5 @@
-//! Figures of results: metrics of a study over its settings, comparisons with measured forces, one contact over time.
+//! Figures of results: metrics of a study over its settings, comparisons with measured forces, one
+//! contact over time.
 //!
 //! Results in, named figures out. They correspond to figures 3 to 7 of Uhlmann and Hoyer (2021).
 
@@ -20,7 +21,9 @@ use bristle_input::measured::Measurement;
 use bristle_insight::measured::{points_of, relative_uncertainty};
 use bristle_insight::quantity::shown_metrics;
 use bristle_insight::slices::spread;
-use bristle_insight::slices::{Slice, Varied, offset_slices, process_slices, telling_slices, tool_slices};
+use bristle_insight::slices::{
+    Slice, Varied, offset_slices, process_slices, telling_slices, tool_slices,
+};
 use bristle_text::capitalised;
 use bristle_text::number::{short, significant};
 
@@ -51,8 +54,9 @@ const MAX_CELLS: usize = 200;
 
 /// The most figures that are drawn unless all are asked for.
 const MAIN: usize = 5;
-/// The figures of a study that come first among them, by what their names begin with and have after that: what was measured, what interaction or
-/// varying filaments change, tools side by side, where an edge is worked, then force, contact time ratio, impulse and power over the settings.
+/// The figures of a study that come first among them, by what their names begin with and have after
+/// that: what was measured, what interaction or varying filaments change, tools side by side, where
+/// an edge is worked, then force, contact time ratio, impulse and power over the settings.
 const PREFERRED: [[&str; 2]; 22] = [
     ["measured_over_", ""],
     ["interaction_over_", ""],
@@ -78,21 +82,30 @@ const PREFERRED: [[&str; 2]; 22] = [
     ["tool_torque_over_", ""],
 ];
 
-/// The five figures that matter most, in the order given: of studies one of each kind that is preferred, otherwise the first.
+/// The five figures that matter most, in the order given: of studies one of each kind that is
+/// preferred, otherwise the first.
 #[must_use]
 pub fn main_figures(pictures: Vec<Picture>) -> Vec<Picture> {
     let mut chosen: Vec<usize> = Vec::new();
     let of_kind = |[start, part]: [&str; 2]| {
-        pictures
-            .iter()
-            .position(|Picture { name, .. }| name.strip_prefix(start).is_some_and(|rest| rest.contains(part)))
+        pictures.iter().position(|Picture { name, .. }| {
+            name.strip_prefix(start)
+                .is_some_and(|rest| rest.contains(part))
+        })
     };
-    for index in PREFERRED.into_iter().filter_map(of_kind).chain(0..pictures.len()) {
+    for index in PREFERRED
+        .into_iter()
+        .filter_map(of_kind)
+        .chain(0..pictures.len())
+    {
         if chosen.len() < MAIN && !chosen.contains(&index) {
             chosen.push(index);
         }
     }
-    let kept = pictures.into_iter().enumerate().filter(|(index, _)| chosen.contains(index));
+    let kept = pictures
+        .into_iter()
+        .enumerate()
+        .filter(|(index, _)| chosen.contains(index));
     kept.map(|(_, picture)| picture).collect()
 }
 
@@ -130,9 +143,12 @@ impl Drawn for Interaction {
     }
 }
 
-/// The numbers of which there can be figures: among the metrics the paper's figures 4a, 4b, 5, 6a and 6b.
+/// The numbers of which there can be figures: among the metrics the paper's figures 4a, 4b, 5, 6a
+/// and 6b.
 fn drawn<R: Drawn>() -> impl Iterator<Item = &'static Column<R>> {
-    R::COLUMNS.iter().filter(|column| column.display.prominence <= Prominence::Figure)
+    R::COLUMNS
+        .iter()
+        .filter(|column| column.display.prominence <= Prominence::Figure)
 }
 
 /// The families of curves that go with a map of a metric.
@@ -146,18 +162,35 @@ fn families<R>(metric: &Column<R>) -> &'static [Family] {
 
 /// The name of a metric as a title, with its symbol and unit.
 fn title<R>(metric: &Column<R>) -> String {
-    format!("{} {}", capitalised(metric.name), with_unit(metric, metric.symbol)).trim_end().to_owned()
+    format!(
+        "{} {}",
+        capitalised(metric.name),
+        with_unit(metric, metric.symbol)
+    )
+    .trim_end()
+    .to_owned()
 }
 
 /// Symbol and unit of a metric; its name if it has no symbol.
 fn label<R>(metric: &Column<R>) -> String {
-    with_unit(metric, if metric.symbol.is_empty() { metric.name } else { metric.symbol })
+    with_unit(
+        metric,
+        if metric.symbol.is_empty() {
+            metric.name
+        } else {
+            metric.symbol
+        },
+    )
 }
 
 /// A text with the unit in which figures show the metric.
 fn with_unit<R>(metric: &Column<R>, text: &str) -> String {
     let unit = metric.display.unit;
-    if unit.is_empty() { text.to_owned() } else { format!("{text} in {unit}") }
+    if unit.is_empty() {
+        text.to_owned()
+    } else {
+        format!("{text} in {unit}")
+    }
 }
 
 /// Below this, a number that can span decades is on a linear axis.
@@ -169,44 +202,77 @@ fn axis_of<'a, R>(
     values: impl Iterator<Item = &'a Option<f64>>,
     linear: impl FnOnce(String) -> Axis,
 ) -> Axis {
-    let range =
-        values.flatten().fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| [low.min(*value), high.max(*value)]);
+    let range = values
+        .flatten()
+        .fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| {
+            [low.min(*value), high.max(*value)]
+        });
     let is_linear = match metric.display.scale {
         record::Scale::Linear => true,
         record::Scale::Logarithmic => range[1] < FEW,
         record::Scale::Fitting => !span_decades(range),
     };
-    if is_linear { linear(label(metric)) } else { Axis::logarithmic(label(metric)) }
+    if is_linear {
+        linear(label(metric))
+    } else {
+        Axis::logarithmic(label(metric))
+    }
 }
 
 /// Draws the figures of a study.
 ///
-/// Where velocity and depth are swept: `tip_deflection_map`, `tip_deflection_over_velocity`, `contact_time_map`,
-/// `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`, `impulse_over_velocity`, `impulse_over_depth`,
-/// `tool_force_map`, `tool_force_over_velocity`, `tool_force_over_depth`, and map and curves over the velocity of each other
-/// metric that is drawn, without optional ones that are zero in all cases, and lateral amplifications of which none is above 100; for other studies, each metric over the setting that
-/// is swept, as in `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`, filaments
-/// that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`, brushes `interaction_over_velocity`,
-/// `interaction_over_depth` and `interaction_factor_map`. Further sweeps and named tools have figures for each
-/// of their values, at most four, with the value at the end of the name. Named tools also share diagrams with one curve each, as in
-/// `tool_force_over_velocity_by_tool_penetration_depth_m_0.001`. Studies of the rotational speed have `speed` instead of
-/// `velocity` in the names.
-pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurement], format: &Format) -> Pictures {
+/// Where velocity and depth are swept: `tip_deflection_map`, `tip_deflection_over_velocity`,
+/// `contact_time_map`, `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`,
+/// `impulse_over_velocity`, `impulse_over_depth`, `tool_force_map`, `tool_force_over_velocity`,
+/// `tool_force_over_depth`, and map and curves over the velocity of each other metric that is
+/// drawn, without optional ones that are zero in all cases, and lateral amplifications of which
+/// none is above 100; for other studies, each metric over the setting that is swept, as in
+/// `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`,
+/// filaments that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`,
+/// brushes `interaction_over_velocity`, `interaction_over_depth` and `interaction_factor_map`.
+/// Further sweeps and named tools have figures for each of their values, at most four, with the
+/// value at the end of the name. Named tools also share diagrams with one curve each, as in
+/// `tool_force_over_velocity_by_tool_penetration_depth_m_0.001`. Studies of the rotational speed
+/// have `speed` instead of `velocity` in the names.
+pub fn study_figures(
+    study: &Study,
+    results: &[CaseResult],
+    measured: &[Measurement],
+    format: &Format,
+) -> Pictures {
     let slices = telling_slices(study, MAX_SLICES);
     let [of_tools, offsets, process] =
         [tool_slices, offset_slices, process_slices].map(|slices| slices(study, MAX_SLICES));
-    let [views, of_tools, of_offsets, of_process] = [&slices, &of_tools, &offsets, &process]
-        .map(|slices| slices.chosen.iter().map(|slice| View { study, results, slice, format }).collect::<Vec<_>>());
+    let [views, of_tools, of_offsets, of_process] =
+        [&slices, &of_tools, &offsets, &process].map(|slices| {
+            slices
+                .chosen
+                .iter()
+                .map(|slice| View {
+                    study,
+                    results,
+                    slice,
+                    format,
+                })
+                .collect::<Vec<_>>()
+        });
     let mut pictures = Vec::new();
     for view in &views {
         let is_map = is_map(view.slice);
         // The force of a tool that is pressed on is the one that the file states.
-        let is_given = |metric: &&Column<Metrics>| study.is_pressed_on() && metric.key == "tool_contact_normal_force_n";
-        for metric in shown_metrics(Prominence::Figure, results).filter(|metric| !is_given(metric)) {
+        let is_given = |metric: &&Column<Metrics>| {
+            study.is_pressed_on() && metric.key == "tool_contact_normal_force_n"
+        };
+        for metric in shown_metrics(Prominence::Figure, results).filter(|metric| !is_given(metric))
+        {
             if is_map {
                 pictures.push(view.map(metric, "map"));
             }
-            let families = if is_map { families(metric) } else { &[Family::OverX] };
+            let families = if is_map {
+                families(metric)
+            } else {
+                &[Family::OverX]
+            };
             for family in families {
                 pictures.push(view.curves(metric, *family));
             }
@@ -216,15 +282,24 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
         let metrics = shown_metrics(Prominence::Headline, results);
         pictures.extend(metrics.map(|metric| view.curves(metric, Family::OverX)));
     }
-    if results.iter().flatten().any(|summary| summary.metrics.edge_share > 0.0) {
+    if results
+        .iter()
+        .flatten()
+        .any(|summary| summary.metrics.edge_share > 0.0)
+    {
         for view in &of_offsets {
-            let of_edges = drawn::<Metrics>().filter(|metric| ["edge_share", "edge_evenness"].contains(&metric.key));
+            let of_edges = drawn::<Metrics>()
+                .filter(|metric| ["edge_share", "edge_evenness"].contains(&metric.key));
             pictures.extend(of_edges.map(|metric| view.map(metric, "over_offset_and_depth")));
         }
     }
     if study.has_brush() {
         for view in &views {
-            pictures.extend([Family::OverX, Family::OverY].into_iter().filter_map(|family| view.interaction(family)));
+            pictures.extend(
+                [Family::OverX, Family::OverY]
+                    .into_iter()
+                    .filter_map(|family| view.interaction(family)),
+            );
             if is_map(view.slice) {
                 pictures.extend(drawn::<Interaction>().map(|column| view.map(column, "map")));
             }
@@ -239,9 +314,14 @@ pub fn study_figures(study: &Study, results: &[CaseResult], measured: &[Measurem
     }
     let mut note = String::new();
     if slices.total == 0 {
-        note = "one case alone has no figures; `bristle simulate` draws its course over time".to_owned();
+        note = "one case alone has no figures; `bristle simulate` draws its course over time"
+            .to_owned();
     } else if slices.chosen.len() < slices.total {
-        note = format!("for {} of {} values of the further sweeps", slices.chosen.len(), slices.total);
+        note = format!(
+            "for {} of {} values of the further sweeps",
+            slices.chosen.len(),
+            slices.total
+        );
     }
     if !measured.is_empty() {
         for view in &of_process {
@@ -265,10 +345,16 @@ fn is_map(slice: &Slice) -> bool {
 pub fn is_of_study(name: &str) -> bool {
     let rest = |beginning: &str| name.strip_prefix(beginning);
     let of_metric = |rest: &str| rest.starts_with("_map") || rest.starts_with("_over_");
-    let beginnings = ["measured_over_", "scatter_over_", "sobol_over_", "interaction_over_"];
+    let beginnings = [
+        "measured_over_",
+        "scatter_over_",
+        "sobol_over_",
+        "interaction_over_",
+    ];
     beginnings.iter().any(|beginning| rest(beginning).is_some())
         || drawn::<Metrics>().any(|metric| rest(metric.display.file_name).is_some_and(of_metric))
-        || drawn::<Interaction>().any(|column| rest(column.display.file_name).is_some_and(of_metric))
+        || drawn::<Interaction>()
+            .any(|column| rest(column.display.file_name).is_some_and(of_metric))
 }
 
 /// The side along which a figure runs, and the side with one curve per value.
@@ -297,33 +383,50 @@ impl View<'_> {
     fn sides(&self, family: Family) -> Sides<'_> {
         let Slice { x, y, .. } = self.slice;
         match family {
-            Family::OverX => Sides { family, over: x, of: y },
-            Family::OverY => Sides { family, over: y, of: x },
+            Family::OverX => Sides {
+                family,
+                over: x,
+                of: y,
+            },
+            Family::OverY => Sides {
+                family,
+                over: y,
+                of: x,
+            },
         }
     }
 
     /// Joins the parts of a subtitle, after what all figures of the slice share.
     fn subtitle(&self, parts: impl IntoIterator<Item = String>) -> String {
         let all = std::iter::once(self.slice.condition()).chain(parts);
-        all.filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ")
+        all.filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join("; ")
     }
 
     /// `N_f` with its uncertainty, if it applies to all values.
     fn uncertainty<R>(&self, metric: &Column<R>) -> String {
         let case = self.slice.case(0, 0);
         let relative = relative_uncertainty(&self.study.settings(case));
-        let varies = [&self.slice.x, &self.slice.y].iter().any(|side| side.setting.section() == "tool");
+        let varies = [&self.slice.x, &self.slice.y]
+            .iter()
+            .any(|side| side.setting.section() == "tool");
         if metric.display.scope != Scope::Tool || relative == 0.0 || varies {
             return String::new();
         }
         let tool = self.study.settings(case).tool;
         let [count, spread] = [tool.filament_count, tool.filament_count_uncertainty].map(short);
-        format!("N_f = {count} ± {spread}: all values ± {:.1} %", 100.0 * relative)
+        format!(
+            "N_f = {count} ± {spread}: all values ± {:.1} %",
+            100.0 * relative
+        )
     }
 
     /// Whether the case at positions on the sides of the slice is laterally unstable.
     fn is_unstable(&self, x: usize, y: usize) -> bool {
-        self.results[self.slice.case(x, y)].as_ref().is_ok_and(|summary| summary.metrics.laterally_unstable)
+        self.results[self.slice.case(x, y)]
+            .as_ref()
+            .is_ok_and(|summary| summary.metrics.laterally_unstable)
     }
 
     /// A note if some of the `shown` values are missing.
@@ -342,12 +445,25 @@ impl View<'_> {
         let side = |side: &Varied, shown: &[usize]| {
             let all = side.shown();
             let values: Vec<f64> = shown.iter().map(|&position| all[position]).collect();
-            let labels = side.setting.labels(shown.iter().map(|&position| side.values[position]));
-            map::CellAxis { label: side.setting.label(), labels, values }
+            let labels = side
+                .setting
+                .labels(shown.iter().map(|&position| side.values[position]));
+            map::CellAxis {
+                label: side.setting.label(),
+                labels,
+                values,
+            }
         };
-        let shown = || rows.iter().flat_map(|&row| columns.iter().map(move |&column| (column, row)));
-        let values: Vec<Option<f64>> = shown().map(|(column, row)| self.value(metric, column, row)).collect();
-        let marked: Vec<bool> = shown().map(|(column, row)| self.is_unstable(column, row)).collect();
+        let shown = || {
+            rows.iter()
+                .flat_map(|&row| columns.iter().map(move |&column| (column, row)))
+        };
+        let values: Vec<Option<f64>> = shown()
+            .map(|(column, row)| self.value(metric, column, row))
+            .collect();
+        let marked: Vec<bool> = shown()
+            .map(|(column, row)| self.is_unstable(column, row))
+            .collect();
         let all = x.values.len() * y.values.len();
         let selection = selection(values.len(), all, "cases");
         let crosses = |level: &Level, values: &[Option<f64>]| {
@@ -355,15 +471,36 @@ impl View<'_> {
             values.iter().flatten().any(is_below) && !values.iter().flatten().all(is_below)
         };
         let of_another = |level: &Level| {
-            let other = Metrics::COLUMNS.iter().find(|column| column.key == level.of && level.of != metric.key)?;
-            Some(shown().map(|(column, row)| self.value(other, column, row)).collect::<Vec<Option<f64>>>())
+            let other = Metrics::COLUMNS
+                .iter()
+                .find(|column| column.key == level.of && level.of != metric.key)?;
+            Some(
+                shown()
+                    .map(|(column, row)| self.value(other, column, row))
+                    .collect::<Vec<Option<f64>>>(),
+            )
         };
-        let line = metric.display.level.map(|level| (level, of_another(&level)));
+        let line = metric
+            .display
+            .level
+            .map(|level| (level, of_another(&level)));
         let line = line.filter(|(level, other)| crosses(level, other.as_ref().unwrap_or(&values)));
-        let meaning = line.as_ref().map_or_else(String::new, |(level, _)| level.meaning.to_owned());
+        let meaning = line
+            .as_ref()
+            .map_or_else(String::new, |(level, _)| level.meaning.to_owned());
         let failures = self.failures(values.iter().copied(), "hatched");
-        let instabilities = if marked.contains(&true) { "corner: laterally unstable" } else { "" };
-        let parts = [meaning, instabilities.to_owned(), self.uncertainty(metric), selection, failures];
+        let instabilities = if marked.contains(&true) {
+            "corner: laterally unstable"
+        } else {
+            ""
+        };
+        let parts = [
+            meaning,
+            instabilities.to_owned(),
+            self.uncertainty(metric),
+            selection,
+            failures,
+        ];
         let subtitle = self.subtitle(parts);
         let map = Map {
             title: title(metric),
@@ -374,7 +511,10 @@ impl View<'_> {
             values,
             marked,
             range: metric.display.range,
-            line: line.map(|(level, other)| Contour { level: level.value, other }),
+            line: line.map(|(level, other)| Contour {
+                level: level.value,
+                other,
+            }),
         };
         Picture {
             name: format!("{}_{kind}{}", metric.display.file_name, self.slice.suffix()),
@@ -390,8 +530,10 @@ impl View<'_> {
         };
         let members = spread(of.values.len(), MAX_CURVES);
         let shown = over.shown();
-        let family: Vec<Vec<Option<f64>>> =
-            members.iter().map(|&member| (0..shown.len()).map(|along| value(along, member)).collect()).collect();
+        let family: Vec<Vec<Option<f64>>> = members
+            .iter()
+            .map(|&member| (0..shown.len()).map(|along| value(along, member)).collect())
+            .collect();
         // Tools are compared by their levels.
         let are_numbers = [over, of].iter().all(|side| side.setting.names().is_none());
         let is_linear = metric.display.scale != record::Scale::Logarithmic;
@@ -401,21 +543,39 @@ impl View<'_> {
             let (name, on_axis): (_, Box<dyn Fn(f64) -> f64>) = match &means {
                 Some(means) => {
                     let mean = means[position];
-                    let name = format!("{name}: mean {} {}", significant(mean), metric.display.unit);
-                    (name.trim_end().to_owned(), Box::new(move |value| 100.0 * (value / mean - 1.0)))
+                    let name =
+                        format!("{name}: mean {} {}", significant(mean), metric.display.unit);
+                    (
+                        name.trim_end().to_owned(),
+                        Box::new(move |value| 100.0 * (value / mean - 1.0)),
+                    )
                 }
                 None => (name, Box::new(|value| value)),
             };
-            let points = shown.iter().zip(values).map(|(&at, value)| (at, value.map_or(f64::NAN, &on_axis)));
+            let points = shown
+                .iter()
+                .zip(values)
+                .map(|(&at, value)| (at, value.map_or(f64::NAN, &on_axis)));
             Curve::new(name, joined(over), points)
         };
         let mut curves: Vec<Curve> = family.iter().enumerate().map(curve).collect();
-        if let Some(Level { value, in_curves: name, .. }) = metric.display.level
+        if let Some(Level {
+            value,
+            in_curves: name,
+            ..
+        }) = metric.display.level
             && !name.is_empty()
-            && curves.iter().flat_map(|curve| &curve.points).any(|(_, shown)| *shown > value)
+            && curves
+                .iter()
+                .flat_map(|curve| &curve.points)
+                .any(|(_, shown)| *shown > value)
         {
             let ends = [shown[0], shown[shown.len() - 1]];
-            curves.push(Curve::new(name, Look::Reference, ends.map(|end| (end, value))));
+            curves.push(Curve::new(
+                name,
+                Look::Reference,
+                ends.map(|end| (end, value)),
+            ));
         }
         let selection = selection(members.len(), of.values.len(), &values_of(of));
         let axis = axis_of(metric, family.iter().flatten(), Axis::amount);
@@ -430,15 +590,28 @@ impl View<'_> {
             },
             curves,
         };
-        let by = if of.setting.names().is_some() { "_by_tool" } else { "" };
-        let name = format!("{}_over_{}{by}{}", metric.display.file_name, over.setting.word(), self.slice.suffix());
-        Picture { name, canvas: diagram.draw_in(self.format) }
+        let by = if of.setting.names().is_some() {
+            "_by_tool"
+        } else {
+            ""
+        };
+        let name = format!(
+            "{}_over_{}{by}{}",
+            metric.display.file_name,
+            over.setting.word(),
+            self.slice.suffix()
+        );
+        Picture {
+            name,
+            canvas: diagram.draw_in(self.format),
+        }
     }
 }
 
 /// Least ratio of the values of a setting that are drawn on a logarithmic axis.
 const DECADES: f64 = 100.0;
-/// Largest change along a curve, as a part of its mean, that is flat next to curves at other levels.
+/// Largest change along a curve, as a part of its mean, that is flat next to curves at other
+/// levels.
 const FLAT: f64 = 0.1;
 
 /// Whether values from the least to the largest span decades.
@@ -457,12 +630,20 @@ fn axis_along(side: &Varied) -> Axis {
     }
 }
 
-/// The means of several curves that each look flat because their levels differ by more than each of them changes; none if they do
-/// not.
+/// The means of several curves that each look flat because their levels differ by more than each of
+/// them changes; none if they do not.
 fn means_of_flat(curves: &[Vec<Option<f64>>]) -> Option<Vec<f64>> {
-    let range =
-        |values: &[f64]| values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
-    let known: Vec<Vec<f64>> = curves.iter().map(|values| values.iter().copied().flatten().collect()).collect();
+    let range = |values: &[f64]| {
+        values
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
+                [a.min(*v), b.max(*v)]
+            })
+    };
+    let known: Vec<Vec<f64>> = curves
+        .iter()
+        .map(|values| values.iter().copied().flatten().collect())
+        .collect();
     let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
     let means: Vec<f64> = known.iter().map(mean).collect();
     let changes = |values: &Vec<f64>| {
@@ -471,33 +652,47 @@ fn means_of_flat(curves: &[Vec<Option<f64>>]) -> Option<Vec<f64>> {
     };
     let [lowest, highest] = range(&means);
     let is_flat = |values: &Vec<f64>| {
-        values.len() > 1 && changes(values) < FLAT * mean(values).abs() && changes(values) < FLAT * (highest - lowest)
+        values.len() > 1
+            && changes(values) < FLAT * mean(values).abs()
+            && changes(values) < FLAT * (highest - lowest)
     };
     (known.len() > 1 && known.iter().all(is_flat) && lowest > 0.0).then_some(means)
 }
 
 /// How points along a side are drawn: nothing lies between tools.
 fn joined(side: &Varied) -> Look {
-    if side.setting.names().is_some() { Look::Markers } else { Look::Joined }
+    if side.setting.names().is_some() {
+        Look::Markers
+    } else {
+        Look::Joined
+    }
 }
 
 /// What the values of a side are.
 fn values_of(side: &Varied) -> String {
-    if side.setting.names().is_some() { "tools".to_owned() } else { format!("values of {}", side.setting.symbol()) }
+    if side.setting.names().is_some() {
+        "tools".to_owned()
+    } else {
+        format!("values of {}", side.setting.symbol())
+    }
 }
 
 /// How many values are shown, unless all are.
 fn selection(shown: usize, total: usize, what: &str) -> String {
-    if shown < total { format!("{shown} of {total} {what}") } else { String::new() }
+    if shown < total {
+        format!("{shown} of {total} {what}")
+    } else {
+        String::new()
+    }
 }
 
 /// Name of the figure of one contact over time.
 const HISTORY_FIGURE: &str = "history";
 
-/// The figures of one contact: `history` has force and tip deflection over time, and `turns` the `impulses` of its turns in N s, if
-/// there are several. `profile_unrolled` has impulse and friction work
-/// along the profile of the workpiece, and `profile_drawn` the filament on the workpiece, in `shapes` ([`drawn_shapes`]), with the
-/// work; both need a contact.
+/// The figures of one contact: `history` has force and tip deflection over time, and `turns` the
+/// `impulses` of its turns in N s, if there are several. `profile_unrolled` has impulse and
+/// friction work along the profile of the workpiece, and `profile_drawn` the filament on the
+/// workpiece, in `shapes` ([`drawn_shapes`]), with the work; both need a contact.
 #[must_use]
 pub fn contact_figures(
     settings: &Settings,
@@ -512,16 +707,25 @@ pub fn contact_figures(
         profile::unrolled(settings, profile, format),
         profile::drawn(settings, profile, shapes, format),
     ];
-    std::iter::once(history_figure(settings, history, format)).chain(drawn.into_iter().flatten()).collect()
+    std::iter::once(history_figure(settings, history, format))
+        .chain(drawn.into_iter().flatten())
+        .collect()
 }
 
 /// Whether [`contact_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_contact(name: &str) -> bool {
-    [HISTORY_FIGURE, TURNS_FIGURE, PROFILE_UNROLLED, PROFILE_DRAWN].contains(&name)
+    [
+        HISTORY_FIGURE,
+        TURNS_FIGURE,
+        PROFILE_UNROLLED,
+        PROFILE_DRAWN,
+    ]
+    .contains(&name)
 }
 
-/// Width of the figure of a history, and height of its panels on a screen, of more than two, and at least, in pixels.
+/// Width of the figure of a history, and height of its panels on a screen, of more than two, and at
+/// least, in pixels.
 const HISTORY: i32 = 760;
 const PANEL: i32 = 190;
 const LOW_PANEL: i32 = 130;
@@ -542,23 +746,35 @@ struct Panel {
     from_zero: bool,
 }
 
-/// Force and tip deflection over the `times` of a history (ms) and, of tools that are not upright radial ones, the heights of tip and root.
+/// Force and tip deflection over the `times` of a history (ms) and, of tools that are not upright
+/// radial ones, the heights of tip and root.
 fn panels(settings: &Settings, pass: &Pass, history: &[Sample], times: &[f64]) -> Vec<Panel> {
     let panel = |label, color, from_zero, value: &dyn Fn(&Sample) -> f64| Panel {
         label,
         color,
-        points: times.iter().copied().zip(history.iter().map(value)).collect(),
+        points: times
+            .iter()
+            .copied()
+            .zip(history.iter().map(value))
+            .collect(),
         from_zero,
     };
     let mut panels = vec![
-        panel("F_n in N", VERMILION, true, &|sample| sample.contact_normal_force_n),
-        panel("s_n in mm", BLUE, true, &|sample| 1e3 * sample.tip_deflection_m),
+        panel("F_n in N", VERMILION, true, &|sample| {
+            sample.contact_normal_force_n
+        }),
+        panel("s_n in mm", BLUE, true, &|sample| {
+            1e3 * sample.tip_deflection_m
+        }),
     ];
     if !is_upright(settings) {
         let above = |point, sample: &Sample| 1e3 * height(settings, pass, point, sample.time_s);
         let tip = |sample: &Sample| above([sample.tip_x_m, sample.tip_y_m, sample.tip_z_m], sample);
         let root = |sample: &Sample| above(root(pass, sample.base_angle_rad), sample);
-        panels.extend([panel("tip in mm", INK, false, &tip), panel("root in mm", INK, false, &root)]);
+        panels.extend([
+            panel("tip in mm", INK, false, &tip),
+            panel("root in mm", INK, false, &root),
+        ]);
     }
     panels
 }
@@ -571,29 +787,47 @@ fn history_figure(settings: &Settings, history: &[Sample], format: &Format) -> P
     let touches = !pass.touches().is_empty();
     let [entry, exit] = pass.nominal_times();
     let last_time = history.last().map_or(0.0, |sample| sample.time_s);
-    let begun = (0..MAX_TURNS).map(|turn| turn as f64 * pass.turn_time()).take_while(|&begun| begun < last_time);
+    let begun = (0..MAX_TURNS)
+        .map(|turn| turn as f64 * pass.turn_time())
+        .take_while(|&begun| begun < last_time);
     let nominal: Vec<(f64, &str)> = begun
         .filter(|_| touches || is_upright(settings))
         // One turn ends where the next begins if the filament touches all round.
         .flat_map(|begun| {
-            [(begun + entry, "entry"), (begun + exit, "exit")].into_iter().take(if all_round { 1 } else { 2 })
+            [(begun + entry, "entry"), (begun + exit, "exit")]
+                .into_iter()
+                .take(if all_round { 1 } else { 2 })
         })
         .map(|(time, name)| (milliseconds(time), name))
         .collect();
     // Those of several turns would hide each other.
     let are_named = nominal.len() == 2 && !all_round;
-    let times: Vec<f64> = history.iter().map(|sample| milliseconds(sample.time_s)).collect();
+    let times: Vec<f64> = history
+        .iter()
+        .map(|sample| milliseconds(sample.time_s))
+        .collect();
     let x = Scale::exact(Axis::linear("time t in ms"), times.iter().copied());
     let panels = panels(settings, &pass, history, &times);
     let forces = panels[0].points.clone();
     let panels: Vec<(Scale, Panel)> = panels
         .into_iter()
         .map(|panel| {
-            let axis = if panel.from_zero { Axis::from_zero } else { Axis::linear };
-            (Scale::new(axis(panel.label), panel.points.iter().map(|(_, y)| *y)), panel)
+            let axis = if panel.from_zero {
+                Axis::from_zero
+            } else {
+                Axis::linear
+            };
+            (
+                Scale::new(axis(panel.label), panel.points.iter().map(|(_, y)| *y)),
+                panel,
+            )
         })
         .collect();
-    let left = panels.iter().map(|(scale, ..)| left_of(format, scale)).max().unwrap_or(0);
+    let left = panels
+        .iter()
+        .map(|(scale, ..)| left_of(format, scale))
+        .max()
+        .unwrap_or(0);
     let page = format.width(HISTORY);
     let right = page - 24;
     let title = contact_title("One contact", settings);
@@ -613,7 +847,10 @@ fn history_figure(settings: &Settings, history: &[Sample], format: &Format) -> P
     let panel = format.height(panel, HISTORY, MIN_PANEL);
     let first = heading.height() + ABOVE;
     let count = panels.len() as i32;
-    let mut canvas = Canvas::on(format, (page, first + count * panel + (count - 1) * BETWEEN + BELOW));
+    let mut canvas = Canvas::on(
+        format,
+        (page, first + count * panel + (count - 1) * BETWEEN + BELOW),
+    );
     heading.draw(&mut canvas);
     for (row, (scale, Panel { points, color, .. })) in (0..).zip(&panels) {
         let top = first + row * (panel + BETWEEN);
@@ -629,31 +866,43 @@ fn history_figure(settings: &Settings, history: &[Sample], format: &Format) -> P
         for &(time, name) in &nominal {
             if (0.0..=1.0).contains(&x.part(time)) {
                 let at = x.place(time, left, right);
-                let line = Pen { color: GREY, tenths: 10, dash: (5, 4), ..pen(0) };
+                let line = Pen {
+                    color: GREY,
+                    tenths: 10,
+                    dash: (5, 4),
+                    ..pen(0)
+                };
                 line.line(&mut canvas, &[(at, fine(top)), (at, fine(top + panel))]);
                 if row == 0 && are_named {
                     canvas.text(name, text(11, GREY).centred(), (at, fine(top - 8)));
                 }
             }
         }
-        let places = points.iter().map(|&(time, y)| (x.place(time, left, right), scale.place(y, top + panel, top)));
+        let places = points
+            .iter()
+            .map(|&(time, y)| (x.place(time, left, right), scale.place(y, top + panel, top)));
         let mut line: Vec<Point> = places.collect();
         line.dedup();
         canvas.line(line, stroke(*color, 14));
     }
-    Picture { name: HISTORY_FIGURE.to_owned(), canvas }
+    Picture {
+        name: HISTORY_FIGURE.to_owned(),
+        canvas,
+    }
 }
 
 /// Name of the figure of the turns of one contact.
 const TURNS_FIGURE: &str = "turns";
 
-/// Draws the contact normal impulses of all turns of one contact in N s; the figure is named [`TURNS_FIGURE`]. `None` for a single
-/// turn.
+/// Draws the contact normal impulses of all turns of one contact in N s; the figure is named
+/// [`TURNS_FIGURE`]. `None` for a single turn.
 fn turns_figure(settings: &Settings, impulses: &[f64], format: &Format) -> Option<Picture> {
     if impulses.len() < 2 {
         return None;
     }
-    let points = (1..).zip(impulses).map(|(turn, impulse)| (f64::from(turn), 1e3 * impulse));
+    let points = (1..)
+        .zip(impulses)
+        .map(|(turn, impulse)| (f64::from(turn), 1e3 * impulse));
     let diagram = Diagram {
         title: "Contact normal impulse turn by turn".to_owned(),
         subtitle: of_process(settings),
@@ -661,13 +910,24 @@ fn turns_figure(settings: &Settings, impulses: &[f64], format: &Format) -> Optio
         y: Axis::amount("p_n in mN s"),
         curves: vec![Curve::new("", Look::Joined, points)],
     };
-    Some(Picture { name: TURNS_FIGURE.to_owned(), canvas: diagram.draw_in(format) })
+    Some(Picture {
+        name: TURNS_FIGURE.to_owned(),
+        canvas: diagram.draw_in(format),
+    })
 }
 
 /// Shades the times in contact.
-fn draw_contact(canvas: &mut Canvas, x: &Scale, forces: &[(f64, f64)], [left, top, right, bottom]: [i32; 4]) {
+fn draw_contact(
+    canvas: &mut Canvas,
+    x: &Scale,
+    forces: &[(f64, f64)],
+    [left, top, right, bottom]: [i32; 4],
+) {
     let mut marked: Vec<(i32, i32)> = Vec::new();
-    for pair in forces.windows(2).filter(|pair| pair.iter().any(|(_, force)| *force > 0.0)) {
+    for pair in forces
+        .windows(2)
+        .filter(|pair| pair.iter().any(|(_, force)| *force > 0.0))
+    {
         let [from, to] = [pair[0].0, pair[1].0].map(|time| x.place(time, left, right));
         match marked.last_mut() {
             // Gaps below half a pixel are shaded too.
@@ -694,13 +954,19 @@ mod tests {
              diameter_m = 1.18e-3\n[solver]\nrelative_tolerance = 1e-2\n[process]\nbrushing_velocity_m_s = 10.0\n\
              penetration_depth_m = 1.0e-3\n[study]\n{sweeps}"
         );
-        let study = Document::parse(&text, "case.toml").and_then(|document| document.study()).expect("a study");
+        let study = Document::parse(&text, "case.toml")
+            .and_then(|document| document.study())
+            .expect("a study");
         let results = run_study(&study, None, || {}).expect("threads");
         (study, results)
     }
 
     fn names(pictures: &Pictures) -> Vec<&str> {
-        pictures.pictures.iter().map(|picture| picture.name.as_str()).collect()
+        pictures
+            .pictures
+            .iter()
+            .map(|picture| picture.name.as_str())
+            .collect()
     }
 
     #[test]
@@ -725,7 +991,10 @@ mod tests {
             let (study, mut results) = study(sweeps);
             // As simulated, with one failed case, and with failed cases only.
             for failed in [0, 1, results.len()] {
-                results.iter_mut().take(failed).for_each(|result| *result = Err("failed".to_owned()));
+                results
+                    .iter_mut()
+                    .take(failed)
+                    .for_each(|result| *result = Err("failed".to_owned()));
                 let pictures = study_figures(&study, &results, &measured, &Format::default());
                 let again = study_figures(&study, &results, &measured, &Format::default());
                 assert_eq!(pictures, again);
@@ -733,7 +1002,9 @@ mod tests {
                     let svg = canvas.svg();
                     assert!(is_of_study(name), "{name}");
                     assert!(
-                        svg.trim_end().ends_with("</svg>") && !svg.contains("NaN") && !svg.contains("inf"),
+                        svg.trim_end().ends_with("</svg>")
+                            && !svg.contains("NaN")
+                            && !svg.contains("inf"),
                         "{name}"
                     );
                 }
@@ -748,7 +1019,8 @@ mod tests {
     /// 60 000 points made 19 MB.
     #[test]
     fn figures_of_many_measured_points_stay_small() {
-        let (study, results) = study("brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
+        let (study, results) =
+            study("brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
         let point = |index: u32| Measurement {
             speed: Speed::Velocity(5.0 + f64::from(index) * 1e-3),
             second_speed_rpm: None,
@@ -758,36 +1030,57 @@ mod tests {
             tool: None,
         };
         let measured: Vec<Measurement> = (0..60_000).map(point).collect();
-        for Picture { name, canvas } in study_figures(&study, &results, &measured, &Format::default()).pictures {
+        for Picture { name, canvas } in
+            study_figures(&study, &results, &measured, &Format::default()).pictures
+        {
             let svg = canvas.svg();
             assert!(svg.len() < 300_000, "{name}: {} bytes", svg.len());
-            assert_eq!(svg.contains("means of 100 intervals"), name == "measured_over_velocity", "{name}");
+            assert_eq!(
+                svg.contains("means of 100 intervals"),
+                name == "measured_over_velocity",
+                "{name}"
+            );
         }
     }
 
     #[test]
     fn five_figures_matter_most() {
         let main = |names: &[&str]| {
-            let picture = |name: &&str| Picture { name: (*name).to_owned(), canvas: Canvas::new((1, 1)) };
+            let picture = |name: &&str| Picture {
+                name: (*name).to_owned(),
+                canvas: Canvas::new((1, 1)),
+            };
             main_figures(names.iter().map(picture).collect())
                 .into_iter()
                 .map(|picture| picture.name)
                 .collect::<Vec<_>>()
         };
-        let (study, results) = study("brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
+        let (study, results) =
+            study("brushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
         let all = study_figures(&study, &results, &[], &Format::default());
-        let mut expected =
-            ["contact_time_ratio_map", "impulse_map", "tool_force_map", "tool_power_map", "tool_force_over_velocity"];
+        let mut expected = [
+            "contact_time_ratio_map",
+            "impulse_map",
+            "tool_force_map",
+            "tool_power_map",
+            "tool_force_over_velocity",
+        ];
         let mut chosen = main(&names(&all));
         expected.sort_unstable();
         chosen.sort_unstable();
         assert_eq!(chosen, expected);
         let more = [&["measured_over_depth"][..], &names(&all)].concat();
         let chosen = main(&more);
-        assert!(chosen.len() == MAIN && chosen[0] == "measured_over_depth", "{chosen:?}");
+        assert!(
+            chosen.len() == MAIN && chosen[0] == "measured_over_depth",
+            "{chosen:?}"
+        );
         assert!(!chosen.contains(&"tool_force_over_velocity".to_owned()));
         let by_tool = "impulse_over_speed_by_tool_penetration_depth_m_0.001";
-        assert_eq!(main(&["a", "b", "c", "d", "e", "impulse_map", by_tool]), ["a", "b", "c", "impulse_map", by_tool]);
+        assert_eq!(
+            main(&["a", "b", "c", "d", "e", "impulse_map", by_tool]),
+            ["a", "b", "c", "impulse_map", by_tool]
+        );
         assert_eq!(main(&["history", "turns"]), ["history", "turns"]);
     }
 
@@ -800,15 +1093,26 @@ mod tests {
 
     #[test]
     fn flat_curves_at_different_levels_show_their_changes() {
-        let known =
-            |curves: &[&[f64]]| curves.iter().map(|values| values.iter().copied().map(Some).collect()).collect();
+        let known = |curves: &[&[f64]]| {
+            curves
+                .iter()
+                .map(|values| values.iter().copied().map(Some).collect())
+                .collect()
+        };
         let means = |curves: Vec<Vec<Option<f64>>>| means_of_flat(&curves);
-        assert_eq!(means(known(&[&[10.0, 10.1], &[20.0, 20.1]])), Some(vec![10.05, 20.05]));
         assert_eq!(
-            means(vec![vec![Some(10.0), None, Some(10.1)], vec![Some(20.0), Some(20.1), None]]),
+            means(known(&[&[10.0, 10.1], &[20.0, 20.1]])),
             Some(vec![10.05, 20.05])
         );
-        // One curve, curves that change, that lie together, without values, or below zero, are drawn as they are.
+        assert_eq!(
+            means(vec![
+                vec![Some(10.0), None, Some(10.1)],
+                vec![Some(20.0), Some(20.1), None]
+            ]),
+            Some(vec![10.05, 20.05])
+        );
+        // One curve, curves that change, that lie together, without values, or below zero, are
+        // drawn as they are.
         for curves in [
             &[&[10.0, 10.1][..]][..],
             &[&[10.0, 12.0], &[20.0, 20.1]],
@@ -823,56 +1127,103 @@ mod tests {
             study("\"filament.segments\" = [1, 2]\n\"solver.relative_tolerance\" = [1e-5, 1e-3]");
         for (case, result) in results.iter_mut().enumerate() {
             let force = [100.0, 100.1, 200.0, 200.4][case];
-            result.as_mut().expect("a result").metrics.tool_contact_normal_force_n = force;
+            result
+                .as_mut()
+                .expect("a result")
+                .metrics
+                .tool_contact_normal_force_n = force;
         }
         let pictures = study_figures(&study, &results, &[], &Format::default()).pictures;
-        let picture = pictures.iter().find(|picture| picture.name == "tool_force_over_relative_tolerance");
+        let picture = pictures
+            .iter()
+            .find(|picture| picture.name == "tool_force_over_relative_tolerance");
         let svg = picture.expect("a figure").canvas.svg();
-        for text in ["deviation from the mean in %", "segments = 2: mean 200 N", "10⁻⁵"] {
+        for text in [
+            "deviation from the mean in %",
+            "segments = 2: mean 200 N",
+            "10⁻⁵",
+        ] {
             assert!(svg.contains(text), "{text}");
         }
     }
 
     #[test]
     fn on_paper_all_text_has_its_size() {
-        let (study, results) = study("brushing_velocity_m_s = [10.0, 15.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
+        let (study, results) =
+            study("brushing_velocity_m_s = [10.0, 15.0, 20.0]\npenetration_depth_m = [1e-3, 2e-3]");
         let settings = study.settings(0);
         let simulation = simulate_with_history(&settings, 100).expect("a pass");
         for (width_mm, points) in [(84.0, 8.0), (90.0, 10.0), (174.0, 7.0), (300.0, 24.0)] {
-            let format = Format::new(Some(width_mm), Some(points), Some("STIX".to_owned())).expect("a format");
+            let format = Format::new(Some(width_mm), Some(points), Some("STIX".to_owned()))
+                .expect("a format");
             let mut pictures = study_figures(&study, &results, &[], &format).pictures;
-            pictures.extend(contact_figures(&settings, &simulation.history, &[1e-3, 2e-3], &[], &[], &format));
+            pictures.extend(contact_figures(
+                &settings,
+                &simulation.history,
+                &[1e-3, 2e-3],
+                &[],
+                &[],
+                &format,
+            ));
             assert!(pictures.len() > 10);
             for Picture { name, canvas } in pictures {
                 let svg = canvas.svg();
-                let after = |text: &str| svg.split_once(text).map(|(_, rest)| rest).expect("an attribute");
-                let number =
-                    |text: &str| text.split(['"', ' ', 'm']).next().and_then(|number| number.parse::<f64>().ok());
+                let after = |text: &str| {
+                    svg.split_once(text)
+                        .map(|(_, rest)| rest)
+                        .expect("an attribute")
+                };
+                let number = |text: &str| {
+                    text.split(['"', ' ', 'm'])
+                        .next()
+                        .and_then(|number| number.parse::<f64>().ok())
+                };
                 assert_eq!(number(after("<svg width=\"")), Some(width_mm), "{name}");
                 let of_view_box = number(after("viewBox=\"0 0 ")).expect("a width");
                 // A part in a thousand, as the layout has whole pixels.
-                for size in svg.split("sans-serif\" font-size=\"").skip(1).filter_map(number) {
+                for size in svg
+                    .split("sans-serif\" font-size=\"")
+                    .skip(1)
+                    .filter_map(number)
+                {
                     let in_points = size / of_view_box * width_mm * 72.27 / 25.4;
-                    assert!((in_points / points - 1.0).abs() < 2e-3, "{name}: {in_points} pt");
+                    assert!(
+                        (in_points / points - 1.0).abs() < 2e-3,
+                        "{name}: {in_points} pt"
+                    );
                 }
                 assert!(svg.contains("font-family=\"'STIX', Helvetica"));
             }
         }
         let format = Format::new(Some(84.0), Some(8.0), None).expect("a format");
-        let png = history_figure(&settings, &simulation.history, &format).canvas.png();
-        let [width, per_metre] = [16, 41].map(|at| u32::from_be_bytes(png[at..at + 4].try_into().expect("four bytes")));
-        assert!(width.abs_diff(1984) <= 1 && per_metre == 23_622, "{width} {per_metre}");
+        let png = history_figure(&settings, &simulation.history, &format)
+            .canvas
+            .png();
+        let [width, per_metre] =
+            [16, 41].map(|at| u32::from_be_bytes(png[at..at + 4].try_into().expect("four bytes")));
+        assert!(
+            width.abs_diff(1984) <= 1 && per_metre == 23_622,
+            "{width} {per_metre}"
+        );
     }
 
     #[test]
     fn what_is_left_out_is_said() {
-        let velocities: Vec<String> = (1..=9).map(|velocity| format!("{}.0", 10 * velocity)).collect();
-        let sweeps = format!("brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]", velocities.join(", "));
+        let velocities: Vec<String> = (1..=9)
+            .map(|velocity| format!("{}.0", 10 * velocity))
+            .collect();
+        let sweeps = format!(
+            "brushing_velocity_m_s = [{}]\npenetration_depth_m = [1e-3, 2e-3]",
+            velocities.join(", ")
+        );
         let (study, results) = study(&sweeps);
         let pictures = study_figures(&study, &results, &[], &Format::default());
         assert_eq!(pictures.pictures.len(), 15);
         let find = |name: &str| {
-            let picture = pictures.pictures.iter().find(|picture| picture.name == name);
+            let picture = pictures
+                .pictures
+                .iter()
+                .find(|picture| picture.name == name);
             picture.expect(name).canvas.svg()
         };
         assert!(find("impulse_over_depth").contains("7 of 9 values of v<tspan"));
@@ -883,7 +1234,9 @@ mod tests {
     #[test]
     fn only_pictures_of_studies_are_taken_for_them() {
         assert!(is_of_study("impulse_map_segments_3") && is_of_study("measured_over_depth"));
-        assert!(!is_of_study("history") && !is_of_study("impulse") && !is_of_study("my_impulse_map"));
+        assert!(
+            !is_of_study("history") && !is_of_study("impulse") && !is_of_study("my_impulse_map")
+        );
     }
 
     #[test]
@@ -891,11 +1244,20 @@ mod tests {
         let (study, _) = study("brushing_velocity_m_s = [10.0]");
         let settings = study.settings(0);
         for samples in [2, 3, 300] {
-            let history = simulate_with_history(&settings, samples).expect("a pass").history;
-            let svg = history_figure(&settings, &history, &Format::default()).canvas.svg();
+            let history = simulate_with_history(&settings, samples)
+                .expect("a pass")
+                .history;
+            let svg = history_figure(&settings, &history, &Format::default())
+                .canvas
+                .svg();
             assert!(!svg.contains("NaN") && svg.contains("> in N") && svg.contains("> in mm"));
         }
-        assert!(history_figure(&settings, &[], &Format::default()).canvas.svg().contains("One contact"));
+        assert!(
+            history_figure(&settings, &[], &Format::default())
+                .canvas
+                .svg()
+                .contains("One contact")
+        );
     }
 
     #[test]
@@ -903,10 +1265,16 @@ mod tests {
         let (study, _) = study("brushing_velocity_m_s = [30.0]\n\"process.turns\" = [3]");
         let settings = study.settings(0);
         let simulation = simulate_with_history(&settings, 300).expect("a pass");
-        let svg = history_figure(&settings, &simulation.history, &Format::default()).canvas.svg();
+        let svg = history_figure(&settings, &simulation.history, &Format::default())
+            .canvas
+            .svg();
         assert!(!svg.contains(">entry<") && !svg.contains("NaN"));
-        let turns = turns_figure(&settings, &simulation.turn_contact_normal_impulses_n_s, &Format::default())
-            .expect("three turns");
+        let turns = turns_figure(
+            &settings,
+            &simulation.turn_contact_normal_impulses_n_s,
+            &Format::default(),
+        )
+        .expect("three turns");
         assert!(turns.name == TURNS_FIGURE && turns.canvas.svg().contains("turn by turn"));
         assert_eq!(turns_figure(&settings, &[1e-3], &Format::default()), None);
         assert!(

@@ -22,8 +22,9 @@ pub(super) fn contact_title(title: &str, settings: &Settings) -> String {
 /// Rotational speed, velocity and depth.
 pub(super) fn of_process(settings: &Settings) -> String {
     let process = &settings.process;
-    let text =
-        |path: &str, value| Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value));
+    let text = |path: &str, value| {
+        Parameter::find(path).map_or_else(String::new, |parameter| equation(parameter, value))
+    };
     let [speed, velocity, depth] = [
         (SPEED, settings.rotational_speed_rpm()),
         (VELOCITY, process.brushing_velocity_m_s),

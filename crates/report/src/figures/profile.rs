@@ -7,7 +7,9 @@ use crate::drawing::format::Format;
 use crate::drawing::heading::Heading;
 use crate::drawing::pens::pen;
 use crate::drawing::scale::{Axis, Scale};
-use crate::drawing::{BLUE, Canvas, Color, FAINT, GREY, INK, Pen, Point, VERMILION, fine, stroke, text};
+use crate::drawing::{
+    BLUE, Canvas, Color, FAINT, GREY, INK, Pen, Point, VERMILION, fine, stroke, text,
+};
 use crate::view::{View as TiltedView, is_upright, moved, sampled_pass};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Shape};
@@ -25,7 +27,8 @@ const WIDTH: i32 = 760;
 const ABOVE: i32 = 10;
 const BETWEEN: i32 = 30;
 const BOTTOM: i32 = 50;
-/// Height of a panel of the unrolled profile on a screen and at least; width of the column of edges, and of its panel at least.
+/// Height of a panel of the unrolled profile on a screen and at least; width of the column of
+/// edges, and of its panel at least.
 const PANEL: i32 = 180;
 const MIN_PANEL: i32 = 150;
 const EDGES: i32 = 276;
@@ -35,11 +38,13 @@ const DRAWN: i32 = 380;
 const AROUND: i32 = 330;
 /// How far edges and worked cells are shown beyond their ends, as a part of their length.
 const MARGIN: f64 = 0.06;
-/// How thick the workpiece is drawn below its surface, and how long the longest bar of work is, in pixels.
+/// How thick the workpiece is drawn below its surface, and how long the longest bar of work is, in
+/// pixels.
 const THICKNESS: f64 = 14.0;
 const LONGEST_BAR: f64 = 46.0;
 
-/// How far the drawn outline may be off, as a part of what is shown: arcs of edges are round on every scale.
+/// How far the drawn outline may be off, as a part of what is shown: arcs of edges are round on
+/// every scale.
 const OUTLINE_ERROR: f64 = 1e-4;
 /// The name of the part around edges.
 const AT_THE_EDGE: &str = "at the edge";
@@ -48,31 +53,50 @@ const AT_THE_EDGE: &str = "at the edge";
 const MATERIAL: Color = Color(222, 218, 208);
 const EDGE: Color = Color(236, 238, 241);
 
-/// Some shapes of a filament from the time `from` (s) on, evenly spread over the time in which it touches, with the last before and
-/// the first after it: those that figures show. Without a contact they are spread over all times. `shapes` have loads.
+/// Some shapes of a filament from the time `from` (s) on, evenly spread over the time in which it
+/// touches, with the last before and the first after it: those that figures show. Without a contact
+/// they are spread over all times. `shapes` have loads.
 #[must_use]
 pub fn drawn_shapes(shapes: &[Shape], from: f64) -> Vec<Shape> {
     let shapes = &shapes[shapes.partition_point(|shape| shape.time_s < from)..];
     let touches = |shape: &Shape| shape.forces.iter().any(|force| force.normal > 0.0);
-    let first = shapes.iter().position(touches).map_or(0, |first| first.saturating_sub(1));
-    let last = shapes.iter().rposition(touches).map_or(shapes.len(), |last| (last + 2).min(shapes.len()));
+    let first = shapes
+        .iter()
+        .position(touches)
+        .map_or(0, |first| first.saturating_sub(1));
+    let last = shapes
+        .iter()
+        .rposition(touches)
+        .map_or(shapes.len(), |last| (last + 2).min(shapes.len()));
     let shown = &shapes[first..last];
-    bristle_insight::slices::spread(shown.len(), DRAWN_SHAPES).into_iter().map(|index| shown[index].clone()).collect()
+    bristle_insight::slices::spread(shown.len(), DRAWN_SHAPES)
+        .into_iter()
+        .map(|index| shown[index].clone())
+        .collect()
 }
 
-/// The stretch of arc lengths that figures show: the cells with work, and edges with work or next to it. None without work.
+/// The stretch of arc lengths that figures show: the cells with work, and edges with work or next
+/// to it. None without work.
 fn stretch(profile: &[ProfileCell]) -> Option<[f64; 2]> {
-    let worked = hull(profile.iter().filter(|cell| cell.normal_impulse_n_s_m > 0.0))?;
+    let worked = hull(
+        profile
+            .iter()
+            .filter(|cell| cell.normal_impulse_n_s_m > 0.0),
+    )?;
     let near = (worked[1] - worked[0]) / 4.0;
-    let edges = profile
-        .iter()
-        .filter(|cell| cell.on_edge && cell.arc_length_m > worked[0] - near && cell.arc_length_m < worked[1] + near);
-    Some(hull(edges).map_or(worked, |edges| [worked[0].min(edges[0]), worked[1].max(edges[1])]))
+    let edges = profile.iter().filter(|cell| {
+        cell.on_edge && cell.arc_length_m > worked[0] - near && cell.arc_length_m < worked[1] + near
+    });
+    Some(hull(edges).map_or(worked, |edges| {
+        [worked[0].min(edges[0]), worked[1].max(edges[1])]
+    }))
 }
 
 /// The arc lengths from the start of the first cell to the end of the last.
 fn hull<'a>(cells: impl Iterator<Item = &'a ProfileCell>) -> Option<[f64; 2]> {
-    cells.map(ends).reduce(|[start, end], [from, to]| [start.min(from), end.max(to)])
+    cells
+        .map(ends)
+        .reduce(|[start, end], [from, to]| [start.min(from), end.max(to)])
 }
 
 /// The arc lengths at the ends of a cell.
@@ -87,9 +111,14 @@ fn widened([start, end]: [f64; 2], margin: f64) -> [f64; 2] {
 
 /// The edges within a stretch that have work.
 fn worked_edges(profile: &[ProfileCell], [start, end]: [f64; 2]) -> Option<[f64; 2]> {
-    let within = |cell: &&ProfileCell| cell.on_edge && cell.arc_length_m >= start && cell.arc_length_m <= end;
+    let within = |cell: &&ProfileCell| {
+        cell.on_edge && cell.arc_length_m >= start && cell.arc_length_m <= end
+    };
     let edges = || profile.iter().filter(within);
-    edges().any(|cell| cell.normal_impulse_n_s_m > 0.0).then(|| hull(edges())).flatten()
+    edges()
+        .any(|cell| cell.normal_impulse_n_s_m > 0.0)
+        .then(|| hull(edges()))
+        .flatten()
 }
 
 /// A quantity of the cells, as a figure shows it.
@@ -99,36 +128,72 @@ struct Quantity {
     value: fn(&ProfileCell) -> f64,
 }
 
-const IMPULSE: Quantity =
-    Quantity { label: "normal impulse in N s/m", color: BLUE, value: |cell| cell.normal_impulse_n_s_m };
-const WORK: Quantity =
-    Quantity { label: "friction work in mJ/mm", color: VERMILION, value: |cell| cell.friction_work_j_m };
+const IMPULSE: Quantity = Quantity {
+    label: "normal impulse in N s/m",
+    color: BLUE,
+    value: |cell| cell.normal_impulse_n_s_m,
+};
+const WORK: Quantity = Quantity {
+    label: "friction work in mJ/mm",
+    color: VERMILION,
+    value: |cell| cell.friction_work_j_m,
+};
 
-/// Impulse and friction work per length over the arc length of the profile; a second column shows edges on a larger scale. None if
-/// the filament touches nothing.
-pub(super) fn unrolled(settings: &Settings, profile: &[ProfileCell], format: &Format) -> Option<Picture> {
+/// Impulse and friction work per length over the arc length of the profile; a second column shows
+/// edges on a larger scale. None if the filament touches nothing.
+pub(super) fn unrolled(
+    settings: &Settings,
+    profile: &[ProfileCell],
+    format: &Format,
+) -> Option<Picture> {
     let whole = stretch(profile)?;
     let edges = worked_edges(profile, whole);
     let has_work = profile.iter().any(|cell| cell.friction_work_j_m > 0.0);
-    let rows: &[Quantity] = if has_work { &[IMPULSE, WORK] } else { &[IMPULSE] };
+    let rows: &[Quantity] = if has_work {
+        &[IMPULSE, WORK]
+    } else {
+        &[IMPULSE]
+    };
     let scales: Vec<Scale> = rows
         .iter()
-        .map(|row| Scale::new(Axis::from_zero(row.label), profile.iter().map(|cell| (row.value)(cell))))
+        .map(|row| {
+            Scale::new(
+                Axis::from_zero(row.label),
+                profile.iter().map(|cell| (row.value)(cell)),
+            )
+        })
         .collect();
-    let left = scales.iter().map(|scale| left_of(format, scale)).max().unwrap_or(0);
+    let left = scales
+        .iter()
+        .map(|scale| left_of(format, scale))
+        .max()
+        .unwrap_or(0);
     let page = format.width(WIDTH);
     let panel = format.height(PANEL, WIDTH, MIN_PANEL);
-    let beside = if edges.is_some() { (EDGES * page / WIDTH).max(left + MIN_EDGES) } else { 0 };
+    let beside = if edges.is_some() {
+        (EDGES * page / WIDTH).max(left + MIN_EDGES)
+    } else {
+        0
+    };
     let split = page - 24 - beside;
     let mut columns = vec![(widened(whole, MARGIN), [left, split], "arc length in mm")];
     if let Some(edges) = edges {
-        columns.push((widened(edges, 0.5), [split + left, page - 24], "at the edge, in mm"));
+        columns.push((
+            widened(edges, 0.5),
+            [split + left, page - 24],
+            "at the edge, in mm",
+        ));
     }
     let mut subtitle = "per length of the profile, for one filament in one pass".to_owned();
     if edges.is_some() {
         subtitle.push_str("; shaded: edges");
     }
-    let heading = Heading::new(format, &contact_title("Work along the profile", settings), &subtitle, [left, page]);
+    let heading = Heading::new(
+        format,
+        &contact_title("Work along the profile", settings),
+        &subtitle,
+        [left, page],
+    );
     let first = heading.height() + ABOVE;
     let height = first + rows.len() as i32 * (panel + BETWEEN) - BETWEEN + BOTTOM;
     let mut canvas = Canvas::on(format, (page, height));
@@ -137,7 +202,10 @@ pub(super) fn unrolled(settings: &Settings, profile: &[ProfileCell], format: &Fo
         let top = first + row * (panel + BETWEEN);
         for (column, &(shown, [left, right], label)) in columns.iter().enumerate() {
             let frame = [left, top, right, top + panel];
-            let mut x = Scale::exact(Axis::linear(label), shown.into_iter().map(|length| 1e3 * length));
+            let mut x = Scale::exact(
+                Axis::linear(label),
+                shown.into_iter().map(|length| 1e3 * length),
+            );
             if row + 1 < rows.len() as i32 {
                 x.axis.label = "".into();
                 x.ticks.iter_mut().for_each(|(_, label)| label.clear());
@@ -169,7 +237,10 @@ pub(super) fn unrolled(settings: &Settings, profile: &[ProfileCell], format: &Fo
             }
         }
     }
-    Some(Picture { name: PROFILE_UNROLLED.to_owned(), canvas })
+    Some(Picture {
+        name: PROFILE_UNROLLED.to_owned(),
+        canvas,
+    })
 }
 
 /// A part of the plane of rotation on the canvas, in true scale.
@@ -187,7 +258,11 @@ impl View {
         let [left, top, right, bottom] = frame;
         let (wide, tall) = (f64::from(right - left), f64::from(bottom - top));
         let scale = (wide / (high[0] - low[0])).min(tall / (high[1] - low[1]));
-        Self { frame, middle: [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0], scale }
+        Self {
+            frame,
+            middle: [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0],
+            scale,
+        }
     }
 
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
@@ -218,14 +293,22 @@ impl View {
 
 /// The pen of a line without dashes.
 fn solid(color: Color, tenths: i32) -> Pen {
-    Pen { color, tenths, dash: (1, 0), ..pen(0) }
+    Pen {
+        color,
+        tenths,
+        dash: (1, 0),
+        ..pen(0)
+    }
 }
 
 /// The box around points, with a margin that is a part of its larger side; none without points.
 fn around(points: impl Iterator<Item = [f64; 2]>, margin: f64) -> Option<[[f64; 2]; 2]> {
     let boxes = points.map(|point| [point; 2]);
     let [low, high] = boxes.reduce(|[low, high], [point, _]| {
-        [[0, 1].map(|k| f64::min(low[k], point[k])), [0, 1].map(|k| f64::max(high[k], point[k]))]
+        [
+            [0, 1].map(|k| f64::min(low[k], point[k])),
+            [0, 1].map(|k| f64::max(high[k], point[k])),
+        ]
     })?;
     let margin = margin * (high[0] - low[0]).max(high[1] - low[1]);
     Some([low.map(|low| low - margin), high.map(|high| high + margin)])
@@ -236,20 +319,36 @@ fn scale_bar(canvas: &mut Canvas, view: &View) {
     let [_, _, right, bottom] = view.frame;
     let longest = 1e3 * f64::from(view.frame[2] - view.frame[0]) / 4.0 / view.scale;
     let power = 10_f64.powf(longest.log10().floor());
-    let length =
-        [5.0, 2.0, 1.0].map(|digit| digit * power).into_iter().find(|length| *length <= longest).unwrap_or(power);
+    let length = [5.0, 2.0, 1.0]
+        .map(|digit| digit * power)
+        .into_iter()
+        .find(|length| *length <= longest)
+        .unwrap_or(power);
     let (end, level) = (fine(right), fine(bottom + 22));
     let start = end - (length * view.scale / 1e3 * f64::from(fine(1))).round() as i32;
     let up = level - fine(4);
-    canvas.line([(start, up), (start, level), (end, level), (end, up)], stroke(INK, 10));
-    canvas.text(&format!("{} mm", short(length)), text(11, INK).left(), (start - fine(6), level));
+    canvas.line(
+        [(start, up), (start, level), (end, level), (end, up)],
+        stroke(INK, 10),
+    );
+    canvas.text(
+        &format!("{} mm", short(length)),
+        text(11, INK).left(),
+        (start - fine(6), level),
+    );
 }
 
-/// The quadrilateral between the ends of a stretch of the outline and the same points moved outwards by `length` (m).
+/// The quadrilateral between the ends of a stretch of the outline and the same points moved
+/// outwards by `length` (m).
 fn raised([[x, y], [x_end, y_end]]: [[f64; 2]; 2], length: f64) -> [[f64; 2]; 4] {
     let factor = length / (x_end - x).hypot(y_end - y);
     let (u, v) = (-factor * (y_end - y), factor * (x_end - x));
-    [[x, y], [x_end, y_end], [x_end + u, y_end + v], [x + u, y + v]]
+    [
+        [x, y],
+        [x_end, y_end],
+        [x_end + u, y_end + v],
+        [x + u, y + v],
+    ]
 }
 
 /// A part of a contact in true scale: coordinates in m as they are seen.
@@ -278,31 +377,46 @@ struct Worked {
 impl Worked {
     fn of(profile: &[ProfileCell]) -> Option<Self> {
         let whole = stretch(profile)?;
-        Some(Self { whole, edges: worked_edges(profile, whole) })
+        Some(Self {
+            whole,
+            edges: worked_edges(profile, whole),
+        })
     }
 
     /// Places in the worked part.
     fn places<'a>(&self, profile: &'a [ProfileCell]) -> impl Iterator<Item = [f64; 2]> + 'a {
         let [from, to] = self.whole;
-        let worked = profile.iter().filter(move |cell| cell.arc_length_m > from && cell.arc_length_m < to);
+        let worked = profile
+            .iter()
+            .filter(move |cell| cell.arc_length_m > from && cell.arc_length_m < to);
         worked.map(|cell| [cell.x_m, cell.y_m])
     }
 
     /// Places on the worked edges, if there are any.
-    fn places_of_edges<'a>(&self, profile: &'a [ProfileCell]) -> Option<impl Iterator<Item = [f64; 2]> + 'a> {
+    fn places_of_edges<'a>(
+        &self,
+        profile: &'a [ProfileCell],
+    ) -> Option<impl Iterator<Item = [f64; 2]> + 'a> {
         let [from, to] = self.edges?;
-        let on_edges =
-            profile.iter().filter(move |cell| cell.on_edge && cell.arc_length_m > from && cell.arc_length_m < to);
+        let on_edges = profile
+            .iter()
+            .filter(move |cell| cell.on_edge && cell.arc_length_m > from && cell.arc_length_m < to);
         Some(on_edges.map(|cell| [cell.x_m, cell.y_m]))
     }
 }
 
-/// How far a part around edges goes beyond them, as a part of their size, and how far one of all goes.
+/// How far a part around edges goes beyond them, as a part of their size, and how far one of all
+/// goes.
 const AROUND_EDGES: f64 = 0.8;
 const AROUND_ALL: f64 = 0.04;
 
 /// The view along the axis of an upright tool, and another of edges.
-fn upright_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, shapes: &[Shape]) -> Option<Vec<Pane>> {
+fn upright_panes(
+    settings: &Settings,
+    profile: &[ProfileCell],
+    worked: &Worked,
+    shapes: &[Shape],
+) -> Option<Vec<Pane>> {
     let pass = Pass::new(settings);
     // As far as the picture may go.
     let outline = pass.workpiece().profile(1.5 * settings.tool_radius_m())?;
@@ -310,7 +424,11 @@ fn upright_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, 
     let [x_rate, y_rate, _] = pass.workpiece().surface([0.0; 3], 0.0).velocity;
     let seen = |shape: &Shape| {
         let time = shape.time_s;
-        shape.nodes_m.iter().map(|&[x, y, _]| [x - time * x_rate, y - time * y_rate]).collect::<Vec<_>>()
+        shape
+            .nodes_m
+            .iter()
+            .map(|&[x, y, _]| [x - time * x_rate, y - time * y_rate])
+            .collect::<Vec<_>>()
     };
     let filaments: Vec<Vec<[f64; 2]>> = shapes.iter().map(seen).collect();
     let body = (0..=720).map(|k| {
@@ -318,7 +436,12 @@ fn upright_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, 
         [cos, sin].map(|part| part * settings.tool.body_radius_m)
     });
     let body = body.collect::<Vec<_>>();
-    let cells: Vec<_> = pass.profile()?.cells.iter().map(|cell| Some(cell.ends)).collect();
+    let cells: Vec<_> = pass
+        .profile()?
+        .cells
+        .iter()
+        .map(|cell| Some(cell.ends))
+        .collect();
     let pane = |name, corners: [[f64; 2]; 2]| Pane {
         name,
         corners,
@@ -329,8 +452,15 @@ fn upright_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, 
         trim: Vec::new(),
         filaments: filaments.clone(),
     };
-    let mut panes =
-        vec![pane("", around(worked.places(profile).chain(filaments.iter().flatten().copied()), AROUND_ALL)?)];
+    let mut panes = vec![pane(
+        "",
+        around(
+            worked
+                .places(profile)
+                .chain(filaments.iter().flatten().copied()),
+            AROUND_ALL,
+        )?,
+    )];
     if let Some(places) = worked.places_of_edges(profile) {
         panes.push(pane(AT_THE_EDGE, around(places, AROUND_EDGES)?));
     }
@@ -338,7 +468,12 @@ fn upright_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, 
 }
 
 /// The views of another tool along its axis and from the side, and another of edges.
-fn posed_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, shapes: &[Shape]) -> Option<Vec<Pane>> {
+fn posed_panes(
+    settings: &Settings,
+    profile: &[ProfileCell],
+    worked: &Worked,
+    shapes: &[Shape],
+) -> Option<Vec<Pane>> {
     let pass = sampled_pass(settings);
     let cells = pass.profile()?.cells;
     let mut edge = None;
@@ -356,10 +491,19 @@ fn posed_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, sh
         let filaments: Vec<Vec<[f64; 2]>> = shapes.iter().map(seen).collect();
         let end = |end: [f64; 2]| view.on_profile(end);
         let places = worked.places(profile).filter_map(end);
-        let corners =
-            around(places.chain(filaments.iter().flatten().copied()).chain(view.nearest.iter().copied()), AROUND_ALL)?;
-        let edges = worked.places_of_edges(profile).and_then(|places| around(places.filter_map(end), AROUND_EDGES));
-        let seen: Vec<_> = cells.iter().map(|cell| Some([end(cell.ends[0])?, end(cell.ends[1])?])).collect();
+        let corners = around(
+            places
+                .chain(filaments.iter().flatten().copied())
+                .chain(view.nearest.iter().copied()),
+            AROUND_ALL,
+        )?;
+        let edges = worked
+            .places_of_edges(profile)
+            .and_then(|places| around(places.filter_map(end), AROUND_EDGES));
+        let seen: Vec<_> = cells
+            .iter()
+            .map(|cell| Some([end(cell.ends[0])?, end(cell.ends[1])?]))
+            .collect();
         let pane = |name, corners| Pane {
             name,
             corners,
@@ -375,15 +519,23 @@ fn posed_panes(settings: &Settings, profile: &[ProfileCell], worked: &Worked, sh
             let pane = pane(AT_THE_EDGE, corners);
             // As round as the cells, on which the bars stand.
             let arc = seen.iter().flatten().flatten().copied().collect();
-            if pane.is_filled { pane } else { Pane { surface: arc, ..pane } }
+            if pane.is_filled {
+                pane
+            } else {
+                Pane {
+                    surface: arc,
+                    ..pane
+                }
+            }
         }));
     }
     panes.extend(edge);
     Some(panes)
 }
 
-/// The filament at some times on the profile in true scale, with the work as bars across the surface; another panel shows edges on a
-/// larger scale. Tools that are not upright radial ones are seen along their axis and from the side.
+/// The filament at some times on the profile in true scale, with the work as bars across the
+/// surface; another panel shows edges on a larger scale. Tools that are not upright radial ones are
+/// seen along their axis and from the side.
 pub(super) fn drawn(
     settings: &Settings,
     profile: &[ProfileCell],
@@ -392,13 +544,23 @@ pub(super) fn drawn(
 ) -> Option<Picture> {
     let worked = Worked::of(profile)?;
     let is_upright = is_upright(settings);
-    let panes = if is_upright { upright_panes } else { posed_panes }(settings, profile, &worked, shapes)?;
-    let quantity = if profile.iter().any(|cell| cell.friction_work_j_m > 0.0) { &WORK } else { &IMPULSE };
+    let panes = if is_upright {
+        upright_panes
+    } else {
+        posed_panes
+    }(settings, profile, &worked, shapes)?;
+    let quantity = if profile.iter().any(|cell| cell.friction_work_j_m > 0.0) {
+        &WORK
+    } else {
+        &IMPULSE
+    };
     let largest = profile.iter().map(quantity.value).fold(0.0, f64::max);
     let name = quantity.label.split(" in ").next().unwrap_or_default();
     let unit = quantity.label.split(" in ").nth(1).unwrap_or_default();
-    let mut bars =
-        format!("bars: {name} per length, at most {} {unit}; the filament from light to dark", significant(largest));
+    let mut bars = format!(
+        "bars: {name} per length, at most {} {unit}; the filament from light to dark",
+        significant(largest)
+    );
     if !is_upright {
         bars.push_str("; dashed: undeformed trim");
     }
@@ -406,16 +568,30 @@ pub(super) fn drawn(
         bars.push_str("; the filament is that in the middle of the trim, the work that of all");
     }
     let page = format.width(WIDTH);
-    let heading = Heading::new(format, &contact_title("Filament on the workpiece", settings), &bars, [24, page]);
+    let heading = Heading::new(
+        format,
+        &contact_title("Filament on the workpiece", settings),
+        &bars,
+        [24, page],
+    );
     let top = heading.height() + ABOVE;
     let bottom = top + format.height(DRAWN, WIDTH, 0);
     let frames: Vec<Frame> = if is_upright {
-        let split = if panes.len() > 1 { page - 24 - AROUND * page / WIDTH } else { page };
-        vec![[24, top, split - 24, bottom], [split, top, page - 24, bottom]]
+        let split = if panes.len() > 1 {
+            page - 24 - AROUND * page / WIDTH
+        } else {
+            page
+        };
+        vec![
+            [24, top, split - 24, bottom],
+            [split, top, page - 24, bottom],
+        ]
     } else {
         let count = panes.len() as i32;
         let place = |k: i32| 24 + (page - 24) * k / count;
-        (0..count).map(|k| [place(k), top, place(k + 1) - 24, bottom]).collect()
+        (0..count)
+            .map(|k| [place(k), top, place(k + 1) - 24, bottom])
+            .collect()
     };
     let mut canvas = Canvas::on(format, (page, bottom + 40));
     heading.draw(&mut canvas);
@@ -425,7 +601,12 @@ pub(super) fn drawn(
             view.polygon(&mut canvas, &pane.surface, MATERIAL, 1.0);
         } else {
             for ends in pane.surface.windows(2) {
-                view.polygon(&mut canvas, &raised([ends[0], ends[1]], -THICKNESS / view.scale), MATERIAL, 1.0);
+                view.polygon(
+                    &mut canvas,
+                    &raised([ends[0], ends[1]], -THICKNESS / view.scale),
+                    MATERIAL,
+                    1.0,
+                );
             }
         }
         for (worked, cell) in profile.iter().zip(&pane.cells) {
@@ -440,7 +621,14 @@ pub(super) fn drawn(
             view.line(&mut canvas, body, solid(FAINT, 14));
         }
         for trim in &pane.trim {
-            view.line(&mut canvas, trim, Pen { dash: (5, 4), ..solid(GREY, 8) });
+            view.line(
+                &mut canvas,
+                trim,
+                Pen {
+                    dash: (5, 4),
+                    ..solid(GREY, 8)
+                },
+            );
         }
         for (index, filament) in pane.filaments.iter().enumerate() {
             // From light to dark as time passes.
@@ -454,9 +642,23 @@ pub(super) fn drawn(
         view.line(&mut canvas, &pane.surface, solid(INK, 14));
         scale_bar(&mut canvas, &view);
     }
-    for (pane, &[left, top, right, bottom]) in panes.iter().zip(&frames).filter(|(pane, _)| !pane.name.is_empty()) {
-        canvas.frame([(fine(left), fine(top)), (fine(right), fine(bottom))], stroke(FAINT, 8));
-        canvas.text(pane.name, text(11, GREY).right(), (fine(left + 6), fine(top + 12)));
+    for (pane, &[left, top, right, bottom]) in panes
+        .iter()
+        .zip(&frames)
+        .filter(|(pane, _)| !pane.name.is_empty())
+    {
+        canvas.frame(
+            [(fine(left), fine(top)), (fine(right), fine(bottom))],
+            stroke(FAINT, 8),
+        );
+        canvas.text(
+            pane.name,
+            text(11, GREY).right(),
+            (fine(left + 6), fine(top + 12)),
+        );
     }
-    Some(Picture { name: PROFILE_DRAWN.to_owned(), canvas })
+    Some(Picture {
+        name: PROFILE_DRAWN.to_owned(),
+        canvas,
+    })
 }

@@ -45,49 +45,94 @@ pub fn unit_of_time(seconds: f64) -> (&'static str, f64) {
     }
 }
 
-/// The figures of a removal: the radius over time, with the radii that were simulated; the work on the edge over its radius; the edge at five times; and,
-/// if filaments wear, force and length over time.
+/// The figures of a removal: the radius over time, with the radii that were simulated; the work on
+/// the edge over its radius; the edge at five times; and, if filaments wear, force and length over
+/// time.
 #[must_use]
 pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) -> Vec<Picture> {
     let last = removal.rows.last().map_or(0.0, |row| row.time_s);
     let (unit, second) = unit_of_time(last);
-    let picture = |name: &str, title: &str, subtitle: String, [x, y]: [Axis; 2], curves: Vec<Curve>| Picture {
-        name: name.to_owned(),
-        canvas: Diagram { title: title.to_owned(), subtitle, x, y, curves }.draw_in(format),
-    };
+    let picture =
+        |name: &str, title: &str, subtitle: String, [x, y]: [Axis; 2], curves: Vec<Curve>| {
+            Picture {
+                name: name.to_owned(),
+                canvas: Diagram {
+                    title: title.to_owned(),
+                    subtitle,
+                    x,
+                    y,
+                    curves,
+                }
+                .draw_in(format),
+            }
+        };
     let over_time = |name: &str, title: &str, y: Axis, curves: Vec<Curve>| {
         let x = Axis::from_zero(format!("time in {unit}"));
         picture(name, title, subtitle(settings, removal), [x, y], curves)
     };
     let of = |value: &dyn Fn(&RemovalRow) -> f64| -> Vec<(f64, f64)> {
-        removal.rows.iter().map(|row| (row.time_s / second, value(row))).collect()
+        removal
+            .rows
+            .iter()
+            .map(|row| (row.time_s / second, value(row)))
+            .collect()
     };
     let is_chamfer = removal.angles_rad.len() > 1;
-    let name = if is_chamfer { "edge that filaments meet first" } else { "" };
-    let mut radius = vec![Curve::new(name, Look::Line, of(&|row| 1e3 * row.edge_radius_m))];
+    let name = if is_chamfer {
+        "edge that filaments meet first"
+    } else {
+        ""
+    };
+    let mut radius = vec![Curve::new(
+        name,
+        Look::Line,
+        of(&|row| 1e3 * row.edge_radius_m),
+    )];
     if is_chamfer {
-        radius.push(Curve::new("other edge", Look::Line, of(&|row| 1e3 * row.second_edge_radius_m)));
+        radius.push(Curve::new(
+            "other edge",
+            Look::Line,
+            of(&|row| 1e3 * row.second_edge_radius_m),
+        ));
     }
     if removal.has_band {
-        let (upper, mut lower) =
-            (of(&|row| 1e3 * row.edge_radius_upper_95_m), of(&|row| 1e3 * row.edge_radius_lower_95_m));
+        let (upper, mut lower) = (
+            of(&|row| 1e3 * row.edge_radius_upper_95_m),
+            of(&|row| 1e3 * row.edge_radius_lower_95_m),
+        );
         lower.reverse();
-        radius.insert(0, Curve::new("95 % of the tools", Look::Band, [upper, lower].concat()));
+        radius.insert(
+            0,
+            Curve::new("95 % of the tools", Look::Band, [upper, lower].concat()),
+        );
     }
     let simulated = removal.simulated.iter().filter_map(|edge| {
-        let after = removal.rows.iter().find(|row| row.edge_radius_m >= edge.edge_radius_m * (1.0 - 1e-9))?;
+        let after = removal
+            .rows
+            .iter()
+            .find(|row| row.edge_radius_m >= edge.edge_radius_m * (1.0 - 1e-9))?;
         Some((after.time_s / second, 1e3 * after.edge_radius_m))
     });
     let mut simulated: Vec<(f64, f64)> = simulated.collect();
     simulated.dedup();
     radius.push(Curve::new("simulated radii", Look::Markers, simulated).with_pen(1));
-    let new = removal.simulated.iter().filter(|edge| edge.filament_length_loss_m == 0.0);
+    let new = removal
+        .simulated
+        .iter()
+        .filter(|edge| edge.filament_length_loss_m == 0.0);
     let work = new.map(|edge| (1e3 * edge.edge_radius_m, 1e3 * edge.edge_sliding_work_j));
-    let of_work =
-        [Axis::logarithmic("radius R of the edge in mm"), Axis::from_zero("sliding work W_e on the edge in mJ")];
+    let of_work = [
+        Axis::logarithmic("radius R of the edge in mm"),
+        Axis::from_zero("sliding work W_e on the edge in mJ"),
+    ];
     let conditions = "new filaments, one pass of one of them".to_owned();
     let mut pictures = vec![
-        over_time(RADIUS, "Radius of the edge over time", Axis::from_zero("radius R of the edge in mm"), radius),
+        over_time(
+            RADIUS,
+            "Radius of the edge over time",
+            Axis::from_zero("radius R of the edge in mm"),
+            radius,
+        ),
         shape(settings, removal, format),
         picture(
             WORK,
@@ -98,12 +143,30 @@ pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) 
         ),
     ];
     if settings.removal_or_default().filament_wear_m2_n.is_some() {
-        let force = vec![Curve::new("", Look::Line, of(&|row| row.tool_contact_normal_force_n))];
-        let length = vec![Curve::new("", Look::Line, of(&|row| 1e3 * row.filament_length_m))];
+        let force = vec![Curve::new(
+            "",
+            Look::Line,
+            of(&|row| row.tool_contact_normal_force_n),
+        )];
+        let length = vec![Curve::new(
+            "",
+            Look::Line,
+            of(&|row| 1e3 * row.filament_length_m),
+        )];
         let label = "contact normal force F_n,w in N";
-        pictures.push(over_time(FORCE, "Force as the filaments wear", Axis::amount(label), force));
+        pictures.push(over_time(
+            FORCE,
+            "Force as the filaments wear",
+            Axis::amount(label),
+            force,
+        ));
         let label = "length l_f of the filaments in mm";
-        pictures.push(over_time(LENGTH, "Length of the filaments", Axis::amount(label), length));
+        pictures.push(over_time(
+            LENGTH,
+            "Length of the filaments",
+            Axis::amount(label),
+            length,
+        ));
     }
     pictures
 }
@@ -123,8 +186,9 @@ fn subtitle(settings: &Settings, removal: &Removal) -> String {
     )
 }
 
-/// The outline in m of a corner of the included angle `angle` (rad) that is rounded to `radius` (m), as far as `reach` (m) along its faces, with its
-/// bisector upwards and the sharp corner at the origin.
+/// The outline in m of a corner of the included angle `angle` (rad) that is rounded to `radius`
+/// (m), as far as `reach` (m) along its faces, with its bisector upwards and the sharp corner at
+/// the origin.
 #[must_use]
 pub fn corner_outline(angle: f64, radius: f64, reach: f64) -> Vec<[f64; 2]> {
     let half = angle / 2.0;
@@ -136,14 +200,19 @@ pub fn corner_outline(angle: f64, radius: f64, reach: f64) -> Vec<[f64; 2]> {
         let at = turn * (2.0 * i as f64 / ARC as f64 - 1.0);
         [radius * at.sin(), centre + radius * at.cos()]
     });
-    [along(reach.max(tangent), -1.0)].into_iter().chain(arc).chain([along(reach.max(tangent), 1.0)]).collect()
+    [along(reach.max(tangent), -1.0)]
+        .into_iter()
+        .chain(arc)
+        .chain([along(reach.max(tangent), 1.0)])
+        .collect()
 }
 
 /// The edge at some times, to scale.
 fn shape(settings: &Settings, removal: &Removal, format: &Format) -> Picture {
     let angle = removal.angles_rad[0];
-    let rows: Vec<&RemovalRow> =
-        (0..TIMES).map(|i| &removal.rows[i * (removal.rows.len() - 1) / (TIMES - 1)]).collect();
+    let rows: Vec<&RemovalRow> = (0..TIMES)
+        .map(|i| &removal.rows[i * (removal.rows.len() - 1) / (TIMES - 1)])
+        .collect();
     let largest = rows.last().map_or(0.0, |row| row.edge_radius_m);
     let reach = FACES * largest / (angle / 2.0).tan();
     let width = format.width(WIDTH);
@@ -152,11 +221,19 @@ fn shape(settings: &Settings, removal: &Removal, format: &Format) -> Picture {
     let label = Axis::linear("height in mm");
     let y = Scale::exact(label, [-1.05e3 * depth, 0.05e3 * depth].into_iter());
     let left = left_of(format, &y);
-    let heading = Heading::new(format, "The edge at five times", &subtitle(settings, removal), [left, width - left]);
+    let heading = Heading::new(
+        format,
+        "The edge at five times",
+        &subtitle(settings, removal),
+        [left, width - left],
+    );
     let (top, right) = (heading.height(), width - RIGHT);
     // One millimetre is as long both ways.
     let half = 1.1e3 * depth * f64::from(right - left) / f64::from(diagram) / 2.0;
-    let x = Scale::exact(Axis::linear("across the bisector in mm"), [-half, half].into_iter());
+    let x = Scale::exact(
+        Axis::linear("across the bisector in mm"),
+        [-half, half].into_iter(),
+    );
     let mut canvas = Canvas::on(format, (width, top + diagram + BOTTOM));
     heading.draw(&mut canvas);
     let frame: Frame = [left, top, right, top + diagram];
@@ -165,19 +242,35 @@ fn shape(settings: &Settings, removal: &Removal, format: &Format) -> Picture {
     let (unit, second) = unit_of_time(rows.last().map_or(0.0, |row| row.time_s));
     for (i, row) in rows.iter().enumerate() {
         let place = |[across, up]: [f64; 2]| {
-            let place =
-                |scale: &Scale, at: f64, low: i32, high: i32| f64::from(low) + scale.part(at) * f64::from(high - low);
-            [place(&x, 1e3 * across, left, right), place(&y, 1e3 * up, top + diagram, top)]
+            let place = |scale: &Scale, at: f64, low: i32, high: i32| {
+                f64::from(low) + scale.part(at) * f64::from(high - low)
+            };
+            [
+                place(&x, 1e3 * across, left, right),
+                place(&y, 1e3 * up, top + diagram, top),
+            ]
         };
-        let points: Vec<[f64; 2]> = corner_outline(angle, row.edge_radius_m, far).into_iter().map(place).collect();
+        let points: Vec<[f64; 2]> = corner_outline(angle, row.edge_radius_m, far)
+            .into_iter()
+            .map(place)
+            .collect();
         let pen = pen(i);
         for piece in clip_line(&points, frame) {
             pen.line(&mut canvas, &piece);
         }
         let name = format!("{} {unit}", significant(row.time_s / second));
         let at = (fine(right + 34), fine(top + 16 + 20 * i as i32));
-        pen.line(&mut canvas, &[(fine(right + 8), at.1 - fine(4)), (fine(right + 28), at.1 - fine(4))]);
+        pen.line(
+            &mut canvas,
+            &[
+                (fine(right + 8), at.1 - fine(4)),
+                (fine(right + 28), at.1 - fine(4)),
+            ],
+        );
         canvas.text(&name, text(12, INK), (at.0, at.1 - fine(10)));
     }
-    Picture { name: SHAPE.to_owned(), canvas }
+    Picture {
+        name: SHAPE.to_owned(),
+        canvas,
+    }
 }

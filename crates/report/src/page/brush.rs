@@ -23,9 +23,14 @@ use crate::drawing::format::Format;
 use crate::figures::{Brush, Picture, brush_figures};
 
 const SECTIONS: &str = include_str!("brush.html");
-const SCRIPT: &str = concat!(include_str!("format.js"), include_str!("settings.js"), include_str!("brush.js"));
+const SCRIPT: &str = concat!(
+    include_str!("format.js"),
+    include_str!("settings.js"),
+    include_str!("brush.js")
+);
 
-/// Largest number of coordinates in a page, so that it stays below 10 MB. Beyond it, points of the filaments are left out, then frames.
+/// Largest number of coordinates in a page, so that it stays below 10 MB. Beyond it, points of the
+/// filaments are left out, then frames.
 const MAX_COORDINATES: usize = 3_000_000;
 /// Largest and least number of points of a filament.
 const MAX_POINTS: usize = 26;
@@ -41,8 +46,9 @@ struct Frames {
     /// The filaments that are drawn, by their numbers, and the number of points in each.
     filaments: Vec<usize>,
     points: usize,
-    /// Points from root to tip, filament by filament, frame by frame: along the surface, above it, and along the axis, in m. Not along
-    /// the axis if every filament stays in its plane of rotation.
+    /// Points from root to tip, filament by filament, frame by frame: along the surface, above it,
+    /// and along the axis, in m. Not along the axis if every filament stays in its plane of
+    /// rotation.
     along: Packed,
     above: Packed,
     axial: Option<Packed>,
@@ -54,24 +60,40 @@ struct Frames {
 impl Frames {
     /// The motion in `frames`; none if there are fewer than two, as nothing moves in them.
     fn new(frames: &[Frame], view: &SideView) -> Option<Self> {
-        let nodes = frames.first().and_then(|frame| frame.nodes_m.first()).map_or(0, Vec::len);
+        let nodes = frames
+            .first()
+            .and_then(|frame| frame.nodes_m.first())
+            .map_or(0, Vec::len);
         if frames.len() < 2 || nodes == 0 {
             return None;
         }
         let all = frames[0].nodes_m.len();
         let is_planar = (0..all).all(|filament| stays_in_its_plane(frames, filament));
-        let filaments = if is_planar { different(frames) } else { (0..all).collect() };
+        let filaments = if is_planar {
+            different(frames)
+        } else {
+            (0..all).collect()
+        };
         let dimensions = if is_planar { 2 } else { 3 };
         let of_points = dimensions * filaments.len() * frames.len();
-        let points = (MAX_COORDINATES / of_points).clamp(MIN_POINTS, MAX_POINTS).min(nodes);
-        let shown = (MAX_COORDINATES / (dimensions * filaments.len() * points)).clamp(2, frames.len());
-        let frames: Vec<&Frame> = spread(frames.len(), shown).map(|index| &frames[index]).collect();
+        let points = (MAX_COORDINATES / of_points)
+            .clamp(MIN_POINTS, MAX_POINTS)
+            .min(nodes);
+        let shown =
+            (MAX_COORDINATES / (dimensions * filaments.len() * points)).clamp(2, frames.len());
+        let frames: Vec<&Frame> = spread(frames.len(), shown)
+            .map(|index| &frames[index])
+            .collect();
         let drawn: Vec<usize> = spread(nodes, points).collect();
         let coordinates = |coordinate: &dyn Fn([f64; 3]) -> f64| {
             let mut values = Vec::new();
             for frame in &frames {
                 for nodes in filaments.iter().map(|&filament| &frame.nodes_m[filament]) {
-                    values.extend(drawn.iter().map(|&node| coordinate(nodes[node].map(f64::from))));
+                    values.extend(
+                        drawn
+                            .iter()
+                            .map(|&node| coordinate(nodes[node].map(f64::from))),
+                    );
                 }
             }
             Packed::new(&values)
@@ -79,7 +101,11 @@ impl Frames {
         let forces = |force: fn(&Frame) -> &Vec<f32>| {
             let mut values = Vec::new();
             for frame in &frames {
-                values.extend(filaments.iter().map(|&filament| f64::from(force(frame)[filament])));
+                values.extend(
+                    filaments
+                        .iter()
+                        .map(|&filament| f64::from(force(frame)[filament])),
+                );
             }
             Packed::new(&values)
         };
@@ -99,26 +125,36 @@ impl Frames {
 
 /// Whether a filament stays in one plane of rotation.
 fn stays_in_its_plane(frames: &[Frame], filament: usize) -> bool {
-    let mut places = frames.iter().flat_map(|frame| &frame.nodes_m[filament]).map(|&[_, _, z]| z);
+    let mut places = frames
+        .iter()
+        .flat_map(|frame| &frame.nodes_m[filament])
+        .map(|&[_, _, z]| z);
     let first = places.next();
     places.all(|z| Some(z) == first)
 }
 
-/// The first of filaments that move alike, each in its own plane of rotation: only one of them can be seen along the axis.
+/// The first of filaments that move alike, each in its own plane of rotation: only one of them can
+/// be seen along the axis.
 fn different(frames: &[Frame]) -> Vec<usize> {
     let mut seen = BTreeSet::new();
     let motion = |filament: usize| -> Vec<[u32; 2]> {
         let nodes = frames.iter().flat_map(|frame| &frame.nodes_m[filament]);
         nodes.map(|&[x, y, _]| [x, y].map(f32::to_bits)).collect()
     };
-    (0..frames[0].nodes_m.len()).filter(|&filament| seen.insert(motion(filament))).collect()
+    (0..frames[0].nodes_m.len())
+        .filter(|&filament| seen.insert(motion(filament)))
+        .collect()
 }
 
-/// The page of a brush. `name` is its name, such as that of its input file; `brush` was made from `result`.
+/// The page of a brush. `name` is its name, such as that of its input file; `brush` was made from
+/// `result`.
 #[must_use]
 pub fn brush_page(name: &str, brush: &Brush, result: &BrushResult, notes: Notes<'_>) -> String {
     let name = &shown(name, LONGEST_NAME);
-    let figures: String = brush_figures(brush, &Format::default()).iter().map(figure).collect();
+    let figures: String = brush_figures(brush, &Format::default())
+        .iter()
+        .map(figure)
+        .collect();
     let page = Page {
         title: &format!("{name}: brush"),
         subject: "filaments of a brush that touch each other and a workpiece",
@@ -142,8 +178,11 @@ pub(super) fn figure(Picture { name, canvas }: &Picture) -> String {
 fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
     let view = SideView::new(&brush.settings);
     let pass = Pass::new(&brush.settings);
-    let mut metrics: Vec<&Column<Metrics>> =
-        metric_columns(Having { force: false, ..Having::of(&brush.settings) }).collect();
+    let mut metrics: Vec<&Column<Metrics>> = metric_columns(Having {
+        force: false,
+        ..Having::of(&brush.settings)
+    })
+    .collect();
     metrics.sort_by_key(|column| place_on_page(column));
     let metrics: Vec<Value> = metrics
         .into_iter()
@@ -154,8 +193,15 @@ fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
         })
         .collect();
     let interaction = &brush.interaction;
-    let sector: Vec<Value> = Interaction::COLUMNS.iter().map(|column| entry(column, interaction)).collect();
-    let BrushStatistics { steps, halved_steps, effort } = result.statistics;
+    let sector: Vec<Value> = Interaction::COLUMNS
+        .iter()
+        .map(|column| entry(column, interaction))
+        .collect();
+    let BrushStatistics {
+        steps,
+        halved_steps,
+        effort,
+    } = result.statistics;
     json!({
         "name": name,
         "version": env!("CARGO_PKG_VERSION"),
@@ -184,7 +230,14 @@ fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
 
 /// A number of a record with what the page says of it.
 fn entry<R: Record>(column: &Column<R>, record: &R) -> Value {
-    let &Column { key, symbol, unit, name, meaning, .. } = column;
+    let &Column {
+        key,
+        symbol,
+        unit,
+        name,
+        meaning,
+        ..
+    } = column;
     let value = rounded(column.get(record));
     json!({ "key": key, "symbol": symbol, "unit": unit, "name": name, "meaning": meaning, "value": value })
 }

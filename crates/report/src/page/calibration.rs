@@ -26,28 +26,49 @@ const MOST: usize = 200;
 #[must_use]
 pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
     let name = escape_html(&shown(name, LONGEST_NAME));
-    let lines: Vec<String> = lines(calibration).iter().map(|line| escape_html(line)).collect();
+    let lines: Vec<String> = lines(calibration)
+        .iter()
+        .map(|line| escape_html(line))
+        .collect();
     let (lead, rest) = lines.split_first().expect("values come first");
     let rest: String = rest.iter().map(|line| format!("<li>{line}</li>")).collect();
-    let settings: String = (0..calibration.values.len()).map(|own| setting_row(calibration, own)).collect();
+    let settings: String = (0..calibration.values.len())
+        .map(|own| setting_row(calibration, own))
+        .collect();
     let measured = calibration.problem.measured();
     let trust = format!(
         "The errors follow from how the {measured} change with the settings, which is known to {} %. If that is much above 1 %, {measured} bend within \
          the errors{}.",
         significant(100.0 * calibration.derivative_error),
-        if calibration.problem.radii.is_some() { "" } else { ", because one contact more or less begins there" }
+        if calibration.problem.radii.is_some() {
+            ""
+        } else {
+            ", because one contact more or less begins there"
+        }
     );
     let next: String = calibration
         .next
         .iter()
         .map(|next| {
             let words = escape_html(&calibration.next_words(next));
-            format!("<tr><td>{words}</td><td class=\"number\">÷ {}</td></tr>\n", significant(next.gain))
+            format!(
+                "<tr><td>{words}</td><td class=\"number\">÷ {}</td></tr>\n",
+                significant(next.gain)
+            )
         })
         .collect();
-    let next = if next.is_empty() { next } else { NEXT.replace("{}", &next) };
-    let figures: String = calibration_figures(calibration, &Format::default()).iter().map(figure).collect();
-    let forces: String = (0..calibration.forces.len().min(MOST)).map(|row| force_row(calibration, row)).collect();
+    let next = if next.is_empty() {
+        next
+    } else {
+        NEXT.replace("{}", &next)
+    };
+    let figures: String = calibration_figures(calibration, &Format::default())
+        .iter()
+        .map(figure)
+        .collect();
+    let forces: String = (0..calibration.forces.len().min(MOST))
+        .map(|row| force_row(calibration, row))
+        .collect();
     let body = [
         ("name", &*name),
         ("measured", measured),
@@ -59,7 +80,12 @@ pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
         ("figures", &figures),
         ("forces", &forces),
     ];
-    document(&format!("{name}: calibration"), STYLE, "", &fill(TEMPLATE, &body))
+    document(
+        &format!("{name}: calibration"),
+        STYLE,
+        "",
+        &fill(TEMPLATE, &body),
+    )
 }
 
 fn setting_row(calibration: &Calibration, own: usize) -> String {
@@ -71,7 +97,8 @@ fn setting_row(calibration: &Calibration, own: usize) -> String {
     };
     let value = if calibration.is_determined(own) {
         let text = estimate(calibration, own);
-        text.split_once(" = ").map_or(text.clone(), |(_, value)| value.to_owned())
+        text.split_once(" = ")
+            .map_or(text.clone(), |(_, value)| value.to_owned())
     } else {
         "not determined".to_owned()
     };
@@ -80,7 +107,11 @@ fn setting_row(calibration: &Calibration, own: usize) -> String {
         escape_html(setting.name()),
         escape_html(&setting.symbol()),
         escape_html(&value),
-        escape_html(calibration.intervals[own].map_or_else(String::new, cell).trim_end()),
+        escape_html(
+            calibration.intervals[own]
+                .map_or_else(String::new, cell)
+                .trim_end()
+        ),
         escape_html(cell(fitted.bounds).trim_end()),
     )
 }
@@ -91,7 +122,11 @@ fn force_row(calibration: &Calibration, row: usize) -> String {
         Some(radii) => {
             let time = radii.time_s(own.point);
             let (unit, second) = unit_of_time(time);
-            format!("{} {unit}, {} turns", significant(time / second), significant(radii.turns[own.point]))
+            format!(
+                "{} {unit}, {} turns",
+                significant(time / second),
+                significant(radii.turns[own.point])
+            )
         }
         None => place(calibration, &calibration.problem.points[own.point]),
     };
@@ -109,11 +144,15 @@ fn force_row(calibration: &Calibration, row: usize) -> String {
 
 /// Where a force was measured.
 fn place(calibration: &Calibration, point: &MeasuredPoint) -> String {
-    let depth = Setting::Number(bristle::model::parameters::Parameter::find(DEPTH).expect("the table has the depth"));
+    let depth = Setting::Number(
+        bristle::model::parameters::Parameter::find(DEPTH).expect("the table has the depth"),
+    );
     let speed = match point.speed {
         Speed::Velocity(velocity) => format!("{} m/s", short(velocity)),
         Speed::Rotational(speed) => format!("{} rpm", short(speed)),
     };
-    let tool = calibration.tool_name(point.tool.unwrap_or(0)).map_or_else(String::new, |name| format!("{name}, "));
+    let tool = calibration
+        .tool_name(point.tool.unwrap_or(0))
+        .map_or_else(String::new, |name| format!("{name}, "));
     format!("{tool}{speed}, {}", depth.text(point.penetration_depth_m))
 }

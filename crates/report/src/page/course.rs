@@ -1,7 +1,8 @@
 //! The course of a contact over time, as the page draws it: curves and shapes of the filament.
 //!
-//! A [`Recorder`] collects courses while a study is simulated. Results that come from a journal have none: cases of them that
-//! the page shows are simulated again. Each course is packed at once, with two bytes per number.
+//! A [`Recorder`] collects courses while a study is simulated. Results that come from a journal
+//! have none: cases of them that the page shows are simulated again. Each course is packed at once,
+//! with two bytes per number.
 
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
@@ -16,7 +17,8 @@ use crate::view::{View, height, is_upright, moved, root, sampled_pass};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::{
-    Job, Kind, Pass, ProfileCell, Sample, Sampling, Simulation, Stop, sample_side_by_side, simulate_places,
+    Job, Kind, Pass, ProfileCell, Sample, Sampling, Simulation, Stop, sample_side_by_side,
+    simulate_places,
 };
 use bristle::tool::places;
 use bristle::workpiece::{ProfileCells, Workpiece, unit_normal};
@@ -25,10 +27,22 @@ use bristle_grid::{CaseResult, Study, thread_count};
 const UNBROKEN: &str = "nothing panics with the queue in hand";
 
 /// How a single turn is sampled: enough for curves 600 pixels wide and for smooth motion.
-const SAMPLING: Sampling = Sampling { samples: 301, shapes: 141, loads: false, profile: true, alongside: true };
-/// How several turns are sampled. Contacts are a small part of them; more samples would make the page too large.
-const SAMPLING_OF_TURNS: Sampling = Sampling { samples: 1201, shapes: 281, ..SAMPLING };
-/// How far from the axis the outline of the workpiece is drawn, in radii of the tool, and how far off the drawing may be, in m.
+const SAMPLING: Sampling = Sampling {
+    samples: 301,
+    shapes: 141,
+    loads: false,
+    profile: true,
+    alongside: true,
+};
+/// How several turns are sampled. Contacts are a small part of them; more samples would make the
+/// page too large.
+const SAMPLING_OF_TURNS: Sampling = Sampling {
+    samples: 1201,
+    shapes: 281,
+    ..SAMPLING
+};
+/// How far from the axis the outline of the workpiece is drawn, in radii of the tool, and how far
+/// off the drawing may be, in m.
 const OUTLINE_REACH: f64 = 1.5;
 const OUTLINE_ERROR: f64 = 2e-6;
 /// Maximum number of points of a shape; longer chains are thinned out.
@@ -51,8 +65,8 @@ pub struct Course {
     body_radius: f64,
     tool_radius: f64,
     axis_height: f64,
-    /// The outline of the workpiece as it lies at time zero, with the material on its right-hand side, and its velocity along the
-    /// surface in m/s.
+    /// The outline of the workpiece as it lies at time zero, with the material on its right-hand
+    /// side, and its velocity along the surface in m/s.
     outline: Outline,
     feed: f64,
     /// Where along the profile the work is done.
@@ -74,8 +88,8 @@ pub struct Course {
     /// Points from root to tip, shape by shape: along the surface, and above it, in m.
     along: Packed,
     above: Packed,
-    /// Of a tool that is no upright radial one: the views along its axis and from the side, in place of the one that the numbers above are of, and
-    /// the heights of tip and root in m.
+    /// Of a tool that is no upright radial one: the views along its axis and from the side, in
+    /// place of the one that the numbers above are of, and the heights of tip and root in m.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     posed: Option<Posed>,
 }
@@ -118,7 +132,10 @@ struct Polyline {
 impl Polyline {
     fn new(points: &[[f64; 2]]) -> Self {
         let pack = |k: usize| Packed::new(&points.iter().map(|point| point[k]).collect::<Vec<_>>());
-        Self { along: pack(0), above: pack(1) }
+        Self {
+            along: pack(0),
+            above: pack(1),
+        }
     }
 }
 
@@ -134,22 +151,43 @@ impl Posed {
         if is_upright(settings) {
             return None;
         }
-        let Simulation { shapes, history, .. } = simulation;
-        let pack = |value: &dyn Fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
+        let Simulation {
+            shapes, history, ..
+        } = simulation;
+        let pack = |value: &dyn Fn(&Sample) -> f64| {
+            Packed::new(&history.iter().map(value).collect::<Vec<_>>())
+        };
         let above = |point, sample: &Sample| height(settings, pass, point, sample.time_s);
         let views = View::both(settings, pass).into_iter().map(|view| {
-            let nodes = shapes.iter().flat_map(|shape| drawn.iter().map(|&node| view.place(shape.nodes_m[node])));
+            let nodes = shapes
+                .iter()
+                .flat_map(|shape| drawn.iter().map(|&node| view.place(shape.nodes_m[node])));
             let nodes: Vec<[f64; 2]> = nodes.collect();
-            let shifts: Vec<[f64; 2]> = shapes.iter().map(|shape| view.shift(moved(pass, shape.time_s))).collect();
-            let Polyline { along: moved_along, above: moved_above } = Polyline::new(&shifts);
+            let shifts: Vec<[f64; 2]> = shapes
+                .iter()
+                .map(|shape| view.shift(moved(pass, shape.time_s)))
+                .collect();
+            let Polyline {
+                along: moved_along,
+                above: moved_above,
+            } = Polyline::new(&shifts);
             let Polyline { along, above } = Polyline::new(&nodes);
-            let lines = |lines: &[Vec<[f64; 2]>]| lines.iter().map(|line| Polyline::new(line)).collect();
+            let lines =
+                |lines: &[Vec<[f64; 2]>]| lines.iter().map(|line| Polyline::new(line)).collect();
             let surface = Polyline::new(&view.surface.points);
-            let work: Option<Vec<[f64; 2]>> = worked.points().into_iter().map(|end| view.on_profile(end)).collect();
+            let work: Option<Vec<[f64; 2]>> = worked
+                .points()
+                .into_iter()
+                .map(|end| view.on_profile(end))
+                .collect();
             ViewData {
                 name: view.name,
                 window: window(nodes.iter().chain(&view.nearest)),
-                outline: Outline { along: surface.along, above: surface.above, solid: view.surface.is_filled },
+                outline: Outline {
+                    along: surface.along,
+                    above: surface.above,
+                    solid: view.surface.is_filled,
+                },
                 body: lines(&view.body),
                 trim: lines(&view.trim),
                 work: work.as_deref().map(Polyline::new),
@@ -161,7 +199,9 @@ impl Posed {
         });
         Some(Self {
             views: views.collect(),
-            tip_height: pack(&|sample| above([sample.tip_x_m, sample.tip_y_m, sample.tip_z_m], sample)),
+            tip_height: pack(&|sample| {
+                above([sample.tip_x_m, sample.tip_y_m, sample.tip_z_m], sample)
+            }),
             root_height: pack(&|sample| above(root(pass, sample.base_angle_rad), sample)),
         })
     }
@@ -169,11 +209,19 @@ impl Posed {
 
 /// Left, right, lower and upper end of points.
 fn window<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 4] {
-    let empty = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
-    points.fold(empty, |[left, right, low, high], &[x, y]| [left.min(x), right.max(x), low.min(y), high.max(y)])
+    let empty = [
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+    ];
+    points.fold(empty, |[left, right, low, high], &[x, y]| {
+        [left.min(x), right.max(x), low.min(y), high.max(y)]
+    })
 }
 
-/// The view along the tool's axis with the workpiece below: the component of its normal across the axis points up.
+/// The view along the tool's axis with the workpiece below: the component of its normal across the
+/// axis points up.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SideView {
     /// That component.
@@ -187,7 +235,10 @@ impl SideView {
         let [x, y, _] = unit_normal(&settings.workpiece);
         let across = x.hypot(y);
         let axis_height = (settings.reach_m() - settings.process.penetration_depth_m) / across;
-        Self { up: [x / across, y / across], axis_height }
+        Self {
+            up: [x / across, y / across],
+            axis_height,
+        }
     }
 
     /// The place of a point along the surface, in m.
@@ -206,7 +257,12 @@ impl SideView {
     fn packed(&self, points: &[[f64; 2]]) -> [Packed; 2] {
         let coordinates: [fn(&Self, [f64; 3]) -> f64; 2] = [Self::along, Self::above];
         coordinates.map(|coordinate| {
-            Packed::new(&points.iter().map(|&[x, y]| coordinate(self, [x, y, 0.0])).collect::<Vec<_>>())
+            Packed::new(
+                &points
+                    .iter()
+                    .map(|&[x, y]| coordinate(self, [x, y, 0.0]))
+                    .collect::<Vec<_>>(),
+            )
         })
     }
 }
@@ -223,9 +279,16 @@ pub(super) struct Outline {
 impl Outline {
     /// The outline as it lies at time zero.
     pub(super) fn new(pass: &Pass, settings: &Settings, view: &SideView) -> Self {
-        let outline = pass.workpiece().profile(OUTLINE_REACH * settings.tool_radius_m()).unwrap_or_default();
+        let outline = pass
+            .workpiece()
+            .profile(OUTLINE_REACH * settings.tool_radius_m())
+            .unwrap_or_default();
         let [along, above] = view.packed(&outline.simplified(OUTLINE_ERROR));
-        Self { along, above, solid: outline.is_solid() }
+        Self {
+            along,
+            above,
+            solid: outline.is_solid(),
+        }
     }
 }
 
@@ -234,7 +297,8 @@ impl Outline {
 struct Work {
     /// Number of cells.
     cells: usize,
-    /// The ends of the cells: arc lengths, and places along and above the surface, in m. There is one more than there are cells.
+    /// The ends of the cells: arc lengths, and places along and above the surface, in m. There is
+    /// one more than there are cells.
     arc_length: Packed,
     along: Packed,
     above: Packed,
@@ -255,10 +319,17 @@ impl Course {
         let pass = sampled_pass(settings);
         let [entry, exit] = pass.nominal_times();
         let view = SideView::new(settings);
-        let points = simulation.shapes.first().map_or(0, |shape| shape.nodes_m.len());
+        let points = simulation
+            .shapes
+            .first()
+            .map_or(0, |shape| shape.nodes_m.len());
         let drawn: Vec<usize> = spread(points, points.min(MAX_POINTS)).collect();
         // Other tools have views of their own.
-        let shapes = if is_upright(settings) { &simulation.shapes[..] } else { &[] };
+        let shapes = if is_upright(settings) {
+            &simulation.shapes[..]
+        } else {
+            &[]
+        };
         let (mut along, mut above) = (Vec::new(), Vec::new());
         for shape in shapes {
             for &node in &drawn {
@@ -267,23 +338,36 @@ impl Course {
             }
         }
         let history = &simulation.history;
-        let curve = |value: fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
+        let curve =
+            |value: fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
         let [first, last] = worked(&simulation.profile);
         let cells = pass.profile().unwrap_or_default().cells;
-        let cells = ProfileCells { cells: cells.get(first..last).unwrap_or_default().to_vec(), period: None };
+        let cells = ProfileCells {
+            cells: cells.get(first..last).unwrap_or_default().to_vec(),
+            period: None,
+        };
         Self {
             case,
             end: simulation.end_time_s,
             entry,
             exit,
             turn: pass.turn_time(),
-            turn_impulses: simulation.turn_contact_normal_impulses_n_s.iter().copied().map(rounded).collect(),
+            turn_impulses: simulation
+                .turn_contact_normal_impulses_n_s
+                .iter()
+                .copied()
+                .map(rounded)
+                .collect(),
             body_radius: settings.tool.body_radius_m,
             tool_radius: settings.tool_radius_m(),
             axis_height: view.axis_height,
             outline: Outline::new(&pass, settings, &view),
             feed: settings.workpiece.feed_velocity_m_s,
-            work: Work::new(&cells, simulation.profile.get(first..last).unwrap_or_default(), &view),
+            work: Work::new(
+                &cells,
+                simulation.profile.get(first..last).unwrap_or_default(),
+                &view,
+            ),
             samples: history.len(),
             mean_force: Packed::new(&mean_forces(history)),
             peak_force: curve(|sample| sample.peak_contact_normal_force_n),
@@ -304,14 +388,22 @@ impl Course {
 fn worked(profile: &[ProfileCell]) -> [usize; 2] {
     let has_work = |cell: &ProfileCell| cell.normal_impulse_n_s_m > 0.0;
     let first = profile.iter().position(has_work).unwrap_or(0);
-    [first, profile.iter().rposition(has_work).map_or(0, |last| last + 1)]
+    [
+        first,
+        profile
+            .iter()
+            .rposition(has_work)
+            .map_or(0, |last| last + 1),
+    ]
 }
 
 impl Work {
     /// The work that is `shown` of the cells of `profile`.
     fn new(profile: &ProfileCells, shown: &[ProfileCell], view: &SideView) -> Self {
         let [along, above] = view.packed(&profile.points());
-        let pack = |value: fn(&ProfileCell) -> f64| Packed::new(&shown.iter().map(value).collect::<Vec<_>>());
+        let pack = |value: fn(&ProfileCell) -> f64| {
+            Packed::new(&shown.iter().map(value).collect::<Vec<_>>())
+        };
         Self {
             cells: profile.cells.len(),
             arc_length: Packed::new(&profile.boundaries()),
@@ -324,14 +416,16 @@ impl Work {
     }
 }
 
-/// The mean of `F_n` in N since the previous sample. Unlike values at the samples, it misses no impact, and its integral is
-/// `p_n`.
+/// The mean of `F_n` in N since the previous sample. Unlike values at the samples, it misses no
+/// impact, and its integral is `p_n`.
 fn mean_forces(history: &[Sample]) -> Vec<f64> {
     let mean = |pair: &[Sample]| {
         let rise = pair[1].contact_normal_impulse_n_s - pair[0].contact_normal_impulse_n_s;
         (rise / (pair[1].time_s - pair[0].time_s)).max(0.0)
     };
-    std::iter::once(0.0).chain(history.windows(2).map(mean)).collect()
+    std::iter::once(0.0)
+        .chain(history.windows(2).map(mean))
+        .collect()
 }
 
 /// Records the courses of a study, at most [`MAX_COURSES`], evenly spread over the grid.
@@ -346,26 +440,42 @@ impl<'a> Recorder<'a> {
     /// A recorder without a course.
     #[must_use]
     pub fn new(study: &'a Study) -> Self {
-        Self { study, courses: Mutex::default(), stop: Stop::default() }
+        Self {
+            study,
+            courses: Mutex::default(),
+            stop: Stop::default(),
+        }
     }
 
     /// The same recorder, which simulates no further case once `stop` is requested.
     #[must_use]
     pub fn until(self, stop: &Stop) -> Self {
-        Self { stop: stop.clone(), ..self }
+        Self {
+            stop: stop.clone(),
+            ..self
+        }
     }
 
-    /// How the passes of the study have to be sampled for [`Recorder::take`]. Not at all if the study has more passes than the
-    /// page has courses: simulating a few again is cheaper than sampling all.
+    /// How the passes of the study have to be sampled for [`Recorder::take`]. Not at all if the
+    /// study has more passes than the page has courses: simulating a few again is cheaper than
+    /// sampling all.
     #[must_use]
     pub fn sampling(&self) -> Sampling {
         let all = self.study.case_count() <= MAX_COURSES && !self.study.scatters();
-        if all { self.sampling_of_courses() } else { Sampling::default() }
+        if all {
+            self.sampling_of_courses()
+        } else {
+            Sampling::default()
+        }
     }
 
     /// How the passes with courses are sampled.
     fn sampling_of_courses(&self) -> Sampling {
-        if self.study.takes_turns() { SAMPLING_OF_TURNS } else { SAMPLING }
+        if self.study.takes_turns() {
+            SAMPLING_OF_TURNS
+        } else {
+            SAMPLING
+        }
     }
 
     /// Records a case, counted from 0, if its pass was sampled.
@@ -383,36 +493,61 @@ impl<'a> Recorder<'a> {
     /// The settings of a case, at the depth that was found for its force if it states one.
     fn at_depth(&self, case: usize, found: &Metrics) -> Settings {
         let settings = self.study.settings(case);
-        if settings.process.tool_force_n.is_some() { settings.at_depth(found.penetration_depth_m) } else { settings }
+        if settings.process.tool_force_n.is_some() {
+            settings.at_depth(found.penetration_depth_m)
+        } else {
+            settings
+        }
     }
 
     fn courses(&self) -> MutexGuard<'_, Vec<Course>> {
-        self.courses.lock().expect("nothing panics with the courses in hand")
+        self.courses
+            .lock()
+            .expect("nothing panics with the courses in hand")
     }
 
-    /// Simulates the cases of the page that were not recorded, and returns all courses. Brushes have none.
+    /// Simulates the cases of the page that were not recorded, and returns all courses. Brushes
+    /// have none.
     ///
-    /// A case that failed, in `results` or now, has no course, nor do those that were under way or waiting when it was asked to stop. The default
-    /// number of threads is the number of cores. Neither the number of threads nor the time of recording changes a course.
+    /// A case that failed, in `results` or now, has no course, nor do those that were under way or
+    /// waiting when it was asked to stop. The default number of threads is the number of cores.
+    /// Neither the number of threads nor the time of recording changes a course.
     ///
     /// # Errors
     /// If the threads cannot be started.
-    pub fn finish(self, results: &[CaseResult], threads: Option<NonZeroUsize>) -> io::Result<Vec<Course>> {
+    pub fn finish(
+        self,
+        results: &[CaseResult],
+        threads: Option<NonZeroUsize>,
+    ) -> io::Result<Vec<Course>> {
         let study = self.study;
         if study.has_brush() {
             return Ok(Vec::new());
         }
         let recorded: BTreeSet<usize> = self.courses().iter().map(Course::case).collect();
-        let waiting = Selection::with_course(study).cases.into_iter().filter(|case| !recorded.contains(case));
-        let settings = |case: usize| Some(self.at_depth(case, &results[case].as_ref().ok()?.metrics));
+        let waiting = Selection::with_course(study)
+            .cases
+            .into_iter()
+            .filter(|case| !recorded.contains(case));
+        let settings =
+            |case: usize| Some(self.at_depth(case, &results[case].as_ref().ok()?.metrics));
         let all = waiting.filter_map(|case| Some((case, settings(case)?)));
-        let (trims, alone): (Vec<_>, Vec<_>) = all.partition(|(_, settings)| places(settings).len() > 1);
+        let (trims, alone): (Vec<_>, Vec<_>) =
+            all.partition(|(_, settings)| places(settings).len() > 1);
         let trims = Mutex::new(trims);
         let mut queue: Vec<(Kind, f64, usize, Settings)> = alone
             .into_iter()
-            .map(|(case, settings)| (Kind::of(&settings), Pass::new(&settings).end_time(), case, settings))
+            .map(|(case, settings)| {
+                (
+                    Kind::of(&settings),
+                    Pass::new(&settings).end_time(),
+                    case,
+                    settings,
+                )
+            })
             .collect();
-        // Taken from the end: by kind, with the longest passes first, so that all threads finish at about the same time.
+        // Taken from the end: by kind, with the longest passes first, so that all threads finish at
+        // about the same time.
         queue.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
         let count = queue.len() + trims.lock().expect(UNBROKEN).len();
         let queue = Mutex::new(queue);
@@ -422,8 +557,12 @@ impl<'a> Recorder<'a> {
                     return None;
                 }
                 let mut queue = queue.lock().expect(UNBROKEN);
-                let (_, _, number, settings) = queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
-                Some(Job { number, pass: Pass::new(&settings).until(&self.stop) })
+                let (_, _, number, settings) =
+                    queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
+                Some(Job {
+                    number,
+                    pass: Pass::new(&settings).until(&self.stop),
+                })
             };
             let sampling = self.sampling_of_courses();
             sample_side_by_side(sampling, take, |number, result| {
@@ -435,7 +574,9 @@ impl<'a> Recorder<'a> {
             while !self.stop.is_requested()
                 && let Some((case, settings)) = next()
             {
-                if let Ok(simulation) = simulate_places(&settings, sampling, &self.stop, &mut |_| ()) {
+                if let Ok(simulation) =
+                    simulate_places(&settings, sampling, &self.stop, &mut |_| ())
+                {
                     self.take(case, &simulation);
                 }
             }
@@ -448,7 +589,10 @@ impl<'a> Recorder<'a> {
             work();
             Ok::<_, io::Error>(())
         })?;
-        let mut courses = self.courses.into_inner().expect("nothing panics with the courses in hand");
+        let mut courses = self
+            .courses
+            .into_inner()
+            .expect("nothing panics with the courses in hand");
         courses.sort_unstable_by_key(Course::case);
         Ok(courses)
     }
@@ -467,13 +611,19 @@ mod tests {
 
     fn settings() -> Settings {
         let text = include_str!("../../../../examples/zirconia.toml");
-        Document::parse(text, "zirconia.toml").and_then(|document| document.settings()).expect("the example is right")
+        Document::parse(text, "zirconia.toml")
+            .and_then(|document| document.settings())
+            .expect("the example is right")
     }
 
     /// The example at three velocities.
     fn study() -> Study {
-        let velocities = Sweep::list(Parameter::find(VELOCITY).expect("it exists"), vec![10.0, 30.0, 20.0]);
-        Study::new(settings(), vec![velocities.expect("the values are right")]).expect("the study is right")
+        let velocities = Sweep::list(
+            Parameter::find(VELOCITY).expect("it exists"),
+            vec![10.0, 30.0, 20.0],
+        );
+        Study::new(settings(), vec![velocities.expect("the values are right")])
+            .expect("the study is right")
     }
 
     /// In this contact the filament bounces, and samples alone would miss most of it.
@@ -482,21 +632,30 @@ mod tests {
         let settings = settings();
         let simulation = simulate_with(&settings, SAMPLING).expect("the pass ends");
         let history = &simulation.history;
-        assert_eq!((history.len(), simulation.shapes.len()), (SAMPLING.samples, SAMPLING.shapes));
+        assert_eq!(
+            (history.len(), simulation.shapes.len()),
+            (SAMPLING.samples, SAMPLING.shapes)
+        );
         let impulse: f64 = mean_forces(history)
             .iter()
             .skip(1)
             .zip(history.windows(2))
             .map(|(f, w)| f * (w[1].time_s - w[0].time_s))
             .sum();
-        let peak = history.iter().map(|sample| sample.peak_contact_normal_force_n).fold(0.0, f64::max);
+        let peak = history
+            .iter()
+            .map(|sample| sample.peak_contact_normal_force_n)
+            .fold(0.0, f64::max);
         let metrics = &simulation.metrics;
         // A sum of 300 terms, each with a difference of two integrals.
         assert!((impulse / metrics.contact_normal_impulse_n_s - 1.0).abs() < 1e-12);
         // The search for maxima resolves a millionth of a step; the force is level there.
         assert!((peak / metrics.peak_contact_normal_force_n - 1.0).abs() < 1e-6);
         let alone = simulate(&settings).expect("the pass ends").metrics;
-        assert!((metrics.contact_normal_impulse_n_s / alone.contact_normal_impulse_n_s - 1.0).abs() < 1e-6);
+        assert!(
+            (metrics.contact_normal_impulse_n_s / alone.contact_normal_impulse_n_s - 1.0).abs()
+                < 1e-6
+        );
     }
 
     #[test]
@@ -509,8 +668,12 @@ mod tests {
             assert!((x.hypot(y) - settings.tool.body_radius_m).abs() < 1e-12 && z == 0.0);
             assert_eq!(shape.nodes_m.len(), settings.filament.segments + 1);
             for pair in shape.nodes_m.windows(2) {
-                let length = (0..3).map(|i| (pair[1][i] - pair[0][i]).powi(2)).sum::<f64>().sqrt();
-                // Nodes are interpolated each for itself, which a step at the default tolerance bends a little.
+                let length = (0..3)
+                    .map(|i| (pair[1][i] - pair[0][i]).powi(2))
+                    .sum::<f64>()
+                    .sqrt();
+                // Nodes are interpolated each for itself, which a step at the default tolerance
+                // bends a little.
                 assert!((length / (0.040 / 25.0) - 1.0).abs() < 1e-2, "{length}");
             }
         }
@@ -525,15 +688,22 @@ mod tests {
     fn courses_are_those_of_the_passes_alone() {
         let study = study();
         let results = run_study(&study, None, || {}).expect("the threads start");
-        let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
+        let courses = Recorder::new(&study)
+            .finish(&results, None)
+            .expect("the threads start");
         let alone = (0..3).map(|case| {
             let settings = study.settings(case);
-            Course::new(case, &settings, &simulate_with(&settings, SAMPLING).expect("the pass ends"))
+            Course::new(
+                case,
+                &settings,
+                &simulate_with(&settings, SAMPLING).expect("the pass ends"),
+            )
         });
         assert!(courses == alone.collect::<Vec<_>>());
     }
 
-    /// Sampling must not change results, and what was recorded in a study must be what a page made later shows.
+    /// Sampling must not change results, and what was recorded in a study must be what a page made
+    /// later shows.
     #[test]
     fn courses_recorded_in_the_study_change_nothing() {
         let study = study();
@@ -541,28 +711,65 @@ mod tests {
         let results = run_study(&study, None, || {}).expect("the threads start");
         let take = |case, pass: &Simulation| recorder.take(case, pass);
         let same = |case: usize, result: CaseResult| {
-            assert!(result == results[case], "metrics and statistics have the same bits");
+            assert!(
+                result == results[case],
+                "metrics and statistics have the same bits"
+            );
             ControlFlow::Continue(())
         };
         // As after a resume: the first case is not simulated, so its course has to be made later.
-        simulate_cases(&study, &[1, 2], None, &Stop::default(), recorder.sampling(), take, same)
-            .expect("the threads start");
+        simulate_cases(
+            &study,
+            &[1, 2],
+            None,
+            &Stop::default(),
+            recorder.sampling(),
+            take,
+            same,
+        )
+        .expect("the threads start");
         assert_eq!(recorder.courses().len(), 2);
         let recorded = recorder.finish(&results, None).expect("the threads start");
-        assert!(recorded == Recorder::new(&study).finish(&results, None).expect("the threads start"));
+        assert!(
+            recorded
+                == Recorder::new(&study)
+                    .finish(&results, None)
+                    .expect("the threads start")
+        );
     }
 
-    /// The dissipated energy that courses integrate less exactly cannot be told from the exact one in a drawing.
+    /// The dissipated energy that courses integrate less exactly cannot be told from the exact one
+    /// in a drawing.
     #[test]
     fn energies_alongside_are_those_of_a_history() {
         let settings = settings();
-        let exact = simulate_with(&settings, Sampling { alongside: false, ..SAMPLING }).expect("the pass ends");
+        let exact = simulate_with(
+            &settings,
+            Sampling {
+                alongside: false,
+                ..SAMPLING
+            },
+        )
+        .expect("the pass ends");
         let alongside = simulate_with(&settings, SAMPLING).expect("the pass ends");
-        let taken = |simulation: &Simulation| simulation.history.last().expect("samples").dissipated_energy_j;
+        let taken = |simulation: &Simulation| {
+            simulation
+                .history
+                .last()
+                .expect("samples")
+                .dissipated_energy_j
+        };
         for (exact_sample, sample) in exact.history.iter().zip(&alongside.history) {
             let difference = (exact_sample.dissipated_energy_j - sample.dissipated_energy_j).abs();
-            assert!(difference < 1e-5 * taken(&exact), "{difference} J at {} s", sample.time_s);
+            assert!(
+                difference < 1e-5 * taken(&exact),
+                "{difference} J at {} s",
+                sample.time_s
+            );
         }
-        assert_eq!(alongside.metrics, simulate(&settings).expect("the pass ends").metrics);
+        assert_eq!(
+            alongside.metrics,
+            simulate(&settings).expect("the pass ends").metrics
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Measured forces on the page of a study: a table with the simulated ones, and marks on map and curve.
+//! Measured forces on the page of a study: a table with the simulated ones, and marks on map and
+//! curve.
 
 use bristle::model::parameters::Parameter;
 use bristle_grid::{DEPTH, SPEED, Study, VELOCITY};
@@ -13,7 +14,10 @@ const MAX_SHOWN: (usize, usize) = (4, 100);
 
 /// Measured and simulated forces for the script; `null` without any.
 pub(super) fn measured_data(study: &Study, comparisons: &[Comparison]) -> Value {
-    let Some(first) = comparisons.first().and_then(|comparison| comparison.points.first()) else {
+    let Some(first) = comparisons
+        .first()
+        .and_then(|comparison| comparison.points.first())
+    else {
         return Value::Null;
     };
     let speed = match first.measured.speed {
@@ -21,7 +25,9 @@ pub(super) fn measured_data(study: &Study, comparisons: &[Comparison]) -> Value 
         Speed::Rotational(_) => SPEED,
     };
     let column = |path: &str| {
-        let &Parameter { symbol, name, unit, .. } = Parameter::find(path).expect("the table has speeds and depth");
+        let &Parameter {
+            symbol, name, unit, ..
+        } = Parameter::find(path).expect("the table has speeds and depth");
         json!({ "symbol": symbol, "name": name, "unit": unit })
     };
     json!({
@@ -33,17 +39,39 @@ pub(super) fn measured_data(study: &Study, comparisons: &[Comparison]) -> Value 
 }
 
 fn comparison_data(study: &Study, comparison: &Comparison) -> Value {
-    let Comparison { fixed, condition, points } = comparison;
+    let Comparison {
+        fixed,
+        condition,
+        points,
+    } = comparison;
     // The value on each axis of the study; those of one value do not distinguish points.
     let on_axis = |point: &Point, path: &str| match path {
         DEPTH => Some(point.measured.penetration_depth_m),
         _ if path == study.speed().path => Some(point.across),
-        _ => fixed.iter().find(|(other, _)| other.path() == path).map(|(_, value)| *value),
+        _ => fixed
+            .iter()
+            .find(|(other, _)| other.path() == path)
+            .map(|(_, value)| *value),
     };
     let point_data = |point: &Point| {
-        let Measurement { speed, penetration_depth_m, force_n, std_n, .. } = point.measured;
-        let at = study.sweeps().iter().map(|axis| on_axis(point, axis.path())).collect::<Vec<_>>();
-        let simulated = |value: fn(Simulated) -> f64| point.simulated.ok().map(|simulated| rounded(value(simulated)));
+        let Measurement {
+            speed,
+            penetration_depth_m,
+            force_n,
+            std_n,
+            ..
+        } = point.measured;
+        let at = study
+            .sweeps()
+            .iter()
+            .map(|axis| on_axis(point, axis.path()))
+            .collect::<Vec<_>>();
+        let simulated = |value: fn(Simulated) -> f64| {
+            point
+                .simulated
+                .ok()
+                .map(|simulated| rounded(value(simulated)))
+        };
         json!({
             "at": at,
             "speed": speed.value(),

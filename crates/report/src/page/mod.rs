@@ -1,8 +1,8 @@
 //! `report.html`: a study as one self-contained page for a browser; `brush.html`: a brush.
 //!
-//! A study, its results and the courses of some cases ([`Recorder`]) go in; the text of the page comes out. It contains the
-//! data as JSON, the scripts that draw them, and their style. The same study gives the same bytes: the page contains neither
-//! dates nor durations.
+//! A study, its results and the courses of some cases ([`Recorder`]) go in; the text of the page
+//! comes out. It contains the data as JSON, the scripts that draw them, and their style. The same
+//! study gives the same bytes: the page contains neither dates nor durations.
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -57,9 +57,9 @@ const SCRIPT: &str = concat!(
 /// Longest name of a study in its page, in characters.
 const LONGEST_NAME: usize = 100;
 
-/// The page of a study. `name` is the name of the study, such as that of its input file; `results` has one result per case, in
-/// order; `assumptions` are the settings that the file leaves to their defaults, `comparisons` those with measured forces, and `answer` is what the
-/// file asks for.
+/// The page of a study. `name` is the name of the study, such as that of its input file; `results`
+/// has one result per case, in order; `assumptions` are the settings that the file leaves to their
+/// defaults, `comparisons` those with measured forces, and `answer` is what the file asks for.
 #[must_use]
 pub fn page(
     name: &str,
@@ -71,7 +71,10 @@ pub fn page(
     answer: Option<&Answer>,
 ) -> String {
     let name = &shown(name, LONGEST_NAME);
-    let notes = Notes { unusual: &unusual_in_study(study), assumptions };
+    let notes = Notes {
+        unusual: &unusual_in_study(study),
+        assumptions,
+    };
     let page = Page {
         title: &format!("{name}: brushing study"),
         subject: "contact of a brush filament with a workpiece",
@@ -123,7 +126,15 @@ struct Page<'a> {
 impl Page<'_> {
     /// The whole page.
     fn framed(self) -> String {
-        let Self { title, subject, without_scripts, sections, notes, mut data, script } = self;
+        let Self {
+            title,
+            subject,
+            without_scripts,
+            sections,
+            notes,
+            mut data,
+            script,
+        } = self;
         data["notes"] = notes.data();
         let body = [
             ("subject", subject),
@@ -141,17 +152,33 @@ const SCRIPTS: &str = " script-src 'unsafe-inline';";
 
 /// The document of a body. `title` is HTML.
 fn document(title: &str, style: &str, scripts: &str, body: &str) -> String {
-    fill(DOCUMENT, &[("title", title), ("style", style), ("scripts", scripts), ("body", body)])
+    fill(
+        DOCUMENT,
+        &[
+            ("title", title),
+            ("style", style),
+            ("scripts", scripts),
+            ("body", body),
+        ],
+    )
 }
 
-/// Fills the places of a template, `{{name}}`, with texts. Places within these texts are not filled.
+/// Fills the places of a template, `{{name}}`, with texts. Places within these texts are not
+/// filled.
 fn fill(template: &str, texts: &[(&str, &str)]) -> String {
-    let mut filled = String::with_capacity(template.len() + texts.iter().map(|(_, text)| text.len()).sum::<usize>());
+    let mut filled = String::with_capacity(
+        template.len() + texts.iter().map(|(_, text)| text.len()).sum::<usize>(),
+    );
     let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {
         filled.push_str(before);
-        let (place, after) = after.split_once("}}").expect("a place of the template ends");
-        let (_, text) = texts.iter().find(|(name, _)| *name == place).expect("each place has its text");
+        let (place, after) = after
+            .split_once("}}")
+            .expect("a place of the template ends");
+        let (_, text) = texts
+            .iter()
+            .find(|(name, _)| *name == place)
+            .expect("each place has its text");
         filled.push_str(text);
         rest = after;
     }
@@ -160,14 +187,22 @@ fn fill(template: &str, texts: &[(&str, &str)]) -> String {
 
 /// Escapes text for HTML.
 fn escape_html(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }
 
-/// JSON for a `<script>`, which it must neither end nor open a comment in. It has `<` in strings only, where it may be escaped.
+/// JSON for a `<script>`, which it must neither end nor open a comment in. It has `<` in strings
+/// only, where it may be escaped.
 fn script_data(data: &Value) -> String {
     let json = serde_json::to_string(data).expect("a value of JSON can be written");
     // A page of megabytes is not copied for nothing.
-    if json.contains('<') { json.replace('<', "\\u003c") } else { json }
+    if json.contains('<') {
+        json.replace('<', "\\u003c")
+    } else {
+        json
+    }
 }
 
 /// An axis of the study in the page.
@@ -181,7 +216,8 @@ struct AxisData<'a> {
     values: Vec<f64>,
     /// The names of the values shown; none if they are numbers.
     names: Option<Vec<&'a str>>,
-    /// Their positions among all values, and the number of all values, which give the row of a case in `runs.csv`.
+    /// Their positions among all values, and the number of all values, which give the row of a case
+    /// in `runs.csv`.
     positions: Vec<usize>,
     count: usize,
 }
@@ -210,10 +246,19 @@ fn quantity<R: Record>(
     summaries: &[Option<CaseSummary>],
     record: impl Fn(&CaseSummary) -> Option<&R>,
 ) -> QuantityData {
-    let &Column { key, symbol, unit, name, meaning, display, .. } = column;
+    let &Column {
+        key,
+        symbol,
+        unit,
+        name,
+        meaning,
+        display,
+        ..
+    } = column;
     let logarithmic = display.scale == Scale::Logarithmic;
     let headline = display.prominence == Prominence::Headline;
-    let number = |summary: &Option<CaseSummary>| Some(rounded(column.get(record(summary.as_ref()?)?)));
+    let number =
+        |summary: &Option<CaseSummary>| Some(rounded(column.get(record(summary.as_ref()?)?)));
     QuantityData {
         key,
         symbol,
@@ -222,7 +267,9 @@ fn quantity<R: Record>(
         meaning,
         headline,
         logarithmic,
-        range: display.range.map(|range| range.map(|end| end / display.factor)),
+        range: display
+            .range
+            .map(|range| range.map(|end| end / display.factor)),
         values: summaries.iter().map(number).collect(),
     }
 }
@@ -243,14 +290,21 @@ fn data(
         .map(|(axis, positions)| {
             let setting = axis.setting();
             let parameter = setting.parameter();
-            let names =
-                setting.names().map(|names| positions.iter().map(|&position| names[position].as_str()).collect());
+            let names = setting.names().map(|names| {
+                positions
+                    .iter()
+                    .map(|&position| names[position].as_str())
+                    .collect()
+            });
             AxisData {
                 path: setting.path(),
                 symbol: parameter.map_or("", |parameter| parameter.symbol),
                 name: setting.name(),
                 unit: parameter.map_or("", |parameter| parameter.unit),
-                values: positions.iter().map(|&position| axis.values()[position]).collect(),
+                values: positions
+                    .iter()
+                    .map(|&position| axis.values()[position])
+                    .collect(),
                 names,
                 positions: positions.clone(),
                 count: axis.values().len(),
@@ -262,23 +316,28 @@ fn data(
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
     let mut metrics: Vec<&Column<Metrics>> = metric_columns(Having::of_study(study)).collect();
     metrics.sort_by_key(|column| place_on_page(column));
-    let tells = |quantity: &QuantityData| quantity.values.iter().flatten().any(|&value| value != 0.0);
+    let tells =
+        |quantity: &QuantityData| quantity.values.iter().flatten().any(|&value| value != 0.0);
     let metrics = metrics.into_iter().filter_map(|column| {
         let quantity = quantity(column, &summaries, |summary| Some(&summary.metrics));
         (!column.display.optional || tells(&quantity)).then_some(quantity)
     });
-    let scatter =
-        ForceScatter::COLUMNS.iter().map(|column| quantity(column, &summaries, |summary| summary.scatter.as_ref()));
-    let interaction = |column| quantity(column, &summaries, |summary| summary.brush.as_ref());
-    let (headlines, others): (Vec<&Column<Interaction>>, Vec<&Column<Interaction>>) = Interaction::COLUMNS
+    let scatter = ForceScatter::COLUMNS
         .iter()
-        .filter(|_| study.has_brush())
-        .partition(|column| column.display.prominence == Prominence::Headline);
+        .map(|column| quantity(column, &summaries, |summary| summary.scatter.as_ref()));
+    let interaction = |column| quantity(column, &summaries, |summary| summary.brush.as_ref());
+    let (headlines, others): (Vec<&Column<Interaction>>, Vec<&Column<Interaction>>) =
+        Interaction::COLUMNS
+            .iter()
+            .filter(|_| study.has_brush())
+            .partition(|column| column.display.prominence == Prominence::Headline);
     // What interaction changes comes first.
     let metrics = headlines.into_iter().map(interaction).chain(metrics);
     // Without scatter there is no band, and inputs that do not scatter have no share.
-    let quantities: Vec<QuantityData> =
-        metrics.chain(scatter.filter(tells)).chain(others.into_iter().map(interaction)).collect();
+    let quantities: Vec<QuantityData> = metrics
+        .chain(scatter.filter(tells))
+        .chain(others.into_iter().map(interaction))
+        .collect();
     let statistics: Vec<QuantityData> = Statistics::COLUMNS
         .iter()
         .map(|column| quantity(column, &summaries, |summary| Some(&summary.statistics)))
@@ -289,10 +348,15 @@ fn data(
         .zip(&summaries)
         .map(|(&case, summary)| Some(uncertainty(&study.settings(case), summary.as_ref()?)))
         .collect();
-    let errors: Vec<(usize, &String)> =
-        cases.iter().enumerate().filter_map(|(index, result)| Some((index, result.as_ref().err()?))).collect();
-    let courses: Vec<(usize, &Course)> =
-        courses.iter().filter_map(|course| Some((shown.cases.binary_search(&course.case()).ok()?, course))).collect();
+    let errors: Vec<(usize, &String)> = cases
+        .iter()
+        .enumerate()
+        .filter_map(|(index, result)| Some((index, result.as_ref().err()?)))
+        .collect();
+    let courses: Vec<(usize, &Course)> = courses
+        .iter()
+        .filter_map(|course| Some((shown.cases.binary_search(&course.case()).ok()?, course)))
+        .collect();
     json!({
         "name": name,
         "headline": headline(study, results),
@@ -319,19 +383,36 @@ fn data(
 /// The settings that are assumed, and what a change of each does.
 fn assumptions_data(assumptions: &Assumptions) -> Value {
     let entry = |assumption: &Assumption| {
-        let &Assumption { parameter, value, changed, force_change } = assumption;
-        let &Parameter { path, symbol, name, unit, .. } = parameter;
+        let &Assumption {
+            parameter,
+            value,
+            changed,
+            force_change,
+        } = assumption;
+        let &Parameter {
+            path,
+            symbol,
+            name,
+            unit,
+            ..
+        } = parameter;
         json!({
             "path": path, "symbol": symbol, "name": name, "unit": unit,
             "value": value, "changed": rounded(changed), "force_change": force_change.map(rounded),
         })
     };
-    let Assumptions { row, place, list, material: _ } = assumptions;
+    let Assumptions {
+        row,
+        place,
+        list,
+        material: _,
+    } = assumptions;
     let list: Vec<Value> = list.iter().map(entry).collect();
     json!({ "row": row, "place": place, "list": list, "notes": assumptions.notes() })
 }
 
-/// The order of metrics on the page: the most prominent first, with all those of the tool together. A depth is shown where it is a result.
+/// The order of metrics on the page: the most prominent first, with all those of the tool together.
+/// A depth is shown where it is a result.
 fn place_on_page(column: &Column<Metrics>) -> Prominence {
     match column.display.scope {
         _ if column.key == "penetration_depth_m" => Prominence::Headline,
@@ -341,11 +422,16 @@ fn place_on_page(column: &Column<Metrics>) -> Prominence {
     }
 }
 
-/// Uncertainty of the tool force in N, from that of the number of filaments: `ΔF_n,w = p_n ΔN_f ω/(2π)`.
+/// Uncertainty of the tool force in N, from that of the number of filaments: `ΔF_n,w = p_n ΔN_f
+/// ω/(2π)`.
 fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
     let rate = settings.angular_velocity_rad_s();
     let impulse = summary.metrics.contact_normal_impulse_n_s;
-    rounded(tool_force(impulse, settings.tool.filament_count_uncertainty, rate))
+    rounded(tool_force(
+        impulse,
+        settings.tool.filament_count_uncertainty,
+        rate,
+    ))
 }
 
 /// The settings of a study. Those that differ between named tools have a value for each.
@@ -354,7 +440,9 @@ fn study_settings(study: &Study) -> Vec<Value> {
     let first_case = |tool: usize| study.settings(tool * (study.case_count() / tools));
     let of_tool = |tool: usize| settings(&first_case(tool), |parameter| study.varies(parameter));
     let of_tools: Vec<Vec<Value>> = (0..tools).map(of_tool).collect();
-    let position = |settings: &[Value], entry: &Value| settings.iter().position(|own| own["path"] == entry["path"]);
+    let position = |settings: &[Value], entry: &Value| {
+        settings.iter().position(|own| own["path"] == entry["path"])
+    };
     // What only some have comes behind what precedes it there.
     let mut merged: Vec<Value> = Vec::new();
     for settings in &of_tools {
@@ -378,27 +466,82 @@ fn study_settings(study: &Study) -> Vec<Value> {
     merged
 }
 
-/// Path, symbol, name and unit of the settings that are not numbers, each after the path of the number that it precedes. Those that the
-/// settings do not state, as of another kind of workpiece or without a brush, are left out.
+/// Path, symbol, name and unit of the settings that are not numbers, each after the path of the
+/// number that it precedes. Those that the settings do not state, as of another kind of workpiece
+/// or without a brush, are left out.
 const NOT_NUMBERS: [(&str, [&str; 4]); 11] = [
     ("tool.body_radius_m", ["tool.kind", "", "kind of tool", ""]),
-    ("workpiece.feed_velocity_m_s", ["workpiece.kind", "", "kind of workpiece", ""]),
-    ("workpiece.feed_velocity_m_s", ["workpiece.normal", "n⃗", "outward normal", ""]),
-    ("process.brushing_velocity_m_s", ["workpiece.side", "", "how filaments meet an edge", ""]),
-    ("process.brushing_velocity_m_s", ["workpiece.control_points_m", "", "control points of a profile", "m"]),
-    ("process.brushing_velocity_m_s", ["workpiece.closed", "", "whether a profile is closed", ""]),
-    ("process.lead_angle_rad", ["process.gravity_m_s2", "g⃗", "acceleration of free fall", "m/s²"]),
-    ("brush.columns", ["uncertainty.hold", "", "what stays the same for tools of another radius", ""]),
-    ("brush.stiffness_n_m2", ["brush.pattern", "", "pattern of the roots", ""]),
-    ("brush.stiffness_n_m2", ["brush.ends", "", "what is beyond the first and the last row", ""]),
-    ("brush.seed", ["brush.steady", "", "whether a steady stretch counts", ""]),
+    (
+        "workpiece.feed_velocity_m_s",
+        ["workpiece.kind", "", "kind of workpiece", ""],
+    ),
+    (
+        "workpiece.feed_velocity_m_s",
+        ["workpiece.normal", "n⃗", "outward normal", ""],
+    ),
+    (
+        "process.brushing_velocity_m_s",
+        ["workpiece.side", "", "how filaments meet an edge", ""],
+    ),
+    (
+        "process.brushing_velocity_m_s",
+        [
+            "workpiece.control_points_m",
+            "",
+            "control points of a profile",
+            "m",
+        ],
+    ),
+    (
+        "process.brushing_velocity_m_s",
+        ["workpiece.closed", "", "whether a profile is closed", ""],
+    ),
+    (
+        "process.lead_angle_rad",
+        [
+            "process.gravity_m_s2",
+            "g⃗",
+            "acceleration of free fall",
+            "m/s²",
+        ],
+    ),
+    (
+        "brush.columns",
+        [
+            "uncertainty.hold",
+            "",
+            "what stays the same for tools of another radius",
+            "",
+        ],
+    ),
+    (
+        "brush.stiffness_n_m2",
+        ["brush.pattern", "", "pattern of the roots", ""],
+    ),
+    (
+        "brush.stiffness_n_m2",
+        [
+            "brush.ends",
+            "",
+            "what is beyond the first and the last row",
+            "",
+        ],
+    ),
+    (
+        "brush.seed",
+        ["brush.steady", "", "whether a steady stretch counts", ""],
+    ),
 ];
 
-/// All settings; those that are swept have no value. Without a brush there are none of `[brush]`, and likewise of `[removal]`.
+/// All settings; those that are swept have no value. Without a brush there are none of `[brush]`,
+/// and likewise of `[removal]`.
 fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value> {
     let entry = |[path, symbol, name, unit]: [&str; 4], value: Value| json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value });
     let all = serde_json::to_value(base).expect("settings have texts as keys");
-    let stated = |path: &str| all.pointer(&format!("/{}", path.replace('.', "/"))).filter(|value| !value.is_null());
+    let stated = |path: &str| {
+        all.pointer(&format!("/{}", path.replace('.', "/")))
+            .filter(|value| !value.is_null())
+    };
     let mut entries: Vec<(&str, Value)> = PARAMETERS
         .iter()
         .filter(|parameter| match parameter.section() {
@@ -407,19 +550,33 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
             _ => true,
         })
         .filter_map(|parameter| {
-            let &Parameter { path, symbol, name, unit, .. } = parameter;
+            let &Parameter {
+                path,
+                symbol,
+                name,
+                unit,
+                ..
+            } = parameter;
             let number = parameter.read(base)?;
             let value = match path {
                 _ if is_swept(parameter) => Value::Null,
                 // A number, or what takes its place.
-                "process.penetration_depth_m" if base.process.tool_force_n.is_some() => json!("found for the force"),
-                "process.tool_force_n" if base.process.tool_force_n.is_none() => json!("none: the depth is stated"),
+                "process.penetration_depth_m" if base.process.tool_force_n.is_some() => {
+                    json!("found for the force")
+                }
+                "process.tool_force_n" if base.process.tool_force_n.is_none() => {
+                    json!("none: the depth is stated")
+                }
                 // What follows from others is rounded.
                 _ if !parameter.instead_of.is_empty() => json!(rounded(number)),
                 // A number, or a word, or nothing.
-                "process.turns" | "brush.columns" | "brush.rows" | "brush.contact_points" => json!(stated(path)),
+                "process.turns" | "brush.columns" | "brush.rows" | "brush.contact_points" => {
+                    json!(stated(path))
+                }
                 // A number without a default.
-                "removal.preston_m2_n" | "removal.filament_wear_m2_n" | "removal.edge_feed_velocity_m_s" => {
+                "removal.preston_m2_n"
+                | "removal.filament_wear_m2_n"
+                | "removal.edge_feed_velocity_m_s" => {
                     stated(path).cloned().unwrap_or_else(|| json!("not stated"))
                 }
                 _ => json!(number),
@@ -429,7 +586,10 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
         .collect();
     for (next, names) in NOT_NUMBERS {
         if let Some(value) = stated(names[0]) {
-            let place = entries.iter().position(|(path, _)| *path == next).unwrap_or(entries.len());
+            let place = entries
+                .iter()
+                .position(|(path, _)| *path == next)
+                .unwrap_or(entries.len());
             entries.insert(place, (names[0], entry(names, value.clone())));
         }
     }

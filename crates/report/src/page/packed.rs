@@ -4,7 +4,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
-/// Numbers as multiples of 1/65535 of their range above the smallest, a step too fine to see in a drawing.
+/// Numbers as multiples of 1/65535 of their range above the smallest, a step too fine to see in a
+/// drawing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Packed {
     least: f64,
@@ -16,7 +17,8 @@ pub(super) struct Packed {
 impl Packed {
     /// The values must be finite.
     pub(super) fn new(values: &[f64]) -> Self {
-        // A page has a million values: in tests, which do not optimise this crate, iterators take twice as long as loops.
+        // A page has a million values: in tests, which do not optimise this crate, iterators take
+        // twice as long as loops.
         let [mut least, mut largest] = [values.first().copied().unwrap_or(0.0); 2];
         for &value in values {
             if value < least {
@@ -32,11 +34,16 @@ impl Packed {
         let mut bytes = vec![0; 2 * values.len()];
         let (pairs, _) = bytes.as_chunks_mut();
         for (pair, &value) in pairs.iter_mut().zip(values) {
-            // Rounded. Conversion to an integer is to the nearest bound, and to zero where the step is zero.
+            // Rounded. Conversion to an integer is to the nearest bound, and to zero where the step
+            // is zero.
             let word = (value / step - origin) as u16;
             *pair = word.to_le_bytes();
         }
-        Self { least, step, words: STANDARD.encode(bytes) }
+        Self {
+            least,
+            step,
+            words: STANDARD.encode(bytes),
+        }
     }
 
     /// The smallest value.
@@ -57,7 +64,9 @@ mod tests {
 
     #[test]
     fn packed_numbers_come_back_to_half_a_step() {
-        let values: Vec<f64> = (0..1000).map(|i| -3.0 + (f64::from(i) * 0.7).sin() * f64::from(i)).collect();
+        let values: Vec<f64> = (0..1000)
+            .map(|i| -3.0 + (f64::from(i) * 0.7).sin() * f64::from(i))
+            .collect();
         let Packed { least, step, words } = Packed::new(&values);
         let bytes = STANDARD.decode(words).expect("base 64");
         assert_eq!(bytes.len(), 2 * values.len());
@@ -71,8 +80,14 @@ mod tests {
     #[test]
     fn a_constant_and_nothing_can_be_packed() {
         let constant = Packed::new(&[2.5, 2.5]);
-        assert_eq!((constant.least, constant.step, constant.words.as_str()), (2.5, 0.0, "AAAAAA=="));
+        assert_eq!(
+            (constant.least, constant.step, constant.words.as_str()),
+            (2.5, 0.0, "AAAAAA==")
+        );
         let nothing = Packed::new(&[]);
-        assert_eq!((nothing.least, nothing.step, nothing.words.as_str()), (0.0, 0.0, ""));
+        assert_eq!(
+            (nothing.least, nothing.step, nothing.words.as_str()),
+            (0.0, 0.0, "")
+        );
     }
 }

@@ -28,10 +28,16 @@ const FACES: f64 = 1.6;
 #[must_use]
 pub fn removal_page(name: &str, settings: &Settings, removal: &Removal) -> String {
     let name = escape_html(&shown(name, LONGEST_NAME));
-    let lines: Vec<String> = lines(settings, removal).iter().map(|line| escape_html(line)).collect();
+    let lines: Vec<String> = lines(settings, removal)
+        .iter()
+        .map(|line| escape_html(line))
+        .collect();
     let (lead, rest) = lines.split_first().expect("the edge comes first");
     let rest: String = rest.iter().map(|line| format!("<li>{line}</li>")).collect();
-    let figures: String = removal_figures(settings, removal, &Format::default()).iter().map(figure).collect();
+    let figures: String = removal_figures(settings, removal, &Format::default())
+        .iter()
+        .map(figure)
+        .collect();
     let last = removal.rows.last().map_or(0.0, |row| row.time_s);
     let (unit, second) = unit_of_time(last);
     let rows = (0..ROWS).map(|i| &removal.rows[i * (removal.rows.len() - 1) / (ROWS - 1)]);
@@ -45,23 +51,40 @@ pub fn removal_page(name: &str, settings: &Settings, removal: &Removal) -> Strin
                 1e3 * row.filament_length_m,
                 1e3 * row.edge_sliding_work_j,
             ];
-            let cells = cells.map(|value| format!("<td class=\"number\">{}</td>", significant(value)));
+            let cells =
+                cells.map(|value| format!("<td class=\"number\">{}</td>", significant(value)));
             format!("<tr>{}</tr>\n", cells.concat())
         })
         .collect();
     let steps = || removal.rows.iter().step_by(4);
     let edge = |(edge, &angle): (usize, &f64)| {
-        let radius = |row: &RemovalRow| if edge == 0 { row.edge_radius_m } else { row.second_edge_radius_m };
+        let radius = |row: &RemovalRow| {
+            if edge == 0 {
+                row.edge_radius_m
+            } else {
+                row.second_edge_radius_m
+            }
+        };
         let largest = removal.rows.iter().map(radius).fold(0.0, f64::max);
         let reach = FACES * largest / (angle / 2.0).tan();
         let part = |value: f64| (1e6 * value / reach.max(1e-9)).round() / 1e6;
-        let outline = |row| corner_outline(angle, radius(row), reach).into_iter().map(|point| point.map(part));
+        let outline = |row| {
+            corner_outline(angle, radius(row), reach)
+                .into_iter()
+                .map(|point| point.map(part))
+        };
         let outlines: Vec<Vec<[f64; 2]>> = steps().map(|row| outline(row).collect()).collect();
         json!({ "outlines": outlines, "reach_mm": 1e3 * reach, "half_rad": angle / 2.0 })
     };
     let edges: Vec<_> = removal.angles_rad.iter().enumerate().map(edge).collect();
     let shown_row = |row: &RemovalRow| {
-        [row.time_s / second, row.turns, 1e3 * row.edge_radius_m, 1e3 * row.second_edge_radius_m].map(significant)
+        [
+            row.time_s / second,
+            row.turns,
+            1e3 * row.edge_radius_m,
+            1e3 * row.second_edge_radius_m,
+        ]
+        .map(significant)
     };
     let shown_rows: Vec<_> = steps().map(shown_row).collect();
     let data = json!({ "unit": unit, "edges": edges, "rows": shown_rows });
@@ -77,5 +100,10 @@ pub fn removal_page(name: &str, settings: &Settings, removal: &Removal) -> Strin
         ("script", SCRIPT),
     ];
     let title = format!("{name}: an edge that grows round");
-    document(&title, &[STYLE, OWN_STYLE].concat(), SCRIPTS, &fill(TEMPLATE, &body))
+    document(
+        &title,
+        &[STYLE, OWN_STYLE].concat(),
+        SCRIPTS,
+        &fill(TEMPLATE, &body),
+    )
 }

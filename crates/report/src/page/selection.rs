@@ -2,7 +2,8 @@
 
 use bristle_grid::Study;
 
-/// Maximum number of cases in a page. A page of a larger study has a selection, and stays below 10 MB.
+/// Maximum number of cases in a page. A page of a larger study has a selection, and stays below 10
+/// MB.
 pub const MAX_CASES_SHOWN: usize = 20_000;
 /// Maximum number of cases whose courses are shown.
 pub const MAX_COURSES: usize = 120;
@@ -19,7 +20,11 @@ pub(super) struct Selection {
 impl Selection {
     /// The cases that the page shows.
     pub(super) fn shown(study: &Study) -> Self {
-        let all = study.sweeps().iter().map(|axis| (0..axis.values().len()).collect()).collect();
+        let all = study
+            .sweeps()
+            .iter()
+            .map(|axis| (0..axis.values().len()).collect())
+            .collect();
         Self::on(study, thinned(all, MAX_CASES_SHOWN))
     }
 
@@ -32,8 +37,14 @@ impl Selection {
         let mut cases = vec![0];
         for (positions, axis) in positions.iter().zip(study.sweeps()) {
             let count = axis.values().len();
-            cases =
-                cases.iter().flat_map(|case| positions.iter().map(move |position| case * count + position)).collect();
+            cases = cases
+                .iter()
+                .flat_map(|case| {
+                    positions
+                        .iter()
+                        .map(move |position| case * count + position)
+                })
+                .collect();
         }
         Self { positions, cases }
     }
@@ -43,13 +54,27 @@ impl Selection {
 fn thinned(lists: Vec<Vec<usize>>, limit: usize) -> Vec<Vec<usize>> {
     let mut lengths: Vec<usize> = lists.iter().map(Vec::len).collect();
     while lengths.iter().product::<usize>() > limit.max(1) {
-        *lengths.iter_mut().max().expect("a product above one has a factor") -= 1;
+        *lengths
+            .iter_mut()
+            .max()
+            .expect("a product above one has a factor") -= 1;
     }
-    let thin = |(list, length): (Vec<usize>, usize)| spread(list.len(), length).map(|index| list[index]).collect();
+    let thin = |(list, length): (Vec<usize>, usize)| {
+        spread(list.len(), length)
+            .map(|index| list[index])
+            .collect()
+    };
     lists.into_iter().zip(lengths).map(thin).collect()
 }
 
-/// `taken` of `count` indices, evenly spread from the first to the last; the middle one if `taken` is one.
+/// `taken` of `count` indices, evenly spread from the first to the last; the middle one if `taken`
+/// is one.
 pub(super) fn spread(count: usize, taken: usize) -> impl Iterator<Item = usize> {
-    (0..taken).map(move |i| if taken == 1 { (count - 1) / 2 } else { i * (count - 1) / (taken - 1) })
+    (0..taken).map(move |i| {
+        if taken == 1 {
+            (count - 1) / 2
+        } else {
+            i * (count - 1) / (taken - 1)
+        }
+    })
 }

@@ -27,17 +27,23 @@ const FILE: &str = concat!(
 );
 
 fn study(axes: &[(&'static str, usize, Range<f64>)]) -> Study {
-    let base = Document::parse(FILE, "base").and_then(|document| document.settings()).expect("the file is right");
+    let base = Document::parse(FILE, "base")
+        .and_then(|document| document.settings())
+        .expect("the file is right");
     let axis = |(path, count, range): &(&'static str, usize, Range<f64>)| {
         let step = (range.end - range.start) / *count as f64;
         let values = (0..*count).map(|i| range.start + i as f64 * step).collect();
-        Sweep::list(Parameter::find(path).expect("the setting exists"), values).expect("the values are right")
+        Sweep::list(Parameter::find(path).expect("the setting exists"), values)
+            .expect("the values are right")
     };
     Study::new(base, axes.iter().map(axis).collect()).expect("the study is right")
 }
 
 fn grid(velocities: usize, depths: usize) -> Study {
-    study(&[(bristle_grid::VELOCITY, velocities, 10.0..30.0), (bristle_grid::DEPTH, depths, 1e-3..5e-3)])
+    study(&[
+        (bristle_grid::VELOCITY, velocities, 10.0..30.0),
+        (bristle_grid::DEPTH, depths, 1e-3..5e-3),
+    ])
 }
 
 /// Results with numbers of as many digits as real ones have.
@@ -46,11 +52,23 @@ fn made_up(count: usize) -> Vec<CaseResult> {
     fn record<R: Record + Default>(case: usize, number: f64) -> R {
         let mut record = R::default();
         for column in R::COLUMNS {
-            column.set(&mut record, if column.whole { (case % 7) as f64 } else { number });
+            column.set(
+                &mut record,
+                if column.whole {
+                    (case % 7) as f64
+                } else {
+                    number
+                },
+            );
         }
         record
     }
-    let statistics = Statistics { steps: 1234, newton_iterations: 12_345, factorisations: 1234, ..Default::default() };
+    let statistics = Statistics {
+        steps: 1234,
+        newton_iterations: 12_345,
+        factorisations: 1234,
+        ..Default::default()
+    };
     let summary = |case| CaseSummary {
         metrics: record(case, number(case)),
         turn_contact_normal_impulses_n_s: vec![number(case)],
@@ -63,7 +81,9 @@ fn made_up(count: usize) -> Vec<CaseResult> {
 
 /// The data that stand in a page, as a browser reads them.
 fn data_in(page: &str) -> Value {
-    let (_, after) = page.split_once("<script type=\"application/json\" id=\"data\">").expect("the block starts");
+    let (_, after) = page
+        .split_once("<script type=\"application/json\" id=\"data\">")
+        .expect("the block starts");
     let (json, _) = after.split_once("</script>").expect("the block ends");
     serde_json::from_str(json).expect("the block is JSON")
 }
@@ -74,8 +94,20 @@ fn hostile_text_stays_text() {
     let error = "</SCRIPT> <!-- stopped \u{2028}";
     let study = grid(1, 1);
     let results = [Err(error.to_owned())];
-    let page = page(name, &study, &results, &[], &Assumptions::default(), &[], None);
-    assert_eq!(page.matches("</script>").count(), 2, "the block of data and the program end, nothing else");
+    let page = page(
+        name,
+        &study,
+        &results,
+        &[],
+        &Assumptions::default(),
+        &[],
+        None,
+    );
+    assert_eq!(
+        page.matches("</script>").count(),
+        2,
+        "the block of data and the program end, nothing else"
+    );
     assert!(!page.to_lowercase().contains("<!-- "));
     assert!(page.contains("<title>&lt;/script&gt;"));
     let data = data_in(&page);
@@ -85,15 +117,32 @@ fn hostile_text_stays_text() {
 
 #[test]
 fn texts_are_put_in_once() {
-    assert_eq!(fill("a {{x}} b {{y}}", &[("x", "{{y}}"), ("y", "2")]), "a {{y}} b 2");
+    assert_eq!(
+        fill("a {{x}} b {{y}}", &[("x", "{{y}}"), ("y", "2")]),
+        "a {{y}} b 2"
+    );
 }
 
 #[test]
 fn a_page_holds_all_that_it_uses() {
-    let text = page("study.toml", &grid(2, 2), &made_up(4), &[], &Assumptions::default(), &[], None);
+    let text = page(
+        "study.toml",
+        &grid(2, 2),
+        &made_up(4),
+        &[],
+        &Assumptions::default(),
+        &[],
+        None,
+    );
     for outside in ["http://", "https://", "src=", "@import", "url("] {
         // The namespace of SVG is a name, not an address that anyone asks for.
-        assert_eq!(text.replace("http://www.w3.org/2000/svg", "").matches(outside).count(), 0, "{outside}");
+        assert_eq!(
+            text.replace("http://www.w3.org/2000/svg", "")
+                .matches(outside)
+                .count(),
+            0,
+            "{outside}"
+        );
     }
     assert!(text.contains(equations::FINGERPRINT));
 }
@@ -103,9 +152,19 @@ fn the_same_study_gives_the_same_bytes() {
     let study = grid(3, 2);
     let results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
     let pages = [1, 2].map(|threads| {
-        let courses = Recorder::new(&study).finish(&results, NonZeroUsize::new(threads)).expect("the threads start");
+        let courses = Recorder::new(&study)
+            .finish(&results, NonZeroUsize::new(threads))
+            .expect("the threads start");
         assert_eq!(courses.len(), 6);
-        page("study.toml", &study, &results, &courses, &Assumptions::default(), &[], None)
+        page(
+            "study.toml",
+            &study,
+            &results,
+            &courses,
+            &Assumptions::default(),
+            &[],
+            None,
+        )
     });
     assert!(pages[0] == pages[1]);
 }
@@ -115,8 +174,18 @@ fn failed_cases_are_shown_as_such() {
     let study = grid(3, 2);
     let mut results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
     results[4] = Err("it stopped".to_owned());
-    let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
-    let data = data_in(&page("study.toml", &study, &results, &courses, &Assumptions::default(), &[], None));
+    let courses = Recorder::new(&study)
+        .finish(&results, None)
+        .expect("the threads start");
+    let data = data_in(&page(
+        "study.toml",
+        &study,
+        &results,
+        &courses,
+        &Assumptions::default(),
+        &[],
+        None,
+    ));
     assert_eq!(data["failed"], 1);
     assert_eq!(data["errors"], json!([[4, "it stopped"]]));
     for quantity in data["quantities"].as_array().expect("a list") {
@@ -124,12 +193,17 @@ fn failed_cases_are_shown_as_such() {
         let missing: Vec<usize> = (0..6).filter(|&case| values[case].is_null()).collect();
         assert_eq!(missing, [4], "{}", quantity["key"]);
     }
-    let cases: Vec<u64> =
-        data["courses"].as_array().expect("a list").iter().filter_map(|course| course[0].as_u64()).collect();
+    let cases: Vec<u64> = data["courses"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter_map(|course| course[0].as_u64())
+        .collect();
     assert_eq!(cases, [0, 1, 2, 3, 5]);
 }
 
-/// Issue: the page of 10 000 cases stays below 10 MB. Courses are those of filaments of the paper's 25 segments.
+/// Issue: the page of 10 000 cases stays below 10 MB. Courses are those of filaments of the paper's
+/// 25 segments.
 #[test]
 fn large_studies_stay_small_pages() {
     let study = study(&[
@@ -139,11 +213,26 @@ fn large_studies_stay_small_pages() {
         ("solver.relative_tolerance", 1, 1e-2..2e-2),
     ]);
     let results = made_up(study.case_count());
-    let courses = Recorder::new(&study).finish(&results, None).expect("the threads start");
+    let courses = Recorder::new(&study)
+        .finish(&results, None)
+        .expect("the threads start");
     assert!((100..=MAX_COURSES).contains(&courses.len()));
-    let page = page("study.toml", &study, &results, &courses, &Assumptions::default(), &[], None);
+    let page = page(
+        "study.toml",
+        &study,
+        &results,
+        &courses,
+        &Assumptions::default(),
+        &[],
+        None,
+    );
     assert!(page.len() < 10_000_000, "{} bytes", page.len());
-    assert_eq!(data_in(&page)["quantities"][0]["values"].as_array().map(Vec::len), Some(10_000));
+    assert_eq!(
+        data_in(&page)["quantities"][0]["values"]
+            .as_array()
+            .map(Vec::len),
+        Some(10_000)
+    );
 }
 
 #[test]
@@ -151,19 +240,36 @@ fn of_a_larger_study_a_page_shows_a_selection() {
     let study = grid(400, 300);
     let shown = Selection::shown(&study);
     assert!((15_000..=MAX_CASES_SHOWN).contains(&shown.cases.len()));
-    assert_eq!((shown.cases[0], *shown.cases.last().expect("there are cases")), (0, study.case_count() - 1));
+    assert_eq!(
+        (
+            shown.cases[0],
+            *shown.cases.last().expect("there are cases")
+        ),
+        (0, study.case_count() - 1)
+    );
     let with_course = Selection::with_course(&study);
     assert!((100..=MAX_COURSES).contains(&with_course.cases.len()));
-    assert!(with_course.cases.iter().all(|case| shown.cases.binary_search(case).is_ok()));
+    assert!(
+        with_course
+            .cases
+            .iter()
+            .all(|case| shown.cases.binary_search(case).is_ok())
+    );
     let lengths: Vec<usize> = with_course.positions.iter().map(Vec::len).collect();
-    assert!(lengths.iter().all(|length| (10..=12).contains(length)), "{lengths:?}");
+    assert!(
+        lengths.iter().all(|length| (10..=12).contains(length)),
+        "{lengths:?}"
+    );
 }
 
 #[test]
 fn small_studies_are_shown_whole() {
     let study = grid(12, 10);
     assert_eq!(Selection::shown(&study).cases, (0..120).collect::<Vec<_>>());
-    assert_eq!(Selection::with_course(&study).cases, (0..120).collect::<Vec<_>>());
+    assert_eq!(
+        Selection::with_course(&study).cases,
+        (0..120).collect::<Vec<_>>()
+    );
     assert_eq!(spread(5, 1).collect::<Vec<_>>(), [2]);
 }
 
@@ -171,8 +277,15 @@ fn small_studies_are_shown_whole() {
 fn every_setting_is_on_the_page_with_a_name() {
     let alone = grid(1, 1).settings(0);
     has_every_setting(&alone);
-    let chamfer = ChamferSettings { edge_radius_m: 0.1e-3, chamfer_width_m: 1e-3, ..ChamferSettings::default() };
-    let profile = ProfileSettings { control_points_m: vec![[-1.0, 0.0], [1.0, 0.0]], ..ProfileSettings::default() };
+    let chamfer = ChamferSettings {
+        edge_radius_m: 0.1e-3,
+        chamfer_width_m: 1e-3,
+        ..ChamferSettings::default()
+    };
+    let profile = ProfileSettings {
+        control_points_m: vec![[-1.0, 0.0], [1.0, 0.0]],
+        ..ProfileSettings::default()
+    };
     let kinds = [
         WorkpieceKind::edge(1e-3),
         WorkpieceKind::Chamfer(chamfer),
@@ -184,10 +297,14 @@ fn every_setting_is_on_the_page_with_a_name() {
         other.workpiece.kind = kind;
         has_every_setting(&other);
     }
-    has_every_setting(&Settings { brush: Some(BrushSettings::default()), ..alone });
+    has_every_setting(&Settings {
+        brush: Some(BrushSettings::default()),
+        ..alone
+    });
 }
 
-/// Tools over workpieces of different kinds have settings of their own: none is mistaken for another.
+/// Tools over workpieces of different kinds have settings of their own: none is mistaken for
+/// another.
 #[test]
 fn settings_of_tools_are_merged_by_their_paths() {
     let plane = grid(1, 1).settings(0);
@@ -199,17 +316,33 @@ fn settings_of_tools_are_merged_by_their_paths() {
             settings: (*settings).clone(),
             held: Vec::new(),
         };
-        let study = Study::of_tools(order.iter().enumerate().map(tool).collect(), Vec::new()).expect("a study");
+        let study = Study::of_tools(order.iter().enumerate().map(tool).collect(), Vec::new())
+            .expect("a study");
         let merged = study_settings(&study);
-        let paths: Vec<&str> = merged.iter().filter_map(|entry| entry["path"].as_str()).collect();
+        let paths: Vec<&str> = merged
+            .iter()
+            .filter_map(|entry| entry["path"].as_str())
+            .collect();
         for settings in order {
             let own = super::settings(settings, |_| false);
-            let own: Vec<&str> = own.iter().filter_map(|entry| entry["path"].as_str()).collect();
+            let own: Vec<&str> = own
+                .iter()
+                .filter_map(|entry| entry["path"].as_str())
+                .collect();
             assert!(own.iter().all(|path| paths.contains(path)) && own.len() < paths.len());
         }
-        let by_tool = |path: &str| merged.iter().find(|entry| entry["path"] == path).map(|entry| &entry["by_tool"]);
+        let by_tool = |path: &str| {
+            merged
+                .iter()
+                .find(|entry| entry["path"] == path)
+                .map(|entry| &entry["by_tool"])
+        };
         let is_edge = order[0] == &edge;
-        let expected = if is_edge { json!([1e-3, "none"]) } else { json!(["none", 1e-3]) };
+        let expected = if is_edge {
+            json!([1e-3, "none"])
+        } else {
+            json!(["none", 1e-3])
+        };
         assert_eq!(by_tool("workpiece.edge_radius_m"), Some(&expected));
         assert_eq!(by_tool("process.penetration_depth_m"), Some(&Value::Null));
     }
@@ -217,7 +350,11 @@ fn settings_of_tools_are_merged_by_their_paths() {
 
 fn has_every_setting(stated: &Settings) {
     let base = serde_json::to_value(stated).expect("settings are JSON");
-    let keys = |value: &Value| value.as_object().map(|object| object.keys().cloned().collect::<Vec<_>>());
+    let keys = |value: &Value| {
+        value
+            .as_object()
+            .map(|object| object.keys().cloned().collect::<Vec<_>>())
+    };
     let mut paths: Vec<String> = Vec::new();
     for section in keys(&base).expect("sections") {
         let keys = keys(&base[&section]).expect("settings");
@@ -229,24 +366,45 @@ fn has_every_setting(stated: &Settings) {
             .iter()
             .filter(|parameter| parameter.read(stated).is_some())
             .map(|parameter| parameter.path.to_owned())
-            .filter(|path| !paths.contains(path) && (stated.brush.is_some() || !path.starts_with("brush.")))
+            .filter(|path| {
+                !paths.contains(path) && (stated.brush.is_some() || !path.starts_with("brush."))
+            })
             .filter(|path| !path.starts_with("removal."))
             .collect::<Vec<_>>(),
     );
     paths.sort();
     let shown = settings(stated, |_| false);
-    let mut known: Vec<&str> = shown.iter().filter_map(|setting| setting["path"].as_str()).collect();
+    let mut known: Vec<&str> = shown
+        .iter()
+        .filter_map(|setting| setting["path"].as_str())
+        .collect();
     known.sort_unstable();
     assert_eq!(paths, known);
-    assert!(shown.iter().all(|setting| setting["name"].as_str().is_some_and(|name| !name.is_empty())));
+    assert!(shown.iter().all(|setting| {
+        setting["name"]
+            .as_str()
+            .is_some_and(|name| !name.is_empty())
+    }));
 }
 
 #[test]
 fn the_uncertainty_is_that_of_the_number_of_filaments() {
     let study = grid(1, 1);
     let results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
-    let data = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &[], None));
-    let force = results[0].as_ref().expect("the case is solved").metrics.tool_contact_normal_force_n;
+    let data = data_in(&page(
+        "study.toml",
+        &study,
+        &results,
+        &[],
+        &Assumptions::default(),
+        &[],
+        None,
+    ));
+    let force = results[0]
+        .as_ref()
+        .expect("the case is solved")
+        .metrics
+        .tool_contact_normal_force_n;
     let uncertainty = data["force_uncertainty"][0].as_f64().expect("a number");
     // To the six digits that the page has.
     assert!((uncertainty / (force * 600.0 / 10_500.0) - 1.0).abs() < 1e-5);
@@ -264,16 +422,55 @@ fn measured_points_are_on_the_page_with_their_places() {
         std_n,
         tool: None,
     };
-    let measured = [point(Speed::Velocity(12.0), 1.5e-3, Some(2.0)), point(Speed::Velocity(99.0), 1e-3, None)];
+    let measured = [
+        point(Speed::Velocity(12.0), 1.5e-3, Some(2.0)),
+        point(Speed::Velocity(99.0), 1e-3, None),
+    ];
     let comparisons = compare(&study, &results, &measured);
-    let data = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &comparisons, None));
+    let data = data_in(&page(
+        "study.toml",
+        &study,
+        &results,
+        &[],
+        &Assumptions::default(),
+        &comparisons,
+        None,
+    ));
     let comparison = &data["measured"]["comparisons"][0];
-    assert_eq!((&data["measured"]["speed"]["unit"], &comparison["count"]), (&json!("m/s"), &json!(2)));
+    assert_eq!(
+        (&data["measured"]["speed"]["unit"], &comparison["count"]),
+        (&json!("m/s"), &json!(2))
+    );
     let [inside, outside] = [0, 1].map(|index| &comparison["points"][index]);
-    let axes: Vec<&Value> = data["axes"].as_array().expect("axes").iter().map(|axis| &axis["path"]).collect();
-    let at = axes.iter().map(|path| if *path == bristle_grid::VELOCITY { 12.0 } else { 1.5e-3 });
-    assert_eq!((&inside["at"], &inside["within"]), (&json!(at.collect::<Vec<f64>>()), &json!(true)));
-    assert_eq!((&outside["outside"], &outside["simulated"]), (&json!(true), &Value::Null));
-    let without = data_in(&page("study.toml", &study, &results, &[], &Assumptions::default(), &[], None));
+    let axes: Vec<&Value> = data["axes"]
+        .as_array()
+        .expect("axes")
+        .iter()
+        .map(|axis| &axis["path"])
+        .collect();
+    let at = axes.iter().map(|path| {
+        if *path == bristle_grid::VELOCITY {
+            12.0
+        } else {
+            1.5e-3
+        }
+    });
+    assert_eq!(
+        (&inside["at"], &inside["within"]),
+        (&json!(at.collect::<Vec<f64>>()), &json!(true))
+    );
+    assert_eq!(
+        (&outside["outside"], &outside["simulated"]),
+        (&json!(true), &Value::Null)
+    );
+    let without = data_in(&page(
+        "study.toml",
+        &study,
+        &results,
+        &[],
+        &Assumptions::default(),
+        &[],
+        None,
+    ));
     assert!(without["measured"].is_null());
 }

@@ -69,7 +69,10 @@ bristle::record! {
 
 impl From<&FilamentResult> for Position {
     fn from(filament: &FilamentResult) -> Self {
-        Self { column: filament.column, row: filament.row }
+        Self {
+            column: filament.column,
+            row: filament.row,
+        }
     }
 }
 
@@ -106,7 +109,11 @@ impl From<Moment> for ToolSample {
         Self {
             time_s: moment.time_s,
             contact_normal_force_n: moment.contact_normal_force_n,
-            contact_force_n: [moment.contact_force_x_n, moment.contact_force_y_n, moment.contact_force_z_n],
+            contact_force_n: [
+                moment.contact_force_x_n,
+                moment.contact_force_y_n,
+                moment.contact_force_z_n,
+            ],
             contact_moment_n_m: moment.contact_moment_n_m,
             press_force_n: moment.press_force_n,
             touching_filaments: moment.touching_filaments,
@@ -151,8 +158,9 @@ impl From<Pair> for PairResult {
     }
 }
 
-/// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its [`Interaction`] and the band that a calibration
-/// leaves its force, then the work, then the impulses of all turns.
+/// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its
+/// [`Interaction`] and the band that a calibration leaves its force, then the work, then the
+/// impulses of all turns.
 pub fn write_brush_metrics(
     mut out: impl Write,
     settings: &Settings,
@@ -174,12 +182,24 @@ pub fn write_brush_metrics(
         newton_iterations: usize,
         turn_contact_normal_impulses_n_s: Vec<f64>,
     }
-    let BrushStatistics { steps, halved_steps, effort } = result.statistics;
+    let BrushStatistics {
+        steps,
+        halved_steps,
+        effort,
+    } = result.statistics;
     let (metrics, interaction) = (&result.tool, Interaction::of(result));
     let flat = Flat {
         brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
         rotational_speed_rpm: settings.rotational_speed_rpm(),
-        metrics: Known(metrics, Having { brush: true, force: true, edge: true, ..Having::of(settings) }),
+        metrics: Known(
+            metrics,
+            Having {
+                brush: true,
+                force: true,
+                edge: true,
+                ..Having::of(settings)
+            },
+        ),
         interaction,
         band,
         steps,
@@ -202,11 +222,22 @@ pub fn read_interaction(text: &str, name: &str) -> Result<Interaction, DataError
 /// Writes `filaments.csv`: a heading, then one row per filament.
 pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record([keys::<Position>(), keys_of(filament_columns()), keys::<Rest>()].concat())?;
+    writer.write_record(
+        [
+            keys::<Position>(),
+            keys_of(filament_columns()),
+            keys::<Rest>(),
+        ]
+        .concat(),
+    )?;
     for filament in filaments {
         let (place, rest) = (Position::from(filament), Rest::from(filament));
-        let row =
-            [cells(Some(&place)), cells_of(filament_columns(), Some(&filament.metrics)), cells(Some(&rest))].concat();
+        let row = [
+            cells(Some(&place)),
+            cells_of(filament_columns(), Some(&filament.metrics)),
+            cells(Some(&rest)),
+        ]
+        .concat();
         writer.write_record(row.into_iter().map(Cell::into_text))?;
     }
     writer.flush()
@@ -248,7 +279,10 @@ pub fn write_brush_history(out: impl Write, history: &[ToolSample]) -> io::Resul
 /// # Errors
 /// If the text is not what [`write_brush_history`] writes.
 pub fn read_brush_history(text: &str, name: &str) -> Result<Vec<ToolSample>, DataError> {
-    Ok(read_records::<Moment>(text, name)?.into_iter().map(ToolSample::from).collect())
+    Ok(read_records::<Moment>(text, name)?
+        .into_iter()
+        .map(ToolSample::from)
+        .collect())
 }
 
 /// Writes `contacts.csv`: a heading, then one row per pair of filaments that touched.
@@ -261,5 +295,8 @@ pub fn write_contacts(out: impl Write, pairs: &[PairResult]) -> io::Result<()> {
 /// # Errors
 /// If the text is not what [`write_contacts`] writes.
 pub fn read_contacts(text: &str, name: &str) -> Result<Vec<PairResult>, DataError> {
-    Ok(read_records::<Pair>(text, name)?.into_iter().map(PairResult::from).collect())
+    Ok(read_records::<Pair>(text, name)?
+        .into_iter()
+        .map(PairResult::from)
+        .collect())
 }

@@ -33,14 +33,26 @@ impl Origin {
     /// This build.
     #[must_use]
     pub fn here() -> Self {
-        Self { version: env!("CARGO_PKG_VERSION").to_owned(), equations: FINGERPRINT.to_owned() }
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            equations: FINGERPRINT.to_owned(),
+        }
     }
 
     /// That of results some of which come from one build, and some from another.
     #[must_use]
     pub fn and(self, other: &Self) -> Self {
-        let both = |own: String, other: &String| if own == *other { own } else { format!("{own} and {other}") };
-        Self { version: both(self.version, &other.version), equations: both(self.equations, &other.equations) }
+        let both = |own: String, other: &String| {
+            if own == *other {
+                own
+            } else {
+                format!("{own} and {other}")
+            }
+        };
+        Self {
+            version: both(self.version, &other.version),
+            equations: both(self.equations, &other.equations),
+        }
     }
 }
 
@@ -64,7 +76,8 @@ struct StudyFile {
     bristle_version: String,
     /// [`FINGERPRINT`] of the build.
     equations_sha256: String,
-    /// Hash of `runs.csv`. That file gets its final name first: after a crash between the two renames, the hash does not match.
+    /// Hash of `runs.csv`. That file gets its final name first: after a crash between the two
+    /// renames, the hash does not match.
     runs_sha256: String,
     /// Whether `measured.csv` belongs to the results.
     measured: bool,
@@ -75,7 +88,8 @@ struct StudyFile {
     axes: Vec<SweepText>,
     /// What is unusual about the settings, in sentences.
     warnings: Vec<String>,
-    /// Hash of all other keys: figures and advice would show results of other settings if one of these were changed.
+    /// Hash of all other keys: figures and advice would show results of other settings if one of
+    /// these were changed.
     own_sha256: String,
 }
 
@@ -108,7 +122,8 @@ impl StudyFile {
     }
 }
 
-/// The SHA-256 of each result file of a contact, by its path relative to the directory of the results, with `/`.
+/// The SHA-256 of each result file of a contact, by its path relative to the directory of the
+/// results, with `/`.
 pub type FileHashes = BTreeMap<String, String>;
 
 /// One contact as read from `case.json`.
@@ -121,8 +136,8 @@ pub struct SavedCase {
 }
 
 impl SavedCase {
-    /// Paths of the other files, relative to the directory of the results. They are those that the file states, whatever they
-    /// lead to.
+    /// Paths of the other files, relative to the directory of the results. They are those that the
+    /// file states, whatever they lead to.
     pub fn files(&self) -> impl Iterator<Item = &str> {
         self.files.keys().map(String::as_str)
     }
@@ -132,10 +147,19 @@ impl SavedCase {
     /// # Errors
     /// If it comes from another run, or has been changed.
     pub fn check(&self, file: &str, text: &str, name: &str) -> Result<(), DataError> {
-        if self.files.get(file).is_some_and(|hash| *hash == digest(text.as_bytes())) {
+        if self
+            .files
+            .get(file)
+            .is_some_and(|hash| *hash == digest(text.as_bytes()))
+        {
             Ok(())
         } else {
-            Err(Source { name, text }.error(1, None, "case.json does not belong to these results", AGAIN))
+            Err(Source { name, text }.error(
+                1,
+                None,
+                "case.json does not belong to these results",
+                AGAIN,
+            ))
         }
     }
 }
@@ -155,7 +179,13 @@ struct CaseFile {
 impl CaseFile {
     /// The hash of all keys but `own_sha256`.
     fn digest(&self) -> String {
-        let Self { format, bristle_version, settings, sha256, own_sha256: _ } = self;
+        let Self {
+            format,
+            bristle_version,
+            settings,
+            sha256,
+            own_sha256: _,
+        } = self;
         json_digest(&(format, bristle_version, settings, sha256))
     }
 }
@@ -166,8 +196,8 @@ pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
     study_text_from(study, &Origin::here(), runs, measured)
 }
 
-/// The text of `study.json` for a `runs.csv` with the text `runs` from the build `origin`. `measured` states whether measured forces belong to the
-/// results.
+/// The text of `study.json` for a `runs.csv` with the text `runs` from the build `origin`.
+/// `measured` states whether measured forces belong to the results.
 #[must_use]
 pub fn study_text_from(study: &Study, origin: &Origin, runs: &[u8], measured: bool) -> String {
     let mut file = StudyFile {
@@ -179,7 +209,10 @@ pub fn study_text_from(study: &Study, origin: &Origin, runs: &[u8], measured: bo
         settings: study.base().clone(),
         tools: study.tool_texts(),
         axes: study.sweep_texts(),
-        warnings: unusual_in_study(study).into_iter().map(|unusual| unusual.statement).collect(),
+        warnings: unusual_in_study(study)
+            .into_iter()
+            .map(|unusual| unusual.statement)
+            .collect(),
         own_sha256: String::new(),
     };
     file.own_sha256 = file.digest();
@@ -191,7 +224,13 @@ pub fn study_text_from(study: &Study, origin: &Origin, runs: &[u8], measured: bo
 pub fn case_text(settings: &Settings, files: &FileHashes) -> String {
     let bristle_version = env!("CARGO_PKG_VERSION").to_owned();
     let (settings, sha256) = (settings.clone(), files.clone());
-    let mut file = CaseFile { format: CASE_FORMAT, bristle_version, settings, sha256, own_sha256: String::new() };
+    let mut file = CaseFile {
+        format: CASE_FORMAT,
+        bristle_version,
+        settings,
+        sha256,
+        own_sha256: String::new(),
+    };
     file.own_sha256 = file.digest();
     pretty(&file)
 }
@@ -215,17 +254,35 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     let digest = file.digest();
     let mut sweeps = Vec::new();
     for SweepText { setting, values } in file.axes {
-        let place = || text.lines().position(|line| line.contains(&setting)).map_or(1, |line| line as u64 + 1);
-        let parameter = Parameter::find(&setting)
-            .ok_or_else(|| source.error(place(), None, format!("there is no setting `{setting}`"), AGAIN))?;
-        sweeps.push(
-            Sweep::list(parameter, values)
-                .map_err(|error| source.error(place(), None, format!("`{setting}`: {error}"), AGAIN))?,
-        );
+        let place = || {
+            text.lines()
+                .position(|line| line.contains(&setting))
+                .map_or(1, |line| line as u64 + 1)
+        };
+        let parameter = Parameter::find(&setting).ok_or_else(|| {
+            source.error(
+                place(),
+                None,
+                format!("there is no setting `{setting}`"),
+                AGAIN,
+            )
+        })?;
+        sweeps.push(Sweep::list(parameter, values).map_err(|error| {
+            source.error(place(), None, format!("`{setting}`: {error}"), AGAIN)
+        })?);
     }
-    let tools = file.tools.into_iter().map(ToolText::tool).collect::<Result<Vec<_>, _>>();
-    let tools = tools.map_err(|path| source.error(1, None, format!("there is no setting `{path}`"), AGAIN))?;
-    let study = if tools.is_empty() { Study::new(file.settings, sweeps) } else { Study::of_tools(tools, sweeps) };
+    let tools = file
+        .tools
+        .into_iter()
+        .map(ToolText::tool)
+        .collect::<Result<Vec<_>, _>>();
+    let tools = tools
+        .map_err(|path| source.error(1, None, format!("there is no setting `{path}`"), AGAIN))?;
+    let study = if tools.is_empty() {
+        Study::new(file.settings, sweeps)
+    } else {
+        Study::of_tools(tools, sweeps)
+    };
     let study = study.map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
     // Checked last, because all checks above can state where the text is wrong.
     if digest != file.own_sha256 {
@@ -233,7 +290,10 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     }
     Ok(SavedStudy {
         study,
-        origin: Origin { version: file.bristle_version, equations: file.equations_sha256 },
+        origin: Origin {
+            version: file.bristle_version,
+            equations: file.equations_sha256,
+        },
         measured: file.measured,
         runs: file.runs_sha256,
     })
@@ -246,9 +306,13 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
 pub fn read_case(text: &str, name: &str) -> Result<SavedCase, DataError> {
     let source = Source { name, text };
     let file: CaseFile = source.object(CASE_FORMAT)?;
-    check(&file.settings).map_err(|violation| source.error(1, None, violation.to_string(), AGAIN))?;
+    check(&file.settings)
+        .map_err(|violation| source.error(1, None, violation.to_string(), AGAIN))?;
     if file.digest() != file.own_sha256 {
         return Err(source.error(1, None, CHANGED, AGAIN));
     }
-    Ok(SavedCase { settings: file.settings, files: file.sha256 })
+    Ok(SavedCase {
+        settings: file.settings,
+        files: file.sha256,
+    })
 }

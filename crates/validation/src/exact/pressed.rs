@@ -1,7 +1,8 @@
-//! Filaments that press on each other with a force per length (docs/MODEL.md, "Filaments that touch").
+//! Filaments that press on each other with a force per length (docs/MODEL.md, "Filaments that
+//! touch").
 //!
-//! Straight filaments that cross at the angle α with the overlap δ come as near as `g = d − δ`, and overlap over the half width
-//! `w = √(d² − g²)`. Both press with
+//! Straight filaments that cross at the angle α with the overlap δ come as near as `g = d − δ`, and
+//! overlap over the half width `w = √(d² − g²)`. Both press with
 //!
 //! ```text
 //! F = k_l ∫ (d − √(g² + s²)) g/√(g² + s²) ds/sin α = k_l g [2 d asinh(w/g) − 2 w]/sin α
@@ -31,7 +32,8 @@ impl Pressing {
         self.coefficient() * overlap.powf(1.5) / angle.sin()
     }
 
-    /// The overlap in m at which filaments that cross at a right angle press with `force` (N), by Hertz's law.
+    /// The overlap in m at which filaments that cross at a right angle press with `force` (N), by
+    /// Hertz's law.
     pub fn overlap(self, force: f64) -> f64 {
         (force / self.coefficient()).powf(2.0 / 3.0)
     }
@@ -44,20 +46,30 @@ impl Pressing {
         self.stiffness * least * integral / angle.sin()
     }
 
-    /// Force in N of two filaments in one plane, one of which leans away by `angle` (rad) from the overlap `overlap` (m) at its root.
+    /// Force in N of two filaments in one plane, one of which leans away by `angle` (rad) from the
+    /// overlap `overlap` (m) at its root.
     ///
-    /// Each presses over the length along which it is nearer to the other's line than `d`: `½ k_l ∫ ⟨δ⟩ ds` of both.
+    /// Each presses over the length along which it is nearer to the other's line than `d`: `½ k_l ∫
+    /// ⟨δ⟩ ds` of both.
     pub fn wedge(self, overlap: f64, angle: f64) -> f64 {
         let gap = self.reach - overlap;
-        // The distances from points of the leaning one to the other's line are vertical; the others are inclined by the angle.
+        // The distances from points of the leaning one to the other's line are vertical; the others
+        // are inclined by the angle.
         let seen_from_other = self.reach - gap * angle.cos();
-        0.25 * self.stiffness * (overlap * overlap + seen_from_other * seen_from_other * angle.cos()) / angle.sin()
+        0.25 * self.stiffness
+            * (overlap * overlap + seen_from_other * seen_from_other * angle.cos())
+            / angle.sin()
     }
 
-    /// Force in N between two cantilevers that cross at a right angle and would overlap by `approach` (m) if they did not bend, of which
-    /// both together yield by `compliance` (m/N): `P = δ_0/(a_1³/(3 E I_1) + a_2³/(3 E I_2) + 1/k)` with `k = P/δ(P)`.
+    /// Force in N between two cantilevers that cross at a right angle and would overlap by
+    /// `approach` (m) if they did not bend, of which both together yield by `compliance` (m/N): `P
+    /// = δ_0/(a_1³/(3 E I_1) + a_2³/(3 E I_2) + 1/k)` with `k = P/δ(P)`.
     pub fn cantilevers(self, compliance: f64, approach: f64) -> f64 {
-        zero(|force| force * compliance + self.overlap(force) - approach, 0.0, approach / compliance)
+        zero(
+            |force| force * compliance + self.overlap(force) - approach,
+            0.0,
+            approach / compliance,
+        )
     }
 }
 
@@ -65,7 +77,10 @@ impl Pressing {
 mod tests {
     use super::*;
 
-    const PRESSING: Pressing = Pressing { stiffness: 6e7, reach: 1.18e-3 };
+    const PRESSING: Pressing = Pressing {
+        stiffness: 6e7,
+        reach: 1.18e-3,
+    };
 
     #[test]
     fn the_integral_tends_to_the_law_of_hertz() {
@@ -82,10 +97,17 @@ mod tests {
             let distance = least.hypot(s);
             PRESSING.stiffness * (PRESSING.reach - distance).max(0.0) * least / distance
         };
-        let sum: f64 = (0..parts).map(|i| press((f64::from(i) + 0.5) * part - 1e-3)).sum();
-        assert!((sum * part / PRESSING.crossed(overlap, 0.5 * std::f64::consts::PI) - 1.0).abs() < 1e-6);
+        let sum: f64 = (0..parts)
+            .map(|i| press((f64::from(i) + 0.5) * part - 1e-3))
+            .sum();
+        assert!(
+            (sum * part / PRESSING.crossed(overlap, 0.5 * std::f64::consts::PI) - 1.0).abs() < 1e-6
+        );
         let wedge = PRESSING.wedge(overlap, 1e-3);
-        assert!((wedge / (0.5 * PRESSING.stiffness * overlap * overlap / 1e-3) - 1.0).abs() < 1e-3, "{wedge}");
+        assert!(
+            (wedge / (0.5 * PRESSING.stiffness * overlap * overlap / 1e-3) - 1.0).abs() < 1e-3,
+            "{wedge}"
+        );
     }
 
     #[test]
@@ -93,6 +115,9 @@ mod tests {
         let (compliance, approach) = (1e-4, 2e-5);
         let force = PRESSING.cantilevers(compliance, approach);
         let overlap = approach - force * compliance;
-        assert!((PRESSING.hertz(overlap, 0.5 * std::f64::consts::PI) / force - 1.0).abs() < 1e-9, "{force}");
+        assert!(
+            (PRESSING.hertz(overlap, 0.5 * std::f64::consts::PI) / force - 1.0).abs() < 1e-9,
+            "{force}"
+        );
     }
 }

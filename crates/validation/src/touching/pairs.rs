@@ -32,7 +32,12 @@ struct Approaching {
 impl Approaching {
     /// A clamp that does not move.
     fn still(root: [f64; 3], direction: [f64; 3]) -> Self {
-        Self { root, direction, way: [0.0; 3], time: 1.0 }
+        Self {
+            root,
+            direction,
+            way: [0.0; 3],
+            time: 1.0,
+        }
     }
 }
 
@@ -64,28 +69,53 @@ struct Member {
 impl Member {
     /// A filament that starts in the direction of its clamp.
     fn new(filament: FilamentSettings, clamp: Approaching) -> Self {
-        Self { filament, clamp, start: clamp.direction }
+        Self {
+            filament,
+            clamp,
+            start: clamp.direction,
+        }
     }
 }
 
-/// The filaments, which press on each other with the default stiffness, without damping and friction.
+/// The filaments, which press on each other with the default stiffness, without damping and
+/// friction.
 fn assembly(members: &[Member], points: usize) -> Assembly<Approaching> {
     /// In m/s.
     const TOLERANCE: f64 = 1e-7;
-    let filaments = members.iter().map(|Member { filament, clamp, .. }| Filament {
-        chain: chain(filament, [0.0; 3]),
-        motion: *clamp,
-        law: ContactLaw::from(&ContactSettings::default()),
-        workpiece: Part::Plane(Plane::new([0.0, -1e3, 0.0], [0.0, 1.0, 0.0], [0.0; 3])),
-    });
-    let radii: Vec<f64> = members.iter().map(|member| 0.5 * member.filament.diameter_m).collect();
-    let law = PressLaw { damping: 0.0, friction: 0.0, ..PressLaw::of(&Settings::paper(10.0, 1e-3)) };
+    let filaments = members.iter().map(
+        |Member {
+             filament, clamp, ..
+         }| Filament {
+            chain: chain(filament, [0.0; 3]),
+            motion: *clamp,
+            law: ContactLaw::from(&ContactSettings::default()),
+            workpiece: Part::Plane(Plane::new([0.0, -1e3, 0.0], [0.0, 1.0, 0.0], [0.0; 3])),
+        },
+    );
+    let radii: Vec<f64> = members
+        .iter()
+        .map(|member| 0.5 * member.filament.diameter_m)
+        .collect();
+    let law = PressLaw {
+        damping: 0.0,
+        friction: 0.0,
+        ..PressLaw::of(&Settings::paper(10.0, 1e-3))
+    };
     let coordinates = |index: usize| {
-        let Member { filament, start, .. } = &members[index];
+        let Member {
+            filament, start, ..
+        } = &members[index];
         let [q, v, _] = PolarAxis::Z.coordinates([*start, [0.0; 3], [0.0; 3]]);
         [vec![q; filament.segments], vec![v; filament.segments]]
     };
-    Assembly::new(filaments.collect(), &radii, law, points, coordinates, TOLERANCE)
+    Assembly::new(
+        filaments.collect(),
+        &radii,
+        law,
+        points,
+        coordinates,
+        TOLERANCE,
+    )
 }
 
 /// The paper's filament of `segments` segments.
@@ -95,21 +125,26 @@ fn filament(segments: usize) -> Result<FilamentSettings, Failure> {
 
 /// How the paper's filaments press on each other.
 fn pressing(filament: &FilamentSettings) -> Pressing {
-    Pressing { stiffness: PressLaw::of(&Settings::paper(10.0, 1e-3)).stiffness, reach: filament.diameter_m }
+    Pressing {
+        stiffness: PressLaw::of(&Settings::paper(10.0, 1e-3)).stiffness,
+        reach: filament.diameter_m,
+    }
 }
 
 /// The force on filament `index` in N.
 fn force_on(assembly: &Assembly<Approaching>, index: usize) -> [f64; 3] {
-    assembly.presses().fold([0.0; 3], |sum, (filaments, force, _)| {
-        let sign = if filaments[0] == index {
-            1.0
-        } else if filaments[1] == index {
-            -1.0
-        } else {
-            0.0
-        };
-        add(sum, scale(sign, force))
-    })
+    assembly
+        .presses()
+        .fold([0.0; 3], |sum, (filaments, force, _)| {
+            let sign = if filaments[0] == index {
+                1.0
+            } else if filaments[1] == index {
+                -1.0
+            } else {
+                0.0
+            };
+            add(sum, scale(sign, force))
+        })
 }
 
 /// Goes on to `end` (s) in steps of `step` (s), and shorter ones where Newton's method needs them.
@@ -137,7 +172,10 @@ pub fn straight(_: Extent) -> Result<Trial, Failure> {
     let (pressing, length) = (pressing(&filament), filament.length_m);
     let height = pressing.reach - OVERLAP;
     let force = |root: [f64; 3], direction: [f64; 3], points: usize| {
-        let below = Member::new(filament.clone(), Approaching::still([0.0; 3], [1.0, 0.0, 0.0]));
+        let below = Member::new(
+            filament.clone(),
+            Approaching::still([0.0; 3], [1.0, 0.0, 0.0]),
+        );
         let above = Member::new(filament.clone(), Approaching::still(root, direction));
         let [_, _, force] = force_on(&assembly(&[below, above], points), 1);
         force
@@ -156,39 +194,90 @@ pub fn straight(_: Extent) -> Result<Trial, Failure> {
     );
     let mut curves = Vec::new();
     for (name, angle) in [("90°", FRAC_PI_2), ("30°", FRAC_PI_6)] {
-        let (hertz, exact) = (pressing.hertz(OVERLAP, angle), pressing.crossed(OVERLAP, angle));
+        let (hertz, exact) = (
+            pressing.hertz(OVERLAP, angle),
+            pressing.crossed(OVERLAP, angle),
+        );
         let (sine, cosine) = angle.sin_cos();
         let forces = |points: usize| {
             (0..SHIFTS).map(move |shift| {
                 let part = length / (SEGMENTS * points) as f64;
                 let middle = 0.5 * length + shift as f64 / SHIFTS as f64 * part;
-                force([middle * (1.0 - cosine), -middle * sine, height], [cosine, sine, 0.0], points)
+                force(
+                    [middle * (1.0 - cosine), -middle * sine, height],
+                    [cosine, sine, 0.0],
+                    points,
+                )
             })
         };
         let farthest = |points: usize, reference: f64| {
             forces(points).fold(reference, |farthest, force| {
-                if (force - reference).abs() > (farthest - reference).abs() { force } else { farthest }
+                if (force - reference).abs() > (farthest - reference).abs() {
+                    force
+                } else {
+                    farthest
+                }
             })
         };
         let subject = format!("crossed at {name}, N_q = {finest}, the farthest of {SHIFTS} places");
         let computed = [hertz, exact].map(|reference| farthest(finest, reference));
-        trial.check(&subject, "F in N, δ ≪ d", hertz, sources::HERTZ_CROSSED, computed[0], tolerances::PRESSED);
-        trial.check(subject, "F in N", exact, sources::PRESSED, computed[1], tolerances::PRESSED_INTEGRAL);
-        let errors = POINTS.map(|points| (points as f64, (farthest(points, exact) / exact - 1.0).abs()));
-        curves.push(Curve::new(format!("crossed at {name}"), Look::Joined, errors));
+        trial.check(
+            &subject,
+            "F in N, δ ≪ d",
+            hertz,
+            sources::HERTZ_CROSSED,
+            computed[0],
+            tolerances::PRESSED,
+        );
+        trial.check(
+            subject,
+            "F in N",
+            exact,
+            sources::PRESSED,
+            computed[1],
+            tolerances::PRESSED_INTEGRAL,
+        );
+        let errors =
+            POINTS.map(|points| (points as f64, (farthest(points, exact) / exact - 1.0).abs()));
+        curves.push(Curve::new(
+            format!("crossed at {name}"),
+            Look::Joined,
+            errors,
+        ));
     }
     for points in [1, 3, 32] {
         let computed = force([0.0, 0.0, height], [1.0, 0.0, 0.0], points) / length;
-        let (exact, subject) = (pressing.stiffness * OVERLAP, format!("parallel, N_q = {points}"));
-        trial.check(subject, "F/L in N/m", exact, sources::PRESSED, computed, tolerances::PARALLEL);
+        let (exact, subject) = (
+            pressing.stiffness * OVERLAP,
+            format!("parallel, N_q = {points}"),
+        );
+        trial.check(
+            subject,
+            "F/L in N/m",
+            exact,
+            sources::PRESSED,
+            computed,
+            tolerances::PARALLEL,
+        );
     }
     const LEAN: f64 = 1e-3;
     let exact = pressing.wedge(OVERLAP, LEAN);
     let leaning = |points: usize| force([0.0, 0.0, height], [LEAN.cos(), 0.0, LEAN.sin()], points);
     let subject = format!("at an angle of {LEAN} in one plane, N_q = {finest}");
-    trial.check(subject, "F in N", exact, sources::PRESSED, leaning(finest), tolerances::PRESSED_INTEGRAL);
+    trial.check(
+        subject,
+        "F in N",
+        exact,
+        sources::PRESSED,
+        leaning(finest),
+        tolerances::PRESSED_INTEGRAL,
+    );
     let errors = POINTS.map(|points| (points as f64, (leaning(points) / exact - 1.0).abs()));
-    curves.push(Curve::new("at 0.001 rad in one plane", Look::Joined, errors));
+    curves.push(Curve::new(
+        "at 0.001 rad in one plane",
+        Look::Joined,
+        errors,
+    ));
     trial.figures.push(Figure {
         name: "validation_pressed",
         title: "Force between straight filaments over the number of contact points".to_owned(),
@@ -213,17 +302,29 @@ fn compliance_of_chain(filament: &FilamentSettings, arm: f64) -> f64 {
     joints.sum()
 }
 
-/// Force in N between crossed cantilevers of `segments` segments at rest, whose clamps have approached by `approach` (m) since they
-/// first touched. With `swapped`, the other one comes first in memory, and others that touch nothing lie between them.
-fn pressed_force(segments: usize, [first, second]: [f64; 2], approach: f64, swapped: bool) -> Result<f64, Failure> {
+/// Force in N between crossed cantilevers of `segments` segments at rest, whose clamps have
+/// approached by `approach` (m) since they first touched. With `swapped`, the other one comes first
+/// in memory, and others that touch nothing lie between them.
+fn pressed_force(
+    segments: usize,
+    [first, second]: [f64; 2],
+    approach: f64,
+    swapped: bool,
+) -> Result<f64, Failure> {
     /// In m.
     const PART: f64 = 2.5e-5;
     /// In s: of the approach, and until the filaments rest.
     const TIMES: [f64; 2] = [0.01, 0.05];
-    let filament = FilamentSettings { damping_ratio: 1.0, ..filament(segments)? };
+    let filament = FilamentSettings {
+        damping_ratio: 1.0,
+        ..filament(segments)?
+    };
     let reach = filament.diameter_m;
     let points = (filament.length_m / segments as f64 / PART).round() as usize;
-    let below = Member::new(filament.clone(), Approaching::still([0.0; 3], [1.0, 0.0, 0.0]));
+    let below = Member::new(
+        filament.clone(),
+        Approaching::still([0.0; 3], [1.0, 0.0, 0.0]),
+    );
     let above = Approaching {
         root: [first, -second, reach - approach],
         direction: [0.0, 1.0, 0.0],
@@ -237,7 +338,10 @@ fn pressed_force(segments: usize, [first, second]: [f64; 2], approach: f64, swap
             let clamp = Approaching::still([0.0, 0.0, 0.1 * f64::from(i)], [1.0, 0.0, 0.0]);
             Member::new(filament.clone(), clamp)
         });
-        (std::iter::once(above).chain(idle).chain([below]).collect(), 0)
+        (
+            std::iter::once(above).chain(idle).chain([below]).collect(),
+            0,
+        )
     } else {
         (vec![below, above], 1)
     };
@@ -266,8 +370,14 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
     for arms in ARMS {
         let fine = filament(2 * SEGMENTS)?;
         let (pressing, bending) = (pressing(&fine), bending_stiffness(&fine, fine.diameter_m));
-        let of_beams = arms.iter().map(|arm| arm.powi(3) / (3.0 * bending)).sum::<f64>();
-        let of_chains = arms.iter().map(|arm| compliance_of_chain(&fine, *arm)).sum::<f64>();
+        let of_beams = arms
+            .iter()
+            .map(|arm| arm.powi(3) / (3.0 * bending))
+            .sum::<f64>();
+        let of_chains = arms
+            .iter()
+            .map(|arm| compliance_of_chain(&fine, *arm))
+            .sum::<f64>();
         let [a, b] = arms.map(|arm| 1e3 * arm);
         let mut forces = Vec::new();
         for &approach in approaches {
@@ -277,10 +387,26 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
             let (source, tolerance) = (sources::CANTILEVERS, tolerances::PRESSED);
             let exact = pressing.cantilevers(of_beams, approach);
             let limit = extrapolated(coarse, computed);
-            trial.check(format!("{subject}, n → ∞"), "P in N", exact, source, limit, tolerance);
-            let (exact, subject) =
-                (pressing.cantilevers(of_chains, approach), format!("{subject}, n = {}", 2 * SEGMENTS));
-            trial.check(subject, "P in N, chains", exact, source, computed, tolerance);
+            trial.check(
+                format!("{subject}, n → ∞"),
+                "P in N",
+                exact,
+                source,
+                limit,
+                tolerance,
+            );
+            let (exact, subject) = (
+                pressing.cantilevers(of_chains, approach),
+                format!("{subject}, n = {}", 2 * SEGMENTS),
+            );
+            trial.check(
+                subject,
+                "P in N, chains",
+                exact,
+                source,
+                computed,
+                tolerance,
+            );
             forces.push((1e6 * approach, 1e3 * limit));
             if approach == approaches[0] {
                 let swapped = pressed_force(SEGMENTS, arms, approach, true)?;
@@ -288,12 +414,32 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
             }
         }
         let exact = (0..=60).map(|i| 8e-6 * 10.0_f64.powf(1.2 * f64::from(i) / 60.0));
-        let exact = exact.map(|approach| (1e6 * approach, 1e3 * pressing.cantilevers(of_beams, approach)));
-        curves.push(Curve::new(format!("formula, a = {a}, {b} mm"), Look::Reference, exact));
-        curves.push(Curve::new(format!("chains, a = {a}, {b} mm"), Look::Markers, forces));
+        let exact = exact.map(|approach| {
+            (
+                1e6 * approach,
+                1e3 * pressing.cantilevers(of_beams, approach),
+            )
+        });
+        curves.push(Curve::new(
+            format!("formula, a = {a}, {b} mm"),
+            Look::Reference,
+            exact,
+        ));
+        curves.push(Curve::new(
+            format!("chains, a = {a}, {b} mm"),
+            Look::Markers,
+            forces,
+        ));
     }
     let subject = "upper filament first in memory, in another group of lanes".to_owned();
-    trial.check(subject, "change of P", 0.0, sources::SYMMETRY, largest, tolerances::PLACE_IN_MEMORY);
+    trial.check(
+        subject,
+        "change of P",
+        0.0,
+        sources::SYMMETRY,
+        largest,
+        tolerances::PLACE_IN_MEMORY,
+    );
     trial.figures.push(Figure {
         name: "validation_cantilevers_pressed",
         title: "Force between crossed cantilevers".to_owned(),
@@ -308,8 +454,8 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
 /// Distance along `x` at which the filament lies over the other one, in m.
 const REACH: f64 = 0.02;
 
-/// Force in N on a filament of `segments` segments that rests over a stiff one, which would hold it at the height `ratio` over the distance
-/// by the elastica; and the force of the elastica.
+/// Force in N on a filament of `segments` segments that rests over a stiff one, which would hold it
+/// at the height `ratio` over the distance by the elastica; and the force of the elastica.
 fn held_force(segments: usize, ratio: f64) -> Result<[f64; 2], Failure> {
     /// In m.
     const PART: f64 = 2.5e-5;
@@ -318,11 +464,24 @@ fn held_force(segments: usize, ratio: f64) -> Result<[f64; 2], Failure> {
     const LENGTH: f64 = 0.01;
     /// Where the other one crosses it, in m from its root.
     const ARM: f64 = 0.003;
-    let soft = FilamentSettings { damping_ratio: 1.0, ..filament(segments)? };
-    let stiff =
-        FilamentSettings { youngs_modulus_pa: STIFFER * soft.youngs_modulus_pa, length_m: LENGTH, ..soft.clone() };
+    let soft = FilamentSettings {
+        damping_ratio: 1.0,
+        ..filament(segments)?
+    };
+    let stiff = FilamentSettings {
+        youngs_modulus_pa: STIFFER * soft.youngs_modulus_pa,
+        length_m: LENGTH,
+        ..soft.clone()
+    };
     let pressing = pressing(&soft);
-    let held = Held::over_edge(Circle { centre: [REACH, ratio * REACH], radius: 0.0, stiffness: f64::INFINITY }, 0.0);
+    let held = Held::over_edge(
+        Circle {
+            centre: [REACH, ratio * REACH],
+            radius: 0.0,
+            stiffness: f64::INFINITY,
+        },
+        0.0,
+    );
     let expected = held.force * bending_stiffness(&soft, soft.diameter_m);
     let below = pressing.reach - pressing.overlap(expected);
     let (sine, cosine) = held.angle.sin_cos();
@@ -355,9 +514,19 @@ pub fn over_filament(extent: Extent) -> Result<Trial, Failure> {
         ),
     );
     for ratio in [0.1, 0.25, 0.5] {
-        let ([coarse, expected], [fine, _]) = (held_force(segments, ratio)?, held_force(2 * segments, ratio)?);
+        let ([coarse, expected], [fine, _]) = (
+            held_force(segments, ratio)?,
+            held_force(2 * segments, ratio)?,
+        );
         let (source, tolerance) = (sources::EDGE_ELASTICA, tolerances::HELD_BY_FILAMENT);
-        trial.check(format!("y/x = {ratio}, n → ∞"), "R in N", expected, source, extrapolated(coarse, fine), tolerance);
+        trial.check(
+            format!("y/x = {ratio}, n → ∞"),
+            "R in N",
+            expected,
+            source,
+            extrapolated(coarse, fine),
+            tolerance,
+        );
     }
     Ok(trial)
 }

@@ -1,4 +1,5 @@
-//! Expression graphs, read in this process with the checks of the fuzz target, and compared with the derivation.
+//! Expression graphs, read in this process with the checks of the fuzz target, and compared with
+//! the derivation.
 
 use bristle_codegen::back::json::from_json;
 use bristle_inspect::comparison::{States, compare_graph};
@@ -32,7 +33,9 @@ pub struct Graph {
 impl Graph {
     pub fn new() -> Self {
         let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
-        Self { schema: jsonschema::draft202012::new(&schema).expect("the schema is one") }
+        Self {
+            schema: jsonschema::draft202012::new(&schema).expect("the schema is one"),
+        }
     }
 }
 
@@ -46,7 +49,10 @@ impl Target for Graph {
     }
 
     fn originals(&self) -> Vec<Mutant> {
-        SEEDS.iter().map(|seed| Mutant::file("", "graph.json", *seed)).collect()
+        SEEDS
+            .iter()
+            .map(|seed| Mutant::file("", "graph.json", *seed))
+            .collect()
     }
 
     fn mutant(&self, random: &mut Rng) -> Mutant {
@@ -58,11 +64,19 @@ impl Target for Graph {
         reading::check(&text);
         from_json(&text)?;
         let file = serde_json::from_str(&text).expect("what is read is JSON");
-        assert!(self.schema.is_valid(&file), "the reader accepts what the schema refuses");
+        assert!(
+            self.schema.is_valid(&file),
+            "the reader accepts what the schema refuses"
+        );
         if random.u8(..4) == 0 {
             let table = compare_graph(&text, 3, States::All, random.u64(..))?.to_string();
             assert!(table.len() < 100_000, "a table of {} bytes", table.len());
-            assert!(!table.chars().any(|character| character != '\n' && character.is_control()), "{table:?}");
+            assert!(
+                !table
+                    .chars()
+                    .any(|character| character != '\n' && character.is_control()),
+                "{table:?}"
+            );
         }
         Ok(())
     }

@@ -48,7 +48,9 @@ pub struct Input {
 
 impl Input {
     pub fn new() -> Self {
-        let quick = Document::parse(STUDY, "").and_then(|document| document.settings()).expect("the file is right");
+        let quick = Document::parse(STUDY, "")
+            .and_then(|document| document.settings())
+            .expect("the file is right");
         Self {
             seeds: [
                 STUDY.to_owned(),
@@ -68,18 +70,25 @@ impl Input {
         self.is_within(4.0, settings)
     }
 
-    /// Whether a pass has few segments, and all other settings are within a factor of those of the quick one.
+    /// Whether a pass has few segments, and all other settings are within a factor of those of the
+    /// quick one.
     fn is_within(&self, factor: f64, settings: &Settings) -> bool {
-        let close = |one: f64, other: f64| one == other || (1.0 / factor..=factor).contains(&(one / other));
+        let close =
+            |one: f64, other: f64| one == other || (1.0 / factor..=factor).contains(&(one / other));
         let others = |path: &str| path.starts_with("uncertainty.") || path == "filament.segments";
-        PARAMETERS.iter().filter(|parameter| !others(parameter.path)).all(|parameter| {
-            match (parameter.read(settings), parameter.read(&self.quick)) {
-                (Some(here), Some(quick)) => {
-                    close(here, quick) || parameter.path == "contact.stiffness_n_m" && here > STIFF
-                }
-                (here, quick) => here == quick,
-            }
-        }) && settings.filament.segments <= MOST_SEGMENTS
+        PARAMETERS
+            .iter()
+            .filter(|parameter| !others(parameter.path))
+            .all(
+                |parameter| match (parameter.read(settings), parameter.read(&self.quick)) {
+                    (Some(here), Some(quick)) => {
+                        close(here, quick)
+                            || parameter.path == "contact.stiffness_n_m" && here > STIFF
+                    }
+                    (here, quick) => here == quick,
+                },
+            )
+            && settings.filament.segments <= MOST_SEGMENTS
     }
 
     /// Reads settings in each way that a command does.
@@ -110,12 +119,26 @@ impl Input {
         if random.u8(..one_in) > 0 || !self.is_within(FAR, settings) {
             return;
         }
-        let sampling = Sampling { samples: 5, shapes: 0, loads: true, profile: true, alongside: false };
+        let sampling = Sampling {
+            samples: 5,
+            shapes: 0,
+            loads: true,
+            profile: true,
+            alongside: false,
+        };
         match simulate_with(settings, sampling) {
             Ok(simulation) => {
                 self.simulated.fetch_add(1, Ordering::Relaxed);
-                assert!(Metrics::is_finite(&simulation.metrics), "{:?}", simulation.metrics);
-                assert!(simulation.history.iter().all(Record::is_finite), "{:?}", simulation.history);
+                assert!(
+                    Metrics::is_finite(&simulation.metrics),
+                    "{:?}",
+                    simulation.metrics
+                );
+                assert!(
+                    simulation.history.iter().all(Record::is_finite),
+                    "{:?}",
+                    simulation.history
+                );
             }
             Err(error) => {
                 self.failed.fetch_add(1, Ordering::Relaxed);
@@ -132,7 +155,8 @@ fn reads_back(settings: &Settings) {
     let written = Tree::of(&json).toml();
     let again = Document::parse(&written, "again.toml").and_then(|document| document.settings());
     assert_eq!(again.as_ref(), Ok(settings), "{written}");
-    let case = read_case(&case_text(settings, &FileHashes::new()), "case.json").map(|case| case.settings);
+    let case =
+        read_case(&case_text(settings, &FileHashes::new()), "case.json").map(|case| case.settings);
     assert_eq!(case.as_ref(), Ok(settings));
 }
 
@@ -157,16 +181,22 @@ impl Target for Input {
     }
 
     fn originals(&self) -> Vec<Mutant> {
-        self.seeds.iter().map(|seed| Mutant::file("", "case.toml", seed.as_str())).collect()
+        self.seeds
+            .iter()
+            .map(|seed| Mutant::file("", "case.toml", seed.as_str()))
+            .collect()
     }
 
     fn refusals(&self) -> Vec<(Mutant, &'static str)> {
         let without = |section: &str| {
-            let Tree::Object(mut sections) = Tree::of_toml(STUDY) else { return String::new() };
+            let Tree::Object(mut sections) = Tree::of_toml(STUDY) else {
+                return String::new();
+            };
             sections.retain(|(name, _)| name != section && name != "study");
             Tree::Object(sections).toml()
         };
-        let refusal = |text: String, expected| (Mutant::file("a refusal", "case.toml", text), expected);
+        let refusal =
+            |text: String, expected| (Mutant::file("a refusal", "case.toml", text), expected);
         let radius = ALL.replace("radius_m = 0.0  ", "radius_m = 1e6  ");
         vec![
             refusal(without("tool"), "[tool]"),
@@ -177,7 +207,12 @@ impl Target for Input {
     }
 
     fn mutant(&self, random: &mut Rng) -> Mutant {
-        of_texts("case.toml", &self.seeds.each_ref().map(String::as_str), &TOML, random)
+        of_texts(
+            "case.toml",
+            &self.seeds.each_ref().map(String::as_str),
+            &TOML,
+            random,
+        )
     }
 
     fn check(&self, mutant: &Mutant, random: &mut Rng) -> Verdict {
@@ -186,6 +221,9 @@ impl Target for Input {
 
     fn further(&self) -> Vec<(&'static str, usize)> {
         let count = |counter: &AtomicUsize| counter.load(Ordering::Relaxed);
-        vec![("simulated", count(&self.simulated)), ("refused by the simulation", count(&self.failed))]
+        vec![
+            ("simulated", count(&self.simulated)),
+            ("refused by the simulation", count(&self.failed)),
+        ]
     }
 }

@@ -1,4 +1,5 @@
-//! Journals of a study, read in this process. A result read from a damaged journal is the one that was written.
+//! Journals of a study, read in this process. A result read from a damaged journal is the one that
+//! was written.
 
 use bristle_grid::{CaseResult, Study};
 use bristle_store::journal::Journal;
@@ -19,7 +20,10 @@ pub struct Journaled {
 /// The complete journal of a study.
 pub fn written(study: &Study, results: &[CaseResult]) -> String {
     let journal = Journal::new(study);
-    let lines = results.iter().enumerate().map(|(case, result)| journal.entry(case, result));
+    let lines = results
+        .iter()
+        .enumerate()
+        .map(|(case, result)| journal.entry(case, result));
     journal.header().to_owned() + &lines.collect::<String>()
 }
 
@@ -33,7 +37,12 @@ impl Journaled {
         let (study, results) = simulated(file);
         let (other, other_results) = simulated(&file.replace("0.040", "0.041"));
         let texts = [written(&study, &results), written(&other, &other_results)];
-        Self { journal: Journal::new(&study), study, results, texts }
+        Self {
+            journal: Journal::new(&study),
+            study,
+            results,
+            texts,
+        }
     }
 }
 
@@ -72,9 +81,14 @@ impl Target for Journaled {
             }
         }
         // What is kept after the torn end is cut off is read as before.
-        let again =
-            self.journal.read(&self.study, &bytes[..contents.intact as usize]).expect("the intact part is intact");
-        assert_eq!((&again.results, again.intact, again.torn), (&contents.results, contents.intact, 0));
+        let again = self
+            .journal
+            .read(&self.study, &bytes[..contents.intact as usize])
+            .expect("the intact part is intact");
+        assert_eq!(
+            (&again.results, again.intact, again.torn),
+            (&contents.results, contents.intact, 0)
+        );
         Ok(())
     }
 }
@@ -83,6 +97,9 @@ impl Target for Journaled {
 fn exchange_lines(bytes: &mut Vec<u8>, other: &[u8], random: &mut Rng) {
     let ours = bytes.split_inclusive(|&byte| byte == b'\n');
     let theirs = other.split_inclusive(|&byte| byte == b'\n');
-    *bytes =
-        ours.zip(theirs).map(|(our, their)| if random.u8(..4) == 0 { their } else { our }).collect::<Vec<_>>().concat();
+    *bytes = ours
+        .zip(theirs)
+        .map(|(our, their)| if random.u8(..4) == 0 { their } else { our })
+        .collect::<Vec<_>>()
+        .concat();
 }

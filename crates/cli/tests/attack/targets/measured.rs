@@ -32,7 +32,8 @@ impl Measured {
         Self { study, results }
     }
 
-    /// Compares the forces with the study: a bounded table for people, and one row per point in a file.
+    /// Compares the forces with the study: a bounded table for people, and one row per point in a
+    /// file.
     fn compare(&self, points: &[Measurement]) {
         let comparisons = compare(&self.study, &self.results, points);
         let mut written = Vec::new();
@@ -43,7 +44,10 @@ impl Measured {
         assert!(unusual_points(&self.study, points).len() <= 3);
         assert_eq!(rows.lines().count(), 1 + comparisons.len() * points.len());
         for report in [table, rows] {
-            assert!(!report.contains("NaN") && !report.contains("inf"), "not finite: {report:.1000}");
+            assert!(
+                !report.contains("NaN") && !report.contains("inf"),
+                "not finite: {report:.1000}"
+            );
         }
     }
 }
@@ -51,7 +55,14 @@ impl Measured {
 /// A table so long that it must be read in linear time.
 fn many_rows() -> String {
     let row = |index: u32| format!("{:?},0.001,100.0,4.0\n", 5.0 + f64::from(index) * 1e-4);
-    [Quantity::Velocity, Quantity::Depth, Quantity::Force, Quantity::Std].map(Quantity::key).join(",")
+    [
+        Quantity::Velocity,
+        Quantity::Depth,
+        Quantity::Force,
+        Quantity::Std,
+    ]
+    .map(Quantity::key)
+    .join(",")
         + "\n"
         + &(0..ROWS).map(row).collect::<String>()
 }
@@ -66,12 +77,18 @@ impl Target for Measured {
     }
 
     fn originals(&self) -> Vec<Mutant> {
-        vec![Mutant::file("", "forces.csv", FORCES), Mutant::file("", "forces.csv", many_rows())]
+        vec![
+            Mutant::file("", "forces.csv", FORCES),
+            Mutant::file("", "forces.csv", many_rows()),
+        ]
     }
 
     fn refusals(&self) -> Vec<(Mutant, &'static str)> {
         let twice = FORCES.replace(",note", ",force_n").replace("first", "1.0");
-        vec![(Mutant::file("a heading twice", "forces.csv", twice), "force_n")]
+        vec![(
+            Mutant::file("a heading twice", "forces.csv", twice),
+            "force_n",
+        )]
     }
 
     fn mutant(&self, random: &mut Rng) -> Mutant {
@@ -81,7 +98,15 @@ impl Target for Measured {
 
     fn check(&self, mutant: &Mutant, _: &mut Rng) -> Verdict {
         let points = read_measured(&mutant.text(0), "forces.csv", &Format::default())?;
-        assert_eq!(read_measured(&measured_text(&points, &[]), "again.csv", &Format::default()).as_ref(), Ok(&points));
+        assert_eq!(
+            read_measured(
+                &measured_text(&points, &[]),
+                "again.csv",
+                &Format::default()
+            )
+            .as_ref(),
+            Ok(&points)
+        );
         self.compare(&points);
         Ok(())
     }

@@ -50,13 +50,21 @@ penetration_depth_m = [1.0e-3]
 
 /// The study of a file that is right, and its results.
 pub fn simulated(file: &str) -> (Study, Vec<CaseResult>) {
-    let study = Document::parse(file, "case.toml").and_then(|document| document.study()).expect("the file is right");
+    let study = Document::parse(file, "case.toml")
+        .and_then(|document| document.study())
+        .expect("the file is right");
     let results = run_study(&study, None, || ()).expect("the threads start");
     (study, results)
 }
 
-/// Changes a text one to four times, through its tree or by its bytes. Returns the last change. Pieces of `other` may enter.
-fn change_text(text: &str, other: &str, format: &Format, random: &mut Rng) -> (&'static str, Vec<u8>) {
+/// Changes a text one to four times, through its tree or by its bytes. Returns the last change.
+/// Pieces of `other` may enter.
+fn change_text(
+    text: &str,
+    other: &str,
+    format: &Format,
+    random: &mut Rng,
+) -> (&'static str, Vec<u8>) {
     let mut bytes = text.as_bytes().to_vec();
     let mut change = "";
     if random.u8(..4) > 0 {
@@ -100,7 +108,11 @@ fn change_bytes(bytes: &mut Vec<u8>, other: &[u8], random: &mut Rng) -> &'static
 
 /// One, and seldom more.
 fn times(random: &mut Rng) -> usize {
-    if random.bool() { 1 } else { random.usize(1..=4) }
+    if random.bool() {
+        1
+    } else {
+        random.usize(1..=4)
+    }
 }
 
 fn one_of<'a, T: ?Sized>(things: &[&'a T], random: &mut Rng) -> &'a T {

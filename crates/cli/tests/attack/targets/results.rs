@@ -22,7 +22,10 @@ pub struct Results {
 pub fn saved(study: &Study, results: &[CaseResult]) -> [String; 2] {
     let mut runs = Vec::new();
     write_runs(&mut runs, study, results).expect("memory takes what is written to it");
-    [study_text(study, &runs, false), String::from_utf8(runs).expect("a table is text")]
+    [
+        study_text(study, &runs, false),
+        String::from_utf8(runs).expect("a table is text"),
+    ]
 }
 
 impl Results {
@@ -36,8 +39,15 @@ impl Results {
         let (other, other_results) = simulated(&file.replace("0.040", "0.041"));
         let texts = [saved(&study, &results), saved(&other, &other_results)];
         // This number is not written to files.
-        results.iter_mut().flatten().for_each(|summary| summary.statistics.chart_changes = 0);
-        Self { study, results, texts }
+        results
+            .iter_mut()
+            .flatten()
+            .for_each(|summary| summary.statistics.chart_changes = 0);
+        Self {
+            study,
+            results,
+            texts,
+        }
     }
 }
 
@@ -57,8 +67,14 @@ impl Target for Results {
     fn mutant(&self, random: &mut Rng) -> Mutant {
         let [[study, runs], [other_study, other_runs]] = &self.texts;
         match random.u8(..20) {
-            0 => pair("runs of another", [study.clone().into_bytes(), other_runs.clone().into_bytes()]),
-            1 => pair("settings of another", [other_study.clone().into_bytes(), runs.clone().into_bytes()]),
+            0 => pair(
+                "runs of another",
+                [study.clone().into_bytes(), other_runs.clone().into_bytes()],
+            ),
+            1 => pair(
+                "settings of another",
+                [other_study.clone().into_bytes(), runs.clone().into_bytes()],
+            ),
             2..10 => {
                 let (change, bytes) = change_table(runs, random);
                 pair(change, [study.clone().into_bytes(), bytes])
@@ -75,8 +91,15 @@ impl Target for Results {
         let results = read_runs(&mutant.text(1), "runs.csv", &saved)?;
         assert_eq!(results, self.results);
         let states = |study: &Study| study_text(study, b"", false);
-        assert_eq!(states(&saved.study), states(&self.study), "the settings are not those of the results");
-        let limits = AdviceLimits { target_force_n: Some(100.0), ..AdviceLimits::default() };
+        assert_eq!(
+            states(&saved.study),
+            states(&self.study),
+            "the settings are not those of the results"
+        );
+        let limits = AdviceLimits {
+            target_force_n: Some(100.0),
+            ..AdviceLimits::default()
+        };
         let text = advise(&saved.study, &results, limits)?.text(WIDTH);
         assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
         Ok(())
@@ -84,5 +107,12 @@ impl Target for Results {
 }
 
 fn pair(change: &'static str, [study, runs]: [Vec<u8>; 2]) -> Mutant {
-    Mutant { change, files: vec![("study.json".to_owned(), study), ("runs.csv".to_owned(), runs)], ..Mutant::default() }
+    Mutant {
+        change,
+        files: vec![
+            ("study.json".to_owned(), study),
+            ("runs.csv".to_owned(), runs),
+        ],
+        ..Mutant::default()
+    }
 }

@@ -27,13 +27,22 @@ pub struct State {
 
 impl State {
     pub fn new() -> Self {
-        Self { settings: Settings::paper(10.0, 1e-3) }
+        Self {
+            settings: Settings::paper(10.0, 1e-3),
+        }
     }
 }
 
 /// A state as a file.
 fn text(state: &ChainState) -> String {
-    let ChainState { base_angle, base_rate, base_acceleration, gravity, q, v } = state;
+    let ChainState {
+        base_angle,
+        base_rate,
+        base_acceleration,
+        gravity,
+        q,
+        v,
+    } = state;
     json!({
         "base_angle": base_angle, "base_rate": base_rate, "base_acceleration": base_acceleration,
         "gravity": gravity, "q": q, "v": v,
@@ -51,7 +60,10 @@ impl Target for State {
     }
 
     fn originals(&self) -> Vec<Mutant> {
-        SEEDS.iter().map(|seed| Mutant::file("", "state.json", *seed)).collect()
+        SEEDS
+            .iter()
+            .map(|seed| Mutant::file("", "state.json", *seed))
+            .collect()
     }
 
     fn mutant(&self, random: &mut Rng) -> Mutant {
@@ -64,7 +76,11 @@ impl Target for State {
         if state.q.len() > 2 * MOST_EVALUATED || random.u8(..4) > 0 {
             return Ok(());
         }
-        let evaluation = evaluate(&self.settings.filament, self.settings.tool.body_radius_m, &state)?;
+        let evaluation = evaluate(
+            &self.settings.filament,
+            self.settings.tool.body_radius_m,
+            &state,
+        )?;
         let json = serde_json::to_string(&evaluation).expect("numbers have a form in JSON");
         assert!(!json.contains("null"), "not finite: {json}");
         Ok(())
