@@ -18,9 +18,9 @@ lint:
 study file='examples/zirconia.toml' out='results':
     cargo run --release -- study {{file}} --out {{out}}
 
-# Compare the simulator with exact solutions, other codes and the paper, into docs/
-validate *arguments='--full --out docs':
-    cargo run --release -- validate {{arguments}}
+# Compare the simulator with exact solutions, other codes and the paper, into target/validation/
+validate *arguments='--full':
+    cargo test --release -p bristle-validation -- {{arguments}}
 
 # Build the documents as a site, in target/site; `just site serve` shows it
 site *arguments:

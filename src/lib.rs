@@ -22,8 +22,3 @@ pub mod model;
 pub mod simulation;
 pub mod tool;
 pub mod workpiece;
-
-/// Compiles and runs the code of the README.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

@@ -4,7 +4,7 @@
 //! stopped and resumed. Contact is ten thousand times as stiff as a filament in bending, so that
 //! all filaments are solved together, implicitly: Newton's method, whose linear equations are
 //! solved by the generalised minimal residual method, with each filament's own O(n) factorisation
-//! as preconditioner. docs/design.md says why.
+//! as preconditioner. docs/methods.md ("Filaments that touch") says why.
 //!
 //! ```
 //! use bristle::brush::simulate_brush;

@@ -100,7 +100,7 @@ impl Precision {
     /// The first one that is tried: shorter where the nominal contact is short against the
     /// filament, because fast filaments bounce there, and where filaments rub on each other. Longer
     /// steps than those of a tolerance of 1e-3 are not faster: they take more iterations
-    /// (docs/integrators.md).
+    /// (docs/methods.md).
     fn first(settings: &Settings, pass: &Pass) -> Self {
         /// In tolerances: a fifth of what is an error at the end.
         const LACKING: f64 = 2.0;

@@ -4,7 +4,7 @@
 //! The first filaments meet an empty gap. What they do differs from what later ones do for as many
 //! columns as pass in about half a period of a filament and most of a contact. The last filaments
 //! have none behind them, which matters for as many columns as pass during a contact. Both were
-//! found from rows at 2 to 30 m/s and depths of 0.5 to 3 mm (docs/design.md).
+//! found from rows at 2 to 30 m/s and depths of 0.5 to 3 mm (docs/methods.md).
 
 use std::f64::consts::TAU;
 

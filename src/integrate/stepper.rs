@@ -19,7 +19,7 @@ const LOOSEST_NEWTON_TOLERANCE: f64 = 1e-5;
 /// Unless stages are [`StageSolution::Converged`], it stops after the first iteration if the
 /// correction is below this, in tolerances.
 ///
-/// Measured on contacts (docs/integrators.md): a smaller limit costs work and gains no accuracy,
+/// Measured on contacts (docs/methods.md): a smaller limit costs work and gains no accuracy,
 /// because the error estimate includes the unsolved part of a stage.
 const TRUSTED_CORRECTION: f64 = 1000.0;
 /// Below this relative tolerance the limit falls with it; otherwise the unsolved part would be the
@@ -39,7 +39,7 @@ const MAX_CONTRACTION: f64 = 0.5;
 /// converge much more slowly.
 const SLOWEST_DECLINE: f64 = 0.3;
 
-/// How the equations of a stage are solved by Newton's method (docs/integrators.md).
+/// How the equations of a stage are solved by Newton's method (docs/methods.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StageSolution {
     /// From an extrapolation of earlier stages, trusting one iteration. For smooth systems, where

@@ -30,7 +30,7 @@ use crate::model::trim::{self, Trim};
 use crate::tool::{ClampMotion, RotaryTool, Tool, Turning};
 use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Ramp, Workpiece};
 
-/// The method of every pass (docs/integrators.md).
+/// The method of every pass (docs/methods.md).
 pub(super) const METHOD: &Tableau = &ESDIRK54;
 
 /// How far the nodes of a relaxed filament are ahead of those of a straight one and behind them, as

@@ -29,7 +29,7 @@ fn effort(segments: usize, duration: f64) -> Effort {
 
 /// The work that a pass may spend, and the free flight after it, in Newton iterations of one
 /// segment: some three seconds of one core. Nearly all passes end with a hundredth of it
-/// (docs/integrators.md).
+/// (docs/methods.md).
 const EFFORT: f64 = 4e7;
 /// The overhead of an iteration, expressed in segments.
 const SEGMENTS_OF_OVERHEAD: usize = 2;

@@ -320,7 +320,7 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         name: "brush-shortcuts",
-        count: 6,
+        count: 4,
         adapt: two_groups,
         pair: brush_shortcuts,
     },
@@ -511,7 +511,7 @@ fn few_filaments(settings: &mut Settings, random: &mut Rng) {
 fn two_groups(settings: &mut Settings, random: &mut Rng) {
     rests(settings, random);
     let pitch = pitch(settings, random);
-    settings.filament.segments = settings.filament.segments.min(6);
+    settings.filament.segments = settings.filament.segments.min(4);
     settings.filament.damping_ratio = settings.filament.damping_ratio.max(0.05);
     settings.tool.width_m = pitch;
     settings.tool.filament_count = (TAU * settings.tool.body_radius_m / pitch)
@@ -519,8 +519,9 @@ fn two_groups(settings: &mut Settings, random: &mut Rng) {
         .max(18.0);
     settings.process.brushing_velocity_m_s = settings.process.brushing_velocity_m_s.max(4.0);
     let mut brush = BrushSettings {
-        columns: Some(random.usize(9..=17)),
+        columns: Some(random.usize(9..=12)),
         rows: Some(1),
+        contact_points: Some(3),
         steady: false,
         ..BrushSettings::default()
     };

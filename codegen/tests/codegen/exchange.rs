@@ -14,7 +14,7 @@ use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use serde_json::{Value, json};
 
 const EXAMPLE: &str = include_str!("../../../docs/graph-format.example.json");
-const PAGE: &str = include_str!("../../../docs/graph-format.md");
+const PAGE: &str = include_str!("../../../docs/library.md");
 const SCHEMA: &str = include_str!("../../../docs/graph-format.schema.json");
 
 fn origin(maker: &str) -> Origin<'_> {

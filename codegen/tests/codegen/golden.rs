@@ -84,12 +84,13 @@ fn written(write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>) -> String {
 
 #[test]
 fn the_derivation_step_by_step() {
-    // docs/equations.md has that in space.
-    let walkthrough = Walkthrough::new(1, Motion::Planar).expect("the derivation is sound");
-    insta::assert_snapshot!(
-        "planar_walkthrough_1",
-        written(|out| walkthrough.write(out, AGAIN))
-    );
+    for (name, motion) in [
+        ("walkthrough_2", Motion::Spatial),
+        ("planar_walkthrough_2", Motion::Planar),
+    ] {
+        let walkthrough = Walkthrough::new(2, motion).expect("the derivation is sound");
+        insta::assert_snapshot!(name, written(|out| walkthrough.write(out, AGAIN)));
+    }
 }
 
 #[test]

@@ -45,8 +45,7 @@ const COARSE: Precision = Precision {
     interacts: false,
     arrival: 0.1,
 };
-/// Near the minimum, for intervals, and points to measure at next: forces to 1e-4 of their values
-/// (docs/calibration.md).
+/// Near the minimum, for intervals, and points to measure at next: forces to 1e-4 of their values.
 const MIDDLE: Precision = Precision {
     tolerance: 1e-3,
     step: 0.01,
@@ -54,7 +53,7 @@ const MIDDLE: Precision = Precision {
     arrival: 1e-2,
     ..COARSE
 };
-/// The minimum itself: errors of the derivatives are below 1e-4 (docs/calibration.md).
+/// The minimum itself: errors of the derivatives are below 1e-4.
 const FINE: Precision = Precision {
     tolerance: 1e-6,
     step: 1e-3,

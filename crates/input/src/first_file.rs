@@ -541,7 +541,7 @@ fn section_of_brush(settings: &Settings) -> String {
     format!(
         "\n[brush]                            # filaments touch: their tips are {} diameters apart\n{ends}\
          # No brush is as even as these rows. Guesses of how uneven it is, which decide the force;\n\
-         # docs/what-to-measure.md says how to see yours. With them a brush is simulated in space,\n\
+         # docs/trust.md says how to see yours. With them a brush is simulated in space,\n\
          # which takes some fifty times as long:\n{}{}",
         short(tip_spacing(settings)),
         line(COMMENT, "brush.lateral_tilt_std_rad", ASSUMED_TILT_RAD),

@@ -11,7 +11,7 @@ use bristle_text::number::short;
 pub const FRICTION: &str = "contact.friction_coefficient";
 
 /// What removes the doubt about a coefficient that is not stated.
-pub const REMEDY: &str = "Measured forces remove this doubt: name them in [measured], or drag the brush (docs/what-to-measure.md).";
+pub const REMEDY: &str = "Measured forces remove this doubt: name them in [measured], or drag the brush (docs/trust.md).";
 
 /// Abrasive polyamide filaments on a workpiece.
 #[derive(Debug)]

@@ -6,7 +6,7 @@ use bristle::model::settings::Settings;
 
 /// Filaments whose tips are closer than so many diameters touch each other to an effect: beyond
 /// that, the impulse of a planar row is that of a filament alone within 5 %, from 2 to 30 m/s and
-/// from 0.5 to 3 mm (docs/interaction.md, "Where it matters").
+/// from 0.5 to 3 mm (docs/notes.md, "Where it matters").
 pub const PACKED: f64 = 3.5;
 
 /// The mean distance of the tips over their diameter: the fill of the trim where it works.

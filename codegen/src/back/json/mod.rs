@@ -2,7 +2,7 @@
 //!
 //! A file holds one or more kernels. A kernel is a list of operations in single assignment,
 //! operands before users; a number in an operand's place is the index of an earlier operation.
-//! `docs/graph-format.md` has every field.
+//! `docs/library.md ("Exchange format")` has every field.
 //!
 //! A file may be broken or hostile. Everything is checked before it is used, and a fault is an
 //! error that names the kernel and the operation. Nothing recurses over the expressions.

@@ -17,7 +17,7 @@ const MAX_STATES: u64 = 100_000;
 /// states
 ///
 /// GRAPH.json holds either the whole equations for some number of segments, or the kernels of the
-/// solver. derivations/ has such graphs and the scripts that make them; docs/graph-format.md
+/// solver. derivations/ has such graphs and the scripts that make them; docs/library.md
 /// describes the format. The table shows the largest deviation of each output, relative to its
 /// size. The exit status is 1 if one deviates by more than 1e-12.
 #[derive(Args)]

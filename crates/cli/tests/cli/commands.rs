@@ -925,20 +925,6 @@ fn exactly_one_kind_of_equations_is_derived() {
 }
 
 #[test]
-fn the_pages_of_the_equations_are_up_to_date() {
-    let workspace = Workspace::new();
-    for (name, planar) in [("equations.md", ""), ("planar-equations.md", " --planar")] {
-        let page = fs::read_to_string(format!("{}/../../docs/{name}", env!("CARGO_MANIFEST_DIR")))
-            .expect("the page");
-        let command = format!("derive --segments 2{planar} --format markdown");
-        assert!(
-            page == workspace.printed(&command),
-            "docs/{name} is stale; regenerate it: cargo run --release -- {command} --out docs/{name}"
-        );
-    }
-}
-
-#[test]
 fn derived_graphs_agree_with_themselves() {
     let workspace = Workspace::new();
     for equations in EQUATIONS {

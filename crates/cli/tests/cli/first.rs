@@ -147,7 +147,7 @@ fn the_documents_state_abrasive_filaments_and_their_friction() {
     let [least, largest] = range_of_all();
     let range = format!("anywhere from {least} to {largest}");
     assert!(
-        include_str!("../../../../docs/what-to-measure.md").contains(&range),
+        include_str!("../../../../docs/trust.md").contains(&range),
         "{range}"
     );
 }

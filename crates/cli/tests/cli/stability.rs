@@ -1,5 +1,5 @@
 //! Lateral stability as users see it: warnings, marks and advice, and the numbers of
-//! docs/stability.md.
+//! docs/notes.md.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
@@ -164,10 +164,10 @@ fn example(text: &str) -> (Study, Vec<CaseResult>) {
     (study, results)
 }
 
-/// The rows of the table below a heading of docs/stability.md, without those of its own heading:
+/// The rows of the table below a heading of docs/notes.md, without those of its own heading:
 /// the cells as numbers.
 fn documented(heading: &str) -> Vec<Vec<f64>> {
-    let section = section(include_str!("../../../../docs/stability.md"), heading);
+    let section = section(include_str!("../../../../docs/notes.md"), heading);
     let number = |cell: &str| {
         cell.replace('−', "-")
             .trim_end_matches('%')
@@ -214,14 +214,14 @@ fn metrics(study: &Study, results: &[CaseResult], wanted: [f64; 3]) -> Metrics {
 fn assert_near(found: f64, documented: f64, tolerance: f64, what: &str) {
     assert!(
         (found - documented).abs() <= tolerance,
-        "{what}: {found}, but docs/stability.md has {documented}"
+        "{what}: {found}, but docs/notes.md has {documented}"
     );
 }
 
 #[test]
 fn the_table_of_friction_is_that_of_the_example() {
     let (study, results) = example(include_str!("../../../../examples/lateral_friction.toml"));
-    let rows = documented("What friction does");
+    let rows = documented("Stability by friction");
     assert_eq!(rows.len(), 9);
     for row in rows {
         let [velocity, depth_mm, ref amplifications @ ..] = row[..] else {
@@ -243,7 +243,7 @@ fn the_table_of_friction_is_that_of_the_example() {
 #[test]
 fn the_table_of_tilts_is_that_of_the_example() {
     let (study, results) = example(include_str!("../../../../examples/lateral_tilt.toml"));
-    let rows = documented("What an imperfect filament does");
+    let rows = documented("Effect of a tilted clamp");
     assert_eq!(rows.len(), 9);
     for row in rows {
         let [velocity, depth_mm, amplification, impulse, ref changes @ ..] = row[..] else {
@@ -283,7 +283,7 @@ fn the_readme_counts_the_unstable_cases() {
         .count();
     for page in [
         include_str!("../../../../README.md"),
-        include_str!("../../../../docs/stability.md"),
+        include_str!("../../../../docs/notes.md"),
     ] {
         assert!(
             page.contains(&format!("{unstable} of the 120 cases")),

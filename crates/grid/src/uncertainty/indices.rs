@@ -9,7 +9,7 @@
 //! share for each of its coefficients. This bias is subtracted.
 //!
 //! Pairs of samples that share one input (Saltelli 2010) need no fit, but six times the simulations
-//! for the same number of samples, and are less accurate at equal cost: docs/how-sure.md has
+//! for the same number of samples, and are less accurate at equal cost: docs/trust.md has
 //! numbers.
 
 use nalgebra::{DMatrix, DVector};

@@ -441,7 +441,7 @@ impl Recommendation {
                 ..
             }) => {
                 let guess = if space.is_assumed {
-                    " (a guess: docs/what-to-measure.md)"
+                    " (a guess: docs/trust.md)"
                 } else {
                     ""
                 };

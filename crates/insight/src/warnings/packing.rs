@@ -13,7 +13,7 @@ use bristle_text::layout::Warning;
 use bristle_text::number::short;
 
 /// Tips closer than so many diameters are pressed onto the workpiece by the filaments behind, if
-/// their contact lasts longer than a share of the first period (docs/interaction.md). Others keep
+/// their contact lasts longer than a share of the first period (docs/notes.md). Others keep
 /// each other off it.
 const CROWDED: f64 = 1.4;
 const PRESSED: f64 = 0.75;

@@ -37,7 +37,7 @@ pub fn residual_vibration(settings: &Settings) -> f64 {
 }
 
 /// The share of the vibration that a single pass leaves out, if it is [`MUCH`]. In a packed brush
-/// neighbours decide how filaments arrive, so that turns hardly matter (docs/interaction.md, "Turn
+/// neighbours decide how filaments arrive, so that turns hardly matter (docs/notes.md, "Turn
 /// after turn").
 fn left_out(settings: &Settings) -> Option<f64> {
     if settings.brush.is_some() || is_packed(settings) {
