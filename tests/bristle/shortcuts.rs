@@ -137,7 +137,7 @@ fn rows_do_not_depend_on_where_they_begin() {
 /// solution has an error.
 #[test]
 fn shortcuts_only_save_work() {
-    let mut rubbing = sparse(10);
+    let mut rubbing = sparse(9);
     rubbing.contact.friction_coefficient = 0.4;
     rubbing
         .brush
@@ -147,11 +147,11 @@ fn shortcuts_only_save_work() {
     let mut turning = packed(9);
     turning.process.turns = Some(Turns::Count(2));
     let brushes = [
-        ("sparse", sparse(10)),
+        ("sparse", sparse(9)),
         ("rubbing", rubbing),
-        ("packed", packed(20)),
+        ("packed", packed(16)),
         ("turning", turning),
-        ("in space", in_space(10)),
+        ("in space", in_space(9)),
     ];
     for (name, settings) in brushes {
         let all = simulated(&settings);
