@@ -4,8 +4,8 @@
 use super::arrangement::{Arrangement, Root};
 use super::error::BrushError;
 use super::plan::{Plan, STRIDE, begin};
-use super::run::Shortcuts;
 use super::sector::Account;
+use super::shortcuts::Shortcuts;
 use super::team::Team;
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{Settings, Turns};

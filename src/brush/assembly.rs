@@ -4,8 +4,8 @@ use super::bundle::{BrushState, Bundle};
 use super::candidates::Layout;
 use super::group::Member;
 use super::presses::PressLaw;
-use super::run::Shortcuts;
 use super::sector::Stepper;
+use super::shortcuts::Shortcuts;
 use crate::simulation::{Filament, Form};
 use crate::tool::ClampMotion;
 use crate::workpiece::Part;
@@ -57,7 +57,7 @@ impl<M: ClampMotion + Sync> Assembly<M> {
         let layout = Layout::new(lengths, radii, points, None);
         let member = |(index, filament)| Member {
             filament,
-            last: f64::INFINITY,
+            contacts: [f64::NEG_INFINITY, f64::INFINITY],
             start: coordinates(index),
         };
         let members = filaments.into_iter().enumerate().map(member).collect();

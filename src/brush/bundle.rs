@@ -16,7 +16,7 @@ use super::gmres::{self, Coupled, Division, Krylov, Vector};
 use super::group::{Activity, Budget, Group, Member, Surroundings, WorkpieceLoad, larger};
 use super::presses::PressLaw;
 use super::pressing::{Pair, Pressing};
-use super::run::Shortcuts;
+use super::shortcuts::Shortcuts;
 use super::team;
 use crate::equations::{ChainDynamics, LANES, Lanes, Lanewise, PolarAxis, Real};
 use crate::simulation::{Filament, Form};

@@ -17,8 +17,10 @@ use crate::workpiece::{Part, Workpiece};
 pub struct Member<M> {
     /// The filament.
     pub filament: Filament<M, Part>,
-    /// Time in s from which its contact no longer counts, so that it may be left out.
-    pub last: f64,
+    /// Times in s between which its contact counts. Before the first one it does not meet the
+    /// workpiece: around a ring, the last filaments begin where the first ones go. From the second
+    /// one on it may be left out.
+    pub contacts: [f64; 2],
     /// Its coordinates about `z` and its rates at the beginning.
     pub start: [Vec<[f64; 2]>; 2],
 }
@@ -176,8 +178,8 @@ struct Clearance {
     speed: f64,
     /// Velocity of the workpiece in m/s.
     workpiece_velocity: [f64; 3],
-    /// See [`Member::last`].
-    last: f64,
+    /// See [`Member::contacts`].
+    contacts: [f64; 2],
     /// When it was last looked at, in s.
     time: f64,
     /// How far its nodes had then gone relative to the body, in m.
@@ -192,7 +194,12 @@ impl Clearance {
     const NOTICED: f64 = 1e-3;
 
     /// Unknown.
-    fn new<M: ClampMotion>(Member { filament, last, .. }: &Member<M>, rate: f64) -> Self {
+    fn new<M: ClampMotion>(
+        Member {
+            filament, contacts, ..
+        }: &Member<M>,
+        rate: f64,
+    ) -> Self {
         let Filament {
             chain,
             motion,
@@ -211,11 +218,16 @@ impl Clearance {
         Self {
             speed,
             workpiece_velocity,
-            last: *last,
+            contacts: *contacts,
             time: 0.0,
             way: 0.0,
             gap: f64::NEG_INFINITY,
         }
+    }
+
+    /// `true` if the filament does not meet the workpiece yet at `time` (s).
+    fn is_early(&self, time: f64) -> bool {
+        time < self.contacts[0]
     }
 
     /// Lower bound of the distance in m at `time` (s), where the filament has gone `way` (m).
@@ -317,8 +329,10 @@ impl Group {
     /// `time` (s).
     pub fn is_clear(&self, candidates: &Candidates, time: f64) -> bool {
         let mut clearances = self.clearances.iter().enumerate();
-        clearances
-            .all(|(lane, clearance)| clearance.bound(time, candidates.way(self.first + lane)) > 0.0)
+        clearances.all(|(lane, clearance)| {
+            clearance.is_early(time)
+                || clearance.bound(time, candidates.way(self.first + lane)) > 0.0
+        })
     }
 
     /// Whether the contacts of all its filaments no longer count at `time` (s), and none reaches
@@ -342,7 +356,7 @@ impl Group {
                 let reach = chain.length * chain.segments() as f64 + law.radius;
                 let is_away =
                     |time: f64| workpiece.surface(motion.at(time).position, time).gap > reach;
-                time >= clearance.last && is_away(time) && is_away(time - behind)
+                time >= clearance.contacts[1] && is_away(time) && is_away(time - behind)
             })
     }
 
@@ -422,7 +436,8 @@ impl Group {
                 around.time,
                 around.candidates.way(number),
             );
-            if around.has_bounds && clearance.bound(time, way) > Clearance::NOTICED {
+            let is_far = || clearance.bound(time, way) > Clearance::NOTICED;
+            if clearance.is_early(time) || (around.has_bounds && is_far()) {
                 continue;
             }
             let node = |k: usize| Node::new(number, k, n);

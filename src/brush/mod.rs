@@ -38,6 +38,7 @@ mod result;
 mod run;
 mod sector;
 mod settle;
+mod shortcuts;
 mod stretch;
 mod team;
 
@@ -49,7 +50,8 @@ pub use result::{
     BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals,
     Stretch, ToolSample,
 };
-pub use run::{BrushRun, Checkpoint, RunOptions, Shortcuts, check_brush, memory_estimate};
+pub use run::{BrushRun, Checkpoint, RunOptions, check_brush, memory_estimate};
+pub use shortcuts::Shortcuts;
 
 use crate::model::settings::Settings;
 

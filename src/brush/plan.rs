@@ -8,9 +8,9 @@ use super::candidates::Layout;
 use super::filaments::{self, ToolFilament};
 use super::group::Member;
 use super::presses::PressLaw;
-use super::run::Shortcuts;
 use super::sector::{Sector, Timetable};
 use super::settle::{self, Pose};
+use super::shortcuts::Shortcuts;
 use crate::equations::linear::{add, scale};
 use crate::model::settings::{Settings, Turns};
 use crate::simulation::{Form, Pass};
@@ -153,7 +153,7 @@ impl Plan<'_> {
             };
             Member {
                 filament,
-                last,
+                contacts: [begin + delay, last],
                 start,
             }
         };

@@ -14,6 +14,7 @@ use super::result::{
 };
 use super::sector::{Account, Balance, Sector, SectorState};
 use super::settle::{self, Settling};
+use super::shortcuts::Shortcuts;
 use super::stretch;
 use super::team::Team;
 use crate::equations::{LANES, lanes_are_compiled};
@@ -21,37 +22,6 @@ use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{BrushSettings, Hold, MAX_TURNS, Settings, Turns};
 use crate::model::trim::differ;
 use crate::simulation::{Form, Pass, Stop, is_steady};
-
-/// Shortcuts of a simulation. Each only saves work: results agree without it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shortcuts {
-    /// Straight filaments sleep until something touches them.
-    pub sleep: bool,
-    /// Filaments are left out once neither they nor those behind them can touch the workpiece
-    /// again.
-    pub leave_out: bool,
-    /// The workpiece is not searched where a bound of the distance excludes contact.
-    pub clearance: bool,
-    /// The broad phase searches only pairs, points and segments that a bound of their distance does
-    /// not exclude.
-    pub broad_phase: bool,
-}
-
-impl Shortcuts {
-    /// All shortcuts, which is the default.
-    pub const ALL: Self = Self {
-        sleep: true,
-        leave_out: true,
-        clearance: true,
-        broad_phase: true,
-    };
-}
-
-impl Default for Shortcuts {
-    fn default() -> Self {
-        Self::ALL
-    }
-}
 
 /// How a brush is simulated. Results do not depend on it, except for the frames that it requests,
 /// and for halved steps.
