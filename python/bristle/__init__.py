@@ -18,7 +18,6 @@ Names are those of the input file (``docs/input.md``) and of the result files
 - Settings from measured forces, or from the radii of an edge: `calibrate`, `Calibration`
 - Edges that grow round, and filaments that wear: `remove`, `Removal`
 - Equations of motion: `accelerations`, `evaluate`, `Evaluation`, `derive`
-- Evidence: `validate`, `Validation`
 """
 
 from bristle._bristle import __version__
@@ -27,11 +26,9 @@ from bristle._calibration import Calibration, calibrate
 from bristle._contact import Contact, Shapes, simulate
 from bristle._equations import (
     Evaluation,
-    Validation,
     accelerations,
     derive,
     evaluate,
-    validate,
 )
 from bristle._errors import (
     ResultWarning,
@@ -77,7 +74,5 @@ __all__ = [
     "evaluate",
     "Evaluation",
     "derive",
-    "validate",
-    "Validation",
     "__version__",
 ]

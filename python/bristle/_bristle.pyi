@@ -27,7 +27,6 @@ __all__ = [
     "read_input",
     "remove",
     "simulate",
-    "validate",
 ]
 
 MOST_CONTROL_POINTS: int
@@ -150,4 +149,3 @@ def evaluate(input: Input, state: str) -> str: ...
 def derive(
     segments: int | None, planar: bool, format: str
 ) -> tuple[str | None, dict[str, str]]: ...
-def validate(full: bool) -> tuple[bool, str, str]: ...

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
+from typing import Any, Literal, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +14,6 @@ import numpy.typing as npt
 from bristle import _arguments as arguments
 from bristle import _bristle
 from bristle._settings import Settings, checked
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 
@@ -196,49 +193,3 @@ def derive(
         and value.__module__ == "equations"
         and not name.startswith("_")
     }
-
-
-class Validation:
-    """Comparisons with exact solutions, other codes and the paper, from `validate`.
-
-    Printed, it is the table of ``bristle validate``.
-    """
-
-    def __init__(self, agrees: bool, table: str, rows: str) -> None:
-        self._agrees = agrees
-        self._table = table
-        self._rows = rows
-
-    @property
-    def agrees(self) -> bool:
-        """Whether every number is within its tolerance."""
-        return self._agrees
-
-    def to_csv(self) -> str:
-        """What ``validation.csv`` has."""
-        return self._rows
-
-    def to_pandas(self) -> pd.DataFrame:
-        """The comparisons as a table of pandas, which must be installed."""
-        from io import StringIO
-
-        import pandas as pd
-
-        return pd.read_csv(StringIO(self._rows))
-
-    def __str__(self) -> str:
-        return self._table
-
-    def __repr__(self) -> str:
-        return f"<Validation: {'all agree' if self._agrees else 'NOT all agree'}>"
-
-
-def validate(*, full: bool = False) -> Validation:
-    """Compares the simulator with exact solutions, other codes and the paper.
-
-    It takes up to a minute: ``bristle validate``.
-
-    Args:
-        full: Whether to include convergence studies, which take minutes.
-    """
-    return Validation(*_bristle.validate(full))

@@ -16,7 +16,6 @@ mod interrupt;
 mod removal;
 mod study;
 mod tool;
-mod validation;
 
 use pyo3::prelude::*;
 
@@ -42,6 +41,5 @@ fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(removal::remove, module)?)?;
     module.add_function(wrap_pyfunction!(equations::accelerations, module)?)?;
     module.add_function(wrap_pyfunction!(equations::evaluate, module)?)?;
-    module.add_function(wrap_pyfunction!(equations::derive, module)?)?;
-    module.add_function(wrap_pyfunction!(validation::validate, module)?)
+    module.add_function(wrap_pyfunction!(equations::derive, module)?)
 }

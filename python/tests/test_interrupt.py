@@ -48,10 +48,6 @@ def test_a_brush(settings: bristle.Settings) -> None:
     stops(lambda: bristle.brush(settings.replace(brush={"rows": 15})))
 
 
-def test_a_validation() -> None:
-    stops(bristle.validate)
-
-
 def test_equations() -> None:
     stops(lambda: bristle.derive(60))
 

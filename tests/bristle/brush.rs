@@ -1,7 +1,7 @@
 //! Is it right? Rows of filaments that touch, compared with an independent code:
-//! `derivations/reference_row.py` states them again in the plane, differentiates the energy of
-//! their contact, and integrates them with CVODES. `bristle validate` compares them with MuJoCo,
-//! too.
+//! `derivations/passes.py row` states them again in the plane, differentiates the energy of
+//! their contact, and integrates them with CVODES. `crates/validation` compares them with
+//! MuJoCo, too.
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,6 @@
 //! Is it right? Passes over edges, chamfers, cylinders, bores and splines, turns, and wavy and
-//! tapered filaments, compared with an independent code: `derivations/reference_edges.py` states
-//! the chain in the plane again, and integrates it with CVODES, and `reference_profiles.py` adds
-//! splines.
+//! tapered filaments, compared with an independent code: `derivations/passes.py` (groups
+//! `edges`, `profiles`, `sliding`) states the chain again, and integrates it with CVODES.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{FilamentSettings, Settings, Turns, WorkpieceSettings};

@@ -1,4 +1,4 @@
-//! Is it physics? Invariants and measured orders of convergence. `bristle validate` has the exact
+//! Is it physics? Invariants and measured orders of convergence. `crates/validation` has the exact
 //! solutions.
 
 use std::convert::Infallible;

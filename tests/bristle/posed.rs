@@ -1,5 +1,5 @@
 //! Is it right? Filaments of tools of any kind and pose, with and without friction, compared with
-//! an independent code: `derivations/reference_poses.py` states them again in the frame of the
+//! an independent code: `derivations/passes.py poses` states them again in the frame of the
 //! workpiece, and integrates them with CVODES.
 
 use bristle::model::metrics::Metrics;

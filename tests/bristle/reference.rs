@@ -17,7 +17,7 @@ fn states<T: DeserializeOwned>(name: &str) -> Vec<T> {
     file.states
 }
 
-/// The common parts of all state files.
+/// A state and its accelerations by another code.
 #[derive(Deserialize)]
 struct ReferenceState {
     kind: String,
@@ -53,10 +53,11 @@ impl ReferenceState {
         evaluate(&filament, 0.14, &state).expect("the state is regular")
     }
 
-    fn assert_accelerations(&self, result: &Evaluation, tolerance: f64) {
+    fn assert_accelerations(&self, result: &Evaluation) {
+        // At n = 25 the file itself has errors of up to 2e-12, as 40-digit arithmetic showed.
         // A torque that should vanish is known to one rounding of c, which divided by J is 1e-6
         // rad/s² at n = 25.
-        let bound = tolerance * crate::common::largest(&self.accelerations) + 1e-5;
+        let bound = 1e-11 * crate::common::largest(&self.accelerations) + 1e-5;
         assert_eq!(result.accelerations.len(), self.accelerations.len());
         for (value, expected) in result.accelerations.iter().zip(&self.accelerations) {
             assert!(
@@ -64,58 +65,6 @@ impl ReferenceState {
                 "{}: {value} {expected}",
                 self.case()
             );
-        }
-    }
-}
-
-/// A state with more known values than the accelerations.
-#[derive(Deserialize)]
-struct ExactState {
-    #[serde(flatten)]
-    state: ReferenceState,
-    mass_matrix: Option<Vec<Vec<f64>>>,
-    kinetic_energy_j: f64,
-    potential_energy_j: f64,
-    dissipation_w: f64,
-    tip_position_m: [f64; 3],
-}
-
-#[test]
-fn equations_agree_with_60_digit_arithmetic() {
-    let reference: Vec<ExactState> = states("reference_states.json");
-    assert!(reference.len() > 20);
-    for expected in reference {
-        let (result, case) = (expected.state.evaluate(), expected.state.case());
-        expected.state.assert_accelerations(&result, 1e-12);
-        if let Some(mass_matrix) = &expected.mass_matrix {
-            let entries = |matrix: &[Vec<f64>]| matrix.concat();
-            let (values, exact) = (entries(&result.mass_matrix), entries(mass_matrix));
-            assert_eq!(values.len(), exact.len(), "{case}");
-            for (value, exact) in values.iter().zip(&exact) {
-                assert!(
-                    (value - exact).abs() < 1e-14 * result.mass_matrix[0][0],
-                    "{case}: {value} {exact}"
-                );
-            }
-        }
-        let scalars = [
-            (result.kinetic_energy_j, expected.kinetic_energy_j),
-            (result.potential_energy_j, expected.potential_energy_j),
-            (result.dissipation_w, expected.dissipation_w),
-        ];
-        for (value, exact) in scalars {
-            // If the exact value comes from rounding of the inputs (1e-30), so does the result.
-            assert!(
-                (value - exact).abs() <= 1e-12 * exact.abs() + 1e-28,
-                "{case}: {value} {exact}"
-            );
-        }
-        for (value, exact) in result
-            .tip_position_m
-            .into_iter()
-            .zip(expected.tip_position_m)
-        {
-            assert!((value - exact).abs() < 1e-15, "{case}: {value} {exact}");
         }
     }
 }
@@ -137,7 +86,6 @@ fn accelerations_agree_with_articulated_rigid_bodies() {
         );
     }
     for expected in reference {
-        // At n = 25 the file itself has errors of up to 2e-12, as 40-digit arithmetic showed.
-        expected.assert_accelerations(&expected.evaluate(), 1e-11);
+        expected.assert_accelerations(&expected.evaluate());
     }
 }

@@ -1,5 +1,5 @@
 //! Is it right? One and two filaments in space that touch the workpiece and each other, with
-//! friction, compared with an independent code: `derivations/reference_space.py` states them again,
+//! friction, compared with an independent code: `derivations/passes.py space` states them again,
 //! and integrates them with CVODES.
 
 use bristle::brush::simulate_brush;

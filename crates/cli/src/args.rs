@@ -7,7 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::commands::{
     advise, brush, calibrate, compare, compare_studies, completions, converge, derive, evaluate,
-    explain, merge, new, plot, remove, simulate, study, validate,
+    explain, merge, new, plot, remove, simulate, study,
 };
 use crate::error::CliError;
 use crate::terminal::print;
@@ -26,7 +26,6 @@ Examples:
   bristle advise results --max-force 300       show which settings meet a limit
   bristle compare-studies old new --out both   compare the tools of two studies
   bristle derive --segments 2                  show the equations of motion
-  bristle validate                             compare with exact solutions
 
 Units are SI throughout, angles in radians. The unit is part of each name, as in
 length_m or contact_normal_impulse_n_s.
@@ -65,7 +64,6 @@ Contact forces of brushing tools, from the equations of motion of one filament
   merge              make one study of its shards
   derive             show the equations of motion
   evaluate, compare  evaluate them at a state; compare them with other engines
-  validate           compare with exact solutions, other codes and the paper
   schema             print the JSON schema of input files, for editors
   completions, man   completion for a shell; manual pages
 
@@ -95,7 +93,6 @@ pub enum Command {
     Evaluate(evaluate::EvaluateArgs),
     Derive(derive::DeriveArgs),
     Compare(compare::CompareArgs),
-    Validate(validate::ValidateArgs),
     Plot(plot::PlotArgs),
     Advise(advise::AdviseArgs),
     Explain(explain::ExplainArgs),
@@ -119,7 +116,6 @@ impl Command {
             Self::Calibrate(arguments) => return calibrate::run(&arguments),
             Self::Remove(arguments) => return remove::run(&arguments),
             Self::Compare(arguments) => return compare::run(&arguments),
-            Self::Validate(arguments) => return validate::run(&arguments),
             Self::New(arguments) => new::run(&arguments)?,
             Self::Explain(arguments) => explain::run(&arguments)?,
             Self::Simulate(arguments) => simulate::run(&arguments)?,

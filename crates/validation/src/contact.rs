@@ -497,7 +497,7 @@ fn tolerance(_: Extent) -> Result<Trial, Failure> {
     let mut trial = Trial::new(
         "Convergence in the tolerance",
         "An independent planar code has computed the metrics of six passes with CVODES at a tolerance of 1e-11, accurate to \
-            1e-9 (`derivations/reference_contacts.py`), and again with Radau. The difference of the two shows their accuracy; slopes \
+            1e-9 (`derivations/passes.py`), and again with Radau. The difference of the two shows their accuracy; slopes \
             use only errors above it. The step control should make errors proportional to the tolerance, which is order 1. Times \
             suffer most: if the tip leaves the workpiece at 1 m/s, an error of 1e-6 of the filament's length in its position is an \
             error of 4e-5 of a contact of 1 ms.",

@@ -1,6 +1,6 @@
 //! Conserved quantities and exact solutions of free motions.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use bristle::contact::ContactLaw;
 use bristle::equations::linear::{add, scale};
@@ -11,11 +11,8 @@ use bristle::model::settings::ContactSettings;
 use bristle::simulation::{FilamentState, FilamentSystem, integrate};
 use bristle::tool::FixedClamp;
 use bristle::workpiece::Plane;
-use serde::Deserialize;
 
-use super::chains::{
-    WALL, mechanical_energy, momentum, rods, trajectory_rows, unit_chain, untouched, worse,
-};
+use super::chains::{WALL, mechanical_energy, momentum, rods, unit_chain, untouched, worse};
 use super::exact::pendulum::SphericalPendulum;
 use super::group::{Extent, Failure, Group};
 use super::trial::{Axis, Curve, Figure, Look, Trial, logarithmic_slope};
@@ -26,7 +23,7 @@ pub const GROUP: Group = Group {
     title: "Invariants",
     purpose: "Long motions without dampers, most of them without contact: quantities that they must conserve, and pendulums whose \
         motion is known.",
-    trials: &[conservation, spherical_pendulum, double_pendulum, reversal],
+    trials: &[conservation, spherical_pendulum, reversal],
 };
 
 /// A system that only its clamp touches, and perhaps a plane.
@@ -248,84 +245,6 @@ fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
         description: "cos φ over two seconds: periodic curves between a lowest and a highest value; the steps coincide with them.",
         axes: [Axis::linear("time t in s"), Axis::linear("cos φ")],
         curves,
-    });
-    Ok(trial)
-}
-
-/// A row of the trajectory of a double pendulum.
-#[derive(Deserialize)]
-struct DoublePendulum {
-    time_s: f64,
-    theta_1_rad: f64,
-    theta_2_rad: f64,
-    theta_1_rate_rad_s: f64,
-    theta_2_rate_rad_s: f64,
-}
-
-fn double_pendulum(_: Extent) -> Result<Trial, Failure> {
-    const DATA: &str = include_str!("../../../derivations/trajectories/double_pendulum.csv");
-    let rows: Vec<DoublePendulum> = trajectory_rows(DATA)?;
-    let mut system = untouched(rods(2, 1.0, 1.0 / 12.0, [0.0, -9.81, 0.0]), WALL);
-    let first = rows
-        .first()
-        .ok_or_else(|| Failure::Reference("the double pendulum has no rows".to_owned()))?;
-    let q = vec![
-        [FRAC_PI_2, first.theta_1_rad],
-        [FRAC_PI_2, first.theta_2_rad],
-    ];
-    let mut state = system.state(0.0, q, vec![[0.0; 2]; 2]);
-    let tolerances = Tolerances::of_motion(1e-12, 1.0, 1.0);
-    let mut trial = Trial::new(
-        "Double pendulum",
-        "Two rods in a plane, released at 1.5 and 1.8 rad from the vertical, compared with a Taylor series in 50 digits from \
-            textbook equations (`derivations/reference_pendulum.py`). The motion is chaotic: a disturbance at the start grows up \
-            to a millionfold in the ten seconds, so any error in the equations would show. The relative tolerance is 1e-12.",
-    );
-    let (mut reference, mut course) = (Vec::new(), Vec::new());
-    for row in &rows {
-        (state, _) = integrate(
-            &mut system,
-            state,
-            row.time_s,
-            &ESDIRK54,
-            tolerances,
-            |_| (),
-        )?;
-        reference.push((row.time_s, row.theta_2_rad));
-        course.push((row.time_s, state.q[1][1]));
-        if row.time_s > 0.0 && row.time_s % 2.0 == 0.0 {
-            let subject = format!("t = {} s", row.time_s);
-            for (quantity, expected, computed) in [
-                ("θ_1 in rad", row.theta_1_rad, state.q[0][1]),
-                ("θ_2 in rad", row.theta_2_rad, state.q[1][1]),
-                ("θ̇_1 in 1/s", row.theta_1_rate_rad_s, state.v[0][1]),
-                ("θ̇_2 in 1/s", row.theta_2_rate_rad_s, state.v[1][1]),
-            ] {
-                let tolerance = if row.time_s <= 6.0 {
-                    tolerances::CHAOS_EARLY
-                } else {
-                    tolerances::CHAOS
-                };
-                trial.check(
-                    &subject,
-                    quantity,
-                    expected,
-                    sources::TAYLOR,
-                    computed,
-                    tolerance,
-                );
-            }
-        }
-    }
-    trial.figures.push(Figure {
-        name: "validation_double_pendulum",
-        title: "Azimuth of the outer rod of a double pendulum".to_owned(),
-        description: "Azimuth over ten seconds: an irregular motion, the same in both codes.",
-        axes: [Axis::linear("time t in s"), Axis::linear("θ_2 in rad")],
-        curves: vec![
-            Curve::new("50 digits", Look::Reference, reference),
-            Curve::new("Bristle", Look::Markers, course),
-        ],
     });
     Ok(trial)
 }

@@ -23,7 +23,7 @@ pub const GROUP: Group = Group {
     trials: &[passes, splayed, flat],
 };
 
-/// What `reference_poses.py` computes.
+/// Results of `derivations/passes.py poses`.
 const POSES: &str = include_str!("../../../tests/data/reference_poses.json");
 
 #[derive(Deserialize)]

@@ -56,25 +56,24 @@ sources! {
         Aeronautical Research Committee, Reports and Memoranda 766 (1921)";
     WHITTAKER = "Whittaker 1937": "E. T. Whittaker, Analytical dynamics of particles and rigid bodies, 4th edition, Cambridge \
         1937, article 55";
-    TAYLOR = "Taylor series": "derivations/trajectories/double_pendulum.csv, by derivations/reference_pendulum.py";
     HUNT_CROSSLEY = "Hunt 1975": "K. H. Hunt and F. R. E. Crossley, Coefficient of restitution interpreted as damping in \
         vibroimpact, Journal of Applied Mechanics 42 (1975) 440–445, for the law; its integral in docs/MODEL.md";
     JOHNSON = "Johnson 1985": "K. L. Johnson, Contact mechanics, Cambridge University Press 1985, section 11.4";
     COULOMB = "Coulomb": "Coulomb's law of friction";
-    CVODES = "CVODES": "tests/data/reference_contacts_cvodes.csv, by derivations/reference_contacts.py: CasADi and SUNDIALS' \
+    CVODES = "CVODES": "tests/data/reference_contacts_cvodes.csv, by derivations/passes.py contacts_cvodes: CasADi and SUNDIALS' \
         CVODES at 1e-11";
-    RADAU = "Radau": "tests/data/reference_contacts.csv, by derivations/reference_contacts.py: CasADi and SciPy's Radau at 1e-9";
+    RADAU = "Radau": "tests/data/reference_contacts.csv, by derivations/passes.py contacts: CasADi and SciPy's Radau at 1e-9";
     CONTROL = "step control": "Errors proportional to the tolerance, the aim of a step control";
     PENALTY = "penalty": "The depth F_n/k_c of a steady tip in a linear contact of stiffness k_c";
-    CVODES_PASS = "CasADi, CVODES": "derivations/trajectories/pass_casadi_cvodes.csv, by derivations/reference_trajectory.py";
+    CVODES_PASS = "CasADi, CVODES": "derivations/trajectories/pass_casadi_cvodes.csv, by derivations/passes.py trajectory";
     CVODES_EDGES = "CasADi, CVODES, edges": "derivations/trajectories/edge_leaving_cvodes.csv and edge_entering_cvodes.csv, by \
-        derivations/reference_edges.py";
-    CVODES_PROFILES = "CasADi, CVODES, profiles": "tests/data/reference_profiles.json, by derivations/reference_profiles.py";
-    CVODES_SPACE = "CasADi, CVODES, space": "tests/data/reference_space.json, by derivations/reference_space.py";
-    CVODES_POSES = "CasADi, CVODES, poses": "tests/data/reference_poses.json, by derivations/reference_poses.py";
+        derivations/passes.py trajectory";
+    CVODES_PROFILES = "CasADi, CVODES, profiles": "tests/data/reference_profiles.json, by derivations/passes.py profiles";
+    CVODES_SPACE = "CasADi, CVODES, space": "tests/data/reference_space.json, by derivations/passes.py space";
+    CVODES_POSES = "CasADi, CVODES, poses": "tests/data/reference_poses.json, by derivations/passes.py poses";
     SCIPY_POSES = "SciPy, poses": "The same file: minima of energies that CasADi differentiates";
     CVODES_ROWS = "CasADi, CVODES, rows": "tests/data/reference_row.json and derivations/trajectories/row_three_cvodes.csv, by \
-        derivations/reference_row.py";
+        derivations/passes.py row";
     MUJOCO_ROW = "MuJoCo, row": "tests/data/reference_row_mujoco.json, by benches/peers/trajectories.py: MuJoCo 4.0";
     PASS = "single pass": "The pass of one filament, which has equations, method and step control of its own";
     KNOWN_ROW = "known row": "Forces of a converged planar row in docs/MODEL.md, \"Filaments that touch\"";

@@ -71,8 +71,6 @@ tolerances! {
         tolerance.";
     DRIFT_MOMENTUM = Absolute 3e2, "drift of momentum": "The same steps, whose errors in L_z have either sign.";
     TRAJECTORY = Absolute 5e-9, "trajectory": "Thousands of steps at a tolerance of 1e-11, whose errors add up in the azimuth.";
-    CHAOS_EARLY = Absolute 1e-8, "chaos, to 6 s": "Errors of 1e-12 per step, in hundreds of steps, and their growth until then.";
-    CHAOS = Absolute 1e-5, "chaos": "Errors of 1e-12 per step grow up to 1.2 million times.";
     REVERSAL = Absolute 1e-7, "reversal": "Thousands of steps at a tolerance of 1e-10, there and back; each impact amplifies \
         differences.";
     IMPACT = Relative 2e-7, "impact": "At a tolerance of 1e-10. With penetrations of up to 0.6 mm of 1 m, the tip deviates from the \

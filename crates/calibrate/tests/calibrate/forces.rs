@@ -132,7 +132,7 @@ fn exact_forces_give_the_settings_from_far_away() {
     assert!(sure.next.len() == 3 && sure.next[0].gain > 1.0);
 }
 
-/// Forces by CasADi and CVODES, `derivations/reference_calibration.py`, and the constants that they
+/// Forces by CasADi and CVODES, `derivations/passes.py calibration`, and the constants that they
 /// were computed with.
 #[derive(Deserialize)]
 struct Reference {

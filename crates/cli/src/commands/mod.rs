@@ -16,4 +16,3 @@ pub mod plot;
 pub mod remove;
 pub mod simulate;
 pub mod study;
-pub mod validate;

@@ -28,5 +28,4 @@ mod stability;
 mod tools;
 mod turns;
 mod uncertainty;
-mod validation;
 mod width;

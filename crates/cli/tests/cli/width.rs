@@ -152,7 +152,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
 ];
 
 /// All commands with a help text.
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 14] = [
     "",
     "new",
     "study",
@@ -163,7 +163,6 @@ const COMMANDS: [&str; 15] = [
     "evaluate",
     "derive",
     "compare",
-    "validate",
     "plot",
     "advise",
     "explain",
