@@ -14,7 +14,6 @@ mod formats;
 mod friction;
 mod hostile;
 mod kinds;
-mod layers;
 mod metrics;
 mod mistakes;
 mod packing;
