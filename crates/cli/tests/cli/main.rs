@@ -9,6 +9,7 @@ mod catalogue;
 mod check;
 mod commands;
 mod converge;
+mod corpora;
 mod first;
 mod formats;
 mod friction;
