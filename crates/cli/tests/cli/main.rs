@@ -20,6 +20,7 @@ mod mistakes;
 mod packing;
 mod pages;
 mod poses;
+mod random_input;
 mod removal;
 mod resume;
 mod scripting;
