@@ -12,8 +12,9 @@ use crate::workpiece::Part;
 /// Smallest component of the workpiece's unit normal perpendicular to the tool axis.
 const MIN_NORMAL_ACROSS: f64 = 1e-6;
 
-/// The path of the penetration depth.
+/// The paths of the penetration depth, and of the force that may stand in its place.
 const DEPTH: &str = "process.penetration_depth_m";
+const FORCE: &str = "process.tool_force_n";
 /// The depth at which settings with a force in place of the depth are checked, as a part of the
 /// free length.
 const FIRST_DEPTH: f64 = 1e-3;
@@ -46,8 +47,11 @@ impl Settings {
     pub fn check_ranges(&self) -> Result<(), Violation> {
         PARAMETERS
             .iter()
-            .filter(|parameter| parameter.instead_of.is_empty())
-            .filter(|parameter| self.process.tool_force_n.is_none() || parameter.path != DEPTH)
+            .filter(|parameter| match self.process.tool_force_n {
+                Some(_) if parameter.path == DEPTH => false,
+                Some(_) if parameter.path == FORCE => true,
+                _ => parameter.instead_of.is_empty(),
+            })
             .try_for_each(|parameter| {
                 parameter
                     .read(self)

@@ -439,6 +439,16 @@ mod tests {
         panic!("the search ends");
     }
 
+    /// The search has no point below the depth at which no force is reached.
+    #[test]
+    fn forces_that_are_not_positive_are_refused() {
+        for target in [0.0, -1.0, f64::NAN] {
+            let mut settings = Settings::paper(10.0, 1e-3);
+            settings.set_tool_force_n(target);
+            assert!(settings.check().is_err(), "{target}");
+        }
+    }
+
     /// That of rigid filaments, as far as they have no time to bend, and what is left of it, with a
     /// maximum of 166 N at 69 µm.
     fn of_the_papers_brush(depth: f64) -> f64 {

@@ -1,5 +1,5 @@
-//! Does the reader understand valid files of graphs and refuse invalid ones? Files that are damaged
-//! at random: the target `graph` of `crates/cli/tests/attack/`.
+//! Does the reader understand valid files of graphs and refuse invalid ones? Damaged files: the
+//! target `graph` of `fuzz/`.
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};

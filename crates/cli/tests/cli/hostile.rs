@@ -9,7 +9,7 @@ use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
 
-use crate::program::{Workspace, has, kill};
+use crate::program::{Workspace, has, kill, sparse};
 
 /// A small and quick case, section by section.
 const SECTIONS: [&str; 4] = [
@@ -31,6 +31,8 @@ fn surroundings() -> Workspace {
     let workspace = Workspace::with(&(SECTIONS.concat() + STUDY));
     workspace.write("measured.toml", SECTIONS.concat() + STUDY + MEASURED);
     workspace.write("forces.csv", format!("{HEADING}10.0,1e-3,100.0,10.0\n"));
+    let brush = sparse(&SECTIONS.concat()) + "[brush]\ncolumns = 3\nsteady = false\n";
+    workspace.write("brush.toml", brush);
     workspace
 }
 
@@ -302,6 +304,7 @@ fn links_in_place_of_results_are_refused() {
     ];
     let files = |command: &str| match command {
         "study measured.toml" => [&study[..], &["figures/impulse_map.svg"]].concat(),
+        "brush brush.toml" => vec!["filaments.csv", "checkpoint.bin"],
         _ => {
             let tables = ["history.csv", "profile.csv", "shapes.csv"];
             [
@@ -317,7 +320,11 @@ fn links_in_place_of_results_are_refused() {
         }
     };
     fs::create_dir(workspace.path("outside")).expect("a directory");
-    for command in ["study measured.toml", "simulate case.toml --vtk"] {
+    for command in [
+        "study measured.toml",
+        "simulate case.toml --vtk",
+        "brush brush.toml",
+    ] {
         for name in files(command) {
             for target in ["kept", "absent"] {
                 workspace.write("outside/kept", "kept");
@@ -404,6 +411,26 @@ fn pipes_and_devices_are_not_waited_for() {
         "advise saved",
     ] {
         refuses(&workspace, arguments, &["it is not a regular file"]);
+    }
+    // Neither is one in the place of a result.
+    for (command, result) in [
+        ("study case.toml", "journal.jsonl"),
+        ("brush brush.toml", "checkpoint.bin"),
+    ] {
+        let path = workspace.path("results").join(result);
+        let make: [&dyn Fn() -> bool; 2] = [
+            &|| {
+                let status = Process::new("mkfifo").arg(&path).status();
+                status.expect("mkfifo starts").success()
+            },
+            &|| fs::create_dir(&path).is_ok(),
+        ];
+        for make in make {
+            fs::create_dir(workspace.path("results")).expect("a directory");
+            assert!(make());
+            refuses(&workspace, &format!("{command} --out results"), &[result]);
+            fs::remove_dir_all(workspace.path("results")).expect("the directory is ours");
+        }
     }
     // What the caller has opened is read.
     let input = SECTIONS.concat();
