@@ -1,8 +1,8 @@
-"""One contact by CasADi's equations: with SUNDIALS' CVODES in one call, and with SciPy.
+"""One contact by CasADi's equations with SUNDIALS' CVODES, in one call.
 
 CasADi writes dy/dt and its Jacobian (casadi_equations.py) as C, with an LDLᵀ decomposition of the
-dense M. CVODES (BDF of variable order, Newton) and SciPy integrate these, with the impulse as one
-more state, across the kinks of the contact force.
+dense M. CVODES (BDF of variable order, Newton) integrates these, with the impulse as one more state,
+across the kinks of the contact force.
 """
 
 import hashlib
@@ -14,7 +14,6 @@ import casadi
 import numpy as np
 from casadi_equations import IMPULSE_UNIT, RATE_UNIT, Planar, Spatial
 from paper_case import Case, Pass
-from scipy.integrate import solve_ivp
 
 Equations = Planar | Spatial
 
@@ -88,24 +87,14 @@ class Library:
                 ["jac_ode_t", "jac_ode_y", "jac_ode_p"],
             )
         )
-        # For SciPy, which wants no more than the matrix.
-        generator.add(
-            casadi.Function(
-                f"matrix_{name}",
-                arguments,
-                [casadi.densify(jacobian(equations, *arguments))],
-            )
-        )
         generator.generate(f"{directory}/")
         source = directory / f"{name}.c"
         self.path = shared_library(source, (OPTIMISATION[kind.name], *FLAGS))
         self.load()
 
     def load(self) -> None:
-        """The functions; also in another process."""
-        name = f"contact_{self.kind.name}"
-        self.function = casadi.external(name, str(self.path))
-        self.matrix = casadi.external(f"matrix_{name}", str(self.path))
+        """The function; also in another process."""
+        self.function = casadi.external(f"contact_{self.kind.name}", str(self.path))
 
     def __getstate__(self) -> dict[str, object]:
         return {"kind": self.kind, "path": self.path}
@@ -123,7 +112,11 @@ class Library:
     def parameters(contact_pass: Pass) -> np.ndarray:
         """p."""
         return np.array(
-            [contact_pass.rate_rad_s, contact_pass.start_angle_rad, contact_pass.penetration_depth_m]
+            [
+                contact_pass.rate_rad_s,
+                contact_pass.start_angle_rad,
+                contact_pass.penetration_depth_m,
+            ]
         )
 
 
@@ -169,55 +162,3 @@ class Contact:
         end = self._integrator(x0=self._start, p=self._parameters)["xf"]
         seconds = time.perf_counter() - start
         return seconds, float(end[-1]) * IMPULSE_UNIT
-
-
-class SciPyContact:
-    """One pass by an integrator of SciPy."""
-
-    METHODS = ("BDF", "Radau", "LSODA")
-
-    def __init__(self, library: Library, case: Case, tolerance: float, method: str) -> None:
-        self._pass, self._tolerance, self._method = Pass(case), tolerance, method
-        self._start = library.start(self._pass)
-        parameters, n = library.parameters(self._pass), len(self._start)
-        self._derivative = Buffered(library.function, parameters, n, (n,))
-        self._jacobian = Buffered(library.matrix, parameters, n, (n, n))
-
-    def run(self) -> tuple[float, float]:
-        """Seconds, and the impulse p_n in N s."""
-        start = time.perf_counter()
-        found = solve_ivp(
-            self._derivative,
-            (0.0, self._pass.end_s),
-            self._start,
-            method=self._method,
-            t_eval=[self._pass.end_s],
-            rtol=self._tolerance,
-            atol=0.1 * self._tolerance,
-            jac=self._jacobian,
-        )
-        seconds = time.perf_counter() - start
-        return seconds, float(found.y[-1, -1]) * IMPULSE_UNIT if found.success else np.nan
-
-
-class Buffered:
-    """A function of (t, y) without conversions between NumPy and CasADi."""
-
-    def __init__(
-        self, function: casadi.Function, parameters: np.ndarray, size: int, shape: tuple[int, ...]
-    ) -> None:
-        self._function, self._parameters = function, parameters
-        self._instant, self._y = np.zeros(1), np.zeros(size)
-        self._result = np.zeros(shape, order="F")
-        # CasADi keeps addresses, not references.
-        self._buffer, self._evaluate = function.buffer()
-        for i, argument in enumerate((self._instant, self._y, parameters)):
-            self._buffer.set_arg(i, memoryview(argument))
-        self._buffer.set_res(0, memoryview(self._result.T))
-
-    def __call__(self, instant: float, y: np.ndarray) -> np.ndarray:
-        """A copy of the result: the next call overwrites it."""
-        self._instant[0] = instant
-        self._y[:] = y
-        self._evaluate()
-        return self._result.copy(order="K")

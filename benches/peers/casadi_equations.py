@@ -122,7 +122,7 @@ class Spatial:
         rate, start, depth = (parameters[i] for i in range(3))
         instant = casadi.SX.sym("t")
         body_angle = start + rate * instant
-        chain = ChainExpressions(body_angle, rate, casadi.SX(0.0), casadi.SX.zeros(3))
+        chain = ChainExpressions(body_angle, rate)
         q, v = chain.q, chain.v
 
         height = cases.BODY_RADIUS_M * casadi.sin(body_angle)
@@ -169,9 +169,7 @@ class Spatial:
 class ChainExpressions:
     """M, f and M q̈ − f of segment_chain.py for the round tool's clamp and the paper's filament."""
 
-    def __init__(
-        self, angle: casadi.SX, rate: casadi.SX, acceleration: casadi.SX, gravity: casadi.SX
-    ) -> None:
+    def __init__(self, angle: casadi.SX, rate: casadi.SX) -> None:
         derived = segment_chain.whole_equations(SEGMENTS, segment_chain.Motion.SPATIAL)
         self._results = {
             result.name: result.value for function in derived for result in function.results
@@ -181,14 +179,13 @@ class ChainExpressions:
             for argument in derived[0].arguments
         }
         radial = casadi.vertcat(casadi.cos(angle), casadi.sin(angle), 0)
-        tangential = casadi.vertcat(-casadi.sin(angle), casadi.cos(angle), 0)
         radius, chain = cases.BODY_RADIUS_M, Chain(SEGMENTS)
         self._values = {
             "root_position": radius * radial,
-            "root_acceleration": radius * (acceleration * tangential - rate**2 * radial),
+            "root_acceleration": -radius * rate**2 * radial,
             "clamp_direction": radial,
             "angular_velocity": casadi.vertcat(0, 0, rate),
-            "gravity": gravity,
+            "gravity": casadi.SX.zeros(3),
             "segment_length": chain.length_m,
             "segment_mass": casadi.repmat(chain.mass_kg, SEGMENTS),
             "segment_inertia": casadi.repmat(chain.inertia_kg_m2, SEGMENTS),

@@ -35,13 +35,11 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[2]
 
 # Peers' lines begin with these names; the first is asked for its version.
-PACKAGES = ("casadi", "exudyn", "mujoco", "numba", "numpy", "pin", "pyelastica", "scipy")
+PACKAGES = ("casadi", "mujoco", "numpy", "pin")
 
 # Of the largest acceleration: tests/reference.rs asserts this of the same comparison.
 AGREEMENT = 1e-11
-# By a factorisation of M, whose condition costs digits.
-DENSE_AGREEMENT = 1e-8
-# MuJoCo factorises M, too; and its rods on two hinges have a small inertia about their axes.
+# MuJoCo factorises M, whose condition costs digits; and its rods on two hinges have a small inertia about their axes.
 MUJOCO_AGREEMENT = {"spherical": 1e-7, "universal": 1e-6}
 # To the bit.
 BATCH_AGREEMENT = 1e-15
@@ -324,7 +322,6 @@ def accelerations(setup: Setup) -> list[Group]:
 
     peers.add("Pinocchio", pinocchio_lines)
     peers.add("MuJoCo", lambda: mujoco_accelerations(at, ours))
-    peers.add("CasADi's C code", lambda: casadi_accelerations_lines(setup, at, ours))
     note = "50 rates; springs and dampers included; generic x86-64"
     first = Line("Bristle, `Dynamics::accelerations`", note)
     title = f"accelerations, n = {SEGMENTS}, one state at a time"
@@ -438,41 +435,6 @@ def mujoco_accelerations(at: State, ours: "np.ndarray") -> list[Measured]:
     return [(Line("MuJoCo, `mj_forward`, from Python", note), seconds)]
 
 
-def casadi_accelerations_lines(setup: Setup, at: State, ours: "np.ndarray") -> list[Measured]:
-    """The fastest of all flags and solvers, and the fastest of the generic builds."""
-    import numpy as np
-    from casadi_accelerations import compiled
-
-    variants, compiling = compiled(
-        setup.directory, at.base_angle, at.base_rate, at.base_acceleration
-    )
-    if not variants:
-        raise RuntimeError("the C code could not be compiled")
-    q, v = np.array(at.q), np.array(at.v)
-    agreement, tried = 0.0, []
-    for variant in variants:
-        name = f"accelerations of CasADi's code ({variant.label})"
-        found = deviation(variant.run(q, v, 1)[1], ours, DENSE_AGREEMENT, name)
-        agreement = max(agreement, found)
-        own = shortest(lambda variant=variant: variant.run(q, v, CALLS // 20)[0])
-        tried.append((own, variant))
-    tried.sort(key=lambda one: one[0])
-    times = {name: seconds for name, seconds in compiling.items() if seconds > 0.5}
-    measured: list[Measured] = []
-    for kind, is_native in (("this processor's", True), ("generic x86-64", False)):
-        chosen = [variant for _, variant in tried if ("native" in variant.label) == is_native]
-        if not chosen:
-            continue
-        variant = chosen[0]
-        note = f"{kind} instructions: {variant.label}; 50 rates, dense; agree to {agreement:.0e}"
-        flags = variant.label.rsplit(",", 1)[0]
-        if flags in times:
-            note += f"; compiled in {shown(times[flags])}"
-        line = Line("CasADi's C code for M and f, Cholesky", note)
-        measured.append((line, lambda variant=variant: variant.run(q, v, CALLS // 10)[0]))
-    return measured
-
-
 # ---------------------------------------------------------------------------- contacts
 
 
@@ -485,10 +447,6 @@ TOLERANCES = [10 ** (-k / 2) for k in range(12, 3, -1)]
 TIGHT = 1e-7
 # From small to large, in s; codes with a fixed step get finer ones to choose from.
 STEPS = [10 ** (-6 + k / 8) for k in range(17)]
-# Nine tenths of the largest step at which PyElastica's rod is stable.
-ELASTICA_STEP_S = 5e-7
-ELASTICA_WARM_UP = 1e-4
-
 # Of a tolerance or a step: seconds, and p_n in N s.
 Pass = Callable[[float], tuple[float, float]]
 
@@ -537,7 +495,12 @@ def one_contact(setup: Setup) -> list[Group]:
         remark = Line(name, f"{accuracy(found, of)}; {note}", goal)
         return remark, lambda: run(found[0])[0]
 
-    first = line("Bristle, `simulate`", of_bristle, TOLERANCES, "planar, all metrics and the lateral amplification")
+    first = line(
+        "Bristle, `simulate`",
+        of_bristle,
+        TOLERANCES,
+        "planar, all metrics and the lateral amplification",
+    )
     peers = Peers()
 
     def casadi_lines(kind: str) -> list[Measured]:
@@ -568,24 +531,6 @@ def one_contact(setup: Setup) -> list[Group]:
             lines.append((Line(name, note), lambda: plain.run()[0]))
         return lines
 
-    def scipy_line(kind: str) -> list[Measured]:
-        from casadi_contact import SciPyContact
-
-        library, tried = casadi_library(setup.directory, kind), []
-        for method in SciPyContact.METHODS:
-
-            def run(tolerance: float, method: str = method) -> tuple[float, float]:
-                return SciPyContact(library, CASE, tolerance, method).run()
-
-            found = loosest(error(run), TOLERANCES)
-            seconds = shortest(lambda run=run, found=found: run(found[0])[0])
-            tried.append((seconds, method, found, run))
-        tried.sort(key=lambda one: one[0])
-        _, method, found, run = tried[0]
-        others = ", ".join(f"{method} {shown(seconds)}" for seconds, method, _, _ in tried[1:])
-        note = f"{accuracy(found)}; the same C code, called from Python; {kind} ({others})"
-        return [(Line(f"SciPy, {method}, {kind}", note), lambda: run(found[0])[0])]
-
     def mujoco_lines() -> list[Measured]:
         from mujoco_chain import HINGES, Contact, warnings_off
 
@@ -597,37 +542,9 @@ def one_contact(setup: Setup) -> list[Group]:
 
         return [line(f"MuJoCo, {joints}", run(joints), STEPS, note, "step") for joints in HINGES]
 
-    def exudyn_line() -> list[Measured]:
-        from exudyn_chain import Contact, quiet
-
-        quiet()
-        note = "generalised-α, planar rigid bodies, its penalty contact, around which it refines"
-        # Up from 5 µs: smaller ones only take time.
-        choices = [step for step in STEPS if step > 5e-6]
-        name = "Exudyn, implicit, planar"
-        return [line(name, lambda step: Contact(CASE, step).run(), choices, note, "nominal step")]
-
-    def elastica_line() -> list[Measured]:
-        from elastica_rod import Contact, quiet
-
-        quiet()
-        contact = Contact(CASE, ELASTICA_STEP_S)
-        contact.run(ELASTICA_WARM_UP)
-        found = (ELASTICA_STEP_S, abs(contact.run()[1] / exact - 1))
-        note = (
-            f"{accuracy(found, 'step')}, whatever the step: a rod that stretches and shears, not "
-            "the chain; not at equal accuracy"
-        )
-        name = "PyElastica, position Verlet, spatial"
-        return [(Line(name, note), lambda: contact.run()[0])]
-
     peers.add("CasADi's C code, CVODES, spatial", lambda: casadi_lines("spatial"))
     peers.add("CasADi's C code, CVODES, planar", lambda: casadi_lines("planar"))
-    peers.add("SciPy, spatial", lambda: scipy_line("spatial"))
-    peers.add("SciPy, planar", lambda: scipy_line("planar"))
     peers.add("MuJoCo", mujoco_lines)
-    peers.add("Exudyn", exudyn_line)
-    peers.add("PyElastica", elastica_line)
     title = f"one contact, v_b = 10 m/s, a_e = 1 mm, n = {SEGMENTS}, one thread"
     return [peers.group(title, first, setup.rounds)]
 
@@ -948,7 +865,14 @@ def memory(setup: Setup) -> list[Group]:
 
 def peak_memory_mb(command: Path, directory: Path) -> float:
     """Read while it runs; `getrusage` would count this process's memory before `exec`, too."""
-    arguments = [command, "study", ROOT / "examples" / "zirconia.toml", "--out", directory / "out", "--restart"]
+    arguments = [
+        command,
+        "study",
+        ROOT / "examples" / "zirconia.toml",
+        "--out",
+        directory / "out",
+        "--restart",
+    ]
     quiet = subprocess.DEVNULL
     process = subprocess.Popen(arguments, stdout=quiet, stderr=quiet)
     status, peak = Path(f"/proc/{process.pid}/status"), 0

@@ -1,33 +1,25 @@
-"""Whole motions by peers: a pass of the paper's case, a row of filaments, a beam that is spun up.
+"""Whole motions by MuJoCo: a pass of the paper's case, and a row of filaments that touch.
 
-What enters: the constants of paper_case.py and exudyn_cable.py, the input of
-derivations/cases.py, and for one row of the metrics the contacts in tests/data.
-What leaves, in benches/peers/trajectories: pass_mujoco.csv, pass_exudyn_ancf.csv, pass_metrics.csv
-and spin_up.csv; in tests/data: reference_row_mujoco.json, a row of filaments that touch each other,
-in the format of reference_row.json. Each has its own error, measured by refining.
+What enters: the constants of paper_case.py and the input of derivations/cases.py.
+What leaves: trajectories/pass_mujoco.csv, and tests/data/reference_row_mujoco.json in the format of
+reference_row.json. Each has its own error, measured by refining.
 
 It needs the environment that run.py makes. Run from the repository root:
 
     target/peers/venv/bin/python benches/peers/trajectories.py
-    target/peers/venv/bin/python benches/peers/trajectories.py --only spin_up
+    target/peers/venv/bin/python benches/peers/trajectories.py --only row
 """
 
 import argparse
-import csv
-import io
 import json
 import platform
-from dataclasses import replace
 from pathlib import Path
 
-import exudyn
-import exudyn_cable
 import mujoco
 import mujoco_chain
 import numpy as np
-from exudyn_cable import SPIN_UP_AXIAL_STIFFNESS_N, Settings
 from mujoco_row import FILAMENTS, Motion, Row, Touch, contact_points
-from paper_case import CONTACT_STIFFNESS_N_M, SEGMENTS, Case, Pass, reference
+from paper_case import CONTACT_STIFFNESS_N_M, SEGMENTS, Case, Pass
 from pass_motion import COLUMNS, PassMotion
 
 # isort: split
@@ -38,7 +30,6 @@ from files import DATA, differences, rounded, table_text, write
 FOLDER = Path(__file__).resolve().parent / "trajectories"
 CASE: Case = (10.0, 1e-3)
 PASS_ROWS = 1001
-SPIN_UP_ROWS = 201
 
 MUJOCO_STEPS = 1_320_000
 ROW_SEGMENTS = 5
@@ -46,65 +37,17 @@ ROW_COLUMNS = 6
 ROW_STEP_S = 5e-8
 HERTZ_STIFFNESS_N_M2 = 9e8
 
-CABLE = Settings(elements=64, steps=132_000, tolerance_n=1e-5)
-SPIN_UP = Settings(elements=64, steps=128_000, tolerance_n=1e-3)
-# Axial stiffness over that of the filament, and over the published one. Ten times as stiff, the
-# rounding of the axial forces is too large for the spin-up.
-CABLE_AXIAL_FACTOR = 1000.0
-SPIN_UP_AXIAL_FACTOR = 100.0
-# The effect of stretching is inversely proportional to the axial stiffness, so a tenth of it shows
-# nine times what is left.
-SOFTER = 10.0
-
-SPIN_UP_COLUMNS = ("time_s", "tip_along_m", "tip_across_m")
-METRICS = (
-    "contact_normal_impulse_n_s",
-    "contact_time_s",
-    "contact_count",
-    "peak_contact_normal_force_n",
-    "max_tip_deflection_m",
-)
-METRICS_COLUMNS = ("code", "segments", *METRICS, "impulse_error")
-
-Metrics = dict[str, float | int]
-
-
-def coarser(settings: Settings, axial_factor: float) -> dict[str, tuple[Settings, float]]:
-    """What each run that measures an error has, by what it differs in."""
-    softer = replace(settings, tolerance_n=settings.tolerance_n / SOFTER)
-    return {
-        "half the elements": (replace(settings, elements=settings.elements // 2), axial_factor),
-        "twice the step": (replace(settings, steps=settings.steps // 2), axial_factor),
-        "ten times Newton's tolerance": (
-            replace(settings, tolerance_n=10 * settings.tolerance_n),
-            axial_factor,
-        ),
-        "a tenth of the axial stiffness": (softer, axial_factor / SOFTER),
-    }
-
-
-def unstiffened(settings: Settings, axial_factor: float) -> Settings:
-    """For the axial stiffness that the beam really has: the rounding goes with it."""
-    return replace(settings, tolerance_n=settings.tolerance_n / axial_factor)
-
 
 def command(group: str) -> str:
     """How a file was made."""
     return (
         f"python benches/peers/trajectories.py --only {group} (Python "
-        f"{platform.python_version()}, exudyn {exudyn.__version__}, mujoco {mujoco.__version__}, "
-        f"numpy {np.__version__})"
+        f"{platform.python_version()}, mujoco {mujoco.__version__}, numpy {np.__version__})"
     )
 
 
-def change(metrics: Metrics, others: Metrics) -> float:
-    """Relative difference of p_n."""
-    impulse = "contact_normal_impulse_n_s"
-    return abs(others[impulse] / metrics[impulse] - 1)
-
-
-def mujoco_pass() -> tuple[Metrics, float]:
-    """Writes the file; the metrics, and the relative error of p_n."""
+def mujoco_pass() -> None:
+    """Writes the file of the pass."""
 
     def motion(steps: int) -> PassMotion:
         step_s = Pass(CASE).end_s / steps
@@ -112,7 +55,8 @@ def mujoco_pass() -> tuple[Metrics, float]:
 
     fine, coarse = motion(MUJOCO_STEPS), motion(MUJOCO_STEPS // 2)
     rows, coarse_rows = fine.rows(PASS_ROWS), coarse.rows(PASS_ROWS)
-    error = change(fine.metrics(), coarse.metrics())
+    impulses = [motion.metrics()["contact_normal_impulse_n_s"] for motion in (fine, coarse)]
+    error = abs(impulses[1] / impulses[0] - 1)
     comments = [
         command("pass"),
         f"A pass of the paper's case by MuJoCo: {SEGMENTS} segments on planar hinges, brushing "
@@ -124,76 +68,6 @@ def mujoco_pass() -> tuple[Metrics, float]:
         f"relative, {error:.1g}.",
     ]
     write(FOLDER / "pass_mujoco.csv", table_text(comments, COLUMNS, rows))
-    return fine.metrics(), error
-
-
-def cable_pass() -> tuple[Metrics, float]:
-    """Writes the file; the metrics, and the relative error of p_n."""
-    motion, beside_tip_m = exudyn_cable.contact_pass(CASE, CABLE, CABLE_AXIAL_FACTOR)
-    rows, metrics = motion.rows(PASS_ROWS), motion.metrics()
-    comments = [
-        command("pass"),
-        "A pass of the paper's case by Exudyn, a continuous beam of ObjectANCFCable2D (no "
-        f"segments): brushing velocity {CASE[0]:g} m/s, penetration depth {CASE[1]:g} m, no "
-        "friction, no gravity.",
-        f"Settings: {CABLE.elements} elements, generalised alpha (spectral radius "
-        f"{exudyn_cable.SPECTRAL_RADIUS:g}), step {motion.step_s:.6g} s, Newton to "
-        f"{CABLE.tolerance_n:g} N, {CABLE_AXIAL_FACTOR:g} times the axial stiffness of the "
-        "filament, so that it hardly stretches; the impulse by the trapezoidal rule over all "
-        "steps.",
-        "The tip alone has contact; the node beside it stays "
-        f"{beside_tip_m:.2g} m above the workpiece or more.",
-    ]
-    changes = {}
-    for name, (settings, axial_factor) in coarser(CABLE, CABLE_AXIAL_FACTOR).items():
-        other, _ = exudyn_cable.contact_pass(CASE, settings, axial_factor)
-        changes[name] = change(metrics, other.metrics())
-        comments.append(
-            f"Largest difference to {name}: "
-            f"{differences(COLUMNS, rows, other.rows(PASS_ROWS))}; whole impulse, relative, "
-            f"{changes[name]:.1g}."
-        )
-    own, _ = exudyn_cable.contact_pass(CASE, unstiffened(CABLE, CABLE_AXIAL_FACTOR), 1.0)
-    *refined, stretching = changes.values()
-    error = sum(refined) + stretching / (SOFTER - 1)
-    comments += [
-        "With the axial stiffness of the filament itself, E A, the whole impulse is "
-        f"{own.metrics()['contact_normal_impulse_n_s']:.6g} N s, the peak force "
-        f"{own.metrics()['peak_contact_normal_force_n']:.4g} N, in "
-        f"{own.metrics()['contact_count']} contacts.",
-        "Own error of the whole impulse against the inextensible beam, relative, mesh, step, "
-        "tolerance and a ninth of the difference by the axial stiffness together: "
-        f"{error:.1g}.",
-    ]
-    write(FOLDER / "pass_exudyn_ancf.csv", table_text(comments, COLUMNS, rows))
-    return metrics, error
-
-
-def passes() -> None:
-    """The files of the pass."""
-    found = [reference(f"reference_contacts{end}.csv", CASE) for end in ("_cvodes", "")]
-    cvodes, radau = ({name: float(row[name]) for name in METRICS} for row in found)
-    rows = {
-        ("CasADi and CVODES", SEGMENTS): (cvodes, change(cvodes, radau)),
-        ("MuJoCo", SEGMENTS): mujoco_pass(),
-        ("Exudyn ANCF", ""): cable_pass(),
-    }
-    text = io.StringIO()
-    text.write(
-        f"# {command('pass')}\n"
-        "# Metrics of the pass in pass_mujoco.csv and pass_exudyn_ancf.csv, whose first lines "
-        "tell the settings; and of CasADi and CVODES, copied from "
-        "tests/data/reference_contacts_cvodes.csv.\n"
-        "# impulse_error: relative, of the code's own p_n: MuJoCo's by twice the step, that of "
-        "Exudyn (a beam, not a chain) by mesh, step, tolerance and axial stiffness, that of "
-        "CasADi by the difference to SciPy's Radau.\n"
-    )
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(METRICS_COLUMNS)
-    for (code, segments), (metrics, error) in rows.items():
-        values = [f"{metrics[name]:.12g}" for name in METRICS]
-        writer.writerow([code, segments, *values, f"{error:.1g}"])
-    write(FOLDER / "pass_metrics.csv", text.getvalue())
 
 
 def row_input(stiffness_n_m2: float) -> dict[str, dict[str, object]]:
@@ -255,55 +129,14 @@ def row() -> None:
     write(DATA / "reference_row_mujoco.json", text)
 
 
-def spin_up() -> None:
-    """The file of the spin-up."""
-
-    def run(settings: Settings, axial_factor: float) -> np.ndarray:
-        return exudyn_cable.spin_up(settings, axial_factor, SPIN_UP_ROWS)
-
-    rows = run(SPIN_UP, SPIN_UP_AXIAL_FACTOR)
-    others = {
-        name: run(settings, axial_factor)
-        for name, (settings, axial_factor) in coarser(SPIN_UP, SPIN_UP_AXIAL_FACTOR).items()
-    }
-    own = run(unstiffened(SPIN_UP, SPIN_UP_AXIAL_FACTOR), 1.0)
-    others["geometrically exact beam elements, half as many with a node more"] = (
-        exudyn_cable.exact_spin_up(
-            replace(SPIN_UP, elements=SPIN_UP.elements // 2), SPIN_UP_AXIAL_FACTOR, SPIN_UP_ROWS
-        )
-    )
-    others[f"E A = {SPIN_UP_AXIAL_STIFFNESS_N:g} N, the published one"] = own
-    comments = [
-        command("spin_up"),
-        "The spin-up of Simo and Vu-Quoc (1986, part II) by Exudyn, ObjectANCFCable2D: clamped "
-        "at the axis, L = 10 m, E I = 1.4e4 N m^2, 1.2 kg/m, no rotary inertia, no damping, no "
-        "gravity; psi = (6/15) (t^2/2 + (15/(2 pi))^2 (cos(2 pi t/15) - 1)) for t < 15 s, then "
-        "6 t - 45.",
-        "Tip displacement along the clamp direction, which turns with psi, and across it, "
-        "positive in the direction of rotation.",
-        f"Settings: {SPIN_UP.elements} elements, generalised alpha (spectral radius "
-        f"{exudyn_cable.SPECTRAL_RADIUS:g}), {SPIN_UP.steps} steps, Newton to "
-        f"{SPIN_UP.tolerance_n:g} N, E A = "
-        f"{SPIN_UP_AXIAL_FACTOR * SPIN_UP_AXIAL_STIFFNESS_N:g} N, so that it hardly stretches.",
-        "Own error: of the differences by mesh and step a third is left at most, of that by the "
-        "axial stiffness a ninth, as stretching goes with 1 / (E A).",
-    ]
-    comments += [
-        f"Largest difference to {name}: {differences(SPIN_UP_COLUMNS, rows, other)}."
-        for name, other in others.items()
-    ]
-    write(FOLDER / "spin_up.csv", table_text(comments, SPIN_UP_COLUMNS, rows))
-
-
-GROUPS = {"pass": passes, "row": row, "spin_up": spin_up}
+GROUPS = {"pass": mujoco_pass, "row": row}
 
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(description="Write the motions that peers give.")
+    parser = argparse.ArgumentParser(description="Write the motions by MuJoCo.")
     parser.add_argument("--only", choices=GROUPS, help="these files")
     arguments = parser.parse_args()
-    exudyn_cable.quiet()
     for name, group in GROUPS.items():
         if arguments.only in (None, name):
             group()

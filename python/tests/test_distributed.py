@@ -15,7 +15,7 @@ import pytest
 
 distributed = pytest.importorskip("distributed")
 import bristle.distributed  # noqa: E402
-from bristle.distributed import ClusterError, _Chunk, _Queue  # noqa: E402
+from bristle.distributed import ClusterError  # noqa: E402
 from distributed import Client  # noqa: E402
 
 FILES = ("runs.csv", "study.json", "report.html")
@@ -65,9 +65,7 @@ class Cluster:
 
     def start_worker(self) -> subprocess.Popen[bytes]:
         file = str(self._file)
-        return self._start(
-            "worker", "--scheduler-file", file, "--nthreads", "1", "--no-nanny"
-        )
+        return self._start("worker", "--scheduler-file", file, "--nthreads", "1", "--no-nanny")
 
     def client(self, timeout: float = 20.0) -> Client:
         deadline = time.monotonic() + 20.0
@@ -124,49 +122,12 @@ def test_ten_thousand_cases_and_a_worker_that_is_killed(
     with cluster.client() as client:
         client.wait_for_workers(2)
         out = tmp_path / "there"
-        study = bristle.distributed.study(
-            coarse, THOUSANDS, client, out=out, progress=kill, chunk_s=0.2
-        )
+        study = bristle.distributed.study(coarse, THOUSANDS, client, out=out, progress=kill)
         assert kill.acted and len(client.nthreads()) == 1
     assert len(study) == 10_000 and study.failures == 0
     done = [done for done, _, _ in kill.told]
     assert done == sorted(done) and kill.told[-1] == (10_000, 10_000, 0)
     bristle.study(coarse, THOUSANDS, out=tmp_path / "here", progress=False)
-    assert_same_files(out, tmp_path / "here")
-
-
-def test_a_worker_that_hangs(coarse: bristle.Settings, cluster: Cluster) -> None:
-    hang = Once(lambda: cluster.workers[0].send_signal(signal.SIGSTOP))
-    with cluster.client() as client:
-        client.wait_for_workers(2)
-        study = bristle.distributed.study(
-            coarse, HUNDREDS, client, progress=hang, chunk=10, patience_s=1.0
-        )
-        assert hang.acted
-        cluster.workers[0].send_signal(signal.SIGCONT)
-    assert len(study) == 400 and study.failures == 0
-    alone = bristle.study(coarse, HUNDREDS, progress=False)
-    assert all((study.runs[key] == alone.runs[key]).all() for key in alone.runs)
-
-
-def test_a_scheduler_that_is_restarted(
-    coarse: bristle.Settings, cluster: Cluster, tmp_path: Path
-) -> None:
-    def restart() -> None:
-        cluster.scheduler.kill()
-        cluster.scheduler.wait()
-        cluster.start_scheduler()
-        cluster.start_worker()
-
-    once = Once(restart)
-    out = tmp_path / "there"
-    with cluster.client() as client:
-        client.wait_for_workers(2)
-        bristle.distributed.study(
-            coarse, HUNDREDS, client, out=out, progress=once, chunk=10
-        )
-    assert once.acted
-    bristle.study(coarse, HUNDREDS, out=tmp_path / "here", progress=False)
     assert_same_files(out, tmp_path / "here")
 
 
@@ -180,10 +141,8 @@ def test_a_scheduler_that_is_lost(
     out = tmp_path / "there"
     with cluster.client(timeout=2.0) as client:
         client.wait_for_workers(2)
-        with pytest.raises(ClusterError, match="the connection to the scheduler is lost"):
-            bristle.distributed.study(
-                coarse, HUNDREDS, client, out=out, progress=Once(kill), chunk=10
-            )
+        with pytest.raises(ClusterError, match="the scheduler is lost"):
+            bristle.distributed.study(coarse, HUNDREDS, client, out=out, progress=Once(kill))
     assert not (out / "runs.csv").exists()
     lines = (out / "journal.jsonl").read_bytes().count(b"\n")
     assert 400 / 3 < lines < 401
@@ -222,19 +181,18 @@ def test_brushes_failures_and_the_other_way_round(
     assert_same_files(out, tmp_path / "here")
 
 
+def journal_of(settings: bristle.Settings, velocities: list[float]) -> str:
+    """Journal of the first case of a study."""
+    swept = settings.replace(study={"brushing_velocity_m_s": velocities})
+    return bristle._bristle.Cases(swept._input).simulate([0], lambda: None)
+
+
 def test_results_of_another_build_are_refused(coarse: bristle.Settings) -> None:
-    def pending(velocities: list[float]) -> bristle._bristle.PendingStudy:
-        swept = coarse.replace(study={"brushing_velocity_m_s": velocities})
-        return bristle._bristle.PendingStudy(swept._input, None, False, 1, None, None)
-
-    def journal(velocities: list[float]) -> str:
-        swept = coarse.replace(study={"brushing_velocity_m_s": velocities})
-        return bristle._bristle.Cases(swept._input).simulate([0], lambda: None)
-
-    study = pending([10.0, 20.0])
+    swept = coarse.replace(study={"brushing_velocity_m_s": [10.0, 20.0]})
+    study = bristle._bristle.PendingStudy(swept._input, None, False, 1, None, None)
     with pytest.raises(ValueError, match="another study or program"):
-        study.take(journal([11.0, 20.0]))
-    whole = journal([10.0, 20.0])
+        study.take(journal_of(coarse, [11.0, 20.0]))
+    whole = journal_of(coarse, [10.0, 20.0])
     with pytest.raises(ValueError, match="damaged"):
         study.take(whole[:-20])
     study.take(whole)
@@ -246,6 +204,27 @@ def test_results_of_another_build_are_refused(coarse: bristle.Settings) -> None:
     study.close()
     with pytest.raises(ValueError, match="closed"):
         study.finish(None, None)
+
+
+def test_workers_of_another_build_and_workers_that_fail(
+    coarse: bristle.Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep = {"process.brushing_velocity_m_s": [10.0, 20.0]}
+    other = journal_of(coarse, [11.0, 20.0])
+
+    def simulate_another_study(cases: list[int], settings: object) -> tuple[str, str]:
+        return other, "tcp://other"
+
+    def fail(cases: list[int], settings: object) -> tuple[str, str]:
+        raise OSError("no memory")
+
+    with Client(processes=False, n_workers=1, dashboard_address=None) as client:
+        monkeypatch.setattr(bristle.distributed, "_simulate", simulate_another_study)
+        with pytest.raises(ClusterError, match="worker tcp://other .* another study or program"):
+            bristle.distributed.study(coarse, sweep, client)
+        monkeypatch.setattr(bristle.distributed, "_simulate", fail)
+        with pytest.raises(ClusterError, match="OSError: no memory"):
+            bristle.distributed.study(coarse, sweep, client, retries=1)
 
 
 def test_a_worker_that_stops_looking_ends(coarse: bristle.Settings) -> None:
@@ -261,47 +240,12 @@ def test_a_worker_that_stops_looking_ends(coarse: bristle.Settings) -> None:
         bristle._bristle.Cases(swept._input).simulate([0], unwanted)
 
 
-def test_chunks_are_as_long_as_wanted() -> None:
-    queue = _Queue([(case, case // 500, 2.0) for case in range(1000)], 16, None, 2.0)
-    probe = queue.next(2)
-    assert probe is not None and probe.cases == list(range(16))
-    # 5 ms a case.
-    queue.learn(probe, 0.08)
-    assert queue.expected({0: 4.0}) == pytest.approx(0.01)
-    sizes = []
-    while (chunk := queue.next(2)) is not None:
-        sizes.append(len(chunk.cases))
-        expected = queue.expected(chunk.work)
-        assert expected is not None
-        queue.learn(chunk, expected)
-    # A quarter of what is left for two threads, and not below 0.1 s.
-    assert sum(sizes) == 984 and sizes[:3] == [246, 184, 138]
-    assert min(sizes[:-1]) >= 19
-    fixed = _Queue([(case, 0, 1.0) for case in range(10)], 1, 4, 2.0)
-    chunks = [fixed.next(2) for _ in range(4)]
-    assert [chunk and len(chunk.cases) for chunk in chunks] == [4, 4, 2, None]
-
-
-def test_costs_of_kinds_are_told_apart() -> None:
-    queue = _Queue([], 1, None, 1.0)
-    queue.learn(_Chunk([0], {0: 1.0}), 1.0)
-    assert queue.expected({1: 2.0}) == pytest.approx(2.0)
-    queue.learn(_Chunk([1], {1: 1.0}), 3.0)
-    queue.learn(_Chunk([2, 3], {0: 1.0, 1: 1.0}), 4.0)
-    assert queue.expected({0: 1.0, 1: 1.0}) == pytest.approx(4.0)
-    assert queue.expected({1: 1.0}) == pytest.approx(3.0)
-
-
 def test_wrong_arguments(coarse: bristle.Settings) -> None:
     with pytest.raises(ValueError, match="No clients found"):
         bristle.distributed.study(coarse, HUNDREDS)
     with Client(processes=False, n_workers=0, dashboard_address=None) as client:
-        with pytest.raises(ValueError, match="chunk must be at least 1"):
-            bristle.distributed.study(coarse, HUNDREDS, client, chunk=0)
-        with pytest.raises(ValueError, match="retries must be at most 1000"):
-            bristle.distributed.study(coarse, HUNDREDS, client, retries=10**30)
-        with pytest.raises(ValueError, match="patience_s must be a positive number"):
-            bristle.distributed.study(coarse, HUNDREDS, client, patience_s=0.0)
+        with pytest.raises(ValueError, match="retries must be at least 0"):
+            bristle.distributed.study(coarse, HUNDREDS, client, retries=-1)
         with pytest.raises(TypeError, match="after the sweep"):
             bristle.distributed.study(coarse, client)
 
