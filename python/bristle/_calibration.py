@@ -48,7 +48,7 @@ class Calibration:
 
     @property
     def record(self) -> Mapping[str, Any]:
-        """What ``calibration.json`` has (``docs/calibration.md``)."""
+        """Content of ``calibration.json`` (``docs/results.md``, "Removal, calibration, convergence")."""
         return self._record
 
     @property

@@ -168,12 +168,12 @@ def derive(
             joint that the solver loops over.
         planar: Whether the filament moves in the plane of rotation.
         format: ``"math"``, ``"latex"``, ``"markdown"``, ``"rust"``, ``"numpy"``,
-            ``"json"``, the graph (``docs/graph-format.md``), ``"c"``, ``"matlab"`` or
+            ``"json"``, the graph (``docs/library.md``), ``"c"``, ``"matlab"`` or
             ``"sympy"``, which must be installed.
 
     Returns:
         A text; of C and MATLAB the texts of several files by their names; of SymPy the
-        matrices by the names of the functions that make them (``docs/languages.md``).
+        matrices by the names of the functions that make them (``docs/library.md``).
 
     Raises:
         ValueError: If there is no such format or number of segments.
