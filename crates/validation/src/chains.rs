@@ -15,16 +15,15 @@ use bristle_input::document::Document;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::group::Failure;
-use super::trial::{Axis, Curve, Figure, Look};
+use super::trial::Failure;
 
 /// The study of the paper, as users run it.
 const STUDY: &str = include_str!("../../../examples/zirconia.toml");
 
 /// The paper's 120 contacts.
 pub fn paper_study() -> Result<Study, Failure> {
-    let study = Document::parse(STUDY, "zirconia.toml").and_then(|document| document.study());
-    study.map_err(Failure::reference)
+    let document = Document::parse(STUDY, "zirconia.toml")?;
+    Ok(document.study()?)
 }
 
 /// The paper's filament at the brushing velocity `velocity` (m/s) and the penetration depth `depth`
@@ -115,14 +114,11 @@ pub fn force_at(settings: &Settings, angle: f64) -> Result<f64, Failure> {
     let history = simulate_with_history(settings, 10_001)?.history;
     let before = |sample: &Sample| sample.base_angle_rad < angle;
     let after = history.partition_point(before);
-    let missing = || Failure::Reference("the pass does not reach the angle".to_owned());
-    let sample = |index: Option<usize>| {
-        index
-            .and_then(|index| history.get(index))
-            .ok_or_else(missing)
+    let [Some(a), Some(b)] = [after.checked_sub(1), Some(after)].map(|index| history.get(index?))
+    else {
+        return Err("the pass does not reach the angle".into());
     };
-    let [a, b] = [sample(after.checked_sub(1))?, sample(Some(after))?]
-        .map(|sample| (sample.base_angle_rad, sample.contact_normal_force_n));
+    let [a, b] = [a, b].map(|sample| (sample.base_angle_rad, sample.contact_normal_force_n));
     Ok(a.1 + (b.1 - a.1) * (angle - a.0) / (b.0 - a.0))
 }
 
@@ -160,49 +156,10 @@ pub fn extrapolated(coarse: f64, fine: f64) -> f64 {
     fine + (fine - coarse) / 3.0
 }
 
-/// The same from three solutions, of n/2, n and 2n, which also removes the error of n⁻⁴.
+/// The limit from three solutions, of n/2, n and 2n, which also removes the error of n⁻⁴.
 pub fn extrapolated_twice([half, coarse, fine]: [f64; 3]) -> f64 {
     let (first, second) = (extrapolated(half, coarse), extrapolated(coarse, fine));
     second + (second - first) / 15.0
-}
-
-/// The numbers of segments of [`error_figure`].
-pub const SEGMENTS: [usize; 6] = [5, 10, 25, 50, 100, 200];
-
-/// A diagram of errors over n, with one curve for each of `labels`. `error` gives the error of a
-/// curve, by its position, at n.
-pub fn error_figure(
-    name: &'static str,
-    title: &str,
-    labels: impl IntoIterator<Item = String>,
-    error: impl Fn(usize, usize) -> Result<f64, Failure>,
-) -> Result<Figure, Failure> {
-    let mut curves = Vec::new();
-    for (curve, label) in labels.into_iter().enumerate() {
-        let points = SEGMENTS
-            .iter()
-            .map(|&n| Ok((n as f64, error(curve, n)?.abs())));
-        curves.push(Curve::new(
-            label,
-            Look::Joined,
-            points.collect::<Result<Vec<_>, Failure>>()?,
-        ));
-    }
-    // Parallel to the first curve and half as high.
-    let (first, highest) = curves[0].points[0];
-    let slope = SEGMENTS.map(|n| (n as f64, highest * (first / n as f64).powi(2) / 2.0));
-    curves.push(Curve::new("n⁻²", Look::Reference, slope));
-    Ok(Figure {
-        name,
-        title: title.to_owned(),
-        description: "Errors over the number of segments, both logarithmic: straight lines that fall by a factor of four for twice \
-            as many segments.",
-        axes: [
-            Axis::logarithmic("number of segments n"),
-            Axis::logarithmic("relative error"),
-        ],
-        curves,
-    })
 }
 
 /// The point between 0 and 1 at which `f` changes its sign, if it does.
@@ -238,10 +195,7 @@ pub fn trajectory_rows<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failur
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .from_reader(text.as_bytes());
-    reader
-        .deserialize()
-        .collect::<Result<_, _>>()
-        .map_err(Failure::reference)
+    Ok(reader.deserialize().collect::<Result<_, _>>()?)
 }
 
 /// The cases of a reference committed as JSON.
@@ -251,6 +205,6 @@ pub fn cases_of<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
         cases: Vec<T>,
     }
 
-    let Cases { cases } = serde_json::from_str(text).map_err(Failure::reference)?;
+    let Cases { cases } = serde_json::from_str(text)?;
     Ok(cases)
 }

@@ -8,7 +8,7 @@ use bristle::equations::{
 use bristle::tool::ClampMotion;
 
 use super::chains::{WALL, worse};
-use super::group::Failure;
+use super::trial::Failure;
 
 /// The load on the chain, in addition to its weight.
 #[derive(Clone, Copy, Debug, Default)]
@@ -110,7 +110,7 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
             }
         }
         if !converged {
-            return Err(Failure::NoEquilibrium);
+            return Err("no equilibrium was found".into());
         }
     }
     dynamics.place(clamp.holding(&q, &rest));

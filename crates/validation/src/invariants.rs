@@ -14,17 +14,8 @@ use bristle::workpiece::Plane;
 
 use super::chains::{WALL, mechanical_energy, momentum, rods, unit_chain, untouched, worse};
 use super::exact::pendulum::SphericalPendulum;
-use super::group::{Extent, Failure, Group};
-use super::trial::{Axis, Curve, Figure, Look, Trial, logarithmic_slope};
+use super::trial::{Outcome, Trial, logarithmic_slope};
 use super::{sources, tolerances};
-
-/// The group.
-pub const GROUP: Group = Group {
-    title: "Invariants",
-    purpose: "Long motions without dampers, most of them without contact: quantities that they must conserve, and pendulums whose \
-        motion is known.",
-    trials: &[conservation, spherical_pendulum, reversal],
-};
 
 /// A system that only its clamp touches, and perhaps a plane.
 type System = FilamentSystem<FixedClamp, Plane>;
@@ -80,21 +71,16 @@ fn swinging() -> (Chain<f64>, Vec<[[f64; 3]; 2]>, f64) {
     (chain, start.collect(), 2.0 * PI * (2.0_f64 / 3.0).sqrt())
 }
 
-fn conservation(extent: Extent) -> Result<Trial, Failure> {
+/// Energy and `L_z = Σ m (c × ċ)_z + J (e × ė)_z` of four segments that swing and whirl about a
+/// ball joint under gravity.
+///
+/// The method is L-stable and loses energy in each step, nearly in proportion to the tolerance. The
+/// drift is therefore relative to the tolerance.
+pub fn conservation(trial: &mut Trial) -> Outcome {
     const PARTS: usize = 100;
-    let (number, relatives): (usize, &[f64]) =
-        extent.choose((200, &[1e-8]), (1000, &[1e-7, 1e-8, 1e-9, 1e-10]));
-    let mut trial = Trial::new(
-        "Energy and axial angular momentum of a free spatial motion",
-        format!(
-            "Four segments with springs between them swing and whirl about a ball joint, under gravity along −z. This conserves \
-            `E = E_kin + E_spring + E_grav` and the angular momentum `L_z = Σ m (c × ċ)_z + J (e × ė)_z`. The motion lasts \
-            {number} periods of a rigid rod of the same length. The method is L-stable and \
-            loses energy in each step, nearly in proportion to the tolerance, so the drift is stated relative to the tolerance."
-        ),
-    );
-    let (mut curves, mut drifts) = (Vec::new(), Vec::new());
-    for &relative in relatives {
+    const NUMBER: usize = 1000;
+    let mut drifts = Vec::new();
+    for relative in [1e-7, 1e-8, 1e-9, 1e-10] {
         let (chain, start, period) = swinging();
         let mut system = untouched(chain.clone(), WALL);
         let mut state = state_of(&mut system, &start, 1.0);
@@ -104,9 +90,9 @@ fn conservation(extent: Extent) -> Result<Trial, Failure> {
         );
         let kinetic = system.energies(&state).kinetic;
         let tolerances = Tolerances::of_motion(relative, 1.0, 1.0);
-        let (mut energy_drift, mut momentum_drift, mut course) = (0.0, 0.0, Vec::new());
+        let (mut energy_drift, mut momentum_drift) = (0.0, 0.0);
         for part in 1..=PARTS {
-            let periods = (part * number / PARTS) as f64;
+            let periods = (part * NUMBER / PARTS) as f64;
             (state, _) = integrate(
                 &mut system,
                 state,
@@ -121,14 +107,13 @@ fn conservation(extent: Extent) -> Result<Trial, Failure> {
                 (axial_momentum(&chain, &state) / momentum - 1.0).abs(),
                 momentum_drift,
             );
-            course.push((periods, drift));
         }
         for (quantity, drift, tolerance) in [
             ("ΔE/E_kin", energy_drift, tolerances::DRIFT),
             ("ΔL_z/L_z", momentum_drift, tolerances::DRIFT_MOMENTUM),
         ] {
             let subject =
-                format!("{number} periods at a tolerance of {relative:e}, change / tolerance");
+                format!("{NUMBER} periods at a tolerance of {relative:e}, change / tolerance");
             trial.check(
                 subject,
                 quantity,
@@ -139,45 +124,21 @@ fn conservation(extent: Extent) -> Result<Trial, Failure> {
             );
         }
         drifts.push((relative, energy_drift));
-        curves.push(Curve::new(
-            format!("tolerance {relative:e}"),
-            Look::Line,
-            course,
-        ));
     }
-    if drifts.len() > 1 {
-        let subject = format!("slope over the tolerance, {number} periods");
-        trial.check_within(
-            subject,
-            "order of ΔE",
-            sources::CONTROL,
-            logarithmic_slope(&drifts),
-            tolerances::SLOPE,
-        );
-    }
-    trial.figures.push(Figure {
-        name: "validation_energy",
-        title: format!("Energy lost in {number} periods of a free spatial motion"),
-        description: "Change of the energy over the kinetic energy at the start, over the number of periods: it grows with time and \
-            falls with the tolerance, to one ten-millionth at 1e-10.",
-        axes: [Axis::linear("periods"), Axis::logarithmic("ΔE/E_kin")],
-        curves,
-    });
-    Ok(trial)
+    trial.check_within(
+        format!("slope over the tolerance, {NUMBER} periods"),
+        "order of ΔE",
+        sources::CONTROL,
+        logarithmic_slope(&drifts),
+        tolerances::SLOPE,
+    );
+    Ok(())
 }
 
-fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
+/// Spherical pendulum (n = 1, no spring): largest errors of height and azimuth in twenty periods.
+pub fn spherical_pendulum(trial: &mut Trial) -> Outcome {
     const GRAVITY: f64 = 9.81;
     const PERIODS: f64 = 20.0;
-    let mut trial = Trial::new(
-        "Spherical pendulum",
-        "A rod about a ball joint (n = 1, no spring), started at its lowest point `cos φ_1` with the azimuthal rate `θ̇_1`. \
-            With `a = 3g/(2L)` and the zeros `u_1 < u_2 < u_3` of the cubic that its energy and angular momentum make:\n\n\
-            ```text\ncos φ = u_1 + (u_2 − u_1) sn²(√(a (u_3 − u_1)/2) t, m),   m = (u_2 − u_1)/(u_3 − u_1)\n```\n\n\
-            θ follows from elliptic integrals of the third kind. The errors are the largest at all steps of twenty periods, at a \
-            relative tolerance of 1e-11.",
-    );
-    let mut curves = Vec::new();
     for (lowest, rate) in [(-0.9, 6.0), (-0.5, 9.0), (-0.99, 12.0)] {
         // a = m g s/I = 3g/(2L) of a rod.
         let pendulum = SphericalPendulum::new(1.5 * GRAVITY, lowest, rate);
@@ -187,7 +148,6 @@ fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
         let start = state_of(&mut system, &[[e, e_rate]], 1.0);
         let tolerances = Tolerances::of_motion(1e-11, 1.0, 1.0);
         let (mut height, mut azimuth, mut turns, mut last) = (0.0, 0.0, 0.0, 0.0);
-        let mut course = Vec::new();
         integrate(
             &mut system,
             start,
@@ -201,7 +161,6 @@ fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
                     turns += 2.0 * PI;
                 }
                 last = angle;
-                course.push((step.end.time, z));
                 height = worse((z - pendulum.height(step.end.time)).abs(), height);
                 azimuth = worse(
                     (angle + turns - pendulum.azimuth(step.end.time)).abs(),
@@ -220,33 +179,8 @@ fn spherical_pendulum(_: Extent) -> Result<Trial, Failure> {
                 tolerances::TRAJECTORY,
             );
         }
-        const SHOWN: f64 = 2.0;
-        let exact = (0..=400)
-            .map(|i| SHOWN * f64::from(i) / 400.0)
-            .map(|time| (time, pendulum.height(time)));
-        curves.push(Curve::new(
-            format!("sn², cos φ_1 = {lowest}"),
-            Look::Reference,
-            exact,
-        ));
-        let shown = course
-            .into_iter()
-            .take_while(|(time, _)| *time <= SHOWN)
-            .step_by(12);
-        curves.push(Curve::new(
-            format!("Bristle, cos φ_1 = {lowest}"),
-            Look::Markers,
-            shown,
-        ));
     }
-    trial.figures.push(Figure {
-        name: "validation_spherical_pendulum",
-        title: "Height of three spherical pendulums".to_owned(),
-        description: "cos φ over two seconds: periodic curves between a lowest and a highest value; the steps coincide with them.",
-        axes: [Axis::linear("time t in s"), Axis::linear("cos φ")],
-        curves,
-    });
-    Ok(trial)
+    Ok(())
 }
 
 /// The largest difference of the directions' components.
@@ -258,7 +192,9 @@ fn distance(a: &[[[f64; 3]; 2]], b: &[[[f64; 3]; 2]]) -> f64 {
     differences.fold(0.0, worse)
 }
 
-fn reversal(_: Extent) -> Result<Trial, Failure> {
+/// Return error of a motion that is reversed, free and bouncing on a floor, where each event is
+/// located from both sides.
+pub fn reversal(trial: &mut Trial) -> Outcome {
     const TOLERANCES: [f64; 3] = [1e-8, 1e-9, 1e-10];
     let (chain, start, period) = swinging();
     // A floor that is never reached, and one that is hit some ten times per period.
@@ -266,12 +202,6 @@ fn reversal(_: Extent) -> Result<Trial, Failure> {
         stiffness: 1e3,
         ..ContactLaw::from(&ContactSettings::default())
     };
-    let mut trial = Trial::new(
-        "Time reversal",
-        "The motion of the first case, reversed after some time. Without dampers it must return to its start. It runs once \
-            freely, and once with its two outer nodes bouncing on an elastic floor, where each event is located twice, once from \
-            each side. The return error falls in proportion to the tolerance.",
-    );
     let mut courses = Vec::new();
     for (depth, periods, name) in [(1e6, 10.0, "free"), (0.7, 1.0, "bouncing on a floor")] {
         let floor = Plane::new([0.0, 0.0, -depth], [0.0, 0.0, 1.0], [0.0; 3]);
@@ -310,7 +240,6 @@ fn reversal(_: Extent) -> Result<Trial, Failure> {
         }
         courses.push((name.to_owned(), course));
     }
-    let title = "Return error of a reversed motion";
-    trial.study_tolerance("validation_reversal", title, courses, 0.0);
-    Ok(trial)
+    trial.check_slopes(courses, 0.0);
+    Ok(())
 }

@@ -8,26 +8,9 @@ use bristle::simulation::{Pass, simulate_with_history};
 use bristle_grid::{DEPTH, Study, Sweep, VELOCITY, run_study};
 
 use super::chains::{lesser, paper_case, paper_study, worse};
-use super::group::{Extent, Failure, Group};
 use super::tolerances::Tolerance;
-use super::trial::{Axis, Curve, Figure, Look, Trial};
+use super::trial::{Failure, Outcome, Trial};
 use super::{sources, tolerances};
-
-/// The group.
-pub const GROUP: Group = Group {
-    title: "The paper",
-    purpose: "The findings of Uhlmann and Hoyer (2021), as summarised in docs/MODEL.md, each with a numeric criterion. The grid has \
-        120 passes at n = 25; settings that the paper leaves open have the defaults of MODEL.",
-    trials: &[
-        deflection,
-        contact_time,
-        tier,
-        impulse,
-        tool_force,
-        segments,
-        magnitude,
-    ],
-};
 
 /// The metrics of a study over depth and velocity.
 #[derive(Clone, Debug)]
@@ -41,32 +24,29 @@ struct Grid {
 impl Grid {
     /// The grid of the paper with 25 segments, computed once for all findings.
     fn paper() -> Result<&'static Self, Failure> {
-        static GRID: OnceLock<Result<Grid, Failure>> = OnceLock::new();
-        GRID.get_or_init(|| Self::new(25.0))
+        static GRID: OnceLock<Result<Grid, String>> = OnceLock::new();
+        GRID.get_or_init(|| Self::new(25.0).map_err(|failure| failure.to_string()))
             .as_ref()
-            .map_err(Clone::clone)
+            .map_err(|message| message.clone().into())
     }
 
     /// The grid of the paper with `segments` segments.
     fn new(segments: f64) -> Result<Self, Failure> {
         let paper = paper_study()?;
-        let parameter = Parameter::find("filament.segments")
-            .ok_or_else(|| Failure::reference("no such setting"))?;
-        let mut axes = vec![Sweep::list(parameter, vec![segments]).map_err(Failure::reference)?];
+        let parameter = Parameter::find("filament.segments").ok_or("no such setting")?;
+        let mut axes = vec![Sweep::list(parameter, vec![segments])?];
         axes.extend(paper.sweeps().iter().cloned());
-        let study = Study::new(paper.settings(0), axes).map_err(Failure::reference)?;
+        let study = Study::new(paper.settings(0), axes)?;
         let values = |path: &str| {
             let axis = study.sweep(path);
             axis.map(|axis| axis.values().to_vec()).unwrap_or_default()
         };
         let (velocities, depths) = (values(VELOCITY), values(DEPTH));
-        let results = run_study(&study, None, || ()).map_err(Failure::reference)?;
+        let results = run_study(&study, None, || ())?;
         let metrics = results
             .iter()
             .map(|result| result.as_ref().map(|summary| summary.metrics.clone()));
-        let metrics: Vec<Metrics> = metrics
-            .collect::<Result<_, _>>()
-            .map_err(Failure::reference)?;
+        let metrics: Vec<Metrics> = metrics.collect::<Result<_, _>>().map_err(String::clone)?;
         Ok(Self {
             metrics: metrics
                 .chunks(velocities.len())
@@ -104,31 +84,6 @@ impl Grid {
     /// True if the pass is striking.
     fn strikes(&self, depth: usize, velocity: usize) -> bool {
         depth < self.tier(velocity)
-    }
-
-    /// One metric over the velocities, with one curve for each of five depths.
-    fn curves(&self, metric: fn(&Metrics) -> f64) -> Vec<Curve> {
-        let rows = self.rows(metric);
-        const SHOWN_MM: [f64; 5] = [0.5, 1.0, 2.0, 3.0, 5.0];
-        let is_shown = |depth: &usize| {
-            SHOWN_MM
-                .iter()
-                .any(|shown| (1e3 * self.depths[*depth] - shown).abs() < 1e-6)
-        };
-        let shown = (0..self.depths.len()).filter(is_shown);
-        let curve = |depth: usize| {
-            let points = self
-                .velocities
-                .iter()
-                .copied()
-                .zip(rows[depth].iter().copied());
-            Curve::new(
-                format!("a_e = {} mm", 1e3 * self.depths[depth]),
-                Look::Joined,
-                points,
-            )
-        };
-        shown.map(curve).collect()
     }
 }
 
@@ -193,12 +148,10 @@ fn find<const N: usize>(
     }
 }
 
-fn deflection(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "1. Tip deflection grows degressively with depth, and with velocity once striking",
-        "Passes with `ε_tc < ½` are striking. At the smallest depth the deflection saturates at the highest velocities \
-            (−0.7 % over the last step), so single steps may fall by 1 %.",
-    );
+/// Finding 1: the tip deflection grows degressively with depth, and with velocity once striking.
+///
+/// At the smallest depth it saturates at the highest velocities, so single steps may fall by 1 %.
+pub fn deflection(trial: &mut Trial) -> Outcome {
     let grid = Grid::paper()?;
     let metric = |metrics: &Metrics| metrics.max_tip_deflection_m;
     let columns = grid.columns(metric);
@@ -225,7 +178,7 @@ fn deflection(_: Extent) -> Result<Trial, Failure> {
         }
     }
     find(
-        &mut trial,
+        trial,
         [
             (
                 "from one depth to the next, at every velocity",
@@ -253,23 +206,11 @@ fn deflection(_: Extent) -> Result<Trial, Failure> {
             ),
         ],
     );
-    trial.figures.push(Figure {
-        name: "validation_paper_deflection",
-        title: "Finding 1: largest tip deflection".to_owned(),
-        description: "Tip deflection over the brushing velocity for five depths: flat while sweeping, rising once striking, and \
-            closer together at larger depths.",
-        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("s_n,max in mm")],
-        curves: grid.curves(|metrics| 1e3 * metrics.max_tip_deflection_m),
-    });
-    Ok(trial)
+    Ok(())
 }
 
-fn contact_time(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "2. Contact time falls steeply with velocity, most at large depth",
-        "The paper's \"highly regressive decrease\": at twelve times the velocity less than a tenth of the time remains, and the \
-            loss in milliseconds grows with the depth.",
-    );
+/// Finding 2: the contact time falls steeply with velocity, most at large depth.
+pub fn contact_time(trial: &mut Trial) -> Outcome {
     let grid = Grid::paper()?;
     let rows = grid.rows(|metrics| metrics.contact_time_s);
     let last = grid.velocities.len() - 1;
@@ -277,7 +218,7 @@ fn contact_time(_: Extent) -> Result<Trial, Failure> {
     let whole = rows.iter().map(|row| row[last] / row[0]).fold(0.0, worse);
     let losses: Vec<f64> = rows.iter().map(|row| row[0] - row[last]).collect();
     find(
-        &mut trial,
+        trial,
         [
             (
                 "from one velocity to the next, at every depth",
@@ -299,22 +240,13 @@ fn contact_time(_: Extent) -> Result<Trial, Failure> {
             ),
         ],
     );
-    trial.figures.push(Figure {
-        name: "validation_paper_time",
-        title: "Finding 2: contact time".to_owned(),
-        description: "Contact time over the brushing velocity for five depths, logarithmic: all fall by more than a decade.",
-        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::logarithmic("t_c in ms")],
-        curves: grid.curves(|metrics| 1e3 * metrics.contact_time_s),
-    });
-    Ok(trial)
+    Ok(())
 }
 
-fn tier(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "3. Contact time ratio has a tier, nearly proportional between velocity and depth",
-        "The depth at which `ε_tc = ½`, interpolated at each velocity. The paper calls the line \"approximately proportional\"; \
-            here it is straight, and a_e/v_b on it stays within a factor of two of its mean.",
-    );
+/// Finding 3: the contact time ratio has a tier, nearly proportional between velocity and depth.
+///
+/// The tier is the depth at which `ε_tc = ½`, interpolated at each velocity.
+pub fn tier(trial: &mut Trial) -> Outcome {
     let grid = Grid::paper()?;
     let ratios = grid.columns(|metrics| metrics.contact_time_ratio);
     let (mut misplaced, mut velocities, mut depths) = (0, Vec::new(), Vec::new());
@@ -341,7 +273,7 @@ fn tier(_: Extent) -> Result<Trial, Failure> {
     let corner = |depth: usize, velocity: usize| grid.metrics[depth][velocity].contact_time_ratio;
     let (deepest, fastest) = (grid.depths.len() - 1, grid.velocities.len() - 1);
     find(
-        &mut trial,
+        trial,
         [
             (
                 "passes above the line that strike",
@@ -381,31 +313,14 @@ fn tier(_: Extent) -> Result<Trial, Failure> {
             ),
         ],
     );
-    let millimetres = depths.iter().map(|depth| 1e3 * depth);
-    let [slope, offset] = line(&velocities, &depths);
-    let straight = velocities
-        .iter()
-        .map(|velocity| (*velocity, 1e3 * (slope * velocity + offset)));
-    trial.figures.push(Figure {
-        name: "validation_paper_tier",
-        title: "Finding 3: the line between striking and sweeping, ε_tc = ½".to_owned(),
-        description: "Penetration depth over brushing velocity where the contact time ratio is one half: nearly a straight line, from \
-            0.7 mm at 10 m/s to 4.4 mm at 30 m/s.",
-        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("penetration depth a_e in mm")],
-        curves: vec![
-            Curve::new("ε_tc = ½", Look::Joined, velocities.iter().copied().zip(millimetres)),
-            Curve::new("straight line", Look::Reference, straight),
-        ],
-    });
-    Ok(trial)
+    Ok(())
 }
 
-fn impulse(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "4. Impulse falls with velocity, most at large depth, and is low below the tier",
-        "While passes sweep, the impulse falls from each velocity to the next. From 15 m/s on, both kinds of motion occur. \
-            There the least impulse at each velocity is that of a striking pass, and the deepest sweep has at least a quarter more.",
-    );
+/// Finding 4: the impulse falls with velocity, most at large depth, and is low below the tier.
+///
+/// From 15 m/s on, both kinds of motion occur. There the least impulse is that of a striking pass,
+/// and the deepest sweep has at least a quarter more.
+pub fn impulse(trial: &mut Trial) -> Outcome {
     let grid = Grid::paper()?;
     let metric = |metrics: &Metrics| metrics.contact_normal_impulse_n_s;
     let rows = grid.rows(metric);
@@ -432,7 +347,7 @@ fn impulse(_: Extent) -> Result<Trial, Failure> {
         rise = lesser(column[column.len() - 1] / column[least], rise);
     }
     find(
-        &mut trial,
+        trial,
         [
             (
                 "sweeping, from one velocity to the next",
@@ -466,24 +381,15 @@ fn impulse(_: Extent) -> Result<Trial, Failure> {
             ),
         ],
     );
-    trial.figures.push(Figure {
-        name: "validation_paper_impulse",
-        title: "Finding 4: contact normal impulse of a filament".to_owned(),
-        description: "Impulse over the brushing velocity for five depths: falling steeply, most at large depths, to a low level where \
-            passes strike.",
-        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("p_n in mN s")],
-        curves: grid.curves(|metrics| 1e3 * metrics.contact_normal_impulse_n_s),
-    });
-    Ok(trial)
+    Ok(())
 }
 
-fn tool_force(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "5. Tool force: high at high velocity, linear in depth only when slow, a maximum along the tier",
-        "The rows of the grid at 1, 2 and 3 mm cross the tier. On the tier the tool force has a local maximum, at least 2 % \
-            above the force at the next velocity. There the filament makes at least one contact more than at 30 m/s, and its last \
-            contact begins in the second half of the nominal contact time. With the depth, the maximum moves to higher velocities.",
-    );
+/// Finding 5: the tool force is high at high velocity, linear in depth only when slow, and has a
+/// maximum along the tier.
+///
+/// At 1, 2 and 3 mm the force has a local maximum on the tier, at least 2 % above that at the next
+/// velocity, with one contact more than at 30 m/s.
+pub fn tool_force(trial: &mut Trial) -> Outcome {
     let grid = Grid::paper()?;
     let metric = |metrics: &Metrics| metrics.tool_contact_normal_force_n;
     let columns = grid.columns(metric);
@@ -496,7 +402,7 @@ fn tool_force(_: Extent) -> Result<Trial, Failure> {
         .map(|(column, _)| misfit(&grid.depths, column))
         .fold(f64::INFINITY, lesser);
     find(
-        &mut trial,
+        trial,
         [
             (
                 "mean at 30 m/s over mean at 2.5 m/s",
@@ -572,7 +478,7 @@ fn tool_force(_: Extent) -> Result<Trial, Failure> {
         peaks.push(grid.velocities[peak]);
     }
     find(
-        &mut trial,
+        trial,
         [
             (
                 "depths with such a maximum, less two",
@@ -588,15 +494,7 @@ fn tool_force(_: Extent) -> Result<Trial, Failure> {
             ),
         ],
     );
-    trial.figures.push(Figure {
-        name: "validation_paper_force",
-        title: "Finding 5: contact normal force of the tool".to_owned(),
-        description: "Tool force over the brushing velocity for five depths: flat at low velocities; at 1, 2 and 3 mm a local maximum \
-            that moves to higher velocities; beyond it, at small depths, a steep rise.",
-        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("F_n,w in N")],
-        curves: grid.curves(metric),
-    });
-    Ok(trial)
+    Ok(())
 }
 
 /// The start of the last contact of a pass, measured from nominal entry and divided by the nominal
@@ -612,11 +510,8 @@ fn last_contact(velocity: f64, depth: f64) -> Result<f64, Failure> {
     Ok(begins.map_or(f64::NAN, |pair| (pair[1].time_s - entry) / (exit - entry)))
 }
 
-fn segments(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "6. More than 25 segments make no noticeable difference",
-        "\"Noticeable\" is half a percent in force and deflection, and 0.01 in the contact time ratio.",
-    );
+/// Finding 6: more than 25 segments make no noticeable difference.
+pub fn segments(trial: &mut Trial) -> Outcome {
     let (paper, fine) = (Grid::paper()?, &Grid::new(50.0)?);
     let pairs = || {
         paper
@@ -635,7 +530,7 @@ fn segments(_: Extent) -> Result<Trial, Failure> {
         .fold(0.0, worse);
     let subject = "n = 25 against n = 50, largest of 120 passes";
     find(
-        &mut trial,
+        trial,
         [
             (
                 subject,
@@ -657,33 +552,11 @@ fn segments(_: Extent) -> Result<Trial, Failure> {
             ),
         ],
     );
-    let mut curves = paper.curves(|metrics| metrics.tool_contact_normal_force_n);
-    for curve in &mut curves {
-        (curve.name, curve.look) = (format!("{}, n = 25", curve.name), Look::Markers);
-    }
-    for curve in fine.curves(|metrics| metrics.tool_contact_normal_force_n) {
-        curves.push(Curve {
-            name: format!("{}, n = 50", curve.name),
-            look: Look::Reference,
-            ..curve
-        });
-    }
-    trial.figures.push(Figure {
-        name: "validation_paper_segments",
-        title: "Finding 6: tool force for n = 25 and n = 50".to_owned(),
-        description: "Tool force over the brushing velocity for five depths: the markers of 25 segments lie on the lines of 50.",
-        axes: [Axis::linear("brushing velocity v_b in m/s"), Axis::linear("F_n,w in N")],
-        curves,
-    });
-    Ok(trial)
+    Ok(())
 }
 
-fn magnitude(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "7. Tool force is of the same order of magnitude as measured forces",
-        "Tens to hundreds of newtons. The paper shows its measurements in figures without a table, and Young's modulus and \
-            damping are assumptions. Therefore only the order of magnitude can be compared.",
-    );
+/// Finding 7: the tool force has the magnitude of measured forces. The paper has no table of them.
+pub fn magnitude(trial: &mut Trial) -> Outcome {
     let grid = Grid::paper()?;
     let [low, high] = extremes(
         grid.metrics
@@ -692,7 +565,7 @@ fn magnitude(_: Extent) -> Result<Trial, Failure> {
             .map(|metrics| metrics.tool_contact_normal_force_n),
     );
     find(
-        &mut trial,
+        trial,
         [
             (
                 "least of 120 passes",
@@ -708,5 +581,5 @@ fn magnitude(_: Extent) -> Result<Trial, Failure> {
             ),
         ],
     );
-    Ok(trial)
+    Ok(())
 }

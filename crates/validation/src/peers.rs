@@ -4,20 +4,10 @@ use bristle::simulation::{Sample, Simulation, simulate_with_history};
 use serde::Deserialize;
 
 use super::chains::{extrapolated, paper_case, trajectory_rows, worse};
-use super::group::{Extent, Failure, Group};
 use super::sources::Source;
 use super::tolerances::Tolerance;
-use super::trial::{Axis, Curve, Figure, Look, Trial};
+use super::trial::{Failure, Outcome, Trial};
 use super::{sources, tolerances};
-
-/// The group.
-pub const GROUP: Group = Group {
-    title: "Other codes",
-    purpose: "One pass of the paper's filament (v_b = 10 m/s, a_e = 1 mm: four contacts, some struck, some swept) in other codes. \
-        Their trajectories of 1001 instants are committed with the scripts that made them. Each file states its command, versions, \
-        settings and error.",
-    trials: &[cvodes, mujoco, ancf],
-};
 
 /// An instant of another code's trajectory.
 #[derive(Deserialize)]
@@ -51,7 +41,14 @@ fn pass(segments: usize) -> Result<Simulation, Failure> {
 
 /// Largest distance of the tips over l_f, largest difference of the tip deflections over the
 /// largest deflection, and root mean square of the force difference over that of the force.
-pub fn distances(history: &[Sample], rows: &[Row]) -> [f64; 3] {
+///
+/// # Errors
+/// If the instants differ.
+pub fn distances(history: &[Sample], rows: &[Row]) -> Result<[f64; 3], Failure> {
+    let differ = |(row, sample): (&Row, &Sample)| (row.time_s - sample.time_s).abs() > 1e-12;
+    if rows.len() != history.len() || rows.iter().zip(history).any(differ) {
+        return Err("the reference has other instants than the pass".into());
+    }
     let (mut tip, mut deflection, mut largest, mut force, mut difference) =
         (0.0, 0.0, 0.0_f64, 0.0, 0.0);
     for (sample, row) in history.iter().zip(rows) {
@@ -67,11 +64,11 @@ pub fn distances(history: &[Sample], rows: &[Row]) -> [f64; 3] {
         force += row.contact_normal_force_n.powi(2);
         difference += (sample.contact_normal_force_n - row.contact_normal_force_n).powi(2);
     }
-    [
+    Ok([
         tip / 0.040,
         deflection / largest,
         (difference / force).sqrt(),
-    ]
+    ])
 }
 
 /// The data of another code, and the tolerances for it.
@@ -84,35 +81,22 @@ struct Peer {
 }
 
 impl Peer {
-    /// Compares a pass and its metrics, in the order of [`metrics`], in a trial. Returns the
-    /// trajectory of the other code.
+    /// Compares a pass and its metrics, in the order of [`metrics`], in a trial.
     fn compare(
         &self,
         trial: &mut Trial,
         history: &[Sample],
         subject: &str,
         metrics: [f64; 5],
-    ) -> Result<Vec<Row>, Failure> {
+    ) -> Outcome {
         const METRICS: &str = include_str!("../../../benches/peers/trajectories/pass_metrics.csv");
         let rows: Vec<Row> = trajectory_rows(self.rows)?;
-        if rows.len() != history.len()
-            || rows
-                .iter()
-                .zip(history)
-                .any(|(a, b)| (a.time_s - b.time_s).abs() > 1e-12)
-        {
-            return Err(Failure::Reference(format!(
-                "{}: its instants differ from those of the pass",
-                self.code
-            )));
-        }
         let expected = trajectory_rows::<PeerMetrics>(METRICS)?
             .into_iter()
-            .find(|metrics| metrics.code == self.code);
-        let expected =
-            expected.ok_or_else(|| Failure::Reference(format!("no metrics of {}", self.code)))?;
+            .find(|metrics| metrics.code == self.code)
+            .ok_or("no metrics of this code")?;
         let [tip, force, of_metrics, of_peak] = self.tolerances;
-        let [of_tip, of_deflection, of_force] = distances(history, &rows);
+        let [of_tip, of_deflection, of_force] = distances(history, &rows)?;
         let [impulse, deflection, peak, time, count] = metrics;
         for (quantity, expected, computed, tolerance) in [
             ("tip, over l_f", 0.0, of_tip, tip),
@@ -153,7 +137,7 @@ impl Peer {
                 tolerance,
             );
         }
-        Ok(rows)
+        Ok(())
     }
 }
 
@@ -205,99 +189,26 @@ const ANCF: Peer = Peer {
     ],
 };
 
-/// A diagram of the force over time from Bristle and from another code.
-fn force_figure(name: &'static str, code: &str, history: &[Sample], rows: &[Row]) -> Figure {
-    Figure {
-        name,
-        title: format!("Contact normal force of one pass, Bristle and {code}"),
-        description: "Force over time: short impacts of up to 6 N, and longer contacts of about 1 N; the curves of both codes coincide.",
-        axes: [Axis::linear("time t in ms"), Axis::linear("F_n in N")],
-        curves: vec![
-            Curve::new(
-                "Bristle",
-                Look::Line,
-                history
-                    .iter()
-                    .map(|sample| (1e3 * sample.time_s, sample.contact_normal_force_n)),
-            ),
-            Curve::new(
-                code,
-                Look::Markers,
-                rows.iter()
-                    .step_by(8)
-                    .map(|row| (1e3 * row.time_s, row.contact_normal_force_n)),
-            ),
-        ],
-    }
-}
-
-fn cvodes(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "CasADi and CVODES: the chain in the plane",
-        "The same chain of 25 segments, stated again for the plane alone, differentiated by CasADi and integrated by CVODES \
-            at 1e-11. Agreement is limited by the error of CVODES, 1e-9 of l_f in the tip.",
-    );
+/// The chain of 25 segments, stated again for the plane, by CasADi and CVODES at 1e-11.
+pub fn cvodes(trial: &mut Trial) -> Outcome {
     let pass = pass(25)?;
-    let rows = CVODES.compare(&mut trial, &pass.history, "n = 25", metrics(&pass))?;
-    trial.figures.push(force_figure(
-        "validation_cvodes",
-        CVODES.code,
-        &pass.history,
-        &rows,
-    ));
-    Ok(trial)
+    CVODES.compare(trial, &pass.history, "n = 25", metrics(&pass))
 }
 
-fn mujoco(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "MuJoCo: rigid bodies on hinges",
-        "A general multibody code with its own kinematics, joint springs, contact detection and soft contacts, applied to the \
-            same chain. Its method is of first order. Agreement is limited by its step of 5 ns, which leaves an error of 8e-7 in the \
-            impulse.",
-    );
+/// The same chain by MuJoCo: rigid bodies on hinges, with steps of 5 ns of first order.
+pub fn mujoco(trial: &mut Trial) -> Outcome {
     let pass = pass(25)?;
-    let rows = MUJOCO.compare(&mut trial, &pass.history, "n = 25", metrics(&pass))?;
-    trial.figures.push(Figure {
-        name: "validation_mujoco",
-        title: "Tip deflection of one pass, Bristle and MuJoCo".to_owned(),
-        description: "Tip deflection over time: it rises to 8.7 mm in bounces and a sweep, then swings back through zero to 7 mm; the \
-            curves of both codes coincide.",
-        axes: [Axis::linear("time t in ms"), Axis::linear("s_n in mm")],
-        curves: vec![
-            Curve::new(
-                "Bristle",
-                Look::Line,
-                pass.history.iter().map(|sample| (1e3 * sample.time_s, 1e3 * sample.tip_deflection_m)),
-            ),
-            Curve::new(
-                "MuJoCo",
-                Look::Markers,
-                rows.iter().step_by(16).map(|row| (1e3 * row.time_s, 1e3 * row.tip_deflection_m)),
-            ),
-        ],
-    });
-    Ok(trial)
+    MUJOCO.compare(trial, &pass.history, "n = 25", metrics(&pass))
 }
 
-fn ancf(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "Exudyn: a beam in absolute nodal coordinates",
-        "Not a chain, but the beam that the chain approximates: 64 cable elements of the absolute nodal coordinate \
-            formulation, with the damping `2ζ/Ω_1 · E I`. Its axial stiffness is a thousand times that of the filament, as the \
-            chain does not stretch. This checks the limit to which the chain converges. The metrics are extrapolated from n = 100 and \
-            200; the trajectory is for n = 200. Agreement is limited by the remaining stretch of the beam: 2e-5 of l_f in the tip, \
-            1e-5 in the impulse. (With the filament's own axial stiffness, which the model leaves out, the same pass has 1.8 % more \
-            impulse, a peak force of 4.6 N instead of 6.1 N, and six contacts instead of four.)",
-    );
+/// The continuous beam that the chain approximates: 64 cable elements in absolute nodal
+/// coordinates.
+///
+/// Its axial stiffness is a thousand times that of the filament, as the chain does not stretch. The
+/// trajectory is for n = 200.
+pub fn ancf(trial: &mut Trial) -> Outcome {
     let (coarse, fine) = (pass(100)?, pass(200)?);
     let (of_coarse, of_fine) = (metrics(&coarse), metrics(&fine));
     let limits: [f64; 5] = std::array::from_fn(|i| extrapolated(of_coarse[i], of_fine[i]));
-    let rows = ANCF.compare(&mut trial, &fine.history, "n = 200; metrics n → ∞", limits)?;
-    trial.figures.push(force_figure(
-        "validation_ancf",
-        ANCF.code,
-        &fine.history,
-        &rows,
-    ));
-    Ok(trial)
+    ANCF.compare(trial, &fine.history, "n = 200; metrics n → ∞", limits)
 }

@@ -11,39 +11,16 @@ use super::chains::{extrapolated, extrapolated_twice, paper_case};
 use super::exact::beam::cantilever_root;
 use super::exact::elastica::buckled_force;
 use super::exact::rotating_beam::splay;
-use super::group::{Extent, Failure, Group};
-use super::trial::{Axis, Curve, Figure, Look, Trial};
+use super::trial::{Failure, Outcome, Trial};
 use super::{sources, tolerances};
-
-/// The group.
-pub const GROUP: Group = Group {
-    title: "Tools of any kind and pose",
-    purpose: "Filaments of tilted and conical tools and of cups leave the plane of rotation, start bent by centrifugal forces, and may touch \
-        all round.",
-    trials: &[passes, splayed, flat],
-};
 
 /// Results of `derivations/passes.py poses`.
 const POSES: &str = include_str!("../../../tests/data/reference_poses.json");
 
 #[derive(Deserialize)]
 struct References {
-    cases: Vec<Reference>,
     free_cups: Vec<FreeCup>,
     flat_cups: Vec<FlatCup>,
-}
-
-/// The mean filament of a trim.
-#[derive(Deserialize)]
-struct Reference {
-    name: String,
-    input: Settings,
-    contact_normal_impulse_n_s: f64,
-    contact_impulse_x_n_s: f64,
-    contact_impulse_z_n_s: f64,
-    contact_angular_impulse_n_m_s: f64,
-    friction_work_j: f64,
-    contact_time_s: f64,
 }
 
 /// The tip of a filament that touches nothing.
@@ -66,93 +43,7 @@ struct FlatCup {
 }
 
 fn references() -> Result<References, Failure> {
-    serde_json::from_str(POSES).map_err(Failure::reference)
-}
-
-fn passes(_: Extent) -> Result<Trial, Failure> {
-    let mut trial = Trial::new(
-        "Passes of tilted tools, cones and cups by CasADi and CVODES",
-        "Filaments of five segments on tools whose axes are tilted and skewed, with and without friction: radial ones, cones, and cups \
-            that strike the workpiece, lean over, or touch it all round. Of two tools the trim counts, by three filaments. The other code \
-            states them in the frame of the workpiece, with a clamp that turns about a tilted axis, and integrates with CVODES at 1e-11. \
-            It finds where filaments start by minimising V. Bristle works in the frame of the tool, at a tolerance of 1e-9.",
-    );
-    for case in references()?.cases {
-        let mut settings = case.input.clone();
-        settings.solver.relative_tolerance = 1e-9;
-        let metrics = simulate(&settings)?.metrics;
-        let normal = case.contact_normal_impulse_n_s;
-        let moment = normal * settings.tool.body_radius_m;
-        let over = |computed: f64, expected: f64, scale: f64| (computed - expected) / scale;
-        let mut errors = vec![
-            (
-                "error of p_n",
-                over(metrics.contact_normal_impulse_n_s, normal, normal),
-            ),
-            (
-                "error of ∫ F_x dt, over p_n",
-                over(
-                    metrics.contact_impulse_x_n_s,
-                    case.contact_impulse_x_n_s,
-                    normal,
-                ),
-            ),
-            (
-                "error of ∫ F_z dt, over p_n",
-                over(
-                    metrics.contact_impulse_z_n_s,
-                    case.contact_impulse_z_n_s,
-                    normal,
-                ),
-            ),
-            (
-                "error of ∫ M dt, over p_n r_g",
-                over(
-                    metrics.contact_angular_impulse_n_m_s,
-                    case.contact_angular_impulse_n_m_s,
-                    moment,
-                ),
-            ),
-            (
-                "error of t_c",
-                over(
-                    metrics.contact_time_s,
-                    case.contact_time_s,
-                    case.contact_time_s,
-                ),
-            ),
-        ];
-        if case.friction_work_j > 0.0 {
-            errors.push((
-                "error of friction work",
-                over(
-                    metrics.friction_work_j,
-                    case.friction_work_j,
-                    case.friction_work_j,
-                ),
-            ));
-        }
-        for (quantity, error) in errors {
-            trial.check(
-                &case.name,
-                quantity,
-                0.0,
-                sources::CVODES_POSES,
-                error,
-                tolerances::POSES,
-            );
-        }
-        let residual = metrics.energy_residual;
-        trial.check(
-            case.name,
-            "energy_residual",
-            0.0,
-            sources::EXACT,
-            residual,
-            tolerances::POSES_ENERGY,
-        );
-    }
-    Ok(trial)
+    Ok(serde_json::from_str(POSES)?)
 }
 
 /// A cup that is pressed flat, of filaments of the paper's.
@@ -187,22 +78,14 @@ fn tip(settings: &Settings) -> [f64; 2] {
     [x.hypot(y), z]
 }
 
-fn splayed(_: Extent) -> Result<Trial, Failure> {
+/// Splay of cups, whose filaments are parallel to the axis: `w⁗ = Ω² (r_g + w)` where they bend
+/// little.
+///
+/// Cups of the paper's filaments bend by up to 67 mm of 80 mm. SciPy minimises their `V`.
+pub fn splayed(trial: &mut Trial) -> Outcome {
     /// Of the clamp from the axis, over l_f: so near that the filament hardly bends.
     const NEAR: f64 = 3e-5;
     const SEGMENTS: [usize; 3] = [25, 50, 100];
-    let mut trial = Trial::new(
-        "Splay of cups",
-        format!(
-            "The filaments of a cup, parallel to its axis, splay as it turns. Where they bend little, with Ω in `√(E I/(ρ A l_f⁴))`:\n\n\
-            ```text\nw⁗ = Ω² (r_g + w),   w(l_f)/r_g = (cosh Λ + cos Λ)/(1 + cosh Λ cos Λ) − 1,   Λ² = Ω\n```\n\n\
-            so that slow ones bend by `Ω² r_g/8`, that is `ρ A ω² r_g l_f⁴/(8 E I)`, and the deflection grows without limit towards the first natural frequency, Λ = 1.875. Chains \
-            whose clamp is as near to the axis as {NEAR} l_f are extrapolated from n = {}, {} and {}. Cups of the paper's filaments bend more: \
-            by up to 67 mm of 80 mm. Another code minimises their `V = E_spring − ½ ω² Σ ∫ρ² dm` by a trust-region method of SciPy.",
-            SEGMENTS[0], SEGMENTS[1], SEGMENTS[2]
-        ),
-    );
-    let mut markers = Vec::new();
     let paper = paper_case(25, 10.0, 1e-3)?;
     let unit = first_natural_frequency(&paper.filament) / cantilever_root(1).powi(2);
     let near = NEAR * paper.filament.length_m;
@@ -226,7 +109,6 @@ fn splayed(_: Extent) -> Result<Trial, Failure> {
         );
         let subject = format!("{subject}, n = {}, {}", SEGMENTS[0], SEGMENTS[1]);
         trial.check_order(subject, "order of w", [computed[0], computed[1]], exact);
-        markers.push((speed, computed[0]));
     }
     for case in references()?.free_cups {
         let mut settings = cup(case.segments, case.brushing_velocity_m_s, 1e-3)?;
@@ -257,21 +139,7 @@ fn splayed(_: Extent) -> Result<Trial, Failure> {
             );
         }
     }
-    let exact = (0..=100)
-        .map(|i| 3.3 * f64::from(i) / 100.0)
-        .map(|speed| (speed, splay(speed)));
-    trial.figures.push(Figure {
-        name: "validation_splay",
-        title: "Splay of a filament that is parallel to the axis".to_owned(),
-        description: "Deflection of the tip over the rotational speed: it grows with its square, and then without limit towards the first \
-            natural frequency; the chains lie on the curve.",
-        axes: [Axis::linear("rotational speed Ω in √(E I/(ρ A l_f⁴))"), Axis::linear("deflection of the tip over r_g")],
-        curves: vec![
-            Curve::new("beam", Look::Reference, exact),
-            Curve::new("n = 25", Look::Markers, markers),
-        ],
-    });
-    Ok(trial)
+    Ok(())
 }
 
 /// The force in N on a filament of a cup that is pressed flat, without friction.
@@ -282,17 +150,14 @@ fn flat_force(settings: &Settings) -> Result<f64, Failure> {
     Ok(metrics.contact_normal_impulse_n_s / metrics.nominal_contact_time_s)
 }
 
-fn flat(extent: Extent) -> Result<Trial, Failure> {
+/// Force on a cup that is pressed flat without friction, which turns rigidly with its filaments.
+///
+/// SciPy finds the minimum of `V + ½ k_c δ²`. The slower the cup turns, the more its filament is a
+/// clamped-free elastica that has buckled.
+pub fn flat(trial: &mut Trial) -> Outcome {
     const SEGMENTS: usize = 25;
     /// In m/s.
     const SLOW: f64 = 2.0;
-    let mut trial = Trial::new(
-        "Cups pressed flat",
-        "Without friction, filaments of a cup whose axis points into the workpiece turn rigidly with it, pressed down and splayed: \
-            `V` and the energy of the contact, `½ k_c δ²`, are least. Another code finds the minimum by a trust-region method of SciPy. The \
-            slower the cup turns, the more its filament is a clamped-free elastica that has buckled, whose force is known: \
-            `P/P_cr = (2K/π)²` with `1 − Δ/l_f = 2E/K − 1` and `Δ = a_e − P/k_c`. It is extrapolated from two velocities and two n.",
-    );
     for case in references()?.flat_cups {
         let settings = cup(
             case.segments,
@@ -314,8 +179,7 @@ fn flat(extent: Extent) -> Result<Trial, Failure> {
             tolerances::FLAT,
         );
     }
-    let depths: &[f64] = extent.choose(&[3e-3], &[1e-3, 3e-3]);
-    for &depth in depths {
+    for depth in [1e-3, 3e-3] {
         // From two velocities to rest, as forces of inertia grow with their square, and from two n.
         let at = |segments: usize| -> Result<f64, Failure> {
             let [slow, fast] = [SLOW, 2.0 * SLOW]
@@ -341,5 +205,5 @@ fn flat(extent: Extent) -> Result<Trial, Failure> {
             tolerances::QUASI_STATICS,
         );
     }
-    Ok(trial)
+    Ok(())
 }

@@ -17,18 +17,9 @@ use super::chains::{
 };
 use super::exact::beam::cantilever_root;
 use super::exact::rotating_beam::{RotatingBeam, southwell};
-use super::group::{Extent, Failure, Group};
 use super::small_motion::{Direction, modes};
-use super::trial::{Axis, Curve, Figure, Look, Trial};
+use super::trial::{Failure, Outcome, Trial};
 use super::{sources, tolerances};
-
-/// The group.
-pub const GROUP: Group = Group {
-    title: "Rotation",
-    purpose: "A brush turns, and centrifugal tension stiffens its filaments. These cases check the inertia of the turning \
-        filament, which enters the model only through the motion of the clamp.",
-    trials: &[frequencies, spin_up],
-};
 
 /// Numbers of segments of the extrapolated solutions.
 const SEGMENTS: [usize; 3] = [25, 50, 100];
@@ -46,23 +37,15 @@ fn chain_frequencies(
     std::array::from_fn(|i| modes.get(i).map_or(f64::NAN, |mode| mode.frequency))
 }
 
-fn frequencies(_: Extent) -> Result<Trial, Failure> {
+/// Flap and lag frequencies of a cantilever that turns at Ω on a hub of radius r (in L).
+///
+/// `w⁗ − (T w′)′ = ω² w` with `T = Ω² [½ (1 − ξ²) + r (1 − ξ)]`, by Ritz's method. The squares of
+/// flap and lag differ by Ω² for a chain of any n. The first flap lies within Southwell's bounds.
+pub fn frequencies(trial: &mut Trial) -> Outcome {
     const DIRECTIONS: [(Direction, &str); 2] =
         [(Direction::OutOfPlane, "flap"), (Direction::InPlane, "lag")];
     let paper = paper_case(25, 30.0, 1e-3)?;
     let ratio = paper.tool.body_radius_m / paper.filament.length_m;
-    let mut trial = Trial::new(
-        "Flap and lag frequencies of a rotating cantilever",
-        format!(
-            "Out of the plane of rotation (flap), on a hub of radius r (in L), with ω and Ω in `√(E I/(ρ A L⁴))`:\n\n\
-            ```text\nw⁗ − (T w′)′ = ω² w,   T = Ω² [½ (1 − ξ²) + r (1 − ξ)],   ω_lag² = ω_flap² − Ω²\n```\n\n\
-            This is solved by Ritz's method with 22 Legendre polynomials, which reproduces the tables of Wright et al. (1982). Chains \
-            of 25, 50 and 100 segments are extrapolated. The first flap must also lie between `ω² = ω_0² + Ω²` and Southwell's \
-            `ω² = ω_0² + K Ω²`, where K is Rayleigh's quotient of the tension with the mode at rest. The squares of flap and lag \
-            differ by Ω² for a chain of any n. The paper's brush has r_g = {ratio:.1} L; at 30 m/s it turns at Ω = 0.55."
-        ),
-    );
-    let mut curves = Vec::new();
     let hubs: [(f64, &str, &[f64]); 2] = [
         (0.0, "r = 0", &[0.0, 1.0, 2.0, 4.0, 8.0, 12.0]),
         (ratio, "r = r_g", &[1.0, 2.0, 4.0, 8.0]),
@@ -138,37 +121,9 @@ fn frequencies(_: Extent) -> Result<Trial, Failure> {
                 );
             }
         }
-        for (direction, name) in DIRECTIONS {
-            let steps = (0..=48).map(|step| f64::from(step) * speeds[speeds.len() - 1] / 48.0);
-            let exact = steps.map(|speed| (speed, of_beam(speed, direction)[0]));
-            curves.push(Curve::new(
-                format!("beam, {name}, {hub_name}"),
-                Look::Reference,
-                exact,
-            ));
-            let points = speeds.iter().map(|&speed| {
-                (
-                    speed,
-                    chain_frequencies(unit_chain(25), speed, hub, direction)[0],
-                )
-            });
-            curves.push(Curve::new(
-                format!("{name}, {hub_name}, n = 25"),
-                Look::Markers,
-                points,
-            ));
-        }
     }
-    check_paper_brush(&mut trial)?;
-    trial.figures.push(Figure {
-        name: "validation_rotation",
-        title: "First frequencies of a rotating cantilever".to_owned(),
-        description: "Frequencies over the rotational speed: flap and lag rise from 3.5 at rest, on the curves of the \
-            rotating beam, faster on a hub; lag stays below flap.",
-        axes: [Axis::linear("rotational speed Ω in √(E I/(ρ A L⁴))"), Axis::linear("frequency ω in √(E I/(ρ A L⁴))")],
-        curves,
-    });
-    Ok(trial)
+    check_paper_brush(trial)?;
+    Ok(())
 }
 
 /// The paper's brush at its highest velocity.
@@ -246,7 +201,11 @@ struct SpinUpRow {
     tip_across_m: f64,
 }
 
-fn spin_up(_: Extent) -> Result<Trial, Failure> {
+/// Tip of the beam of Simo and Vu-Quoc (1986), clamped at the axis and turned by [`SpinUp`].
+///
+/// The published beam stretches, but the chain does not. The reference therefore has a hundred
+/// times the axial stiffness; its error is 5e-6 m.
+pub fn spin_up(trial: &mut Trial) -> Outcome {
     const DATA: &str = include_str!("../../../benches/peers/trajectories/spin_up.csv");
     const LENGTH: f64 = 10.0;
     let rows: Vec<SpinUpRow> = trajectory_rows(DATA)?;
@@ -290,20 +249,9 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
         .map(|(coarse, fine)| [0, 1].map(|i| extrapolated(coarse[i], fine[i])))
         .collect();
     if limit.len() != rows.len() {
-        return Err(Failure::Reference(
-            "the spin-up ends before its reference".to_owned(),
-        ));
+        return Err("the spin-up ends before its reference".into());
     }
     let expected = |row: &SpinUpRow| [row.tip_along_m, row.tip_across_m];
-    let mut trial = Trial::new(
-        "Spin-up of a flexible beam",
-        "The beam of Simo and Vu-Quoc (1986), with L = 10, E I = 1.4e4, ρ A = 1.2, undamped, clamped at the axis and turned by\n\n\
-            ```text\nψ = (6/15) [t²/2 + (15/2π)² (cos(2πt/15) − 1)] for t < 15,   6t − 45 after\n```\n\n\
-            A theory without centrifugal stiffening diverges here. The published beam stretches, but the chain does not. The reference \
-            is therefore Exudyn's cable elements with a hundred times the axial stiffness; its error is 5e-6 m (Exudyn's geometrically \
-            exact elements agree with it to 8e-7 m). With the published stiffness the tip differs by 5e-4 m along and 9e-5 m across. \
-            Chains of 25 and 50 segments are extrapolated at each instant.",
-    );
     for (i, quantity) in ["tip along, over L", "tip across, over L"]
         .into_iter()
         .enumerate()
@@ -336,16 +284,5 @@ fn spin_up(_: Extent) -> Result<Trial, Failure> {
         computed,
         tolerances::SPIN_UP,
     );
-    trial.figures.push(Figure {
-        name: "validation_spin_up",
-        title: "Tip of a beam that is spun up, across its clamp".to_owned(),
-        description: "Deflection of the tip over time: it lags by up to 0.57 m at 6.8 s and returns to a small vibration about zero \
-            from 15 s on; the curves of both codes coincide.",
-        axes: [Axis::linear("time t in s"), Axis::linear("tip across the clamp's direction in m")],
-        curves: vec![
-            Curve::new("chain, n → ∞", Look::Line, rows.iter().zip(&limit).map(|(row, tip)| (row.time_s, tip[1]))),
-            Curve::new("Exudyn", Look::Markers, rows.iter().step_by(4).map(|row| (row.time_s, row.tip_across_m))),
-        ],
-    });
-    Ok(trial)
+    Ok(())
 }

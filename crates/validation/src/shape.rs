@@ -5,23 +5,18 @@ use bristle::model::filament::{chain, first_natural_frequency};
 use bristle::model::settings::FilamentSettings;
 use bristle::tool::ClampMotion;
 
-use super::chains::{WALL, error_figure, extrapolated, extrapolated_twice, unit_beam};
+use super::chains::{WALL, extrapolated, extrapolated_twice, unit_beam};
 use super::equilibrium::{Load, Shape, equilibrium};
 use super::exact::taper::{first_frequency, turn_by_moment};
-use super::group::{Extent, Failure, Group};
 use super::small_motion::{Direction, modes};
-use super::trial::Trial;
+use super::trial::{Failure, Outcome, Trial};
 use super::{sources, tolerances};
 
-/// The group.
-pub const GROUP: Group = Group {
-    title: "Wavy and tapered filaments",
-    purpose: "Real filaments are neither straight nor uniform. Their joints are relaxed at an angle, and mass and stiffness change along \
-        them (docs/MODEL.md, \"Filaments that are neither straight nor uniform\").",
-    trials: &[cone, curved],
-};
-
-fn cone(_: Extent) -> Result<Trial, Failure> {
+/// First frequency of a truncated cone, whose modes are Bessel functions of order 2.
+///
+/// The damping of joints refers to the frequency of the beam, which the program computes by
+/// iteration.
+pub fn cone(trial: &mut Trial) -> Outcome {
     const TAPERS: [f64; 4] = [0.1, 0.3, 0.5, 0.8];
     let filament = |taper: f64, segments: usize| {
         let beam = unit_beam(segments);
@@ -39,12 +34,6 @@ fn cone(_: Extent) -> Result<Trial, Failure> {
         );
         modes[0].frequency
     };
-    let mut trial = Trial::new(
-        "First frequency of a truncated cone",
-        "A clamped filament whose diameter falls linearly from the root to the tip, with `ρ A = E I = L = 1` at the root. Its modes \
-            are Bessel functions of order 2. For a full cone the frequency is 8.719. The damping of the joints refers to the frequency of \
-            the beam, which the program computes by an iteration.",
-    );
     for taper in TAPERS {
         let exact = first_frequency(taper);
         let of_segments = |segments: usize| at(taper, segments, Direction::InPlane);
@@ -78,7 +67,7 @@ fn cone(_: Extent) -> Result<Trial, Failure> {
             tolerances::DIFFERENCES,
         );
     }
-    Ok(trial)
+    Ok(())
 }
 
 /// A wavy, tapered filament of length 1.
@@ -120,7 +109,9 @@ fn tip_of_beam(turn: f64) -> [f64; 2] {
     tip
 }
 
-fn curved(_: Extent) -> Result<Trial, Failure> {
+/// Tip of a wavy, tapered filament under an end moment `M`, which adds `∫ M/(E I) ds` to the
+/// relaxed angle: the integral of `(cos θ, sin θ)`.
+pub fn curved(trial: &mut Trial) -> Outcome {
     const TURNS: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
     const COARSE: usize = 100;
     const FINE: usize = 200;
@@ -136,15 +127,6 @@ fn curved(_: Extent) -> Result<Trial, Failure> {
         )?;
         Ok([x, y])
     };
-    let mut trial = Trial::new(
-        "Wavy, tapered filament under an end moment",
-        format!(
-            "A clamped filament of length L with the waviness `A = {AMPLITUDE} L`, `λ = {WAVE} L`, `ψ = {PHASE}` and `d_tip/d = {TAPER}`. \
-             A moment `M` at its tip adds `∫ M/(E I) ds` to the relaxed angle: `θ(s) = arcsin y_0'(s) + M L/(E I) [1 − (1 − (1 − {TAPER}) \
-             s/L)⁻³]/(3 ({TAPER} − 1))`, with `E I` at the root. The tip is at the integral of `(cos θ, sin θ)`. Without a moment the \
-             filament is relaxed."
-        ),
-    );
     for turn in TURNS {
         let (exact, coarse, fine) = (tip_of_beam(turn), tip(COARSE, turn)?, tip(FINE, turn)?);
         for (i, quantity) in ["x/L of the tip", "y/L of the tip"].into_iter().enumerate() {
@@ -162,14 +144,5 @@ fn curved(_: Extent) -> Result<Trial, Failure> {
         let subject = format!("M = {turn} E I/L, n = {COARSE}, {FINE}");
         trial.check_order(subject, "order of x", [coarse[0], fine[0]], exact[0]);
     }
-    let turns = [0.5, 2.0];
-    let labels = turns.map(|turn| format!("M = {turn} E I/L"));
-    let title = "Tip of a wavy, tapered filament under an end moment";
-    trial.figures.push(error_figure(
-        "validation_curved",
-        title,
-        labels,
-        |curve, segments| Ok(tip(segments, turns[curve])?[0] / tip_of_beam(turns[curve])[0] - 1.0),
-    )?);
-    Ok(trial)
+    Ok(())
 }

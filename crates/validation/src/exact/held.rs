@@ -171,7 +171,7 @@ impl Held {
         at(zero(|slope| at(slope).1, low, high)).0
     }
 
-    /// How far `circle`, an edge without friction, must move along `x` for a beam of the given
+    /// Ways by which `circle`, an edge without friction, must move along `x` for a beam of the given
     /// length to leave it: until it touches the tip, and until it slips off the tip.
     pub fn release(circle: Circle, length: f64) -> [f64; 2] {
         let [x, y] = circle.centre;
@@ -202,8 +202,8 @@ impl Held {
     }
 }
 
-#[cfg(test)]
-mod tests {
+/// Checks of the solution.
+pub mod checks {
     use super::*;
     use crate::exact::elastica::buckled_force;
 
@@ -262,8 +262,7 @@ mod tests {
         assert!(bend.abs() < 1e-10, "{held:?}: {bend}");
     }
 
-    #[test]
-    fn sharp_edges_match_quoted_numbers() {
+    pub fn sharp_edges_match_quoted_numbers() {
         for (height, angle, length, force) in [
             (0.1, 0.149521, 1.005987, 0.295713),
             (0.25, 0.367733, 1.037012, 0.687009),
@@ -286,8 +285,7 @@ mod tests {
         }
     }
 
-    #[test]
-    fn rounded_soft_edges_satisfy_the_equations() {
+    pub fn rounded_soft_edges_satisfy_the_equations() {
         let circle = Circle {
             centre: [1.0, 0.2],
             radius: 0.05,
@@ -307,8 +305,7 @@ mod tests {
         }
     }
 
-    #[test]
-    fn tips_on_curves_satisfy_the_equations() {
+    pub fn tips_on_curves_satisfy_the_equations() {
         // The paper's tool over a cylinder of 50 mm, in a bore of 300 mm; lengths in units of l_f.
         for (radius, depth, turned, slopes) in [
             (1.25, 0.025, 0.0, [-0.2, 0.0]),
@@ -329,8 +326,7 @@ mod tests {
         }
     }
 
-    #[test]
-    fn released_beams_are_in_equilibrium_until_then() {
+    pub fn released_beams_are_in_equilibrium_until_then() {
         let circle = Circle {
             centre: [0.9, 0.2],
             radius: 0.01,
@@ -352,8 +348,7 @@ mod tests {
         assert!(on_tip.slope > last_across.slope);
     }
 
-    #[test]
-    fn a_flat_surface_buckles_the_beam() {
+    pub fn a_flat_surface_buckles_the_beam() {
         // Large, but not so large that rounding of its centre shows.
         let circle = Circle {
             centre: [0.9 + 1e4, 0.0],

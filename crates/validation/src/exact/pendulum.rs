@@ -70,12 +70,11 @@ fn third_kind(amplitude: f64, m: f64, n: f64) -> f64 {
     2.0 * halves * m.ellip_pi_inc(FRAC_PI_2, n) + m.ellip_pi_inc(amplitude - halves * PI, n)
 }
 
-#[cfg(test)]
-mod tests {
+/// Checks of the solution.
+pub mod checks {
     use super::*;
 
-    #[test]
-    fn a_cone_is_a_conical_pendulum() {
+    pub fn a_cone_is_a_conical_pendulum() {
         // θ̇² = −a/cos φ keeps the height.
         let (a, height) = (9.0, -0.8);
         let pendulum = SphericalPendulum::new(a, height, (-a / height).sqrt());
@@ -91,8 +90,7 @@ mod tests {
         );
     }
 
-    #[test]
-    fn azimuth_is_the_integral_of_its_rate() {
+    pub fn azimuth_is_the_integral_of_its_rate() {
         let pendulum = SphericalPendulum::new(9.0, -0.9, 4.0);
         let (time, pieces) = (3.3 * pendulum.period(), 4000);
         let rate = |i: usize| {

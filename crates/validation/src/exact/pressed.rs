@@ -38,7 +38,7 @@ impl Pressing {
         (force / self.coefficient()).powf(2.0 / 3.0)
     }
 
-    /// The same as [`Pressing::hertz`] without the limit of a small overlap.
+    /// [`Pressing::hertz`] without the limit of a small overlap.
     pub fn crossed(self, overlap: f64, angle: f64) -> f64 {
         let least = self.reach - overlap;
         let half_width = (overlap * (self.reach + least)).sqrt();
@@ -73,8 +73,8 @@ impl Pressing {
     }
 }
 
-#[cfg(test)]
-mod tests {
+/// Checks of the solution.
+pub mod checks {
     use super::*;
 
     const PRESSING: Pressing = Pressing {
@@ -82,14 +82,12 @@ mod tests {
         reach: 1.18e-3,
     };
 
-    #[test]
-    fn the_integral_tends_to_the_law_of_hertz() {
+    pub fn the_integral_tends_to_the_law_of_hertz() {
         let ratio = |overlap: f64| PRESSING.crossed(overlap, 0.5) / PRESSING.hertz(overlap, 0.5);
         assert!((ratio(1e-5) - 1.0).abs() < 5e-3 && (ratio(1e-7) - 1.0).abs() < 1e-4);
     }
 
-    #[test]
-    fn forces_are_the_integrals() {
+    pub fn forces_are_the_integrals() {
         let (overlap, parts) = (1e-5, 2_000_000);
         let part = 2e-3 / f64::from(parts);
         let least = PRESSING.reach - overlap;
@@ -110,8 +108,7 @@ mod tests {
         );
     }
 
-    #[test]
-    fn cantilevers_are_in_equilibrium() {
+    pub fn cantilevers_are_in_equilibrium() {
         let (compliance, approach) = (1e-4, 2e-5);
         let force = PRESSING.cantilevers(compliance, approach);
         let overlap = approach - force * compliance;

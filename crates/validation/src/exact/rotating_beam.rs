@@ -133,12 +133,11 @@ fn gauss_points() -> [(f64, f64); POINTS] {
     })
 }
 
-#[cfg(test)]
-mod tests {
+/// Checks of the solution.
+pub mod checks {
     use super::*;
 
-    #[test]
-    fn frequencies_match_wright() {
+    pub fn frequencies_match_wright() {
         // Wright et al. 1982, table for a hub radius of 0.
         for (speed, first, second) in [
             (0.0, 3.5160, 22.0345),
@@ -152,8 +151,7 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_beam_at_rest_is_a_cantilever() {
+    pub fn a_beam_at_rest_is_a_cantilever() {
         let flap = RotatingBeam {
             speed: 0.0,
             hub: 3.5,
@@ -165,8 +163,7 @@ mod tests {
         }
     }
 
-    #[test]
-    fn southwells_coefficient_is_known() {
+    pub fn southwells_coefficient_is_known() {
         assert!((southwell(0.0) - 1.193).abs() < 1e-3, "{}", southwell(0.0));
         assert!(
             (southwell(1.0) - southwell(0.0) - 1.571).abs() < 1e-3,
@@ -175,8 +172,7 @@ mod tests {
         );
     }
 
-    #[test]
-    fn splay_solves_its_boundary_value_problem() {
+    pub fn splay_solves_its_boundary_value_problem() {
         // y[0, -1] of scipy.integrate.solve_bvp(lambda x, y: [y[1], y[2], y[3], speed**2 * (1 +
         // y[0])], …, tol=1e-12), SciPy 1.17.1.
         let solved = [
@@ -200,8 +196,7 @@ mod tests {
         );
     }
 
-    #[test]
-    fn a_fast_beam_is_a_rope() {
+    pub fn a_fast_beam_is_a_rope() {
         // Without stiffness and with hub 0, the first flap turns the rope as a whole at ω = Ω.
         let beam = RotatingBeam {
             speed: 50.0,

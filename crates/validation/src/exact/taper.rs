@@ -60,12 +60,11 @@ pub fn turn_by_moment(taper: f64, turn: f64, share: f64) -> f64 {
     turn * (1.0 - (1.0 + slope * share).powi(-3)) / (3.0 * slope)
 }
 
-#[cfg(test)]
-mod tests {
+/// Checks of the solution.
+pub mod checks {
     use super::*;
 
-    #[test]
-    fn frequencies_match_those_with_more_digits() {
+    pub fn frequencies_match_those_with_more_digits() {
         // Roots of the same determinant with 20 digits, by mpmath.
         for (taper, frequency) in [
             (0.1, 7.20487164865),
@@ -78,15 +77,13 @@ mod tests {
         }
     }
 
-    #[test]
-    fn the_modified_bessel_function_matches_the_table() {
+    pub fn the_modified_bessel_function_matches_the_table() {
         // Abramowitz and Stegun, table 9.11.
         assert!((modified_bessel(2.0, 2) - 0.688_948_447_698_738).abs() < 1e-13);
         assert!((modified_bessel(1.0, 3) - 0.022_168_424_924_331_9).abs() < 1e-15);
     }
 
-    #[test]
-    fn a_slight_taper_turns_as_a_uniform_beam() {
+    pub fn a_slight_taper_turns_as_a_uniform_beam() {
         assert!((turn_by_moment(1.0 + 1e-6, 2.0, 0.7) - 1.4).abs() < 1e-5);
     }
 }

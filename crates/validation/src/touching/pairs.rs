@@ -15,8 +15,7 @@ use bristle::workpiece::{Part, Plane};
 use crate::chains::{extrapolated, paper_case, worse};
 use crate::exact::held::{Circle, Held};
 use crate::exact::pressed::Pressing;
-use crate::group::{Extent, Failure};
-use crate::trial::{Axis, Curve, Figure, Look, Trial};
+use crate::trial::{Failure, Outcome, Trial};
 use crate::{sources, tolerances};
 
 /// A clamp at rest, which has come by `way` (m) since time zero, smoothly within `time` (s).
@@ -123,7 +122,7 @@ fn filament(segments: usize) -> Result<FilamentSettings, Failure> {
     Ok(paper_case(segments, 10.0, 1e-3)?.filament)
 }
 
-/// How the paper's filaments press on each other.
+/// Contact law between the paper's filaments.
 fn pressing(filament: &FilamentSettings) -> Pressing {
     Pressing {
         stiffness: PressLaw::of(&Settings::paper(10.0, 1e-3)).stiffness,
@@ -160,10 +159,15 @@ fn advance(assembly: &mut Assembly<Approaching>, end: f64, step: f64) -> Result<
     Ok(())
 }
 
-/// Numbers of contact points per segment of 1.6 mm.
-const POINTS: [usize; 5] = [8, 16, 32, 64, 128];
+/// Number of contact points per segment of 1.6 mm.
+const POINTS: usize = 128;
 
-pub fn straight(_: Extent) -> Result<Trial, Failure> {
+/// Straight filaments that come as near as `d − δ`.
+///
+/// Parallel ones press with `k_l δ` per length, crossed ones with `k_l g [2 d asinh(w/g) − 2 w]/sin
+/// α`, `g = d − δ`, `w = √(d² − g²)`. The midpoint rule must resolve the length 2 w. Its error
+/// depends on where its points lie, so that the largest error of eight places counts.
+pub fn straight(trial: &mut Trial) -> Outcome {
     const SEGMENTS: usize = 25;
     const OVERLAP: f64 = 1e-5;
     /// Places at which the filaments cross, along a part of the rule.
@@ -180,19 +184,6 @@ pub fn straight(_: Extent) -> Result<Trial, Failure> {
         let [_, _, force] = force_on(&assembly(&[below, above], points), 1);
         force
     };
-    let finest = POINTS[POINTS.len() - 1];
-    let mut trial = Trial::new(
-        "Straight filaments",
-        format!(
-            "Two of the paper's filaments with n = {SEGMENTS}, straight, with the default k_l. They come as near as d − δ, \
-            δ = {OVERLAP:e} m. Parallel ones press with `k_l δ` per length. Crossed ones press with\n\n\
-            ```text\nF = k_l g [2 d asinh(w/g) − 2 w]/sin α → (4/3) k_l √(2 d) δ^(3/2)/sin α   (δ ≪ d)\n```\n\n\
-            where `g = d − δ` and `w = √(d² − g²)`, and in one plane, where one leans away by the angle α, with about `k_l δ²/(2 α)`. The midpoint rule \
-            of N_q points per segment must resolve the length 2 w = 0.3 mm on which crossed filaments touch. How well it does depends on \
-            where its points lie: the filaments cross at {SHIFTS} places along a part of the rule, and the largest error counts."
-        ),
-    );
-    let mut curves = Vec::new();
     for (name, angle) in [("90°", FRAC_PI_2), ("30°", FRAC_PI_6)] {
         let (hertz, exact) = (
             pressing.hertz(OVERLAP, angle),
@@ -219,8 +210,8 @@ pub fn straight(_: Extent) -> Result<Trial, Failure> {
                 }
             })
         };
-        let subject = format!("crossed at {name}, N_q = {finest}, the farthest of {SHIFTS} places");
-        let computed = [hertz, exact].map(|reference| farthest(finest, reference));
+        let subject = format!("crossed at {name}, N_q = {POINTS}, the farthest of {SHIFTS} places");
+        let computed = [hertz, exact].map(|reference| farthest(POINTS, reference));
         trial.check(
             &subject,
             "F in N, δ ≪ d",
@@ -237,13 +228,6 @@ pub fn straight(_: Extent) -> Result<Trial, Failure> {
             computed[1],
             tolerances::PRESSED_INTEGRAL,
         );
-        let errors =
-            POINTS.map(|points| (points as f64, (farthest(points, exact) / exact - 1.0).abs()));
-        curves.push(Curve::new(
-            format!("crossed at {name}"),
-            Look::Joined,
-            errors,
-        ));
     }
     for points in [1, 3, 32] {
         let computed = force([0.0, 0.0, height], [1.0, 0.0, 0.0], points) / length;
@@ -263,36 +247,22 @@ pub fn straight(_: Extent) -> Result<Trial, Failure> {
     const LEAN: f64 = 1e-3;
     let exact = pressing.wedge(OVERLAP, LEAN);
     let leaning = |points: usize| force([0.0, 0.0, height], [LEAN.cos(), 0.0, LEAN.sin()], points);
-    let subject = format!("at an angle of {LEAN} in one plane, N_q = {finest}");
+    let subject = format!("at an angle of {LEAN} in one plane, N_q = {POINTS}");
     trial.check(
         subject,
         "F in N",
         exact,
         sources::PRESSED,
-        leaning(finest),
+        leaning(POINTS),
         tolerances::PRESSED_INTEGRAL,
     );
-    let errors = POINTS.map(|points| (points as f64, (leaning(points) / exact - 1.0).abs()));
-    curves.push(Curve::new(
-        "at 0.001 rad in one plane",
-        Look::Joined,
-        errors,
-    ));
-    trial.figures.push(Figure {
-        name: "validation_pressed",
-        title: "Force between straight filaments over the number of contact points".to_owned(),
-        description: "Largest errors over the number of contact points per segment, both logarithmic: crossed filaments fall from a \
-            tenth below a thousandth, filaments nearly parallel lie far below.",
-        axes: [Axis::logarithmic("contact points per segment N_q (h = 1.6 mm)"), Axis::logarithmic("largest relative error")],
-        curves,
-    });
-    Ok(trial)
+    Ok(())
 }
 
 /// Distances of the crossing from both clamps in m.
 const ARMS: [[f64; 2]; 3] = [[0.016, 0.012], [0.008, 0.006], [0.004, 0.003]];
 
-/// How much the chain yields to a force across it at the distance `arm` (m) from its root, in m/N.
+/// Compliance of the chain to a force across it at the distance `arm` (m) from its root, in m/N.
 fn compliance_of_chain(filament: &FilamentSettings, arm: f64) -> f64 {
     let chain = chain(filament, [0.0; 3]);
     let joints = chain.links.iter().enumerate().map(|(k, link)| {
@@ -352,20 +322,13 @@ fn pressed_force(
     Ok(force)
 }
 
-pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
+/// Cantilevers that cross at a right angle, one of which approaches by δ_0 after they touch:
+/// `P = δ_0/(a_1³/(3 E I) + a_2³/(3 E I) + 1/k)` with `k = P/δ` and `P = (4/3) k_l √(2 d) δ^(3/2)`.
+///
+/// A chain itself yields by `Σ (a − k h)²/c_k` over the joints k before the contact.
+pub fn cantilevers(trial: &mut Trial) -> Outcome {
     const SEGMENTS: usize = 25;
-    let approaches: &[f64] = extent.choose(&[2e-5, 1e-4], &[1e-5, 2e-5, 5e-5, 1e-4]);
-    let mut trial = Trial::new(
-        "Crossed cantilevers",
-        "Two of the paper's filaments, clamped at one end each, cross at a right angle at the distances a_1 and a_2 from their \
-            clamps, and one clamp approaches by δ_0 after they touch:\n\n\
-            ```text\nP = δ_0/(a_1³/(3 E I_1) + a_2³/(3 E I_2) + 1/k),   k = P/δ,   P = (4/3) k_l √(2 d) δ^(3/2)\n```\n\n\
-            The filaments are strongly damped (ζ = 1) and come to rest. Parts of 25 µm resolve the contact. From n = 25 and 50 the force is \
-            extrapolated to n → ∞. A chain itself yields by `Σ (a − k h)²/c_k`, over the joints k before the contact with the \
-            stiffness c_k: with this, n = 50 is compared as it is. What remains are the limit of small overlaps, and lever arms, which \
-            change as the contact lies d/2 beside each centreline.",
-    );
-    let mut curves = Vec::new();
+    const APPROACHES: [f64; 4] = [1e-5, 2e-5, 5e-5, 1e-4];
     let mut largest = 0.0;
     for arms in ARMS {
         let fine = filament(2 * SEGMENTS)?;
@@ -379,8 +342,7 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
             .map(|arm| compliance_of_chain(&fine, *arm))
             .sum::<f64>();
         let [a, b] = arms.map(|arm| 1e3 * arm);
-        let mut forces = Vec::new();
-        for &approach in approaches {
+        for approach in APPROACHES {
             let coarse = pressed_force(SEGMENTS, arms, approach, false)?;
             let computed = pressed_force(2 * SEGMENTS, arms, approach, false)?;
             let subject = format!("a = {a}, {b} mm, δ_0 = {} µm", 1e6 * approach);
@@ -407,29 +369,11 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
                 computed,
                 tolerance,
             );
-            forces.push((1e6 * approach, 1e3 * limit));
-            if approach == approaches[0] {
+            if approach == APPROACHES[0] {
                 let swapped = pressed_force(SEGMENTS, arms, approach, true)?;
                 largest = worse((swapped / coarse - 1.0).abs(), largest);
             }
         }
-        let exact = (0..=60).map(|i| 8e-6 * 10.0_f64.powf(1.2 * f64::from(i) / 60.0));
-        let exact = exact.map(|approach| {
-            (
-                1e6 * approach,
-                1e3 * pressing.cantilevers(of_beams, approach),
-            )
-        });
-        curves.push(Curve::new(
-            format!("formula, a = {a}, {b} mm"),
-            Look::Reference,
-            exact,
-        ));
-        curves.push(Curve::new(
-            format!("chains, a = {a}, {b} mm"),
-            Look::Markers,
-            forces,
-        ));
     }
     let subject = "upper filament first in memory, in another group of lanes".to_owned();
     trial.check(
@@ -440,15 +384,7 @@ pub fn cantilevers(extent: Extent) -> Result<Trial, Failure> {
         largest,
         tolerances::PLACE_IN_MEMORY,
     );
-    trial.figures.push(Figure {
-        name: "validation_cantilevers_pressed",
-        title: "Force between crossed cantilevers".to_owned(),
-        description: "Force over approach, both logarithmic, for three pairs of arms: nearly proportional for long arms, steeper for \
-            short ones, whose contact yields as much as they bend; the chains lie on the curves.",
-        axes: [Axis::logarithmic("approach δ_0 in µm"), Axis::logarithmic("force P in mN")],
-        curves,
-    });
-    Ok(trial)
+    Ok(())
 }
 
 /// Distance along `x` at which the filament lies over the other one, in m.
@@ -502,21 +438,14 @@ fn held_force(segments: usize, ratio: f64) -> Result<[f64; 2], Failure> {
     Ok([fx.hypot(fz), expected])
 }
 
-pub fn over_filament(extent: Extent) -> Result<Trial, Failure> {
-    let segments = extent.choose(25, 50);
-    let mut trial = Trial::new(
-        "Elastica over a stiff filament",
-        format!(
-            "One filament rests across another one, which is 10⁴ times as stiff and so a fixed edge of the radius d. The centreline \
-            of the first is that of the elastica over an edge at (x, y), x = {REACH} m, that touches where the stiff filament is \
-            placed: pressed in by the δ of crossed filaments at that force. The filament is let go above it, creeps to its rest \
-            (ζ = 1), and slides along the other one without friction. The force is extrapolated from two n."
-        ),
-    );
+/// Filament that rests across one 10⁴ times as stiff, a fixed edge of the radius d, which is
+/// pressed in by the δ of crossed filaments. The force is extrapolated from two n.
+pub fn over_filament(trial: &mut Trial) -> Outcome {
+    const SEGMENTS: usize = 50;
     for ratio in [0.1, 0.25, 0.5] {
         let ([coarse, expected], [fine, _]) = (
-            held_force(segments, ratio)?,
-            held_force(2 * segments, ratio)?,
+            held_force(SEGMENTS, ratio)?,
+            held_force(2 * SEGMENTS, ratio)?,
         );
         let (source, tolerance) = (sources::EDGE_ELASTICA, tolerances::HELD_BY_FILAMENT);
         trial.check(
@@ -528,5 +457,5 @@ pub fn over_filament(extent: Extent) -> Result<Trial, Failure> {
             tolerance,
         );
     }
-    Ok(trial)
+    Ok(())
 }
