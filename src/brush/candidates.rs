@@ -234,11 +234,11 @@ impl Candidates {
             nodes,
             ..
         } = self;
-        copy_filaments(positions, layout.segments, &to_body, &moved, nodes);
+        copy_filaments(positions, layout.segments, &to_body, moved, nodes);
         if is_listed {
             return;
         }
-        motion.follow(positions, layout.segments, &to_body, &moved);
+        motion.follow(positions, layout.segments, &to_body, moved);
         let gone = |now: &Lanes, then: &Lanes| {
             (0..LANES).all(|lane| now.lane(lane) - then.lane(lane) <= 0.5 * self.margin)
         };

@@ -11,6 +11,7 @@ use bristle::model::settings::BrushSettings;
 use bristle_grid::Interaction;
 use bristle_grid::brush::{Having, metric_columns};
 use bristle_store::results::keys;
+use insta::assert_snapshot;
 
 use crate::program::{
     Workspace, documented, has, ignores_interrupts, interrupt, kill, number, section, settings,
@@ -337,63 +338,25 @@ fn an_interrupted_brush_says_how_to_resume() {
 
 #[test]
 fn brushes_that_cannot_be_are_refused() {
-    let refused = |old: &str, new: &str, expected: &[&str]| {
+    let mut messages = String::new();
+    for (old, new) in [
+        ("columns = 8", "columns = 0"),
+        ("columns = 8", "colums = 8"),
+        ("rows = 1", "pattern = \"hexagonal\""),
+        ("rows = 1", "tolerance = 1.0"),
+        ("steady = false", "stiffness_n_m2 = -1.0"),
+        ("[brush]\nrows = 1\ncolumns = 8\nsteady = false\n", ""),
+        ("columns = 8", "columns = 5000"),
+        ("filament_count = 682", "filament_count = 900"),
+        ("[brush]", "[uncertainty]\nlength_std_m = 1e-4\n[brush]"),
+    ] {
         assert!(FILE.contains(old), "{old}");
         let workspace = Workspace::with(&FILE.replacen(old, new, 1));
-        workspace.refuses("brush case.toml --out out", expected);
+        let message = workspace.refused("brush case.toml --out out");
         assert!(!workspace.path("out/metrics.json").exists());
-    };
-    refused(
-        "columns = 8",
-        "columns = 0",
-        &[
-            "`brush.columns` is 0, but must be a whole number from 1",
-            "case.toml:17",
-        ],
-    );
-    refused(
-        "columns = 8",
-        "colums = 8",
-        &[
-            "unknown key `brush.colums`",
-            "did you mean `brush.columns`?",
-        ],
-    );
-    refused(
-        "rows = 1",
-        "pattern = \"hexagonal\"",
-        &["`brush.pattern` is \"hexagonal\"", "staggered"],
-    );
-    refused(
-        "rows = 1",
-        "tolerance = 1.0",
-        &["`brush.tolerance` is 1.0", "0.1"],
-    );
-    refused(
-        "steady = false",
-        "stiffness_n_m2 = -1.0",
-        &["`brush.stiffness_n_m2` is -1.0"],
-    );
-    refused(
-        "[brush]\nrows = 1\ncolumns = 8\nsteady = false\n",
-        "",
-        &["there is no section [brush]"],
-    );
-    refused(
-        "columns = 8",
-        "columns = 5000",
-        &["`brush.columns` is 5000", "682 filaments around"],
-    );
-    refused(
-        "filament_count = 682",
-        "filament_count = 900",
-        &["filaments overlap", "tool.filament_count"],
-    );
-    refused(
-        "[brush]",
-        "[uncertainty]\nlength_std_m = 1e-4\n[brush]",
-        &["`uncertainty.hold` is \"process\"", "\"machine\""],
-    );
+        messages += &format!("-- {new}\n{message}\n");
+    }
+    assert_snapshot!("brushes", messages);
     let workspace = Workspace::with(FILE);
     workspace.refuses(
         "brush case.toml --out out --memory-mib 1",

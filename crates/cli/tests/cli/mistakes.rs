@@ -1,6 +1,12 @@
-//! Natural mistakes in an input file: each message names the mistake, and says what to write.
+//! Mistakes in input files, options and tables: snapshots of the messages, with place and remedy.
 
-use crate::program::{Workspace, brush, place};
+use bristle_input::document::Document;
+use bristle_input::input_error::InputError;
+use bristle_text::columns;
+use insta::assert_snapshot;
+
+use crate::commands::{FILE as STUDY, FORCES};
+use crate::program::{Workspace, brush};
 
 const FILE: &str = concat!(
     brush!(4),
@@ -18,361 +24,270 @@ const LENGTH: &str = "length_m = 0.040";
 const SEGMENTS: &str = "segments = 4";
 const COUNT: &str = "filament_count = 10500";
 
-/// A line of the file, what a user writes instead, and what the message says.
-const REFUSED: &[(&str, &str, &[&str])] = &[
+/// A line of [`FILE`], and what a user writes instead.
+const MISTAKES: &[(&str, &str)] = &[
     // Other names.
-    (
-        VELOCITY,
-        "rpm = 530",
-        &["did you mean `process.rotational_speed_rpm`?"],
-    ),
-    (
-        VELOCITY,
-        "speed = 530",
-        &["did you mean `process.rotational_speed_rpm`?"],
-    ),
-    (
-        VELOCITY,
-        "velocity = 10",
-        &["did you mean `process.brushing_velocity_m_s`?"],
-    ),
-    (
-        VELOCITY,
-        "v_b = 10",
-        &["did you mean `process.brushing_velocity_m_s`?"],
-    ),
-    (
-        VELOCITY,
-        "rotational_speed = 530",
-        &["did you mean `process.rotational_speed_rpm`?"],
-    ),
-    (
-        DEPTH,
-        "depth = 1e-3",
-        &["did you mean `process.penetration_depth_m`?"],
-    ),
-    (
-        DEPTH,
-        "infeed = 1e-3",
-        &["did you mean `process.penetration_depth_m`?"],
-    ),
-    (
-        LENGTH,
-        "length = 0.04",
-        &["did you mean `filament.length_m`?"],
-    ),
-    (
-        "diameter_m = 1.18e-3",
-        "diameter = 1.18e-3",
-        &["did you mean `filament.diameter_m`?"],
-    ),
-    (
-        SEGMENTS,
-        "E = 3e9",
-        &["did you mean `filament.youngs_modulus_pa`?"],
-    ),
-    (
-        SEGMENTS,
-        "modulus = 3e9",
-        &["did you mean `filament.youngs_modulus_pa`?"],
-    ),
-    (
-        SEGMENTS,
-        "mu = 0.3",
-        &["did you mean `contact.friction_coefficient`?"],
-    ),
-    (
-        SEGMENTS,
-        "density = 1110",
-        &["did you mean `filament.density_kg_m3`?"],
-    ),
-    (
-        COUNT,
-        "filaments = 10500",
-        &["did you mean `tool.filament_count`?"],
-    ),
-    (
-        "body_radius_m = 0.140",
-        "radius_m = 0.14",
-        &["did you mean `tool.body_radius_m`?"],
-    ),
+    (VELOCITY, "rpm = 530"),
+    (VELOCITY, "speed = 530"),
+    (VELOCITY, "velocity = 10"),
+    (VELOCITY, "v_b = 10"),
+    (VELOCITY, "rotational_speed = 530"),
+    (DEPTH, "depth = 1e-3"),
+    (DEPTH, "infeed = 1e-3"),
+    (LENGTH, "length = 0.04"),
+    ("diameter_m = 1.18e-3", "diameter = 1.18e-3"),
+    (SEGMENTS, "E = 3e9"),
+    (SEGMENTS, "modulus = 3e9"),
+    (SEGMENTS, "mu = 0.3"),
+    (SEGMENTS, "density = 1110"),
+    (COUNT, "filaments = 10500"),
+    ("body_radius_m = 0.140", "radius_m = 0.14"),
     // Other units in the key.
-    (
-        LENGTH,
-        "length_m = 0.040\nlength_mm = 40",
-        &["length_mm", "length_m"],
-    ),
-    (LENGTH, "length_furlong = 40", &["length_furlong"]),
+    (LENGTH, "length_m = 0.040\nlength_mm = 40"),
+    (LENGTH, "length_furlong = 40"),
     // Numbers as people write them.
-    (
-        LENGTH,
-        "length_m = 0,03",
-        &[
-            "error: 0,03 has a decimal comma",
-            "write a decimal point instead of the comma: 0.03",
-        ],
-    ),
-    (
-        LENGTH,
-        "length_m = 30 mm",
-        &[
-            "error: 30 mm has a unit",
-            "without a unit, in that of the key: 0.03",
-        ],
-    ),
-    (
-        DEPTH,
-        "penetration_depth_m = 1 mm",
-        &[
-            "error: 1 mm has a unit",
-            "without a unit, in that of the key: 0.001",
-        ],
-    ),
-    (
-        SEGMENTS,
-        "youngs_modulus_pa = 3.3 GPa",
-        &["error: 3.3 GPa has a unit", "in that of the key: 3.3e9"],
-    ),
-    (
-        LENGTH,
-        "length_m = 30mm",
-        &[
-            "error: 30mm has a unit",
-            "without a unit, in that of the key: 0.03",
-        ],
-    ),
-    (
-        LENGTH,
-        "length_m = \"0.03\"",
-        &["`filament.length_m` is \"0.03\"", "without quotes: 0.03"],
-    ),
-    (
-        LENGTH,
-        "length_m = \"30 mm\"",
-        &[
-            "`filament.length_m`",
-            "without a unit, in that of the key: 0.03",
-        ],
-    ),
-    (
-        LENGTH,
-        "length_m = \"0,03\"",
-        &["`filament.length_m`", "decimal point"],
-    ),
-    (
-        LENGTH,
-        "length_m = .04",
-        &["write a digit before the decimal point: 0.04"],
-    ),
-    (
-        COUNT,
-        "filament_count = 10 500",
-        &["write the number without gaps: 10500"],
-    ),
-    (
-        SEGMENTS,
-        "segments = 4.5",
-        &["`filament.segments` is 4.5", "a whole number"],
-    ),
+    (LENGTH, "length_m = 0,03"),
+    (LENGTH, "length_m = 30 mm"),
+    (DEPTH, "penetration_depth_m = 1 mm"),
+    (SEGMENTS, "youngs_modulus_pa = 3.3 GPa"),
+    (LENGTH, "length_m = 30mm"),
+    (LENGTH, "length_m = \"0.03\""),
+    (LENGTH, "length_m = \"30 mm\""),
+    (LENGTH, "length_m = \"0,03\""),
+    (LENGTH, "length_m = .04"),
+    (COUNT, "filament_count = 10 500"),
+    (SEGMENTS, "segments = 4.5"),
     // Both, neither, or impossible.
-    (
-        COUNT,
-        "",
-        &[
-            "`tool.filament_count` is missing",
-            "filament_count = 10500.0        # number of filaments",
-            "Instead of `filament_count`: `filaments_per_m2` or `fill_factor`.",
-        ],
-    ),
-    (
-        COUNT,
-        "fill_factor = 65",
-        &[
-            "`tool.fill_factor` is 65.0",
-            "greater than 0 and of at most 1",
-        ],
-    ),
-    (
-        COUNT,
-        "filament_count = 10500\nfill_factor = 0.5",
-        &["are both given", "give one of them"],
-    ),
-    (
-        COUNT,
-        "filament_density = 5e5",
-        &["did you mean `tool.filaments_per_m2`?"],
-    ),
+    (COUNT, ""),
+    (COUNT, "fill_factor = 65"),
+    (COUNT, "filament_count = 10500\nfill_factor = 0.5"),
+    (COUNT, "filament_density = 5e5"),
     (
         VELOCITY,
         "brushing_velocity_m_s = 10.0\nrotational_speed_rpm = 530",
-        &[
-            "`process.rotational_speed_rpm` and `process.brushing_velocity_m_s` are both given",
-            "give one of them",
-        ],
     ),
-    (
-        VELOCITY,
-        "",
-        &[
-            "`process.brushing_velocity_m_s` is missing",
-            "Instead of `brushing_velocity_m_s`: `rotational_speed_rpm`.",
-        ],
-    ),
-    (
-        VELOCITY,
-        "rotational_speed_rpm = \"1200 rpm\"",
-        &[
-            "rotational_speed_rpm",
-            "without a unit, in that of the key: 1200",
-        ],
-    ),
-    (
-        VELOCITY,
-        "rotational_speed_rpm = 0",
-        &["from 0.001 to 1e7, in rpm"],
-    ),
-    (
-        VELOCITY,
-        "rotational_speed_rpm = 5e6",
-        &[
-            "`process.rotational_speed_rpm` is 5000000.0",
-            "`process.brushing_velocity_m_s`, which follows from it",
-        ],
-    ),
+    (VELOCITY, ""),
+    (VELOCITY, "rotational_speed_rpm = \"1200 rpm\""),
+    (VELOCITY, "rotational_speed_rpm = 0"),
+    (VELOCITY, "rotational_speed_rpm = 5e6"),
+    ("[tool]", "measured = 3\n[tool]"),
 ];
 
-/// A line of the file, what a user types instead, and what the warning says: the key, its value,
-/// what is usual, the likely slip.
-const UNUSUAL: &[(&str, &str, &[&str])] = &[
-    (
-        LENGTH,
-        "length_m = 30.0",
-        &[
-            "`filament.length_m` is 30 m",
-            "from 0.002 to 0.5 m",
-            "millimetres typed as metres",
-        ],
-    ),
-    (
-        "body_radius_m = 0.140",
-        "body_radius_m = 140",
-        &[
-            "`tool.body_radius_m` is 140 m",
-            "millimetres typed as metres",
-        ],
-    ),
-    (
-        SEGMENTS,
-        "segments = 1",
-        &["`filament.segments` is 1;", "from 4 to 200"],
-    ),
-    (
-        SEGMENTS,
-        "segments = 4\nyoungs_modulus_pa = 1e6",
-        &["`filament.youngs_modulus_pa` is 1e6 Pa", "MPa typed as Pa"],
-    ),
-    (
-        SEGMENTS,
-        "segments = 4\ndamping_ratio = 5",
-        &[
-            "`filament.damping_ratio` is 5;",
-            "per cent typed as a ratio",
-        ],
-    ),
-    (
-        COUNT,
-        "filament_count = 0",
-        &["`tool.filament_count` is 0;", "from 1 to 1e6"],
-    ),
-    (
-        COUNT,
-        "filament_count = 1e7",
-        &["`tool.filament_count` is 1e7;", "from 1 to 1e6"],
-    ),
-    (
-        COUNT,
-        "filament_count = 16000",
-        &["`tool.filament_count` is 16000;", "fit on the body"],
-    ),
-    (
-        "diameter_m = 1.18e-3",
-        "diameter_m = 8e-3",
-        &["`filament.diameter_m` is 0.008 m", "from 2e-5 to 0.005 m"],
-    ),
-    (
-        DEPTH,
-        "penetration_depth_m = 0.03",
-        &[
-            "`process.penetration_depth_m` is 0.03 m",
-            "far below filament.length_m = 0.04",
-        ],
-    ),
+/// A line of [`FILE`], and a value that is unusual.
+const UNUSUAL: &[(&str, &str)] = &[
+    (LENGTH, "length_m = 30.0"),
+    ("body_radius_m = 0.140", "body_radius_m = 140"),
+    (SEGMENTS, "segments = 1"),
+    (SEGMENTS, "segments = 4\nyoungs_modulus_pa = 1e6"),
+    (SEGMENTS, "segments = 4\ndamping_ratio = 5"),
+    (COUNT, "filament_count = 0"),
+    (COUNT, "filament_count = 1e7"),
+    (COUNT, "filament_count = 16000"),
+    ("diameter_m = 1.18e-3", "diameter_m = 8e-3"),
+    (DEPTH, "penetration_depth_m = 0.03"),
     (
         "[process]",
         "[contact]\nfriction_coefficient = 30\n[process]",
-        &[
-            "`contact.friction_coefficient` is 30;",
-            "per cent typed as a ratio",
-        ],
     ),
     (
         "[process]",
         "[workpiece]\nkind = \"edge\"\nedge_radius_m = 1e-3\noffset_m = -0.5\n[process]",
-        &[
-            "`workpiece.offset_m` is -0.5 m",
-            "they never touch the workpiece",
-        ],
     ),
 ];
 
-/// An option of the call, and what the message says.
-const OPTIONS: &[(&str, &[&str])] = &[
+/// A line of the file of the study, and a setting that is not allowed.
+const SETTINGS: &[(&str, &str)] = &[
+    ("body_radius_m = 0.140", "body_radius_m = 0.0"),
+    ("body_radius_m = 0.140", "body_radius_m = nan"),
+    ("width_m = 0.020", "width_m = -0.02"),
+    ("filament_count = 10500", "filament_cuont = 3"),
+    ("filament_count = 10500", "filament_count = -1"),
     (
-        "--set brush={}",
-        &[
-            "unknown key `brush`",
-            "as in --set brush.",
-            "or the section in the file",
-        ],
+        "filament_count_uncertainty = 600",
+        "filament_count_uncertainty = nan",
+    ),
+    ("width_m = 0.020", "width_m = 1\nkind = \"wheel\""),
+    ("width_m = 0.020", "width_m = 1\nfilament_angle_rad = 3.2"),
+    ("width_m = 0.020", "width_m = 1\ntilt_deg = 200"),
+    ("width_m = 0.020", "width_m = 1\nskew_rad = -4"),
+    ("width_m = 0.020", "width_m = 1\npositions = 66"),
+    (
+        "width_m = 0.020",
+        "width_m = 0.02\nkind = \"cup\"\ntilt_rad = -1.2",
     ),
     (
-        "--set =1",
-        &[
-            "an option needs a key and a value",
-            "as in --set process.rotational_speed_rpm=1200",
-        ],
+        "width_m = 0.020",
+        "width_m = 0.02\nkind = \"cup\"\nfilament_angle_deg = 100",
     ),
     (
-        "--set filament.length_m=",
-        &["an option needs a key and a value"],
+        "body_radius_m = 0.140",
+        "kind = \"cup\"\nbody_radius_m = 0.009",
     ),
-    ("--set filament.=1", &["an option needs a key and a value"]),
+    ("segments = 4", "segments = 0"),
+    ("segments = 4", "segments = -1"),
+    ("segments = 4", "segments = 401"),
+    ("segments = 4", "segments = 4.5"),
+    ("segments = 4", "segments = \"4\""),
+    ("segments = 4", "segments = 99999999999999999999"),
+    ("segments = 4", "segmnets = 4"),
+    ("length_m = 0.040", "length_m = 0"),
+    ("length_m = 0.040", "length_m = -0.04"),
+    ("length_m = 0.040", "length_m = inf"),
+    ("length_m = 0.040", "length_m = 1e999"),
+    ("length_m = 0.040", "length_m = 1979-05-27"),
+    ("length_m = 0.040", "length_m = { m = 1 }"),
+    ("length_m = 0.040", "length_m = 0.04\nlength_m = 0.05"),
+    ("diameter_m = 1.18e-3", "diameter_m = -1e-3"),
+    ("diameter_m = 1.18e-3", "diameter_m = 0.04"),
+    ("segments = 4", "density_kg_m3 = 0.0"),
+    ("segments = 4", "youngs_modulus_pa = -3e9"),
+    ("segments = 4", "damping_ratio = -0.1"),
+    ("[contact]", "[contcat]"),
+    ("[contact]", "[contact]\nstiffness_n_m = 0.0"),
+    ("[contact]", "[contact]\nexponent = 0.5"),
+    ("[contact]", "[contact]\ndamping_s_m = -1"),
+    ("[contact]", "[contact]\nradius_m = -1e-3"),
+    ("[contact]", "[contact]\nradius_m = 0.04"),
+    ("[contact]", "[contact]\nradius_m = 1e300"),
+    ("[contact]", "[contact]\nfriction_coefficient = -0.1"),
+    ("[contact]", "[contact]\nfriction_regularisation_m_s = 0"),
+    ("[workpiece]", "[[workpiece]]"),
+    ("[workpiece]", "[workpiece]\nkind = \"ball\""),
+    ("[workpiece]", "[workpiece]\nnormal = [0, 0, 1]"),
+    ("[workpiece]", "[workpiece]\nnormal = [0, 0, 0]"),
+    ("[workpiece]", "[workpiece]\nnormal = [0, nan, 0]"),
+    ("[workpiece]", "[workpiece]\nnormal = [0, 1]"),
+    ("[workpiece]", "[workpiece]\nfeed_velocity_m_s = -inf"),
+    ("brushing_velocity_m_s = 10.0", "brushing_velocity_m_s = 0"),
+    (DEPTH, "penetration_depth_m = 0.0"),
+    (DEPTH, "penetration_depth_m = -1e-3"),
+    (DEPTH, "penetration_depth_m = 0.04"),
+    (DEPTH, "penetration_depth_m = "),
+    (DEPTH, "tool_force_n = 0"),
+    (DEPTH, "tool_force_n = nan"),
+    (DEPTH, "penetration_depth_m = 1.0e-3\ntool_force_kn = 0.02"),
     (
-        "--set process.gravity_m_s2=[0,0,0,-9.8]",
-        &[
-            "`process.gravity_m_s2` is [0,0,0,-9.8]",
-            "a list of 3 numbers",
-        ],
+        DEPTH,
+        "penetration_depth_m = 1.0e-3\ngravity_m_s2 = [0, nan, 0]",
     ),
+    (DEPTH, "penetration_depth_m = 1.0e-3\ngravity_m_s2 = 9.81"),
+    (DEPTH, "penetration_depth_m = 1.0e-3\nlead_angle_rad = -0.1"),
+    (DEPTH, "penetration_depth_m = 1.0e-3\ntail_angle_rad = 6.2"),
+    ("[solver]", "[solver"),
+    ("relative_tolerance = 1e-4", "relative_tolerance = 0.1"),
+    ("relative_tolerance = 1e-4", "samples = 1"),
+];
+
+/// Sections `[workpiece]` that cannot be. EDGE stands for an edge with a radius.
+const WORKPIECES: &[&str] = &[
+    // Keys that the kind needs: the message points at the heading of the section.
+    "kind = 'edge'",
+    "kind = 'chamfer'\nedge_radius_m = 2e-4",
+    "kind = 'cylinder'",
+    "kind = 'bore'",
+    // Keys that it does not have.
+    "edge_radius_m = 2e-4",
+    "offset_m = 1e-3",
+    "side = 'entering'",
+    "radius_m = 0.1",
+    "EDGE\nchamfer_width_m = 1e-3",
+    "EDGE\nchamfer_angle_rad = 0.5",
+    "EDGE\nradius_m = 0.1",
+    "EDGE\nnormal = [1, 1, 0]",
+    "kind = 'cylinder'\nradius_m = 0.1\nincluded_angle_rad = 1.5",
+    // Values outside their ranges.
+    "EDGE\nside = 'middle'",
+    "EDGE\nincluded_angle_rad = 3.2",
+    "EDGE\noffset_m = inf",
+    "kind = 'edge'\nedge_radius_m = -1e-4",
+    // Numbers that do not fit together.
+    "kind = 'chamfer'\nchamfer_width_m = 1e-3\nedge_radius_m = 2e-3",
+    "kind = 'chamfer'\nedge_radius_m = 2e-4\nchamfer_width_m = 1e-3\nchamfer_angle_rad = 1.6",
+    "kind = 'bore'\nradius_m = 0.15",
+    "kind = 'bore'\nradius_m = 0.1795",
+];
+
+/// Sections `[study]` that cannot be.
+const WRONG_SWEEPS: &[&str] = &[
+    "brushing_velocity_m_s = []",
+    "brushing_velocity_m_s = 10.0",
+    "brushing_velocity_m_s = \"fast\"",
+    "brushing_velocity_m_s = [10.0, \"fast\"]",
+    "brushing_velocity_m_s = [10.0, nan]",
+    "brushing_velocity_m_s = [\n  10.0,\n  0.0]",
+    "brushing_velocity_m_s = { start = 1, stop = 2 }",
+    "brushing_velocity_m_s = { start = 1, stop = 2, stepp = 1 }",
+    "brushing_velocity_m_s = { start = 1, stop = 2, step = 0 }",
+    "brushing_velocity_m_s = { start = 1, stop = 2, step = -1 }",
+    "brushing_velocity_m_s = { start = 1, stop = inf, step = 1 }",
+    "brushing_velocity_m_s = { start = 1, stop = 2, step = 1e-7 }",
+    "brushing_velocity_m_s = { start = 1, stop = 2, step = 1e-300 }",
+    "\"filament.segments\" = [1.5]",
+    "\"filament.segments\" = [0]",
+    "\"filament.segmnets\" = [1]",
+    "\"tool.kind\" = [1]",
+    "filament.segments = [1]",
+    "\"process.penetration_depth_m\" = [0.01, 0.05]",
+    // The error of a relation points at one of its settings, here at the one that is not swept.
+    "\"filament.length_m\" = [0.04, 1e-3]",
+    "brushing_velocity_m_s = [10.0]\n\"process.brushing_velocity_m_s\" = [1.0]",
+    "brushing_velocity_m_s = { start = 1, stop = 1001, step = 1e-3 }",
+];
+
+/// A command, and the value of an option `--set` or another option.
+const OPTIONS: &[(&str, &str)] = &[
+    ("simulate", "process.rpm=1200"),
+    ("simulate", "rpm=1200"),
+    ("simulate", "filament.length_m"),
+    ("simulate", "filament.length_m=0,03"),
+    ("simulate", "filament.length_m=30mm"),
+    ("simulate", "filament.length_m=-1"),
+    ("simulate", "workpiece.kind=ball"),
+    ("simulate", "workpiece.normal=[0,0,1]"),
+    ("simulate", "proces.turns=2"),
     (
-        "--set process.gravity_m_s2=[0,-9.8,0,'x']",
-        &[
-            "`process.gravity_m_s2` is [0,-9.8,0,'x']",
-            "a list of 3 numbers",
-        ],
+        "simulate",
+        "process.rotational_speed_rpm=9 --set process.brushing_velocity_m_s=9",
     ),
-    (
-        "--set workpiece.normal=[0,1,0,0]",
-        &["`workpiece.normal` is [0,1,0,0]", "a list of 3 numbers"],
-    ),
-    (
-        "--figure-width 30mm",
-        &[
-            "have no room for text of 9.0 pt",
-            "help: state at least --figure-width 75mm",
-        ],
-    ),
-    ("--samples -1", &["must be a whole number"]),
+    ("study", "process.rotational_speed_rpm=9"),
+    ("study", "study.brushing_velocity_m_s=[5,-1]"),
+    ("simulate", "brush={}"),
+    ("simulate", "=1"),
+    ("simulate", "filament.length_m="),
+    ("simulate", "filament.=1"),
+    ("simulate", "process.gravity_m_s2=[0,0,0,-9.8]"),
+    ("simulate", "process.gravity_m_s2=[0,-9.8,0,'x']"),
+    ("simulate", "workpiece.normal=[0,1,0,0]"),
+    ("simulate", "--figure-width 30mm"),
+    ("simulate", "--samples -1"),
+];
+
+/// Sections `[measured]` that cannot be.
+const MEASURED: &[&str] = &[
+    "[measured]\n",
+    "[measured]\nfile = 3\n",
+    "[measured]\nfile = \"\"\n",
+    "[measured]\nfiles = \"a.csv\"\n",
+    "[measured]\nfile = \"absent.csv\"\n",
+    "[measured]\nfile = \"f.csv\"\nseparator = \"|\"\n",
+    "[measured]\nfile = \"f.csv\"\ndecimal = 1\n",
+    "[measured]\nfile = \"f.csv\"\ncolumns = \"Fz\"\n",
+    "[measured]\nfile = \"f.csv\"\ncolumns = { force = \"Fz\" }\n",
+    "[measured]\nfile = \"f.csv\"\ncolumns = { force_n = 3 }\n",
+    "[measured]\nfile = \"f.csv\"\ncolumns = { force_n = { column = \"Fz\", unit = \"lbf\" } }\n",
+    "[measured]\nfile = \"f.csv\"\ncolumns = { rotational_speed_rpm = \"n\", brushing_velocity_m_s = \"v\" }\n",
+];
+
+/// A part of [`FORCES`], and what a table has instead.
+const FORCE_CHANGES: &[(&str, &str)] = &[
+    ("force_n", "force"),
+    ("150.0", "many"),
+    ("150.0", "inf"),
+    ("0.00075", "0"),
+    (", 0.0\n", ", -1.0\n"),
+    ("20, 1.0e-3", "10, 1.0e-3"),
+    (", 10.0\n", "\n"),
+    (", ", ";"),
 ];
 
 /// What `bristle simulate` says about a file, and its exit status.
@@ -388,53 +303,96 @@ fn told(text: &str, options: &str) -> (String, Option<i32>) {
     )
 }
 
-#[test]
-fn the_message_names_the_mistake() {
-    for (right, wrong, parts) in REFUSED {
-        assert!(FILE.contains(right), "{right}");
-        let file = FILE.replacen(right, wrong, 1);
-        let (message, status) = told(&file, "");
-        assert_eq!(status, Some(2), "{wrong}\n{message}");
-        assert!(
-            message.starts_with("error: ") && !message.contains("panicked"),
-            "{wrong}\n{message}"
-        );
-        for part in *parts {
-            assert!(message.contains(part), "{wrong}: no `{part}` in\n{message}");
-        }
-        let section = if right.starts_with("filament_count") {
-            "[tool]"
-        } else {
-            "[process]"
-        };
-        let at = if wrong.is_empty() {
-            section
-        } else {
-            wrong.lines().last().expect("a line")
-        };
-        assert!(
-            message.contains(&place(&file, at)),
-            "{wrong}: no place in\n{message}"
-        );
-    }
+/// The messages with which changes of a file are refused, one below the other.
+fn messages<'c>(
+    changes: impl IntoIterator<Item = &'c (&'c str, &'c str)>,
+    refused: impl Fn(&str, &str) -> String,
+) -> String {
+    let message = |(old, new): &(&str, &str)| format!("-- {new}\n{}\n\n", refused(old, new));
+    changes.into_iter().map(message).collect()
+}
+
+/// The message of a file in which `new` stands for `old`.
+fn refused<T>(
+    file: &str,
+    [old, new]: [&str; 2],
+    read: impl Fn(&Document) -> Result<T, InputError>,
+) -> String {
+    assert!(file.contains(old), "{old}");
+    let text = file.replacen(old, new, 1);
+    let read = Document::parse(&text, "case.toml").and_then(|document| read(&document).map(drop));
+    read.expect_err(new).to_string()
 }
 
 #[test]
-fn the_message_names_the_mistake_in_an_option() {
-    for (option, parts) in OPTIONS {
-        let (message, status) = told(FILE, &format!(" {option}"));
-        assert_eq!(status, Some(2), "{option}\n{message}");
-        assert!(
-            message.starts_with("error: ") && !message.contains("did you mean"),
-            "{option}\n{message}"
-        );
-        for part in *parts {
-            assert!(
-                message.contains(part),
-                "{option}: no `{part}` in\n{message}"
-            );
-        }
-    }
+fn mistakes_are_named_with_their_place() {
+    let refused = |old: &str, new: &str| refused(FILE, [old, new], |own| own.settings());
+    assert_snapshot!("mistakes", messages(MISTAKES, refused));
+    let (message, status) = told(&FILE.replacen(LENGTH, "length_m = 0,03", 1), "");
+    assert!(
+        status == Some(2) && message.starts_with("error: 0,03"),
+        "{message}"
+    );
+}
+
+#[test]
+fn settings_that_are_not_allowed_are_named_with_their_place() {
+    let refused = |old: &str, new: &str| refused(STUDY, [old, new], |own| own.settings());
+    assert_snapshot!("settings", messages(SETTINGS, refused));
+    let edge = "kind = 'edge'\nedge_radius_m = 2e-4";
+    let section = |lines: &str| format!("[workpiece]\n{}\n", lines.replace("EDGE", edge));
+    let workpieces: String = WORKPIECES
+        .iter()
+        .map(|lines| format!("{}\n\n", refused("[workpiece]\n", &section(lines))))
+        .collect();
+    assert_snapshot!("workpieces", workpieces);
+}
+
+#[test]
+fn sweeps_that_cannot_be_are_named_with_their_place() {
+    let sweeps = &STUDY[STUDY.find("brushing_velocity_m_s = [").expect("a sweep")..];
+    let refused = |new: &str| refused(STUDY, [sweeps, new], |own| own.study());
+    let messages = WRONG_SWEEPS
+        .iter()
+        .map(|new| format!("{}\n\n", refused(new)));
+    assert_snapshot!("sweeps", messages.collect::<String>());
+}
+
+#[test]
+fn options_that_cannot_be_are_named() {
+    let sweeps = "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n";
+    let directory = Workspace::with(&format!("{FILE}{sweeps}"));
+    let refused = |command: &str, option: &str| {
+        let set = if option.starts_with("--") {
+            ""
+        } else {
+            "--set"
+        };
+        let call = format!("{command} case.toml --out results {set} {option}");
+        let message = directory.refused(&call);
+        assert!(!directory.path("results").exists());
+        message
+    };
+    assert_snapshot!("options", messages(OPTIONS, refused));
+}
+
+#[test]
+fn measured_forces_that_cannot_be_are_named_with_their_place() {
+    let directory = Workspace::new();
+    let refused = |section: &str| {
+        directory.write("case.toml", format!("{STUDY}\n{section}"));
+        let message = directory.refused("study case.toml --out results");
+        assert!(!directory.path("results").exists());
+        message
+    };
+    let forces = |old: &str, new: &str| {
+        assert!(FORCES.contains(old), "{old}");
+        directory.write("forces.csv", FORCES.replacen(old, new, 1));
+        refused("[measured]\nfile = \"forces.csv\"\n")
+    };
+    let sections = MEASURED.iter().map(|section| refused(section) + "\n");
+    let sections = sections.collect::<String>() + &messages(FORCE_CHANGES, forces);
+    assert_snapshot!("measured", sections);
 }
 
 #[test]
@@ -486,26 +444,17 @@ fn equal_values_of_a_sweep_are_told() {
 #[test]
 fn what_is_unusual_is_told_and_refused_if_asked() {
     let tables = FILE.to_owned() + "[solver]\nrelative_tolerance = 1e-3\n";
-    for (usual, unusual, parts) in UNUSUAL {
-        let file = tables.replacen(usual, unusual, 1);
-        let (message, status) = told(&file, " --strict");
+    let mut messages = String::new();
+    for (usual, unusual) in UNUSUAL {
+        let (message, status) = told(&tables.replacen(usual, unusual, 1), " --strict");
         assert_eq!(status, Some(2), "{unusual}\n{message}");
-        let refused = message.replace("\n         ", " ");
-        assert!(
-            refused.starts_with("error: case.toml: --strict refuses"),
-            "{unusual}\n{message}"
-        );
-        for part in *parts {
-            assert!(
-                refused.contains(part),
-                "{unusual}: no `{part}` in\n{message}"
-            );
-        }
-        assert!(
-            message.lines().all(|line| line.chars().count() <= 80),
-            "{message}"
-        );
+        messages += &format!("-- {unusual}\n{message}\n");
     }
+    assert!(
+        messages.lines().all(|line| columns(line) <= 80),
+        "{messages}"
+    );
+    assert_snapshot!("unusual_values", messages);
     // Without the option it is a warning.
     let (message, status) = told(
         &tables.replacen("filament_count = 10500", "filament_count = 16000", 1),

@@ -42,8 +42,10 @@ const CALLS: [(&str, &[i32]); 9] = [
 /// Tests a property on values of a strategy, the same ones in each run. PROPTEST_CASES and
 /// PROPTEST_RNG_SEED ask for others.
 fn for_all<S: Strategy>(cases: u32, strategy: S, test: impl Fn(S::Value)) {
-    let mut config = ProptestConfig::default();
-    config.failure_persistence = None;
+    let mut config = ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    };
     if std::env::var_os("PROPTEST_CASES").is_none() {
         config.cases = cases;
     }

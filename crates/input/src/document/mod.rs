@@ -1279,7 +1279,9 @@ impl<'t> Document<'t> {
             let others = PARAMETERS
                 .iter()
                 .filter(is_other)
-                .map(|parameter| format!(", `{}`", parameter.key()));
+                .map(|parameter| format!("`{}`", parameter.key()))
+                .filter(|key| !expected.contains(key))
+                .map(|key| format!(", {key}"));
             let material = if section == FILAMENT {
                 format!(", `{MATERIAL_KEY}`")
             } else {
