@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from os import PathLike
 
-from bristle import _arguments as arguments
-from bristle import _bristle
+from bristle import _arguments as arguments, _bristle
 from bristle._errors import warn_of
 from bristle._progress import TellCases, of_cases
 from bristle._settings import Section, Settings, checked_study
@@ -19,23 +19,21 @@ except ModuleNotFoundError:
 
 __all__ = ["study", "ClusterError"]
 
-_MAX_CASES_PER_TASK = 64
-"""Enough to keep the eight lanes of a thread full."""
+_MAX_CASES_PER_TASK = 64  # Enough to keep the eight lanes of a thread full.
 
 
 class ClusterError(RuntimeError):
     """A cluster that cannot finish a study. The text says why, and what to do."""
 
 
-@lru_cache(maxsize=4)
-def _cases_of(settings: Settings) -> _bristle.Cases:
-    return _bristle.Cases(settings._input)
+_cases_of: Callable[[Settings], _bristle.Cases] = lru_cache(maxsize=4)(
+    lambda settings: _bristle.Cases(settings._input)
+)
 
 
 def _simulate(cases: list[int], settings: Settings) -> tuple[str, str]:
     """Returns the journal of some cases, and the address of the worker."""
-    worker = get_worker()
-    key = worker.get_current_task()
+    key = (worker := get_worker()).get_current_task()
 
     def stop_if_cancelled() -> None:
         task = worker.state.tasks.get(key)
@@ -91,7 +89,6 @@ def study(
     if client.asynchronous:
         raise TypeError("the client is asynchronous: use a Client(…) that is not")
     retries = arguments.whole("retries", retries, 0)
-    memory_bytes = arguments.whole_or_none("memory_bytes", memory_bytes, 0)
     settings = swept(settings, sweep)
     run = pending(
         settings,
@@ -99,14 +96,13 @@ def study(
         out=out,
         restart=restart,
         threads=1,
-        memory_bytes=memory_bytes,
+        memory_bytes=arguments.whole_or_none("memory_bytes", memory_bytes, 0),
     )
     with run as gathered, of_cases(progress) as tell:
         cases = [case for case, _, _ in gathered.waiting()]
-        threads = max(sum(client.nthreads().values()), 1)
         # Four tasks for each thread, so that one that is early finds another.
-        size = min(max(len(cases) // (4 * threads), 1), _MAX_CASES_PER_TASK)
-        size = 1 if gathered.has_brush() else size
+        share = len(cases) // (4 * max(sum(client.nthreads().values()), 1)) + 1
+        size = 1 if gathered.has_brush() else min(share, _MAX_CASES_PER_TASK)
         chunks = [cases[first : first + size] for first in range(0, len(cases), size)]
         futures = client.map(_simulate, chunks, settings=settings, retries=retries, pure=False)
         try:
