@@ -34,8 +34,8 @@ fn built_in(segments: usize, motion: Motion) -> Vec<Kernel> {
 
 fn assert_agreement(expected: &[Kernel], name: &str) {
     let found = committed(name);
-    let deviations =
-        compare(expected, &found.kernels, STATES, States::All, 1).expect("they compute the same things");
+    let deviations = compare(expected, &found.kernels, STATES, States::All, 1)
+        .expect("they compute the same things");
     for deviation in deviations {
         assert!(deviation.largest <= TOLERANCE, "{name}: {deviation:?}");
     }
@@ -57,8 +57,5 @@ fn casadi_derives_the_same_whole_equations() {
 
 #[test]
 fn casadi_derives_the_same_kernels_and_tangents() {
-    assert_agreement(
-        &kernels().expect("the derivation is sound"),
-        "kernels.json",
-    );
+    assert_agreement(&kernels().expect("the derivation is sound"), "kernels.json");
 }
