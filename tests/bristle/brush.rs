@@ -18,7 +18,7 @@ use bristle::model::settings::{
 use bristle::simulation::simulate;
 use serde::Deserialize;
 
-use crate::common::{Stated, cases, difference, edge, number, with};
+use crate::common::{Stated, cases, difference, edge, metric, number, with};
 
 /// A case of `tests/data/reference_row.json`.
 #[derive(Deserialize)]
@@ -28,6 +28,15 @@ struct Reference {
     friction_at: Option<String>,
     /// The metrics of each.
     filaments: Vec<Stated>,
+    /// Pairs of columns with the impulse between them.
+    #[serde(default)]
+    neighbours: Vec<Neighbours>,
+}
+
+#[derive(Deserialize)]
+struct Neighbours {
+    columns: [usize; 2],
+    normal_impulse_n_s: f64,
 }
 
 /// The errors of the metrics of a filament, relative to a scale that fits each.
@@ -36,8 +45,15 @@ fn errors(metrics: &Metrics, stated: &Stated) -> [f64; 5] {
     [
         ("contact_normal_impulse_n_s", impulse),
         ("contact_impulse_x_n_s", impulse),
-        ("friction_work_j", impulse * 10.0),
-        ("max_tip_deflection_m", 0.04),
+        // Without friction there is none.
+        (
+            "friction_work_j",
+            number(stated, "friction_work_j").max(f64::MIN_POSITIVE),
+        ),
+        (
+            "max_tip_deflection_m",
+            number(stated, "max_tip_deflection_m"),
+        ),
         ("contact_time_s", 10.0 * number(stated, "contact_time_s")),
     ]
     .map(|(key, scale)| difference(metrics, stated, key, scale).1)
@@ -89,17 +105,20 @@ fn impulses(result: &BrushResult) -> Vec<f64> {
 fn rows_are_those_of_an_independent_code() {
     // Other columns bounce so often that the reference itself is known to 1e-6 only, and short
     // steps do not resolve each impact.
-    let tolerance = |case: &Reference| {
+    // Whether some bounces occur depends on rounding and step: one bounce less changes the impulse
+    // between two filaments by 6e-3 of all.
+    let tolerances = |case: &Reference| {
         if case.name.contains("Hertz") {
-            5e-3
+            [5e-3, 1e-2]
         } else {
-            1e-3
+            [1e-3; 2]
         }
     };
     for case in references()
         .iter()
         .filter(|case| case.friction_at.as_deref() != Some("centrelines"))
     {
+        let [of_filament, of_pair] = tolerances(case);
         let result = simulated(&with(&case.input, |brush| brush.tolerance = 1e-4));
         for (column, (filament, expected)) in
             result.filaments.iter().zip(&case.filaments).enumerate()
@@ -107,8 +126,28 @@ fn rows_are_those_of_an_independent_code() {
             let errors = errors(&filament.metrics, expected);
             let name = (&case.name, case.input.process.brushing_velocity_m_s, column);
             assert!(
-                errors.iter().all(|error| *error < tolerance(case)),
+                errors.iter().all(|error| *error < of_filament),
                 "{name:?}: {errors:?}"
+            );
+        }
+        let whole: f64 = case
+            .neighbours
+            .iter()
+            .map(|pair| pair.normal_impulse_n_s)
+            .sum();
+        for pair in &case.neighbours {
+            let found = result
+                .pairs
+                .iter()
+                .find(|found| [found.filament[0], found.other[0]] == pair.columns)
+                .map_or(0.0, |found| found.impulse_n_s);
+            let error = (found - pair.normal_impulse_n_s).abs();
+            // Filaments that do not touch must not press at all.
+            assert!(
+                error <= of_pair * whole,
+                "{}, {:?}: {found}",
+                case.name,
+                pair.columns
             );
         }
     }
@@ -240,10 +279,20 @@ fn a_sample_says_how_certain_the_mean_of_differing_filaments_is() {
 
 #[test]
 fn filaments_too_far_apart_to_touch_are_those_of_single_passes() {
-    let settings = with(&row(10, 150.0, 3), |brush| brush.tolerance = 3e-5);
+    let mut settings = with(&row(10, 150.0, 3), |brush| brush.tolerance = 3e-5);
+    settings.contact.friction_coefficient = 0.2;
     let alone = simulate(&settings).expect("a pass").metrics;
     let result = simulated(&settings);
     for filament in &result.filaments {
+        for key in [
+            "max_tip_deflection_m",
+            "peak_contact_normal_force_n",
+            "contact_time_s",
+            "friction_work_j",
+        ] {
+            let ratio = metric(&filament.metrics, key) / metric(&alone, key);
+            assert!((ratio - 1.0).abs() < 1e-3, "{key}: {ratio}");
+        }
         let ratio = filament.metrics.contact_normal_impulse_n_s / alone.contact_normal_impulse_n_s;
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
         assert_eq!(filament.metrics.contact_count, alone.contact_count);

@@ -1,6 +1,5 @@
-//! Is it physics? The result of a pass that is planar by symmetry depends on the settings and on
-//! nothing else: not on how the set-up is turned about `z` or mirrored, nor, beyond the tolerance,
-//! on the tolerance.
+//! Is it physics? A pass that is planar by symmetry stays planar, and its mirror image has the same
+//! metrics. `tests/agreement` turns set-ups about `z` and changes the tolerance.
 
 use crate::common::{AnyTool, AnyWorkpiece, pass_with, side_by_side};
 use bristle::equations::Clamp;
@@ -11,7 +10,6 @@ use bristle::simulation::{Form, Pass, Sampling, Simulation, simulate_with_histor
 use bristle::tool::{RotaryTool, Tool};
 use bristle::workpiece::{Plane, Workpiece};
 use fastrand::Rng;
-use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
 /// Number of random settings.
@@ -151,41 +149,6 @@ fn assert_close(
     }
 }
 
-#[test]
-fn turning_the_set_up_about_z_changes_nothing() {
-    let mut rng = Rng::with_seed(15);
-    let angles: Vec<f64> = DRAWN.0.iter().map(|_| TAU * rng.f64()).collect();
-    let turned = DRAWN
-        .0
-        .iter()
-        .zip(&angles)
-        .map(|(settings, angle)| Pass::new(&turn(settings, *angle)));
-    let found = metrics(turned.collect());
-    let found: Vec<Metrics> = found
-        .iter()
-        .zip(&angles)
-        .map(|(metrics, angle)| image(metrics, |vector| turned_by(vector, -angle), 1.0))
-        .collect();
-    // Roundings change the steps after an event, each of which has an error of the tolerance, 1e-6,
-    // or less. Rounding shifts the short contacts of grazing nodes, of which hard contacts have
-    // hundreds.
-    assert_same(&found, [1e-5, 5e-5]);
-}
-
-/// The set-up turned by `angle` (rad).
-fn turn(settings: &Settings, angle: f64) -> Settings {
-    let turn = |vector| turned_by(vector, angle);
-    let mut turned = settings.clone();
-    turned.workpiece.kind = WorkpieceKind::plane(turn(settings.workpiece.kind.normal()));
-    turned.process.gravity_m_s2 = turn(settings.process.gravity_m_s2);
-    turned
-}
-
-fn turned_by([x, y, z]: [f64; 3], angle: f64) -> [f64; 3] {
-    let (sin, cos) = angle.sin_cos();
-    [cos * x - sin * y, sin * x + cos * y, z]
-}
-
 /// The mirror image of a round tool at `x = 0`, which turns the other way.
 #[derive(Clone, Copy)]
 struct Mirrored {
@@ -251,18 +214,6 @@ fn a_mirror_image_has_the_same_metrics() {
         .collect();
     // Rounding shifts the short contacts of grazing nodes, of which hard contacts have hundreds.
     assert_same(&found, [1e-5, 5e-5]);
-}
-
-#[test]
-fn a_tighter_tolerance_changes_no_more_than_the_tolerance_explains() {
-    let tighter = DRAWN.0.iter().map(|settings| {
-        let mut settings = settings.clone();
-        settings.solver.relative_tolerance /= 10.0;
-        Pass::new(&settings)
-    });
-    // The tolerance of one step is 1e-6; a pass has some hundred, and single contacts of grazing
-    // nodes are short.
-    assert_same(&metrics(tighter.collect()), [1e-3, 2e-2]);
 }
 
 #[test]

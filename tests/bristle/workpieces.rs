@@ -239,6 +239,13 @@ fn energy_is_conserved_over_edges_and_curved_faces() {
             + end.integrals[integral::CONTACT_DISSIPATION];
         let error = (work - taken - rise).abs() / (work.abs() + taken);
         assert!(error < tolerance::ENERGY_BALANCE, "{error:e}: {settings:?}");
+        // Without contact damping, friction takes all that the contact takes.
+        let [friction, contact] =
+            [integral::FRICTION_WORK, integral::CONTACT_DISSIPATION].map(|key| end.integrals[key]);
+        assert!(
+            (friction - contact).abs() <= 1e-9 * taken,
+            "{friction:e} {contact:e}"
+        );
     }
 }
 
