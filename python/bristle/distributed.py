@@ -19,7 +19,7 @@ except ModuleNotFoundError:
 
 __all__ = ["study", "ClusterError"]
 
-_MAX_CASES_PER_TASK = 64  # Enough to keep the eight lanes of a thread full.
+_MAX_CASES_PER_TASK = 64  # Dask takes a millisecond per task, a pass takes several.
 
 
 class ClusterError(RuntimeError):
