@@ -30,9 +30,13 @@ site *arguments:
 figure:
     cargo run --release -p bristle-report --example figure
 
-# Attack everything that Bristle reads with damaged files, so many times as long as the tests do
-attack times='100' seed='1':
-    cargo test --release -p bristle-cli --test attack -- --times {{times}} --seed {{seed}}
+# Draw so many random input files and calls instead of those of the tests
+properties cases='20000' seed='7':
+    PROPTEST_CASES={{cases}} PROPTEST_RNG_SEED={{seed}} cargo test --release -p bristle-cli --test cli -- random_input::
+
+# Fuzz a reader on the installed compiler; see fuzz/README.md
+fuzz target='graph' seconds='60':
+    fuzz/run {{target}} {{seconds}}
 
 # Simulate pairs of random brushes that must have the same results, so many times as many as the tests do
 agreement times='100' seed='1':
