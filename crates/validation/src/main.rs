@@ -48,14 +48,29 @@ use trial::{Outcome, Trial};
 type Entry = (&'static str, fn(&mut Trial) -> Outcome);
 
 /// Trials that run with all tests, in seconds of processor time.
-const QUICK: &[Entry] = &[];
-
-/// Trials that run with `--full` only. The last ones take longest.
-const FULL: &[Entry] = &[
+const QUICK: &[Entry] = &[
     ("elastica under a tip load", statics::tip_load),
     ("circle under an end moment", statics::end_moment),
     ("filament under its weight", statics::hanging),
-    ("buckled elastica in a slow pass", statics::buckled),
+    ("spherical pendulum", invariants::spherical_pendulum),
+    ("restitution of impacts", impact::restitutions),
+    ("impacts without damping", impact::elastic),
+    ("sliding to rest", impact::sliding),
+    ("energy of passes", contact::energy),
+    ("momentum of passes", contact::impulse),
+    ("splay of cups", poses::splayed),
+    ("straight filaments that touch", touching::pairs::straight),
+    ("pass by CVODES", peers::cvodes),
+    ("paper: tip deflection", paper::deflection),
+    ("paper: contact time", paper::contact_time),
+    ("paper: contact time ratio", paper::tier),
+    ("paper: impulse", paper::impulse),
+    ("paper: tool force", paper::tool_force),
+    ("paper: magnitude", paper::magnitude),
+];
+
+/// Further trials, which run with `--full` only. The last ones take longest.
+const FULL: &[Entry] = &[
     ("frequencies of a cantilever", vibration::cantilever),
     ("damping ratio of the first mode", vibration::damping),
     ("hanging chain", vibration::hanging_chain),
@@ -66,42 +81,28 @@ const FULL: &[Entry] = &[
         rotation::frequencies,
     ),
     ("spin-up of a beam", rotation::spin_up),
-    ("free motion in space", invariants::conservation),
-    ("spherical pendulum", invariants::spherical_pendulum),
     ("time reversal", invariants::reversal),
-    ("restitution of impacts", impact::restitutions),
-    ("impacts without damping", impact::elastic),
-    ("sliding to rest", impact::sliding),
-    ("energy of passes", contact::energy),
-    ("momentum of passes", contact::impulse),
     ("number of samples", contact::independence),
-    ("convergence in n", contact::segments),
     ("convergence in the tolerance", contact::tolerance),
     ("contact stiffness", contact::stiffness),
-    ("elastica over an edge", edges::over_edge),
     ("filament that slips off an edge", edges::release),
-    ("elastica on curved faces", edges::curves),
     ("passes over edges by CVODES", edges::passes),
-    ("splay of cups", poses::splayed),
-    ("cups pressed flat", poses::flat),
-    ("straight filaments that touch", touching::pairs::straight),
     ("crossed cantilevers", touching::pairs::cantilevers),
     ("elastica over a filament", touching::pairs::over_filament),
     ("row of three by CVODES", touching::rows::cvodes),
-    ("row of six by MuJoCo", touching::rows::mujoco),
-    ("energy of a row", touching::rows::balance),
     ("angular momentum of a row", touching::rows::momentum),
-    ("steady stretch of a row", touching::convergence::steady),
-    ("pass by CVODES", peers::cvodes),
     ("pass by MuJoCo", peers::mujoco),
     ("pass by Exudyn", peers::ancf),
-    ("paper: tip deflection", paper::deflection),
-    ("paper: contact time", paper::contact_time),
-    ("paper: contact time ratio", paper::tier),
-    ("paper: impulse", paper::impulse),
-    ("paper: tool force", paper::tool_force),
     ("paper: number of segments", paper::segments),
-    ("paper: magnitude", paper::magnitude),
+    ("convergence in n", contact::segments),
+    ("free motion in space", invariants::conservation),
+    ("cups pressed flat", poses::flat),
+    ("energy of a row", touching::rows::balance),
+    ("row of six by MuJoCo", touching::rows::mujoco),
+    ("elastica over an edge", edges::over_edge),
+    ("buckled elastica in a slow pass", statics::buckled),
+    ("elastica on curved faces", edges::curves),
+    ("steady stretch of a row", touching::convergence::steady),
 ];
 
 /// Arguments of the command line. Those that `cargo test` passes to all test programs are ignored.
