@@ -274,7 +274,6 @@ pub fn stage_at(stages: &[Stage], turns: f64) -> Stage {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
 
     use serde::Deserialize;
 
@@ -367,33 +366,6 @@ mod tests {
                 assert!((found / turns - 1.0).abs() < 1e-4, "{found} {turns}");
             }
         }
-    }
-
-    /// What is cut off a corner, by Simpson's rule across its bisector.
-    #[test]
-    fn the_area_is_that_between_corner_and_arc() {
-        for degrees in [30.0, 60.0, 90.0, 120.0, 150.0_f64] {
-            let half = degrees.to_radians() / 2.0;
-            let tangent = half.cos();
-            let gap = |x: f64| (1.0 / half.sin() - x / half.tan()) - (1.0 - x * x).sqrt();
-            const PARTS: usize = 20_000;
-            let sum: f64 = (0..=PARTS)
-                .map(|i| {
-                    let weight = if i == 0 || i == PARTS {
-                        1.0
-                    } else {
-                        2.0 + 2.0 * (i % 2) as f64
-                    };
-                    weight * gap(tangent * i as f64 / PARTS as f64)
-                })
-                .sum();
-            let area = 2.0 * sum * tangent / PARTS as f64 / 3.0;
-            assert!(
-                (area / area_factor(2.0 * half) - 1.0).abs() < 1e-6,
-                "{degrees}: {area}"
-            );
-        }
-        assert!((area_factor(PI / 2.0) - (1.0 - PI / 4.0)).abs() < 1e-15);
     }
 
     #[test]

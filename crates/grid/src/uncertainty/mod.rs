@@ -851,28 +851,6 @@ mod tests {
         );
     }
 
-    /// On average over seeds, bands of few tools are as wide as those of many.
-    #[test]
-    fn bands_of_few_tools_are_as_wide() {
-        let width = |seed: u32| {
-            let mut forces: Vec<f64> = (0..128)
-                .map(|index| standard_normal(index, 0, seed) * 2.0)
-                .collect();
-            forces
-                .iter_mut()
-                .enumerate()
-                .for_each(|(index, force)| *force += standard_normal(index as u32, 1, seed));
-            forces.sort_by(f64::total_cmp);
-            quantile(&forces, BAND[1]) - quantile(&forces, BAND[0])
-        };
-        let mean = (0..400).map(width).sum::<f64>() / 400.0;
-        let expected = 2.0 * 1.959_964 * 5.0_f64.sqrt();
-        assert!(
-            (mean / expected - 1.0).abs() < 0.015,
-            "{mean}, not {expected}"
-        );
-    }
-
     #[test]
     fn quantiles_are_interpolated() {
         let found = [0.0, 0.125, 0.25, 0.5, 0.625, 0.875, 1.0]
