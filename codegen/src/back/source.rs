@@ -1,35 +1,8 @@
-//! What the forms for programs share: origin, errors, and operations.
+//! What the forms for programs share: origin and operations.
 
 use crate::back::json::fingerprint;
 use crate::ir::graph::Node;
 use crate::ir::kernel::Kernel;
-
-/// Why a kernel cannot be emitted.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum EmitError {
-    /// An output needs a symbol that no input provides.
-    #[error("kernel `{kernel}` uses `{symbol}`, which is not one of its inputs")]
-    UnboundSymbol {
-        /// Name of the kernel.
-        kernel: String,
-        /// Name of the symbol.
-        symbol: String,
-    },
-    /// A constant is infinite or not a number.
-    #[error("kernel `{kernel}` holds the constant {value}, which is not finite")]
-    NonFiniteConstant {
-        /// Name of the kernel.
-        kernel: String,
-        /// The constant.
-        value: String,
-    },
-    /// The expressions cannot be written as JSON, on which their fingerprint is based.
-    #[error("the expressions have no fingerprint: {0}")]
-    Fingerprint(String),
-    /// The tokens are not valid Rust: a defect of the emitter.
-    #[error("the emitted code does not parse: {0}")]
-    Syntax(String),
-}
 
 /// How many operations a kernel takes; a shared one counts once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -104,13 +77,9 @@ pub struct Origin<'a> {
 
 /// The header: origin, fingerprint of the expressions, and operations. Each line is a comment after
 /// `mark`.
-pub(crate) fn header(
-    kernels: &[Kernel],
-    origin: Origin<'_>,
-    mark: &str,
-) -> Result<String, EmitError> {
-    let fingerprint =
-        fingerprint(kernels).map_err(|error| EmitError::Fingerprint(error.to_string()))?;
+pub(crate) fn header(kernels: &[Kernel], origin: Origin<'_>, mark: &str) -> Result<String, String> {
+    let fingerprint = fingerprint(kernels)
+        .map_err(|error| format!("the expressions have no fingerprint: {error}"))?;
     let operations: usize = kernels
         .iter()
         .map(|kernel| count_operations(kernel).total())

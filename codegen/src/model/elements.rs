@@ -13,7 +13,7 @@ use crate::model::chain::{
     vector_symbol,
 };
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
-use crate::passes::dimension::{self, DimensionError};
+use crate::passes::dimension;
 use crate::passes::normal_form::{Style, normalise};
 
 /// Unit of a joint's torque.
@@ -39,7 +39,7 @@ impl Derivation {
         summary: &str,
         style: Option<Style<'_>>,
         inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
-    ) -> Result<Kernel, DimensionError> {
+    ) -> Result<Kernel, String> {
         let Self {
             mut graph,
             mut outputs,
@@ -69,7 +69,7 @@ impl Derivation {
         summary: &str,
         style: Option<Style<'_>>,
         inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
-    ) -> Result<Kernel, DimensionError> {
+    ) -> Result<Kernel, String> {
         let place = match motion {
             Motion::Spatial => "",
             Motion::Planar => "\nFor motion in the plane of rotation, where `φ = π/2` and `q = θ`.",
@@ -558,7 +558,7 @@ pub(super) fn tangent_kernel(
     (graph, rows): Tangent,
     blocks: &[(&str, &str)],
     inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
-) -> Result<Kernel, DimensionError> {
+) -> Result<Kernel, String> {
     let sides = blocks.len().isqrt();
     let size = rows.len() / sides;
     let torques = if size == 1 { "torque" } else { "torques" };

@@ -37,14 +37,13 @@ use crate::model::elements::{
 };
 use crate::model::lateral;
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
-use crate::passes::dimension::DimensionError;
 use crate::passes::normal_form::Style;
 
 /// Kernels for motion in space, in the order in which the solver uses them.
 ///
 /// # Errors
 /// If a term of the derivation makes no physical sense.
-pub fn spatial_kernels() -> Result<Vec<Kernel>, DimensionError> {
+pub fn spatial_kernels() -> Result<Vec<Kernel>, String> {
     let mut kernels = of_motion(Motion::Spatial)?;
     kernels.extend([
         joint_about_x()?,
@@ -61,7 +60,7 @@ pub fn spatial_kernels() -> Result<Vec<Kernel>, DimensionError> {
 ///
 /// # Errors
 /// If a term of the derivation makes no physical sense.
-pub fn planar_kernels() -> Result<Vec<Kernel>, DimensionError> {
+pub fn planar_kernels() -> Result<Vec<Kernel>, String> {
     let mut kernels = of_motion(Motion::Planar)?;
     kernels.extend(lateral::kernels()?);
     Ok(kernels)
@@ -71,13 +70,13 @@ pub fn planar_kernels() -> Result<Vec<Kernel>, DimensionError> {
 ///
 /// # Errors
 /// If a term of the derivation makes no physical sense.
-pub fn kernels() -> Result<Vec<Kernel>, DimensionError> {
+pub fn kernels() -> Result<Vec<Kernel>, String> {
     let mut kernels = spatial_kernels()?;
     kernels.extend(planar_kernels()?);
     Ok(kernels)
 }
 
-fn of_motion(motion: Motion) -> Result<Vec<Kernel>, DimensionError> {
+fn of_motion(motion: Motion) -> Result<Vec<Kernel>, String> {
     let derivations = [
         segment,
         segment_tangent,
@@ -95,7 +94,7 @@ fn of_motion(motion: Motion) -> Result<Vec<Kernel>, DimensionError> {
         .collect()
 }
 
-fn segment(motion: Motion) -> Result<Kernel, DimensionError> {
+fn segment(motion: Motion) -> Result<Kernel, String> {
     let mut free = FreeSegment::new(motion);
     let moving = free.rates_of_coordinates();
     let [coordinates, rates_of] = free.variables();
@@ -164,7 +163,7 @@ fn segment(motion: Motion) -> Result<Kernel, DimensionError> {
     })
 }
 
-fn segment_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
+fn segment_tangent(motion: Motion) -> Result<Kernel, String> {
     let InverseDynamics {
         mut free,
         accelerations,
@@ -241,7 +240,7 @@ fn segment_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
     )
 }
 
-fn segment_energy(motion: Motion) -> Result<Kernel, DimensionError> {
+fn segment_energy(motion: Motion) -> Result<Kernel, String> {
     let free = FreeSegment::new(motion);
     let mut graph = free.graph;
     let base = vector_symbol(&mut graph, "base_position", "x", Unit::METRE);
@@ -314,7 +313,7 @@ fn torques_kernel(
     mut joint: Joint,
     sides: &[(&str, &str)],
     inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
-) -> Result<Kernel, DimensionError> {
+) -> Result<Kernel, String> {
     let what = match joint.motion {
         Motion::Spatial => "torques on `(φ, θ)`",
         Motion::Planar => "torque on `θ`",
@@ -343,7 +342,7 @@ const SIDES: [(&str, &str); 2] = [("previous", "previous segment"), ("next", "ne
 /// The energy and dissipation function of a joint between two segments in the plane.
 const PLANAR_ENERGIES: &str = "`E_spring = ½ c (θ' − θ − κ)²` and `D = ½ d (θ̇' − θ̇)²`.";
 
-fn joint(motion: Motion) -> Result<Kernel, DimensionError> {
+fn joint(motion: Motion) -> Result<Kernel, String> {
     let energies = match motion {
         Motion::Spatial => {
             "`E_spring = c S(u)`, `u = ½|ē' − e|² = 1 − cos α`, `S = ½α²`, with `e'` turned back about `z` by the relaxed angle `κ` \
@@ -363,7 +362,7 @@ fn joint(motion: Motion) -> Result<Kernel, DimensionError> {
     )
 }
 
-fn joint_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
+fn joint_tangent(motion: Motion) -> Result<Kernel, String> {
     let (plain, size) = (motion.name_for("joint"), motion.coordinates_per_segment());
     let summary = format!(
         "Tangent of a joint: minus the derivative of the torques of [`{plain}`] along `q̈`, when\n\
@@ -391,7 +390,7 @@ fn energies(joint: &Joint) -> Vec<Output> {
     ]
 }
 
-fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
+fn joint_energy(motion: Motion) -> Result<Kernel, String> {
     let joint = Joint::between_segments(motion);
     let derivation = Derivation {
         outputs: energies(&joint),
@@ -431,7 +430,7 @@ fn joint_energy(motion: Motion) -> Result<Kernel, DimensionError> {
 }
 
 /// How a segment moves that turns rigidly with the body.
-fn rigid_rates() -> Result<Kernel, DimensionError> {
+fn rigid_rates() -> Result<Kernel, String> {
     let RigidRates {
         graph,
         rates,
@@ -470,7 +469,7 @@ fn about_x_inputs(graph: &mut Graph) -> Vec<Input> {
     [inputs, joint_constants(graph)].concat()
 }
 
-fn joint_about_x() -> Result<Kernel, DimensionError> {
+fn joint_about_x() -> Result<Kernel, String> {
     let summary = "Torques of a joint as in [`joint`], between two segments with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x).";
     torques_kernel(
         "joint_about_x",
@@ -481,7 +480,7 @@ fn joint_about_x() -> Result<Kernel, DimensionError> {
     )
 }
 
-fn joint_about_x_tangent() -> Result<Kernel, DimensionError> {
+fn joint_about_x_tangent() -> Result<Kernel, String> {
     let summary = "Tangent of a joint about x: minus the derivative of the torques of [`joint_about_x`] along `q̈`, when\n\
                    `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
     tangent_kernel(
@@ -505,7 +504,7 @@ fn crossed_joint_inputs(graph: &mut Graph) -> Vec<Input> {
     [inputs, joint_constants(graph)].concat()
 }
 
-fn crossed_joint() -> Result<Kernel, DimensionError> {
+fn crossed_joint() -> Result<Kernel, String> {
     let sides = [
         ("z", "segment with polar axis z"),
         ("x", "segment with polar axis x"),
@@ -522,7 +521,7 @@ fn crossed_joint() -> Result<Kernel, DimensionError> {
     )
 }
 
-fn crossed_joint_tangent() -> Result<Kernel, DimensionError> {
+fn crossed_joint_tangent() -> Result<Kernel, String> {
     let blocks = [
         ("z_z", "the segment with polar axis z along its `q̈`"),
         ("z_x", "the segment with polar axis z along the other's `q̈`"),
@@ -541,7 +540,7 @@ fn crossed_joint_tangent() -> Result<Kernel, DimensionError> {
     )
 }
 
-fn clamp(motion: Motion) -> Result<Kernel, DimensionError> {
+fn clamp(motion: Motion) -> Result<Kernel, String> {
     let plain = motion.name_for("joint");
     let summary = format!(
         "Torques of the clamp joint on the first segment, `−∂E_spring/∂q − ∂D/∂q̇`, as in [`{plain}`], with\n\
@@ -557,7 +556,7 @@ fn clamp(motion: Motion) -> Result<Kernel, DimensionError> {
     )
 }
 
-fn clamp_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
+fn clamp_tangent(motion: Motion) -> Result<Kernel, String> {
     let plain = motion.name_for("clamp");
     let summary = format!(
         "Tangent of the clamp joint: minus the derivative of the torques of [`{plain}`] along `q̈`, when\n\
@@ -574,7 +573,7 @@ fn clamp_tangent(motion: Motion) -> Result<Kernel, DimensionError> {
     )
 }
 
-fn clamp_energy(motion: Motion) -> Result<Kernel, DimensionError> {
+fn clamp_energy(motion: Motion) -> Result<Kernel, String> {
     let mut joint = Joint::at_clamp(motion);
     let g = &mut joint.graph;
     let RelaxedClamp {

@@ -27,7 +27,6 @@ use crate::model::elements::{
     segment_constants, step_weights, tangent, tangent_kernel, trigonometry, vector_input, weights,
 };
 use crate::passes::calculus::directional_derivative;
-use crate::passes::dimension::DimensionError;
 use crate::passes::normal_form::Style;
 use crate::passes::specialise::substitute;
 
@@ -35,7 +34,7 @@ use crate::passes::specialise::substitute;
 const WHERE: &str = "Lateral variation of a motion in the plane of rotation: `q = η = ∂φ/∂τ`, where `τ` is the tilt of the clamp.";
 
 /// The kernels of the lateral variation, in the order in which the solver uses them.
-pub(super) fn kernels() -> Result<Vec<Kernel>, DimensionError> {
+pub(super) fn kernels() -> Result<Vec<Kernel>, String> {
     [
         segment,
         segment_tangent,
@@ -180,7 +179,7 @@ impl LateralSegment {
     }
 }
 
-fn segment() -> Result<Kernel, DimensionError> {
+fn segment() -> Result<Kernel, String> {
     let LateralSegment {
         mut graph,
         bias,
@@ -237,7 +236,7 @@ fn segment() -> Result<Kernel, DimensionError> {
     })
 }
 
-fn segment_tangent() -> Result<Kernel, DimensionError> {
+fn segment_tangent() -> Result<Kernel, String> {
     let LateralSegment {
         mut graph,
         bias,
@@ -348,7 +347,7 @@ fn planar_joint_inputs(graph: &mut Graph) -> Vec<Input> {
     [azimuth_steps(graph), rates].concat()
 }
 
-fn joint() -> Result<Kernel, DimensionError> {
+fn joint() -> Result<Kernel, String> {
     let LateralJoint { graph, torques, .. } = between_segments();
     let outputs = vec![
         Output::vector(
@@ -379,7 +378,7 @@ fn joint() -> Result<Kernel, DimensionError> {
     })
 }
 
-fn joint_tangent() -> Result<Kernel, DimensionError> {
+fn joint_tangent() -> Result<Kernel, String> {
     let summary = format!(
         "Tangent of a joint: minus the derivative of the torques of [`lateral_joint`] along `η̈`, when\n\
          `δη = w_q δη̈` and `δη̇ = w_v δη̈`.\n{WHERE}"
@@ -394,7 +393,7 @@ fn joint_tangent() -> Result<Kernel, DimensionError> {
     )
 }
 
-fn clamp() -> Result<Kernel, DimensionError> {
+fn clamp() -> Result<Kernel, String> {
     let LateralJoint { graph, torques, .. } = at_clamp();
     let outputs = vec![Output::vector(
         "next",
@@ -414,7 +413,7 @@ fn clamp() -> Result<Kernel, DimensionError> {
     })
 }
 
-fn clamp_tangent() -> Result<Kernel, DimensionError> {
+fn clamp_tangent() -> Result<Kernel, String> {
     let blocks = [("next_next", "the first segment along its `η̈`")];
     let summary = format!(
         "Tangent of the clamp joint: minus the derivative of the torque of [`lateral_clamp`] along `η̈`, when\n\

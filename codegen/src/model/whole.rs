@@ -5,7 +5,7 @@ use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
 use crate::model::chain::{Body, Hinge, INERTIA, Motion, STIFFNESS, Shape, Vec3};
 use crate::model::lagrange::{WholeEquations, whole_equations_of};
-use crate::passes::dimension::{self, DimensionError};
+use crate::passes::dimension;
 use crate::passes::normal_form::{Style, normalise};
 
 /// What the whole equations are for.
@@ -37,7 +37,7 @@ pub fn whole_kernels(
     segments: usize,
     motion: Motion,
     purpose: Purpose,
-) -> Result<Vec<Kernel>, DimensionError> {
+) -> Result<Vec<Kernel>, String> {
     let shape = match purpose {
         Purpose::ReadingOf(shape) => shape,
         Purpose::Reading | Purpose::Computing => Shape::default(),
@@ -109,7 +109,7 @@ fn kernel(
     name: &str,
     summary: String,
     mut outputs: Vec<Output>,
-) -> Result<Kernel, DimensionError> {
+) -> Result<Kernel, String> {
     dimension::check(&whole.graph, &outputs)?;
     let nodes = output_nodes(&outputs);
     let (graph, nodes) = match purpose {

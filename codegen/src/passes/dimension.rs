@@ -8,62 +8,11 @@ use crate::ir::kernel::{Output, output_nodes};
 use crate::ir::unit::Dimension;
 use crate::ir::writer::excerpt;
 
-/// A term with inconsistent dimensions.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum DimensionError {
-    /// Terms of different dimensions are added, subtracted or compared.
-    #[error(
-        "`{left_term}` is {left} and `{right_term}` is {right}: they cannot be combined in `{term}`"
-    )]
-    Mismatch {
-        /// The sum.
-        term: String,
-        /// Its left side.
-        left_term: String,
-        /// Dimension of the left side.
-        left: Dimension,
-        /// Its right side.
-        right_term: String,
-        /// Dimension of the right side.
-        right: Dimension,
-    },
-    /// A function of numbers takes something else.
-    #[error("`{argument}` is {dimension}, but `{term}` is defined for numbers only")]
-    Argument {
-        /// The function with its argument.
-        term: String,
-        /// The argument.
-        argument: String,
-        /// Dimension of the argument.
-        dimension: Dimension,
-    },
-    /// A power or root has no dimension with whole exponents.
-    #[error("`{term}` has no dimension with whole exponents: its operand is {dimension}")]
-    Power {
-        /// The term.
-        term: String,
-        /// Dimension of its operand.
-        dimension: Dimension,
-    },
-    /// An output does not have the dimension of its unit.
-    #[error("output `{output}` is stated in {unit} but is {dimension}: `{term}`")]
-    Output {
-        /// Name of the output.
-        output: String,
-        /// The unit that it is stated in.
-        unit: String,
-        /// The dimension that it has.
-        dimension: Dimension,
-        /// The expression.
-        term: String,
-    },
-}
-
 /// Checks everything that `outputs` need, and their units.
 ///
 /// # Errors
 /// The first inconsistent term, operands before users.
-pub fn check(graph: &Graph, outputs: &[Output]) -> Result<(), DimensionError> {
+pub fn check(graph: &Graph, outputs: &[Output]) -> Result<(), String> {
     let needed = graph.reachable(&output_nodes(outputs));
     let mut dimensions: Vec<Option<Dimension>> =
         vec![None; needed.last().map_or(0, |last| last.index() + 1)];
@@ -75,14 +24,12 @@ pub fn check(graph: &Graph, outputs: &[Output]) -> Result<(), DimensionError> {
             if let Some(dimension) = dimensions[node.index()]
                 && dimension != output.unit.dimension()
             {
-                let term = excerpt(graph, node);
-                let (output, unit) = (output.name.clone(), output.unit.to_string());
-                return Err(DimensionError::Output {
-                    output,
-                    unit,
-                    dimension,
-                    term,
-                });
+                return Err(format!(
+                    "output `{}` is stated in {} but is {dimension}: `{}`",
+                    output.name,
+                    output.unit,
+                    excerpt(graph, node)
+                ));
             }
         }
     }
@@ -94,23 +41,21 @@ fn dimension(
     graph: &Graph,
     id: NodeId,
     dimensions: &[Option<Dimension>],
-) -> Result<Option<Dimension>, DimensionError> {
+) -> Result<Option<Dimension>, String> {
     let of = |operand: NodeId| dimensions[operand.index()];
     let number = |argument: NodeId| match of(argument) {
         None | Some(Dimension::NONE) => Ok(Some(Dimension::NONE)),
         Some(dimension) => {
-            let (term, argument) = (excerpt(graph, id), excerpt(graph, argument));
-            Err(DimensionError::Argument {
-                term,
-                argument,
-                dimension,
-            })
+            let [term, argument] = [id, argument].map(|node| excerpt(graph, node));
+            Err(format!(
+                "`{argument}` is {dimension}, but `{term}` is defined for numbers only"
+            ))
         }
     };
     let whole = |result: Option<Dimension>, operand: Dimension| {
-        result.ok_or_else(|| DimensionError::Power {
-            term: excerpt(graph, id),
-            dimension: operand,
+        result.ok_or_else(|| {
+            let term = excerpt(graph, id);
+            format!("`{term}` has no dimension with whole exponents: its operand is {operand}")
         })
     };
     match graph.node(id) {
@@ -121,13 +66,10 @@ fn dimension(
                 && left != right
             {
                 let [term, left_term, right_term] = [id, a, b].map(|node| excerpt(graph, node));
-                return Err(DimensionError::Mismatch {
-                    term,
-                    left_term,
-                    left,
-                    right_term,
-                    right,
-                });
+                return Err(format!(
+                    "`{left_term}` is {left} and `{right_term}` is {right}: they cannot be \
+                     combined in `{term}`"
+                ));
             }
             let compared = matches!(graph.node(id), Node::LessThan(..));
             Ok(if compared {
@@ -165,9 +107,7 @@ mod tests {
         let angle = graph.symbol("phi_1", "φ1", Unit::RADIAN);
         let node = build(&mut graph, length, angle);
         let output = Output::scalar("force", "", Unit::NEWTON, node);
-        check(&graph, &[output])
-            .expect_err("the term makes no sense")
-            .to_string()
+        check(&graph, &[output]).expect_err("the term makes no sense")
     }
 
     #[test]

@@ -12,7 +12,6 @@ use bristle_input::input_error::InputError;
 use bristle_input::table::DataError;
 use bristle_insight::convergence::ConvergenceError;
 use bristle_insight::joined::JoinError;
-use bristle_inspect::derive::DeriveError;
 use bristle_inspect::evaluation::EvaluationError;
 use bristle_report::drawing::format::FormatError;
 use bristle_run::RunError;
@@ -49,8 +48,9 @@ pub enum CliError {
     },
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
-    #[error(transparent)]
-    Derive(#[from] DeriveError),
+    /// The equations cannot be shown.
+    #[error("{0}")]
+    Derive(String),
     #[error("--fragment is a part of a LaTeX document: add --format latex")]
     NoFragment,
     #[error("this form of the equations is several files; name their directory by --out DIR")]

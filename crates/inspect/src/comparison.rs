@@ -2,11 +2,10 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use bristle_codegen::back::json::{self, ExchangeError, from_json};
-use bristle_codegen::compare::{self, CompareError, Deviation, compare, whole_chain};
+use bristle_codegen::back::json::{self, from_json};
+use bristle_codegen::compare::{self, Deviation, compare, whole_chain};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::whole::Purpose;
-use bristle_codegen::passes::dimension::DimensionError;
 
 use bristle::model::parameters::MAX_SEGMENTS;
 
@@ -30,23 +29,6 @@ pub struct Comparison {
     pub deviations: Vec<Deviation>,
 }
 
-/// Why a graph cannot be compared.
-#[derive(Debug, thiserror::Error)]
-pub enum ComparisonError {
-    /// The graph cannot be read.
-    #[error(transparent)]
-    Exchange(#[from] ExchangeError),
-    /// The graph computes something else.
-    #[error(transparent)]
-    Compare(#[from] CompareError),
-    /// The graph has more segments than a filament may have.
-    #[error("the equations have {0} segments; at most {MAX_SEGMENTS} can be derived")]
-    TooManySegments(usize),
-    /// The built-in derivation fails.
-    #[error(transparent)]
-    Dimension(#[from] DimensionError),
-}
-
 impl Comparison {
     /// True if every output agrees to [`compare::TOLERANCE`].
     pub fn agrees(&self) -> bool {
@@ -68,13 +50,15 @@ pub fn compare_graph(
     states: usize,
     which: States,
     seed: u64,
-) -> Result<Comparison, ComparisonError> {
+) -> Result<Comparison, String> {
     let file = from_json(text)?;
     let equations = equations_of(&file.kernels);
     if let Equations::Whole { segments, .. } = equations
         && segments > MAX_SEGMENTS
     {
-        return Err(ComparisonError::TooManySegments(segments));
+        return Err(format!(
+            "the equations have {segments} segments; at most {MAX_SEGMENTS} can be derived"
+        ));
     }
     let expected = equations.derived(Purpose::Computing)?;
     let deviations = compare(&expected, &file.kernels, states, which, seed)?;

@@ -7,11 +7,10 @@ use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
 use bristle_codegen::back::languages::{self, SourceFile};
 use bristle_codegen::back::print::{self, PageForm, Walkthrough};
-use bristle_codegen::back::source::{EmitError, Origin};
+use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::kernels::{kernels, planar_kernels};
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
-use bristle_codegen::passes::dimension::DimensionError;
 
 pub use bristle_codegen::model::chain::{Motion, Shape};
 
@@ -106,7 +105,7 @@ impl Equations {
     ///
     /// # Errors
     /// If a term of the derivation makes no physical sense.
-    pub(crate) fn derived(self, purpose: Purpose) -> Result<Vec<Kernel>, DimensionError> {
+    pub(crate) fn derived(self, purpose: Purpose) -> Result<Vec<Kernel>, String> {
         match self {
             Self::Whole {
                 segments, motion, ..
@@ -231,30 +230,15 @@ impl Document {
     }
 }
 
-/// Why the equations cannot be shown.
-#[derive(Debug, thiserror::Error)]
-pub enum DeriveError {
-    /// A chain needs at least one segment.
-    #[error("a filament must have at least one segment")]
-    NoSegments,
-    /// The dimensions of a term in the derivation are inconsistent.
-    #[error(transparent)]
-    Dimension(#[from] DimensionError),
-    /// The Rust form cannot be written.
-    #[error(transparent)]
-    Emit(#[from] EmitError),
-    /// The JSON form cannot be written.
-    #[error("cannot write the graph as JSON: {0}")]
-    Json(#[from] serde_json::Error),
-}
+const NO_SEGMENTS: &str = "a filament must have at least one segment";
 
 /// Derives `equations` and writes them in `format`.
 ///
 /// # Errors
 /// If there are no segments, or a form cannot be written.
-pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, DeriveError> {
+pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, String> {
     if matches!(equations, Equations::Whole { segments: 0, .. }) {
-        return Err(DeriveError::NoSegments);
+        return Err(NO_SEGMENTS.to_owned());
     }
     let again = equations.command(format);
     let title = format!("{}.", equations.title());
@@ -268,7 +252,10 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
         DeriveFormat::Math => for_people(equations, PageForm::Text, again.clone())?,
         DeriveFormat::Latex => for_people(equations, PageForm::Latex, again.clone())?,
         DeriveFormat::Markdown => for_people(equations, PageForm::Markdown, again.clone())?,
-        DeriveFormat::Json => text(to_json(&computing()?, GENERATOR)?),
+        DeriveFormat::Json => text(
+            to_json(&computing()?, GENERATOR)
+                .map_err(|error| format!("cannot write the graph as JSON: {error}"))?,
+        ),
         DeriveFormat::Rust => text(languages::rust::emit_file(&computing()?, origin)?),
         DeriveFormat::Numpy => text(languages::numpy::emit(&computing()?, origin)?),
         DeriveFormat::Sympy => text(languages::sympy::emit(
@@ -294,23 +281,19 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Der
 ///
 /// # Errors
 /// If there are no segments.
-pub fn derive_fragment(equations: Equations) -> Result<Derived, DeriveError> {
+pub fn derive_fragment(equations: Equations) -> Result<Derived, String> {
     if matches!(equations, Equations::Whole { segments: 0, .. }) {
-        return Err(DeriveError::NoSegments);
+        return Err(NO_SEGMENTS.to_owned());
     }
     let again = format!("{} --fragment", equations.command(DeriveFormat::Latex));
-    Ok(for_people(equations, PageForm::Fragment, again)?)
+    for_people(equations, PageForm::Fragment, again)
 }
 
 fn text(text: String) -> Derived {
     Derived::Text(Document(Content::Text(text)))
 }
 
-fn for_people(
-    equations: Equations,
-    form: PageForm,
-    again: String,
-) -> Result<Derived, DimensionError> {
+fn for_people(equations: Equations, form: PageForm, again: String) -> Result<Derived, String> {
     Ok(Derived::Text(Document(match equations {
         Equations::Whole {
             segments, motion, ..

@@ -3,7 +3,7 @@
 use bristle_codegen::ir::graph::NodeId;
 use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::lagrange::{WholeEquations, whole_equations};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads, PoleError};
 use bristle::model::filament;
@@ -11,7 +11,8 @@ use bristle::model::settings::FilamentSettings;
 use bristle::tool::radial_clamp;
 
 /// A state of a filament on a round tool.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ChainState {
     /// Angle `β` of the brush body in rad.
     pub base_angle: f64,

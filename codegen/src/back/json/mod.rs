@@ -7,12 +7,10 @@
 //! A file may be broken or hostile. Everything is checked before it is used, and a fault is an
 //! error that names the kernel and the operation. Nothing recurses over the expressions.
 
-mod error;
 mod format;
 mod read;
 mod write;
 
-pub use crate::back::json::error::{ExchangeError, KernelError};
 pub use crate::back::json::format::{
     FORMAT, MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_EXPONENT, MAX_FIELDS, MAX_KERNELS, MAX_NAME,
     MAX_OPERATIONS, MAX_TEXT, VERSION, operators,

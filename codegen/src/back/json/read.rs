@@ -10,7 +10,6 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use crate::back::json::error::{ExchangeError, KernelError};
 use crate::back::json::format::{
     FORMAT, InputEntry, MAX_BYTES, MAX_DEPTH, MAX_FIELDS, MAX_KERNELS, MAX_NAME, MAX_OPERATIONS,
     MAX_TEXT, OPERATORS, Operator, OutputEntry, UnitCode, VERSION, limited,
@@ -200,30 +199,36 @@ fn next<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(
 ///
 /// # Errors
 /// The first fault, with its place.
-pub fn from_json(text: &str) -> Result<GraphFile, ExchangeError> {
+pub fn from_json(text: &str) -> Result<GraphFile, String> {
     if text.len() > MAX_BYTES {
-        return Err(ExchangeError::TooLarge { bytes: text.len() });
+        return Err(format!(
+            "the file has {} bytes; at most {MAX_BYTES} are read",
+            text.len()
+        ));
     }
     let Object(head): Object<Head> = parse(text)?;
     if head.format != FORMAT {
-        return Err(ExchangeError::Format(shortened(&head.format)));
+        return Err(format!(
+            "the format is `{}`, not `{FORMAT}`",
+            shortened(&head.format)
+        ));
     }
     if head.version != u64::from(VERSION) {
-        return Err(ExchangeError::Version(head.version));
+        return Err(format!(
+            "the version is {}; this program reads version {VERSION}: derive the graph again",
+            head.version
+        ));
     }
     let Object(file): Object<FileEntry> = parse(text)?;
-    check_text(&file.generator, false).map_err(|problem| ExchangeError::Text {
-        field: "generator",
-        problem,
-    })?;
+    check_text(&file.generator, false).map_err(|problem| format!("`generator` {problem}"))?;
     if file.kernels.is_empty() {
-        return Err(ExchangeError::Empty);
+        return Err("the file holds no kernel".to_owned());
     }
     let mut types = HashSet::new();
     let mut kernels = Vec::with_capacity(file.kernels.len());
     for Object(entry) in file.kernels {
         let kernel = shortened(&entry.name);
-        let within = |error| ExchangeError::Kernel { kernel, error };
+        let within = |error| format!("kernel `{kernel}`: {error}");
         let result = check_kernel_name(&entry.name, &mut types).and_then(|()| entry.kernel());
         kernels.push(result.map_err(within)?);
     }
@@ -233,24 +238,25 @@ pub fn from_json(text: &str) -> Result<GraphFile, ExchangeError> {
     })
 }
 
-fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ExchangeError> {
+fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, String> {
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let syntax = |path: String, error: &serde_json::Error| {
         // The message may quote the file.
         const SHOWN: usize = 400;
         let message = error.to_string();
         let place = format!(" at line {} column {}", error.line(), error.column());
-        ExchangeError::Syntax {
-            // Outside any key the path is only a placeholder.
-            path: if matches!(path.as_str(), "." | "?") {
-                "file".into()
-            } else {
-                shortened(&path)
-            },
-            line: error.line(),
-            column: error.column(),
-            message: shown(message.strip_suffix(&place).unwrap_or(&message), SHOWN),
-        }
+        // Outside any key the path is only a placeholder.
+        let path = if matches!(path.as_str(), "." | "?") {
+            "file".into()
+        } else {
+            shortened(&path)
+        };
+        format!(
+            "line {}, column {}, at `{path}`: {}",
+            error.line(),
+            error.column(),
+            shown(message.strip_suffix(&place).unwrap_or(&message), SHOWN)
+        )
     };
     let value = serde_path_to_error::deserialize(&mut deserializer)
         .map_err(|error| syntax(error.path().to_string(), error.inner()))?;
@@ -263,7 +269,7 @@ fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ExchangeError> {
 /// Names that the emitted source needs for itself.
 const RESERVED: [&str; 3] = ["gen", "real", "t"];
 
-fn check_name(what: &str, name: &str) -> Result<(), KernelError> {
+fn check_name(what: &str, name: &str) -> Result<(), String> {
     let words = name.split('_');
     let snake_case = name.starts_with(|first: char| first.is_ascii_lowercase())
         && words.clone().all(|word| !word.is_empty())
@@ -286,15 +292,11 @@ fn check_name(what: &str, name: &str) -> Result<(), KernelError> {
     Err(name_error(what, name, problem))
 }
 
-fn name_error(what: &str, name: &str, problem: &'static str) -> KernelError {
-    KernelError::Name {
-        what: what.into(),
-        name: shortened(name),
-        problem,
-    }
+fn name_error(what: &str, name: &str, problem: &str) -> String {
+    format!("{what} `{}` {problem}", shortened(name))
 }
 
-fn check_kernel_name(name: &str, types: &mut HashSet<String>) -> Result<(), KernelError> {
+fn check_kernel_name(name: &str, types: &mut HashSet<String>) -> Result<(), String> {
     check_name("the name", name)?;
     if types.insert(camel_case(name)) {
         return Ok(());
@@ -341,7 +343,7 @@ fn check_text(text: &str, lines: bool) -> Result<(), String> {
 struct Variables(HashSet<String>);
 
 impl Variables {
-    fn add(&mut self, what: &'static str, name: &str) -> Result<(), KernelError> {
+    fn add(&mut self, what: &'static str, name: &str) -> Result<(), String> {
         check_name(what, name)?;
         if self.0.insert(name.to_owned()) {
             return Ok(());
@@ -355,7 +357,7 @@ impl Variables {
 }
 
 impl KernelEntry {
-    fn kernel(self) -> Result<Kernel, KernelError> {
+    fn kernel(self) -> Result<Kernel, String> {
         let Self {
             name,
             summary,
@@ -363,25 +365,18 @@ impl KernelEntry {
             operations,
             outputs,
         } = self;
-        let text = |field, what: &str, text: &str, lines| {
-            check_text(text, lines).map_err(|problem| KernelError::Text {
-                field,
-                what: what.to_owned(),
-                problem,
-            })
+        let text = |field: &str, what: &str, text: &str, lines| {
+            check_text(text, lines).map_err(|problem| format!("the {field} of {what} {problem}"))
         };
         text("summary", "the kernel", &summary, true)?;
         let (graph, nodes) = build(operations)?;
-        let find = |what, name: &str, operation: usize| {
-            nodes
-                .get(operation)
-                .copied()
-                .ok_or_else(|| KernelError::NoSuchOperation {
-                    what,
-                    name: name.to_owned(),
-                    operation,
-                    operations: nodes.len(),
-                })
+        let find = |what: &str, name: &str, operation: usize| {
+            nodes.get(operation).copied().ok_or_else(|| {
+                let operations = nodes.len();
+                format!(
+                    "{what} `{name}` refers to operation {operation}, but there are {operations}"
+                )
+            })
         };
 
         let mut variables = Variables::default();
@@ -396,7 +391,7 @@ impl KernelEntry {
             check_name("input", &name)?;
             text("text", &format!("input `{name}`"), &doc, false)?;
             match elements.len() {
-                0 => return Err(KernelError::Nothing(format!("input `{name}`"))),
+                0 => return Err(format!("input `{name}` has no element")),
                 // A single element is the argument itself, and may be named like it.
                 1 if elements[0].0 == name => {}
                 _ => variables.add("input", &name)?,
@@ -406,10 +401,14 @@ impl KernelEntry {
                 variables.add("element", &element)?;
                 let node = find("input", &name, operation)?;
                 if !given.insert(node) {
-                    return Err(KernelError::GivenTwice { name, operation });
+                    return Err(format!(
+                        "input `{name}` gives operation {operation}, which another input gives"
+                    ));
                 }
                 if graph.as_constant(node).is_some() {
-                    return Err(KernelError::GivenConstant { name, operation });
+                    return Err(format!(
+                        "input `{name}` gives operation {operation}, which is a constant"
+                    ));
                 }
                 checked.push((element, node));
             }
@@ -421,7 +420,7 @@ impl KernelEntry {
         }
 
         if outputs.is_empty() {
-            return Err(KernelError::Nothing("the list of outputs".into()));
+            return Err("the list of outputs has no element".to_owned());
         }
         let mut fields = HashSet::new();
         let mut checked_outputs = Vec::with_capacity(outputs.len());
@@ -448,11 +447,9 @@ impl KernelEntry {
                     Shape::Matrix(rows, columns)
                 }
                 _ => {
-                    return Err(KernelError::BadShape {
-                        name,
-                        shape,
-                        elements,
-                    });
+                    return Err(format!(
+                        "output `{name}` has the shape {shape:?} but {elements} elements"
+                    ));
                 }
             };
             let nodes: Result<Vec<NodeId>, _> = operations
@@ -476,14 +473,16 @@ impl KernelEntry {
             outputs: checked_outputs,
         };
         match kernel.unbound_symbol() {
-            Some(symbol) => Err(KernelError::UnboundSymbol(symbol.to_owned())),
+            Some(symbol) => Err(format!(
+                "an output needs the symbol `{symbol}`, which no input gives"
+            )),
             None => Ok(kernel),
         }
     }
 }
 
 /// The graph of a list of operations, and the node of each.
-fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), KernelError> {
+fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), String> {
     let mut graph = Graph::raw();
     let mut nodes: Vec<NodeId> = Vec::with_capacity(operations.len());
     let mut depths: Vec<u32> = Vec::with_capacity(operations.len());
@@ -498,16 +497,12 @@ fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), KernelError
                 unit,
             } => {
                 check_name(&format!("operation {index}: symbol"), &name)?;
-                check_text(&notation, false).map_err(|problem| KernelError::Text {
-                    field: "notation",
-                    what: format!("symbol `{name}`"),
-                    problem,
-                })?;
+                check_text(&notation, false)
+                    .map_err(|problem| format!("the notation of symbol `{name}` {problem}"))?;
                 if graph.find_symbol(&name).is_some() {
-                    return Err(KernelError::DoubleSymbol {
-                        operation: index,
-                        symbol: name,
-                    });
+                    return Err(format!(
+                        "operation {index}: the symbol `{name}` is listed already"
+                    ));
                 }
                 graph.symbol(&name, &notation, unit)
             }
@@ -516,35 +511,38 @@ fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), KernelError
                 operands,
                 parameter,
             } => {
+                let name = operator.name;
                 let mut found = [NodeId::default(); 2];
                 for (found, operand) in found.iter_mut().zip(operands).take(operator.operands) {
-                    *found = *nodes.get(operand).ok_or(KernelError::OperandAfterUser {
-                        operation: index,
-                        operator: operator.name,
-                        operand,
+                    *found = *nodes.get(operand).ok_or_else(|| {
+                        format!(
+                            "operation {index} (`{name}`) uses operation {operand}, which does not \
+                             come before it"
+                        )
                     })?;
                     depth = depth.max(depths[operand] + 1);
                 }
                 if depth > MAX_DEPTH {
-                    return Err(KernelError::TooDeep { operation: index });
+                    return Err(format!(
+                        "operation {index} is nested deeper than {MAX_DEPTH} operations"
+                    ));
                 }
                 if let Some((least, most)) = operator.parameter
                     && !(least..=most).contains(&parameter)
                 {
-                    let operator = operator.name;
-                    return Err(KernelError::Parameter {
-                        operation: index,
-                        operator,
-                        parameter,
-                        least,
-                        most,
-                    });
+                    return Err(format!(
+                        "operation {index} (`{name}`) has the parameter {parameter}; it must be \
+                         {least} to {most}"
+                    ));
                 }
                 let node = (operator.node)(found, parameter);
                 if let Node::Powi(_, exponent) = node {
                     factors += exponent.unsigned_abs() as usize;
                     if factors > MAX_OPERATIONS {
-                        return Err(KernelError::PowersTooLarge { operation: index });
+                        return Err(format!(
+                            "the powers up to operation {index} take more than {MAX_OPERATIONS} \
+                             multiplications"
+                        ));
                     }
                 }
                 graph.intern(node)

@@ -4,7 +4,7 @@ use crate::back::languages::{
     Dialect, FunctionBody, SourceFile, describe, documentation, header_in, series_rows,
     uses_half_angle_squared,
 };
-use crate::back::source::{EmitError, Origin, comment};
+use crate::back::source::{Origin, comment};
 use crate::ir::kernel::{Kernel, Output, Shape};
 use crate::ir::special;
 
@@ -32,7 +32,7 @@ impl Dialect for C {
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
-pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, EmitError> {
+pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, String> {
     let head = header_in("C11", kernels, origin, "//")?;
     let mut declarations = format!(
         "{head}\n#ifndef BRISTLE_CHAIN_H\n#define BRISTLE_CHAIN_H\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"

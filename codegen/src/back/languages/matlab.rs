@@ -4,7 +4,7 @@ use crate::back::languages::{
     Dialect, FunctionBody, SourceFile, documentation, header_in, series_rows,
     uses_half_angle_squared,
 };
-use crate::back::source::{EmitError, Origin, comment};
+use crate::back::source::{Origin, comment};
 use crate::ir::kernel::{Kernel, Output, Shape};
 use crate::ir::special;
 
@@ -31,7 +31,7 @@ impl Dialect for Matlab {
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
-pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, EmitError> {
+pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, String> {
     let mut files = Vec::new();
     for kernel in kernels {
         let body = FunctionBody::new(kernel, &Matlab)?;

@@ -8,7 +8,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::back::source::{EmitError, Origin, header};
+use crate::back::source::{Origin, header};
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, Shape, computed_operands};
@@ -208,12 +208,12 @@ fn write_body<D: Dialect>(
     kernel: &Kernel,
     uses: &BTreeMap<NodeId, usize>,
     writer: &mut Writer<'_, D>,
-) -> Result<BTreeMap<NodeId, Piece>, EmitError> {
+) -> Result<BTreeMap<NodeId, Piece>, String> {
     if let Some(symbol) = kernel.unbound_symbol() {
-        return Err(EmitError::UnboundSymbol {
-            kernel: kernel.name.clone(),
-            symbol: symbol.into(),
-        });
+        return Err(format!(
+            "kernel `{}` uses `{symbol}`, which is not one of its inputs",
+            kernel.name
+        ));
     }
     let mut uses_left = uses.clone();
     let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
@@ -231,11 +231,11 @@ fn write_body<D: Dialect>(
         let node = kernel.graph.node(id);
         let expression = match node {
             Node::Constant(constant) if !constant.value().is_finite() => {
-                let value = constant.value().to_string();
-                return Err(EmitError::NonFiniteConstant {
-                    kernel: kernel.name.clone(),
-                    value,
-                });
+                return Err(format!(
+                    "kernel `{}` holds the constant {}, which is not finite",
+                    kernel.name,
+                    constant.value()
+                ));
             }
             Node::Constant(constant) => writer.constant(constant),
             Node::Powi(_, 0) => writer.constant(Constant::from(1)),
@@ -286,7 +286,7 @@ pub(crate) struct FunctionBody {
 }
 
 impl FunctionBody {
-    pub fn new(kernel: &Kernel, dialect: &impl Dialect) -> Result<Self, EmitError> {
+    pub fn new(kernel: &Kernel, dialect: &impl Dialect) -> Result<Self, String> {
         let uses = uses(kernel);
         let mut writer = Writer {
             dialect,
@@ -393,7 +393,7 @@ fn header_in(
     kernels: &[Kernel],
     origin: Origin<'_>,
     mark: &str,
-) -> Result<String, EmitError> {
+) -> Result<String, String> {
     let title = format!("{} In {language}.", origin.title);
     header(
         kernels,

@@ -3,7 +3,7 @@
 use crate::back::languages::{
     Dialect, FunctionBody, docstring, header_in, series_rows, uses_half_angle_squared,
 };
-use crate::back::source::{EmitError, Origin};
+use crate::back::source::Origin;
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
 use crate::ir::naming::camel_case;
 use crate::ir::special;
@@ -43,7 +43,7 @@ const STACK: &str = "\n\ndef _array(shape, elements):\n    \
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
-pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
+pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
     let mut text = header_in(
         "Python, on NumPy arrays with any leading axes",
         kernels,

@@ -4,12 +4,13 @@
 //! uses the functions can be generic in the sizes. Inputs that belong together are one argument.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{ToTokens, format_ident, quote};
 
 use crate::back::languages::{Dialect, FunctionBody, SUM, Strength};
-use crate::back::source::{EmitError, Origin, count_operations, header};
+use crate::back::source::{Origin, count_operations, header};
 use crate::ir::constant::Constant;
 use crate::ir::kernel::{Input, Kernel, Output, Shape};
 use crate::ir::naming::camel_case;
@@ -148,7 +149,7 @@ impl Group {
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
-pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
+pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
     emit_with("", kernels, origin)
 }
 
@@ -156,18 +157,18 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError>
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
-pub fn emit_file(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
+pub fn emit_file(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
     emit_with("\nuse bristle::equations::Real;\n", kernels, origin)
 }
 
-fn emit_with(imports: &str, kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
+fn emit_with(imports: &str, kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
     // First, because an error here names the kernel.
     let items = items(kernels)?;
     Ok(header(kernels, origin, "//")? + imports + &items)
 }
 
 /// Structures and functions, each after an empty line.
-fn items(kernels: &[Kernel]) -> Result<String, EmitError> {
+fn items(kernels: &[Kernel]) -> Result<String, String> {
     let mut text = String::new();
     // A file may give a kernel's result the name of a structure.
     let is_free = |group: &&Group| {
@@ -236,9 +237,14 @@ fn items(kernels: &[Kernel]) -> Result<String, EmitError> {
     Ok(text)
 }
 
+/// The error of tokens that are not valid Rust: a defect of the emitter.
+fn unparsable(error: impl Display) -> String {
+    format!("the emitted code does not parse: {error}")
+}
+
 /// `tokens` as formatted source.
-fn format(tokens: TokenStream) -> Result<String, EmitError> {
-    let file = syn::parse2(tokens).map_err(|error| EmitError::Syntax(error.to_string()))?;
+fn format(tokens: TokenStream) -> Result<String, String> {
+    let file = syn::parse2(tokens).map_err(unparsable)?;
     Ok(prettyplease::unparse(&file))
 }
 
@@ -389,7 +395,7 @@ impl Structure {
         doc: &str,
         traits: TokenStream,
         fields: impl Iterator<Item = (&'a str, String, usize)>,
-    ) -> Result<String, EmitError> {
+    ) -> Result<String, String> {
         let (name, docs) = (format_ident!("{}", self.name), lines(doc));
         let parameters = (0..self.parameters.len()).map(size_name);
         let mut rest = &self.sizes[..];
@@ -482,7 +488,7 @@ fn function(
     arguments: &[Argument],
     structures: &BTreeMap<&str, Structure>,
     result: &Structure,
-) -> Result<String, EmitError> {
+) -> Result<String, String> {
     let inputs = || arguments.iter().flat_map(|argument| &argument.inputs);
     let places = inputs()
         .map(|(input, place)| (input.name.as_str(), place.as_str()))
@@ -552,14 +558,11 @@ fn value(output: &Output, body: &FunctionBody) -> String {
 const STATEMENTS_AT_A_TIME: usize = 4096;
 
 /// Statements, one a line, as the lines of a function's body.
-fn format_statements(statements: &str) -> Result<String, EmitError> {
+fn format_statements(statements: &str) -> Result<String, String> {
     let lines: Vec<&str> = statements.lines().collect();
     let mut text = String::new();
     for lines in lines.chunks(STATEMENTS_AT_A_TIME) {
-        let body: TokenStream = lines
-            .join("\n")
-            .parse()
-            .map_err(|error| EmitError::Syntax(format!("{error}")))?;
+        let body: TokenStream = lines.join("\n").parse().map_err(unparsable)?;
         let function = format(quote!(fn body() { #body }))?;
         let inner = function
             .trim_end()

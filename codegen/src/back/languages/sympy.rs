@@ -3,7 +3,7 @@
 use crate::back::languages::{
     Dialect, FunctionBody, docstring, header_in, uses_half_angle_squared,
 };
-use crate::back::source::{EmitError, Origin};
+use crate::back::source::Origin;
 use crate::ir::constant::Constant;
 use crate::ir::kernel::{Kernel, Output, Shape};
 
@@ -59,7 +59,7 @@ def _half_angle_squared(order, u, closed_form):
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
-pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, EmitError> {
+pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
     let mut text = header_in("Python, as matrices of SymPy", kernels, origin, "#")?;
     text += "\nfrom sympy import (Dummy, Float, Integer, Matrix, Piecewise, Rational, Symbol, acos, asin, cos, diff, factorial,\n    \
              hyper, rf, sin, sqrt)\n";

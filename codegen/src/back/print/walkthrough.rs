@@ -15,7 +15,7 @@ use crate::model::chain::{
 };
 use crate::model::lagrange::whole_equations;
 use crate::model::whole::{NAMES, Purpose, whole_kernels};
-use crate::passes::dimension::{self, DimensionError};
+use crate::passes::dimension;
 use crate::passes::normal_form::{Style, normalise};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -34,7 +34,7 @@ impl Step {
         source: &Graph,
         parameters: &Parameters,
         mut outputs: Vec<Output>,
-    ) -> Result<Self, DimensionError> {
+    ) -> Result<Self, String> {
         dimension::check(source, &outputs)?;
         let normalised = normalise(
             source,
@@ -158,7 +158,7 @@ impl Walkthrough {
     ///
     /// # Panics
     /// If `segments` is zero.
-    pub fn new(segments: usize, motion: Motion) -> Result<Self, DimensionError> {
+    pub fn new(segments: usize, motion: Motion) -> Result<Self, String> {
         let mut whole = whole_equations(segments, motion);
         let parts = whole.parts();
         let (frames, stated) = (frames(motion), stated());
@@ -314,7 +314,7 @@ impl Walkthrough {
 }
 
 /// `ċ_k` of each segment.
-fn centre_velocities(segments: usize, motion: Motion) -> Result<Step, DimensionError> {
+fn centre_velocities(segments: usize, motion: Motion) -> Result<Step, String> {
     let mut graph = Graph::new();
     let g = &mut graph;
     let parameters = Parameters::new(g, segments, Shape::default());

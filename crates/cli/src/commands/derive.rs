@@ -143,10 +143,11 @@ pub fn run(arguments: &DeriveArgs) -> Result<(), CliError> {
         ));
     }
     let derived = match (arguments.fragment, format) {
-        (false, _) => derive(equations, format)?,
-        (true, DeriveFormat::Latex) => derive_fragment(equations)?,
+        (false, _) => derive(equations, format),
+        (true, DeriveFormat::Latex) => derive_fragment(equations),
         (true, _) => return Err(CliError::NoFragment),
-    };
+    }
+    .map_err(CliError::Derive)?;
     match (derived, arguments.out.as_deref()) {
         (Derived::Text(text), None) => print_by(|| {
             let mut out = BufWriter::new(io::stdout().lock());
