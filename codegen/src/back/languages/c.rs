@@ -1,7 +1,7 @@
 //! C11: a header and a source file without dependencies beyond `math.h`.
 
 use crate::back::languages::{
-    Dialect, FunctionBody, SourceFile, describe, documentation, header_in, series_rows,
+    Dialect, FunctionBody, SourceFile, describe, documentation, header_in, series_filled,
     uses_half_angle_squared,
 };
 use crate::back::source::{Origin, comment};
@@ -141,36 +141,9 @@ fn assignments(kernel: &Kernel, output: &Output, body: &FunctionBody) -> String 
 }
 
 fn half_angle_squared() -> String {
-    let (orders, terms) = (special::SERIES.len(), special::TERMS);
-    format!(
-        "\n// Power series of S and its derivatives, lowest power first.\n\
-         static const double SERIES[{orders}][{terms}] = {{\n{rows}\n}};\n\n\
-         // The derivative of order 0 to {max} of S(u) = acos(1 - u)^2 / 2, for u < 2.\n\
-         static double half_angle_squared(int order, double u) {{\n\
-         \x20   if (fabs(u) <= {limit:?}) {{\n\
-         \x20       double sum = 0.0;\n\
-         \x20       for (int k = {last}; k >= 0; k--) {{\n\
-         \x20           sum = sum * u + SERIES[order][k];\n\
-         \x20       }}\n\
-         \x20       return sum;\n\
-         \x20   }}\n\
-         \x20   const double cosine = 1.0 - u;\n\
-         \x20   const double sine_squared = u * (2.0 - u);\n\
-         \x20   const double sine = sqrt(sine_squared);\n\
-         \x20   const double angle = atan2(sine, cosine);\n\
-         \x20   if (order == 0) {{\n\
-         \x20       return 0.5 * angle * angle;\n\
-         \x20   }}\n\
-         \x20   const double first = angle / sine;\n\
-         \x20   if (order == 1) {{\n\
-         \x20       return first;\n\
-         \x20   }}\n\
-         \x20   const double second = (1.0 - cosine * first) / sine_squared;\n\
-         \x20   return order == 2 ? second : (first - 3.0 * cosine * second) / sine_squared;\n\
-         }}\n",
-        rows = series_rows("{", "}", ",\n"),
-        max = special::MAX_ORDER,
-        limit = special::SERIES_LIMIT,
-        last = special::TERMS - 1,
-    )
+    let orders = special::SERIES.len().to_string();
+    series_filled(include_str!("half_angle_squared.c"), "{", "}", ",\n")
+        .replace("@ORDERS@", &orders)
+        .replace("@TERMS@", &special::TERMS.to_string())
+        .replace("@LAST@", &(special::TERMS - 1).to_string())
 }

@@ -1,12 +1,11 @@
 //! Function files for MATLAB and GNU Octave.
 
 use crate::back::languages::{
-    Dialect, FunctionBody, SourceFile, documentation, header_in, series_rows,
+    Dialect, FunctionBody, SourceFile, documentation, header_in, series_filled,
     uses_half_angle_squared,
 };
 use crate::back::source::{Origin, comment};
 use crate::ir::kernel::{Kernel, Output, Shape};
-use crate::ir::special;
 
 struct Matlab;
 
@@ -104,29 +103,5 @@ fn assignments(kernel: &Kernel, output: &Output, body: &FunctionBody) -> String 
 }
 
 fn half_angle_squared() -> String {
-    format!(
-        "function value = half_angle_squared(order, u)\n\
-         % The derivative of order 0 to {max} of S(u) = acos(1 - u)^2 / 2, for u < 2.\n\n\
-         \x20 % Power series of S and its derivatives, lowest power first.\n\
-         \x20 persistent SERIES\n\
-         \x20 if isempty(SERIES)\n\
-         \x20   SERIES = [ ...\n{rows}];\n\
-         \x20 end\n\
-         \x20 if abs(u) <= {limit:?}\n\
-         \x20   value = polyval(fliplr(SERIES(order + 1, :)), u);\n\
-         \x20   return\n\
-         \x20 end\n\
-         \x20 cosine = 1 - u;\n\
-         \x20 sine_squared = u * (2 - u);\n\
-         \x20 sine = sqrt(sine_squared);\n\
-         \x20 angle = atan2(sine, cosine);\n\
-         \x20 first = angle / sine;\n\
-         \x20 second = (1 - cosine * first) / sine_squared;\n\
-         \x20 values = [0.5 * angle^2, first, second, (first - 3 * cosine * second) / sine_squared];\n\
-         \x20 value = values(order + 1);\n\
-         end\n",
-        rows = series_rows("", "", "; ...\n"),
-        max = special::MAX_ORDER,
-        limit = special::SERIES_LIMIT,
-    )
+    series_filled(include_str!("half_angle_squared.m"), "", "", "; ...\n")
 }

@@ -387,6 +387,14 @@ fn series_rows(open: &str, close: &str, after: &str) -> String {
         .join(after)
 }
 
+/// A template of `S` and its derivatives with the numbers of its power series.
+fn series_filled(template: &str, open: &str, close: &str, after: &str) -> String {
+    template
+        .replace("@ROWS@", &series_rows(open, close, after))
+        .replace("@MAX_ORDER@", &special::MAX_ORDER.to_string())
+        .replace("@LIMIT@", &format!("{:?}", special::SERIES_LIMIT))
+}
+
 /// The header of a file, whose title names the language. Each line is a comment after `mark`.
 fn header_in(
     language: &str,
