@@ -20,8 +20,7 @@ mod exceptions {
 
 /// That of settings which cannot be used, with key and line.
 pub fn of_input(error: InputError) -> PyErr {
-    let key = error.problem.key().map(str::to_owned);
-    exceptions::SettingsError::new_err((error.to_string(), key, error.location.line))
+    exceptions::SettingsError::new_err((error.to_string(), error.key, error.location.line))
 }
 
 /// That of an input file.

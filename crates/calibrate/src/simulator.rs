@@ -16,28 +16,25 @@ use crate::problem::{Forces, Problem, ToolPlace, forces_of};
 /// Why a calibration has no result.
 #[derive(Debug, Error)]
 pub enum Interrupted {
-    /// Threads cannot be started.
-    #[error("cannot start threads: {0}")]
-    Threads(#[from] io::Error),
     /// It was asked to stop.
     #[error("the calibration was stopped")]
     Stopped,
-    /// Brushes near the minimum of filaments alone cannot be simulated.
-    #[error("a brush cannot be simulated: {0}")]
-    Brush(String),
-    /// The edge does not grow as it should.
+    /// The forces or radii cannot be simulated, or not be kept, in words.
     #[error("{0}")]
-    Removal(RemovalError),
-    /// What was simulated cannot be kept.
-    #[error("what was simulated cannot be kept")]
-    NotKept,
+    Failed(String),
+}
+
+impl From<io::Error> for Interrupted {
+    fn from(error: io::Error) -> Self {
+        Self::Failed(format!("cannot start threads: {error}"))
+    }
 }
 
 impl From<RemovalError> for Interrupted {
     fn from(error: RemovalError) -> Self {
         match error {
             RemovalError::Stopped => Self::Stopped,
-            error => Self::Removal(error),
+            RemovalError::Failed(words) => Self::Failed(words),
         }
     }
 }
@@ -117,9 +114,9 @@ impl<'a> Simulator<'a> {
     /// The error about a brush that could not be simulated.
     pub fn failure(&self) -> Interrupted {
         let failure = self.failure.lock().expect(UNBROKEN).take();
-        Interrupted::Brush(
-            failure.unwrap_or_else(|| "its settings contradict each other".to_owned()),
-        )
+        let failure = failure.as_deref();
+        let why = failure.unwrap_or("its settings contradict each other");
+        Interrupted::Failed(format!("a brush cannot be simulated: {why}"))
     }
 
     /// Counts a brush, and tells the share of the work if it is about that of brushes.
@@ -223,7 +220,8 @@ impl<'a> Simulator<'a> {
             return Err(Interrupted::Stopped);
         }
         if !is_kept {
-            return Err(Interrupted::NotKept);
+            let words = "what was simulated cannot be kept";
+            return Err(Interrupted::Failed(words.to_owned()));
         }
         for (position, found) in positions
             .into_iter()

@@ -1,6 +1,6 @@
 //! One axis of a study: a setting and its values.
 
-use bristle::model::parameters::{Parameter, Violation};
+use bristle::model::parameters::Parameter;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -34,51 +34,42 @@ pub struct SweepText {
     pub values: Vec<f64>,
 }
 
-/// The ways in which the values of a sweep can be wrong.
+/// Why values form no sweep.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum SweepError {
-    /// There is no value.
-    #[error("a sweep needs at least one value")]
-    Empty,
-    /// Start, stop or step is NaN or infinite.
-    #[error("start, stop and step must be finite numbers")]
-    NotFinite,
-    /// The step is zero, or has the wrong sign.
-    #[error("a step of {step:?} does not lead from {start:?} to {stop:?}")]
-    WrongStep {
-        /// First value.
-        start: f64,
-        /// End of the range.
-        stop: f64,
-        /// Difference between successive values.
-        step: f64,
-    },
-    /// There are more values than a study may have cases.
-    #[error("more than {MAX_CASES} values: take a larger step")]
-    TooManyValues,
-    /// One of the values is not allowed for the setting.
-    #[error("{violation}")]
-    Value {
-        /// Position of the value, counted from 0.
-        index: usize,
-        /// What is wrong with it.
-        violation: Violation,
-    },
+#[error("{problem}")]
+pub struct SweepError {
+    problem: String,
+    /// Position of the value that the setting cannot have, counted from 0.
+    pub index: Option<usize>,
+}
+
+impl From<String> for SweepError {
+    fn from(problem: String) -> Self {
+        Self {
+            problem,
+            index: None,
+        }
+    }
+}
+
+fn too_many_values() -> SweepError {
+    format!("more than {MAX_CASES} values: take a larger step").into()
 }
 
 impl Sweep {
     /// A sweep over a list of values.
     pub fn list(parameter: &'static Parameter, values: Vec<f64>) -> Result<Self, SweepError> {
         if values.is_empty() {
-            return Err(SweepError::Empty);
+            return Err("a sweep needs at least one value".to_owned().into());
         }
         if values.len() > MAX_CASES {
-            return Err(SweepError::TooManyValues);
+            return Err(too_many_values());
         }
         for (index, &value) in values.iter().enumerate() {
-            parameter
-                .check(value)
-                .map_err(|violation| SweepError::Value { index, violation })?;
+            parameter.check(value).map_err(|violation| SweepError {
+                problem: violation.to_string(),
+                index: Some(index),
+            })?;
         }
         Ok(Self {
             setting: Setting::Number(parameter),
@@ -101,15 +92,18 @@ impl Sweep {
 
         let steps = (stop - start) / step;
         if !(start.is_finite() && stop.is_finite() && step.is_finite()) {
-            return Err(SweepError::NotFinite);
+            return Err("start, stop and step must be finite numbers"
+                .to_owned()
+                .into());
         }
         if step == 0.0 || steps < -SLACK {
-            return Err(SweepError::WrongStep { start, stop, step });
+            let problem = format!("a step of {step:?} does not lead from {start:?} to {stop:?}");
+            return Err(problem.into());
         }
         let last = (steps + SLACK).floor();
         // This also catches an overflow to infinity.
         if last >= MAX_CASES as f64 {
-            return Err(SweepError::TooManyValues);
+            return Err(too_many_values());
         }
         let last = last as usize;
         let value = |index: usize| match index {

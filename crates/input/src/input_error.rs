@@ -4,10 +4,8 @@ use std::fmt::{self, Display};
 use std::ops::Range;
 use std::path::Path;
 
-use bristle_text::{is_invisible, shortened, shown, shown_path};
+use bristle_text::{is_invisible, shortened, shown_path};
 use thiserror::Error;
-
-use bristle_grid::{StudyError, SweepError};
 
 /// Source lines longer than this are cut, so that they fit into a terminal of 80 columns.
 const LONGEST_LINE: usize = 72;
@@ -22,8 +20,11 @@ pub(crate) const LONGEST_MESSAGE: usize = 200;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{problem}\n{location}{}", advice_line(.advice))]
 pub struct InputError {
+    /// Dotted path of the key that is to blame, or the name of a section. `None` if the text as a
+    /// whole is.
+    pub key: Option<String>,
     /// What is wrong.
-    pub problem: Box<Problem>,
+    pub problem: String,
     /// Where it is wrong.
     pub location: Box<Location>,
     /// What to do; empty if the problem says it all.
@@ -35,120 +36,6 @@ fn advice_line(advice: &str) -> String {
         String::new()
     } else {
         format!("\n   = help: {advice}")
-    }
-}
-
-/// The ways in which an input file can be wrong.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum Problem {
-    /// The text is not TOML, or cannot be interpreted.
-    #[error("cannot be read: {}", shown(.0, LONGEST_MESSAGE))]
-    Unreadable(String),
-    /// A number as people write it, not as TOML has it, and what is wrong with it.
-    #[error("{0}")]
-    Number(String),
-    /// A key that does not name a setting.
-    #[error("unknown key `{}`: expected {expected}", shown(key, LONGEST_KEY))]
-    UnknownKey {
-        /// Dotted path of the key.
-        key: String,
-        /// What is expected here.
-        expected: String,
-    },
-    /// A required key that is missing.
-    #[error("`{}` is missing: it must be {allowed}", shown(key, LONGEST_KEY))]
-    Missing {
-        /// Dotted path of the key.
-        key: String,
-        /// The values allowed.
-        allowed: String,
-    },
-    /// Sections with required keys that are missing.
-    #[error("{}", missing_sections(.0))]
-    MissingSections(Vec<&'static str>),
-    /// Two keys that state the same.
-    #[error(
-        "`{}` and `{}` are both given",
-        shown(key, LONGEST_KEY),
-        shown(other, LONGEST_KEY)
-    )]
-    Both {
-        /// Dotted path of the one.
-        key: String,
-        /// Dotted path of the other.
-        other: String,
-    },
-    /// An option, or a setting of a named tool, for a key that the study sweeps.
-    #[error("`{key}` has no effect, because the study sweeps `{swept}`")]
-    Swept {
-        /// Dotted path of the key.
-        key: &'static str,
-        /// Dotted path of the swept setting, the same or one that states the same.
-        swept: &'static str,
-    },
-    /// An option for a key that each named tool of the study states.
-    #[error("`{0}` has no effect, because each tool of the study states it")]
-    OfEachTool(&'static str),
-    /// A value that is not allowed for the key.
-    #[error("`{}` is {value}, but must be {allowed}", shown(key, LONGEST_KEY))]
-    NotAllowed {
-        /// Dotted path of the key.
-        key: String,
-        /// The value found.
-        value: String,
-        /// The values allowed.
-        allowed: String,
-    },
-    /// A sweep without values, or with wrong ones.
-    #[error("`{}`: {error}", shown(key, LONGEST_KEY))]
-    Sweep {
-        /// Dotted path of the key.
-        key: String,
-        /// What is wrong with the values.
-        error: SweepError,
-    },
-    /// Sweeps that do not form a study.
-    #[error(transparent)]
-    Study(#[from] StudyError),
-}
-
-impl Problem {
-    /// The dotted path of the key that is to blame, or the name of a section. `None` if the text as
-    /// a whole is.
-    #[must_use]
-    pub fn key(&self) -> Option<&str> {
-        match self {
-            Self::Unreadable(_) | Self::Number(_) => None,
-            Self::UnknownKey { key, .. }
-            | Self::Missing { key, .. }
-            | Self::Both { key, .. }
-            | Self::NotAllowed { key, .. }
-            | Self::Sweep { key, .. } => Some(key),
-            Self::MissingSections(sections) => sections.first().copied(),
-            Self::Swept { key, .. } | Self::OfEachTool(key) => Some(key),
-            Self::Study(error) => match error {
-                StudyError::SweptTwice(path) | StudyError::BothSwept { path, .. } => Some(path),
-                StudyError::Case { violation, .. } => Some(violation.path),
-                StudyError::ToolName(_)
-                | StudyError::ToolsAlike { .. }
-                | StudyError::SomeBrushes { .. } => Some("study.tools"),
-                StudyError::TooManyCases | StudyError::TooManyTools => None,
-            },
-        }
-    }
-}
-
-fn missing_sections(sections: &[&str]) -> String {
-    let names: Vec<String> = sections
-        .iter()
-        .map(|section| format!("[{section}]"))
-        .collect();
-    match names.split_last() {
-        Some((last, [])) => format!("the section {last} is missing"),
-        Some((last, others)) => {
-            format!("the sections {} and {last} are missing", others.join(", "))
-        }
-        None => unreachable!("an error has a cause"),
     }
 }
 

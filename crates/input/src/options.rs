@@ -117,6 +117,21 @@ fn tool_in<'k>(section: &str, key: &'k str) -> Option<[&'k str; 2]> {
     Some([name, path])
 }
 
+/// The entries of a section of the tree, which is added at a place if there is none; `None` if the
+/// tree has a value instead.
+pub(crate) fn section_in<'a, 't>(
+    table: &'a mut DeTable<'t>,
+    name: &str,
+    span: &Range<usize>,
+) -> Option<&'a mut DeTable<'t>> {
+    let entry = Spanned::new(span.clone(), Cow::Owned(name.to_owned()));
+    let new = || Spanned::new(span.clone(), DeValue::Table(DeTable::new()));
+    match table.entry(entry).or_insert_with(new).get_mut() {
+        DeValue::Table(entries) => Some(entries),
+        _ => None,
+    }
+}
+
 /// States a value in the tree, at the place of the option. What the tree states about the same in
 /// another way goes.
 pub(crate) fn state<'t>(
@@ -125,9 +140,7 @@ pub(crate) fn state<'t>(
     value: DeValue<'t>,
     [key_span, value_span]: [Range<usize>; 2],
 ) {
-    let entry = Spanned::new(key_span.clone(), Cow::Owned(section.to_owned()));
-    let new = || Spanned::new(key_span.clone(), DeValue::Table(DeTable::new()));
-    let DeValue::Table(entries) = table.entry(entry).or_insert_with(new).get_mut() else {
+    let Some(entries) = section_in(table, section, &key_span) else {
         return;
     };
     let path = format!("{section}.{key}");
@@ -155,9 +168,7 @@ pub(crate) fn state_of_tool<'t>(
 ) {
     let mut tool = table;
     for key in [parents[0], parents[1], name] {
-        let entry = Spanned::new(spans[0].clone(), Cow::Owned(key.to_owned()));
-        let new = || Spanned::new(spans[0].clone(), DeValue::Table(DeTable::new()));
-        let DeValue::Table(entries) = tool.entry(entry).or_insert_with(new).get_mut() else {
+        let Some(entries) = section_in(tool, key, &spans[0]) else {
             return;
         };
         tool = entries;

@@ -32,12 +32,9 @@ pub enum ForceJournalError {
     /// It cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// It is no journal of a calibration.
-    #[error("`{}` is no journal of a calibration: choose another directory with --out", shown_path(.0))]
-    Foreign(PathBuf),
-    /// It is of another program, with these differences.
-    #[error("`{}` is of another build of Bristle:{}\nhelp: --restart discards it", shown_path(.0), listed(.1))]
-    Other(PathBuf, Vec<String>),
+    /// It is no journal of a calibration, or of another program, in words.
+    #[error("{0}")]
+    Refused(String),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -86,12 +83,20 @@ impl ForceJournal {
         if let Some(line) = text.split_inclusive('\n').next() {
             let header: Option<Header> =
                 unsealed("", line).filter(|header: &Header| header.journal == KIND);
-            let header = header.ok_or_else(|| ForceJournalError::Foreign(path.clone()))?;
+            let refused = |why: String| {
+                ForceJournalError::Refused(format!("`{}` is {why}", shown_path(&path)))
+            };
+            let header = header.ok_or_else(|| {
+                refused("no journal of a calibration: choose another directory with --out".into())
+            })?;
             let differences = header
                 .program
                 .differences(&Program::here(SOLVER_FINGERPRINT));
             if !differences.is_empty() && !restart {
-                return Err(ForceJournalError::Other(path, differences));
+                return Err(refused(format!(
+                    "of another build of Bristle:{}\nhelp: --restart discards it",
+                    listed(&differences)
+                )));
             }
             // What follows a damaged line is not read: it is simulated again.
             let entries = text
@@ -215,6 +220,6 @@ mod tests {
         assert_eq!(open(false).expect("the same journal").earlier(), 2);
         assert_eq!(open(true).expect("a new journal").earlier(), 0);
         std::fs::write(&path, "mine\n").expect("a disk");
-        assert!(matches!(open(true), Err(ForceJournalError::Foreign(_))));
+        assert!(matches!(open(true), Err(ForceJournalError::Refused(_))));
     }
 }

@@ -33,24 +33,13 @@ const UNBROKEN: &str = "nothing panics while holding the state";
 /// Why a study cannot resume from the journal in its directory, or cannot start a new one.
 #[derive(Debug, Error)]
 pub enum JournalFileError {
-    /// Another process has the lock.
-    #[error(
-        "another study is writing to the directory `{}`: wait until it ends, or choose another directory with --out",
-        shown_path(.0)
-    )]
-    InUse(PathBuf),
-    /// The study cannot resume from this journal.
-    #[error("cannot resume from `{}`: {}\n{}", shown_path(.0), .1, advice(.1))]
-    Unusable(PathBuf, JournalError),
-    /// The journal of a shard is not one of this study.
-    #[error("`{}` is no shard of this study: {}\nhelp: state the file and the options of the shards", shown_path(.0), .1)]
-    OfOther(PathBuf, JournalError),
+    /// Another process has the lock, the journal is one of another study, or the thread that syncs
+    /// to disk cannot be started, in words.
+    #[error("{0}")]
+    Refused(String),
     /// The file cannot be opened, read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The thread that syncs to disk cannot be started.
-    #[error("cannot start threads: {0}")]
-    Threads(io::Error),
 }
 
 fn advice(error: &JournalError) -> &'static str {
@@ -141,7 +130,11 @@ impl JournalFile {
             // A file that is not a journal belongs to someone else: not even a restart may discard
             // it.
             Err(error) if !restart || matches!(error, JournalError::Foreign) => {
-                return Err(JournalFileError::Unusable(path, error));
+                return Err(JournalFileError::Refused(format!(
+                    "cannot resume from `{}`: {error}\n{}",
+                    shown_path(&path),
+                    advice(&error)
+                )));
             }
             Err(_) => (nothing(), true),
         };
@@ -180,7 +173,9 @@ impl JournalFile {
             Some(
                 thread::Builder::new()
                     .spawn(move || shared.sync())
-                    .map_err(JournalFileError::Threads)?,
+                    .map_err(|error| {
+                        JournalFileError::Refused(format!("cannot start threads: {error}"))
+                    })?,
             )
         };
         Ok((
@@ -212,7 +207,11 @@ impl JournalFile {
             Err(JournalError::Unreadable(error)) => {
                 Err(FileError::new("read", &path, error).into())
             }
-            Err(error) => Err(JournalFileError::OfOther(path, error)),
+            Err(error) => Err(JournalFileError::Refused(format!(
+                "`{}` is no shard of this study: {error}\n\
+                 help: state the file and the options of the shards",
+                shown_path(&path)
+            ))),
         }
     }
 
@@ -281,7 +280,11 @@ impl JournalFile {
 fn lock(file: &File, path: &Path, directory: &Path) -> Result<(), JournalFileError> {
     match file.try_lock() {
         Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(JournalFileError::InUse(directory.to_owned())),
+        Err(TryLockError::WouldBlock) => Err(JournalFileError::Refused(format!(
+            "another study is writing to the directory `{}`: wait until it ends, or choose another \
+             directory with --out",
+            shown_path(directory)
+        ))),
         Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {
             warn!(path = %shown_path(path), "this file system has no locks: a second study would go unnoticed");
             Ok(())

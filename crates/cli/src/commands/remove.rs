@@ -51,7 +51,7 @@ pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
     let settings = text.document()?.settings()?;
     arguments.input.warn_of(&unusual(&settings))?;
     let refused = |error: RemovalError| CliError::of(&arguments.input.file, error);
-    check(&settings).map_err(|violation| refused(RemovalError::Settings(violation.to_string())))?;
+    check(&settings).map_err(|violation| refused(RemovalError::Failed(violation.to_string())))?;
     prepare_directory(&arguments.out)?;
     let is_ours = |name: &str| OF_REMOVAL.contains(&name);
     let _occupied = occupy(

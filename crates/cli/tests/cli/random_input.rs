@@ -163,7 +163,7 @@ fn files_and_options_are_accepted_or_refused_at_their_place() {
         let count = &counts[usize::from(read.is_err())];
         count.set(count.get() + 1);
         if let Err(error) = read
-            && let Some(key) = error.problem.key()
+            && let Some(key) = &error.key
         {
             let name = key.rsplit('.').next().expect("a key");
             assert!(error.to_string().contains(name), "{key}: {error}");
@@ -181,7 +181,7 @@ fn a_value_outside_its_range_is_refused_with_its_key_and_line() {
         let line = set(&mut lines, parameter, &value);
         let error = read_input(&lines.join("\n"), &[]).expect_err(parameter.path);
         assert_eq!(
-            (error.problem.key(), error.location.line),
+            (error.key.as_deref(), error.location.line),
             (Some(parameter.path), line),
             "{error}"
         );

@@ -1,5 +1,6 @@
 //! Why an edge cannot be followed.
 
+use std::fmt::Display;
 use std::io;
 
 use thiserror::Error;
@@ -7,31 +8,26 @@ use thiserror::Error;
 /// Why there is no result.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RemovalError {
-    /// The settings do not let an edge be followed to the goal, in words.
+    /// An edge cannot be followed to the goal, in words.
     #[error("{0}")]
-    Settings(String),
-    /// A pass cannot be simulated.
-    #[error(
-        "over an edge with a radius of {radius:.3e} m, with filaments that have lost {loss:.3e} m: {error}"
-    )]
-    Case {
-        /// The radius in m.
-        radius: f64,
-        /// The loss of length in m.
-        loss: f64,
-        /// What is wrong.
-        error: String,
-    },
-    /// Threads cannot be started.
-    #[error("cannot start threads: {0}")]
-    Threads(String),
+    Failed(String),
     /// It was asked to stop.
     #[error("stopped")]
     Stopped,
 }
 
+impl RemovalError {
+    /// That of a pass over an edge with a `radius` in m, by filaments with a `loss` of length in m.
+    pub(super) fn of_pass(radius: f64, loss: f64, error: impl Display) -> Self {
+        Self::Failed(format!(
+            "over an edge with a radius of {radius:.3e} m, with filaments that have lost \
+             {loss:.3e} m: {error}"
+        ))
+    }
+}
+
 impl From<io::Error> for RemovalError {
     fn from(error: io::Error) -> Self {
-        Self::Threads(error.to_string())
+        Self::Failed(format!("cannot start threads: {error}"))
     }
 }

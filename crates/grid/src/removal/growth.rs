@@ -116,6 +116,15 @@ impl Rates {
         }
     }
 
+    /// The same for edges that may grow beyond the table, where their work is that at its end.
+    pub fn unlimited(self) -> Self {
+        let [loss, _] = self.largest;
+        Self {
+            largest: [loss, f64::INFINITY],
+            ..self
+        }
+    }
+
     fn radii(&self, areas: [f64; 2]) -> [f64; 2] {
         std::array::from_fn(|edge| {
             if self.factors[edge] > 0.0 {

@@ -141,7 +141,7 @@ pub fn remove(
         ),
     ] {
         if let Some(goal) = goal.filter(|goal| *goal <= radius) {
-            return Err(RemovalError::Settings(format!(
+            return Err(RemovalError::Failed(format!(
                 "`{path}` is {goal:e} m, but the edge has a radius of {radius:e} m at the start, by `workpiece.edge_radius_m`: choose a \
                  larger one"
             )));
@@ -160,7 +160,7 @@ pub fn remove(
 
 fn no_coefficient() -> RemovalError {
     let words = "state `removal.preston_m2_n`, or what one trial showed: `removal.observed = { edge_radius_m = …, time_s = … }`";
-    RemovalError::Settings(words.to_owned())
+    RemovalError::Failed(words.to_owned())
 }
 
 /// The included angles in rad of the edges that can be followed, in the order in which filaments
@@ -169,7 +169,7 @@ fn no_coefficient() -> RemovalError {
 /// # Errors
 /// If there is none, or their work is not known.
 pub fn edges_of(settings: &Settings) -> Result<Vec<f64>, RemovalError> {
-    let wrong = |words: &str| Err(RemovalError::Settings(words.to_owned()));
+    let wrong = |words: &str| Err(RemovalError::Failed(words.to_owned()));
     match &settings.workpiece.kind {
         WorkpieceKind::Edge(edge) => Ok(vec![edge.included_angle_rad]),
         // It would take the work along the profile.
@@ -234,14 +234,9 @@ impl Course {
         let (Growth { preston, .. }, nodes, change_when_refined) = search.refined()?;
         let count = settings.tool.filament_count;
         let rates = Rates::new(settings, count, preston, search.factors(), &nodes);
-        let [loss, _] = rates.largest;
         Ok(Self {
             table: search.passes.table(None, &nodes),
-            // Edges that grow faster go beyond the table, where their work is that at its end.
-            rates: Rates {
-                largest: [loss, f64::INFINITY],
-                ..rates
-            },
+            rates: rates.unlimited(),
             preston,
             change_when_refined,
         })
@@ -280,7 +275,7 @@ fn goal_of(settings: &Settings, removal: &RemovalSettings) -> Result<End, Remova
         (Some(RemovalGoal::Turns(turns)), _) => Ok(End::Turns(turns)),
         (Some(RemovalGoal::TimeS(time)), _) => Ok(End::Turns(time * turns_per_second)),
         (None, Some(feed)) => Ok(End::Turns(settings.tool.width_m / feed * turns_per_second)),
-        (None, None) => Err(RemovalError::Settings(
+        (None, None) => Err(RemovalError::Failed(
             "state when to end: `removal.until = { edge_radius_m = … }`, or `turns`, or `time_s`; or \
              `removal.edge_feed_velocity_m_s`, for one pass along the edge"
                 .to_owned(),
@@ -399,17 +394,14 @@ impl Search<'_> {
         if fits(wanted) {
             return Ok(wanted);
         }
-        let error = |error: String| RemovalError::Case {
-            radius: least,
-            loss: 0.0,
-            error,
-        };
         with(least)
             .check()
-            .map_err(|violation| error(violation.to_string()))?;
+            .map_err(|violation| RemovalError::of_pass(least, 0.0, violation))?;
         if !fits(least) {
-            return Err(error(
-                "it is a face rather than an edge: choose fewer segments".to_owned(),
+            return Err(RemovalError::of_pass(
+                least,
+                0.0,
+                "it is a face rather than an edge: choose fewer segments",
             ));
         }
         let (mut low, mut high) = (least, wanted);
@@ -572,7 +564,7 @@ impl Search<'_> {
             _ => "filaments do no work on it there; check `workpiece.offset_m`, `workpiece.side` and the penetration depth".to_owned(),
         };
         let largest = last.larger();
-        RemovalError::Settings(format!(
+        RemovalError::Failed(format!(
             "an edge radius of {goal:e} m is never reached; the largest is {largest:.3e} m: {why}"
         ))
     }
@@ -654,18 +646,7 @@ impl Search<'_> {
             let table = self.passes.table(Some(member), nodes);
             let count = self.passes.count(member);
             let rates = Rates::new(self.settings, count, growth.preston, self.factors(), nodes);
-            // Edges that grow faster than those of the mean go beyond the table, where their work
-            // is that at its end.
-            let [loss, _] = rates.largest;
-            grow(
-                &table,
-                &Rates {
-                    largest: [loss, f64::INFINITY],
-                    ..rates
-                },
-                end,
-            )
-            .0
+            grow(&table, &rates.unlimited(), end).0
         });
         Ok(all.collect())
     }

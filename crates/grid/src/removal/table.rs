@@ -263,14 +263,7 @@ impl<'a> Passes<'a> {
                         settings.uncertainty = UncertaintySettings::default();
                     }
                     if let Err(error) = settings.check() {
-                        failures.push((
-                            radius,
-                            RemovalError::Case {
-                                radius,
-                                loss,
-                                error: error.to_string(),
-                            },
-                        ));
+                        failures.push((radius, RemovalError::of_pass(radius, loss, error)));
                         found.remove(&key);
                         break;
                     }
@@ -298,14 +291,7 @@ impl<'a> Passes<'a> {
                 }
                 Err(error) => {
                     let [radius, loss] = [radius, loss].map(f64::from_bits);
-                    failures.push((
-                        radius,
-                        RemovalError::Case {
-                            radius,
-                            loss,
-                            error,
-                        },
-                    ));
+                    failures.push((radius, RemovalError::of_pass(radius, loss, error)));
                     found.remove(&key);
                 }
             }

@@ -1,6 +1,5 @@
 //! What an input file states, with the places of it: materials, sweeps and named tools.
 
-use std::borrow::Cow;
 use std::ops::Range;
 
 use bristle::model::parameters::Parameter;
@@ -85,10 +84,7 @@ impl LocatedTool<'_> {
             parameters.for_each(|parameter| drop(filament.remove(parameter.key())));
         }
         for (section, span) in &self.sections {
-            let new = || Spanned::new(span.clone(), DeValue::Table(DeTable::new()));
-            table
-                .entry(Spanned::new(span.clone(), Cow::Borrowed(section.as_str())))
-                .or_insert_with(new);
+            options::section_in(table, section, span);
         }
         for Entry {
             section,

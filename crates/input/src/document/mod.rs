@@ -21,7 +21,7 @@ use toml::de::{DeTable, DeValue, Deserializer};
 
 use crate::cells::{DECIMALS, SEPARATORS};
 use crate::goal::{GOAL, MOST, MOST_OF, NUMBERS, allowed, largest};
-use crate::input_error::{InputError, LONGEST_MESSAGE, Problem, Source};
+use crate::input_error::{InputError, LONGEST_KEY, LONGEST_MESSAGE, Source};
 use crate::keys::{CONTROL_POINTS, FILAMENT, MATERIAL_KEY, STUDY, TOOLS, WORKPIECE};
 use crate::materials::Material;
 use crate::measured::{ColumnName, Format, Quantity};
@@ -31,7 +31,7 @@ use bristle::model::parameters::{PARAMETERS, Parameter, Violation};
 use bristle::model::settings::Settings;
 use bristle_grid::uncertainty::check;
 use bristle_grid::{
-    BRUSH, DEPTH, SHORT_NAMES, SPEED, Study, StudyError, Sweep, SweepError, TOOL, Tool, VELOCITY,
+    BRUSH, DEPTH, SHORT_NAMES, SPEED, Study, StudyError, Sweep, TOOL, Tool, VELOCITY,
 };
 use bristle_text::units::own_keys;
 use serde_json::{Map, Value};
@@ -41,7 +41,7 @@ pub use tree::Document;
 
 use located::{LocatedMaterial, LocatedSweep, LocatedTool};
 use meant::{did_you_mean, is_section};
-use tree::{OtherUnit, read};
+use tree::{OtherUnit, number_of, read};
 use units::ONE_UNIT;
 use workpiece::{FEED, KIND};
 
@@ -140,8 +140,8 @@ impl<'t> Document<'t> {
                 "duplicate key" => "each section, key and name of a tool stands in the file once",
                 _ => "an input file has sections like [filament] and lines like length_m = 0.040",
             };
-            let (problem, advice) = not_toml(document.source.line(span.start), unreadable, usual);
-            document.error(problem, span, &advice)
+            let (problem, advice) = not_toml(document.source.line(span.start), &unreadable, usual);
+            document.error(None, problem, span, &advice)
         })?;
         document.table = root.into_inner();
         document.take_units()?;
@@ -190,9 +190,9 @@ impl<'t> Document<'t> {
             let Some(assignment) =
                 Assignment::of(option).filter(|assignment| assignment.is_whole())
             else {
-                let problem = Problem::Unreadable("an option needs a key and a value".to_owned());
+                let problem = cannot_be_read("an option needs a key and a value");
                 let advice = "as in --set process.rotational_speed_rpm=1200";
-                return Err(self.error(problem, there(&(0..option.len())), advice));
+                return Err(self.error(None, problem, there(&(0..option.len())), advice));
             };
             let Assignment {
                 section,
@@ -203,21 +203,20 @@ impl<'t> Document<'t> {
                 ..
             } = &assignment;
             if section.is_empty() {
-                let expected = "a section and a key, as in process.rotational_speed_rpm".to_owned();
-                let problem = Problem::UnknownKey {
-                    key: key.to_string(),
-                    expected,
-                };
+                let expected = "a section and a key, as in process.rotational_speed_rpm";
                 let advice = PARAMETERS.iter().find(|parameter| parameter.section() == *key).map_or_else(
                     || setting_meant(key),
                     |first| format!("state a key of [{key}], as in --set {}=…, or the section in the file", first.path),
                 );
-                return Err(self.error(problem, there(key_span), &advice));
+                return Err(self.unknown(key, expected, there(key_span), &advice));
             }
             let value = assignment.parsed().map_err(|error| {
-                let (problem, advice) =
-                    not_toml(option, format!("not a TOML value: {}", error.message()), "");
-                self.error(problem, there(value_span), &advice)
+                let (problem, advice) = not_toml(
+                    option,
+                    &format!("not a TOML value: {}", error.message()),
+                    "",
+                );
+                self.error(None, problem, there(value_span), &advice)
             })?;
             // The same key again replaces the earlier one; the same setting by another key does
             // not.
@@ -235,16 +234,13 @@ impl<'t> Document<'t> {
                 .iter()
                 .filter_map(|option| Assignment::of(option));
             if let Some(other) = earlier.find(is_other) {
-                let problem = Problem::Both {
-                    key: assignment.written_path(),
-                    other: other.written_path(),
-                };
+                let [key, other_key] = [&assignment, &other].map(Assignment::written_path);
                 let advice = if other.path() == assignment.path() {
                     ONE_UNIT
                 } else {
                     FOLLOWS
                 };
-                return Err(self.error(problem, there(key_span), advice));
+                return Err(self.both(&key, &other_key, there(key_span), advice));
             }
             let spans = [there(key_span), there(value_span)];
             if let Some(unit) = unit {
@@ -274,15 +270,11 @@ impl<'t> Document<'t> {
             let start = self.source.start_of_option(number);
             let place = start + assignment.key_span.start..start + assignment.key_span.end;
             if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {
-                let problem = Problem::Swept {
-                    key: parameter.path,
-                    swept: swept.path,
-                };
                 let advice = format!(
                     "sweep other values, as in --set 'study.{}=[…]'",
                     parameter.path
                 );
-                return Err(self.error(problem, place, &advice));
+                return Err(self.swept(parameter.path, swept, place, &advice));
             }
             if let Some(first) = self.tools.first()
                 && self
@@ -290,12 +282,12 @@ impl<'t> Document<'t> {
                     .iter()
                     .all(|tool| parameter.group().any(|same| tool.states(same.path)))
             {
-                let problem = Problem::OfEachTool(parameter.path);
+                let what = "has no effect, because each tool of the study states it";
                 let advice = format!(
                     "state it of a tool, as in --set study.tools.\"{}\".{}=…",
                     first.name, parameter.path
                 );
-                return Err(self.error(problem, place, &advice));
+                return Err(self.about(parameter.path, what, place, &advice));
             }
         }
         Ok(())
@@ -331,12 +323,7 @@ impl<'t> Document<'t> {
             None => MEASURED_FILE.to_owned(),
         };
         let key = format!("{WORKPIECE}.{CONTROL_POINTS_FILE}");
-        let problem = Problem::NotAllowed {
-            key,
-            value: self.source.quote(value.span()),
-            allowed,
-        };
-        Err(self.error(problem, value.span(), ""))
+        Err(self.not_allowed(&key, &value, allowed))
     }
 
     /// Takes the name of a material out of the tree.
@@ -380,15 +367,8 @@ impl<'t> Document<'t> {
         };
         for (parameter, text) in values {
             if find(table, parameter.path).is_none() {
-                let value = DeValue::parse(text)
-                    .expect("a number is a value")
-                    .into_inner();
-                options::state(
-                    table,
-                    [FILAMENT, parameter.key()],
-                    value,
-                    [span.clone(), span.clone()],
-                );
+                let spans = [span.clone(), span.clone()];
+                options::state(table, [FILAMENT, parameter.key()], number_of(text), spans);
             }
         }
     }
@@ -499,14 +479,8 @@ impl<'t> Document<'t> {
         {
             let value = format!("swept over {} values", sweep.values().len());
             let allowed =
-                "one value in its own section: a calibration has one brush, or named tools"
-                    .to_owned();
-            let problem = Problem::NotAllowed {
-                key: parameter.path.to_owned(),
-                value,
-                allowed,
-            };
-            return Err(self.error(problem, span.clone(), ""));
+                "one value in its own section: a calibration has one brush, or named tools";
+            return Err(self.refused(parameter.path, value, allowed, span.clone(), ""));
         }
         let overrides = self.any_for(&[VELOCITY, DEPTH]);
         let brush = |tool: Option<&LocatedTool<'t>>| {
@@ -535,12 +509,9 @@ impl<'t> Document<'t> {
     /// The study that the file states. All its cases are checked.
     pub fn study(&self) -> Result<Study, InputError> {
         if self.sweeps.is_empty() && self.tools.is_empty() {
-            let problem = Problem::Missing {
-                key: STUDY.to_owned(),
-                allowed: "a section that sweeps at least one setting, or names tools".to_owned(),
-            };
+            let allowed = "a section that sweeps at least one setting, or names tools";
             let advice = "add, for example, `[study]` and under it `brushing_velocity_m_s = [5.0, 10.0, 20.0]`";
-            return Err(self.error(problem, self.study_span.clone(), advice));
+            return Err(self.absent(STUDY, allowed, self.study_span.clone(), advice));
         }
         self.check_options()?;
         // The first value of each sweep fills in the settings that the file leaves to the study.
@@ -607,9 +578,10 @@ impl<'t> Document<'t> {
             Study::of_tools(tools, sweeps)
         };
         study.map_err(|error| {
-            let place = |path: &str| place(&built[0].table, path);
-            let span = match &error {
-                StudyError::SweptTwice(path) | StudyError::BothSwept { path, .. } => place(path),
+            let (key, span) = match &error {
+                StudyError::SweptTwice(path) | StudyError::BothSwept { path, .. } => {
+                    (Some(*path), place(&built[0].table, path))
+                }
                 StudyError::Case {
                     tool, violation, ..
                 } => {
@@ -617,20 +589,19 @@ impl<'t> Document<'t> {
                         .tools
                         .iter()
                         .position(|located| Some(&located.name) == tool.as_ref());
-                    self::place(&built[number.unwrap_or(0)].table, violation.path)
+                    let table = &built[number.unwrap_or(0)].table;
+                    (Some(violation.path), place(table, violation.path))
                 }
                 StudyError::ToolName(name)
                 | StudyError::ToolsAlike { name, .. }
                 | StudyError::SomeBrushes { with: name, .. } => {
-                    self.named(Some(name)).map(|tool| tool.span.clone())
+                    let tool = self.named(Some(name));
+                    (Some("study.tools"), tool.map(|tool| tool.span.clone()))
                 }
-                StudyError::TooManyCases | StudyError::TooManyTools => None,
+                StudyError::TooManyCases | StudyError::TooManyTools => (None, None),
             };
-            self.error(
-                Problem::Study(error),
-                span.unwrap_or(self.study_span.clone()),
-                "",
-            )
+            let span = span.unwrap_or(self.study_span.clone());
+            self.error(key, error.to_string(), span, "")
         })
     }
 
@@ -656,11 +627,8 @@ impl<'t> Document<'t> {
             span,
         } in overrides
         {
-            let value = DeValue::parse(text).map_err(|error| self.unreadable(&table, &error))?;
-            let section = table
-                .entry(Spanned::new(self.end(), Cow::Borrowed(parameter.section())))
-                .or_insert_with(|| Spanned::new(self.end(), DeValue::Table(DeTable::new())));
-            if let DeValue::Table(section) = section.get_mut() {
+            if let Some(section) = options::section_in(&mut table, parameter.section(), &self.end())
+            {
                 // Remove the entry first: an insertion alone would keep the old key's place. What
                 // states the same goes, too, unless it is replaced itself.
                 let is_replaced = |same: &Parameter| {
@@ -676,7 +644,7 @@ impl<'t> Document<'t> {
                 }
                 section.insert(
                     Spanned::new(span.clone(), Cow::Borrowed(parameter.key())),
-                    Spanned::new(span.clone(), value.into_inner()),
+                    Spanned::new(span.clone(), number_of(text)),
                 );
             }
         }
@@ -757,7 +725,7 @@ impl<'t> Document<'t> {
         };
         if stated.len() != read.len() {
             let allowed = format!("a list of {} numbers", read.len());
-            return Err(self.not_allowed(path.to_owned(), value, allowed));
+            return Err(self.not_allowed(path, value, allowed));
         }
         stated
             .iter()
@@ -790,20 +758,13 @@ impl<'t> Document<'t> {
                         |place| self.written(parameter.path, &place),
                     )
                 };
-                let problem = Problem::Both {
-                    key: written(parameter),
-                    other: written(other),
-                };
-                return Err(self.error(problem, span, FOLLOWS));
+                return Err(self.both(&written(parameter), &written(other), span, FOLLOWS));
             }
             let refused = |found: String| {
-                let problem = Problem::NotAllowed {
-                    key: parameter.path.to_owned(),
-                    value: found,
-                    allowed: parameter.allowed(),
-                };
                 let key = self.written(parameter.path, &span);
-                self.error(problem, span.clone(), &text_mistake(&key, value.get_ref()))
+                let advice = text_mistake(&key, value.get_ref());
+                let allowed = parameter.allowed();
+                self.refused(parameter.path, found, allowed, span.clone(), &advice)
             };
             let number: f64 = read(value).map_err(|_| refused(self.source.quote(span.clone())))?;
             parameter
@@ -815,13 +776,10 @@ impl<'t> Document<'t> {
             {
                 let of = Parameter::find(parameter.instead_of)
                     .expect("what follows does so from a setting");
-                let any = DeValue::parse("1.0")
-                    .expect("a number is a value")
-                    .into_inner();
                 section.remove(parameter.key());
                 section.insert(
                     Spanned::new(span.clone(), Cow::Borrowed(of.key())),
-                    Spanned::new(span.clone(), any),
+                    Spanned::new(span.clone(), number_of("1.0")),
                 );
             }
         }
@@ -843,12 +801,7 @@ impl<'t> Document<'t> {
             value,
             allowed,
         } = violation;
-        let problem = Problem::NotAllowed {
-            key: path.to_owned(),
-            value,
-            allowed,
-        };
-        self.error(problem, span, "")
+        self.refused(path, value, allowed, span, "")
     }
 
     /// Reads the entries of `[study]` in the order of the file.
@@ -870,17 +823,16 @@ impl<'t> Document<'t> {
         let keys = [FILE, SEPARATOR, DECIMAL, COLUMNS, RELATIVE_STD];
         self.check_keys(MEASURED, entries, &keys)?;
         let key = format!("{MEASURED}.{FILE}");
-        let allowed = MEASURED_FILE.to_owned();
         let Some(value) = entries.get(FILE) else {
             let advice = format!("add `{FILE} = \"forces.csv\"` under [{MEASURED}]");
-            return Err(self.error(Problem::Missing { key, allowed }, span, &advice));
+            return Err(self.absent(&key, MEASURED_FILE, span, &advice));
         };
         let file = value
             .get_ref()
             .as_str()
             .filter(|path| !path.trim().is_empty());
         let file = file
-            .ok_or_else(|| self.not_allowed(key, value, allowed))?
+            .ok_or_else(|| self.not_allowed(&key, value, MEASURED_FILE))?
             .to_owned();
         let letter = |key: &str, letters: &[char]| {
             let Some(value) = entries.get(key) else {
@@ -896,16 +848,16 @@ impl<'t> Document<'t> {
                     .collect::<Vec<_>>()
             };
             let refused =
-                || self.not_allowed(format!("{MEASURED}.{key}"), value, allowed().join(" or "));
+                || self.not_allowed(&format!("{MEASURED}.{key}"), value, allowed().join(" or "));
             found.copied().map(Some).ok_or_else(refused)
         };
         let relative_std = |value| {
             let number: Option<f64> = read(value)
                 .ok()
                 .filter(|number| *number > 0.0 && *number <= 1.0);
-            let allowed = "a number greater than 0 and at most 1: 0.03 for 3 %".to_owned();
+            let allowed = "a number greater than 0 and at most 1: 0.03 for 3 %";
             number.ok_or_else(|| {
-                self.not_allowed(format!("{MEASURED}.{RELATIVE_STD}"), value, allowed)
+                self.not_allowed(&format!("{MEASURED}.{RELATIVE_STD}"), value, allowed)
             })
         };
         let format = Format {
@@ -939,13 +891,13 @@ impl<'t> Document<'t> {
                     .as_str()
                     .filter(|word| MOST_OF.contains(word));
                 let allowed = || format!("\"{}\"", MOST_OF.join("\", \""));
-                let word = word.ok_or_else(|| self.not_allowed(path, value, allowed()))?;
+                let word = word.ok_or_else(|| self.not_allowed(&path, value, allowed()))?;
                 if word != MOST_OF[0] && !self.table.contains_key(REMOVAL) {
                     let allowed = format!(
                         "\"{}\" without the section [{REMOVAL}], which may be empty",
                         MOST_OF[0]
                     );
-                    return Err(self.not_allowed(format!("{GOAL}.{MOST}"), value, allowed));
+                    return Err(self.not_allowed(&path, value, allowed));
                 }
                 (MOST, Value::from(word))
             } else {
@@ -964,33 +916,18 @@ impl<'t> Document<'t> {
                 let number = number.filter(|number| {
                     *number > 0.0 && number.is_finite() && *number <= largest(own)
                 });
-                (
-                    own,
-                    Value::from(
-                        number.ok_or_else(|| {
-                            self.not_allowed(path, value, allowed(own).to_owned())
-                        })?,
-                    ),
-                )
+                let number = number.ok_or_else(|| self.not_allowed(&path, value, allowed(own)))?;
+                (own, Value::from(number))
             };
             if goal.insert(own.to_owned(), value).is_some() {
-                let problem = Problem::Both {
-                    key: format!("{GOAL}.{written}"),
-                    other: format!("{GOAL}.{own}"),
-                };
-                return Err(self.error(problem, key.span(), ONE_UNIT));
+                let other = format!("{GOAL}.{own}");
+                return Err(self.both(&path, &other, key.span(), ONE_UNIT));
             }
         }
         if goal.is_empty() {
-            let problem = Problem::Missing {
-                key: format!("{GOAL}.{}", NUMBERS[0].0),
-                allowed: allowed(NUMBERS[0].0).to_owned(),
-            };
-            return Err(self.error(
-                problem,
-                span,
-                "or another key of [goal]: docs/input.md lists them",
-            ));
+            let first = NUMBERS[0].0;
+            let advice = "or another key of [goal]: docs/input.md lists them";
+            return Err(self.absent(&format!("{GOAL}.{first}"), allowed(first), span, advice));
         }
         Ok(goal)
     }
@@ -1002,8 +939,8 @@ impl<'t> Document<'t> {
     ) -> Result<Vec<(Quantity, ColumnName)>, InputError> {
         let path = format!("{MEASURED}.{COLUMNS}");
         let DeValue::Table(entries) = columns.get_ref() else {
-            let allowed = "a table such as { force_n = \"Fz [N]\" }".to_owned();
-            return Err(self.not_allowed(path, columns, allowed));
+            let allowed = "a table such as { force_n = \"Fz [N]\" }";
+            return Err(self.not_allowed(&path, columns, allowed));
         };
         let is_named = |key: &Spanned<Cow<'_, str>>| Quantity::of_key(key.get_ref()).is_some();
         let mut named: Vec<_> = entries.iter().filter(|(key, _)| is_named(key)).collect();
@@ -1031,14 +968,7 @@ impl<'t> Document<'t> {
                 };
                 let [key_path, other] =
                     [key, named[first].0].map(|key| format!("{path}.{}", key.get_ref()));
-                return Err(self.error(
-                    Problem::Both {
-                        key: key_path,
-                        other,
-                    },
-                    key.span(),
-                    advice,
-                ));
+                return Err(self.both(&key_path, &other, key.span(), advice));
             }
             let ColumnName {
                 heading,
@@ -1046,9 +976,8 @@ impl<'t> Document<'t> {
             } = self.read_column(quantity, key.get_ref(), value)?;
             let of_key = Some(unit).filter(|unit| !unit.is_own());
             if stated.is_some() && of_key.is_some() {
-                let allowed =
-                    "the heading of a column alone, as the key states the unit".to_owned();
-                return Err(self.not_allowed(format!("{path}.{}", key.get_ref()), value, allowed));
+                let allowed = "the heading of a column alone, as the key states the unit";
+                return Err(self.not_allowed(&format!("{path}.{}", key.get_ref()), value, allowed));
             }
             columns.push((
                 quantity,
@@ -1073,22 +1002,10 @@ impl<'t> Document<'t> {
         else {
             return Ok(None);
         };
-        let heading = value
-            .get_ref()
-            .as_str()
-            .map(str::trim)
-            .filter(|heading| !heading.is_empty());
         let path = format!("{MEASURED}.{COLUMNS}.{TOOL}");
-        let refused = || {
-            self.not_allowed(
-                path,
-                value,
-                "the heading of a column with the names of tools".to_owned(),
-            )
-        };
-        heading
-            .map(|heading| Some(heading.to_owned()))
-            .ok_or_else(refused)
+        let allowed = "the heading of a column with the names of tools";
+        let refused = || self.not_allowed(&path, value, allowed);
+        text_of(value).map(Some).ok_or_else(refused)
     }
 
     /// Reads the name of a column, with its unit if it is stated.
@@ -1101,14 +1018,6 @@ impl<'t> Document<'t> {
         const COLUMN: &str = "column";
         const UNIT: &str = "unit";
         let path = format!("{MEASURED}.{COLUMNS}.{key}");
-        let text = |value: &Spanned<DeValue<'_>>| {
-            value
-                .get_ref()
-                .as_str()
-                .map(str::trim)
-                .filter(|text| !text.is_empty())
-                .map(str::to_owned)
-        };
         let units = quantity.unit_names().collect::<Vec<_>>();
         let allowed = || {
             format!(
@@ -1117,23 +1026,21 @@ impl<'t> Document<'t> {
             )
         };
         let DeValue::Table(entries) = value.get_ref() else {
-            let heading = text(value).ok_or_else(|| self.not_allowed(path, value, allowed()))?;
+            let heading =
+                text_of(value).ok_or_else(|| self.not_allowed(&path, value, allowed()))?;
             return Ok(ColumnName {
                 heading,
                 unit: None,
             });
         };
         self.check_keys(&path, entries, &[COLUMN, UNIT])?;
-        let heading = entries.get(COLUMN).and_then(text);
-        let heading = heading.ok_or_else(|| self.not_allowed(path.clone(), value, allowed()))?;
+        let heading = entries.get(COLUMN).and_then(text_of);
+        let heading = heading.ok_or_else(|| self.not_allowed(&path, value, allowed()))?;
         let unit = entries.get(UNIT).map(|unit| {
-            let known = text(unit).and_then(|unit| quantity.unit(&unit));
+            let known = text_of(unit).and_then(|unit| quantity.unit(&unit));
             known.ok_or_else(|| {
-                self.not_allowed(
-                    format!("{path}.{UNIT}"),
-                    unit,
-                    format!("one of {}", units.join(", ")),
-                )
+                let allowed = format!("one of {}", units.join(", "));
+                self.not_allowed(&format!("{path}.{UNIT}"), unit, allowed)
             })
         });
         Ok(ColumnName {
@@ -1163,15 +1070,8 @@ impl<'t> Document<'t> {
             .map(|key| format!("`{key}`"))
             .collect::<Vec<_>>()
             .join(", ");
-        let problem = Problem::UnknownKey {
-            key: format!("{path}.{name}"),
-            expected,
-        };
-        self.error(
-            problem,
-            key.span(),
-            &did_you_mean(name, keys.iter().copied()),
-        )
+        let advice = did_you_mean(name, keys.iter().copied());
+        self.unknown(&format!("{path}.{name}"), expected, key.span(), &advice)
     }
 
     fn read_sweep(
@@ -1190,21 +1090,14 @@ impl<'t> Document<'t> {
             .unwrap_or(name);
         let study_key = format!("{STUDY}.{name}");
         let Some(parameter) = Parameter::find(path) else {
-            let problem = Problem::UnknownKey {
-                key: study_key,
-                expected: "the path of a scalar setting in quotes, such as \"filament.segments\""
-                    .to_owned(),
-            };
-            return Err(self.error(problem, key.span(), &setting_meant(name)));
+            let expected = "the path of a scalar setting in quotes, such as \"filament.segments\"";
+            return Err(self.unknown(&study_key, expected, key.span(), &setting_meant(name)));
         };
         let unreadable = |error: toml::de::Error| {
             let span = error.span().unwrap_or(value.span());
-            let problem = Problem::NotAllowed {
-                key: study_key.clone(),
-                value: self.source.quote(value.span()),
-                allowed: format!("{SWEEP} ({})", shown(error.message(), LONGEST_MESSAGE)),
-            };
-            self.error(problem, span, "")
+            let allowed = format!("{SWEEP} ({})", shown(error.message(), LONGEST_MESSAGE));
+            let found = self.source.quote(value.span());
+            self.refused(&study_key, found, allowed, span, "")
         };
         let sweep = if value.get_ref().is_array() {
             Sweep::list(parameter, read(&value).map_err(unreadable)?)
@@ -1218,15 +1111,13 @@ impl<'t> Document<'t> {
             span: value.span(),
         };
         sweep.map(located).map_err(|error| {
-            let span = match (&error, value.get_ref()) {
-                (SweepError::Value { index, .. }, DeValue::Array(items)) => items[*index].span(),
+            let span = match (error.index, value.get_ref()) {
+                (Some(index), DeValue::Array(items)) => items[index].span(),
                 _ => value.span(),
             };
-            let problem = Problem::Sweep {
-                key: study_key,
-                error,
-            };
-            self.error(problem, span, "")
+            let key = self.written(&study_key, &span);
+            let problem = format!("`{}`: {error}", shown(&key, LONGEST_KEY));
+            self.error(Some(&key), problem, span, "")
         })
     }
 
@@ -1236,21 +1127,14 @@ impl<'t> Document<'t> {
         name: &Spanned<Cow<'_, str>>,
         value: &Spanned<DeValue<'_>>,
     ) -> InputError {
-        let key = name.get_ref().to_string();
-        if is_section(&key) || key == STUDY || key == MEASURED || key == GOAL {
-            let problem = Problem::NotAllowed {
-                value: self.source.quote(value.span()),
-                allowed: format!("a section that starts with a line [{key}]"),
-                key,
-            };
-            self.error(problem, value.span(), "")
+        let key = name.get_ref().as_ref();
+        if is_section(key) || key == STUDY || key == MEASURED || key == GOAL {
+            let allowed = format!("a section that starts with a line [{key}]");
+            self.not_allowed(key, value, allowed)
         } else {
             let advice = "put it under the heading of its section, such as [filament]";
-            let problem = Problem::UnknownKey {
-                key,
-                expected: "a section at the top level of the file".to_owned(),
-            };
-            self.error(problem, name.span(), advice)
+            let expected = "a section at the top level of the file";
+            self.unknown(key, expected, name.span(), advice)
         }
     }
 
@@ -1259,11 +1143,7 @@ impl<'t> Document<'t> {
     fn unreadable(&self, table: &DeTable<'_>, error: &toml::de::Error) -> InputError {
         // An error without a place is about the file as a whole.
         let Some(span) = error.span() else {
-            return self.error(
-                Problem::Unreadable(error.message().to_owned()),
-                self.end(),
-                "",
-            );
+            return self.error(None, cannot_be_read(error.message()), self.end(), "");
         };
         let unknown = |key: String, advice: String| {
             let message = error.message();
@@ -1296,7 +1176,7 @@ impl<'t> Document<'t> {
                 }
                 _ => expected,
             };
-            self.error(Problem::UnknownKey { key, expected }, span.clone(), &advice)
+            self.unknown(&key, expected, span.clone(), &advice)
         };
         for (name, section) in table {
             let name_span = name.span();
@@ -1315,16 +1195,12 @@ impl<'t> Document<'t> {
                     let allowed = Parameter::find(&path)
                         .map_or_else(|| allowed_by(error.message()), Parameter::allowed);
                     let advice = text_mistake(&self.written(&path, &span), value.get_ref());
-                    let problem = Problem::NotAllowed {
-                        key: path,
-                        value: self.source.quote(value.span()),
-                        allowed,
-                    };
-                    return self.error(problem, span, &advice);
+                    let found = self.source.quote(value.span());
+                    return self.refused(&path, found, allowed, span, &advice);
                 }
             }
         }
-        self.error(Problem::Unreadable(error.message().to_owned()), span, "")
+        self.error(None, cannot_be_read(error.message()), span, "")
     }
 
     /// The error about required keys that are missing: whole sections first, otherwise the keys of
@@ -1341,20 +1217,10 @@ impl<'t> Document<'t> {
             .collect();
         sections.dedup();
         sections.retain(|section| !self.table.contains_key(*section));
-        let (problem, span, place) = if sections.is_empty() {
-            let problem = Problem::Missing {
-                key: first.path.to_owned(),
-                allowed: first.allowed(),
-            };
-            let place = format!("under [{}]", first.section());
-            (problem, self.table[first.section()].span(), place)
+        let place = if sections.is_empty() {
+            format!("under [{}]", first.section())
         } else {
-            let place = "at the end of the file".to_owned();
-            (
-                Problem::MissingSections(sections.clone()),
-                self.end(),
-                place,
-            )
+            "at the end of the file".to_owned()
         };
         let is_named = |section: &str| {
             if sections.is_empty() {
@@ -1409,16 +1275,41 @@ impl<'t> Document<'t> {
         if named().any(|parameter| parameter.section() == PROCESS) {
             advice.push_str("\n\n     What [study] sweeps may be left out for `bristle study`.");
         }
-        Some(self.error(problem, span, &advice))
+        let names: Vec<String> = sections
+            .iter()
+            .map(|section| format!("[{section}]"))
+            .collect();
+        let problem = match names.split_last() {
+            None => {
+                let span = self.table[first.section()].span();
+                return Some(self.absent(first.path, first.allowed(), span, &advice));
+            }
+            Some((last, [])) => format!("the section {last} is missing"),
+            Some((last, others)) => {
+                format!("the sections {} and {last} are missing", others.join(", "))
+            }
+        };
+        Some(self.error(sections.first().copied(), problem, self.end(), &advice))
     }
+}
+
+/// The problem of a text that is not TOML, or cannot be interpreted.
+fn cannot_be_read(message: &str) -> String {
+    format!("cannot be read: {}", shown(message, LONGEST_MESSAGE))
+}
+
+/// A text that says something, without the space around it.
+fn text_of(value: &Spanned<DeValue<'_>>) -> Option<String> {
+    let text = value.get_ref().as_str().map(str::trim);
+    text.filter(|text| !text.is_empty()).map(str::to_owned)
 }
 
 /// What is wrong with a `line` that is not TOML, and what to do: `message` and `usual` unless it is
 /// one of the usual mistakes.
-fn not_toml(line: &str, message: String, usual: &str) -> (Problem, String) {
+fn not_toml(line: &str, message: &str, usual: &str) -> (String, String) {
     match value_mistake(line) {
-        Some(Mistake { what, instead }) => (Problem::Number(what), instead),
-        None => (Problem::Unreadable(message), usual.to_owned()),
+        Some(Mistake { what, instead }) => (what, instead),
+        None => (cannot_be_read(message), usual.to_owned()),
     }
 }
 

@@ -11,7 +11,7 @@ use toml::de::{DeTable, DeValue};
 use super::located::{Entry, LocatedMaterial, LocatedTool, section_of};
 use super::meant::{did_you_mean, is_section, setting_meant};
 use super::tree::Document;
-use crate::input_error::{InputError, Problem};
+use crate::input_error::InputError;
 use crate::keys::{FILAMENT, MATERIAL_KEY, SECTIONS, STUDY, TOOLS};
 use crate::materials::{DENSITY, MATERIALS, MODULUS, Material};
 
@@ -34,7 +34,7 @@ impl<'t> Document<'t> {
             .as_table()
             .filter(|entries| !entries.is_empty())
         else {
-            return Err(self.not_allowed(format!("{STUDY}.{TOOLS}"), tools, TABLES.to_owned()));
+            return Err(self.not_allowed(&format!("{STUDY}.{TOOLS}"), tools, TABLES));
         };
         let mut read = Vec::new();
         for (name, value) in entries {
@@ -42,7 +42,7 @@ impl<'t> Document<'t> {
             let name = name.get_ref().to_string();
             let key = format!("{STUDY}.{TOOLS}.{name}");
             let DeValue::Table(stated) = value.get_ref() else {
-                return Err(self.not_allowed(key, value, TABLE.to_owned()));
+                return Err(self.not_allowed(&key, value, TABLE));
             };
             let mut entries = self.read_entries(&key, stated)?;
             entries.sort_by_key(|entry| entry.key_span.start);
@@ -104,12 +104,9 @@ impl<'t> Document<'t> {
         } else {
             meant
         };
-        let problem = Problem::NotAllowed {
-            key: MATERIAL.to_owned(),
-            value: self.source.quote(value.span()),
-            allowed,
-        };
-        Err(self.error(problem, value.span(), &advice))
+        let span = value.span();
+        let found = self.source.quote(span.clone());
+        Err(self.refused(MATERIAL, found, allowed, span, &advice))
     }
 
     /// The settings in the table of a tool, which `path` names: those of sections, and those with
@@ -155,14 +152,7 @@ impl<'t> Document<'t> {
         } else {
             setting_meant(name)
         };
-        self.error(
-            Problem::UnknownKey {
-                key: format!("{path}.{name}"),
-                expected,
-            },
-            span,
-            &advice,
-        )
+        self.unknown(&format!("{path}.{name}"), expected, span, &advice)
     }
 
     /// Checks that a tool states nothing twice, nor what the study sweeps.
@@ -176,20 +166,13 @@ impl<'t> Document<'t> {
             let mut earlier = entries[..position].iter();
             if let Some(other) = earlier.find(|other| other.parameter().is_some_and(is_same)) {
                 let written = |entry: &Entry<'_>| self.written(&entry.path(), &entry.key_span);
-                let problem = Problem::Both {
-                    key: written(entry),
-                    other: written(other),
-                };
-                return Err(self.error(problem, entry.key_span.clone(), "give one of them"));
+                let span = entry.key_span.clone();
+                return Err(self.both(&written(entry), &written(other), span, "give one of them"));
             }
             if let Some(swept) = parameter.group().find(|same| self.sweeps(same)) {
-                let problem = Problem::Swept {
-                    key: parameter.path,
-                    swept: swept.path,
-                };
                 let advice =
                     "the values of a sweep apply to all tools: leave it out here, or under [study]";
-                return Err(self.error(problem, entry.key_span.clone(), advice));
+                return Err(self.swept(parameter.path, swept, entry.key_span.clone(), advice));
             }
         }
         Ok(())

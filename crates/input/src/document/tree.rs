@@ -1,16 +1,18 @@
 //! The parts of an input file, with their places, and errors about them as they were written.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::ops::Range;
 
 use bristle::model::parameters::Parameter;
+use bristle_text::shown;
 use bristle_text::units::Unit;
 use serde_json::{Map, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::located::{LocatedMaterial, LocatedSweep, LocatedTool};
-use crate::input_error::{InputError, Problem, Source};
+use crate::input_error::{InputError, LONGEST_KEY, Source};
 use crate::measured::Format;
 
 /// An input file whose TOML and sweeps have been read.
@@ -79,9 +81,7 @@ impl OtherUnit {
         let mut numbers = self.numbers.iter();
         each_number(value, &mut |number| {
             if let Some(text) = numbers.next().and_then(Option::as_deref) {
-                *number.get_mut() = DeValue::parse(text)
-                    .expect("a number is a value")
-                    .into_inner();
+                *number.get_mut() = number_of(text);
             }
         });
     }
@@ -132,21 +132,116 @@ impl Document<'_> {
     /// The error about a value that is not allowed.
     pub(super) fn not_allowed(
         &self,
-        key: String,
+        key: &str,
         value: &Spanned<DeValue<'_>>,
-        allowed: String,
+        allowed: impl Display,
     ) -> InputError {
-        let problem = Problem::NotAllowed {
-            key,
-            value: self.source.quote(value.span()),
-            allowed,
-        };
-        self.error(problem, value.span(), "")
+        let span = value.span();
+        self.refused(key, self.source.quote(span.clone()), allowed, span, "")
     }
 
-    pub(super) fn error(&self, problem: Problem, span: Range<usize>, advice: &str) -> InputError {
+    /// The error about a `value` at a place that is not allowed for its key, both as they were
+    /// written.
+    pub(super) fn refused(
+        &self,
+        key: &str,
+        value: String,
+        allowed: impl Display,
+        span: Range<usize>,
+        advice: &str,
+    ) -> InputError {
+        let is_quoted = value == self.source.quote(span.clone());
+        let other = self.other_unit_at(&span);
+        let in_unit = other.filter(|other| !is_quoted && other.written(key).is_some());
+        let value = in_unit
+            .and_then(|other| other.value(&value))
+            .unwrap_or(value);
+        let key = self.written(key, &span);
+        self.about(
+            &key,
+            format_args!("is {value}, but must be {allowed}"),
+            span,
+            advice,
+        )
+    }
+
+    /// The error about a key that does not name a setting.
+    pub(super) fn unknown(
+        &self,
+        key: &str,
+        expected: impl Display,
+        span: Range<usize>,
+        advice: &str,
+    ) -> InputError {
+        let key = self.written(key, &span);
+        let shown = shown(&key, LONGEST_KEY);
+        let problem = format!("unknown key `{shown}`: expected {expected}");
+        self.error(Some(&key), problem, span, advice)
+    }
+
+    /// The error about a required key that is missing.
+    pub(super) fn absent(
+        &self,
+        key: &str,
+        allowed: impl Display,
+        span: Range<usize>,
+        advice: &str,
+    ) -> InputError {
+        self.about(
+            key,
+            format_args!("is missing: it must be {allowed}"),
+            span,
+            advice,
+        )
+    }
+
+    /// The error about two keys that state the same.
+    pub(super) fn both(
+        &self,
+        key: &str,
+        other: &str,
+        span: Range<usize>,
+        advice: &str,
+    ) -> InputError {
+        let what = format!("and `{}` are both given", shown(other, LONGEST_KEY));
+        self.about(key, what, span, advice)
+    }
+
+    /// The error about a key for what the study sweeps: the same setting, or one that states the
+    /// same.
+    pub(super) fn swept(
+        &self,
+        key: &str,
+        swept: &Parameter,
+        span: Range<usize>,
+        advice: &str,
+    ) -> InputError {
+        let what = format!("has no effect, because the study sweeps `{}`", swept.path);
+        self.about(key, what, span, advice)
+    }
+
+    /// The error about a key, whose problem follows its name.
+    pub(super) fn about(
+        &self,
+        key: &str,
+        what: impl Display,
+        span: Range<usize>,
+        advice: &str,
+    ) -> InputError {
+        let problem = format!("`{}` {what}", shown(key, LONGEST_KEY));
+        self.error(Some(key), problem, span, advice)
+    }
+
+    pub(super) fn error(
+        &self,
+        key: Option<&str>,
+        problem: String,
+        span: Range<usize>,
+        advice: &str,
+    ) -> InputError {
         InputError {
-            problem: Box::new(self.as_written(problem, &span)),
+            key: key.map(str::to_owned),
+            problem,
             location: Box::new(self.source.location(span)),
             advice: advice.to_owned(),
         }
@@ -170,43 +265,13 @@ impl Document<'_> {
             .and_then(|other| other.written(path))
             .unwrap_or_else(|| path.to_owned())
     }
+}
 
-    /// A problem at a place, with the key that was written there.
-    fn as_written(&self, problem: Problem, span: &Range<usize>) -> Problem {
-        let other = self.other_unit_at(span);
-        let written = |key: &str| other.and_then(|other| other.written(key));
-        match problem {
-            Problem::NotAllowed {
-                key,
-                value,
-                allowed,
-            } => match (written(&key), other) {
-                (Some(key), Some(other)) => {
-                    let is_quoted = value == self.source.quote(span.clone());
-                    let in_unit = other.value(&value).filter(|_| !is_quoted);
-                    Problem::NotAllowed {
-                        key,
-                        value: in_unit.unwrap_or(value),
-                        allowed,
-                    }
-                }
-                _ => Problem::NotAllowed {
-                    key,
-                    value,
-                    allowed,
-                },
-            },
-            Problem::UnknownKey { key, expected } => Problem::UnknownKey {
-                key: written(&key).unwrap_or(key),
-                expected,
-            },
-            Problem::Sweep { key, error } => Problem::Sweep {
-                key: written(&key).unwrap_or(key),
-                error,
-            },
-            other => other,
-        }
-    }
+/// The value of a number that this program wrote.
+pub(super) fn number_of(text: &str) -> DeValue<'_> {
+    DeValue::parse(text)
+        .expect("a number is a value")
+        .into_inner()
 }
 
 /// Reads a part of the tree.

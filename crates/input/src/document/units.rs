@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::tree::{Document, OtherUnit};
-use crate::input_error::{InputError, Problem};
+use crate::input_error::InputError;
 use crate::keys::{STUDY, TOOLS};
 use crate::units::own_key;
 
@@ -74,7 +74,7 @@ impl<'t> Document<'t> {
                 } else {
                     (same_span, same_path, own_path)
                 };
-                return Err(self.error(Problem::Both { key, other }, span, ONE_UNIT));
+                return Err(self.both(&key, &other, span, ONE_UNIT));
             }
             let start = key.span().start;
             self.other_units

@@ -41,11 +41,8 @@ impl Document<'_> {
         else {
             let names: Vec<String> = kinds.iter().map(|(name, _)| format!("`{name}`")).collect();
             let stated = stated.as_ref().expect("the default is a kind");
-            return Err(self.not_allowed(
-                format!("{WORKPIECE}.{KIND}"),
-                stated,
-                format!("one of {}", names.join(", ")),
-            ));
+            let allowed = format!("one of {}", names.join(", "));
+            return Err(self.not_allowed(&format!("{WORKPIECE}.{KIND}"), stated, allowed));
         };
         let feed = keys.remove(FEED);
         let mut others = Vec::new();
@@ -76,7 +73,7 @@ impl Document<'_> {
                             },
                         )
                     }
-                    _ => self.not_allowed(path, value, allowed),
+                    _ => self.not_allowed(&path, value, allowed),
                 });
             }
             others.push(name.to_owned());
