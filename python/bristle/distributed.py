@@ -99,7 +99,7 @@ def study(
         memory_bytes=arguments.whole_or_none("memory_bytes", memory_bytes, 0),
     )
     with run as gathered, of_cases(progress) as tell:
-        cases = [case for case, _, _ in gathered.waiting()]
+        cases = gathered.waiting()
         # Four tasks for each thread, so that one that is early finds another.
         share = len(cases) // (4 * max(sum(client.nthreads().values()), 1)) + 1
         size = 1 if gathered.has_brush() else min(share, _MAX_CASES_PER_TASK)

@@ -15,8 +15,8 @@ use bristle::simulation::{Statistics, Stop};
 use bristle_grid::brush::check_brushes;
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{
-    CaseResult, Interaction, SPEED, Setting, Study, VELOCITY, Waiting, simulate_cases_with,
-    waiting_cases, without_result,
+    CaseResult, Interaction, SPEED, Setting, Study, VELOCITY, by_work, simulate_cases_with,
+    without_result,
 };
 use bristle_insight::advice::{Limits, advise};
 use bristle_insight::assumptions::Assumptions;
@@ -131,14 +131,10 @@ impl PendingStudy {
         self.study.has_brush()
     }
 
-    /// The cases that are still to be simulated, with the numbers of their kinds and the work that
-    /// each takes.
-    fn waiting(&self) -> PyResult<Vec<(usize, usize, f64)>> {
+    /// The cases that are still to be simulated, those with the most work first.
+    fn waiting(&self) -> PyResult<Vec<usize>> {
         let cases = without_result(&self.study, open(&mut self.run())?.results());
-        let waiting = waiting_cases(&self.study, &cases).into_iter();
-        Ok(waiting
-            .map(|Waiting { case, kind, work }| (case, kind, work))
-            .collect())
+        Ok(by_work(&self.study, &cases))
     }
 
     /// Takes a journal of cases that were simulated elsewhere. A case that has a result keeps it.

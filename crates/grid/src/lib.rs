@@ -25,8 +25,8 @@ pub use case::{CaseResult, CaseSummary, tentative};
 pub use grid::{BRUSH, Study, StudyError};
 pub use interaction::{Interaction, turn_impulses};
 pub use scheduler::{
-    Resources, Waiting, calibration_band, press_brush, run_study, simulate_cases,
-    simulate_cases_with, thread_count, waiting_cases, without_result, work,
+    Resources, by_work, calibration_band, press_brush, run_study, simulate_cases,
+    simulate_cases_with, thread_count, without_result, work,
 };
 pub use setting::{
     DEPTH, FORCE, FRICTION, OFFSET, SPEED, Setting, TOOL, TURNS, VELOCITY, equation,
@@ -54,7 +54,7 @@ mod tests {
     use bristle::simulation::Statistics;
     use bristle::simulation::{Job, Kind, Pass, Sampling, Simulation, Stop};
 
-    use super::scheduler::{complete_cases, in_order_of_work};
+    use super::scheduler::complete_cases;
     use super::*;
 
     fn base() -> Settings {
@@ -333,12 +333,8 @@ mod tests {
             list("contact.friction_coefficient", &[0.0, 0.2]),
             list(VELOCITY, &[5.0, 20.0, 10.0]),
         ]);
-        let mut order = in_order_of_work(&study, &Vec::from_iter(0..12));
-        order.reverse();
-        let settings: Vec<Settings> = order
-            .iter()
-            .map(|&(_, number)| study.settings(number))
-            .collect();
+        let mut order = by_work(&study, &Vec::from_iter(0..12));
+        let settings: Vec<Settings> = order.iter().map(|&case| study.settings(case)).collect();
         for group in settings.chunks(3) {
             assert!(
                 group
@@ -350,51 +346,14 @@ mod tests {
                 .map(|settings| settings.process.brushing_velocity_m_s);
             assert_eq!(velocities.collect::<Vec<_>>(), [5.0, 10.0, 20.0]);
         }
-        let mut numbers: Vec<usize> = order.iter().map(|&(_, number)| number).collect();
-        numbers.sort_unstable();
-        assert_eq!(numbers, (0..12).collect::<Vec<_>>());
+        order.sort_unstable();
+        assert_eq!(order, (0..12).collect::<Vec<_>>());
     }
 
     #[test]
-    fn some_cases_are_divided_by_kind_and_work() {
-        let study = study(vec![
-            list("filament.segments", &[3.0, 4.0]),
-            list(VELOCITY, &[5.0, 10.0, 20.0]),
-        ]);
-        let waiting = waiting_cases(&study, &[0, 2, 3, 5]);
-        let kinds: Vec<usize> = waiting.iter().map(|waiting| waiting.kind).collect();
-        assert_eq!(kinds, [0, 0, 1, 1]);
-        // The filament with more segments takes more work; a shorter pass over the same way does
-        // not take less.
-        let work = |case| {
-            waiting
-                .iter()
-                .find(|waiting| waiting.case == case)
-                .expect("it waits")
-                .work
-        };
-        assert!(work(3) > work(0) && work(5) > work(2));
-
-        let done = Mutex::new(Vec::new());
-        let keep = |case, result: CaseResult| {
-            done.lock()
-                .expect("no test panics")
-                .push((case, result.is_ok()));
-            ControlFlow::Continue(())
-        };
-        simulate_cases(
-            &study,
-            &[2, 3],
-            None,
-            &Stop::default(),
-            Sampling::default(),
-            |_, _| {},
-            keep,
-        )
-        .expect("the threads start");
-        let mut done = done.into_inner().expect("no test panics");
-        done.sort_unstable();
-        assert_eq!(done, [(2, true), (3, true)]);
+    fn more_segments_take_more_work() {
+        let study = study(vec![list("filament.segments", &[3.0, 4.0])]);
+        assert!(work(&study, 1) > work(&study, 0));
     }
 
     #[test]

@@ -208,54 +208,21 @@ where
     })
 }
 
-/// A case that is to be simulated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Waiting {
-    /// Its number, counted from 0.
-    pub case: usize,
-    /// Cases with the same number are simulated side by side.
-    pub kind: usize,
-    /// The work that it takes, compared with others of its kind.
-    pub work: f64,
-}
-
-/// What `cases` take, for callers that divide a study: kind by kind, and within a kind those with
-/// the most work first.
+/// Some `cases` in the order of simulation, for callers that divide a study: kind by kind, and
+/// within a kind those with the most work first.
 ///
 /// # Panics
 /// If the study has no such case.
 #[must_use]
-pub fn waiting_cases(study: &Study, cases: &[usize]) -> Vec<Waiting> {
-    let waiting = |kind, case| {
-        let settings = study.settings(case);
-        let tools = if study.scatters() {
-            settings.uncertainty.samples
-        } else {
-            0
-        };
-        Waiting {
-            case,
-            kind,
-            work: (1 + tools) as f64 * work(study, case),
-        }
+pub fn by_work(study: &Study, cases: &[usize]) -> Vec<usize> {
+    let mut ordered = if study.has_brush() {
+        each_in_order_of_work(study, cases)
+    } else {
+        let ordered = in_order_of_work(study, cases).into_iter();
+        ordered.map(|(_, case)| case).collect()
     };
-    if study.has_brush() {
-        return each_in_order_of_work(study, cases)
-            .into_iter()
-            .rev()
-            .map(|case| waiting(0, case))
-            .collect();
-    }
-    let ordered = in_order_of_work(study, cases);
-    let kinds = ordered.chunk_by(|a, b| a.0 == b.0).rev().enumerate();
-    kinds
-        .flat_map(|(kind, cases)| {
-            cases
-                .iter()
-                .rev()
-                .map(move |&(_, case)| waiting(kind, case))
-        })
-        .collect()
+    ordered.reverse();
+    ordered
 }
 
 /// The work of a case, counted from 0, compared with others: steps are ways of the tips, and the
@@ -835,7 +802,7 @@ fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
 
 /// The cases with their kinds, in reverse order of simulation. They are simulated kind by kind, and
 /// within a kind the longest passes first, so that threads and lanes finish at the same time.
-pub(super) fn in_order_of_work(study: &Study, cases: &[usize]) -> Vec<(Kind, usize)> {
+fn in_order_of_work(study: &Study, cases: &[usize]) -> Vec<(Kind, usize)> {
     let of_case = |&number: &usize| {
         let pass = Pass::new(&tentative(study.settings(number)));
         (pass.kind(), pass.end_time(), number)
