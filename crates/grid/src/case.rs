@@ -3,12 +3,13 @@
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::{DepthSearch, Statistics};
+use serde::{Deserialize, Serialize};
 
 use crate::interaction::Interaction;
 use crate::uncertainty::ForceScatter;
 
 /// The part of a simulated case that is kept.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseSummary {
     /// The contact metrics, those of the last turn.
     pub metrics: Metrics,
@@ -18,11 +19,14 @@ pub struct CaseSummary {
     pub statistics: Statistics,
     /// The distribution of the tool force where filaments scatter. `None` if most of the sampled
     /// tools failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scatter: Option<ForceScatter>,
     /// What a brush has beyond its metrics. `None` if the case is one filament alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub brush: Option<Interaction>,
     /// The largest relative change of the headline metrics when the case was repeated more
     /// precisely. `None` if it was not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub change_when_checked: Option<f64>,
 }
 

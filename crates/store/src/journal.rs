@@ -32,11 +32,8 @@ use crate::digest::digest;
 use crate::origin::{
     CHECK_DIGITS, LONGEST_PATH, Program, each_difference, listed, sealed, settings, unsealed,
 };
-use bristle::model::metrics::Metrics;
 use bristle::simulation::SOLVER_FINGERPRINT;
-use bristle::simulation::Statistics;
-use bristle_grid::uncertainty::ForceScatter;
-use bristle_grid::{CaseResult, CaseSummary, Interaction, Study, SweepText, Tool, ToolText};
+use bristle_grid::{CaseResult, CaseSummary, Study, SweepText, Tool, ToolText};
 
 /// The version of the format.
 pub const FORMAT: u32 = 1;
@@ -128,31 +125,22 @@ struct Header<S> {
 
 /// Any other line.
 #[derive(Serialize, Deserialize)]
-struct Entry {
+struct Entry<S> {
     /// Counted from 1.
     case: usize,
     #[serde(flatten)]
-    outcome: Outcome,
+    outcome: Outcome<S>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
-enum Outcome {
+enum Outcome<S> {
     Simulated {
-        metrics: Box<Metrics>,
-        turn_contact_normal_impulses_n_s: Vec<f64>,
-        statistics: Statistics,
-        /// The only number of [`Statistics`] that is in no other file.
+        #[serde(flatten)]
+        summary: S,
+        /// The only number of [`Statistics`](bristle::simulation::Statistics) that is in no other
+        /// file.
         chart_changes: usize,
-        /// Where filaments scatter.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        scatter: Option<Box<ForceScatter>>,
-        /// Where the case is a brush.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        brush: Option<Box<Interaction>>,
-        /// Where the case was checked.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        change_when_checked: Option<f64>,
     },
     Failed {
         error: String,
@@ -190,21 +178,9 @@ impl Journal {
     #[must_use]
     pub fn entry(&self, case: usize, result: &CaseResult) -> String {
         let outcome = match result {
-            Ok(CaseSummary {
-                metrics,
-                turn_contact_normal_impulses_n_s,
-                statistics,
-                scatter,
-                brush,
-                change_when_checked,
-            }) => Outcome::Simulated {
-                metrics: Box::new(metrics.clone()),
-                turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
-                statistics: *statistics,
-                chart_changes: statistics.chart_changes,
-                scatter: scatter.clone().map(Box::new),
-                brush: brush.clone().map(Box::new),
-                change_when_checked: *change_when_checked,
+            Ok(summary) => Outcome::Simulated {
+                summary,
+                chart_changes: summary.statistics.chart_changes,
             },
             Err(error) => Outcome::Failed {
                 error: error.clone(),
@@ -292,28 +268,16 @@ impl Journal {
     /// The case of a line and its result; `None` if the line is damaged.
     fn decode(&self, line: &[u8]) -> Option<(usize, CaseResult)> {
         let line = str::from_utf8(line).ok()?;
-        let Entry { case, outcome } = unsealed(&self.seed, line)?;
+        let Entry { case, outcome } = unsealed::<Entry<CaseSummary>>(&self.seed, line)?;
         let case = case.checked_sub(1).filter(|&case| case < self.case_count)?;
         let result = match outcome {
             Outcome::Simulated {
-                metrics,
-                turn_contact_normal_impulses_n_s,
-                statistics,
+                mut summary,
                 chart_changes,
-                scatter,
-                brush,
-                change_when_checked,
-            } => Ok(CaseSummary {
-                metrics: *metrics,
-                turn_contact_normal_impulses_n_s,
-                statistics: Statistics {
-                    chart_changes,
-                    ..statistics
-                },
-                scatter: scatter.map(|scatter| *scatter),
-                brush: brush.map(|brush| *brush),
-                change_when_checked,
-            }),
+            } => {
+                summary.statistics.chart_changes = chart_changes;
+                Ok(summary)
+            }
             Outcome::Failed { error } => Err(error),
         };
         Some((case, result))
