@@ -148,7 +148,7 @@ class Contact:
 
 
 def _restored(
-    settings: Settings, state: dict[str, Any], tool: Tool | None
+    settings: Settings, state: tuple[Any, ...], tool: Tool | None
 ) -> Contact:
     simulated = _bristle.Simulated.of_state(settings._input, state)
     return Contact(settings, simulated, tool)

@@ -2,8 +2,7 @@
 
 use std::num::NonZeroUsize;
 
-use bristle::brush::{BrushError, BrushResult, BrushRun, FilamentResult, RunOptions};
-use bristle::model::record::{Column, Record};
+use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_grid::brush::filament_columns;
@@ -14,7 +13,7 @@ use bristle_insight::warnings;
 use bristle_report::figures::Brush;
 use bristle_report::page::{Notes, brush_page};
 use bristle_store::checkpoint::{state_bytes, state_of};
-use bristle_store::results::{Moment, Pair, Position, Rest, write_brush_metrics};
+use bristle_store::results::{MOMENT, PAIR, PLACE, REST, write_brush_metrics};
 use bristle_text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -101,50 +100,22 @@ impl SimulatedBrush {
     /// The columns of `filaments.csv`, and their units.
     fn filaments<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
         let filaments = &self.result.filaments;
-        let (table, all_units) = (PyDict::new(py), PyDict::new(py));
-        add_part(
-            &table,
-            &all_units,
-            Position::COLUMNS.iter(),
-            filaments,
-            |filament| Position::from(filament),
-        )?;
-        add_part(
-            &table,
-            &all_units,
-            filament_columns(),
-            filaments,
-            |filament| filament.metrics.clone(),
-        )?;
-        add_part(
-            &table,
-            &all_units,
-            Rest::COLUMNS.iter(),
-            filaments,
-            |filament| Rest::from(filament),
-        )?;
-        Ok((table, all_units))
+        let metrics: Vec<_> = filaments.iter().map(|each| each.metrics.clone()).collect();
+        let columns = (PyDict::new(py), PyDict::new(py));
+        add_columns(&columns, PLACE.iter(), filaments)?;
+        add_columns(&columns, filament_columns(), &metrics)?;
+        add_columns(&columns, REST.iter(), filaments)?;
+        Ok(columns)
     }
 
     /// The columns of `history.csv`, and their units.
     fn history<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
-        table(
-            py,
-            &self
-                .result
-                .history
-                .iter()
-                .map(Moment::from)
-                .collect::<Vec<_>>(),
-        )
+        table(py, MOMENT, &self.result.history)
     }
 
     /// The columns of `contacts.csv`, and their units.
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
-        table(
-            py,
-            &self.result.pairs.iter().map(Pair::from).collect::<Vec<_>>(),
-        )
+        table(py, PAIR, &self.result.pairs)
     }
 
     /// Times of the frames in s, and the nodes of all filaments in m.
@@ -224,22 +195,4 @@ impl SimulatedBrush {
         };
         py.detach(|| brush_page(name, &brush, &self.result, notes))
     }
-}
-
-/// Adds the columns of a part of each filament to a table, and their units to its units.
-fn add_part<R: Record>(
-    table: &Bound<'_, PyDict>,
-    all_units: &Bound<'_, PyDict>,
-    columns: impl Iterator<Item = &'static Column<R>> + Clone,
-    filaments: &[FilamentResult],
-    part: impl Fn(&FilamentResult) -> R,
-) -> PyResult<()> {
-    columns
-        .clone()
-        .try_for_each(|column| all_units.set_item(column.key, column.unit))?;
-    add_columns(
-        table,
-        columns,
-        &filaments.iter().map(part).collect::<Vec<R>>(),
-    )
 }

@@ -1,21 +1,24 @@
 //! One contact of one filament.
 
-use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Sampling, Shape, Simulation, Statistics, Stop, simulate_places};
+use bristle::simulation::{
+    ProfileCell, Sample, Sampling, Shape, Simulation, Statistics, Stop, simulate_places,
+};
 use bristle_grid::{CaseSummary, Study, Sweep, VELOCITY};
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings::{of_contact, of_force};
 use bristle_report::page::{Recorder, page};
-use bristle_store::results::write_metrics;
+use bristle_store::results::{
+    read_history, read_profile, write_history, write_metrics, write_profile,
+};
 use bristle_text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Columns, columns, frozen, records, table};
+use crate::arrays::{Columns, frozen, table};
 use crate::error::{of_settings, of_simulation, of_value};
 use crate::input::Input;
 use crate::interrupt::{Watch, on_a_thread};
@@ -68,6 +71,33 @@ pub fn simulate(
     })
 }
 
+/// What [`Simulated::state`] tells.
+type State<'py> = (
+    String,
+    f64,
+    String,
+    String,
+    (Bound<'py, PyAny>, Bound<'py, PyAny>),
+);
+
+impl Simulated {
+    /// What is kept of a case.
+    fn summary(&self) -> CaseSummary {
+        let Simulation {
+            metrics,
+            turn_contact_normal_impulses_n_s,
+            statistics,
+            ..
+        } = &self.simulation;
+        CaseSummary {
+            metrics: metrics.clone(),
+            turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
+            statistics: *statistics,
+            ..CaseSummary::default()
+        }
+    }
+}
+
 #[pymethods]
 impl Simulated {
     /// What `metrics.json` has.
@@ -106,12 +136,12 @@ impl Simulated {
 
     /// The columns of `history.csv`, and their units.
     fn history<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
-        table(py, &self.simulation.history)
+        table(py, Sample::COLUMNS, &self.simulation.history)
     }
 
     /// The columns of `profile.csv`, and their units.
     fn profile<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
-        table(py, &self.simulation.profile)
+        table(py, ProfileCell::COLUMNS, &self.simulation.profile)
     }
 
     /// Times in s of the shapes, and their nodes in m.
@@ -139,19 +169,7 @@ impl Simulated {
         let sweep = Sweep::list(velocity, vec![settings.process.brushing_velocity_m_s])
             .map_err(of_value)?;
         let study = Study::new(settings, vec![sweep]).map_err(of_settings)?;
-        let Simulation {
-            metrics,
-            turn_contact_normal_impulses_n_s,
-            statistics,
-            ..
-        } = &self.simulation;
-        let summary = CaseSummary {
-            metrics: metrics.clone(),
-            turn_contact_normal_impulses_n_s: turn_contact_normal_impulses_n_s.clone(),
-            statistics: *statistics,
-            ..CaseSummary::default()
-        };
-        let (results, stop) = ([Ok(summary)], Stop::default());
+        let (results, stop) = ([Ok(self.summary())], Stop::default());
         on_a_thread(py, &stop, || {
             let recorder = Recorder::new(&study).until(&stop);
             // Without samples the recorder simulates the case again.
@@ -171,44 +189,37 @@ impl Simulated {
         })?
     }
 
-    /// Everything but the settings, for [`Simulated::of_state`].
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let Simulation {
-            metrics,
-            turn_contact_normal_impulses_n_s,
-            end_time_s,
-            statistics,
-            history,
-            shapes: _,
-            profile,
-            positions: _,
-        } = &self.simulation;
-        let (times, nodes) = self.shapes(py)?;
-        let state = PyDict::new(py);
-        state.set_item("metrics", columns(py, std::slice::from_ref(metrics))?)?;
-        state.set_item("turns", turn_contact_normal_impulses_n_s)?;
-        state.set_item("end_time_s", end_time_s)?;
-        state.set_item("statistics", columns(py, std::slice::from_ref(statistics))?)?;
-        state.set_item("history", columns(py, history)?)?;
-        state.set_item("times", times)?;
-        state.set_item("nodes", nodes)?;
-        state.set_item("profile", columns(py, profile)?)?;
-        Ok(state)
+    /// Everything but the settings, for [`Simulated::of_state`]: what is kept of a case as JSON, the
+    /// tables as their files, and the shapes.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<State<'py>> {
+        let summary = serde_json::to_string(&self.summary()).map_err(of_value)?;
+        let (mut history, mut profile) = (Vec::new(), Vec::new());
+        write_history(&mut history, &self.simulation.history)?;
+        write_profile(&mut profile, &self.simulation.profile)?;
+        let [history, profile] = [history, profile].map(String::from_utf8);
+        Ok((
+            summary,
+            self.simulation.end_time_s,
+            history.map_err(of_value)?,
+            profile.map_err(of_value)?,
+            self.shapes(py)?,
+        ))
     }
 
     /// The pass of which [`Simulated::state`] has told.
     #[staticmethod]
-    fn of_state(input: &Input, state: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let part = |key: &str| {
-            state
-                .get_item(key)?
-                .ok_or_else(|| of_value(format!("no `{key}`")))
-        };
-        let table = |key: &str| Ok::<_, PyErr>(part(key)?.cast_into::<PyDict>()?);
-        let nodes = part("nodes")?.extract::<PyReadonlyArray3<'_, f64>>()?;
+    fn of_state(input: &Input, state: State<'_>) -> PyResult<Self> {
+        let (summary, end_time_s, history, profile, (times, nodes)) = state;
+        let CaseSummary {
+            metrics,
+            turn_contact_normal_impulses_n_s,
+            statistics,
+            ..
+        } = serde_json::from_str(&summary).map_err(of_value)?;
+        let nodes = nodes.extract::<PyReadonlyArray3<'_, f64>>()?;
         let count = nodes.shape()[1];
         let nodes: Vec<[f64; 3]> = nodes.as_slice().map_err(of_value)?.as_chunks().0.to_vec();
-        let times = part("times")?.extract::<PyReadonlyArray1<'_, f64>>()?;
+        let times = times.extract::<PyReadonlyArray1<'_, f64>>()?;
         let shape = |(&time_s, nodes): (&f64, &[[f64; 3]])| Shape {
             time_s,
             nodes_m: nodes.to_vec(),
@@ -222,18 +233,19 @@ impl Simulated {
             .zip(nodes.chunks(count))
             .map(shape)
             .collect();
+        // Without samples, the file of a history has no heading.
+        let history = match history.as_str() {
+            "" => Vec::new(),
+            history => read_history(history, "history").map_err(of_value)?,
+        };
         let simulation = Simulation {
-            metrics: records::<Metrics>(&table("metrics")?)?
-                .pop()
-                .unwrap_or_default(),
-            turn_contact_normal_impulses_n_s: part("turns")?.extract()?,
-            end_time_s: part("end_time_s")?.extract()?,
-            statistics: records::<Statistics>(&table("statistics")?)?
-                .pop()
-                .unwrap_or_default(),
-            history: records(&table("history")?)?,
+            metrics,
+            turn_contact_normal_impulses_n_s,
+            end_time_s,
+            statistics,
+            history,
             shapes,
-            profile: records(&table("profile")?)?,
+            profile: read_profile(&profile, "profile").map_err(of_value)?,
             positions: Vec::new(),
         };
         Ok(Self {

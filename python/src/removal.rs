@@ -80,7 +80,7 @@ fn present<'py, R: Record>(
     removal: &Removal,
     records: &[R],
 ) -> PyResult<Columns<'py>> {
-    let (table, units) = table(py, records)?;
+    let (table, units) = table(py, R::COLUMNS, records)?;
     for key in absent_from(removal).filter(|key| R::COLUMNS.iter().any(|column| column.key == *key))
     {
         table.del_item(key)?;

@@ -8,7 +8,7 @@ use crate::model::metrics::Metrics;
 use super::bundle::Effort;
 
 /// One filament of a brush.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct FilamentResult {
     /// Its column; 0 meets the workpiece first.
     pub column: usize,
@@ -47,7 +47,7 @@ pub struct ToolSample {
 }
 
 /// How two filaments press on each other, over the whole simulation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PairResult {
     /// Column and row of one.
     pub filament: [usize; 2],

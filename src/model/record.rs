@@ -49,7 +49,7 @@ impl<R> Column<R> {
         (self.set)(record, value);
     }
 
-    /// Only for use by `record!`.
+    /// Only for use by `record!`, and for structures whose numbers are not all fields of their own.
     #[doc(hidden)]
     pub const fn new(
         [key, symbol, unit, name, meaning]: [&'static str; 5],

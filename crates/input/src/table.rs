@@ -264,7 +264,7 @@ impl Table<'_> {
 
     /// Reads some columns of a structure from the cells at `columns`. The others have their
     /// defaults.
-    pub fn read_columns<T: Record>(
+    pub fn read_columns<T: Default + 'static>(
         &self,
         row: &csv::StringRecord,
         columns: &[usize],
@@ -289,7 +289,7 @@ impl Table<'_> {
 }
 
 /// A record from the texts of its columns by position, or the position of a wrong one.
-fn parse<'t, R: Record>(
+fn parse<'t, R: Default + 'static>(
     columns: impl Iterator<Item = &'static Column<R>>,
     cell: impl Fn(usize) -> &'t str,
 ) -> Result<R, usize> {

@@ -3,160 +3,81 @@
 use std::io::{self, Write};
 
 use bristle::brush::{BrushResult, BrushStatistics, FilamentResult, PairResult, ToolSample};
+use bristle::model::record::{Column, Display, Scalar};
 use bristle::model::settings::Settings;
 use serde::Serialize;
 
-use super::tables::{Cell, Known, cells, cells_of, keys, keys_of, read_records, write_records};
+use super::tables::{Cell, Known, cells_of, keys_of, read_rows, write_columns};
 use bristle_grid::brush::{Having, filament_columns};
 use bristle_grid::uncertainty::ForceScatter;
 use bristle_grid::{Interaction, turn_impulses};
 use bristle_input::table::{AGAIN, DataError, Source};
 
-bristle::record! {
-    /// The first columns of `filaments.csv`.
-    #[derive(Clone, Debug, Default, PartialEq)]
-    pub struct Position {
-        column: usize = ["", "", "column", "0 meets the workpiece first"],
-        row: usize = ["", "", "row", "from 0 at the least z"],
-    }
+/// The columns of a structure, each with its type, its place in the structure, which describes it,
+/// and its unit.
+macro_rules! columns {
+    ($record:ty {
+        $(
+            $key:ident: $type:ty = $field:ident $([$index:literal])?
+                => $unit:literal
+        ),* $(,)?
+    }) => {
+        &[$(
+            Column::new(
+                [stringify!($key), "", $unit, "", ""],
+                <$type as Scalar>::WHOLE,
+                Display::DETAIL,
+                |record: &$record| Scalar::into_f64(record.$field $([$index])?),
+                |record: &mut $record, value| {
+                    record.$field $([$index])? = Scalar::from_f64(value);
+                },
+            ),
+        )*]
+    };
 }
 
-bristle::record! {
-    /// The columns of `filaments.csv` after the metrics.
-    #[derive(Clone, Debug, Default, PartialEq)]
-    pub struct Rest {
-        root_angle_rad: f64 = ["", "rad", "angle of the root about the tool axis", "behind that of column 0"],
-        root_z_m: f64 = ["", "m", "z of the root", ""],
-        is_counted: bool = ["", "", "whether the metrics of the tool count it", "1 or 0"],
-        press_impulse_n_s: f64 = ["", "N s", "impulse with which other filaments press on it", "without regard to direction"],
-    }
-}
+/// The first columns of `filaments.csv`.
+pub const PLACE: &[Column<FilamentResult>] = columns!(FilamentResult {
+    column: usize = column => "",
+    row: usize = row => "",
+});
 
-bristle::record! {
-    /// One row of `history.csv`: the tool at one time.
-    #[derive(Clone, Debug, Default, PartialEq)]
-    pub struct Moment {
-        time_s: f64 = ["t", "s", "time", "zero at the start"],
-        contact_normal_force_n: f64 = ["", "N", "contact normal force", "sum over all filaments of the sector"],
-        contact_force_x_n: f64 = ["", "N", "force of the workpiece along x", ""],
-        contact_force_y_n: f64 = ["", "N", "force of the workpiece along y", ""],
-        contact_force_z_n: f64 = ["", "N", "force of the workpiece along z", ""],
-        contact_moment_n_m: f64 = ["", "N m", "its moment about the tool axis", ""],
-        press_force_n: f64 = ["", "N", "sum of the forces with which filaments press on each other", ""],
-        touching_filaments: usize = ["", "", "filaments that touch the workpiece", ""],
-        touching_pairs: usize = ["", "", "pairs of filaments that touch", ""],
-    }
-}
+/// The columns of `filaments.csv` after the metrics.
+pub const REST: &[Column<FilamentResult>] = columns!(FilamentResult {
+    root_angle_rad: f64 = root_angle_rad => "rad",
+    root_z_m: f64 = root_z_m => "m",
+    is_counted: bool = is_counted => "",
+    press_impulse_n_s: f64 = press_impulse_n_s => "N s",
+});
 
-bristle::record! {
-    /// One row of `contacts.csv`: a pair of filaments that touched.
-    #[derive(Clone, Debug, Default, PartialEq)]
-    pub struct Pair {
-        column: usize = ["", "", "column of one filament", ""],
-        row: usize = ["", "", "its row", ""],
-        other_column: usize = ["", "", "column of the other", ""],
-        other_row: usize = ["", "", "its row", ""],
-        impulse_n_s: f64 = ["", "N s", "impulse of the normal force between them", ""],
-        impulse_x_n_s: f64 = ["", "N s", "impulse of the force on the one along x", "with friction"],
-        impulse_y_n_s: f64 = ["", "N s", "impulse of the force on the one along y", "with friction"],
-        impulse_z_n_s: f64 = ["", "N s", "impulse of the force on the one along z", "with friction"],
-        peak_force_n: f64 = ["", "N", "largest normal force", ""],
-        contact_time_s: f64 = ["", "s", "time in which they touch", ""],
-        arc_length_m: f64 = ["", "m", "mean distance of the contact from the roots", "weighted by the force"],
-        dissipated_j: f64 = ["", "J", "work of friction and damping between them", ""],
-    }
-}
+/// The columns of `history.csv`: the tool at one time.
+pub const MOMENT: &[Column<ToolSample>] = columns!(ToolSample {
+    time_s: f64 = time_s => "s",
+    contact_normal_force_n: f64 = contact_normal_force_n => "N",
+    contact_force_x_n: f64 = contact_force_n[0] => "N",
+    contact_force_y_n: f64 = contact_force_n[1] => "N",
+    contact_force_z_n: f64 = contact_force_n[2] => "N",
+    contact_moment_n_m: f64 = contact_moment_n_m => "N m",
+    press_force_n: f64 = press_force_n => "N",
+    touching_filaments: usize = touching_filaments => "",
+    touching_pairs: usize = touching_pairs => "",
+});
 
-impl From<&FilamentResult> for Position {
-    fn from(filament: &FilamentResult) -> Self {
-        Self {
-            column: filament.column,
-            row: filament.row,
-        }
-    }
-}
-
-impl From<&FilamentResult> for Rest {
-    fn from(filament: &FilamentResult) -> Self {
-        Self {
-            root_angle_rad: filament.root_angle_rad,
-            root_z_m: filament.root_z_m,
-            is_counted: filament.is_counted,
-            press_impulse_n_s: filament.press_impulse_n_s,
-        }
-    }
-}
-
-impl From<&ToolSample> for Moment {
-    fn from(sample: &ToolSample) -> Self {
-        let [contact_force_x_n, contact_force_y_n, contact_force_z_n] = sample.contact_force_n;
-        Self {
-            time_s: sample.time_s,
-            contact_normal_force_n: sample.contact_normal_force_n,
-            contact_force_x_n,
-            contact_force_y_n,
-            contact_force_z_n,
-            contact_moment_n_m: sample.contact_moment_n_m,
-            press_force_n: sample.press_force_n,
-            touching_filaments: sample.touching_filaments,
-            touching_pairs: sample.touching_pairs,
-        }
-    }
-}
-
-impl From<Moment> for ToolSample {
-    fn from(moment: Moment) -> Self {
-        Self {
-            time_s: moment.time_s,
-            contact_normal_force_n: moment.contact_normal_force_n,
-            contact_force_n: [
-                moment.contact_force_x_n,
-                moment.contact_force_y_n,
-                moment.contact_force_z_n,
-            ],
-            contact_moment_n_m: moment.contact_moment_n_m,
-            press_force_n: moment.press_force_n,
-            touching_filaments: moment.touching_filaments,
-            touching_pairs: moment.touching_pairs,
-        }
-    }
-}
-
-impl From<&PairResult> for Pair {
-    fn from(pair: &PairResult) -> Self {
-        let ([column, row], [other_column, other_row]) = (pair.filament, pair.other);
-        let [impulse_x_n_s, impulse_y_n_s, impulse_z_n_s] = pair.vector_impulse_n_s;
-        Self {
-            column,
-            row,
-            other_column,
-            other_row,
-            impulse_n_s: pair.impulse_n_s,
-            impulse_x_n_s,
-            impulse_y_n_s,
-            impulse_z_n_s,
-            peak_force_n: pair.peak_force_n,
-            contact_time_s: pair.contact_time_s,
-            arc_length_m: pair.arc_length_m,
-            dissipated_j: pair.dissipated_j,
-        }
-    }
-}
-
-impl From<Pair> for PairResult {
-    fn from(pair: Pair) -> Self {
-        Self {
-            filament: [pair.column, pair.row],
-            other: [pair.other_column, pair.other_row],
-            impulse_n_s: pair.impulse_n_s,
-            vector_impulse_n_s: [pair.impulse_x_n_s, pair.impulse_y_n_s, pair.impulse_z_n_s],
-            peak_force_n: pair.peak_force_n,
-            contact_time_s: pair.contact_time_s,
-            arc_length_m: pair.arc_length_m,
-            dissipated_j: pair.dissipated_j,
-        }
-    }
-}
+/// The columns of `contacts.csv`: a pair of filaments that touched.
+pub const PAIR: &[Column<PairResult>] = columns!(PairResult {
+    column: usize = filament[0] => "",
+    row: usize = filament[1] => "",
+    other_column: usize = other[0] => "",
+    other_row: usize = other[1] => "",
+    impulse_n_s: f64 = impulse_n_s => "N s",
+    impulse_x_n_s: f64 = vector_impulse_n_s[0] => "N s",
+    impulse_y_n_s: f64 = vector_impulse_n_s[1] => "N s",
+    impulse_z_n_s: f64 = vector_impulse_n_s[2] => "N s",
+    peak_force_n: f64 = peak_force_n => "N",
+    contact_time_s: f64 = contact_time_s => "s",
+    arc_length_m: f64 = arc_length_m => "m",
+    dissipated_j: f64 = dissipated_j => "J",
+});
 
 /// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its
 /// [`Interaction`] and the band that a calibration leaves its force, then the work, then the
@@ -224,18 +145,17 @@ pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Res
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(
         [
-            keys::<Position>(),
+            keys_of(PLACE.iter()),
             keys_of(filament_columns()),
-            keys::<Rest>(),
+            keys_of(REST.iter()),
         ]
         .concat(),
     )?;
     for filament in filaments {
-        let (place, rest) = (Position::from(filament), Rest::from(filament));
         let row = [
-            cells(Some(&place)),
+            cells_of(PLACE.iter(), Some(filament)),
             cells_of(filament_columns(), Some(&filament.metrics)),
-            cells(Some(&rest)),
+            cells_of(REST.iter(), Some(filament)),
         ]
         .concat();
         writer.write_record(row.into_iter().map(Cell::into_text))?;
@@ -250,20 +170,13 @@ pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Res
 pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, DataError> {
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
-    let places = table.columns(&keys::<Position>())?;
+    let of_filament = || PLACE.iter().chain(REST);
+    let columns = table.columns(&keys_of(of_filament()))?;
     let metrics = table.columns(&keys_of(filament_columns()))?;
-    let rests = table.columns(&keys::<Rest>())?;
     let filament = |row| {
-        let place = table.read::<Position>(row, &places)?;
-        let rest = table.read::<Rest>(row, &rests)?;
         Ok(FilamentResult {
-            column: place.column,
-            row: place.row,
-            root_angle_rad: rest.root_angle_rad,
-            root_z_m: rest.root_z_m,
-            is_counted: rest.is_counted,
             metrics: table.read_columns(row, &metrics, filament_columns())?,
-            press_impulse_n_s: rest.press_impulse_n_s,
+            ..table.read_columns(row, &columns, of_filament())?
         })
     };
     table.rows().iter().map(filament).collect()
@@ -271,7 +184,7 @@ pub fn read_filaments(text: &str, name: &str) -> Result<Vec<FilamentResult>, Dat
 
 /// Writes `history.csv`: a heading, then one row per step.
 pub fn write_brush_history(out: impl Write, history: &[ToolSample]) -> io::Result<()> {
-    write_records(out, &history.iter().map(Moment::from).collect::<Vec<_>>())
+    write_columns(out, MOMENT.iter(), history)
 }
 
 /// Reads `history.csv` of a brush. Errors use `name` for the file.
@@ -279,15 +192,12 @@ pub fn write_brush_history(out: impl Write, history: &[ToolSample]) -> io::Resul
 /// # Errors
 /// If the text is not what [`write_brush_history`] writes.
 pub fn read_brush_history(text: &str, name: &str) -> Result<Vec<ToolSample>, DataError> {
-    Ok(read_records::<Moment>(text, name)?
-        .into_iter()
-        .map(ToolSample::from)
-        .collect())
+    read_rows(text, name, MOMENT)
 }
 
 /// Writes `contacts.csv`: a heading, then one row per pair of filaments that touched.
 pub fn write_contacts(out: impl Write, pairs: &[PairResult]) -> io::Result<()> {
-    write_records(out, &pairs.iter().map(Pair::from).collect::<Vec<_>>())
+    write_columns(out, PAIR.iter(), pairs)
 }
 
 /// Reads `contacts.csv`. Errors use `name` for the file.
@@ -295,8 +205,5 @@ pub fn write_contacts(out: impl Write, pairs: &[PairResult]) -> io::Result<()> {
 /// # Errors
 /// If the text is not what [`write_contacts`] writes.
 pub fn read_contacts(text: &str, name: &str) -> Result<Vec<PairResult>, DataError> {
-    Ok(read_records::<Pair>(text, name)?
-        .into_iter()
-        .map(PairResult::from)
-        .collect())
+    read_rows(text, name, PAIR)
 }

@@ -9,8 +9,8 @@ mod saved;
 mod tables;
 
 pub use brush::{
-    Moment, Pair, Position, Rest, read_brush_history, read_contacts, read_filaments,
-    read_interaction, write_brush_history, write_brush_metrics, write_contacts, write_filaments,
+    MOMENT, PAIR, PLACE, REST, read_brush_history, read_contacts, read_filaments, read_interaction,
+    write_brush_history, write_brush_metrics, write_contacts, write_filaments,
 };
 pub use saved::{
     FileHashes, Origin, SavedCase, SavedStudy, case_text, read_case, read_study, study_text,

@@ -144,20 +144,12 @@ fn setting_columns(study: &Study) -> Vec<(&'static str, Setting)> {
 #[must_use]
 pub fn run_columns(study: &Study, results: &[CaseResult]) -> Vec<&'static str> {
     let names = setting_columns(study).into_iter().map(|(name, _)| name);
-    let scatter = if study.scatters() {
-        keys::<ForceScatter>()
-    } else {
-        Vec::new()
-    };
-    let brush = if study.has_brush() {
-        keys::<Interaction>()
-    } else {
-        Vec::new()
-    };
+    let scatter = study.scatters().then(keys::<ForceScatter>);
+    let brush = study.has_brush().then(keys::<Interaction>);
     let figures = [
         keys_of(metric_columns(Having::of_study(study))),
-        scatter,
-        brush,
+        scatter.unwrap_or_default(),
+        brush.unwrap_or_default(),
         keys::<Statistics>(),
     ]
     .into_iter()
@@ -404,12 +396,12 @@ pub fn write_shapes(out: impl Write, shapes: &[Shape]) -> io::Result<()> {
 }
 
 /// Writes a heading, then one row per record.
-pub(super) fn write_records<R: Record>(out: impl Write, records: &[R]) -> io::Result<()> {
+fn write_records<R: Record>(out: impl Write, records: &[R]) -> io::Result<()> {
     write_columns(out, R::COLUMNS.iter(), records)
 }
 
 /// [`write_records`] with some columns.
-fn write_columns<R: 'static>(
+pub(super) fn write_columns<R: 'static>(
     out: impl Write,
     columns: impl Iterator<Item = &'static Column<R>> + Clone,
     records: &[R],
@@ -602,13 +594,22 @@ pub fn read_shapes(text: &str, name: &str) -> Result<Vec<Shape>, DataError> {
 }
 
 /// Reads the records that [`write_records`] wrote.
-pub(super) fn read_records<R: Record>(text: &str, name: &str) -> Result<Vec<R>, DataError> {
+fn read_records<R: Record>(text: &str, name: &str) -> Result<Vec<R>, DataError> {
+    read_rows(text, name, R::COLUMNS)
+}
+
+/// [`read_records`] with some columns.
+pub(super) fn read_rows<R: Default>(
+    text: &str,
+    name: &str,
+    columns: &'static [Column<R>],
+) -> Result<Vec<R>, DataError> {
     let source = Source { name, text };
     let table = source.table(AGAIN)?;
-    let columns = table.columns(&keys::<R>())?;
+    let positions = table.columns(&keys_of(columns.iter()))?;
     table
         .rows()
         .iter()
-        .map(|row| table.read::<R>(row, &columns))
+        .map(|row| table.read_columns(row, &positions, columns.iter()))
         .collect()
 }
