@@ -26,12 +26,7 @@ const SCRIPT: &str = "derivations/segment_chain.py";
 /// The packages that it needs.
 const REQUIREMENTS: &str = "derivations/requirements.txt";
 /// Everything that its graph depends on, except Python itself.
-const SOURCES: [&str; 4] = [
-    SCRIPT,
-    "derivations/chain_interface.py",
-    "derivations/graph_format.py",
-    REQUIREMENTS,
-];
+const SOURCES: [&str; 3] = [SCRIPT, "derivations/graph_format.py", REQUIREMENTS];
 
 fn main() -> ExitCode {
     match generate() {

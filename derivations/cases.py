@@ -92,6 +92,11 @@ class Filament:
         return (self._masses_per_length(centres) * self.segment_m).tolist()
 
     @property
+    def inertias_kg_m2(self) -> list[float]:
+        """Moments of inertia of the segments about their centres, across their axes."""
+        return [mass * self.segment_m**2 / 12 for mass in self.masses_kg]
+
+    @property
     def stiffnesses_n_m(self) -> list[float]:
         """Stiffnesses of the joints; the clamp joint carries only half a segment's compliance."""
         joints = np.array([0.25, *range(1, self.segments)]) * self.segment_m
@@ -117,6 +122,11 @@ class Filament:
         bends = np.linalg.solve(factor, bends)
         squares = np.linalg.eigvalsh((bends * stiffness) @ bends.T)
         return 2 * self.damping_ratio / math.sqrt(squares[0] / self.length_m**4)
+
+    @property
+    def dampings_n_m_s(self) -> list[float]:
+        """Dampings of the joints."""
+        return [self.damping_time_s * stiffness for stiffness in self.stiffnesses_n_m]
 
     @property
     def relaxed_angles_rad(self) -> np.ndarray:

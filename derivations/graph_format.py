@@ -1,4 +1,4 @@
-"""The exchange format of derived equations, `bristle-graph` version 2: build, check and write it.
+"""The exchange format of derived equations, `bristle-graph` version 2: build it and write it.
 
 What enters: operations, one at a time, from a derivation in any algebra system.
 What leaves: a JSON text of kernels. A kernel is a function in single-assignment form: operations
@@ -9,39 +9,17 @@ is dropped; nothing is rearranged otherwise, so the kernels compute what the alg
 """
 
 import json
-import math
-import os
-import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from pathlib import Path
 
 # Floats with at most so many binary places, below this size, are written as exact rationals.
 RATIONAL_BINARY_PLACES = 10
 LARGEST_RATIONAL = 2**20
 
 COMMUTATIVE = ("add", "mul")
-# Number of operands of each operation on operations.
-OPERANDS = {
-    "add": 2,
-    "sub": 2,
-    "mul": 2,
-    "div": 2,
-    "neg": 1,
-    "sqrt": 1,
-    "sin": 1,
-    "cos": 1,
-    "asin": 1,
-    "less_than": 2,
-}
-
 # Its name, the indices of its operands, and what else there is to it.
 Operation = tuple[str | int | float, ...]
-
-
-class FormatError(Exception):
-    """A kernel that the format cannot hold."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +63,6 @@ class Graph:
     def number(self, value: float | Fraction) -> int:
         """A constant; small exact rationals as such, others as the double they are."""
         if isinstance(value, float):
-            if not math.isfinite(value):
-                raise FormatError(f"the constant {value} is not finite")
             exact = Fraction(value)
             if exact.denominator > 2**RATIONAL_BINARY_PLACES or abs(value) > LARGEST_RATIONAL:
                 return self._index_of(("float", value))
@@ -99,9 +75,7 @@ class Graph:
         return self._index_of(("powi", base, exponent))
 
     def operation(self, name: str, *operands: int) -> int:
-        """One of `OPERANDS`."""
-        if len(operands) != OPERANDS[name]:
-            raise FormatError(f"`{name}` has {OPERANDS[name]} operands, not {len(operands)}")
+        """An operation on operations."""
         if name == "mul" and operands[0] == operands[1]:
             return self.power(operands[0], 2)
         if name in COMMUTATIVE:
@@ -118,16 +92,14 @@ def operands_of(operation: Operation) -> tuple[int, ...]:
     return operation[1:]
 
 
-def reached(operations: Sequence[Operation], roots: Iterable[int], stop: set[int]) -> set[int]:
-    """The operations that `roots` need, with nothing below those in `stop`."""
+def reached(operations: Sequence[Operation], roots: list[int]) -> set[int]:
+    """Returns the operations that `roots` need, themselves included."""
     found: set[int] = set()
-    pending = list(roots)
-    while pending:
-        index = pending.pop()
+    while roots:
+        index = roots.pop()
         if index not in found:
             found.add(index)
-            if index not in stop:
-                pending.extend(operands_of(operations[index]))
+            roots += operands_of(operations[index])
     return found
 
 
@@ -148,26 +120,12 @@ class Kernel:
     inputs: tuple[Input, ...]
     outputs: tuple[Output, ...]
 
-    def _given(self) -> set[int]:
-        return {index for entry in self.inputs for _, index in entry.elements}
-
-    def _results(self) -> set[int]:
-        return {index for output in self.outputs for index in output.operations}
-
-    def __post_init__(self) -> None:
-        operations, given = self.graph.operations, self._given()
-        for index in reached(operations, self._results(), given) - given:
-            if operations[index][0] == "symbol":
-                name = operations[index][1]
-                raise FormatError(f"kernel {self.name}: no input gives the symbol `{name}`")
-        for output in self.outputs:
-            if len(output.operations) != math.prod(output.shape):
-                raise FormatError(f"kernel {self.name}: shape of output {output.name}")
-
     def text(self) -> str:
         """The kernel as JSON, an operation a line; dead operations dropped."""
         operations = self.graph.operations
-        live = reached(operations, self._given() | self._results(), set())
+        given = [index for entry in self.inputs for _, index in entry.elements]
+        results = [index for output in self.outputs for index in output.operations]
+        live = reached(operations, [*given, *results])
         # Symbols first, then as derived; operands stay ahead of what uses them.
         order = sorted(live, key=lambda index: (operations[index][0] != "symbol", index))
         indices = {old: new for new, old in enumerate(order)}
@@ -204,33 +162,3 @@ def file_text(generator: str, kernels: Sequence[Kernel]) -> str:
         f'{{"format":"bristle-graph",\n"version":2,\n"generator":{compact(generator)},\n'
         f'"kernels":[\n{texts}]}}\n'
     )
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Writes the file whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        # mkstemp's files are for the owner only; a file that was there keeps its mode.
-        os.chmod(temporary, path.stat().st_mode & 0o777 if path.exists() else 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
-
-
-def staleness(path: Path, text: str) -> str | None:
-    """Why the file is not what was derived just now, or None if it is, to the byte."""
-    try:
-        found = path.read_bytes()
-    except OSError as error:
-        return f"{path} cannot be read ({error.strerror})"
-    expected = text.encode()
-    if found == expected:
-        return None
-    pairs = zip(found.splitlines(), expected.splitlines(), strict=False)
-    line = next((i for i, (a, b) in enumerate(pairs, 1) if a != b), None)
-    where = f"they differ first in line {line}" if line else "one ends before the other"
-    return f"{path} is stale: it is not what this derivation gives, {where}"

@@ -29,7 +29,6 @@ Run from the repository root:
 import argparse
 import json
 import math
-import multiprocessing
 import re
 import sys
 from collections.abc import Callable, Sequence
@@ -721,10 +720,9 @@ def own_errors(entry: dict[str, object], other: dict[str, object]) -> dict[str, 
     return errors
 
 
-def entry_of(task: tuple[str, int, bool]) -> dict[str, object]:
-    """Returns the entry of a case: the name of its group, its index, `True` for its own error."""
-    name, index, has_error = task
-    group, case = GROUPS[name], GROUPS[name].cases[index]
+def entry_of(name: str, case: Case, has_error: bool) -> dict[str, object]:
+    """Returns the entry of a case of the group `name`, perhaps with its own error."""
+    group = GROUPS[name]
     entry = ENTRY_OF[name](case, group, group.relative_tolerance)
     if has_error:
         looser = ENTRY_OF[name](case, group, LOOSER * group.relative_tolerance)
@@ -785,7 +783,7 @@ def is_wrong(entry: dict[str, object], committed: dict[str, object], label: str)
     return not worst <= 1.0
 
 
-def run_group(group_name: str, only: str | None, is_check: bool, processes: int) -> bool:
+def run_group(group_name: str, only: str | None, is_check: bool) -> bool:
     """Writes, prints or checks a group; `True` if a committed number is wrong."""
     all_cases, entries, wrong, committed = GROUPS[group_name].cases, [], False, {}
     if is_check and path_of(group_name).suffix == ".json":
@@ -793,15 +791,13 @@ def run_group(group_name: str, only: str | None, is_check: bool, processes: int)
     elif is_check:
         columns, table = files.read_table(path_of(group_name))
         committed["cases"] = [dict(zip(columns, row, strict=True)) for row in table.tolist()]
-    chosen = [i for i, case in enumerate(all_cases) if case.label.startswith(only or "")]
-    tasks = [(group_name, i, not is_check) for i in chosen]
-    with multiprocessing.Pool(processes) as pool:
-        for i, entry in zip(chosen, pool.imap(entry_of, tasks, chunksize=1), strict=True):
-            entries.append(entry)
+    for i, case in enumerate(all_cases):
+        if case.label.startswith(only or ""):
+            entries.append(entry_of(group_name, case, not is_check))
             if is_check:
-                wrong |= is_wrong(entry, committed["cases"][i], all_cases[i].label)
+                wrong |= is_wrong(entries[-1], committed["cases"][i], case.label)
             else:
-                print(f"{all_cases[i].label}: done", file=sys.stderr, flush=True)
+                print(f"{case.label}: done", file=sys.stderr, flush=True)
     if only is None and not is_check:
         write_group(group_name, entries)
     elif not is_check:
@@ -872,12 +868,11 @@ def main() -> int:
     parser.add_argument("group", choices=[*GROUPS, "trajectory"], help="names the file")
     parser.add_argument("--only", help="cases whose labels begin with this, which are printed")
     parser.add_argument("--check", action="store_true", help="compare with the committed file")
-    parser.add_argument("--processes", type=int, default=1, help="cases computed at the same time")
     arguments = parser.parse_args()
     if arguments.group == "trajectory":
         names = [name for name in cases.TRAJECTORIES if name.startswith(arguments.only or "")]
         return int(any([run_trajectory(name, arguments.check) for name in names]))
-    return int(run_group(arguments.group, arguments.only, arguments.check, arguments.processes))
+    return int(run_group(arguments.group, arguments.only, arguments.check))
 
 
 if __name__ == "__main__":

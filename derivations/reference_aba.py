@@ -123,39 +123,20 @@ class Coordinates:
         return float(rest @ by_phi), float(rest @ by_theta) / sine**2
 
 
-@dataclass(frozen=True)
-class ChainConstants:
-    """Constants of a chain; the lists run over the joints."""
-
-    segment_length_m: float
-    segment_mass_kg: float
-    segment_inertia_kg_m2: float
-    joint_stiffness_n_m: list[float]
-    joint_damping_n_m_s: list[float]
-
-
-def chain_constants(segments: int, youngs_modulus_pa: float) -> ChainConstants:
-    """Lengths, inertias, stiffnesses and dampings from the paper's constants."""
-    filament = Filament(segments, youngs_modulus_pa=youngs_modulus_pa)
-    h, mass, stiffness = filament.segment_m, filament.masses_kg[0], filament.stiffnesses_n_m
-    damping = [filament.damping_time_s * c for c in stiffness]
-    return ChainConstants(h, mass, mass * h**2 / 12, stiffness, damping)
-
-
 def chain_of_bodies(
-    constants: ChainConstants,
+    filament: Filament,
     effective_gravity: Array,
     joints: Sequence[object],
     axial_inertia: float,
 ) -> pinocchio.Model:
-    """The chain as Pinocchio's model, with these joints in turn at each inner node."""
-    h, inertia = constants.segment_length_m, constants.segment_inertia_kg_m2
+    """The uniform chain as Pinocchio's model, with these joints in turn at each inner node."""
+    h, mass, inertia = filament.segment_m, filament.masses_kg[0], filament.inertias_kg_m2[0]
     centre, moments = np.array([0.0, 0.0, h / 2]), np.diag([inertia, inertia, axial_inertia])
-    rod = pinocchio.Inertia(constants.segment_mass_kg, centre, moments)
+    rod = pinocchio.Inertia(mass, centre, moments)
     model = pinocchio.Model()
     model.gravity.linear = effective_gravity
     parent, placement = 0, pinocchio.SE3.Identity()
-    for k in range(len(constants.joint_stiffness_n_m)):
+    for k in range(filament.segments):
         for i, joint in enumerate(joints):
             parent = model.addJoint(parent, joint, placement, f"joint_{k + 1}_{i + 1}")
             placement = pinocchio.SE3.Identity()
@@ -185,7 +166,8 @@ class ChainState:
         self.segments = [
             Coordinates(*state.q[i : i + 2], *state.v[i : i + 2]) for i in range(0, len(state.q), 2)
         ]
-        self.constants = chain_constants(len(self.segments), state.youngs_modulus_pa)
+        modulus = state.youngs_modulus_pa
+        self.filament = filament = Filament(len(self.segments), youngs_modulus_pa=modulus)
         radial = np.array([math.cos(state.base_angle), math.sin(state.base_angle), 0.0])
         tangential = np.array([-radial[1], radial[0], 0.0])
         root_acceleration = BODY_RADIUS_M * (
@@ -195,11 +177,10 @@ class ChainState:
         clamp = Rod(radial, state.base_rate * tangential)
         self.rods = [clamp, *(segment.rod for segment in self.segments)]
         # On the outer side of each joint, in the world's axes.
-        stiffness = self.constants.joint_stiffness_n_m
-        damping = self.constants.joint_damping_n_m_s
+        joints = zip(filament.stiffnesses_n_m, filament.dampings_n_m_s, strict=True)
         self.torques = [
-            joint_torque(stiffness[k], damping[k], state.base_rate, *self.rods[k : k + 2])
-            for k in range(len(self.segments))
+            joint_torque(*joint, state.base_rate, *self.rods[k : k + 2])
+            for k, joint in enumerate(joints)
         ]
 
     def in_spherical_joints(self) -> tuple[pinocchio.Model, Array, Array, Array]:
@@ -214,9 +195,8 @@ class ChainState:
             velocities.append(rotation.T @ (rod.angular_velocity - inner_velocity))
             torques.append(rotation.T @ torque)
             inner_rotation, inner_velocity = rotation, rod.angular_velocity
-        inertia = self.constants.segment_inertia_kg_m2
-        joints = [pinocchio.JointModelSpherical()]
-        model = chain_of_bodies(self.constants, self.effective_gravity, joints, inertia)
+        inertia, joints = self.filament.inertias_kg_m2[0], [pinocchio.JointModelSpherical()]
+        model = chain_of_bodies(self.filament, self.effective_gravity, joints, inertia)
         return model, *map(np.concatenate, (positions, velocities, torques))
 
 

@@ -74,23 +74,14 @@ import math
 import os
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from fractions import Fraction
 from itertools import count, islice
 from pathlib import Path
 
-from chain_interface import Motion, chain_arguments
-from graph_format import (
-    FormatError,
-    Graph,
-    Input,
-    Kernel,
-    Output,
-    file_text,
-    staleness,
-    write_whole,
-)
+from graph_format import Graph, Input, Kernel, Output, file_text
 
 # As pinned in requirements.txt; another version may order the operations otherwise.
 CASADI_VERSION = "3.8.2"
@@ -119,11 +110,29 @@ SERIES_TOLERANCE = Fraction(1, 10**18)
 SX = casadi.SX
 
 
-class DerivationError(Exception):
-    """Something that CasADi gives and the format has no word for."""
-
-
 # ---------------------------------------------------------------------------- what is derived
+
+
+class Motion(Enum):
+    """How a chain moves, which decides its coordinates."""
+
+    SPATIAL = "spatial"
+    PLANAR = "planar"
+
+    @property
+    def axes(self) -> str:
+        """The components of a vector."""
+        return "xyz" if self is Motion.SPATIAL else "xy"
+
+    @property
+    def angles(self) -> tuple[tuple[str, str], ...]:
+        """Name and letter of each coordinate of a segment."""
+        theta = ("theta", "θ")
+        return (("phi", "φ"), theta) if self is Motion.SPATIAL else (theta,)
+
+    def named(self, name: str) -> str:
+        """The name of a function whose name in space is `name`."""
+        return name if self is Motion.SPATIAL else f"planar_{name}"
 
 
 class Symbols:
@@ -212,7 +221,7 @@ def series_coefficients() -> list[Fraction]:
         if k > 2 and tail < SERIES_TOLERANCE / 3:
             return coefficients
         coefficients.append(coefficient)
-    raise DerivationError("the series of the bending angle does not converge")
+    raise RuntimeError("the series of the bending angle does not converge")
 
 
 def half_angle_squared(u: SX) -> SX:
@@ -409,12 +418,51 @@ class Segment:
 # ---------------------------------------------------------------------------- whole equations
 
 
+def chain_arguments(symbols: Symbols, segments: int, motion: Motion) -> list[Argument]:
+    """Returns the arguments that all three functions of a chain have, in order."""
+    spatial, numbers = motion is Motion.SPATIAL, range(1, segments + 1)
+    axes, turning = motion.axes, "xyz" if spatial else "z"
+
+    def each(ends: Iterable[object], name: str, notation: str, unit: str, doc: str) -> Argument:
+        found = [symbols.scalar(f"{name}_{end}", f"{notation}{end}", unit) for end in ends]
+        return Argument.of_symbols(name, doc, casadi.vertcat(*found))
+
+    def of_angles(rate: str, dot: str, unit: str) -> SX:
+        found = [
+            symbols.scalar(f"{name}{rate}_{k}", f"{letter}{dot}{k}", unit)
+            for k in numbers
+            for name, letter in motion.angles
+        ]
+        return casadi.vertcat(*found)
+
+    q_doc = "φ1, θ1, φ2, … in rad" if spatial else "θ1, θ2, … in rad"
+    v_doc = "φ̇1, θ̇1, φ̇2, … in rad/s" if spatial else "θ̇1, θ̇2, … in rad/s"
+    turning_doc = "Ω of the body in rad/s" if spatial else "Ω of the body in rad/s, along z"
+    return [
+        Argument.of_symbols("q", q_doc, of_angles("", "", "rad")),
+        Argument.of_symbols("v", v_doc, of_angles("_rate", "̇", "rad s^-1")),
+        each(axes, "root_position", "r0", "m", "r0 in m"),
+        each(axes, "root_velocity", "ṙ0", "m s^-1", "ṙ0 in m/s"),
+        each(axes, "root_acceleration", "r̈0", "m s^-2", "r̈0 in m/s²"),
+        each(axes, "clamp_direction", "e0", "1", "e0"),
+        each(turning, "angular_velocity", "Ω", "rad s^-1", turning_doc),
+        each(axes, "gravity", "g", "m s^-2", "g in m/s²"),
+        Argument.of_symbols("segment_length", "h in m", symbols.scalar("segment_length", "h", "m")),
+        each(numbers, "segment_mass", "m", "kg", "m1, m2, … in kg"),
+        each(numbers, "segment_inertia", "J", "kg m^2", "J1, J2, … in kg m²"),
+        each(numbers, "joint_stiffness", "c", "N m", "c1, c2, … in N m"),
+        each(numbers, "joint_damping", "d", "N m s", "d1, d2, … in N m s"),
+        each(numbers, "relaxed_angle", "κ", "rad", "κ1, κ2, … in rad"),
+    ]
+
+
 def whole_equations(segments: int, motion: Motion) -> list[Derived]:
     """Mass matrix, force and energies of a chain, as functions of the same arguments."""
     symbols = Symbols()
+    arguments = chain_arguments(symbols, segments, motion)
     variables = {
-        argument.name: casadi.vertcat(*(symbols.scalar(*symbol) for symbol in argument.symbols))
-        for argument in chain_arguments(segments, motion)
+        argument.name: casadi.vertcat(*(variable for _, variable in argument.elements))
+        for argument in arguments
     }
     q, v = variables["q"], variables["v"]
     root_velocity, root_acceleration = variables["root_velocity"], variables["root_acceleration"]
@@ -459,10 +507,6 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
     )
     force = casadi.substitute(force, root_velocity, SX.zeros(len(motion.axes)))
 
-    arguments = [
-        Argument.of_symbols(argument.name, argument.doc, variables[argument.name])
-        for argument in chain_arguments(segments, motion)
-    ]
     planar = "planar " if motion is Motion.PLANAR else ""
     chain = f"a {planar}chain of {segments} segment{'' if segments == 1 else 's'}"
     coordinates = "φ1, θ1, φ2, …" if motion is Motion.SPATIAL else "θ1, θ2, …"
@@ -1401,7 +1445,7 @@ def exported(derived: Derived) -> Kernel:
                 operation = graph.operation("div", graph.number(1.0), nodes[0])
             else:
                 reason = f"the format has no operation for CasADi's instruction {code}"
-                raise DerivationError(f"kernel {derived.name}: {reason}")
+                raise RuntimeError(f"kernel {derived.name}: {reason}")
         registers[targets[0]] = operation
 
     inputs, outputs = [], []
@@ -1442,27 +1486,20 @@ def main() -> None:
     choice = "--kernels" if arguments.kernels else f"--segments {arguments.segments}"
     choice += " --planar" if arguments.planar else ""
     command = f"derivations/segment_chain.py {choice}"
-    try:
-        derived = (
-            solver_kernels() if arguments.kernels else whole_equations(arguments.segments, motion)
-        )
-        kernels = [exported(function) for function in derived]
-        text = file_text(f"{command}, CasADi {casadi.__version__}", kernels)
-    except (DerivationError, FormatError) as error:
-        sys.exit(f"segment_chain.py: {error}")
-
+    derived = solver_kernels() if arguments.kernels else whole_equations(arguments.segments, motion)
+    kernels = [exported(function) for function in derived]
+    text = file_text(f"{command}, CasADi {casadi.__version__}", kernels)
     if arguments.out == "-":
         sys.stdout.buffer.write(text.encode())
         return
     path = Path(arguments.out)
-    if arguments.check:
-        if reason := staleness(path, text):
-            sys.exit(f"{reason}. To make it again: python {command} --out {path}")
-        return
     try:
-        write_whole(path, text)
+        if not arguments.check:
+            path.write_text(text, encoding="utf-8", newline="\n")
+        elif path.read_bytes() != text.encode():
+            sys.exit(f"{path} is stale. To make it again: python {command} --out {path}")
     except OSError as error:
-        sys.exit(f"segment_chain.py: {path} cannot be written: {error.strerror}")
+        sys.exit(f"segment_chain.py: {path}: {error.strerror}")
 
 
 if __name__ == "__main__":

@@ -64,11 +64,6 @@ def crossed(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def left(vectors: np.ndarray) -> np.ndarray:
-    """Returns vectors (…, 2) turned by a right angle: the outward normals of tangents."""
-    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
-
-
 def friction(coefficient: float, pressure: casadi.SX, sliding: casadi.SX) -> casadi.SX:
     """Returns Coulomb's friction, regularised."""
     speed = casadi.sqrt(casadi.sumsqr(sliding) + REGULARISATION_M_S**2)
@@ -345,11 +340,8 @@ class Spline:
     def __init__(self, case: Case) -> None:
         piece = case.workpiece
         points = np.array(piece.control_points_m) + [piece.offset_m, case.height_m]
-        self._n, self._degree, count = (
-            case.filament.segments,
-            piece.degree,
-            len(points) - piece.degree,
-        )
+        self._n, self._degree = case.filament.segments, piece.degree
+        count = len(points) - piece.degree
         ends = np.zeros(piece.degree), np.full(piece.degree, count)
         spline = BSpline(
             np.concatenate([ends[0], np.arange(count + 1), ends[1]]), points, piece.degree
@@ -482,9 +474,9 @@ class Spline:
 
     def _gaps(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """Returns the gaps of points over the curve at parameters."""
-        normals = left(self._curves[1](parameters))
-        normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-        return np.sum((points - self._curves[0](parameters)) * normals, axis=-1)
+        tangents = self._curves[1](parameters)
+        offsets = points - self._curves[0](parameters)
+        return crossed(tangents, offsets) / np.linalg.norm(tangents, axis=-1)
 
     def _deepest(self, lines: np.ndarray, stretch: int) -> tuple[np.ndarray, np.ndarray]:
         """Returns the gap of the deepest feature of polylines (…, n + 1, 2) in a stretch.

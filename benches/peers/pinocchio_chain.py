@@ -12,8 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
+from paper_case import State
+
+# isort: split
+# From derivations, which paper_case puts on the path.
 import reference_aba
-from paper_case import Chain, State
+from cases import Filament
 
 # As pinocchio_aba.cpp names them.
 JOINTS = ("spherical", "universal", "revolutes")
@@ -35,8 +39,9 @@ class Problem:
         segments = self.model.njoints - 1
         if self.joints == "revolutes":
             segments //= 2
-        chain = Chain(segments)
-        numbers = [chain.length_m, chain.mass_kg, chain.inertia_kg_m2, self.axial_inertia]
+        filament = Filament(segments)
+        numbers = [filament.segment_m, filament.masses_kg[0], filament.inertias_kg_m2[0]]
+        numbers.append(self.axial_inertia)
         numbers += [float(x) for x in self.model.gravity.linear]
         return [str(program), self.joints, str(segments), *(repr(x) for x in numbers)]
 
@@ -64,7 +69,7 @@ def problem(state: State, joints: str) -> Problem:
     chain = reference_aba.ChainState(state)
     if joints == "spherical":
         model, *at = chain.in_spherical_joints()
-        return Problem(joints, model, chain.constants.segment_inertia_kg_m2, *at)
+        return Problem(joints, model, chain.filament.inertias_kg_m2[0], *at)
     return _two_axes(joints, chain)
 
 
@@ -99,5 +104,5 @@ def _two_axes(joints: str, chain: reference_aba.ChainState) -> Problem:
     if joints == "universal":
         at_node = [pinocchio.JointModelUniversal(*np.eye(3)[:2])]
     gravity = chain.effective_gravity
-    model = reference_aba.chain_of_bodies(chain.constants, gravity, at_node, axial_inertia=0.0)
+    model = reference_aba.chain_of_bodies(chain.filament, gravity, at_node, axial_inertia=0.0)
     return Problem(joints, model, 0.0, np.array(q), np.array(v), tau)
