@@ -26,10 +26,6 @@ validate *arguments='--full':
 site *arguments:
     docs/site/run {{arguments}}
 
-# Draw the picture of the README
-figure:
-    cargo run --release -p bristle-report --example figure
-
 # Draw so many random input files and calls instead of those of the tests
 properties cases='20000' seed='7':
     PROPTEST_CASES={{cases}} PROPTEST_RNG_SEED={{seed}} cargo test --release -p bristle-cli --test cli -- random_input::

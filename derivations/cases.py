@@ -1,8 +1,7 @@
 """Cases of the reference files: tool, filament, workpiece and process of each, as data.
 
-`GROUPS` has the cases of every file, `TRAJECTORIES` those that are written over time. `Case` also
-has what follows from a case without mechanics: the pose of the tool, angles and times of a pass,
-and where the workpiece lies.
+`GROUPS` has the cases of every file. `Case` also has what follows from a case without mechanics:
+the pose of the tool, angles and times of a pass, and where the workpiece lies.
 
 SI units, angles in radians. Frames are those of MODEL.md.
 """
@@ -13,7 +12,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from files import DATA as DATA
 from numpy.polynomial import Legendre, Polynomial
 
 # The paper's tool and filament, and the defaults for what the paper leaves open.
@@ -26,7 +24,6 @@ DIAMETER_M = 1.18e-3
 DENSITY_KG_M3 = 1110.0
 YOUNGS_MODULUS_PA = 3.0e9
 DAMPING_RATIO = 0.05
-FIRST_CANTILEVER_ROOT = 1.8751040687
 CONTACT_STIFFNESS_N_M = 1e5
 REGULARISATION_M_S = 1e-3
 LEAD_ANGLE_RAD = 0.005
@@ -601,11 +598,9 @@ class Group:
     relative_tolerance: float
     integrals: tuple[str, ...]
     has_peaks: bool = False
-    solver: str = "cvodes"
 
 
 GROUPS = {
-    "contacts": Group(contacts(), 1e-9, (NORMAL,), True, "radau"),
     "contacts_cvodes": Group(contacts(), 1e-11, (NORMAL,), True),
     "edges": Group(edges(), 1e-11, OVER_EDGES),
     "profiles": Group(profiles(), 1e-11, OVER_EDGES, True),
@@ -614,18 +609,4 @@ GROUPS = {
     "row": Group(row(), 1e-12, (NORMAL, IMPULSE_X, WORK), True),
     "space": Group(space(), 1e-11, (NORMAL, IMPULSE_X, IMPULSE_Y, IMPULSE_Z, WORK), True),
     "poses": Group(poses(), 1e-11, (NORMAL, IMPULSE_X, IMPULSE_Y, IMPULSE_Z, ANGULAR, WORK)),
-}
-
-# Columns of a trajectory for each filament.
-TIP = ("tip_x_m", "tip_y_m", "tip_deflection_m")
-OF_PASS = ("contact_normal_force_n", NORMAL, *TIP)
-ON_EDGE = ("edge_contact_normal_force_n", "contact_force_x_n", "contact_force_y_n")
-OVER_EDGE = (OF_PASS[0], *ON_EDGE, *OF_PASS[1:])
-# Group and index of the cases that are written over time, with their columns.
-TRAJECTORIES = {
-    "pass_casadi": ("contacts_cvodes", 1, OF_PASS),
-    "edge_leaving": ("edges", 0, OVER_EDGE),
-    "edge_entering": ("edges", 1, OVER_EDGE),
-    "row_three": ("row", 4, OF_PASS[:-1]),
-    "row_friction": ("row", 12, OF_PASS[:-1]),
 }

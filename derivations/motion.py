@@ -8,8 +8,7 @@
    the time is located by bisection. The window ends there, and the solver starts again: no step
    crosses a kink.
 
-There are two solvers: CVODES of SUNDIALS (BDF of orders 1 to 5, Newton's method), as CasADi ships
-it, and Radau of SciPy (Radau IIA of order 5; Hairer and Wanner 1996, IV.8).
+The solver is CVODES of SUNDIALS (BDF of orders 1 to 5, Newton's method), as CasADi ships it.
 
 Energies, forces and active sets are stated by those who use this module.
 """
@@ -19,7 +18,6 @@ from dataclasses import dataclass, replace
 
 import casadi
 import numpy as np
-from scipy.integrate import solve_ivp
 from scipy.interpolate import BPoly
 
 # Units of the solver's states, so that one absolute tolerance fits all: angles of 1 rad, rates of
@@ -31,8 +29,6 @@ ABSOLUTE_TOLERANCE = 0.1
 # Points of each window, among which changes of the active set are searched.
 POINTS = 401
 SHARES = np.linspace(0.0, 1.0, POINTS)
-# More changes of the active set mean that a pass chatters, which this code does not solve.
-MAX_CHANGES = 50_000
 # Bisections of the distance of two points, to 2e-9 of it.
 BISECTIONS = 29
 # A window is so many times longer than the active set has lasted, within limits.
@@ -42,8 +38,6 @@ SHORTEST_WINDOW_S = 4e-6
 SHORTEST_RETRY_S = 1e-9
 
 State = np.ndarray
-# State after a time that is counted from a point of a window.
-OfTime = Callable[[float], State]
 # States at the points from start_s to end_s, as columns, from the state y and with parameters p.
 Solver = Callable[[float, float, State, np.ndarray], np.ndarray]
 
@@ -122,7 +116,6 @@ class Equations:
                 casadi.MX(extra, extra),
             ),
         )
-        self.jacobian = casadi.Function("jacobian", [time, y, p], [jacobian])
         # CasADi wants the Jacobian by all arguments, given the result too; those by t and p are
         # not used.
         empty = casadi.MX(self.size, 1)
@@ -160,30 +153,6 @@ def cvodes(equations: Equations, relative_tolerance: float) -> Solver:
     return solve
 
 
-def radau(equations: Equations, relative_tolerance: float) -> Solver:
-    """Returns Radau for windows of any length."""
-
-    def solve(start_s: float, end_s: float, y: State, parameters: np.ndarray) -> np.ndarray:
-        solution = solve_ivp(
-            lambda since, y: np.array(equations.derivative(start_s + since, y, parameters)).ravel(),
-            (0.0, end_s - start_s),
-            y,
-            method="Radau",
-            t_eval=(end_s - start_s) * SHARES,
-            rtol=relative_tolerance,
-            atol=ABSOLUTE_TOLERANCE * relative_tolerance,
-            jac=lambda since, y: np.array(equations.jacobian(start_s + since, y, parameters)),
-        )
-        if not solution.success:
-            raise RuntimeError(solution.message)
-        return solution.y
-
-    return solve
-
-
-SOLVERS = {"cvodes": cvodes, "radau": radau}
-
-
 @dataclass(frozen=True)
 class Window:
     """A piece of the motion with one active set: whole numbers, of which 0 stands for the air."""
@@ -203,7 +172,7 @@ class Window:
         """Returns the integrals at a point."""
         return self.states[2 * self.equations.count :, point] * INTEGRAL_UNIT
 
-    def after(self, point: int) -> OfTime:
+    def after(self, point: int) -> Callable[[float], State]:
         """Returns the motion after a point, until the next one.
 
         Polynomials have degree 5 in angles, and 3 in integrals.
@@ -233,10 +202,10 @@ class Motion:
     longest_window_s = 4e-4
 
     def __init__(
-        self, name: str, solver: str, relative_tolerance: float, ends_of_turns_s: Sequence[float]
+        self, name: str, relative_tolerance: float, ends_of_turns_s: Sequence[float]
     ) -> None:
         self.name, self.ends_of_turns_s, self.changes = name, ends_of_turns_s, 0
-        self._solver, self._tolerance = SOLVERS[solver], relative_tolerance
+        self._tolerance = relative_tolerance
         self._solvers: dict[Equations, Solver] = {}
 
     def active_set(self, time: float, y: State) -> np.ndarray:
@@ -251,7 +220,7 @@ class Motion:
         """
         equations = self.equations_of(active)
         if equations not in self._solvers:
-            self._solvers[equations] = self._solver(equations, self._tolerance)
+            self._solvers[equations] = cvodes(equations, self._tolerance)
         parameters = equations.parameters(active)
         while True:
             times = start_s + (end_s - start_s) * SHARES
@@ -286,8 +255,6 @@ class Motion:
                 elif change is not None:
                     window, following = self._until_change(window, change)
                     self.changes += 1
-                    if self.changes > MAX_CHANGES:
-                        raise RuntimeError(f"{self.name}: chatters at {start_s} s")
                 if len(window.times) > 1:
                     yield replace(window, ends_turn=bool(window.times[-1] == end_of_turn))
                 start_s, y = float(window.times[-1]), window.states[:, -1]

@@ -7,13 +7,10 @@
 use std::error::Error;
 use std::hint::black_box;
 use std::io::{BufRead, Write, stdin, stdout};
-use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use bristle::brush::simulate_brush;
-use bristle::equations::{
-    Batch, Chain, ChainDynamics, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights,
-};
+use bristle::equations::{Batch, Chain, ChainDynamics, Clamp, Dynamics, Member, NoLoads};
 use bristle::model::filament;
 use bristle::model::settings::{BrushSettings, Settings};
 use bristle::simulation::simulate;
@@ -32,27 +29,22 @@ enum Request {
     Accelerations { state: Posture, calls: u32 },
     /// Accelerations of all states side by side, `calls` times; the time is per state.
     Batch { states: Vec<Posture>, calls: u32 },
-    /// Residual, factorisation and solve of an implicit step, `calls` times.
-    Step { state: Posture, calls: u32 },
     /// One contact on one thread.
     Contact {
         brushing_velocity_m_s: f64,
         penetration_depth_m: f64,
         relative_tolerance: f64,
     },
-    /// A planar row of filaments that touch each other, in steps in which the tips travel `step_m`.
+    /// A planar row of filaments that touch each other.
     Row {
         brushing_velocity_m_s: f64,
         penetration_depth_m: f64,
         segments: usize,
         columns: usize,
-        step_m: f64,
+        tolerance: f64,
     },
-    /// The 120 contacts; on all cores if no number of threads is given.
-    Study {
-        relative_tolerance: f64,
-        threads: Option<NonZeroUsize>,
-    },
+    /// The 120 contacts on all cores.
+    Study { relative_tolerance: f64 },
 }
 
 /// The paper's filament, with one segment per pair of coordinates.
@@ -95,7 +87,6 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
     Ok(match request {
         Request::Accelerations { state, calls } => accelerations(&state, settings, calls),
         Request::Batch { states, calls } => batch(&states, &settings, calls)?,
-        Request::Step { state, calls } => step(&state, settings, calls),
         Request::Contact {
             brushing_velocity_m_s,
             penetration_depth_m,
@@ -114,22 +105,16 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
             penetration_depth_m,
             segments,
             columns,
-            step_m,
+            tolerance,
         } => {
             settings.process.brushing_velocity_m_s = brushing_velocity_m_s;
             settings.process.penetration_depth_m = penetration_depth_m;
             settings.filament.segments = segments;
-            row(&settings, columns, step_m)?
+            row(&settings, columns, tolerance)?
         }
-        Request::Study {
-            relative_tolerance,
-            threads,
-        } => {
+        Request::Study { relative_tolerance } => {
             settings.solver.relative_tolerance = relative_tolerance;
-            study(
-                Study::new(settings, document.study()?.sweeps().to_vec())?,
-                threads,
-            )?
+            study(Study::new(settings, document.study()?.sweeps().to_vec())?)?
         }
     })
 }
@@ -165,47 +150,11 @@ fn batch(states: &[Posture], settings: &Settings, calls: u32) -> Result<Value, B
     Ok(json!({ "seconds": seconds, "accelerations": accelerations }))
 }
 
-fn step(state: &Posture, settings: Settings, calls: u32) -> Value {
-    let (chain, clamp) = state.problem(settings);
-    let Posture { q, v, .. } = state;
-    let mut dynamics = Dynamics::new(chain);
-    let mut accelerations = vec![[0.0; 2]; q.len()];
-    dynamics.accelerations(clamp.holding(q, v), &NoLoads, &mut accelerations);
-    let mut correction = accelerations.clone();
-    // γΔ of a step of 10 µs, as in `cargo bench --bench speed -- implicit_step`.
-    let diagonal = 0.248e-5;
-    let weights = StepWeights {
-        coordinates: diagonal * diagonal,
-        rates: diagonal,
-    };
-    let start = Instant::now();
-    for _ in 0..calls {
-        let (dynamics, clamp, q, v) = black_box((&mut dynamics, &clamp, q, v));
-        dynamics.residual(
-            clamp.holding(q, v),
-            &accelerations,
-            &NoLoads,
-            &mut correction,
-        );
-        dynamics.factorise(
-            clamp.holding(q, v),
-            &accelerations,
-            &NoLoads,
-            weights,
-            LaneSet::first(1),
-        );
-        dynamics.solve(black_box(&mut correction));
-    }
-    json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls) })
-}
-
 /// Filaments around in a row of the paper's brush at equal pitch both ways.
 const FILAMENTS_AROUND: f64 = 682.0;
 
-/// A row of so many columns, in steps in which the tips go `step` (m).
-fn row(settings: &Settings, columns: usize, step: f64) -> Result<Value, Box<dyn Error>> {
-    // Steps of 0.2 mm are those of the default tolerance, and go as its power of two thirds.
-    let tolerance = 1e-3 * (step / 2e-4).powf(1.5);
+/// A row of so many columns.
+fn row(settings: &Settings, columns: usize, tolerance: f64) -> Result<Value, Box<dyn Error>> {
     let brush = BrushSettings {
         columns: Some(columns),
         rows: Some(1),
@@ -229,9 +178,9 @@ fn row(settings: &Settings, columns: usize, step: f64) -> Result<Value, Box<dyn 
     Ok(json!({ "seconds": seconds, "impulses": impulses, "steps": result.statistics.steps }))
 }
 
-fn study(study: Study, threads: Option<NonZeroUsize>) -> Result<Value, Box<dyn Error>> {
+fn study(study: Study) -> Result<Value, Box<dyn Error>> {
     let start = Instant::now();
-    let results = run_study(&study, threads, || ())?;
+    let results = run_study(&study, None, || ())?;
     let seconds = start.elapsed().as_secs_f64();
     let mut cases = Vec::new();
     for (case, result) in results.into_iter().enumerate() {

@@ -11,7 +11,7 @@ pass for each column, ten times as slowly.
 import math
 
 import casadi
-from paper_case import SEGMENTS, Chain
+from paper_case import SEGMENTS
 
 # isort: split
 # From derivations, which paper_case puts on the path.
@@ -179,18 +179,18 @@ class ChainExpressions:
             for argument in derived[0].arguments
         }
         radial = casadi.vertcat(casadi.cos(angle), casadi.sin(angle), 0)
-        radius, chain = cases.BODY_RADIUS_M, Chain(SEGMENTS)
+        radius, filament = cases.BODY_RADIUS_M, cases.Filament(SEGMENTS)
         self._values = {
             "root_position": radius * radial,
             "root_acceleration": -radius * rate**2 * radial,
             "clamp_direction": radial,
             "angular_velocity": casadi.vertcat(0, 0, rate),
             "gravity": casadi.SX.zeros(3),
-            "segment_length": chain.length_m,
-            "segment_mass": casadi.repmat(chain.mass_kg, SEGMENTS),
-            "segment_inertia": casadi.repmat(chain.inertia_kg_m2, SEGMENTS),
-            "joint_stiffness": casadi.DM(chain.stiffness_n_m),
-            "joint_damping": casadi.DM(chain.damping_n_m_s),
+            "segment_length": filament.segment_m,
+            "segment_mass": casadi.DM(filament.masses_kg),
+            "segment_inertia": casadi.DM(filament.inertias_kg_m2),
+            "joint_stiffness": casadi.DM(filament.stiffnesses_n_m),
+            "joint_damping": casadi.DM(filament.dampings_n_m_s),
             "relaxed_angle": casadi.DM.zeros(SEGMENTS),
             # It leaves the equations, see segment_chain.py.
             "root_velocity": casadi.SX.zeros(3),

@@ -13,7 +13,6 @@ import os
 import platform
 import subprocess
 import sys
-import tempfile
 import time
 import traceback
 from collections.abc import Callable, Sequence
@@ -25,19 +24,17 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
 
-from paper_case import SEGMENTS, Case, State, bent_state, reference
+from paper_case import SEGMENTS, Case, State, bent_state, reference_impulse_n_s
 
 if TYPE_CHECKING:
     import numpy as np
     from casadi_contact import Library
     from pinocchio_chain import Problem
 
-ROOT = Path(__file__).resolve().parents[2]
-
 # Peers' lines begin with these names; the first is asked for its version.
 PACKAGES = ("casadi", "mujoco", "numpy", "pin")
 
-# Of the largest acceleration: tests/reference.rs asserts this of the same comparison.
+# Of the largest acceleration: tests/bristle/reference.rs asserts this of the same comparison.
 AGREEMENT = 1e-11
 # MuJoCo factorises M, whose condition costs digits; and its rods on two hinges have a small inertia about their axes.
 MUJOCO_AGREEMENT = {"spherical": 1e-7, "universal": 1e-6}
@@ -48,63 +45,34 @@ BATCH_AGREEMENT = 1e-15
 # ---------------------------------------------------------------------------- the table
 
 
-@dataclass(frozen=True)
-class Goal:
-    """What a ratio is to reach: at least, or at most."""
-
-    bound: float
-    at_least: bool = True
-
-    def met_by(self, value: float) -> bool:
-        """Whether it is met."""
-        return value >= self.bound if self.at_least else value <= self.bound
-
-    def shown(self, value: float) -> str:
-        """As a cell of the table."""
-        sign, word = "≥" if self.at_least else "≤", "met" if self.met_by(value) else "missed"
-        return f"{sign} {self.bound:g}: {word}"
-
-
 @dataclass
 class Line:
-    """One line of the table: the values of all rounds, in s unless `unit` is another one."""
+    """One line of the table: the values of all rounds, in s."""
 
     name: str
     note: str = ""
-    goal: Goal | None = None
     values: list[float] = field(default_factory=list)
     ratios: list[float] = field(default_factory=list)
-    unit: str = "s"
 
     @property
     def value(self) -> float:
         """Median."""
         return median(self.values)
 
-    @property
-    def judged(self) -> float:
-        """What the goal is for: the ratio, or the value where there is none."""
-        return median(self.ratios) if self.ratios else self.value
-
     def cells(self) -> list[str]:
         """Of the table, without its first."""
         if not self.values:
-            return [self.name, "", "", "", self.note]
-        value = shown(self.value) if self.unit == "s" else f"{self.value:.3g} {self.unit}"
+            return [self.name, "", "", self.note]
         ratio = f"{median(self.ratios):.3g}" if self.ratios else ""
-        goal = self.goal.shown(self.judged) if self.goal else ""
-        return [self.name, value, ratio, goal, self.note]
+        return [self.name, shown(self.value), ratio, self.note]
 
     def record(self) -> dict[str, object]:
         """For --json."""
         record: dict[str, object] = {"name": self.name, "remarks": self.note}
         if self.values:
-            record |= {"unit": self.unit, "median": self.value, "rounds": self.values}
+            record |= {"unit": "s", "median": self.value, "rounds": self.values}
         if self.ratios:
             record |= {"ratio": median(self.ratios), "ratios": self.ratios}
-        if self.values and self.goal:
-            kind = "at_least" if self.goal.at_least else "at_most"
-            record["goal"] = {kind: self.goal.bound, "met": self.goal.met_by(self.judged)}
         return record
 
 
@@ -123,7 +91,7 @@ class Group:
         return text
 
 
-HEADER = "| what | code | median | ratio | goal | remarks |\n|---|---|---:|---:|---|---|\n"
+HEADER = "| what | code | median | ratio | remarks |\n|---|---|---:|---:|---|\n"
 
 
 def shown(seconds: float) -> str:
@@ -240,9 +208,9 @@ class Bristle(Program):
         )
         return answer["seconds"], answer["impulse"]
 
-    def study(self, tolerance: float, threads: int | None = None) -> dict:
+    def study(self, tolerance: float) -> dict:
         """Seconds and cases."""
-        return self.request("study", relative_tolerance=tolerance, threads=threads)
+        return self.request("study", relative_tolerance=tolerance)
 
     def impulses(self, tolerance: float) -> dict[Case, float]:
         """p_n of the cases of the study."""
@@ -257,7 +225,6 @@ class Setup:
     """What the groups need."""
 
     bristle: Bristle
-    command: Path | None
     loops: list[Path]
     directory: Path
     quick: bool
@@ -344,8 +311,7 @@ def accelerations(setup: Setup) -> list[Group]:
     note = f"{BATCH} different states, one thread; agree to {agreement:.0e}"
     batch = [(Line("Bristle, `Batch::accelerations`", note), of_batch)]
     if fastest:
-        goal = Goal(40) if setup.loops else None
-        batch.append((Line("Pinocchio, the fastest above", "it has no batches", goal), fastest[0]))
+        batch.append((Line("Pinocchio, the fastest above", "it has no batches"), fastest[0]))
     lines = interleaved(batch, setup.rounds)
     return [single, Group(f"the same, per state of a batch of {BATCH}", lines)]
 
@@ -353,7 +319,7 @@ def accelerations(setup: Setup) -> list[Group]:
 def pinocchio_accelerations(
     setup: Setup, at: State, ours: "np.ndarray"
 ) -> tuple[list[Measured], Callable[[], float]]:
-    """From C++ where it could be compiled, which has the goal, and from Python."""
+    """From C++ where it could be compiled, and from Python."""
     import pinocchio
     from pinocchio_chain import JOINTS, problem
 
@@ -402,7 +368,7 @@ def pinocchio_accelerations(
     ranked = sorted(candidates, key=lambda candidate: candidate[0])
     others = f"the fastest of {len(ranked)} builds, the slowest takes {shown(ranked[-1][0])}"
     note = f"{ranked[0][1]}, {others}; {rest}"
-    line = Line("Pinocchio, `aba`, loop in C++", note, Goal(10))
+    line = Line("Pinocchio, `aba`, loop in C++", note)
     return [(line, ranked[0][2]), last], ranked[0][2]
 
 
@@ -443,7 +409,7 @@ CASE: Case = (10.0, 1.0e-3)
 ACCURACY = 1e-3
 # From tight to loose, in steps of √10.
 TOLERANCES = [10 ** (-k / 2) for k in range(12, 3, -1)]
-# The tolerance for which the goal names CasADi's time.
+# A tolerance for which CasADi's time is measured, too.
 TIGHT = 1e-7
 # From small to large, in s; codes with a fixed step get finer ones to choose from.
 STEPS = [10 ** (-6 + k / 8) for k in range(17)]
@@ -475,7 +441,7 @@ def accuracy(found: tuple[float, float], of: str = "relative tolerance") -> str:
 
 def one_contact(setup: Setup) -> list[Group]:
     """One pass, one thread, at equal accuracy."""
-    exact = float(reference("reference_contacts.csv", CASE)["contact_normal_impulse_n_s"])
+    exact = reference_impulse_n_s(CASE)
 
     def error(run: Pass) -> Callable[[float], float]:
         return lambda choice: abs(run(choice)[1] / exact - 1)
@@ -489,10 +455,9 @@ def one_contact(setup: Setup) -> list[Group]:
         choices: Sequence[float],
         note: str,
         of: str = "relative tolerance",
-        goal: Goal | None = None,
     ) -> Measured:
         found = loosest(error(run), choices)
-        remark = Line(name, f"{accuracy(found, of)}; {note}", goal)
+        remark = Line(name, f"{accuracy(found, of)}; {note}")
         return remark, lambda: run(found[0])[0]
 
     first = line(
@@ -517,9 +482,8 @@ def one_contact(setup: Setup) -> list[Group]:
 
         found = loosest(error(run), TOLERANCES)
         note = f"{accuracy(found)}; dense M, analytic Jacobian, p_n only, {solver}"
-        goal = Goal(15) if kind == "planar" else None
         name = f"CasADi's C code, CVODES, {kind}"
-        lines: list[Measured] = [(Line(name, note, goal), lambda: run(found[0])[0])]
+        lines: list[Measured] = [(Line(name, note), lambda: run(found[0])[0])]
         if kind == "spatial":
             remark = accuracy((TIGHT, error(run)(TIGHT)))
             tight = Line("the same, tight", f"{remark}; not at equal accuracy")
@@ -557,19 +521,22 @@ ROWS = ((8, 60), (25, 60))
 PLATEAU = slice(20, 45)
 # Of the mean p_n on the plateau, or of the p_n of each filament, against the code's own limit.
 ROW_ACCURACY = 2e-2
-# From small to large, in s; the first one gives the limit.
+# Steps of MuJoCo in s and tolerances of Bristle, from small to large; the first one gives the limit.
 ROW_STEPS = [2e-6, *(10 ** (-6 + k / 8) for k in range(4, 19))]
+ROW_TOLERANCES = [1e-5, *(10 ** (-4 + k / 4) for k in range(13))]
 
-# Of a step in s: seconds, and the p_n of each column in N s.
+# Of a step or tolerance: seconds, and the p_n of each column in N s.
 RowRun = Callable[[float], tuple[float, "np.ndarray"]]
 
 
 @dataclass
 class RowPeer:
-    """A code whose rows are measured, and what it computed so far, by step."""
+    """A code whose rows are measured, and what it computed so far, by step or tolerance."""
 
     run: RowRun
     limit: "np.ndarray"
+    values: list[float]
+    shown: str
     computed: dict[float, tuple[float, "np.ndarray"]] = field(default_factory=dict)
 
     def errors(self, step: float) -> tuple[float, float]:
@@ -580,11 +547,11 @@ class RowPeer:
         mean = impulses[PLATEAU].mean() / self.limit[PLATEAU].mean() - 1
         return abs(float(mean)), float(abs(impulses / self.limit - 1).max())
 
-    def line(self, name: str, note: str, kind: int, goal: Goal | None = None) -> Measured:
+    def line(self, name: str, note: str, kind: int) -> Measured:
         """Accurate in the mean if `kind` is 0, in each filament if it is 1. Of the accurate steps,
         up to the first one that is not, the one that was fastest."""
         accurate, reached = [], float("inf")
-        for step in ROW_STEPS[1:]:
+        for step in self.values[1:]:
             reached = min(reached, self.errors(step)[kind])
             if not self.errors(step)[kind] <= ROW_ACCURACY:
                 break
@@ -594,10 +561,10 @@ class RowPeer:
         chosen = min(accurate, key=lambda step: self.computed[step][0])
         mean, largest = self.errors(chosen)
         note = (
-            f"step {chosen * 1e6:.3g} µs, error of the mean {mean:.1e}, of a filament "
+            f"{self.shown.format(chosen)}, error of the mean {mean:.1e}, of a filament "
             f"{largest:.1e}; {note}"
         )
-        return Line(name, note, goal), lambda: self.run(chosen)[0]
+        return Line(name, note), lambda: self.run(chosen)[0]
 
 
 def rows(setup: Setup) -> list[Group]:
@@ -609,19 +576,19 @@ def row(setup: Setup, segments: int, columns: int) -> list[Group]:
     """One row: accurate in the mean, and in each filament."""
     import numpy as np
 
-    def of_bristle(step: float) -> tuple[float, np.ndarray]:
+    def of_bristle(tolerance: float) -> tuple[float, np.ndarray]:
         answer = setup.bristle.request(
             "row",
             brushing_velocity_m_s=CASE[0],
             penetration_depth_m=CASE[1],
             segments=segments,
             columns=columns,
-            step_m=CASE[0] * step,
+            tolerance=tolerance,
         )
         return answer["seconds"], np.array(answer["impulses"])
 
-    limit = of_bristle(ROW_STEPS[0])[1]
-    ours = RowPeer(of_bristle, limit)
+    limit = of_bristle(ROW_TOLERANCES[0])[1]
+    ours = RowPeer(of_bristle, limit, ROW_TOLERANCES, "tolerance {:.2g}")
 
     @cache
     def of_mujoco() -> tuple[np.ndarray, str]:
@@ -652,23 +619,22 @@ def row(setup: Setup, segments: int, columns: int) -> list[Group]:
         # In turns, so that a slow spell of the machine meets all.
         tried = [(of_row(ROW_STEPS[2], solver)[0], solver) for _ in range(3) for solver in SOLVERS]
         solver = min(tried)[1]
-        return RowPeer(lambda step: of_row(step, solver), own), f"solver {solver}; {note}"
+        peer = RowPeer(lambda step: of_row(step, solver), own, ROW_STEPS, "step {:.2g} s")
+        return peer, f"solver {solver}; {note}"
 
-    def capsules(
-        name: str, springs: tuple[bool, bool], goal: Goal | None, kind: int
-    ) -> list[Measured]:
+    def capsules(name: str, springs: tuple[bool, bool], kind: int) -> list[Measured]:
         peer, note = mujoco_row(*springs)
-        return [peer.line(name, note, kind, goal)]
+        return [peer.line(name, note, kind)]
 
     groups = []
     for kind, accurate in enumerate(("the mean p_n of the plateau", "p_n of each filament")):
         peers = Peers()
-        for name, springs, goal in (
-            ("MuJoCo, capsules, springs of k_l and k_c", (True, True), Goal(20)),
-            ("MuJoCo, capsules, its own contacts between filaments", (False, True), None),
-            ("MuJoCo, capsules, its own contacts everywhere", (False, False), None),
+        for name, springs in (
+            ("MuJoCo, capsules, springs of k_l and k_c", (True, True)),
+            ("MuJoCo, capsules, its own contacts between filaments", (False, True)),
+            ("MuJoCo, capsules, its own contacts everywhere", (False, False)),
         ):
-            peers.add(name, partial(capsules, name, springs, goal, kind))
+            peers.add(name, partial(capsules, name, springs, kind))
         first = ours.line("Bristle", "planar, all metrics of each filament", kind)
         title = f"a row of {columns} filaments, n = {segments}, one thread, {accurate} to 2 %"
         groups.append(peers.group(title, first, min(setup.rounds, 7)))
@@ -793,99 +759,6 @@ def study(setup: Setup) -> list[Group]:
             pool.terminate()
 
 
-# ---------------------------------------------------------------------------- Bristle alone
-
-
-def scaling(setup: Setup) -> list[Group]:
-    """One step over the number of segments; for comparison Pinocchio's accelerations."""
-    many = 200
-
-    def of_bristle(segments: int) -> Measured:
-        request = state_of_bristle(bent_state(segments))
-        goal = Goal(9, at_least=False) if segments == many else None
-        return (
-            Line(f"Bristle, n = {segments}", "residual, factorisation and solve", goal),
-            lambda: setup.bristle.request("step", state=request, calls=CALLS // 10)["seconds"],
-        )
-
-    groups = [interleaved([of_bristle(SEGMENTS), of_bristle(many)], setup.rounds)]
-    peers = Peers()
-
-    def pinocchio_lines() -> list[Measured]:
-        from pinocchio_chain import problem
-
-        if not setup.loops:
-            raise RuntimeError("the loop in C++ could not be compiled")
-
-        def one(segments: int) -> Measured:
-            chain = problem(bent_state(segments), "universal")
-            loop = Program(chain.arguments(setup.loops[0]))
-            request = f"{CALLS // 20} {chain.numbers()}"
-            return (
-                Line(f"Pinocchio, `aba`, n = {segments}", "accelerations; for information"),
-                lambda: min(float(x) for x in loop.ask(request).split()[:2]),
-            )
-
-        return [one(SEGMENTS), one(many)]
-
-    peers.add("Pinocchio", pinocchio_lines)
-    groups.append(interleaved(peers.measured, setup.rounds) + peers.left_out)
-    titles = ("one implicit step, n = 200 over n = 25", "Pinocchio's, n = 200 over n = 25")
-    return [Group(title, lines) for title, lines in zip(titles, groups, strict=True) if lines]
-
-
-def threads(setup: Setup) -> list[Group]:
-    """The study on two threads and on one, at the tolerance of the example's file."""
-    if (os.cpu_count() or 1) < 2:
-        return [Group("the study on threads", [Line("Bristle", "left out: one core")])]
-    tolerance = 1e-6
-
-    def on(count: int) -> Callable[[], float]:
-        return lambda: setup.bristle.study(tolerance, count)["seconds"]
-
-    note = f"relative tolerance {tolerance:.0e}"
-    lines = [
-        (Line("Bristle, two threads", note), on(2)),
-        (Line("Bristle, one thread", note, Goal(1.9)), on(1)),
-    ]
-    return [Group("the study on one thread over two", interleaved(lines, 5 if setup.quick else 9))]
-
-
-def memory(setup: Setup) -> list[Group]:
-    """Peak resident memory of the command that makes the paper's study."""
-    line = Line("`bristle study`", "peak resident memory, all cores", Goal(50, False), unit="MB")
-    if not setup.command or not Path("/proc/self/status").exists():
-        line.note = "left out: needs Linux's /proc, and the command built"
-        return [Group("memory of the study", [line])]
-    with tempfile.TemporaryDirectory() as directory:
-        for _ in range(3):
-            line.values.append(peak_memory_mb(setup.command, Path(directory)))
-    return [Group("memory of the study", [line])]
-
-
-def peak_memory_mb(command: Path, directory: Path) -> float:
-    """Read while it runs; `getrusage` would count this process's memory before `exec`, too."""
-    arguments = [
-        command,
-        "study",
-        ROOT / "examples" / "zirconia.toml",
-        "--out",
-        directory / "out",
-        "--restart",
-    ]
-    quiet = subprocess.DEVNULL
-    process = subprocess.Popen(arguments, stdout=quiet, stderr=quiet)
-    status, peak = Path(f"/proc/{process.pid}/status"), 0
-    while process.poll() is None:
-        for line in status.read_text(encoding="ascii").splitlines():
-            if line.startswith("VmHWM"):
-                peak = max(peak, int(line.split()[1]))
-        time.sleep(2e-3)
-    if process.returncode:
-        raise RuntimeError(f"bristle study ended with {process.returncode}")
-    return peak * 1024 / 1e6
-
-
 # ---------------------------------------------------------------------------- the whole
 
 
@@ -894,9 +767,6 @@ GROUPS: dict[str, Callable[[Setup], list[Group]]] = {
     "contact": one_contact,
     "row": rows,
     "study": study,
-    "scaling": scaling,
-    "threads": threads,
-    "memory": memory,
 }
 
 
@@ -936,7 +806,6 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Called by run.py.")
     parser.add_argument("--bristle", type=Path, required=True, help="its timing program")
-    parser.add_argument("--command", type=Path, help="the program `bristle`")
     parser.add_argument(
         "--loop", type=Path, action="append", default=[], help="Pinocchio's timing programs"
     )
@@ -952,7 +821,6 @@ def main() -> None:
     with Bristle([arguments.bristle]) as bristle:
         setup = Setup(
             bristle,
-            arguments.command,
             arguments.loop,
             arguments.directory,
             arguments.quick,

@@ -15,8 +15,11 @@ from collections.abc import Callable
 
 import mujoco
 import numpy as np
-from paper_case import BODY_RADIUS_M, CONTACT_STIFFNESS_N_M, SEGMENTS, Case, Chain, Pass
-from pass_motion import PassMotion
+from paper_case import SEGMENTS, Case, Pass
+
+# isort: split
+# From derivations, which paper_case puts on the path.
+from cases import BODY_RADIUS_M, CONTACT_STIFFNESS_N_M, Filament
 
 IMPEDANCE = 1e-4
 # Of a node; the plane is moved by as much.
@@ -31,8 +34,8 @@ def chain_at(
     joints: str, gravity: np.ndarray, q: np.ndarray, v: np.ndarray, tau: np.ndarray
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Pinocchio's chain (rods along z) and state; joints are "spherical" or "universal"."""
-    chain = Chain(SEGMENTS)
-    h, inertia, bodies = chain.length_m, chain.inertia_kg_m2, ""
+    filament, bodies = Filament(SEGMENTS), ""
+    h, mass, inertia = filament.segment_m, filament.masses_kg[0], filament.inertias_kg_m2[0]
     along = inertia if joints == "spherical" else LEAST_INERTIA_KG_M2
     joint = '<joint type="ball"/>'
     if joints == "universal":
@@ -40,7 +43,7 @@ def chain_at(
     for k in range(SEGMENTS):
         bodies += (
             f'<body pos="0 0 {h if k else 0.0!r}">{joint}'
-            f'<inertial pos="0 0 {h / 2!r}" mass="{chain.mass_kg!r}" '
+            f'<inertial pos="0 0 {h / 2!r}" mass="{mass!r}" '
             f'diaginertia="{inertia!r} {inertia!r} {along!r}"/>'
         )
     model = mujoco.MjModel.from_xml_string(
@@ -58,21 +61,22 @@ def chain_at(
 
 
 def filament_xml(
-    chain: Chain, joints: str, name: str = "", geoms: Callable[[int], str] = lambda _: ""
+    filament: Filament, joints: str, name: str = "", geoms: Callable[[int], str] = lambda _: ""
 ) -> str:
     """A body that turns about the tool axis and bears a filament, whose elements have names that
     end in `name`. A segment has a sphere at its outer end, its node, and the geometries that
     `geoms` adds."""
-    h, inertia, bodies = chain.length_m, chain.inertia_kg_m2, ""
-    for k in range(chain.segments):
+    h, bodies, dampings = filament.segment_m, "", filament.dampings_n_m_s
+    mass, inertia = filament.masses_kg[0], filament.inertias_kg_m2[0]
+    for k, stiffness in enumerate(filament.stiffnesses_n_m):
         axes = "".join(
-            f'<joint type="hinge" axis="{axis}" stiffness="{chain.stiffness_n_m[k]!r}" '
-            f'damping="{chain.damping_n_m_s[k]!r}"/>'
+            f'<joint type="hinge" axis="{axis}" stiffness="{stiffness!r}" '
+            f'damping="{dampings[k]!r}"/>'
             for axis in HINGES[joints]
         )
         bodies += (
             f'<body pos="{h if k else BODY_RADIUS_M!r} 0 0">{axes}'
-            f'<inertial pos="{h / 2!r} 0 0" mass="{chain.mass_kg!r}" '
+            f'<inertial pos="{h / 2!r} 0 0" mass="{mass!r}" '
             f'diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
             f'<geom name="node_{k}{name}" type="sphere" size="{NODE_RADIUS_M}" '
             f'pos="{h!r} 0 0"/>{geoms(k)}'
@@ -80,7 +84,7 @@ def filament_xml(
     return (
         f'<body name="clamp{name}"><joint type="hinge" axis="0 0 1"/>'
         '<inertial pos="0 0 0" mass="1" diaginertia="1e3 1e3 1e3"/>'
-        f"{bodies}{'</body>' * (chain.segments + 1)}"
+        f"{bodies}{'</body>' * (filament.segments + 1)}"
     )
 
 
@@ -117,7 +121,7 @@ class Contact:
     def __init__(self, case: Case, step_s: float, joints: str) -> None:
         self._pass, self._step_s = Pass(case), step_s
         pairs = "".join(pair_xml(f"node_{k}", "workpiece") for k in range(SEGMENTS))
-        filament = filament_xml(Chain(SEGMENTS), joints)
+        filament = filament_xml(Filament(SEGMENTS), joints)
         self._model = pass_model(self._pass, step_s, filament, pairs)
         for pair in range(SEGMENTS):
             make_spring(self._model, pair, CONTACT_STIFFNESS_N_M)
@@ -134,22 +138,6 @@ class Contact:
                 total += data.efc_force.sum()
         seconds = time.perf_counter() - start
         return seconds, float(total) * self._step_s
-
-    def motion(self) -> PassMotion:
-        """The whole pass, at every step."""
-        model, data = self._model, mujoco.MjData(self._model)
-        data.qpos[0], data.qvel[0] = self._pass.start_angle_rad, self._pass.rate_rad_s
-        steps = round(self._pass.end_s / self._step_s)
-        nodes = slice(model.geom("node_0").id, model.geom(f"node_{SEGMENTS - 1}").id + 1)
-        tips, forces, gaps = np.empty((steps + 1, 2)), np.empty(steps + 1), np.empty(steps + 1)
-        for step in range(steps + 1):
-            # Positions and contact force of this instant; a step leaves those before it.
-            mujoco.mj_forward(model, data)
-            tips[step] = data.geom_xpos[nodes.stop - 1, :2]
-            gaps[step] = data.geom_xpos[nodes, 1].min() - self._pass.height_m
-            forces[step] = data.efc_force.sum() if data.ncon else 0.0
-            mujoco.mj_step(model, data)
-        return PassMotion(self._pass, self._step_s, tips, forces, gaps)
 
 
 def warnings_off() -> None:

@@ -26,8 +26,11 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 from mujoco_chain import NODE_RADIUS_M, filament_xml, make_spring, pair_xml, pass_model
-from paper_case import CONTACT_STIFFNESS_N_M, DIAMETER_M, LENGTH_M, Case, Chain, Pass
-from pass_motion import deflections_m
+from paper_case import Case, Pass
+
+# isort: split
+# From derivations, which paper_case puts on the path.
+from cases import BODY_RADIUS_M, CONTACT_STIFFNESS_N_M, DIAMETER_M, LENGTH_M, Filament
 
 # Around the tool.
 FILAMENTS = 682
@@ -63,21 +66,29 @@ class Motion:
     max_deflections_m: np.ndarray
 
 
+def deflections_m(angles_rad: np.ndarray, x_m: np.ndarray, y_m: np.ndarray) -> np.ndarray:
+    """Returns the distances from tips to the undeformed filament, which the body has turned."""
+    cosines, sines = np.cos(angles_rad), np.sin(angles_rad)
+    along = x_m * cosines + y_m * sines - BODY_RADIUS_M
+    across = y_m * cosines - x_m * sines
+    return np.hypot(along - np.clip(along, 0.0, LENGTH_M), across)
+
+
 def contact_points(segments: int) -> int:
     """N_q: the least with h / N_q ≤ d."""
     return math.ceil(LENGTH_M / segments / DIAMETER_M)
 
 
-def segment_xml(chain: Chain, column: int, k: int, points: int) -> str:
+def segment_xml(filament: Filament, column: int, k: int, points: int) -> str:
     """The shape of a segment: a capsule if there are no points; else it is pressed by points of its
     neighbours, and its own press on them."""
     radius = DIAMETER_M - NODE_RADIUS_M if points else DIAMETER_M / 2
     text = (
         f'<geom name="segment_{k}_{column}" type="capsule" size="{radius!r}" '
-        f'fromto="0 0 0 {chain.length_m!r} 0 0"/>'
+        f'fromto="0 0 0 {filament.segment_m!r} 0 0"/>'
     )
     for point in range(points):
-        x = chain.length_m * (point + 0.5) / points
+        x = filament.segment_m * (point + 0.5) / points
         text += (
             f'<geom name="point_{point}_{k}_{column}" type="sphere" size="{NODE_RADIUS_M}" '
             f'pos="{x!r} 0 0"/>'
@@ -120,15 +131,15 @@ class Row:
         solver: str = SOLVERS[0],
     ) -> None:
         self._pass, self._segments, self._columns = Pass(case), segments, columns
-        chain = Chain(segments)
+        filament = Filament(segments)
         points = contact_points(segments) if touch.shape == "points" else 0
         filaments = pairs = sensors = ""
         for column in range(columns):
             filaments += filament_xml(
-                chain,
+                filament,
                 JOINTS,
                 f"_{column}",
-                lambda k, column=column: segment_xml(chain, column, k, points),
+                lambda k, column=column: segment_xml(filament, column, k, points),
             )
             pairs += "".join(pair_xml(f"node_{k}_{column}", "workpiece") for k in range(segments))
             sensors += sensors_xml(segments, column)
@@ -138,7 +149,7 @@ class Row:
         self._model = pass_model(self._pass, step_s, filaments, pairs, sensors)
         self._model.opt.solver = getattr(mujoco.mjtSolver, f"mjSOL_{solver.upper()}")
         contacts = 2 * points if points else CAPSULE_CONTACTS
-        between_n_m = touch.stiffness_n_m2 * chain.length_m / contacts
+        between_n_m = touch.stiffness_n_m2 * filament.segment_m / contacts
         for pair in range(self._model.npair):
             if pair < columns * segments:
                 is_spring, stiffness_n_m = touch.workpiece_is_spring, CONTACT_STIFFNESS_N_M

@@ -25,7 +25,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 LEAST_PYTHON = (3, 11)
 
-GROUPS = ("accelerations", "contact", "row", "study", "scaling", "threads", "memory")
+GROUPS = ("accelerations", "contact", "row", "study")
 
 # Of libpinocchio's CMake configuration.
 PINOCCHIO_FLAGS = (
@@ -70,24 +70,18 @@ def environment(directory: Path) -> Path:
     return python
 
 
-def bristle() -> tuple[Path, Path]:
-    """Bristle's timing program and its command, built as a release."""
+def bristle() -> Path:
+    """Bristle's timing program, built as a release."""
     if shutil.which("cargo") is None:
         sys.exit("cargo is not installed: https://rustup.rs")
-    programs = []
-    for target in (("--example", "peers"), ("--bin", "bristle")):
-        tell(f"building {target[1]}")
-        command = ["cargo", "build", "--release", *target, "--message-format=json"]
-        result = subprocess.run(command, cwd=ROOT, check=False, stdout=subprocess.PIPE, text=True)
-        if result.returncode:
-            sys.exit(f"{' '.join(command)} failed")
-        messages = [json.loads(line) for line in result.stdout.splitlines() if line[:1] == "{"]
-        programs += [
-            Path(message["executable"])
-            for message in messages
-            if message.get("executable") and message["target"]["name"] == target[1]
-        ][-1:]
-    return programs[0], programs[1]
+    tell("building Bristle")
+    command = ["cargo", "build", "--release", "--example", "peers", "--message-format=json"]
+    result = subprocess.run(command, cwd=ROOT, check=False, stdout=subprocess.PIPE, text=True)
+    if result.returncode:
+        sys.exit(f"{' '.join(command)} failed")
+    messages = [json.loads(line) for line in result.stdout.splitlines() if line[:1] == "{"]
+    programs = [message["executable"] for message in messages if message.get("executable")]
+    return Path(programs[-1])
 
 
 def pinocchio_loops(python: Path, directory: Path) -> list[Path]:
@@ -144,10 +138,8 @@ def main() -> None:
     directory = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "peers"
     directory.mkdir(parents=True, exist_ok=True)
     python = environment(directory / "venv")
-    example, program = bristle()
-    command = [python, HERE / "measure.py", "--bristle", example, "--command", program]
-    command += ["--directory", directory]
-    if not arguments.only or {"accelerations", "scaling"} & set(arguments.only):
+    command = [python, HERE / "measure.py", "--bristle", bristle(), "--directory", directory]
+    if not arguments.only or "accelerations" in arguments.only:
         for loop in pinocchio_loops(python, directory):
             command += ["--loop", loop]
     for name in ("out", "json"):

@@ -223,19 +223,9 @@ class BrushMetrics(ContactMetrics, TypedDict):
     last_counted_column: int
     """Last column that counts."""
 
-    impulse_scatter: float
-    """Standard deviation of p_n over the filaments that count, over the mean."""
-
-    impulse_drift: float
-    """By how much the mean p_n of the first half of the columns that count differs from
-    that of the last half, over the mean."""
-
-    impulse_change_with_more_columns: float
-    """Estimated change of p_n with 25 % more columns, over the mean."""
-
-    step_error: float
-    """Largest relative change of p_n of a turn of one filament by itself, from its
-    error-controlled pass to the steps of the brush. Above ``brush.tolerance`` it warns."""
+    impulse_error_estimate: float
+    """Error estimate of the mean p_n, over it: the embedded error estimate of the steps, and
+    the standard error of the mean over columns."""
 
     energy_residual: float
     """Energy that is lacking in the balance of the brush, over that put in and taken."""
@@ -250,8 +240,11 @@ class BrushMetrics(ContactMetrics, TypedDict):
     steps: int
     """Accepted steps."""
 
-    halved_steps: int
-    """Steps that were repeated with half their length."""
+    rejected_steps: int
+    """Steps that were repeated because their error was too large."""
+
+    newton_failures: int
+    """Steps that were repeated because Newton's method failed."""
 
     newton_iterations: int
     """Iterations, each one residual and one linear solution."""

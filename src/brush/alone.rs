@@ -1,17 +1,11 @@
-//! The filaments of a brush each alone: what interaction is measured against, and what the time
-//! step is measured by.
+//! The filaments of a brush each alone: what interaction is measured against.
 
-use super::arrangement::{Arrangement, Root};
 use super::error::BrushError;
-use super::plan::{Plan, STRIDE, begin};
-use super::sector::Account;
-use super::shortcuts::Shortcuts;
 use super::team::Team;
 use crate::model::metrics::{ContactRecord, Metrics};
-use crate::model::settings::{Settings, Turns};
+use crate::model::settings::Settings;
 use crate::simulation::{
-    IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError, Stop, Unreachable,
-    simulate_side_by_side,
+    IntegrationError, Job, Kind, Pass, SimulationError, Stop, Unreachable, simulate_side_by_side,
 };
 
 impl From<Unreachable> for BrushError {
@@ -82,120 +76,4 @@ pub fn metrics(
         .flatten()
         .collect::<Result<Vec<_>, _>>()?;
     Metrics::combined(&all).ok_or(BrushError::NoFilament)
-}
-
-/// A filament alone, by which the steps of a brush are tried.
-pub struct Trial {
-    settings: Settings,
-    pass: Pass,
-    /// Its error-controlled pass.
-    expected: Simulation,
-}
-
-impl Trial {
-    /// A filament with these settings.
-    ///
-    /// # Errors
-    /// If its pass cannot be simulated.
-    pub fn new(settings: Settings) -> Result<Self, BrushError> {
-        let pass = Pass::deepest(&settings);
-        let expected = pass.simulate(Sampling::default())?;
-        Ok(Self {
-            settings,
-            pass,
-            expected,
-        })
-    }
-
-    /// Its pass.
-    pub fn pass(&self) -> &Pass {
-        &self.pass
-    }
-
-    /// The largest relative error of an impulse of a turn in steps of `length` (s) that end with
-    /// corrections of `tolerance` (m/s), and that may lack the share `lacking` of the energy.
-    /// Infinite if that is not possible.
-    pub fn error(&self, length: f64, tolerance: f64, lacking: f64) -> f64 {
-        let Self {
-            settings,
-            pass,
-            expected,
-        } = self;
-        let root = Root {
-            column: 0,
-            row: 0,
-            angle: 0.0,
-            z: pass.tool().tool.height,
-        };
-        let arrangement = Arrangement {
-            columns: 1,
-            rows: 1,
-            around: 1.0,
-            roots: vec![root],
-            period: None,
-        };
-        let own = [settings.clone()];
-        let plan = Plan {
-            settings,
-            pass,
-            arrangement: &arrangement,
-            own: &own,
-            form: pass.form(),
-            points: 0,
-            begin: begin(pass, &arrangement, &own, &|_| None),
-            tolerance,
-            lacking,
-            shortcuts: Shortcuts::ALL,
-        };
-        let impulses = &expected.turn_contact_normal_impulses_n_s;
-        let scale = impulses
-            .iter()
-            .fold(0.0, |largest: f64, impulse| largest.max(*impulse));
-        let Some(found) = turn_impulses(&plan, length, impulses.len()) else {
-            return f64::INFINITY;
-        };
-        let difference = |(found, expected): (&f64, &f64)| {
-            let scale = if *expected > 0.0 { *expected } else { scale };
-            // Where only one of both touches, all of it is wrong.
-            let whole = if scale > 0.0 { scale } else { *found };
-            if found == expected {
-                0.0
-            } else {
-                (found - expected).abs() / whole
-            }
-        };
-        found
-            .iter()
-            .zip(impulses)
-            .map(difference)
-            .fold(0.0, f64::max)
-    }
-}
-
-/// The contact normal impulses in N s of the turns of the only filament, in steps of `length` (s).
-/// `None` if a step is not possible.
-fn turn_impulses(plan: &Plan<'_>, length: f64, turns: usize) -> Option<Vec<f64>> {
-    let pass = plan.pass;
-    let mut sector = plan.sector(&[0], None);
-    let is_single = turns == 1 && pass.turns() == Turns::Count(1);
-    let end = if is_single {
-        pass.end_time()
-    } else {
-        turns as f64 * pass.turn_time()
-    };
-    let steps = ((end - plan.begin) / length).ceil() as usize;
-    let most = steps + (pass.turn_time() / length).ceil() as usize;
-    for step in 1..=most {
-        if step > steps && !(is_single && sector.accounts().iter().any(Account::is_touching)) {
-            break;
-        }
-        sector
-            .advance(plan.begin + step as f64 * length, length)
-            .ok()?;
-        // As a run does, so that a brush of one filament takes the same steps to the last digit.
-        if step % STRIDE == 0 || step == steps {
-            sector.forget();
-        }
-    }
-    Some(sector.accounts()[0].turns(turns == 1).to_vec())
 }

@@ -18,13 +18,10 @@ use super::presses::PressLaw;
 use super::pressing::{Pair, Pressing};
 use super::shortcuts::Shortcuts;
 use super::team;
-use crate::equations::{ChainDynamics, LANES, Lanes, Lanewise, PolarAxis, Real};
-use crate::simulation::{Filament, Form};
+use crate::equations::{ChainDynamics, LANES, LaneSet, Lanes, Lanewise, PolarAxis, Real};
+use crate::simulation::{ContactSum, Filament, Form};
 use crate::tool::ClampMotion;
 use crate::workpiece::Part;
-
-/// So much farther behind, filaments have no part in what happens, in rad.
-pub const BEHIND: f64 = 0.15;
 
 /// Coordinates, rates and accelerations of all filaments, group by group.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,6 +113,22 @@ pub struct Evaluation<'a> {
 }
 
 impl Evaluation<'_> {
+    /// Takes the rates of the momentum of all filaments, in N, by group. Filaments that sleep turn
+    /// with the body.
+    pub fn take_momentum_rates(&self, rates: &mut Vec<[Lanes; 3]>) {
+        rates.clear();
+        rates.extend(self.groups.iter().map(|group| {
+            let is_present = LaneSet::first(group.count);
+            group.momentum_rate.map(|rate| {
+                if group.is_asleep() {
+                    Lanes::ZERO
+                } else {
+                    rate.select(is_present, Lanes::ZERO)
+                }
+            })
+        }));
+    }
+
     /// Takes the forces of the workpiece on each filament, except for those that sleep.
     pub fn take_loads(&self, loads: &mut Vec<WorkpieceLoad>) {
         for group in self.groups {
@@ -293,7 +306,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     ///
     /// A filament reaches no farther than its length, so that one whose root is farther from the
     /// workpiece does not touch it, whatever its shape. It is left out once the body has turned on
-    /// by [`BEHIND`], so that those behind it, on which it might press, do not touch it either.
+    /// by its length, so that those behind it, on which it might press, do not touch it either.
     /// Whether it is left out depends on the time alone, and so does a run that is resumed.
     fn leave_out(&mut self, motion: &mut BrushState) -> bool {
         let n = self.layout.segments;
@@ -311,7 +324,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 .charts()
                 .iter()
                 .all(|chart| *chart == PolarAxis::Z);
-            if !turns || !group.is_past(filaments, motion.time, BEHIND / rate.abs()) {
+            if !turns || !group.is_past(filaments, motion.time, *rate) {
                 continue;
             }
             any = true;
@@ -361,9 +374,23 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         self.groups[group].is_asleep()
     }
 
-    /// Places the groups that sleep, too.
-    pub fn place_sleeping(&mut self, motion: &BrushState) {
+    /// Places the groups that sleep.
+    fn place_sleeping(&mut self, motion: &BrushState) {
         self.place(motion, Group::is_asleep);
+    }
+
+    /// Places the groups that do not sleep, and returns the forces of the workpiece on each filament,
+    /// with how deep it presses in m.
+    pub fn contacts(&mut self, motion: &BrushState) -> Vec<(ContactSum, f64)> {
+        self.place(motion, |group| !group.is_asleep());
+        let (groups, around, ..) = self.parts(motion.time);
+        let contacts = groups.iter().flat_map(|group| group.contacts(&around));
+        contacts.collect()
+    }
+
+    /// Places all groups.
+    pub fn place_all(&mut self, motion: &BrushState) {
+        self.place(motion, |_| true);
     }
 
     /// The charts of the coordinates, group by group.
@@ -602,7 +629,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         team::for_each(parts, |(((group, state), (forces, residual)), budget)| {
             group.residual(state, forces, residual);
             let [q, v, _] = state;
-            *budget = group.budget(&around, [q, v], forces[0]);
+            *budget = group.budget(&around, [q, v], forces);
         });
         let mut budget = Budget::default();
         budgets.iter().for_each(|of_group| budget.add(of_group));
@@ -625,15 +652,16 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         stage: Kinematics<'_>,
         tolerance: f64,
     ) -> Result<Effort, NoConvergence> {
-        /// Iterations after which a step had better be shorter.
-        const MOST: usize = 14;
+        /// Corrections that are not half of the one before after which a shorter step costs less.
+        const MAX_STALLED: usize = 4;
         let (n, [by_position, by_rate]) = (self.layout.segments, stage.weights);
         let mut effort = Effort::default();
         self.begin_stage();
         self.candidates.drift(f64::INFINITY);
         // A solution depends on nothing before its stage.
         self.pressing.forget();
-        while effort.newton_iterations < MOST {
+        let (mut stalled, mut last) = (0, f64::INFINITY);
+        while stalled < MAX_STALLED {
             effort.newton_iterations += 1;
             let is_first = effort.newton_iterations == 1;
             self.follow(motion, stage);
@@ -642,9 +670,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
                 return Err(NoConvergence);
             }
             effort.factorisations += self.linearise(motion, stage.weights);
-            effort.krylov_vectors += self
-                .solve_coupled(by_position, is_first)
-                .ok_or(NoConvergence)?;
+            effort.krylov_vectors += self.solve_coupled(by_position).ok_or(NoConvergence)?;
             let correction = self.correct(motion, by_rate, tolerance);
             // Twice what the linearised motion is.
             self.candidates.drift(2.0 * by_position * correction);
@@ -652,6 +678,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             if !largest.is_finite() {
                 return Err(NoConvergence);
             }
+            stalled += usize::from(largest > 0.5 * last);
+            last = largest;
             if largest <= tolerance {
                 let parts = motion
                     .q
@@ -722,12 +750,10 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// Solves the equations of the coupled groups for the residual, in place. Returns the number of
     /// vectors.
-    fn solve_coupled(&mut self, by_position: f64, is_first: bool) -> Option<usize> {
-        /// Share of the residual that the solution may leave, in space, where filaments that buckle
-        /// amplify it so that mirror images would differ, and in the plane.
-        const FORCING: [f64; 2] = [0.02, 0.1];
-        /// In the first iteration, at most: the residual is largest there.
-        const FIRST: f64 = 0.03;
+    fn solve_coupled(&mut self, by_position: f64) -> Option<usize> {
+        /// Share of the residual that the solution may leave. Filaments that buckle amplify it, so
+        /// that mirror images differ where it is larger.
+        const FORCING: f64 = 0.02;
         let Self {
             groups,
             layout,
@@ -743,11 +769,6 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             coupled,
         } = linear;
         let first = first_coordinate(groups);
-        let forcing = if is_first {
-            FORCING[first].min(FIRST)
-        } else {
-            FORCING[first]
-        };
         coupled.clear();
         coupled.extend(
             groups
@@ -769,7 +790,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         gmres::solve(
             &mut coupling,
             residual,
-            forcing,
+            FORCING,
             krylov,
             Division {
                 blocks: n,

@@ -121,8 +121,8 @@ pub struct Candidates {
 struct Search {
     bounds: Vec<Bounds>,
     starts: Vec<Start>,
-    /// The pairs that were found, by group: both filaments, and by how much the other is moved.
-    found: Vec<Vec<(usize, usize, f64)>>,
+    /// The pairs that were found, by group: both filaments, and the image of the other.
+    found: Vec<Vec<(usize, usize, i16)>>,
     /// The earlier list of a group.
     earlier: Vec<Pair>,
     /// Blocks of pairs that are no longer listed.
@@ -155,8 +155,8 @@ struct Ways {
 struct Pair {
     own: usize,
     other: usize,
-    /// `z` by which the other one is moved, in m.
-    shift: f64,
+    /// Periodic image of the other one: by how many periods it is moved along `z`.
+    image: i16,
     /// No point is within reach until the ways of both filaments add up to this, in m.
     clear_until: f64,
     blocks: Vec<Block>,
@@ -289,30 +289,33 @@ impl Candidates {
                 .chunks_exact(segments + 1)
                 .take(filaments)
                 .enumerate()
-                .map(
-                    |(filament, nodes)| match (left_out[filament / LANES], *has_bounds) {
+                .map(|(filament, nodes)| {
+                    let bounds = Bounds::of(nodes.iter().copied(), near);
+                    match (left_out[filament / LANES], *has_bounds) {
                         (true, _) => Bounds::NOWHERE,
-                        (false, true) => Bounds::of(nodes.iter().copied(), near),
-                        (false, false) => Bounds::EVERYWHERE,
-                    },
-                ),
+                        (false, true) => bounds,
+                        (false, false) => bounds.all_around(),
+                    }
+                }),
         );
         found.iter_mut().for_each(Vec::clear);
-        let around = period.map(|period| [-period, 0.0, period]);
-        let shifts = around.as_ref().map_or(&[0.0][..], |shifts| &shifts[..]);
         for_each_close(bounds, starts, |a, b| {
-            for &shift in shifts {
-                if bounds[a].overlaps(&bounds[b], shift) {
-                    found[a / LANES].push((a, b, shift));
-                    found[b / LANES].push((b, a, -shift));
-                }
+            for image in bounds[a].images(&bounds[b], period) {
+                found[a / LANES].push((a, b, image));
+                found[b / LANES].push((b, a, -image));
             }
         });
+        // A filament meets its own images, too.
+        for (filament, own) in bounds.iter().enumerate().filter(|_| period.is_some()) {
+            for image in own.images(own, period).filter(|image| *image != 0) {
+                found[filament / LANES].push((filament, filament, image));
+            }
+        }
         for (pairs, found) in lists.iter_mut().zip(found) {
-            found.sort_unstable_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
+            found.sort_unstable();
             std::mem::swap(pairs, earlier);
             let mut known = earlier.drain(..).peekable();
-            let key = |pair: &Pair| (pair.own, pair.other, pair.shift);
+            let key = |pair: &Pair| (pair.own, pair.other, pair.image);
             for &wanted in &*found {
                 while let Some(pair) = known.next_if(|pair| key(pair) < wanted) {
                     unused.push(pair.blocks);
@@ -324,11 +327,11 @@ impl Candidates {
                             let mut blocks = unused.pop().unwrap_or_default();
                             blocks.clear();
                             blocks.resize(stations.len(), Block::UNKNOWN);
-                            let (own, other, shift) = wanted;
+                            let (own, other, image) = wanted;
                             Pair {
                                 own,
                                 other,
-                                shift,
+                                image,
                                 clear_until: f64::NEG_INFINITY,
                                 blocks,
                             }
@@ -543,7 +546,7 @@ impl Watched<'_> {
             let Pair {
                 own,
                 other,
-                shift,
+                image,
                 blocks,
                 ..
             } = &pairs[pair as usize];
@@ -551,8 +554,8 @@ impl Watched<'_> {
                 Some(lines @ (last, _, _)) if last == pair => lines,
                 _ => (
                     pair,
-                    Centreline::new(layout, nodes, *own, 0.0),
-                    Centreline::new(layout, nodes, *other, *shift),
+                    Centreline::new(layout, nodes, *own, 0),
+                    Centreline::new(layout, nodes, *other, *image),
                 ),
             };
             lines = Some((pair, own_line, line));
@@ -567,7 +570,10 @@ impl Watched<'_> {
                 &stations[number as usize],
                 layout,
                 |near| {
-                    let near = near.turned(angle);
+                    let near = Near {
+                        image: *image,
+                        ..near.turned(angle)
+                    };
                     if near.is_within_reach() {
                         take([*own, *other], &near);
                     }
@@ -608,7 +614,7 @@ impl Watched<'_> {
             Pair {
                 own,
                 other,
-                shift,
+                image,
                 clear_until,
                 blocks,
             },
@@ -619,8 +625,8 @@ impl Watched<'_> {
             if total < *clear_until {
                 continue;
             }
-            let line = Centreline::new(layout, nodes, *other, *shift);
-            let own_line = Centreline::new(layout, nodes, *own, 0.0);
+            let line = Centreline::new(layout, nodes, *other, *image);
+            let own_line = Centreline::new(layout, nodes, *own, 0);
             let mut slack = f64::INFINITY;
             for (number, (block, station)) in blocks.iter_mut().zip(*stations).enumerate() {
                 let own_path = motion.path(Node::new(*own, station.middle(), segments)) + reserve;
@@ -740,12 +746,14 @@ struct Centreline<'a> {
 }
 
 impl<'a> Centreline<'a> {
-    fn new(layout: &'a Layout, nodes: &'a [[f64; 3]], filament: usize, shift: f64) -> Self {
-        let Layout { segments, .. } = *layout;
+    fn new(layout: &'a Layout, nodes: &'a [[f64; 3]], filament: usize, image: i16) -> Self {
+        let Layout {
+            segments, period, ..
+        } = *layout;
         Self {
             root: Node::new(filament, 0, segments),
             nodes: &nodes[filament * (segments + 1)..][..=segments],
-            shift,
+            shift: period.map_or(0.0, |period| f64::from(image) * period),
             radii: &layout.radii[filament * segments..][..segments],
         }
     }
@@ -1004,11 +1012,13 @@ impl Bounds {
         axial: [f64::INFINITY, f64::NEG_INFINITY],
     };
 
-    /// Overlaps all others.
-    const EVERYWHERE: Self = Self {
-        angles: [0.0, TAU],
-        axial: [f64::MIN, f64::MAX],
-    };
+    /// Overlaps all others that it overlaps along `z`.
+    fn all_around(self) -> Self {
+        Self {
+            angles: [0.0, TAU],
+            ..self
+        }
+    }
 
     /// Two filaments can only be nearer to each other than `near` (m) if their bounds overlap.
     fn of(nodes: impl Iterator<Item = [f64; 3]> + Clone, near: f64) -> Self {
@@ -1050,9 +1060,16 @@ impl Bounds {
         }
     }
 
-    /// Whether they overlap along `z`, with the other one moved by `shift` (m).
-    fn overlaps(&self, other: &Self, shift: f64) -> bool {
-        self.axial[0] <= other.axial[1] + shift && other.axial[0] + shift <= self.axial[1]
+    /// The periodic images of the other one that overlap along `z`.
+    fn images(&self, other: &Self, period: Option<f64>) -> Range<i16> {
+        let [first, last] = [
+            self.axial[0] - other.axial[1],
+            self.axial[1] - other.axial[0],
+        ];
+        match period {
+            Some(period) => (first / period).ceil() as i16..(last / period + 1.0).floor() as i16,
+            None => 0..i16::from(first <= 0.0 && last >= 0.0),
+        }
     }
 }
 
@@ -1305,12 +1322,15 @@ mod tests {
                     segment,
                     fraction: (part as f64 + 0.5) / points as f64,
                 };
-                for shift in [-period, 0.0, period].into_iter().filter(|_| own != other) {
-                    let end =
-                        |k: usize| add(placed.at(Node::new(other, k, segments)), [0.0, 0.0, shift]);
+                for image in (-5..=5).filter(|image| own != other || *image != 0) {
+                    let shift = [0.0, 0.0, f64::from(image) * period];
+                    let end = |k: usize| add(placed.at(Node::new(other, k, segments)), shift);
                     let on = |k: usize| {
                         let (x, ends) = (point.of(&placed), [end(k), end(k + 1)]);
-                        Near::between(point, x, Node::new(other, k, segments), ends, REACH)
+                        Near {
+                            image,
+                            ..Near::between(point, x, Node::new(other, k, segments), ends, REACH)
+                        }
                     };
                     let nearest = (0..segments)
                         .map(on)

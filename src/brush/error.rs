@@ -57,15 +57,6 @@ pub enum BrushError {
         /// Number of filaments.
         filaments: usize,
     },
-    /// Energy or momentum does not balance.
-    Unresolved {
-        /// Which one.
-        quantity: &'static str,
-        /// By how much it fails to, as a share.
-        residual: f64,
-        /// The largest share allowed.
-        allowed: f64,
-    },
     /// Two filaments go through each other.
     Crossing {
         /// When, in s.
@@ -83,7 +74,7 @@ pub enum BrushError {
         around: usize,
         /// By how much the mean impulse still changes along the best stretch, over the mean; `None`
         /// if there are too few for any.
-        drift: Option<f64>,
+        change: Option<f64>,
     },
     /// A filament alone cannot be simulated.
     Alone(SimulationError),
@@ -165,15 +156,6 @@ impl Display for BrushError {
                 f,
                 "at {time:.6} s no step converges, however short: a smaller `brush.tolerance` or a lower `brush.stiffness_n_m2` may help"
             ),
-            Self::Unresolved {
-                quantity,
-                residual,
-                allowed,
-            } => write!(
-                f,
-                "the contact was not resolved: the {quantity} balances to {residual:.1e} only, where {allowed:.1e} is allowed. Choose a \
-                 smaller `brush.tolerance`"
-            ),
             Self::Crossing { time, pair: [a, b] } => write!(
                 f,
                 "at {time:.6} s the filament in {} goes through the one in {}: choose a higher `brush.stiffness_n_m2` or a \
@@ -185,7 +167,7 @@ impl Display for BrushError {
                 columns,
                 needed,
                 around,
-                drift,
+                change,
             } => {
                 let columns = if *columns == 1 {
                     "1 column is".to_owned()
@@ -193,11 +175,11 @@ impl Display for BrushError {
                     format!("{columns} columns are")
                 };
                 write!(f, "{columns} too few for a steady stretch")?;
-                if let Some(drift) = drift {
+                if let Some(change) = change {
                     write!(
                         f,
                         ": the mean impulse still changes by {:.1} % along it",
-                        100.0 * drift
+                        100.0 * change
                     )?;
                 }
                 f.write_str(". ")?;
@@ -245,7 +227,7 @@ mod tests {
                 columns,
                 needed: 5,
                 around: 9,
-                drift: Some(0.1),
+                change: Some(0.1),
             }
             .to_string()
         };

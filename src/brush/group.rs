@@ -50,6 +50,8 @@ pub struct Group {
     /// Largest displacement of a node with the last correction, in m/rad of the accelerations'
     /// unit.
     pub largest: f64,
+    /// Rate of the momentum of each filament in N, in the last evaluation.
+    pub momentum_rate: [Lanes; 3],
 }
 
 /// A contact of a filament. The matrix depends on which there are.
@@ -58,7 +60,7 @@ enum Meeting {
     /// With the workpiece: the filament, the number of the contact, and its segment.
     Workpiece([usize; 3]),
     /// With another filament: the point, and the segment that it presses on.
-    Filament((Node, u64), Node),
+    Filament((i16, (Node, u64)), Node),
 }
 
 /// What a group needs in an iteration.
@@ -186,12 +188,15 @@ struct Clearance {
     way: f64,
     /// The distance of the nearest node in m.
     gap: f64,
+    /// Filaments that are nearer than this to the workpiece are always compared with it, in m: when
+    /// their contact begins is found from how near they were before.
+    noticed: f64,
 }
 
 impl Clearance {
-    /// Filaments that are nearer than this to the workpiece are always looked at, in m: when their
-    /// contact begins is found from how near they were before.
-    const NOTICED: f64 = 1e-3;
+    /// Distance at which filaments are noticed, as a share of their length: the path of the tip in
+    /// five of the longest steps.
+    const NOTICED: f64 = 0.025;
 
     /// Unknown.
     fn new<M: ClampMotion>(
@@ -207,7 +212,8 @@ impl Clearance {
             ..
         } = filament;
         let [x, y, _] = motion.at(0.0).position;
-        let radius = x.hypot(y) + chain.length * chain.segments() as f64;
+        let length = chain.length * chain.segments() as f64;
+        let radius = x.hypot(y) + length;
         let workpiece_velocity = workpiece.surface([0.0; 3], 0.0).velocity;
         let along = dot(workpiece_velocity, workpiece_velocity).sqrt();
         let speed = if workpiece.translates() {
@@ -222,6 +228,7 @@ impl Clearance {
             time: 0.0,
             way: 0.0,
             gap: f64::NEG_INFINITY,
+            noticed: Self::NOTICED * length,
         }
     }
 
@@ -238,6 +245,7 @@ impl Clearance {
 
 /// What all filaments have together, and what they exchange with their surroundings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Budget {
     /// Energy of the filaments and their contacts in J.
     pub energy: f64,
@@ -307,6 +315,7 @@ impl Group {
             changes: Changes::new(filament(0).chain.segments()),
             activity,
             largest: 0.0,
+            momentum_rate: zero(),
         }
     }
 
@@ -336,12 +345,13 @@ impl Group {
     }
 
     /// Whether the contacts of all its filaments no longer count at `time` (s), and none reaches
-    /// the workpiece then, or did so `behind` (s) before.
+    /// the workpiece then, or did so before a body at `rate` (rad/s) turned on by the length of the
+    /// filament: what is farther behind does not touch it.
     pub fn is_past<M: ClampMotion>(
         &self,
         filaments: &[Filament<M, Part>],
         time: f64,
-        behind: f64,
+        rate: f64,
     ) -> bool {
         filaments[self.first..]
             .iter()
@@ -354,6 +364,8 @@ impl Group {
                     workpiece,
                 } = filament;
                 let reach = chain.length * chain.segments() as f64 + law.radius;
+                let [x, y, _] = motion.at(time).position;
+                let behind = reach / (x.hypot(y) + reach) / rate.abs();
                 let is_away =
                     |time: f64| workpiece.surface(motion.at(time).position, time).gap > reach;
                 time >= clearance.contacts[1] && is_away(time) && is_away(time - behind)
@@ -411,7 +423,7 @@ impl Group {
         self.meet_workpiece(around, forces);
         around.pressing.load(self.index, forces, |near| {
             self.met
-                .push(Meeting::Filament(near.point.key(), near.nearest.segment));
+                .push(Meeting::Filament(near.key(), near.nearest.segment));
         });
     }
 
@@ -436,7 +448,7 @@ impl Group {
                 around.time,
                 around.candidates.way(number),
             );
-            let is_far = || clearance.bound(time, way) > Clearance::NOTICED;
+            let is_far = || clearance.bound(time, way) > clearance.noticed;
             if clearance.is_early(time) || (around.has_bounds && is_far()) {
                 continue;
             }
@@ -476,6 +488,26 @@ impl Group {
                 ..*clearance
             };
         }
+    }
+
+    /// Forces of the workpiece on each filament, and how deep it presses in m, where it was placed.
+    pub fn contacts<M: ClampMotion>(
+        &self,
+        around: &Surroundings<'_, M>,
+    ) -> impl Iterator<Item = (ContactSum, f64)> {
+        let filaments = (self.first..).zip(&self.clearances);
+        filaments.map(|(number, clearance)| {
+            let (filament, time) = (&around.filaments[number], around.time);
+            let mut sum = ContactSum::default();
+            if self.is_asleep() || clearance.is_early(time) {
+                return (sum, f64::NEG_INFINITY);
+            }
+            let n = filament.chain.segments();
+            let node = |k: usize| around.nodes.at(Node::new(number, k, n));
+            let [pressing, _] =
+                filament.for_each_pressing(node, time, |_, touch| sum += filament.sum(touch));
+            (sum, pressing)
+        })
     }
 
     /// Computes the residual, and factorises the matrix if the filaments have other contacts than
@@ -538,17 +570,17 @@ impl Group {
         );
     }
 
-    /// What its filaments have and exchange, once the residual was computed, with forces on the
-    /// `roots`, which the clamps hold.
+    /// What its filaments have and exchange, once the residual was computed with the `forces` on
+    /// nodes. The clamps hold the roots.
     pub fn budget<M>(
-        &self,
+        &mut self,
         around: &Surroundings<'_, M>,
         [q, v]: [&gmres::GroupPart; 2],
-        roots: [Lanes; 3],
+        forces: &[[Lanes; 3]],
     ) -> Budget {
         let n = self.equations.segments();
         let energies = self.equations.energies(self.clamp.holding(q, v));
-        let root_force = sub(self.equations.root_force(), roots);
+        let root_force = sub(self.equations.root_force(), forces[0]);
         let power = dot(root_force, self.clamp.velocity) + energies.clamp_torque_power;
         let energy = energies.kinetic + energies.spring + energies.gravity;
         let velocities = &around.nodes.velocities.0[self.index * (n + 1)..][..=n];
@@ -567,6 +599,8 @@ impl Group {
                 (momentum, scale(mass, *gravity))
             },
         );
+        let outside = forces.iter().fold(weight, |sum, force| add(sum, *force));
+        self.momentum_rate = add(root_force, outside);
         let mut budget = Budget::default();
         let Budget {
             energy: sum,

@@ -3,21 +3,18 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::arrangement::{Arrangement, Root};
-use super::bundle::{BEHIND, Bundle};
+use super::bundle::Bundle;
 use super::candidates::Layout;
 use super::filaments::{self, ToolFilament};
 use super::group::Member;
 use super::presses::PressLaw;
-use super::sector::{Sector, Timetable};
+use super::sector::{Accuracy, Sector, Timetable};
 use super::settle::{self, Pose};
 use super::shortcuts::Shortcuts;
 use crate::equations::linear::{add, scale};
 use crate::model::settings::{Settings, Turns};
 use crate::simulation::{Form, Pass};
 use crate::tool::{ClampMotion, Tool, Turning};
-
-/// Steps between two states that can be restored.
-pub(super) const STRIDE: usize = 32;
 
 /// When the motion begins, in s: before any filament touches the workpiece. Filaments are
 /// undeformed, unless `settled` has their coordinates when the tool is at the angle zero.
@@ -85,10 +82,7 @@ pub(super) struct Plan<'a> {
     pub points: usize,
     /// When the motion begins, in s.
     pub begin: f64,
-    /// Largest last correction of a node's velocity in m/s.
-    pub tolerance: f64,
-    /// The share of the energy that goes in or out which its balance may lack.
-    pub lacking: f64,
+    pub accuracy: Accuracy,
     pub shortcuts: Shortcuts,
 }
 
@@ -128,7 +122,8 @@ impl Plan<'_> {
         let timetables: Vec<Timetable> = roots().map(|(root, _)| timetable(root)).collect();
         // Around the tool the first columns follow the last ones, which meet those that come to the
         // workpiece before the end.
-        let nearest = arrangement.latest() + rate * pass.end_time() + BEHIND;
+        let behind = settings.filament.length_m / settings.tool_radius_m();
+        let nearest = arrangement.latest() + rate * pass.end_time() + behind;
         let stays = |root: &Root| pass.turns() != Turns::Count(1) || TAU + root.angle < nearest;
         let member = |(index, (root, own)): (usize, (&Root, &Settings))| {
             let filament = filaments::filament(own, pass, root);
@@ -185,6 +180,6 @@ impl Plan<'_> {
             [begin, rate],
             shortcuts,
         );
-        Sector::new(bundle, motion, timetables, self.tolerance, self.lacking)
+        Sector::new(bundle, motion, timetables, self.accuracy)
     }
 }

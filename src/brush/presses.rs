@@ -69,6 +69,8 @@ pub struct Near {
     pub offset: [f64; 3],
     /// Sum of the radii of both filaments there, in m.
     pub reach: f64,
+    /// Periodic image of the other filament.
+    pub image: i16,
 }
 
 impl Near {
@@ -104,6 +106,7 @@ impl Near {
             along,
             offset,
             reach,
+            image: 0,
         }
     }
 
@@ -116,6 +119,13 @@ impl Near {
             offset: turned(self.offset),
             ..self
         }
+    }
+
+    /// Identifies the point among those of one filament that are near another: the image of the
+    /// other, and the place of the point.
+    #[inline]
+    pub fn key(&self) -> (i16, (Node, u64)) {
+        (self.image, self.point.key())
     }
 
     /// `true` if the point presses on the segment.

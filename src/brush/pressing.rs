@@ -182,14 +182,13 @@ impl Pressing {
                 let mut earlier = earlier.iter().filter(|_| law.friction > 0.0).peekable();
                 watched.for_each_near(|filaments, near| {
                     let mut press = Press::new(law, near, layout.part_length(filaments[0]), nodes);
-                    let key = (filaments, near.point.key());
+                    let key = (filaments, near.key());
                     while earlier
-                        .next_if(|(filaments, before)| (*filaments, before.near.point.key()) < key)
+                        .next_if(|(filaments, before)| (*filaments, before.near.key()) < key)
                         .is_some()
                     {}
-                    let before = earlier.next_if(|(filaments, before)| {
-                        (*filaments, before.near.point.key()) == key
-                    });
+                    let before = earlier
+                        .next_if(|(filaments, before)| (*filaments, before.near.key()) == key);
                     before
                         .into_iter()
                         .for_each(|(_, before)| press.follow(before));

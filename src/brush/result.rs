@@ -26,7 +26,7 @@ pub struct FilamentResult {
     pub press_impulse_n_s: f64,
 }
 
-/// The forces of the tool at the end of a step: sums over all filaments of the sector.
+/// The forces of the tool at one time: sums over all filaments of the sector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ToolSample {
@@ -90,13 +90,8 @@ pub struct Stretch {
     pub first: usize,
     /// The last one.
     pub last: usize,
-    /// Standard deviation of `p_n` over its filaments, over the mean.
-    pub scatter: f64,
-    /// How much the mean of its first half differs from that of its last half, over the mean.
-    pub drift: f64,
-    /// Estimate of how much the mean would change with a quarter more columns, over the mean: if
-    /// the trend along the stretch went on.
-    pub change_with_more_columns: f64,
+    /// Standard error of the mean `p_n`, over it, by batch means over its columns.
+    pub standard_error: f64,
 }
 
 /// The result of a brush.
@@ -132,10 +127,9 @@ pub struct BrushResult {
     pub energies: EnergyBalance,
     /// By how much energy and momentum fail to balance.
     pub residuals: Residuals,
-    /// By how much the impulse of one filament by itself, in the steps of the brush, differs from
-    /// that of its error-controlled pass, over it: the largest of all turns. Of several filaments
-    /// also what halved steps change, where that is larger.
-    pub step_error: f64,
+    /// Error estimate of the mean `p_n`, over it: that of the steps, and the standard error of the
+    /// mean over columns, added in squares.
+    pub impulse_error_estimate: f64,
 }
 
 /// By how much energy and momentum fail to balance, each integrated apart from the motion.
@@ -177,7 +171,8 @@ impl ToolSample {
 impl AddAssign for BrushStatistics {
     fn add_assign(&mut self, other: Self) {
         self.steps += other.steps;
-        self.halved_steps += other.halved_steps;
+        self.rejected_steps += other.rejected_steps;
+        self.newton_failures += other.newton_failures;
         self.effort += other.effort;
     }
 }
@@ -188,8 +183,10 @@ impl AddAssign for BrushStatistics {
 pub struct BrushStatistics {
     /// Steps.
     pub steps: usize,
-    /// Steps repeated with half their length.
-    pub halved_steps: usize,
+    /// Steps repeated because their error estimate was too large.
+    pub rejected_steps: usize,
+    /// Steps repeated because Newton's method did not converge, or because filaments crossed.
+    pub newton_failures: usize,
     /// Iterations of Newton's method and vectors of the linear solutions.
     pub effort: Effort,
 }

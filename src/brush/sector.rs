@@ -1,7 +1,13 @@
-//! Filaments that are coupled, on their way over the workpiece, in fixed steps.
+//! Filaments that are coupled, on their way over the workpiece, in steps of TR-BDF2.
+//!
+//! A step is accepted by its effect on what is asked for. The embedded weights of the method,
+//! applied to the forces at the three stages of a step, estimate its error in the impulse of each
+//! filament on the workpiece (Hosea and Shampine, Applied Numerical Mathematics 20, 1996). Forces
+//! on the workpiece do not see what filaments do to each other before they touch it: rates of their
+//! momentum do. These are the forces that a filament exchanges with the clamp and with its
+//! neighbours, too.
 
 use std::collections::BTreeMap;
-use std::f64::consts::SQRT_2;
 
 use super::bundle::{BrushState, Bundle, Effort, GroupState, Kinematics, NoConvergence};
 use super::filaments::ToolFilament;
@@ -13,23 +19,52 @@ use super::settle::{Pose, turned};
 use super::team;
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{LANES, Lanes, Lanewise, Real};
+use crate::integrate::hermite::{Knot, Weights};
+use crate::integrate::tableau::TR_BDF2;
+use crate::integrate::{IntegrationError, Pace, RejectionCause, StepChange, StepControl};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::settings::MAX_TURNS;
 use crate::simulation::{ContactSum, EdgeWork};
 use crate::tool::{ClampMotion, RotaryTool, Turning};
 use crate::workpiece::Workpiece;
 
-/// The middle stage of TR-BDF2 is at `γ = 2 − √2` of the step (Bank et al. 1985; Hosea and Shampine
-/// 1996).
-const MIDDLE: f64 = 2.0 - SQRT_2;
-/// Weight of a stage in itself.
-const OWN: f64 = 0.5 * MIDDLE;
-/// Weights of the first two stages in the last.
-const OTHERS: f64 = 0.25 * SQRT_2;
-/// The share that rounding may cause.
+/// Share of the error of momenta in the error of a step, beside that of the impulses. A momentum is
+/// not asked for: it tells of motions that the impulses do not show yet.
+const MOMENTUM_SHARE: f64 = 0.2;
+/// The shortest step, as a share of the longest one.
+const SHORTEST_STEP: f64 = 3e-5;
+/// Steps at most double: impacts come without notice. Where Newton's method has failed, the active
+/// set of contacts keeps changing for some steps.
+const STEP_CHANGE: StepChange = StepChange {
+    growth: 2.0,
+    growth_after_rejection: 1.0,
+    failure: 0.25,
+    growth_after_failure: 1.4,
+    steps_after_failure: 4,
+};
+/// Share of a step or of an energy that rounding may cause.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Weights of the beginning, the middle stage and the end in an integral over a step.
-const WEIGHTS: [f64; 3] = [OTHERS, OTHERS, OWN];
+
+/// `Σ b_j x_j` of the values at the three stages of a step.
+fn integral(values: [f64; 3]) -> f64 {
+    (0..3).map(|j| TR_BDF2.weight(j) * values[j]).sum()
+}
+
+/// `Σ (b̂_j − b_j) x_j`, the embedded error estimate of [`integral`].
+fn integral_error(values: [f64; 3]) -> f64 {
+    (0..3).map(|j| TR_BDF2.error_weight(j) * values[j]).sum()
+}
+
+/// Accuracy of the steps of a sector.
+#[derive(Clone, Copy, Debug)]
+pub struct Accuracy {
+    /// Largest last correction of a node's velocity in m/s.
+    pub newton: f64,
+    /// Error of the sum of all impulses that a step may add, over its length, in N.
+    pub error_rate: f64,
+    /// The longest step in s.
+    pub longest: f64,
+}
 
 /// When a filament passes, in s.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,6 +142,23 @@ pub struct Failure {
     pub crossing: Option<[usize; 2]>,
 }
 
+impl From<IntegrationError<[usize; 2]>> for Failure {
+    fn from(error: IntegrationError<[usize; 2]>) -> Self {
+        let (time, crossing) = match error {
+            IntegrationError::StepTooSmall {
+                time,
+                cause: RejectionCause::Refused(pair),
+                ..
+            }
+            | IntegrationError::Refused { time, reason: pair } => (time, Some(pair)),
+            IntegrationError::StepTooSmall { time, .. } | IntegrationError::NotFinite { time } => {
+                (time, None)
+            }
+        };
+        Self { time, crossing }
+    }
+}
+
 /// Filaments that are coupled.
 pub struct Sector {
     bundle: Bundle<Turning<RotaryTool>>,
@@ -120,10 +172,10 @@ pub struct Sector {
     stages: [Stage; 2],
     statistics: BrushStatistics,
     balance: Balance,
-    /// The share of the energy that went in or out which its balance may lack.
-    allowed: f64,
-    /// The next step, as a share of the whole.
-    share: f64,
+    accuracy: Accuracy,
+    control: StepControl,
+    /// Sum of the estimated errors of all accepted steps, in N s.
+    impulse_error: f64,
 }
 
 /// The state of a sector.
@@ -134,23 +186,42 @@ pub struct SectorState {
     groups: Vec<GroupState>,
     accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
-    /// How filaments press on each other where the last step ended.
-    presses: Vec<([usize; 2], PressSum)>,
+    now: Stage,
     statistics: BrushStatistics,
     balance: Balance,
-    share: f64,
+    pace: Pace,
+    impulse_error: f64,
+}
+
+/// Why a step is tried again.
+enum Retry {
+    /// A sleeping group was touched.
+    Woken,
+    /// The step is too long; or two filaments have crossed each other.
+    Rejected(RejectionCause<[usize; 2]>),
+}
+
+impl From<NoConvergence> for Retry {
+    fn from(_: NoConvergence) -> Self {
+        Self::Rejected(RejectionCause::Newton)
+    }
+}
+
+/// A step that can be accepted.
+struct Attempt {
+    effort: Effort,
+    balance: Balance,
+    /// Estimated error in N s.
+    impulse_error: f64,
 }
 
 impl Sector {
-    /// Filaments at the start of their motion, with their timetables. A stage is solved once
-    /// velocities change by less than `tolerance` (m/s). The balance of the energies may lack the
-    /// share `allowed` of what went in or out.
+    /// Filaments at the start of their motion, with their timetables.
     pub fn new(
         mut bundle: Bundle<Turning<RotaryTool>>,
         motion: BrushState,
         timetables: Vec<Timetable>,
-        tolerance: f64,
-        allowed: f64,
+        accuracy: Accuracy,
     ) -> Self {
         let accounts = timetables
             .into_iter()
@@ -168,7 +239,7 @@ impl Sector {
         now.take(&mut bundle, &motion);
         let balance = Balance::new(&now.budget);
         Self {
-            stepper: Stepper::new(&motion, tolerance),
+            stepper: Stepper::new(&motion, accuracy.newton),
             bundle,
             motion,
             accounts,
@@ -177,9 +248,23 @@ impl Sector {
             stages: Default::default(),
             statistics: BrushStatistics::default(),
             balance,
-            allowed,
-            share: 1.0,
+            control: StepControl::new(&TR_BDF2, accuracy.longest)
+                .up_to(accuracy.longest)
+                .down_to(SHORTEST_STEP * accuracy.longest)
+                .changing_by(STEP_CHANGE),
+            accuracy,
+            impulse_error: 0.0,
         }
+    }
+
+    /// Allows another error over time; see [`Accuracy::error_rate`].
+    pub fn set_error_rate(&mut self, error_rate: f64) {
+        self.accuracy.error_rate = error_rate;
+    }
+
+    /// Estimated error of the sum of all impulses so far, in N s.
+    pub fn impulse_error(&self) -> f64 {
+        self.impulse_error
     }
 
     /// The contacts with the workpiece so far, by filament.
@@ -234,9 +319,10 @@ impl Sector {
         &self.balance
     }
 
-    /// The filaments, once those are placed, too, of which nothing is computed now.
-    pub fn placed(&mut self) -> &Bundle<Turning<RotaryTool>> {
-        self.bundle.place_sleeping(&self.motion);
+    /// The filaments, once all are placed where they are at `time` (s), in the last step.
+    pub fn placed_at(&mut self, time: f64) -> &Bundle<Turning<RotaryTool>> {
+        let state = self.stepper.interpolated(&self.motion, time);
+        self.bundle.place_all(&state);
         &self.bundle
     }
 
@@ -245,121 +331,123 @@ impl Sector {
         self.bundle.forget();
     }
 
-    /// Goes on to `end` (s), in one step of `length` (s) or, where that fails or misses the energy
-    /// by too much, in shorter ones.
+    /// Goes on until a step ends at `time` (s) or later, but not after `end` (s), and returns the
+    /// forces at `time`.
     ///
     /// # Errors
     /// If the shortest step fails.
-    pub fn advance(&mut self, end: f64, length: f64) -> Result<ToolSample, Failure> {
-        /// The shortest step, as a share of the whole.
-        const SHORTEST: f64 = 1e-4;
-        /// The same for steps that only miss the energy: the balance of the whole motion tells
-        /// where that is not enough.
-        const SHORT: f64 = 1.0 / 256.0;
-        if self.bundle.begin_step(&mut self.motion) {
-            self.balance
-                .go_on_with(&self.bundle.evaluate(&self.motion).budget);
-        }
-        while self.motion.time < end {
-            let h = (self.share * length).min(end - self.motion.time);
+    pub fn advance(&mut self, time: f64, end: f64) -> Result<ToolSample, Failure> {
+        while self.motion.time < time {
+            if self.bundle.begin_step(&mut self.motion) {
+                self.now.take(&mut self.bundle, &self.motion);
+                self.balance.go_on_with(&self.now.budget);
+            }
+            let proposal = self.control.propose(self.motion.time, end);
+            let h = proposal.step;
             if self.bundle.wake(&self.motion, h) {
-                self.balance
-                    .go_on_with(&self.bundle.evaluate(&self.motion).budget);
+                self.now.take(&mut self.bundle, &self.motion);
+                self.balance.go_on_with(&self.now.budget);
             }
-            let allowed = if h > SHORT * length {
-                self.allowed
-            } else {
-                f64::INFINITY
+            let outcome = match self.attempt(h) {
+                Ok(attempt) => Ok(attempt),
+                Err(Retry::Woken) => continue,
+                Err(Retry::Rejected(cause)) => Err(cause),
             };
-            match self.attempt(h, allowed) {
-                Ok((effort, is_calm)) => {
-                    self.statistics.steps += 1;
-                    self.statistics.effort += effort;
-                    self.stepper.finish(&mut self.motion);
-                    if (end - self.motion.time).abs() < 1e-9 * length {
-                        self.motion.time = end;
-                    }
-                    // What failed may be over.
-                    if is_calm {
-                        self.share = (2.0 * self.share).min(1.0);
-                    }
+            let error = outcome
+                .as_ref()
+                .map(|attempt| attempt.impulse_error / (self.accuracy.error_rate * h));
+            let is_accepted =
+                self.control
+                    .judge(self.motion.time, proposal, error.map_err(|cause| *cause))?;
+            let Ok(attempt) = outcome else {
+                self.statistics.newton_failures += 1;
+                continue;
+            };
+            self.statistics.effort += attempt.effort;
+            if is_accepted {
+                self.accept(h, attempt);
+                if proposal.limited {
+                    self.motion.time = end;
                 }
-                Err(_) if self.bundle.has_woken() => {}
-                Err(_) if h > SHORTEST * length => {
-                    self.statistics.halved_steps += 1;
-                    self.share = 0.5 * h / length;
-                }
-                Err(crossing) => {
-                    return Err(Failure {
-                        time: self.motion.time,
-                        crossing,
-                    });
-                }
+            } else {
+                self.statistics.rejected_steps += 1;
             }
         }
-        Ok(self.sample())
+        Ok(self.sample(time))
     }
 
-    /// Tries a step of `h` (s), after which the balance of the energies may lack the share
-    /// `allowed`. Returns whether steps may be longer. If the step is not possible, returns the
-    /// filaments that cross each other, if that is why.
-    fn attempt(&mut self, h: f64, allowed: f64) -> Result<(Effort, bool), Option<[usize; 2]>> {
-        /// Of what the balance may still lack: a step of twice the length lacks about eight times
-        /// as much.
-        const CALM: f64 = 0.1;
-        /// While so few filaments have touched, a step may lack this share of what one of them may:
-        /// their mean does not hide an impact that is badly resolved.
-        const FEW: usize = 3;
-        const OF_ONE: f64 = 0.3;
+    /// Tries a step of `h` (s).
+    fn attempt(&mut self, h: f64) -> Result<Attempt, Retry> {
         let Self {
             bundle,
             motion,
             stepper,
+            stages: [middle, end],
+            ..
+        } = self;
+        let mut effort = stepper.middle_stage(bundle, motion, h)?;
+        middle.take(bundle, &stepper.middle);
+        if bundle.has_woken() {
+            return Err(Retry::Woken);
+        }
+        effort += stepper.end_stage(bundle, motion, h)?;
+        if let Some(crossing) = crossing(bundle) {
+            return Err(Retry::Rejected(RejectionCause::Refused(crossing)));
+        }
+        end.take(bundle, &stepper.end);
+        if bundle.has_woken() {
+            return Err(Retry::Woken);
+        }
+        let mut balance = self.balance;
+        balance.add(&self.stages[0].budget, &self.stages[1].budget, h);
+        let impulse_error = self.step_error(h);
+        if !impulse_error.is_finite() {
+            return Err(Retry::Rejected(RejectionCause::NotFinite));
+        }
+        Ok(Attempt {
+            effort,
+            balance,
+            impulse_error,
+        })
+    }
+
+    /// Estimated error of the sum of all impulses after a step of `h` (s), in N s.
+    ///
+    /// Errors of filaments that strike together add up, those of others like random ones: the
+    /// estimate has both sums.
+    fn step_error(&self, h: f64) -> f64 {
+        let [middle, end] = &self.stages;
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for ((account, middle), end) in self.accounts.iter().zip(&middle.loads).zip(&end.loads) {
+            let normal = [&account.load, middle, end].map(|load| load.sum.normal);
+            let error = h * integral_error(normal);
+            sum += error;
+            squares += error * error;
+        }
+        let mut of_momenta = Lanes::ZERO;
+        let rates = [&self.now, middle, end].map(|stage| stage.momentum_rates.as_flattened());
+        for (start, (middle, end)) in rates[0].iter().zip(rates[1].iter().zip(rates[2])) {
+            let weighted = [start, middle, end].into_iter().enumerate();
+            let error = weighted.fold(Lanes::ZERO, |sum, (j, rate)| {
+                sum + Lanes::from_f64(h * TR_BDF2.error_weight(j)) * *rate
+            });
+            of_momenta = of_momenta + error * error;
+        }
+        let of_momenta: f64 = (0..LANES).map(|lane| of_momenta.lane(lane)).sum();
+        f64::abs(sum) + squares.sqrt() + MOMENTUM_SHARE * of_momenta.sqrt()
+    }
+
+    /// Ends a step of `h` (s).
+    fn accept(&mut self, h: f64, attempt: Attempt) {
+        let Self {
+            bundle,
+            motion,
             accounts,
             pairs,
             now,
             stages: [middle, end],
-            balance,
             ..
         } = self;
-        let mut effort = stepper
-            .middle_stage(bundle, motion, h)
-            .map_err(|NoConvergence| None)?;
-        middle.take(bundle, &stepper.middle);
-        if bundle.has_woken() {
-            return Err(None);
-        }
-        effort += stepper
-            .end_stage(bundle, motion, h)
-            .map_err(|NoConvergence| None)?;
-        if let Some(crossing) = crossing(bundle) {
-            return Err(Some(crossing));
-        }
-        end.take(bundle, &stepper.end);
-        if bundle.has_woken() {
-            return Err(None);
-        }
-        let mut next = *balance;
-        next.add(&middle.budget, &end.budget, h);
-        let lack = next.energy_lack() - balance.energy_lack();
-        let whole = allowed * next.energy_defect()[1];
-        let touched = accounts
-            .iter()
-            .filter(|account| account.has_touched())
-            .take(FEW + 1)
-            .count();
-        let most = if touched > FEW {
-            whole
-        } else {
-            OF_ONE * whole / touched.max(1) as f64
-        };
-        let left = (whole - next.energy_lack().abs()).min(most - lack.abs());
-        // What earlier steps lack too much is not for this one to make good.
-        let own = allowed * (next.turnover - balance.turnover) + next.rounding();
-        if !(left >= 0.0 || lack.abs() <= own) {
-            return Err(None);
-        }
-        let is_calm = lack.abs() <= CALM * left.max(own);
         let (bundle, begin) = (&*bundle, motion.time);
         let observe = |index: usize, account: &mut Account| {
             if bundle.is_asleep(index / LANES) {
@@ -393,47 +481,72 @@ impl Sector {
                 .enumerate()
                 .for_each(|(lane, account)| observe(group * LANES + lane, account));
         });
-        for (stage, weight) in [&*now, middle, end].into_iter().zip(WEIGHTS) {
+        for (j, stage) in [&*now, middle, end].into_iter().enumerate() {
             for (filaments, press) in &stage.presses {
-                pairs.entry(*filaments).or_default().add(press, h * weight);
+                pairs
+                    .entry(*filaments)
+                    .or_default()
+                    .add(press, h * TR_BDF2.weight(j));
             }
         }
-        *balance = next;
         std::mem::swap(now, end);
-        Ok((effort, is_calm))
+        self.balance = attempt.balance;
+        self.impulse_error += attempt.impulse_error;
+        self.statistics.steps += 1;
+        self.stepper.finish(&mut self.motion);
     }
 
-    /// The forces where the last step ended.
-    fn sample(&self) -> ToolSample {
+    /// The place of `time` (s) in the last step, from 0 to 1.
+    fn share(&self, time: f64) -> f64 {
+        let [start, end] = [self.stepper.end.time, self.motion.time];
+        (time - start) / (end - start)
+    }
+
+    /// The stages at the ends of the last step.
+    fn last_step(&self) -> [&Stage; 2] {
+        let [_, start] = &self.stages;
+        [start, &self.now]
+    }
+
+    /// The forces at `time` (s) in the last step: those of the workpiece where the filaments are
+    /// then; those between filaments are linear along the step.
+    fn sample(&mut self, time: f64) -> ToolSample {
+        let state = self.stepper.interpolated(&self.motion, time);
+        let contacts = self.bundle.contacts(&state);
+        let share = self.share(time);
+        let [start, end] = self.last_step().map(|stage| &stage.presses);
+        let normal = |presses: &[([usize; 2], PressSum)]| -> f64 {
+            presses.iter().map(|(_, press)| press.normal).sum()
+        };
         let mut sample = ToolSample {
-            time_s: self.motion.time,
+            time_s: time,
+            press_force_n: (1.0 - share) * normal(start) + share * normal(end),
+            touching_pairs: if share < 0.5 { start.len() } else { end.len() },
             ..ToolSample::default()
         };
-        for account in &self.accounts {
-            sample.contact_normal_force_n += account.load.sum.normal;
-            sample.contact_force_n = add(sample.contact_force_n, account.load.sum.force);
-            sample.contact_moment_n_m += account.load.sum.moment;
-            sample.touching_filaments += usize::from(account.load.pressing > 0.0);
-        }
-        for (_, press) in &self.now.presses {
-            sample.press_force_n += press.normal;
-            sample.touching_pairs += 1;
+        for (account, (sum, pressing)) in self.accounts.iter_mut().zip(contacts) {
+            account.record.peak_force = account.record.peak_force.max(sum.normal);
+            sample.contact_normal_force_n += sum.normal;
+            sample.contact_force_n = add(sample.contact_force_n, sum.force);
+            sample.contact_moment_n_m += sum.moment;
+            sample.touching_filaments += usize::from(pressing > 0.0);
         }
         sample
     }
 
-    /// By filament, where the last step ended: normal force on the workpiece, and of other
+    /// By filament, at `time` (s) in the last step: normal force on the workpiece, and of other
     /// filaments, in N.
-    pub fn forces(&self) -> [Vec<f64>; 2] {
-        let workpiece: Vec<f64> = self
-            .accounts
-            .iter()
-            .map(|account| account.load.sum.normal)
-            .collect();
-        let mut others = vec![0.0; workpiece.len()];
-        for (filaments, press) in &self.now.presses {
-            for &filament in filaments {
-                others[filament] += press.normal;
+    pub fn forces(&mut self, time: f64) -> [Vec<f64>; 2] {
+        let state = self.stepper.interpolated(&self.motion, time);
+        let contacts = self.bundle.contacts(&state);
+        let workpiece = contacts.iter().map(|(sum, _)| sum.normal).collect();
+        let mut others = vec![0.0; contacts.len()];
+        let share = self.share(time);
+        for (stage, share) in self.last_step().into_iter().zip([1.0 - share, share]) {
+            for (pair, press) in &stage.presses {
+                for &filament in pair {
+                    others[filament] += share * press.normal;
+                }
             }
         }
         [workpiece, others]
@@ -446,10 +559,11 @@ impl Sector {
             groups: self.bundle.states(),
             accounts: self.accounts.clone(),
             pairs: self.pairs.clone(),
-            presses: self.now.presses.clone(),
+            now: self.now.clone(),
             statistics: self.statistics,
             balance: self.balance,
-            share: self.share,
+            pace: self.control.pace(),
+            impulse_error: self.impulse_error,
         }
     }
 
@@ -460,10 +574,11 @@ impl Sector {
             groups,
             accounts,
             pairs,
-            presses,
+            now,
             statistics,
             balance,
-            share,
+            pace,
+            impulse_error,
         } = state;
         let lengths =
             |motion: &BrushState| [&motion.q, &motion.v, &motion.accelerations].map(Vec::len);
@@ -472,22 +587,21 @@ impl Sector {
                 && account.edge_work.edges() == own.edge_work.edges()
                 && account.impulses.len() <= MAX_TURNS
         };
-        let mut filaments = pairs
-            .keys()
-            .chain(presses.iter().map(|(filaments, _)| filaments))
-            .flatten();
+        let of_stage = now.presses.iter().map(|(filaments, _)| filaments);
+        let mut filaments = pairs.keys().chain(of_stage).flatten();
         let fits = lengths(&motion) == lengths(&self.motion)
             && accounts.len() == self.accounts.len()
             && accounts.iter().zip(&self.accounts).all(is_own)
+            && now.loads.len() == accounts.len()
+            && now.momentum_rates.len() == self.now.momentum_rates.len()
             && filaments.all(|filament| *filament < accounts.len())
-            && (share > 0.0 && share <= 1.0);
-        if !fits {
+            && impulse_error >= 0.0;
+        if !fits || !self.control.restore(pace) {
             return None;
         }
         self.bundle.restore(groups)?;
-        (self.motion, self.accounts, self.pairs, self.now.presses) =
-            (motion, accounts, pairs, presses);
-        (self.statistics, self.balance, self.share) = (statistics, balance, share);
+        (self.motion, self.accounts, self.pairs, self.now) = (motion, accounts, pairs, now);
+        (self.statistics, self.balance, self.impulse_error) = (statistics, balance, impulse_error);
         Some(())
     }
 }
@@ -498,27 +612,14 @@ impl Account {
         self.load.pressing > 0.0 && self.record.turn == 1
     }
 
-    /// Whether it has touched the workpiece, in any turn.
-    fn has_touched(&self) -> bool {
-        self.impulses
-            .iter()
-            .chain([&self.record.impulse])
-            .any(|impulse| *impulse > 0.0)
-    }
-
     /// The last turn that has ended, or the first one.
     pub fn last(&self) -> &ContactRecord {
         self.completed.as_ref().unwrap_or(&self.record)
     }
 
-    /// The impulses of its turns in N s at the end. A single turn may not have been closed by
-    /// another: `is_single` takes it as it is.
-    pub fn turns(&self, is_single: bool) -> &[f64] {
-        if is_single {
-            std::slice::from_ref(&self.last().impulse)
-        } else {
-            &self.impulses
-        }
+    /// Impulse of all turns so far in N s.
+    pub fn total_impulse(&self) -> f64 {
+        self.impulses.iter().sum::<f64>() + self.record.impulse
     }
 
     /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and at its end.
@@ -532,7 +633,7 @@ impl Account {
         let turned = (self.record.turn - 1) as f64 * turn;
         let start = self.load;
         let mean = |of: &dyn Fn(&ContactSum) -> f64| {
-            h * (OTHERS * (of(&start.sum) + of(&middle.sum)) + OWN * of(&end.sum))
+            h * integral([&start, middle, end].map(|load| of(&load.sum)))
         };
         let record = &mut self.record;
         record.impulse += mean(&|sum| sum.normal);
@@ -557,7 +658,7 @@ impl Account {
             );
             record.count += usize::from(part[0] > 0.0 || start.pressing <= 0.0);
         }
-        for (load, weight) in [(&start, OTHERS), (middle, OTHERS), (end, OWN)] {
+        for (j, load) in [&start, middle, end].into_iter().enumerate() {
             let Some(worked) = load.worked else { continue };
             // Work is spread over the way along an edge, and stays in place where the step begins
             // or ends off it.
@@ -565,7 +666,7 @@ impl Account {
                 |other: &WorkpieceLoad| other.worked.filter(|other| other.edge == worked.edge);
             let places = [&start, end].map(|other| here(other).unwrap_or(worked).place);
             self.edge_work
-                .add(worked.edge, places, h * weight * worked.power);
+                .add(worked.edge, places, h * TR_BDF2.weight(j) * worked.power);
         }
         record.max_deflection = record.max_deflection.max(deflection);
         self.load = *end;
@@ -663,13 +764,7 @@ impl Balance {
     /// Adds a step of `h` (s), with what its middle stage and its end have.
     fn add(&mut self, middle: &Budget, end: &Budget, h: f64) {
         let rates = [self.rates, middle.exchange, end.exchange];
-        let sum = |of: &dyn Fn(&Exchange) -> f64| {
-            h * rates
-                .iter()
-                .zip(WEIGHTS)
-                .map(|(rates, weight)| weight * of(rates))
-                .sum::<f64>()
-        };
+        let sum = |of: &dyn Fn(&Exchange) -> f64| h * integral(rates.map(|rates| of(&rates)));
         let [work, taken] = [sum(&|rates| rates.work), sum(&|rates| rates.taken)];
         self.work += work;
         self.dissipated += taken;
@@ -689,14 +784,6 @@ impl Balance {
     fn energy_lack(&self) -> f64 {
         let [gain, work, dissipated] = self.energies();
         work - dissipated - gain
-    }
-
-    /// What a step may lack because energies are rounded, in J: while nothing touches, that can be
-    /// more than is turned over.
-    fn rounding(&self) -> f64 {
-        /// Of the last digit.
-        const DIGITS: f64 = 64.0;
-        DIGITS * f64::EPSILON * self.begin[0].abs().max(self.now[0].abs())
     }
 
     /// What the balance of the energies lacks, and what it is compared with, in J.
@@ -739,11 +826,14 @@ fn crossing(bundle: &Bundle<Turning<RotaryTool>>) -> Option<[usize; 2]> {
 }
 
 /// What a stage ended with.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Stage {
     loads: Vec<WorkpieceLoad>,
     /// The forces between filaments, in the order of the pairs.
     presses: Vec<([usize; 2], PressSum)>,
+    /// Rates of the momentum of all filaments in N, by group.
+    momentum_rates: Vec<[Lanes; 3]>,
     budget: Budget,
 }
 
@@ -753,6 +843,7 @@ impl Stage {
         let found = bundle.evaluate(motion);
         self.budget = found.budget;
         found.take_loads(&mut self.loads);
+        found.take_momentum_rates(&mut self.momentum_rates);
         self.presses.clear();
         self.presses
             .extend(bundle.presses().map(|([own, other], press)| {
@@ -810,7 +901,11 @@ impl Stepper {
         start: &BrushState,
         h: f64,
     ) -> Result<Effort, NoConvergence> {
-        let (own, blocks, first) = (OWN * h, bundle.segments(), bundle.first_coordinate());
+        let (own, blocks, first) = (
+            TR_BDF2.gamma * h,
+            bundle.segments(),
+            bundle.first_coordinate(),
+        );
         let Self {
             tolerance,
             middle,
@@ -835,7 +930,7 @@ impl Stepper {
             &start.accelerations,
             &[],
         );
-        middle.time = start.time + MIDDLE * h;
+        middle.time = start.time + TR_BDF2.node(1) * h;
         bundle.solve_stage(
             middle,
             Kinematics {
@@ -854,7 +949,7 @@ impl Stepper {
         start: &BrushState,
         h: f64,
     ) -> Result<Effort, NoConvergence> {
-        let (own, others) = (OWN * h, OTHERS * h);
+        let (own, others) = (TR_BDF2.gamma * h, TR_BDF2.weight(0) * h);
         let (blocks, first) = (bundle.segments(), bundle.first_coordinate());
         let Self {
             tolerance,
@@ -887,9 +982,30 @@ impl Stepper {
         )
     }
 
-    /// Puts the end of the step into `motion`.
+    /// Puts the end of the step into `motion`, and keeps its start.
     pub fn finish(&mut self, motion: &mut BrushState) {
         std::mem::swap(motion, &mut self.end);
+    }
+
+    /// Coordinates and rates at `time` (s) in the last step, which has ended at `motion`, by Hermite
+    /// interpolation.
+    fn interpolated(&self, motion: &BrushState, time: f64) -> BrushState {
+        let (start, h) = (&self.end, motion.time - self.end.time);
+        let weights = Weights::new(h, (time - start.time) / h);
+        let knot = |state: &BrushState, at: usize, i: usize| Knot {
+            value: state.q[at][i].0,
+            rate: state.v[at][i].0,
+            acceleration: state.accelerations[at][i].0,
+        };
+        let mut state = motion.clone();
+        state.time = time;
+        for (at, (q, v)) in state.q.iter_mut().zip(&mut state.v).enumerate() {
+            for (i, (q, v)) in q.iter_mut().zip(v).enumerate() {
+                let (value, rate) = weights.interpolate(&knot(start, at, i), &knot(motion, at, i));
+                (*q, *v) = (Lanes(value), Lanes(rate));
+            }
+        }
+        state
     }
 }
 

@@ -1,35 +1,32 @@
-//! The steady stretch of a sector: the columns whose impulse no longer depends on where the sector
-//! ends.
+//! The steady stretch of a sector: the longest suffix of columns whose impulse has no trend.
 //!
 //! The first filaments meet an empty gap. What they do differs from what later ones do for as many
 //! columns as pass in about half a period of a filament and most of a contact. The last filaments
 //! have none behind them, which matters for as many columns as pass during a contact. Both were
 //! found from rows at 2 to 30 m/s and depths of 0.5 to 3 mm (docs/methods.md).
+//!
+//! Impulses of neighbouring columns are correlated, so that columns are taken in batches of `⌊√n⌋`
+//! (Flegal and Jones, Annals of Statistics 38, 2010). There is no trend if the means of all batches
+//! are equal: to a share of the tolerance, or by an analysis of variance. Batches also give the
+//! standard error of the mean.
 
 use std::f64::consts::TAU;
+
+use spec_math::cephes64::fdtrc;
 
 use super::arrangement::Arrangement;
 use super::error::BrushError;
 use super::result::{FilamentResult, Stretch};
 use crate::model::filament::first_natural_frequency;
-use crate::model::settings::{Pattern, Settings};
+use crate::model::settings::Settings;
 use crate::simulation::Pass;
 
-/// A stretch is steady if the means of its parts differ from its own by less than this share of it.
-const STEADY: f64 = 3e-3;
-/// Where filaments are equal, a stretch has settled if these differ by less, if it has as many
-/// columns, and if more of them would hardly change its mean. In 120 rows at 2.5 to 30 m/s and 0.5
-/// to 5 mm, the mean of the first such stretch is within 6.3e-4 of that of 230 columns.
-const SETTLED: f64 = 1e-3;
-const SETTLED_COLUMNS: usize = 24;
-const SETTLED_CHANGE: f64 = 5e-4;
-/// Number of columns of a part.
-const PART: usize = 5;
-/// Where filaments or rows are irregular, the parts are quarters, and may also differ by so many
-/// times the standard error of their means.
-const STANDARD_ERRORS: f64 = 2.5;
-/// The least length of a stretch in columns.
-const SHORTEST: usize = 10;
+/// Batch means are equal if they differ from the mean by less than this share of the tolerance.
+const EQUAL_SHARE: f64 = 1.0 / 3.0;
+/// Significance level above which batch means differ by chance.
+const SIGNIFICANCE: f64 = 0.01;
+/// The least length of a stretch in columns: four batches of four.
+const MIN_COLUMNS: usize = 16;
 
 /// How the ends of a sector are expected to matter, in columns.
 struct Expectation {
@@ -48,13 +45,13 @@ impl Expectation {
         Self {
             entry: (1.2 * (half_period + 0.6 * contact)).ceil() as usize,
             exit: (0.8 * contact).ceil() as usize + 3,
-            length: ((0.5 * contact).ceil() as usize).max(SHORTEST),
+            length: ((0.5 * contact).ceil() as usize).max(MIN_COLUMNS),
         }
     }
 
-    /// The error of a sector with too few columns, in which the mean impulse changes by `drift`
+    /// The error of a sector with too few columns, in which the mean impulse changes by `change`
     /// along the best stretch, if it was simulated.
-    fn too_few(&self, arrangement: &Arrangement, drift: Option<f64>) -> BrushError {
+    fn too_few(&self, arrangement: &Arrangement, change: Option<f64>) -> BrushError {
         let Arrangement {
             columns, around, ..
         } = *arrangement;
@@ -63,7 +60,7 @@ impl Expectation {
             columns,
             needed,
             around: around.floor() as usize,
-            drift,
+            change,
         }
     }
 }
@@ -80,7 +77,7 @@ pub fn default_columns(settings: &Settings, pass: &Pass, rows: usize) -> usize {
     let needed = if brush.steady {
         entry + length + exit
     } else {
-        SHORTEST
+        MIN_COLUMNS
     };
     needed.min(around.floor() as usize)
 }
@@ -89,16 +86,6 @@ pub fn default_columns(settings: &Settings, pass: &Pass, rows: usize) -> usize {
 pub fn expected_to_count(settings: &Settings, pass: &Pass, arrangement: &Arrangement) -> usize {
     let Expectation { entry, length, .. } = Expectation::new(settings, pass, arrangement.around);
     (entry + length).min(columns_that_may_count(settings, pass, arrangement))
-}
-
-/// The number of columns that are expected to be in the stretch.
-pub fn expected_in(settings: &Settings, pass: &Pass, arrangement: &Arrangement) -> usize {
-    let may_count = columns_that_may_count(settings, pass, arrangement);
-    if may_count == arrangement.columns {
-        return may_count;
-    }
-    let Expectation { entry, length, .. } = Expectation::new(settings, pass, arrangement.around);
-    may_count.saturating_sub(entry).max(length)
 }
 
 /// The number of columns that may count, from the first one. Those behind them are there only so
@@ -115,8 +102,8 @@ pub fn columns_that_may_count(
     arrangement.columns.saturating_sub(exit)
 }
 
-/// Whether the stretch at the end of the columns of `filaments`, which have passed, has settled:
-/// more columns would not change its mean.
+/// Whether the columns of `filaments`, which have passed, end with a steady stretch to which more
+/// columns would add nothing: its batch means are equal to a share of the tolerance.
 pub fn has_settled(
     filaments: &[FilamentResult],
     settings: &Settings,
@@ -124,9 +111,9 @@ pub fn has_settled(
     arrangement: &Arrangement,
 ) -> bool {
     let expectation = Expectation::new(settings, pass, arrangement.around);
-    Columns::new(filaments, arrangement.rows)
-        .settled(&expectation)
-        .is_some()
+    let means = column_means(filaments, arrangement.rows);
+    let tolerance = settings.brush_or_default().tolerance;
+    first_column(&means, &expectation, |batches| batches.are_equal(tolerance)).is_some()
 }
 
 /// The longest steady stretch before the column `end`, or all columns if none is requested.
@@ -141,50 +128,34 @@ pub fn find(
     arrangement: &Arrangement,
 ) -> Result<Stretch, BrushError> {
     let brush = settings.brush_or_default();
-    let (columns, rows) = (arrangement.columns, arrangement.rows);
+    let means = column_means(filaments, arrangement.rows);
     if !brush.steady {
-        let all = Columns::new(filaments, rows);
-        return Ok(if columns > 1 {
-            all.from(0, columns)
+        // All columns are what was asked for: only filaments that differ make them a sample.
+        let standard_error = if super::filaments::differ(settings) {
+            Batches::new(&means).standard_error()
         } else {
-            Stretch::default()
+            0.0
+        };
+        return Ok(Stretch {
+            first: 0,
+            last: means.len() - 1,
+            standard_error,
         });
     }
     let expectation = Expectation::new(settings, pass, arrangement.around);
-    let Expectation { entry, length, .. } = expectation;
-    let counted = Columns::new(&filaments[..end * rows], rows);
-    let of_irregular = || {
-        let is_steady = |means: &[f64]| {
-            let part = means.len() / 4;
-            let [mean, deviation] = mean_and_deviation(means);
-            has_parts_within(
-                means,
-                part,
-                (STANDARD_ERRORS * deviation / (part as f64).sqrt()).max(STEADY * mean),
-            )
-        };
-        // Chance hides what the entry does.
-        counted
-            .first(2 * entry / 3, length, is_steady)
-            .map(|first| counted.from(first, columns))
+    let means = &means[..end];
+    let first = first_column(means, &expectation, |batches| {
+        batches.are_equal(brush.tolerance)
+    })
+    .or_else(|| first_column(means, &expectation, Batches::have_no_trend));
+    let Some(first) = first else {
+        let change = (end > 2).then(|| Batches::new(&means[end / 2..]).largest_difference());
+        return Err(expectation.too_few(arrangement, change));
     };
-    let found = if super::filaments::differ(settings) || brush.pattern == Pattern::Random {
-        of_irregular()
-    } else {
-        let of_equal = || {
-            let first = counted.first(1, length, |means| has_equal_parts(means, STEADY));
-            first.map(|first| counted.from(first, columns))
-        };
-        // Sparse rows of equal filaments may alternate, and never settle.
-        let may_alternate = brush.columns.is_none();
-        counted
-            .settled(&expectation)
-            .or_else(of_equal)
-            .or_else(|| of_irregular().filter(|_| may_alternate))
-    };
-    found.ok_or_else(|| {
-        let drift = (end > 2).then(|| counted.from(end / 2, columns).drift.abs());
-        expectation.too_few(arrangement, drift)
+    Ok(Stretch {
+        first,
+        last: end - 1,
+        standard_error: Batches::new(&means[first..]).standard_error(),
     })
 }
 
@@ -206,96 +177,130 @@ pub fn check_columns(
     }
 }
 
-/// Columns that may count, from the first one.
-struct Columns<'a> {
-    filaments: &'a [FilamentResult],
-    rows: usize,
-    /// The mean impulse of each.
+/// The mean impulse of each column in N s.
+fn column_means(filaments: &[FilamentResult], rows: usize) -> Vec<f64> {
+    let impulse = |filament: &FilamentResult| filament.metrics.contact_normal_impulse_n_s;
+    filaments
+        .chunks(rows)
+        .map(|column| column.iter().map(impulse).sum::<f64>() / column.len() as f64)
+        .collect()
+}
+
+/// The first column from which on the batches of the `means` of columns are steady.
+fn first_column(
+    means: &[f64],
+    &Expectation { entry, length, .. }: &Expectation,
+    are_steady: impl Fn(&Batches) -> bool,
+) -> Option<usize> {
+    // Chance may hide what the entry does.
+    let mut firsts = 2 * entry / 3..(means.len() + 1).saturating_sub(length);
+    firsts.find(|first| are_steady(&Batches::new(&means[*first..])))
+}
+
+/// Columns in batches of equal size. Those left over by division, at the front, are in none.
+struct Batches {
+    mean: f64,
+    /// The mean of each batch.
     means: Vec<f64>,
+    /// Number of columns of a batch.
+    size: usize,
+    /// Sum of the squared deviations of columns from the means of their batches.
+    within: f64,
 }
 
-impl<'a> Columns<'a> {
-    fn new(filaments: &'a [FilamentResult], rows: usize) -> Self {
-        let means = filaments
-            .chunks(rows)
-            .map(|column| column.iter().map(impulse).sum::<f64>() / column.len() as f64);
+impl Batches {
+    fn new(columns: &[f64]) -> Self {
+        let size = columns.len().isqrt().max(1);
+        let batches = columns.rchunks_exact(size);
+        let mean_of = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let means: Vec<f64> = batches.clone().map(mean_of).collect();
+        let within = batches
+            .zip(&means)
+            .flat_map(|(batch, mean)| batch.iter().map(move |value| (value - mean).powi(2)))
+            .sum();
         Self {
-            filaments,
-            rows,
-            means: means.collect(),
+            mean: mean_of(columns),
+            means,
+            size,
+            within,
         }
     }
 
-    /// The first column, not before `earliest`, from which at least `length` columns are steady.
-    fn first(
-        &self,
-        earliest: usize,
-        length: usize,
-        is_steady: impl Fn(&[f64]) -> bool,
-    ) -> Option<usize> {
-        let mut firsts = earliest..(self.means.len() + 1).saturating_sub(length);
-        firsts.find(|first| is_steady(&self.means[*first..]))
-    }
-
-    /// The longest stretch that has settled.
-    fn settled(&self, &Expectation { exit, length, .. }: &Expectation) -> Option<Stretch> {
-        let first = self.first(1, length.max(SETTLED_COLUMNS), |means| {
-            has_equal_parts(means, SETTLED)
-        })?;
-        let stretch = self.from(first, self.means.len() + exit);
-        (stretch.change_with_more_columns.abs() <= SETTLED_CHANGE).then_some(stretch)
-    }
-
-    /// The stretch from the column `first` on, in a sector of so many `columns`.
-    fn from(&self, first: usize, columns: usize) -> Stretch {
-        let counted: Vec<f64> = self.filaments[first * self.rows..]
+    /// Whether all means are that of all columns, to a share of the `tolerance`.
+    fn are_equal(&self, tolerance: f64) -> bool {
+        let allowed = EQUAL_SHARE * tolerance * self.mean;
+        self.means
             .iter()
-            .map(impulse)
-            .collect();
-        let [mean, deviation] = mean_and_deviation(&counted);
-        let means = &self.means[first..];
-        let part = |values: &[f64]| mean_and_deviation(values)[0];
-        let half = means.len() / 2;
-        let drift = part(&means[means.len() - half..]) - part(&means[..half]);
-        // Where the trend goes on along a quarter more columns, these have this mean.
-        let (more, length) = (columns.div_ceil(4) as f64, means.len() as f64);
-        let later = mean + drift / (0.5 * length) * 0.5 * (length + more);
-        let change = (later - mean) * more / (length + more);
-        let relative = |value: f64| if mean > 0.0 { value / mean } else { 0.0 };
-        Stretch {
-            first,
-            last: self.means.len() - 1,
-            scatter: relative(deviation),
-            drift: relative(drift),
-            change_with_more_columns: relative(change),
+            .all(|mean| (mean - self.mean).abs() <= allowed)
+    }
+
+    /// Sum of the squared deviations of the batches' means.
+    fn between(&self) -> f64 {
+        let mean = self.means.iter().sum::<f64>() / self.means.len() as f64;
+        self.means.iter().map(|of| (of - mean).powi(2)).sum()
+    }
+
+    /// Whether the means differ by chance only: a one-way analysis of variance.
+    fn have_no_trend(&self) -> bool {
+        let count = self.means.len() as f64;
+        let [between, within] = [count - 1.0, count * (self.size as f64 - 1.0)];
+        let ratio = self.size as f64 * self.between() / between / (self.within / within);
+        ratio.is_finite() && fdtrc(between, within, ratio) > SIGNIFICANCE
+    }
+
+    /// The standard error of the mean, over it.
+    fn standard_error(&self) -> f64 {
+        let count = self.means.len() as f64;
+        if count < 2.0 || self.mean <= 0.0 {
+            return 0.0;
+        }
+        (self.between() / (count - 1.0) / count).sqrt() / self.mean
+    }
+
+    /// The largest difference of two means, over the mean.
+    fn largest_difference(&self) -> f64 {
+        let [least, most] = self
+            .means
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], mean| {
+                [mean.min(least), mean.max(most)]
+            });
+        if self.mean > 0.0 {
+            (most - least) / self.mean
+        } else {
+            0.0
         }
     }
 }
 
-fn impulse(filament: &FilamentResult) -> f64 {
-    filament.metrics.contact_normal_impulse_n_s
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn has_equal_parts(means: &[f64], share: f64) -> bool {
-    has_parts_within(means, PART, share * mean_and_deviation(means)[0])
-}
+    /// Columns that decay to a mean of one, and alternate about it.
+    fn columns(decay: f64, alternation: f64) -> Vec<f64> {
+        let column =
+            |k: i32| 1.0 + decay * 0.9_f64.powi(k) + alternation * f64::from(1 - 2 * (k % 2));
+        (0..64).map(column).collect()
+    }
 
-/// Whether the means of the parts of so many columns differ from that of all by no more than is
-/// `allowed`.
-fn has_parts_within(means: &[f64], part: usize, allowed: f64) -> bool {
-    let mean = mean_and_deviation(means)[0];
-    means
-        .chunks_exact(part)
-        .all(|part| (mean_and_deviation(part)[0] - mean).abs() <= allowed)
-}
+    #[test]
+    fn a_decay_is_a_trend_and_an_alternation_is_none() {
+        let batches = |decay, alternation| Batches::new(&columns(decay, alternation));
+        assert!(!batches(0.1, 0.0).have_no_trend() && !batches(0.1, 0.0).are_equal(1e-3));
+        assert!(batches(0.0, 0.1).have_no_trend() && batches(0.0, 0.1).are_equal(1e-3));
+        assert!(batches(1e-4, 0.0).are_equal(1e-3) && !batches(1e-4, 0.0).have_no_trend());
+    }
 
-fn mean_and_deviation(values: &[f64]) -> [f64; 2] {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let variance = values
-        .iter()
-        .map(|value| (value - mean).powi(2))
-        .sum::<f64>()
-        / (count - 1.0).max(1.0);
-    [mean, variance.sqrt()]
+    /// Independent columns: `σ/√n`.
+    #[test]
+    fn the_standard_error_of_independent_columns_follows_from_their_deviation() {
+        let mut random = fastrand::Rng::with_seed(1);
+        let columns: Vec<f64> = (0..10_000)
+            .map(|_| 1.0 + 0.1 * (random.f64() - 0.5))
+            .collect();
+        let expected = 0.1 / 12.0_f64.sqrt() / 100.0;
+        let error = Batches::new(&columns).standard_error();
+        assert!((error / expected - 1.0).abs() < 0.2, "{error} {expected}");
+    }
 }

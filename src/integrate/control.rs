@@ -4,16 +4,51 @@ use super::stepper::AttemptError;
 use super::tableau::Tableau;
 use super::{IntegrationError, RejectionCause, Work};
 
-/// Limits on the change of the step, and the margin below the step that would just be accepted.
+/// Limit on the decrease of the step, and the margin below the step that would just be accepted.
 const MIN_FACTOR: f64 = 0.2;
-const MAX_FACTOR: f64 = 5.0;
 const SAFETY: f64 = 0.9;
-/// The step factor after an attempt without a state.
-const FAILURE_FACTOR: f64 = 0.3;
 /// A step below this many roundings of the time cannot advance it.
 const MIN_STEP_ROUNDINGS: f64 = 8.0;
 /// Near time zero, where roundings vanish, this share of the remaining time replaces the time.
 const MIN_STEP_SHARE: f64 = 1e-3;
+
+/// Limits on the change of the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepChange {
+    /// Largest growth from step to step.
+    pub growth: f64,
+    /// Largest growth after a rejected step, over the first accepted one.
+    pub growth_after_rejection: f64,
+    /// Factor of a step whose stages could not be solved.
+    pub failure: f64,
+    /// Largest growth after such a failure.
+    pub growth_after_failure: f64,
+    /// Number of accepted steps for which that holds.
+    pub steps_after_failure: u32,
+}
+
+impl StepChange {
+    /// Limits for a single filament, whose contacts begin and end at the ends of steps.
+    const OF_PASS: Self = Self {
+        growth: 5.0,
+        growth_after_rejection: 5.0,
+        failure: 0.3,
+        growth_after_failure: 5.0,
+        steps_after_failure: 0,
+    };
+}
+
+/// State of the step-size control between two steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Pace {
+    /// The step to try next in s.
+    pub step: f64,
+    /// Error of the last accepted step, in tolerances.
+    pub previous_error: f64,
+    /// Largest growth of the next accepted steps, and their number.
+    pub cautious: (f64, u32),
+}
 
 /// The length of the next step, and whether it is cut short.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,11 +93,11 @@ const EXHAUSTION: f64 = 3.5;
 #[derive(Clone, Debug)]
 pub struct StepControl {
     order: f64,
-    /// The step to try next in s.
-    step: f64,
-    /// The longest step in s.
+    pace: Pace,
+    /// The longest and the shortest step in s.
     longest: f64,
-    previous_error: f64,
+    shortest: f64,
+    change: StepChange,
     allowed_error: f64,
     effort: Option<Effort>,
     work: Work,
@@ -76,9 +111,14 @@ impl StepControl {
         let order = f64::from(tableau.order);
         Self {
             order,
-            step,
+            pace: Pace {
+                step,
+                previous_error: 1.0,
+                cautious: (1.0, 0),
+            },
             longest: f64::INFINITY,
-            previous_error: 1.0,
+            shortest: 0.0,
+            change: StepChange::OF_PASS,
             allowed_error: 1.0,
             effort: None,
             work: Work::default(),
@@ -106,6 +146,42 @@ impl StepControl {
         Self { longest, ..self }
     }
 
+    /// Accepts steps of `shortest` (s) whatever their error, and tries none that are shorter.
+    #[must_use]
+    pub fn down_to(self, shortest: f64) -> Self {
+        Self { shortest, ..self }
+    }
+
+    /// Limits how fast steps change.
+    #[must_use]
+    pub fn changing_by(self, change: StepChange) -> Self {
+        Self { change, ..self }
+    }
+
+    /// The state between two steps.
+    pub fn pace(&self) -> Pace {
+        self.pace
+    }
+
+    /// Goes on from a state. Returns `false` if it is not one of this control.
+    pub fn restore(&mut self, pace: Pace) -> bool {
+        let Pace {
+            step,
+            previous_error,
+            cautious: (growth, _),
+        } = pace;
+        let fits = step >= self.shortest
+            && step.is_finite()
+            && previous_error > 0.0
+            && previous_error <= 1.0
+            && growth >= 1.0
+            && growth <= self.change.growth;
+        if fits {
+            self.pace = pace;
+        }
+        fits
+    }
+
     /// Limits the work from here on to about `effort`, whatever was spent before; see
     /// [`StepControl::within`].
     pub fn renew(&mut self, effort: Effort) {
@@ -129,7 +205,7 @@ impl StepControl {
             1..,
         ) = (self.effort, steps)
         else {
-            return 0.0;
+            return self.shortest;
         };
         let spent = self.iterations() as f64 / iterations as f64;
         let share = FREE_SHARE + (1.0 - FREE_SHARE) * (1.0 - remaining / duration);
@@ -149,7 +225,7 @@ impl StepControl {
 
     /// The step that will be tried next in s.
     pub fn step(&self) -> f64 {
-        self.step
+        self.pace.step
     }
 
     /// Counts the work of an attempt, see [`Stepper::work`](super::Stepper::work).
@@ -160,7 +236,7 @@ impl StepControl {
 
     /// The step to take from `time`, not past `last_time`.
     pub fn propose(&self, time: f64, last_time: f64) -> Proposal {
-        let (remaining, step) = (last_time - time, self.step.min(self.longest));
+        let (remaining, step) = (last_time - time, self.pace.step.min(self.longest));
         let limited = step >= remaining;
         // Two equal steps are better than a whole one and a very short one.
         let step = match () {
@@ -208,23 +284,36 @@ impl StepControl {
             Ok(error) if error <= 1.0 || short => {
                 self.work.steps += 1;
                 self.work.unresolved_steps += usize::from(error > 1.0);
-                let proposed = (step * self.factor(error)).max(floor.min(FLOOR_GROWTH * step));
+                let growth = match &mut self.pace.cautious {
+                    (_, 0) => self.change.growth,
+                    (growth, left) => {
+                        *left -= 1;
+                        *growth
+                    }
+                };
+                let proposed =
+                    (step * self.factor(error).min(growth)).max(floor.min(FLOOR_GROWTH * step));
                 // A step cut short by the end is not evidence against a longer one.
-                self.step = if limited {
-                    self.step.max(proposed)
+                self.pace.step = if limited {
+                    self.pace.step.max(proposed)
                 } else {
                     proposed
                 };
-                self.previous_error = error.clamp(1e-4, 1.0);
+                self.pace.previous_error = error.clamp(1e-4, 1.0);
                 self.allowed_error = error.max(1.0);
                 return Ok(true);
             }
             Ok(error) => {
-                self.step = (step * self.factor(error).min(1.0)).max(floor);
+                self.pace.step = (step * self.factor(error).min(1.0)).max(floor);
+                self.pace.cautious = (self.change.growth_after_rejection, 1);
                 RejectionCause::Error
             }
             Err(cause) => {
-                self.step = step * FAILURE_FACTOR;
+                self.pace.step = step * self.change.failure;
+                self.pace.cautious = (
+                    self.change.growth_after_failure,
+                    self.change.steps_after_failure,
+                );
                 cause
             }
         };
@@ -245,7 +334,7 @@ impl StepControl {
         cause: RejectionCause<R>,
     ) -> Result<(), IntegrationError<R>> {
         self.count_failure(&cause);
-        self.step = FAILURE_FACTOR * step;
+        self.pace.step = self.change.failure * step;
         self.check_step(time, step, cause)
     }
 
@@ -257,10 +346,10 @@ impl StepControl {
         cause: RejectionCause<R>,
     ) -> Result<(), IntegrationError<R>> {
         let resolution = f64::EPSILON * time.abs().max(MIN_STEP_SHARE * remaining);
-        if self.step < MIN_STEP_ROUNDINGS * resolution {
+        if self.pace.step < (MIN_STEP_ROUNDINGS * resolution).max(self.shortest) {
             return Err(IntegrationError::StepTooSmall {
                 time,
-                step: self.step,
+                step: self.pace.step,
                 cause,
             });
         }
@@ -278,8 +367,8 @@ impl StepControl {
     fn factor(&self, error: f64) -> f64 {
         let factor = SAFETY
             * error.max(1e-10).powf(-0.7 / self.order)
-            * self.previous_error.powf(0.3 / self.order);
-        factor.clamp(MIN_FACTOR, MAX_FACTOR)
+            * self.pace.previous_error.powf(0.3 / self.order);
+        factor.clamp(MIN_FACTOR, self.change.growth)
     }
 }
 

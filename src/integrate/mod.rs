@@ -2,8 +2,7 @@
 //!
 //! [`Stepper`] attempts steps of an ESDIRK method (see [`tableau`]) for `M(q) q̈ = f(q, q̇, t)`, of
 //! one system or of several side by side; each stage is solved for `q̈` with the system's own
-//! factorised tangent. [`StepControl`] chooses the steps of one integration, and [`Integrator`]
-//! joins the two.
+//! factorised tangent. [`StepControl`] chooses the steps of one integration.
 //!
 //! Coordinates come in blocks of `D`, as in the elimination of a chain. A state can also record the
 //! charts of its coordinates; only the system knows their meaning. Events, and with them changes of
@@ -14,12 +13,10 @@ use std::fmt;
 
 mod control;
 pub mod hermite;
-mod single;
 mod stepper;
 pub mod tableau;
 
-pub use control::{Effort, Proposal, StepControl};
-pub use single::Integrator;
+pub use control::{Effort, Pace, Proposal, StepChange, StepControl};
 pub use stepper::{AttemptError, StageSolution, Stepper};
 
 use crate::equations::{LaneSet, Lanewise, StepWeights};

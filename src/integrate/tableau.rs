@@ -1,13 +1,15 @@
 //! Coefficients of the implicit Runge–Kutta methods.
 
+use std::f64::consts::SQRT_2;
+
 /// An ESDIRK method: explicit first stage, one diagonal coefficient, stiffly accurate (`b` is the
 /// last row of `A`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tableau {
-    /// Name in its source.
-    pub name: &'static str,
-    /// Order of the step; that of the embedded method is one less.
+    /// Order of the step.
     pub order: u32,
+    /// Order of the embedded method.
+    pub embedded_order: u32,
     /// The diagonal coefficient `γ`.
     pub gamma: f64,
     /// Rows of `A` below the first, without the diagonal.
@@ -36,50 +38,31 @@ impl Tableau {
         self.coefficient(self.stages() - 1, j)
     }
 
+    /// Weight `b̂_j − b_j` of the embedded error estimate.
+    pub fn error_weight(&self, j: usize) -> f64 {
+        self.embedded[j] - self.weight(j)
+    }
+
     /// Node `c_i = Σ_j A_ij`.
     pub fn node(&self, i: usize) -> f64 {
         (0..=i).map(|j| self.coefficient(i, j)).sum()
     }
 }
 
-/// `ESDIRK4(3)6L[2]SA_2` of Kennedy and Carpenter (Applied Numerical Mathematics 146, 2019, Table
-/// 9): order 4, L-stable, stage order 2.
-pub const ESDIRK43: Tableau = {
-    const A2: f64 = -360_286_518_617.0 / 7_014_585_480_527.0;
-    const A3: f64 = -506_388_693_497.0 / 5_937_754_990_171.0;
-    const A4: f64 = -7_628_305_438_933.0 / 11_061_539_393_788.0;
-    const A5: f64 = -12_917_657_251.0 / 5_222_094_901_039.0;
-    const E0: f64 = -1_007_911_106_287.0 / 12_117_826_057_527.0;
+/// TR-BDF2 (Bank et al., IEEE Transactions on Electron Devices 32, 1985) with the embedded weights
+/// of Hosea and Shampine (Applied Numerical Mathematics 20, 1996): order 2, L-stable, stage order 2.
+///
+/// The embedded method is of order 3. It is not stable by itself, but estimates errors of integrals
+/// over the step.
+pub const TR_BDF2: Tableau = {
+    const OWN: f64 = 0.5 * (2.0 - SQRT_2);
+    const OTHERS: f64 = 0.25 * SQRT_2;
     Tableau {
-        name: "ESDIRK4(3)6L[2]SA_2",
-        order: 4,
-        gamma: 31.0 / 125.0,
-        a: &[
-            &[31.0 / 125.0],
-            &[A2, A2],
-            &[A3, A3, 7_149_918_333_491.0 / 13_390_931_526_268.0],
-            &[
-                A4,
-                A4,
-                21_592_626_537_567.0 / 14_352_247_503_901.0,
-                11_630_056_083_252.0 / 17_263_101_053_231.0,
-            ],
-            &[
-                A5,
-                A5,
-                5_602_338_284_630.0 / 15_643_096_342_197.0,
-                9_002_339_615_474.0 / 18_125_249_312_447.0,
-                -2_420_307_481_369.0 / 24_731_958_684_496.0,
-            ],
-        ],
-        embedded: &[
-            E0,
-            E0,
-            17_694_008_993_113.0 / 35_931_961_998_873.0,
-            5_816_803_040_497.0 / 11_256_217_655_929.0,
-            -538_664_890_905.0 / 7_490_061_179_786.0,
-            2_032_560_730_450.0 / 8_872_919_773_257.0,
-        ],
+        order: 2,
+        embedded_order: 3,
+        gamma: OWN,
+        a: &[&[OWN], &[OTHERS, OTHERS]],
+        embedded: &[(1.0 - OTHERS) / 3.0, (1.0 + 3.0 * OTHERS) / 3.0, OWN / 3.0],
     }
 };
 
@@ -93,8 +76,8 @@ pub const ESDIRK54: Tableau = {
     const A6: f64 = -188_593_204_321.0 / 4_778_616_380_481.0;
     const E0: f64 = -582_099_335_757.0 / 7_214_068_459_310.0;
     Tableau {
-        name: "ESDIRK5(4)7L[2]SA2",
         order: 5,
+        embedded_order: 4,
         gamma: 23.0 / 125.0,
         a: &[
             &[23.0 / 125.0],
@@ -138,6 +121,8 @@ pub const ESDIRK54: Tableau = {
 mod tests {
     use super::*;
 
+    const METHODS: [(&str, Tableau); 2] = [("TR-BDF2", TR_BDF2), ("ESDIRK5(4)", ESDIRK54)];
+
     /// The order conditions of trees up to order 5, as (order, left side, right side).
     fn order_conditions(tableau: &Tableau, b: &dyn Fn(usize) -> f64) -> Vec<(u32, f64, f64)> {
         let stages = tableau.stages();
@@ -174,18 +159,18 @@ mod tests {
 
     #[test]
     fn order_conditions_hold() {
-        for tableau in [ESDIRK43, ESDIRK54] {
+        for (name, tableau) in METHODS {
             let step: Vec<f64> = (0..tableau.stages()).map(|i| tableau.weight(i)).collect();
             for (order, weights) in [
                 (tableau.order, &step[..]),
-                (tableau.order - 1, tableau.embedded),
+                (tableau.embedded_order, tableau.embedded),
             ] {
                 for (tree, left, right) in order_conditions(&tableau, &|i| weights[i]) {
                     let holds = (left - right).abs() < 1e-12;
                     assert!(
                         holds || tree > order,
                         "{}: order {tree}: {left} {right}",
-                        tableau.name
+                        name
                     );
                 }
             }
@@ -194,7 +179,7 @@ mod tests {
 
     #[test]
     fn stages_are_consistent_to_second_order() {
-        for tableau in [ESDIRK43, ESDIRK54] {
+        for (name, tableau) in METHODS {
             for i in 1..tableau.stages() {
                 let sum: f64 = (0..=i)
                     .map(|j| tableau.coefficient(i, j) * tableau.node(j))
@@ -202,7 +187,7 @@ mod tests {
                 assert!(
                     (sum - tableau.node(i).powi(2) / 2.0).abs() < 1e-13,
                     "{} stage {i}",
-                    tableau.name
+                    name
                 );
             }
             assert!((tableau.node(tableau.stages() - 1) - 1.0).abs() < 1e-14);
@@ -212,7 +197,7 @@ mod tests {
     #[test]
     fn stiff_components_vanish_in_one_step() {
         // R(z) = b-row of (I − zA)⁻¹ 1 for z → −∞, by forward substitution.
-        for tableau in [ESDIRK43, ESDIRK54] {
+        for (name, tableau) in METHODS {
             let z = -1e9;
             let mut stages: Vec<f64> = vec![1.0];
             for i in 1..tableau.stages() {
@@ -223,11 +208,7 @@ mod tests {
                     .sum();
                 stages.push((1.0 + z * sum) / (1.0 - z * tableau.gamma));
             }
-            assert!(
-                stages.last().unwrap().abs() < 1e-7,
-                "{}: {stages:?}",
-                tableau.name
-            );
+            assert!(stages.last().unwrap().abs() < 1e-7, "{}: {stages:?}", name);
         }
     }
 }

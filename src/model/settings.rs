@@ -1042,7 +1042,7 @@ impl Default for BrushSettings {
             root_std_m: 0.0,
             steady: true,
             seed: 1,
-            tolerance: 1e-3,
+            tolerance: 3e-3,
         }
     }
 }

@@ -83,7 +83,7 @@ fn single(run: &Run) -> Option<Result> {
                         metrics: result.tool,
                         turns,
                         settled: 0.0,
-                        stated_error: result.step_error,
+                        stated_error: result.impulse_error_estimate,
                     })
                 }
                 Ok(Err(error)) => Err(error.to_string()),

@@ -8,7 +8,7 @@ use bristle::brush::{Assembly, PressLaw};
 use bristle::contact::ContactLaw;
 use bristle::equations::Clamp;
 use bristle::model::filament::chain;
-use bristle::model::settings::{Settings, Side};
+use bristle::model::settings::{Settings, Side, Turns};
 use bristle::simulation::{Filament, Job, simulate, simulate_side_by_side};
 use bristle::tool::{ClampMotion, FixedClamp};
 use bristle::workpiece::{Part, Plane};
@@ -23,6 +23,13 @@ fn at(relative_tolerance: f64) -> Settings {
     settings
 }
 
+/// Three turns.
+fn in_turns(relative_tolerance: f64) -> Settings {
+    let mut settings = at(relative_tolerance);
+    settings.process.turns = Some(Turns::Count(3));
+    settings
+}
+
 /// The same on an edge, which the filament meets inside segments, with friction.
 fn on_edge(relative_tolerance: f64) -> Settings {
     let mut settings = at(relative_tolerance);
@@ -33,7 +40,7 @@ fn on_edge(relative_tolerance: f64) -> Settings {
 
 #[test]
 fn steps_of_a_pass_do_not_allocate() {
-    for settings in [at, on_edge] {
+    for settings in [at, on_edge, in_turns] {
         let steps = |tolerance| {
             simulate(&settings(tolerance))
                 .expect("the pass ends")
@@ -54,7 +61,7 @@ fn steps_of_a_pass_do_not_allocate() {
 
 #[test]
 fn steps_of_passes_side_by_side_do_not_allocate() {
-    for settings in [at, on_edge] {
+    for settings in [at, on_edge, in_turns] {
         let [few, many] = [1e-3, 1e-6].map(|tolerance| {
             let mut jobs: Vec<Job> = (0..12)
                 .map(|number| Job::new(number, &settings(tolerance)))

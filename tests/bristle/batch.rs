@@ -1,11 +1,17 @@
 //! Is it right? Results computed side by side in vector lanes have the same bits as alone.
 
-use crate::common::{RandomState, case, filament as paper_filament, random_state};
-use bristle::equations::{Batch, LANES, Member, PolarAxis};
+use std::f64::consts::FRAC_PI_2;
+
+use crate::common::{RandomState, case, filament as paper_filament, random_state, side_by_side};
+use crate::poses::cup;
+use crate::shape::shaped;
+use crate::turns::turning;
+use crate::{profile, workpieces};
+use bristle::equations::{Batch, Member, PolarAxis};
 use bristle::model::filament;
-use bristle::model::settings::Settings;
+use bristle::model::settings::{Settings, Turns};
 use bristle::simulation::{
-    Job, Kind, Simulation, SimulationError, simulate, simulate_side_by_side,
+    Job, Kind, Pass, Sampling, Simulation, SimulationError, simulate, simulate_side_by_side,
 };
 use fastrand::Rng;
 
@@ -73,21 +79,6 @@ fn states_of_a_batch_have_the_same_results_as_alone() {
                 );
             }
         }
-    }
-}
-
-#[test]
-fn a_state_has_the_same_bits_at_every_place_of_every_batch() {
-    let mut rng = Rng::with_seed(22);
-    for segments in [1, 2, 25] {
-        let mut states = states(&mut rng, segments, 2 * LANES + 3);
-        let together = batch(&states);
-        for (state, accelerations) in states.iter().zip(&together) {
-            assert_eq!(&batch(std::slice::from_ref(state))[0], accelerations);
-        }
-        states.rotate_left(5);
-        let rotated = batch(&states);
-        assert_eq!(rotated[..], [&together[5..], &together[..5]].concat()[..]);
     }
 }
 
@@ -190,5 +181,49 @@ fn kinds_do_not_mix_and_an_error_ends_only_its_case() {
     for (i, (settings, result)) in passes.iter().zip(&results).enumerate() {
         assert_eq!(*result, simulate(settings));
         assert_eq!(result.is_err(), i == 7, "{i}: {result:?}");
+    }
+}
+
+/// Passes of every kind: edges and curves, cups, wavy filaments beside straight ones, turns, and
+/// passes that end later than expected.
+#[test]
+fn sampled_passes_of_all_kinds_side_by_side_have_the_same_bits_as_alone() {
+    let mut all = workpieces::passes();
+    all.extend(profile::all());
+    for velocity in [5.0, 12.0, 20.0] {
+        let mut cup = cup(6);
+        cup.tool.tilt_rad = Some(FRAC_PI_2 - 0.1);
+        cup.process.brushing_velocity_m_s = velocity;
+        cup.contact.friction_coefficient = 0.2;
+        all.extend([cup, shaped(10, velocity, 2e-3), case(10, velocity, 2e-3)]);
+        for turns in [Turns::Count(1), Turns::Count(3), Turns::Steady] {
+            all.push(turning(5, velocity, 1e-3, turns));
+        }
+        let mut slow = turning(5, 0.1 * velocity, 1e-3, Turns::Count(2));
+        slow.process.tail_angle_rad = 0.0;
+        all.push(slow);
+    }
+    let sampled = Sampling {
+        samples: 31,
+        shapes: 3,
+        loads: true,
+        profile: true,
+        alongside: true,
+    };
+    let [plain, sampled] = [Sampling::default(), sampled].map(|sampling| {
+        let alone = all.iter().map(|settings| {
+            let result = Pass::new(settings).simulate(sampling);
+            result.unwrap_or_else(|error| panic!("{error}: {settings:?}"))
+        });
+        let alone: Vec<Simulation> = alone.collect();
+        let together = side_by_side(sampling, all.iter().map(Pass::new));
+        for ((settings, alone), result) in all.iter().zip(&alone).zip(together) {
+            assert!(result.is_ok_and(|result| result == *alone), "{settings:?}");
+        }
+        alone
+    });
+    for ((settings, plain), sampled) in all.iter().zip(&plain).zip(&sampled) {
+        assert_eq!(plain.metrics, sampled.metrics, "{settings:?}");
+        assert_eq!(plain.statistics, sampled.statistics, "{settings:?}");
     }
 }

@@ -16,8 +16,8 @@ use bristle::model::settings::{
     BrushSettings, EdgeSettings, FilamentSettings, Settings, Side, WorkpieceKind,
 };
 use bristle::simulation::{
-    FilamentState, Job, Kind, NoContactArc, Pass, Sampling, Simulation, SimulationError,
-    sample_any_side_by_side, simulate,
+    Job, Kind, NoContactArc, Pass, Sampling, Simulation, SimulationError, sample_any_side_by_side,
+    simulate,
 };
 use bristle::tool::{Tool, radial_clamp};
 use bristle::workpiece::{ContactArc, Edge, ProfileCells, Surface, Workpiece};
@@ -33,8 +33,6 @@ pub mod tolerance {
     /// Central differences: truncation `ε²` and cancellation `1e-16/ε` balance near 1e-10 for `ε =
     /// 1e-5`. The tangents mix terms whose sizes differ by up to 1e3.
     pub const DIFFERENCES: f64 = 1e-6;
-    /// At the default tolerance of 1e-6 per step, over some 400 steps, relative to the work done.
-    pub const ENERGY_BALANCE: f64 = 1e-5;
 }
 
 /// The text of a file of reference data.
@@ -89,22 +87,6 @@ pub fn with(settings: &Settings, change: impl FnOnce(&mut BrushSettings)) -> Set
     }
 }
 
-/// By how much the energies of a pass rise, and its end.
-pub fn balance(settings: &Settings) -> (f64, FilamentState) {
-    let pass = Pass::new(settings);
-    let mut system = pass.system(true);
-    let start = pass.start(&mut system);
-    let before = system.energies(&start);
-    let (end, _) = pass
-        .integrate(&mut system, start, |_| ())
-        .expect("the pass ends");
-    let after = system.energies(&end);
-    let rise = (after.kinetic - before.kinetic)
-        + (after.spring - before.spring)
-        + system.contact_energy(&end);
-    (rise, end)
-}
-
 /// The metrics of a pass.
 pub fn metrics(settings: &Settings) -> Metrics {
     simulate(settings)
@@ -140,6 +122,36 @@ pub fn difference(
         key,
         ((metric(found, key) - number(stated, key)) / scale).abs(),
     )
+}
+
+/// The impulse along the normal that is stated.
+pub fn normal_impulse(stated: &Stated) -> f64 {
+    number(stated, "contact_normal_impulse_n_s")
+}
+
+/// The differences of the impulses along all axes from the stated ones, over the one along the
+/// normal.
+pub fn impulse_differences(found: &Metrics, stated: &Stated) -> [(&'static str, f64); 4] {
+    [
+        "contact_normal_impulse_n_s",
+        "contact_impulse_x_n_s",
+        "contact_impulse_y_n_s",
+        "contact_impulse_z_n_s",
+    ]
+    .map(|key| difference(found, stated, key, normal_impulse(stated)))
+}
+
+/// The differences that exceed a tolerance, in words.
+pub fn exceeding(
+    subject: &str,
+    differences: &[(&'static str, f64)],
+    tolerance: f64,
+) -> Vec<String> {
+    differences
+        .iter()
+        .filter(|(_, difference)| difference.is_nan() || *difference > tolerance)
+        .map(|(name, difference)| format!("{subject}: {name} {difference:.1e} > {tolerance:.1e}"))
+        .collect()
 }
 
 /// The results of passes that are simulated side by side, in lanes of equal kinds.

@@ -8,7 +8,8 @@ use bristle::model::filament;
 use bristle::tool::{RotaryTool, SampledTool, Tool};
 use fastrand::Rng;
 
-use crate::common::{filament as paper, random_pairs, tolerance};
+use crate::agreement::check_solve;
+use crate::common::{RandomState, filament as paper, largest, random_pairs, tolerance};
 
 /// A chain of any shape on a body that turns about any axis.
 struct State {
@@ -151,13 +152,6 @@ impl State {
     }
 }
 
-fn largest(values: &[[f64; 2]]) -> f64 {
-    values
-        .as_flattened()
-        .iter()
-        .fold(0.0, |largest: f64, value| largest.max(value.abs()))
-}
-
 #[test]
 fn a_filament_that_turns_rigidly_with_the_body_dissipates_nothing() {
     let mut rng = Rng::with_seed(31);
@@ -171,9 +165,11 @@ fn a_filament_that_turns_rigidly_with_the_body_dissipates_nothing() {
             lost.abs() <= 1e-13 * alone,
             "{number}: {lost:e} of {alone:e}"
         );
-        let [torques, alone] = [&state.rigid, &at_rest].map(|v| largest(&state.damper_torques(v)));
+        let [torques, alone] =
+            [&state.rigid, &at_rest].map(|v| largest(state.damper_torques(v).as_flattened()));
         // Their difference also has the roundings of springs and inertia.
-        let rest = largest(&state.residual(0.0, &state.rigid, &at_rest));
+        let rest = state.residual(0.0, &state.rigid, &at_rest);
+        let rest = largest(rest.as_flattened());
         assert!(
             torques <= 1e-13 * (alone + rest),
             "{number}: {torques:e} of {alone:e}"
@@ -230,64 +226,31 @@ fn the_body_puts_in_what_the_dampers_take_and_do() {
 #[test]
 fn factorised_step_matrix_on_a_turning_body_matches_differences() -> Result<(), PoleError> {
     let mut rng = Rng::with_seed(34);
+    // Weights that leave the dampers of a step on the coordinates alone visible.
+    let weights = StepWeights {
+        coordinates: 1e-4,
+        rates: 0.0,
+    };
     for number in 0..30 {
         let state = State::drawn(number, &mut rng);
         let segments = state.q.len();
-        let v = random_pairs(&mut rng, segments, 200.0);
-        let direction = random_pairs(&mut rng, segments, 1.0);
-        let at_rest = vec![[0.0; 2]; segments];
-        // Weights that leave the dampers of a step on the coordinates alone visible.
-        let weights = StepWeights {
-            coordinates: 1e-4,
-            rates: 0.0,
-        };
         let mut dynamics = state.dynamics(1.0);
         dynamics.check_poles(&state.q)?;
-        let at = state.clamp.holding(&state.q, &v);
-        dynamics.residual(at, &at_rest, &NoLoads, &mut vec![[0.0; 2]; segments]);
-        dynamics.factorise(
-            at,
+        let moving = RandomState {
+            v: random_pairs(&mut rng, segments, 200.0),
+            q: state.q,
+            chain: state.chain,
+            clamp: state.clamp,
+        };
+        let at_rest = vec![[0.0; 2]; segments];
+        let direction = || random_pairs(&mut rng, segments, 1.0);
+        check_solve(
+            &mut dynamics,
+            &moving,
             &at_rest,
             &NoLoads,
-            weights,
-            bristle::equations::LaneSet::first(1),
-        );
-        let residual = |size: f64| {
-            let moved = |values: &[[f64; 2]], weight: f64| -> Vec<[f64; 2]> {
-                values
-                    .iter()
-                    .zip(&direction)
-                    .map(|(value, delta)| add(*value, scale(size * weight, *delta)))
-                    .collect()
-            };
-            let q = moved(&state.q, weights.coordinates);
-            let mut residual = vec![[0.0; 2]; segments];
-            let (v, accelerations) = (moved(&v, weights.rates), moved(&at_rest, 1.0));
-            state.dynamics(1.0).residual(
-                state.clamp.holding(&q, &v),
-                &accelerations,
-                &NoLoads,
-                &mut residual,
-            );
-            residual
-        };
-        let (step, [above, below]) = (1e-2, [1e-2, -1e-2].map(residual));
-        let mut change: Vec<[f64; 2]> = above
-            .iter()
-            .zip(&below)
-            .map(|(above, below)| scale(0.5 / step, sub(*above, *below)))
-            .collect();
-        dynamics.solve(&mut change);
-        let error = change
-            .iter()
-            .zip(&direction)
-            .map(|(found, expected)| sub(*found, *expected))
-            .collect::<Vec<_>>();
-        // The residual is curved; the step moves coordinates by 1e-6.
-        assert!(
-            largest(&error) < 1e-6 * largest(&direction),
-            "{number}: {:e}",
-            largest(&error)
+            &[weights],
+            direction,
         );
     }
     Ok(())

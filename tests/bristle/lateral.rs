@@ -2,11 +2,9 @@
 //! clamps.
 
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
-use bristle::model::record::Record;
 use bristle::model::settings::{Settings, WorkpieceKind};
-use bristle::simulation::{Sampling, Simulation, simulate_with};
 
-use crate::common::case;
+use crate::common::{case, metrics};
 
 /// Tolerance of the comparisons with exact derivatives: its error is far below the limits below.
 const TIGHT: f64 = 1e-9;
@@ -83,25 +81,16 @@ fn cases() -> [(&'static str, Settings); 14] {
     ]
 }
 
-/// A pass with a tilt of the clamp in rad, at a tolerance.
-fn pass(settings: &Settings, tilt: f64, tolerance: f64, samples: usize) -> Simulation {
+/// The metrics of a pass with a tilt of the clamp in rad, at a tolerance.
+fn pass(settings: &Settings, tilt: f64, tolerance: f64) -> Metrics {
     let mut settings = settings.clone();
     settings.filament.lateral_tilt_rad = tilt;
     settings.solver.relative_tolerance = tolerance;
-    let sampling = Sampling {
-        samples,
-        shapes: 0,
-        loads: false,
-        profile: false,
-        alongside: false,
-    };
-    simulate_with(&settings, sampling).expect("the pass is simulated")
+    metrics(&settings)
 }
 
 fn amplification(settings: &Settings, tilt: f64, tolerance: f64) -> f64 {
-    pass(settings, tilt, tolerance, 2)
-        .metrics
-        .lateral_amplification
+    pass(settings, tilt, tolerance).lateral_amplification
 }
 
 #[test]
@@ -132,54 +121,10 @@ fn at_the_default_tolerance_the_amplification_is_accurate() {
 }
 
 #[test]
-fn the_opposite_tilt_mirrors_the_motion() {
-    // Large enough for the motion to be far from planar, in stable cases and in an unstable one.
-    for (name, settings) in cases()
-        .into_iter()
-        .filter(|(name, _)| ["sweeping", "slow", "friction"].contains(name))
-    {
-        let [one, other] = [1e-2, -1e-2].map(|tilt| pass(&settings, tilt, 1e-6, 200));
-        for column in Metrics::COLUMNS {
-            if column.key == "energy_residual" {
-                // A difference of large terms.
-                continue;
-            }
-            let [a, mut b] = [&one, &other].map(|pass| column.get(&pass.metrics));
-            if ["contact_impulse_z_n_s", "tool_lateral_force_n"].contains(&column.key) {
-                b = -b;
-            }
-            assert!(
-                (a - b).abs() <= 1e-8 * a.abs(),
-                "{name}: {} is {a} and {b}",
-                column.key
-            );
-        }
-        let largest = one
-            .history
-            .iter()
-            .map(|sample| sample.tip_z_m.abs())
-            .fold(0.0, f64::max);
-        assert!(largest > 1e-4, "{name}: {largest}");
-        for (a, b) in one.history.iter().zip(&other.history) {
-            let in_plane = [a.tip_x_m - b.tip_x_m, a.tip_y_m - b.tip_y_m];
-            let across = a.tip_z_m + b.tip_z_m;
-            assert!(
-                in_plane
-                    .iter()
-                    .chain([&across])
-                    .all(|d| d.abs() < 1e-8 * largest),
-                "{name} at {} s",
-                a.time_s
-            );
-        }
-    }
-}
-
-#[test]
 fn a_spatial_pass_without_a_tilt_has_no_amplification() {
     let mut settings = case(10, 20.0, 1e-3);
     settings.process.gravity_m_s2 = [0.0, 0.0, 9.81];
-    let metrics = pass(&settings, 0.0, 1e-6, 2).metrics;
+    let metrics = pass(&settings, 0.0, 1e-6);
     assert_eq!(
         (metrics.lateral_amplification, metrics.laterally_unstable),
         (0.0, false)

@@ -3,31 +3,9 @@
 
 use bristle::brush::simulate_brush;
 use bristle::model::settings::{BrushSettings, Ends, Pattern, Settings};
-use bristle::simulation::{Pass, Sampling, simulate};
+use bristle::simulation::{Pass, Sampling};
 
 use crate::common::metric;
-
-#[test]
-fn a_brush_of_one_filament_and_one_segment_moves() {
-    let mut settings = Settings::paper(10.0, 1e-3);
-    settings.filament.segments = 1;
-    settings.brush = Some(BrushSettings {
-        columns: Some(1),
-        rows: Some(1),
-        steady: false,
-        ..BrushSettings::default()
-    });
-    settings.tool.filament_count = 600.0;
-    let alone = simulate(&settings)
-        .expect("a pass")
-        .metrics
-        .contact_normal_impulse_n_s;
-    let brush = simulate_brush(&settings, 1)
-        .expect("a brush")
-        .tool
-        .contact_normal_impulse_n_s;
-    assert!((brush / alone - 1.0).abs() < 1e-3, "{brush} {alone}");
-}
 
 /// Rows of a tilted brush meet the workpiece at depths of their own: far apart, each filament
 /// passes as it does alone at its place.

@@ -2,11 +2,10 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::common::{case, edge, metric, metrics, side_by_side};
-use bristle::model::filament::{bending_stiffness, cross_section};
+use crate::common::{case, edge, metric, metrics};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{ProfileSettings, Settings, Side, ToolKind, Turns, WorkpieceKind};
-use bristle::simulation::{Pass, Sampling, simulate};
+use bristle::simulation::simulate;
 use bristle::tool::Pose;
 
 fn posed(segments: usize, [tilt, skew]: [f64; 2]) -> Settings {
@@ -19,7 +18,7 @@ fn posed(segments: usize, [tilt, skew]: [f64; 2]) -> Settings {
     settings
 }
 
-fn cup(segments: usize) -> Settings {
+pub fn cup(segments: usize) -> Settings {
     let mut settings = case(segments, 10.0, 1e-3);
     (settings.tool.kind, settings.tool.positions) = (ToolKind::Cup, Some(1));
     settings
@@ -137,38 +136,6 @@ fn a_tilt_that_is_too_small_to_matter_changes_nothing() {
     }
 }
 
-/// Slow axial filaments bend as a cantilever under the centrifugal force of its root (order 2 in
-/// the length of the segments).
-#[test]
-fn a_slow_cup_splays_as_a_cantilever() {
-    for segments in [5, 25] {
-        let mut settings = cup(segments);
-        settings.process.brushing_velocity_m_s = 0.1;
-        let pass = Pass::new(&settings);
-        let mut system = pass.system(false);
-        let start = pass.start(&mut system);
-        let length = settings.filament.length_m / segments as f64;
-        let bent: f64 = start
-            .q
-            .iter()
-            .zip(&start.charts)
-            .map(|(q, chart)| {
-                let [[x, y, _], ..] = chart.direction([*q, [0.0; 2], [0.0; 2]]);
-                let (sin, cos) = pass.tool().initial_angle.sin_cos();
-                length * (x * cos + y * sin)
-            })
-            .sum();
-        let filament = &settings.filament;
-        let stiffness = bending_stiffness(filament, filament.diameter_m);
-        let load = filament.density_kg_m3
-            * cross_section(filament.diameter_m)
-            * settings.angular_velocity_rad_s().powi(2)
-            * settings.tool.body_radius_m;
-        let expected = load * filament.length_m.powi(4) / (8.0 * stiffness);
-        near(bent, expected, 1.1 / (segments as f64).powi(2));
-    }
-}
-
 /// A cup that is pressed flat touches all round; the filament neither strikes nor leaves.
 #[test]
 fn a_flat_cup_touches_all_round() {
@@ -205,28 +172,4 @@ fn a_flat_cup_touches_all_round() {
     settings.process.brushing_velocity_m_s = 30.0;
     settings.process.penetration_depth_m = 0.2e-3;
     assert_eq!(metrics(&settings).contact_normal_impulse_n_s, 0.0);
-}
-
-/// Axial filaments have other coordinates than radial ones; in lanes they have the same bits as
-/// alone.
-#[test]
-fn cups_are_the_same_side_by_side() {
-    let passes = |speed: f64| {
-        let mut settings = cup(6);
-        settings.tool.tilt_rad = Some(FRAC_PI_2 - 0.1);
-        (
-            settings.process.brushing_velocity_m_s,
-            settings.contact.friction_coefficient,
-        ) = (speed, 0.2);
-        Pass::new(&settings)
-    };
-    let all = [5.0, 8.0, 12.0, 20.0].map(passes);
-    for (pass, result) in all
-        .iter()
-        .zip(side_by_side(Sampling::default(), all.clone()))
-    {
-        let alone = pass.simulate(Sampling::default());
-        assert!(result == alone, "{result:?} {alone:?}");
-        assert!(result.is_ok_and(|simulation| simulation.metrics.contact_normal_impulse_n_s > 0.0));
-    }
 }

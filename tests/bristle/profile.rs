@@ -3,7 +3,7 @@
 use bristle::model::settings::{
     ChamferSettings, ProfileSettings, Settings, Side, Turns, WorkpieceKind,
 };
-use bristle::simulation::{Job, Pass, ProfileCell, Sampling, Simulation, sample_side_by_side};
+use bristle::simulation::{Pass, ProfileCell, Sampling, Simulation};
 use bristle::workpiece::Workpiece;
 
 use crate::common;
@@ -29,7 +29,7 @@ fn edge(side: Side, offset_m: f64) -> WorkpieceKind {
     common::edge(side, offset_m, 0.5e-3)
 }
 
-fn all() -> impl Iterator<Item = Settings> {
+pub fn all() -> impl Iterator<Item = Settings> {
     let chamfer = ChamferSettings {
         edge_radius_m: 0.2e-3,
         chamfer_width_m: 1e-3,
@@ -200,33 +200,6 @@ fn a_moving_workpiece_has_the_work_in_its_own_coordinates() {
         (mean - expected).abs() < tolerance && 0.4 * later > 10.0 * tolerance,
         "{mean} {expected} {later}"
     );
-}
-
-#[test]
-fn profiles_are_the_same_in_lanes_and_change_no_metric() {
-    let all: Vec<Settings> = all().collect();
-    let mut jobs = all.iter().enumerate();
-    let mut results = vec![None; all.len()];
-    sample_side_by_side(
-        PROFILE,
-        |kind| {
-            let (number, settings) = jobs.clone().next()?;
-            kind.is_none_or(|kind| bristle::simulation::Kind::of(settings) == kind)
-                .then(|| jobs.next())?;
-            Some(Job::new(number, settings))
-        },
-        |number, result| results[number] = Some(result.expect("the pass ends")),
-    );
-    for (settings, result) in all.iter().zip(results) {
-        let result = result.expect("every job is done");
-        assert_eq!(result, simulate(settings, PROFILE));
-        let without = simulate(settings, Sampling::default());
-        assert_eq!(
-            (&result.metrics, result.statistics),
-            (&without.metrics, without.statistics)
-        );
-        assert!(without.profile.is_empty());
-    }
 }
 
 /// Arc lengths belong to points, cells follow each other, and edges have enough of them.

@@ -103,30 +103,6 @@ fn no_bump_of_a_spline_is_passed_over() {
 }
 
 #[test]
-fn a_thick_filament_starts_before_it_touches() {
-    for radius_m in [3e-4, 1e-3] {
-        let [near, far] = [0.005, 0.1].map(|lead_angle_rad| {
-            let mut settings = case(6, 10.0, 1e-3);
-            settings.contact.radius_m = radius_m;
-            settings.process.lead_angle_rad = lead_angle_rad;
-            let metrics = simulate(&settings).expect("the pass ends").metrics;
-            assert!(
-                metrics.energy_residual < 1e-5,
-                "{radius_m}: {}",
-                metrics.energy_residual
-            );
-            metrics.contact_normal_impulse_n_s
-        });
-        // A straight filament that turns rigidly stays so: the lead angle changes rounding and
-        // steps.
-        assert!(
-            (near / far - 1.0).abs() < 1e-4,
-            "{radius_m}: {near:e} {far:e}"
-        );
-    }
-}
-
-#[test]
 fn the_profile_reaches_as_far_as_the_contact_radius() {
     let mut settings = case(6, 10.0, 1e-3);
     settings.contact.radius_m = 2e-3;

@@ -172,6 +172,8 @@ fn shortcuts_only_save_work() {
             assert!(impulses(&result) == impulses(&all), "{name}, {shortcuts:?}");
             assert_eq!(result.statistics, all.statistics, "{name}, {shortcuts:?}");
         }
+        settings.brush.as_mut().expect("a brush").tolerance = 3e-4;
+        let all = simulated(&settings);
         let awake = [
             Shortcuts {
                 sleep: false,

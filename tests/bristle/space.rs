@@ -5,10 +5,11 @@
 use bristle::brush::simulate_brush;
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
-use bristle::simulation::simulate;
 use serde::Deserialize;
 
-use crate::common::{Stated, cases, difference, number, with};
+use crate::common::{
+    Stated, cases, difference, exceeding, impulse_differences, metrics, number, with,
+};
 
 /// Of a brush, which takes fixed steps that impacts do not cut, at the tolerance of
 /// [`BRUSH_TOLERANCE`]; impulses over `p_n`, or over the impulse between the filaments, work
@@ -45,39 +46,20 @@ impl Reference {
 }
 
 /// The differences of a filament's contact with the workpiece from what is stated.
-fn differences(metrics: &Metrics, stated: &Stated) -> [(&'static str, f64); 5] {
-    let normal = number(stated, "contact_normal_impulse_n_s");
-    [
-        ("contact_normal_impulse_n_s", normal),
-        ("contact_impulse_x_n_s", normal),
-        ("contact_impulse_y_n_s", normal),
-        ("contact_impulse_z_n_s", normal),
-        ("friction_work_j", number(stated, "friction_work_j")),
-    ]
-    .map(|(key, scale)| difference(metrics, stated, key, scale))
+fn differences(metrics: &Metrics, stated: &Stated) -> Vec<(&'static str, f64)> {
+    let work = difference(
+        metrics,
+        stated,
+        "friction_work_j",
+        number(stated, "friction_work_j"),
+    );
+    [&impulse_differences(metrics, stated)[..], &[work]].concat()
 }
 
 fn references() -> Vec<Reference> {
     let cases = cases("reference_space.json");
     assert_eq!(cases.len(), 10);
     cases
-}
-
-/// Reports the differences that exceed the tolerance.
-fn check(
-    failures: &mut Vec<String>,
-    subject: &str,
-    differences: &[(&'static str, f64)],
-    tolerance: f64,
-) {
-    let exceeding = differences
-        .iter()
-        .filter(|(_, difference)| difference.is_nan() || *difference > tolerance);
-    failures.extend(
-        exceeding.map(|(name, difference)| {
-            format!("{subject}: {name} {difference:.1e} > {tolerance:.1e}")
-        }),
-    );
 }
 
 #[test]
@@ -95,12 +77,12 @@ fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
         assert_eq!(found.len(), case.filaments.len());
         for (i, (filament, expected)) in found.iter().zip(&case.filaments).enumerate() {
             let tolerance = BRUSH + case.own_errors.filaments;
-            check(
-                &mut failures,
+            let differences = differences(&filament.metrics, expected);
+            failures.extend(exceeding(
                 &format!("{name}, filament {i}"),
-                &differences(&filament.metrics, expected),
+                &differences,
                 tolerance,
-            );
+            ));
         }
         assert_eq!(result.pairs.len(), case.neighbours.len());
         for (pair, expected) in result.pairs.iter().zip(&case.neighbours) {
@@ -120,12 +102,12 @@ fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
                 ("friction_work_j", pair.dissipated_j, work),
             ]
             .map(|(key, value, scale)| (key, ((value - number(expected, key)) / scale).abs()));
-            check(
-                &mut failures,
+            let tolerance = 10.0 * BRUSH + case.own_errors.neighbours;
+            failures.extend(exceeding(
                 &format!("{name}, between them"),
                 &sizes,
-                10.0 * BRUSH + case.own_errors.neighbours,
-            );
+                tolerance,
+            ));
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
@@ -143,14 +125,9 @@ fn a_tilted_filament_agrees_with_casadi_and_cvodes() {
             ..case.input.clone()
         };
         settings.solver.relative_tolerance = 1e-9;
-        let result = simulate(&settings).expect("the settings are valid");
-        let differences = differences(&result.metrics, &case.filaments[0]);
-        check(
-            &mut failures,
-            &case.subject(),
-            &differences,
-            PASS + 10.0 * case.own_errors.filaments,
-        );
+        let differences = differences(&metrics(&settings), &case.filaments[0]);
+        let tolerance = PASS + 10.0 * case.own_errors.filaments;
+        failures.extend(exceeding(&case.subject(), &differences, tolerance));
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

@@ -1,12 +1,10 @@
 //! Turns: the filament turns on after its pass, vibrates freely, and comes back as it is.
 
-use crate::common::{case, side_by_side, tolerance};
+use crate::common::case;
 use bristle::model::settings::{MAX_TURNS, RoundSettings, Settings, Turns, WorkpieceKind};
-use bristle::simulation::{
-    Job, Pass, Sampling, Simulation, integral, simulate, simulate_side_by_side, simulate_with,
-};
+use bristle::simulation::{Pass, Sampling, Simulation, simulate, simulate_with};
 
-fn turning(segments: usize, velocity: f64, depth: f64, turns: Turns) -> Settings {
+pub fn turning(segments: usize, velocity: f64, depth: f64, turns: Turns) -> Settings {
     let mut settings = case(segments, velocity, depth);
     settings.process.turns = Some(turns);
     settings
@@ -224,111 +222,11 @@ fn samples_cover_all_turns() {
             (&plain.metrics, plain.statistics)
         );
         assert_eq!(alongside.history.len(), 101);
+        let few = Sampling {
+            samples: 2,
+            ..sampling
+        };
+        let few = simulate_with(&settings, few).expect("the pass ends");
+        assert_eq!(few.metrics, sampled.metrics, "metrics depend on samples");
     }
-}
-
-/// What the work done in all turns has become is accounted for.
-#[test]
-fn energy_balances_over_all_turns() {
-    let settings = turning(10, 20.0, 2e-3, Turns::Count(3));
-    let pass = Pass::new(&settings);
-    let mut system = pass.system(true);
-    let start = pass.start(&mut system);
-    let mut turns = Vec::new();
-    let before = system.energies(&start);
-    let (end, _) = pass
-        .integrate(&mut system, start, |step| turns.push(step.end.time))
-        .expect("the pass ends");
-    for turn in 1..3 {
-        let boundary = f64::from(turn) * pass.turn_time();
-        assert!(
-            turns.contains(&boundary),
-            "a step ends exactly where turn {turn} does"
-        );
-    }
-    assert_eq!(end.time, pass.end_time());
-    let after = system.energies(&end);
-    let rise = (after.kinetic - before.kinetic) + (after.spring - before.spring);
-    let (work, dissipated) = (
-        end.integrals[integral::WORK],
-        end.integrals[integral::JOINT_DISSIPATION],
-    );
-    assert!(
-        (work - rise - dissipated).abs() < tolerance::ENERGY_BALANCE * work.abs(),
-        "{work:e} {rise:e} {dissipated:e}"
-    );
-}
-
-#[test]
-fn turns_side_by_side_are_those_alone() {
-    let mut all = Vec::new();
-    for velocity in [10.0, 18.0, 26.0] {
-        for turns in [
-            Turns::Count(1),
-            Turns::Count(2),
-            Turns::Count(5),
-            Turns::Steady,
-        ] {
-            all.push(turning(5, velocity, 1e-3, turns));
-        }
-    }
-    // Passes that end later than expected, and one that touches to the end.
-    all[0].process.tail_angle_rad = 0.0;
-    all[4].process.brushing_velocity_m_s = 1.0;
-    all[4].process.tail_angle_rad = 0.0;
-    for sampling in [
-        Sampling::default(),
-        Sampling {
-            samples: 31,
-            shapes: 3,
-            loads: true,
-            profile: true,
-            alongside: true,
-        },
-    ] {
-        for (settings, result) in all
-            .iter()
-            .zip(side_by_side(sampling, all.iter().map(Pass::new)))
-        {
-            let alone = simulate_with(settings, sampling).expect("the pass ends");
-            assert_eq!(
-                result.expect("the pass ends"),
-                alone,
-                "{:?}",
-                settings.process
-            );
-        }
-    }
-}
-
-#[test]
-fn a_further_turn_changes_nothing_where_nothing_is_left_of_the_vibration() {
-    let [one, two] = [1, 2].map(|turns| simulated(&turning(5, 1.0, 1e-3, Turns::Count(turns))));
-    let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-3, "{a}, not {b}");
-    near(
-        two.metrics.contact_normal_impulse_n_s,
-        one.metrics.contact_normal_impulse_n_s,
-    );
-    near(
-        two.metrics.lateral_amplification,
-        one.metrics.lateral_amplification,
-    );
-    assert_eq!(two.metrics.contact_count, one.metrics.contact_count);
-}
-
-#[test]
-fn turns_do_not_allocate_in_steps() {
-    let [few, many] = [1e-3, 1e-6].map(|tolerance| {
-        let mut settings = turning(10, 10.0, 1e-3, Turns::Count(3));
-        settings.solver.relative_tolerance = tolerance;
-        let mut jobs: Vec<Job> = (0..12).map(|number| Job::new(number, &settings)).collect();
-        allocation_counter::measure(|| {
-            simulate_side_by_side(
-                |_| jobs.pop(),
-                |_, result| drop(result.expect("the pass ends")),
-            );
-        })
-        .count_total
-    });
-    assert_eq!(few, many);
 }

@@ -1,23 +1,20 @@
 //! Is it right, is it physics: workpieces with edges and curved faces.
 
 use bristle::contact::ContactLaw;
-use bristle::equations::LaneSet;
 use bristle::equations::linear::{add, dot, scale, sub};
-use bristle::equations::{ChainDynamics, Dynamics, NodeLoads, PlanarDynamics, StepWeights};
+use bristle::equations::{ChainDynamics, Dynamics, NodeLoads, PlanarDynamics};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{
     ChamferSettings, ProfileSettings, RoundSettings, Settings, Side, WorkpieceKind,
     WorkpieceSettings,
 };
-use bristle::simulation::{FilamentSystem, Form, Pass, Sampling, integral, simulate};
+use bristle::simulation::{FilamentSystem, Pass};
 use bristle::workpiece::{Edge, Part, Surface, Workpiece};
 use fastrand::Rng;
 
-use crate::agreement::check_solve;
-use crate::common::{
-    self, RandomState, balance, case, metrics, random_pairs, random_state, side_by_side, tolerance,
-};
+use crate::agreement::{STEPS, check_solve};
+use crate::common::{self, RandomState, case, metrics, random_pairs, random_state};
 
 /// A case of the paper on a workpiece.
 fn on(kind: WorkpieceKind, velocity: f64, depth: f64) -> Settings {
@@ -49,7 +46,7 @@ fn profile(degree: usize, control_points_m: Vec<[f64; 2]>) -> WorkpieceKind {
 }
 
 /// Passes that meet edges inside segments and at the tip, and curved faces.
-fn passes() -> Vec<Settings> {
+pub fn passes() -> Vec<Settings> {
     let waves = (-6..=6)
         .map(|i| [f64::from(i) * 0.01, 3e-4 * f64::from(i % 2)])
         .collect();
@@ -156,133 +153,23 @@ fn the_step_matrix_of_an_edge_contact_matches_differences() {
         system.set_closed(0, segments, true);
         system.set_start(0, segments, segments - 1);
         // So do they with the accelerations.
-        let accelerations = vec![[0.0; 2]; segments];
+        let at_rest = vec![[0.0; 2]; segments];
         let loads = system.loads(0.0);
         assert!(loads.loads_points());
-        check_solve(&state, &state.charts(), &accelerations, &loads, &mut rng);
-        // In the plane.
-        let mut dynamics = PlanarDynamics::new(state.chain.clone());
-        let in_plane = |blocks: &[[f64; 2]]| {
-            blocks
-                .iter()
-                .map(|block| [0.0, block[1]])
-                .collect::<Vec<_>>()
+        let mut draw = || random_pairs(&mut rng, segments, 1.0);
+        let mut in_space = Dynamics::new(state.chain.clone());
+        check_solve(&mut in_space, &state, &at_rest, &loads, &STEPS, &mut draw);
+        let mut planar = PlanarDynamics::new(state.chain.clone());
+        let in_plane = |blocks: Vec<[f64; 2]>| {
+            let azimuths = blocks.into_iter().map(|[_, azimuth]| [0.0, azimuth]);
+            azimuths.collect::<Vec<_>>()
         };
-        let (q, v, accelerations) = (
-            in_plane(&state.q),
-            in_plane(&state.v),
-            in_plane(&accelerations),
-        );
-        let weights = StepWeights {
-            coordinates: 1e-9,
-            rates: 3e-5,
+        let state = RandomState {
+            q: in_plane(state.q),
+            ..state
         };
-        let direction = in_plane(&random_pairs(&mut rng, segments, 1.0));
-        let size = 10.0;
-        let mut at = |size: f64| {
-            let moved = |values: &[[f64; 2]], weight: f64| {
-                let pairs = values.iter().zip(&direction);
-                pairs
-                    .map(|(value, delta)| add(*value, scale(weight * size, *delta)))
-                    .collect::<Vec<_>>()
-            };
-            let mut residual = vec![[0.0; 2]; segments];
-            let (q, v, a) = (
-                moved(&q, weights.coordinates),
-                moved(&v, weights.rates),
-                moved(&accelerations, 1.0),
-            );
-            dynamics.residual(state.clamp.holding(&q, &v), &a, &loads, &mut residual);
-            residual
-        };
-        let (above, below) = (at(size), at(-size));
-        let mut solution: Vec<[f64; 2]> = above
-            .iter()
-            .zip(&below)
-            .map(|(above, below)| scale(0.5 / size, sub(*above, *below)))
-            .collect();
-        at(0.0);
-        dynamics.factorise(
-            state.clamp.holding(&q, &v),
-            &accelerations,
-            &loads,
-            weights,
-            LaneSet::first(1),
-        );
-        dynamics.solve(&mut solution);
-        for (solution, expected) in solution.iter().zip(&direction) {
-            let error = (solution[1] - expected[1]).abs();
-            assert!(
-                error < tolerance::DIFFERENCES,
-                "n = {segments}: {error:.1e}"
-            );
-        }
-    }
-}
-
-#[test]
-fn passes_side_by_side_are_those_alone() {
-    let cases = passes();
-    let together = side_by_side(Sampling::default(), cases.iter().map(Pass::new));
-    for (number, (settings, result)) in cases.iter().zip(together).enumerate() {
-        let alone = simulate(settings);
-        assert!(result == alone, "case {number}: {result:?} {alone:?}");
-    }
-}
-
-#[test]
-fn energy_is_conserved_over_edges_and_curved_faces() {
-    for settings in passes() {
-        let (rise, end) = balance(&settings);
-        let work = end.integrals[integral::WORK];
-        let taken = end.integrals[integral::JOINT_DISSIPATION]
-            + end.integrals[integral::CONTACT_DISSIPATION];
-        let error = (work - taken - rise).abs() / (work.abs() + taken);
-        assert!(error < tolerance::ENERGY_BALANCE, "{error:e}: {settings:?}");
-        // Without contact damping, friction takes all that the contact takes.
-        let [friction, contact] =
-            [integral::FRICTION_WORK, integral::CONTACT_DISSIPATION].map(|key| end.integrals[key]);
-        assert!(
-            (friction - contact).abs() <= 1e-9 * taken,
-            "{friction:e} {contact:e}"
-        );
-    }
-}
-
-#[test]
-fn passes_over_edges_are_the_same_in_space() {
-    for mut settings in passes() {
-        settings.solver.relative_tolerance = 1e-8;
-        let pass = Pass::new(&settings);
-        assert_eq!(pass.form(), Form::Planar);
-        let [planar, spatial] = [pass.clone(), pass.in_space()].map(|pass| {
-            pass.simulate(Sampling::default())
-                .expect("the pass ends")
-                .metrics
-        });
-        let error = deviation(&planar, &spatial);
-        assert!(
-            error < 1e-5,
-            "{error:e}: {settings:?}\n{planar:?}\n{spatial:?}"
-        );
-    }
-}
-
-#[test]
-fn a_straight_profile_is_a_plane() {
-    for degree in [1, 3, 10] {
-        let mut settings = case(10, 15.0, 1e-3);
-        settings.contact.friction_coefficient = 0.2;
-        let plane = metrics(&settings);
-        settings.workpiece.kind = profile(
-            degree,
-            (-6..=6).map(|i| [f64::from(i) * 0.01, 0.0]).collect(),
-        );
-        let profile = metrics(&settings);
-        assert!(deviation(&plane, &profile) < 1e-6, "{plane:?} {profile:?}");
-        assert!(
-            (plane.nominal_contact_time_s / profile.nominal_contact_time_s - 1.0).abs() < 1e-12
-        );
+        let direction = || in_plane(draw());
+        check_solve(&mut planar, &state, &at_rest, &loads, &STEPS, direction);
     }
 }
 
@@ -335,22 +222,6 @@ fn a_moving_edge_is_a_moved_one_seen_from_another_frame() {
     settings.workpiece.feed_velocity_m_s = 1e-3;
     let slow = metrics(&settings);
     assert!(deviation(&fixed, &slow) < 0.01 && deviation(&fixed, &slow) > 1e-6);
-}
-
-#[test]
-fn results_converge_with_segments_at_order_2_over_an_edge() {
-    let impulse = |segments: usize| {
-        let mut settings = edge(10.0, 1e-3, Side::Entering, -3e-3);
-        settings.filament.segments = segments;
-        settings.solver.relative_tolerance = 1e-8;
-        metrics(&settings).contact_normal_impulse_n_s
-    };
-    let [coarse, middle, fine] = [25, 50, 100].map(impulse);
-    let order = ((coarse - middle) / (middle - fine)).abs().log2();
-    assert!(
-        (1.5..2.6).contains(&order),
-        "{coarse} {middle} {fine}: order {order}"
-    );
 }
 
 #[test]

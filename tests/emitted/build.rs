@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=src/catalogue.rs");
     println!("cargo::rerun-if-changed=src/chains.rs");
-    println!("cargo::rerun-if-changed=../../codegen/tests/codegen/expressions.rs");
+    println!("cargo::rerun-if-changed=src/expressions.rs");
     let mut source = emit(
         &catalogue::kernels(),
         Origin {

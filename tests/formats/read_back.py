@@ -37,9 +37,6 @@ SINGLE = 2.0**-27
 SINGLE_SHARE = 1e-6
 # Where numbers are computed in another order: some hundred roundings of lengths up to a metre, in m.
 ROUNDING = 1e-13
-# Between two steps each node is interpolated for itself, which changes the length of a segment by less than the relative tolerance
-# of the solver.
-STRETCH = 1e-6
 # Gaps to curved workpieces are compared with those to chords, where nodes are near: within this distance, and up to the height of the
 # arcs over their chords.
 NEAR = 1e-3
@@ -218,30 +215,22 @@ def read_collection(path):
 
 
 def compare_shapes(directory):
-    """The filament at all times with the settings, with history.csv, and with the workpiece."""
+    """The filament at all times with history.csv and with the workpiece. Roots, lengths and the start are tested in Rust."""
     settings = json.loads((directory / "case.json").read_text(encoding="utf-8"))["settings"]
     history = read_rows(directory / "history.csv")
     segments = settings["filament"]["segments"]
-    length = settings["filament"]["length_m"]
     radius = settings["tool"]["body_radius_m"]
     collection = directory / "vtk" / "contact.pvd"
     shapes, workpiece = read_collection(collection)
     check([time for time, _ in shapes] == [row["time_s"] for row in history], f"{collection}: other times than in history.csv")
 
     outline, tangents, normals = read_workpiece(directory / "vtk" / workpiece, settings)
-    stretch, pressed, motion = 0.0, 0, []
+    pressed, motion = 0, []
     for (time, name), row in zip(shapes, history):
         path = directory / "vtk" / name
         nodes, arrays = read_shape(path, segments, time)
-        angle = row["base_angle_rad"]
-        root = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
-        check(np.abs(nodes[0] - root).max() < ROUNDING, f"{path}: the root is at {nodes[0]} instead of {root}")
-        lengths = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
-        stretch = max(stretch, np.abs(lengths * segments / length - 1.0).max())
         tip = [row["tip_x_m"], row["tip_y_m"], row["tip_z_m"]]
         check(nodes[-1].tolist() == tip, f"{path}: the tip is at {nodes[-1]}, and in history.csv at {tip}")
-        arc = np.linspace(0.0, length, segments + 1)
-        check(np.abs(arrays["arc_length_m"] - arc).max() < ROUNDING, f"{path}: wrong arc lengths {arrays['arc_length_m']}")
         gaps, is_flat = gaps_at(time, nodes, settings, (outline, tangents, normals))
         near = gaps < NEAR
         wrong = np.abs(arrays["gap_m"] - gaps)[near]
@@ -254,13 +243,12 @@ def compare_shapes(directory):
         else:
             pressing = np.linalg.norm(arrays["contact_force_n"], axis=1)
             check((pressing >= (1.0 - 1e-9) * forces).all(), f"{path}: the force is less than its part along the normal")
-        directions = np.vstack([root / radius, np.diff(nodes, axis=0)])
+        directions = np.vstack([nodes[0] / radius, np.diff(nodes, axis=0)])
         cross = np.linalg.norm(np.cross(directions[:-1], directions[1:]), axis=1)
         angles = np.arctan2(cross, (directions[:-1] * directions[1:]).sum(axis=1))
         check(np.allclose(arrays["joint_angle_rad"][:-1], angles, atol=1e-9), f"{path}: the joint angles are not {angles}")
         motion.append((time, nodes, arrays["velocity_m_s"]))
         pressed += force > 0.0
-    check(stretch < STRETCH, f"{collection}: segments are too long or too short, by up to {stretch:.1e} of their length")
     check(pressed > 0, f"{collection}: the filament never touches the workpiece")
 
     # Differences miss impacts, which are shorter than the time between shapes, so not all agree; most do.
@@ -270,13 +258,9 @@ def compare_shapes(directory):
     ]
     check(np.median(speeds) < 0.01, f"{collection}: velocities are off differences of positions by {np.median(speeds):.1e}")
 
-    nodes, arrays = read_shape(directory / "vtk" / shapes[0][1], segments, shapes[0][0])
-    straight = np.outer(1.0 + arrays["arc_length_m"] / radius, nodes[0])
-    check(np.abs(nodes - straight).max() < ROUNDING, "the filament is not straight and radial at first")
-    check(arrays["joint_angle_rad"].max() < 1e-6, "joints are bent at first")
     print(
         f"{collection}: {len(shapes)} shapes of {segments + 1} nodes, {pressed} in contact; tips and forces as in "
-        f"history.csv, lengths to {stretch:.0e}"
+        f"history.csv"
     )
 
 

@@ -2,9 +2,6 @@
 
 mod agreement;
 mod budgets;
-mod damping;
 mod exchange;
-mod expressions;
 mod golden;
-mod planar;
 mod rules;

@@ -1,7 +1,6 @@
-//! Is it right? Simplified expressions have the values of the raw ones; the derivation has its
-//! known form.
+//! Is it right? Each rule keeps the value, and the derivation has its known form. `tests/emitted`
+//! compares random expressions.
 
-use crate::expressions::{Instruction, VARIABLES, build, value};
 use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::constant::Constant;
@@ -14,55 +13,6 @@ use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::lagrange::whole_equations;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_codegen::passes::normal_form::{Style, normalise};
-use proptest::prelude::*;
-
-fn instruction() -> impl Strategy<Value = Instruction> {
-    let operand = 0..64_usize;
-    prop_oneof![
-        1 => (-4..5_i64, 1..4_i64).prop_map(|(a, b)| Instruction::Constant(a, b)),
-        1 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::Add(a, b)),
-        1 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::Sub(a, b)),
-        3 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::Mul(a, b)),
-        1 => operand.clone().prop_map(Instruction::Neg),
-        1 => (operand.clone(), 0..4_i32).prop_map(|(a, k)| Instruction::Powi(a, k)),
-        2 => operand.clone().prop_map(Instruction::Sin),
-        2 => operand.clone().prop_map(Instruction::Cos),
-        1 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::Div(a, b)),
-        1 => (operand.clone(), 1..3_i32).prop_map(|(a, k)| Instruction::InversePower(a, k)),
-        1 => operand.clone().prop_map(Instruction::Sqrt),
-        1 => operand.clone().prop_map(Instruction::Asin),
-        1 => (operand.clone(), operand.clone()).prop_map(|(a, b)| Instruction::LessThan(a, b)),
-        1 => operand.prop_map(Instruction::HalfAngleSquared),
-    ]
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn simplified_expressions_keep_their_values(
-        program in prop::collection::vec(instruction(), 1..14),
-        point in VARIABLES.map(|(_, range)| range),
-    ) {
-        let mut raw = Graph::raw();
-        let expected = build(&mut raw, &program);
-        let (expected, scale) = value(&raw, expected, &point);
-        prop_assume!(scale < 1e6);
-        let mut simplified = Graph::new();
-        let result = build(&mut simplified, &program);
-        prop_assert_eq!(simplified.validate(), Ok(()));
-        let symbols: Vec<NodeId> = ["x", "y"].iter().filter_map(|name| simplified.find_symbol(name)).collect();
-        let mut results = vec![value(&simplified, result, &point).0];
-        for style in [Style::Cheap, Style::Collected(&symbols)] {
-            let normalised = normalise(&simplified, &[result], style);
-            prop_assert_eq!(normalised.graph.validate(), Ok(()));
-            results.push(value(&normalised.graph, normalised.outputs[0], &point).0);
-        }
-        for result in results {
-            prop_assert!((result - expected).abs() <= 1e-9 * scale.powi(2), "{result} {expected}");
-        }
-    }
-}
 
 /// Each rule on operations to which it applies, at random values.
 #[test]

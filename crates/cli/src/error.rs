@@ -22,8 +22,6 @@ use bristle_store::staged::{DocumentError, FileError};
 use bristle_store::study_files::STUDY;
 use bristle_text::shown_path;
 
-/// Exit status of a comparison that found a deviation.
-const DISAGREEMENT: u8 = 1;
 /// Exit status if the input or the call is wrong.
 const BAD_INPUT: u8 = 2;
 /// Exit status if a simulation failed.
@@ -178,25 +176,5 @@ fn advice(error: &CheckpointError) -> &'static str {
             "help: choose another directory with --out to keep this state, \
              or use --restart to discard it and simulate from the beginning"
         }
-    }
-}
-
-/// Exit status of a comparison.
-pub fn agreement(agrees: bool) -> ExitCode {
-    if agrees {
-        ExitCode::SUCCESS
-    } else {
-        DISAGREEMENT.into()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_deviation_is_an_exit_status() {
-        assert_eq!(agreement(true), ExitCode::SUCCESS);
-        assert_eq!(agreement(false), ExitCode::from(1));
     }
 }

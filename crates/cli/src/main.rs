@@ -7,6 +7,7 @@ mod commands;
 mod error;
 mod input;
 mod interrupt;
+mod job;
 mod pictures;
 mod progress;
 mod saved;

@@ -149,15 +149,6 @@ impl Figures {
     }
 }
 
-/// A report of what has been drawn.
-#[derive(Debug)]
-pub struct Drawn {
-    /// The number of pictures, where they are, and which are left out.
-    pub message: String,
-    /// Deviations from measured forces.
-    pub comparisons: Vec<Comparison>,
-}
-
 /// Reads measured forces from a table written in a `format`.
 pub fn measured_forces(path: &Path, format: &TableFormat) -> Result<Vec<Measurement>, CliError> {
     Ok(read_measured(
@@ -179,51 +170,57 @@ pub fn measured_of(directory: &Path, study: &SavedStudy) -> Result<Vec<Measureme
 }
 
 /// Draws a study below `directory`, with measured forces and their `comparisons` if there are any.
-/// Removes pictures of an earlier study that this one does not have.
+/// Removes pictures of an earlier study that this one does not have. Returns a message about the
+/// pictures.
 pub fn draw_study(
     directory: &Path,
     study: &Study,
     results: &[CaseResult],
     measured: &[Measurement],
-    comparisons: Vec<Comparison>,
+    comparisons: &[Comparison],
     threads: Option<NonZeroUsize>,
     figures: &Figures,
-) -> Result<Drawn, FileError> {
+) -> Result<String, FileError> {
     let Pictures { pictures, note } = study_figures(study, results, measured, &figures.format);
-    let Drawn { mut message, .. } = draw(directory, |_| pictures, threads, figures, is_of_study)?;
+    let mut message = draw_all(directory, pictures, threads, figures, is_of_study)?;
     if !note.is_empty() && figures.are_drawn() {
         message.push_str(&format!("\n  ({note})"));
     }
     if !comparisons.is_empty() {
         StagedFile::write(directory.join(COMPARISON), |out| {
-            write_comparison(out, &comparisons)
+            write_comparison(out, comparisons)
         })?
         .commit()?;
     }
-    Ok(Drawn {
-        message,
-        comparisons,
-    })
+    Ok(message)
 }
 
-/// Writes those of the pictures that `figures` asks for below `directory`, all of them or none, and
-/// removes others that `is_ours` names. Without a number there are as many threads as cores; the
-/// number does not change the files.
+/// Draws those of the pictures that `figures` asks for below `directory`, and tells the user.
 pub fn draw(
     directory: &Path,
     make: impl FnOnce(&Format) -> Vec<Picture>,
     threads: Option<NonZeroUsize>,
     figures: &Figures,
     is_ours: fn(&str) -> bool,
-) -> Result<Drawn, FileError> {
-    let (pictures, note) = figures.chosen(make(&figures.format));
+) -> Result<(), FileError> {
+    let pictures = make(&figures.format);
+    draw_all(directory, pictures, threads, figures, is_ours).map(say)
+}
+
+/// Writes those of the pictures that `figures` asks for below `directory`, all of them or none, and
+/// removes others that `is_ours` names. Without a number there are as many threads as cores; the
+/// number does not change the files. Returns a message about them.
+fn draw_all(
+    directory: &Path,
+    pictures: Vec<Picture>,
+    threads: Option<NonZeroUsize>,
+    figures: &Figures,
+    is_ours: fn(&str) -> bool,
+) -> Result<String, FileError> {
+    let (pictures, note) = figures.chosen(pictures);
     let message = stage_pictures(directory, &pictures, threads, figures)?;
     remove_others(directory, &pictures, figures, is_ours);
-    let message = message + if figures.are_drawn() { &note } else { "" };
-    Ok(Drawn {
-        message,
-        comparisons: Vec::new(),
-    })
+    Ok(message + if figures.are_drawn() { &note } else { "" })
 }
 
 /// Whether a picture of this name is one of a contact or a brush.
@@ -233,11 +230,7 @@ pub fn is_of_simulation(name: &str) -> bool {
 
 /// Redraws the results saved in `saved` below `directory`: those of a study, of one contact or
 /// brush, or of both.
-pub fn draw_saved(
-    saved: &Path,
-    directory: &Path,
-    figures: &Figures,
-) -> Result<Vec<Drawn>, CliError> {
+pub fn draw_saved(saved: &Path, directory: &Path, figures: &Figures) -> Result<(), CliError> {
     // Everything is read before anything is written.
     let (study, case, brush) = (saved_study(saved)?, saved_case(saved)?, saved_brush(saved)?);
     if study.is_none() && case.is_none() && brush.is_none() {
@@ -254,38 +247,28 @@ pub fn draw_saved(
         directory,
         &[("", &|name| name == COMPARISON), (FIGURES, &is_ours)],
     )?;
-    let mut drawn = Vec::new();
     if let Some((SavedStudy { study, .. }, results)) = study {
         let comparisons = compare(&study, &results, &measured);
-        drawn.push(draw_study(
+        let drawn = draw_study(
             directory,
             &study,
             &results,
             &measured,
-            comparisons,
+            &comparisons,
             None,
             figures,
-        )?);
+        )?;
+        say_drawn(&drawn, &comparisons)?;
     }
     if let Some(contact) = case {
-        drawn.push(draw(
-            directory,
-            |format| contact.pictures(format),
-            None,
-            figures,
-            is_of_simulation,
-        )?);
+        let make = |format: &Format| contact.pictures(format);
+        draw(directory, make, None, figures, is_of_simulation)?;
     }
     if let Some(brush) = brush {
-        drawn.push(draw(
-            directory,
-            |format| brush_figures(&brush, format),
-            None,
-            figures,
-            is_of_simulation,
-        )?);
+        let make = |format: &Format| brush_figures(&brush, format);
+        draw(directory, make, None, figures, is_of_simulation)?;
     }
-    Ok(drawn)
+    Ok(())
 }
 
 /// Writes pictures, all of them or none.
@@ -391,12 +374,7 @@ fn remove_others(
 }
 
 /// Tells the user what was drawn, and shows how measured and simulated forces compare.
-pub fn say_drawn(
-    Drawn {
-        message,
-        comparisons,
-    }: &Drawn,
-) -> io::Result<()> {
+pub fn say_drawn(message: &str, comparisons: &[Comparison]) -> io::Result<()> {
     say(message);
     if comparisons.is_empty() {
         Ok(())

@@ -2,10 +2,10 @@
 //! programs. And that of one long simulation: a bar. Where stderr is no terminal, lines of text now
 //! and then take the place of a bar.
 
-use std::collections::VecDeque;
 use std::io;
 use std::path::PathBuf;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -19,11 +19,6 @@ use crate::terminal::{self, print, say};
 
 /// Shortest time between two progress objects.
 const BETWEEN_EVENTS: Duration = Duration::from_millis(100);
-/// Time in s over which the rate is averaged, as the cases of one study can differ in length by a
-/// factor of a hundred.
-const WINDOW_S: f64 = 10.0;
-/// Shortest time in s between the samples that the rate is computed from.
-const SPACING_S: f64 = 0.2;
 
 /// One line on stdout with `--json`. Keys may be added.
 #[derive(Serialize)]
@@ -53,44 +48,18 @@ enum Event<'a> {
     },
 }
 
-/// The work that each case of a study takes, compared with the others; zero where it has a result
-/// or is not to be simulated.
-pub struct Works {
-    works: Vec<f64>,
+/// Reports the progress of a study, from any thread.
+pub struct Progress {
     /// Numbers of cases, of which so many have a result already.
     total: usize,
     resumed: usize,
-}
-
-impl Works {
-    /// Those of the cases that `is_own` names.
-    pub fn of(run: &StudyRun, is_own: impl Fn(usize) -> bool) -> Self {
-        let study = run.study();
-        let own = || {
-            run.results()
-                .iter()
-                .enumerate()
-                .filter(|(case, _)| is_own(*case))
-        };
-        let mut works = vec![0.0; study.case_count()];
-        for (case, _) in own().filter(|(_, result)| result.is_none()) {
-            works[case] = work(study, case);
-        }
-        Self {
-            works,
-            total: own().count(),
-            resumed: own().filter(|(_, result)| result.is_some()).count(),
-        }
-    }
-}
-
-/// Reports the progress of a study, from any thread.
-pub struct Progress {
-    total: usize,
-    resumed: usize,
+    /// The work that each case takes, compared with the others; zero where it has a result or is
+    /// not to be simulated.
     works: Vec<f64>,
     begun: Instant,
     state: Mutex<Tally>,
+    /// The cases that are simulated here, for their rate. It is not shown.
+    simulated: ProgressBar,
     output: Output,
 }
 
@@ -105,7 +74,6 @@ struct Tally {
     /// The work that is done since the start, and that which is left.
     work: [f64; 2],
     failures: usize,
-    pace: Pace,
     /// When the last object was written.
     told: Instant,
     /// The time that it took, once it has ended.
@@ -116,16 +84,24 @@ struct Tally {
 }
 
 impl Progress {
-    /// Starts with the cases that already have a result.
-    pub fn begin(
-        Works {
-            works,
-            total,
-            resumed,
-        }: Works,
-        failures: usize,
-        json: bool,
-    ) -> Self {
+    /// Starts with the cases that already have a result, of those that `is_own` names.
+    pub fn begin(run: &StudyRun, is_own: impl Fn(usize) -> bool, json: bool) -> Self {
+        let study = run.study();
+        let (mut total, mut resumed, mut failures) = (0, 0, 0);
+        let mut works = vec![0.0; study.case_count()];
+        for (case, result) in run.results().iter().enumerate() {
+            if !is_own(case) {
+                continue;
+            }
+            total += 1;
+            match result {
+                None => works[case] = work(study, case),
+                Some(result) => {
+                    resumed += 1;
+                    failures += usize::from(result.is_err());
+                }
+            }
+        }
         let begun = Instant::now();
         let output = if json {
             Output::Json
@@ -143,7 +119,6 @@ impl Progress {
             done: resumed,
             work: [0.0, works.iter().sum()],
             failures,
-            pace: Pace::new(),
             told: begun,
             seconds: 0.0,
             error: None,
@@ -154,10 +129,16 @@ impl Progress {
             works,
             begun,
             state: Mutex::new(state),
+            simulated: ProgressBar::hidden(),
             output,
         };
         progress.tell(&mut progress.state());
         progress
+    }
+
+    /// The numbers of its cases, and of those that failed.
+    pub fn counts(&self) -> (usize, usize) {
+        (self.total, self.state().failures)
     }
 
     /// The time from the start to the end in s.
@@ -183,7 +164,7 @@ impl Progress {
     }
 
     fn tell(&self, state: &mut Tally) {
-        let rate = state.pace.rate();
+        let rate = Some(self.simulated.per_sec()).filter(|rate| rate.is_finite() && *rate > 0.0);
         let seconds_left = state.seconds_left(self.begun.elapsed().as_secs_f64());
         match &self.output {
             Output::Bar(bar) => {
@@ -226,11 +207,7 @@ impl Observer for Progress {
         let [done, left] = state.work;
         state.work = [done + self.works[case], left - self.works[case]];
         state.failures += usize::from(failed);
-        let (seconds, simulated) = (
-            now.duration_since(self.begun).as_secs_f64(),
-            state.done - self.resumed,
-        );
-        state.pace.count(seconds, simulated);
+        self.simulated.inc(1);
         match &self.output {
             Output::Json if now.duration_since(state.told) < BETWEEN_EVENTS => {}
             _ => {
@@ -304,16 +281,10 @@ fn in_time(seconds: f64) -> String {
 /// Lines of progress on stderr, from a thread of their own: the work may have nothing to tell for
 /// long.
 struct Lines {
-    told: Arc<(Mutex<Told>, Condvar)>,
-    thread: Mutex<Option<JoinHandle<()>>>,
-}
-
-/// What the thread of [`Lines`] knows.
-#[derive(Default)]
-struct Told {
     /// What is done, in words.
-    done: String,
-    ended: bool,
+    done: Arc<Mutex<String>>,
+    /// The thread, which ends with its channel.
+    thread: Mutex<Option<(Sender<()>, JoinHandle<()>)>>,
 }
 
 impl Lines {
@@ -329,46 +300,37 @@ impl Lines {
         pauses: [Duration; N],
         write: impl Fn(String) + Send + 'static,
     ) -> Self {
-        let told = Arc::new((Mutex::new(Told::default()), Condvar::new()));
-        let (begun, shared) = (Instant::now(), Arc::clone(&told));
+        let done = Arc::new(Mutex::new(String::new()));
+        let (begun, shared) = (Instant::now(), Arc::clone(&done));
+        let (sender, ended) = mpsc::channel();
         let tell = move || {
-            let (told, ended) = &*shared;
             let mut due = begun;
             for number in 0.. {
                 due += pauses[usize::min(number, N - 1)];
-                let told = told.lock().expect(UNBROKEN);
                 let wait = due.saturating_duration_since(Instant::now());
-                let (told, _) = ended
-                    .wait_timeout_while(told, wait, |told| !told.ended)
-                    .expect(UNBROKEN);
-                if told.ended {
+                if ended.recv_timeout(wait) != Err(RecvTimeoutError::Timeout) {
                     return;
                 }
-                write(format!(
-                    "after {}: {}",
-                    in_time(begun.elapsed().as_secs_f64()),
-                    told.done
-                ));
+                let time = in_time(begun.elapsed().as_secs_f64());
+                write(format!("after {time}: {}", shared.lock().expect(UNBROKEN)));
             }
         };
         // Without a thread there are no lines, and results all the same.
         let thread = thread::Builder::new().spawn(tell).ok();
         Self {
-            told,
-            thread: Mutex::new(thread),
+            done,
+            thread: Mutex::new(thread.map(|thread| (sender, thread))),
         }
     }
 
     fn set(&self, done: String) {
-        self.told.0.lock().expect(UNBROKEN).done = done;
+        *self.done.lock().expect(UNBROKEN) = done;
     }
 
     /// No line follows.
     fn end(&self) {
-        let (told, ended) = &*self.told;
-        told.lock().expect(UNBROKEN).ended = true;
-        ended.notify_all();
-        if let Some(thread) = self.thread.lock().expect(UNBROKEN).take() {
+        if let Some((sender, thread)) = self.thread.lock().expect(UNBROKEN).take() {
+            drop(sender);
             // A line that cannot be written is none that the work depends on.
             let _ = thread.join();
         }
@@ -513,75 +475,9 @@ fn visible(json: &str) -> String {
     visible
 }
 
-/// The recent rate of a count.
-struct Pace {
-    /// Times in s and counts, the earliest first, including one before the window.
-    points: VecDeque<(f64, usize)>,
-    last: (f64, usize),
-}
-
-impl Pace {
-    /// Starts at zero seconds with a count of zero.
-    fn new() -> Self {
-        Self {
-            points: VecDeque::from([(0.0, 0)]),
-            last: (0.0, 0),
-        }
-    }
-
-    /// Records a count. Neither the count nor the time may be less than before.
-    fn count(&mut self, seconds: f64, count: usize) {
-        self.last = (seconds, count);
-        if self
-            .points
-            .back()
-            .is_none_or(|&(latest, _)| seconds - latest >= SPACING_S)
-        {
-            self.points.push_back(self.last);
-        }
-        while self
-            .points
-            .get(1)
-            .is_some_and(|&(second, _)| second <= seconds - WINDOW_S)
-        {
-            self.points.pop_front();
-        }
-    }
-
-    /// Counts per second over the window.
-    fn rate(&self) -> Option<f64> {
-        let &(from_seconds, from_count) = self.points.front()?;
-        let (seconds, count) = self.last;
-        let rate = (count - from_count) as f64 / (seconds - from_seconds);
-        (rate.is_finite() && rate > 0.0).then_some(rate)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_rate_is_recent() {
-        let mut pace = Pace::new();
-        assert_eq!(pace.rate(), None);
-        pace.count(0.0, 1);
-        assert_eq!(pace.rate(), None, "no time has passed");
-        pace.count(0.5, 1);
-        assert_eq!(pace.rate(), Some(2.0));
-        // Slow for 100 s, then ten times as fast.
-        let mut pace = Pace::new();
-        for count in 1..=100 {
-            pace.count(count as f64, count);
-        }
-        assert_eq!(pace.rate(), Some(1.0));
-        for count in 101..=300 {
-            pace.count(100.0 + 0.1 * (count - 100) as f64, count);
-        }
-        let rate = pace.rate().expect("a rate");
-        assert!((rate - 10.0).abs() < 0.1, "{rate}");
-        assert!(pace.points.len() < 60);
-    }
 
     #[test]
     fn paths_in_json_are_visible_and_stay_the_same() {

@@ -77,11 +77,25 @@ fn available_memory() -> Option<u64> {
     kibibytes.checked_mul(1 << 10)
 }
 
+/// Parses a number within the range of the setting at `path`.
+pub fn parse_setting(text: &str, path: &str) -> Result<f64, String> {
+    let parameter = Parameter::find(path).ok_or("no such setting")?;
+    parse_if(text, |number| parameter.check(number).is_ok())
+        .ok_or_else(|| format!("must be {}", parameter.allowed()))
+}
+
 /// Parses a whole number within the range of the setting at `path`.
 pub fn parse_count(text: &str, path: &str) -> Result<usize, String> {
-    let parameter = Parameter::find(path).ok_or("no such setting")?;
-    let allowed = || format!("must be {}", parameter.allowed());
-    let count: usize = text.parse().map_err(|_| allowed())?;
-    parameter.check(count as f64).map_err(|_| allowed())?;
-    Ok(count)
+    parse_setting(text, path).map(|count| count as usize)
+}
+
+/// Parses a positive number.
+pub fn parse_positive(text: &str) -> Result<f64, String> {
+    parse_if(text, |number| number > 0.0 && number.is_finite())
+        .ok_or_else(|| "must be a positive number".to_owned())
+}
+
+/// Parses a number that is allowed.
+pub fn parse_if(text: &str, is_allowed: impl Fn(f64) -> bool) -> Option<f64> {
+    text.parse().ok().filter(|number| is_allowed(*number))
 }

@@ -1,21 +1,21 @@
 //! How much a result changes when it is computed more precisely: a pass at a tenth of its
-//! tolerance, a brush in steps of half the length.
+//! tolerance, a brush at a quarter.
 //!
 //! What a numerical error does to a metric is not known, but mostly much smaller than this change.
 
-use bristle::brush::RunOptions;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Prominence, Record};
 use bristle::model::settings::Settings;
 use serde::Serialize;
 
-/// The share of its tolerance at which a pass is repeated.
-const SHARE: f64 = 0.1;
+/// The shares of their tolerances at which a pass and a brush are repeated.
+const PASS_SHARE: f64 = 0.1;
+const BRUSH_SHARE: f64 = 0.25;
 
 /// How a pass and a brush are repeated, in words.
 pub const FINER_PASS: &str = "tenth of the tolerance";
 /// See [`FINER_PASS`].
-pub const FINER_BRUSH: &str = "steps of half the length";
+pub const FINER_BRUSH: &str = "quarter of the tolerance";
 
 /// A metric, and what it is when computed more precisely.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -60,19 +60,20 @@ pub fn largest_change(metrics: &Metrics, checked: &Metrics) -> f64 {
 
 /// The settings with which a pass is repeated.
 #[must_use]
-pub fn finer(settings: &Settings) -> Settings {
+pub fn finer_pass(settings: &Settings) -> Settings {
     let mut finer = settings.clone();
-    finer.solver.relative_tolerance *= SHARE;
+    finer.solver.relative_tolerance *= PASS_SHARE;
     finer
 }
 
-/// The options with which a brush is repeated.
+/// The settings with which a brush is repeated.
 #[must_use]
-pub fn finer_steps(options: RunOptions) -> RunOptions {
-    RunOptions {
-        frames: 0,
-        halvings: options.halvings + 1,
-        ..options
+pub fn finer_brush(settings: &Settings) -> Settings {
+    let mut brush = settings.brush_or_default();
+    brush.tolerance *= BRUSH_SHARE;
+    Settings {
+        brush: Some(brush),
+        ..settings.clone()
     }
 }
 

@@ -48,21 +48,9 @@ bristle::record! {
         first_counted_column: usize = ["", "", "first column that counts", "column 0 meets the workpiece first"],
         last_counted_column: usize =
             ["", "", "last column that counts", "the metrics are means over the filaments from the first to the last"],
-        impulse_scatter: f64 = [
-            "", "", "scatter of the impulse",
-            "standard deviation of p_n over the filaments that count, over the mean"
-        ],
-        impulse_drift: f64 = [
-            "", "", "drift of the impulse",
-            "by how much the mean p_n of the first half of the columns that count differs from that of the last, over the mean"
-        ],
-        impulse_change_with_more_columns: f64 = [
-            "", "", "change of the impulse with 25 % more columns",
-            "estimate of how much the mean p_n would change, over the mean"
-        ],
-        step_error: f64 = [
-            "", "", "error of the steps",
-            "largest change of p_n of a turn of one filament by itself, from its error-controlled pass to the steps of the brush, over it. For several filaments also what halved steps change in the mean p_n of a turn, or would change if single filaments changed with random signs; the largest of these"
+        impulse_error_estimate: f64 = [
+            "", "", "error estimate of the impulse",
+            "error of the mean p_n, over it: the embedded error estimate of the steps, and the standard error of the mean over columns"
         ],
         energy_residual: f64 = [
             "", "", "residual of the energy",
@@ -81,13 +69,7 @@ impl Interaction {
     /// That of a brush.
     #[must_use]
     pub fn of(result: &BrushResult) -> Self {
-        let Stretch {
-            first,
-            last,
-            scatter,
-            drift,
-            change_with_more_columns,
-        } = result.stretch;
+        let Stretch { first, last, .. } = result.stretch;
         Self {
             interaction_factor: result.interaction_factor,
             contact_normal_impulse_alone_n_s: result.alone.contact_normal_impulse_n_s,
@@ -96,10 +78,7 @@ impl Interaction {
             rows: result.rows,
             first_counted_column: first,
             last_counted_column: last,
-            impulse_scatter: scatter,
-            impulse_drift: drift,
-            impulse_change_with_more_columns: change_with_more_columns,
-            step_error: result.step_error,
+            impulse_error_estimate: result.impulse_error_estimate,
             energy_residual: result.residuals.energy,
             momentum_residual: result.residuals.momentum,
             krylov_vectors: result.statistics.effort.krylov_vectors,
@@ -116,13 +95,13 @@ pub fn turn_impulses(result: &BrushResult) -> Vec<f64> {
     }
 }
 
-/// The work of a brush as that of one simulation. Its steps are repeated where Newton's method
-/// fails.
+/// The work of a brush as that of one simulation.
 #[must_use]
 pub(crate) fn statistics(brush: &BrushStatistics) -> Statistics {
     Statistics {
         steps: brush.steps,
-        newton_failures: brush.halved_steps,
+        rejected_steps: brush.rejected_steps,
+        newton_failures: brush.newton_failures,
         newton_iterations: brush.effort.newton_iterations,
         ..Statistics::default()
     }

@@ -23,7 +23,7 @@ use tracing::{debug, info, warn};
 
 use super::grid::Study;
 use crate::case::{CaseResult, CaseSummary, tentative};
-use crate::check::{finer, finer_steps, largest_change};
+use crate::check::{finer_brush, finer_pass, largest_change};
 use crate::interaction::{Interaction, statistics, turn_impulses};
 use crate::uncertainty::{ForceScatter, Scatter, check};
 
@@ -280,7 +280,7 @@ fn simulate_brush(
     };
     let checked = match study
         .checks()
-        .then(|| simulate(&settings, finer_steps(options)))
+        .then(|| simulate(&finer_brush(&settings), options))
     {
         Some(Err(BrushError::Stopped)) => return None,
         checked => checked.and_then(Result::ok),
@@ -590,7 +590,7 @@ impl BegunCase {
 
     fn settings(&self, run: Run) -> Settings {
         let sampled = match (run, &self.scatter) {
-            (Run::Finer, _) => Some(finer(&self.settings)),
+            (Run::Finer, _) => Some(finer_pass(&self.settings)),
             (Run::Tool(tool), Some(scatter)) => scatter.settings(tool),
             _ => None,
         };

@@ -145,14 +145,6 @@ const fn question(
     }
 }
 
-/// The question that an option answers, by the beginning of its name.
-#[must_use]
-pub fn question_of(option: &str) -> Option<&'static Question> {
-    QUESTIONS
-        .iter()
-        .find(|question| question.option.starts_with(option))
-}
-
 /// How the size of a brush is stated, in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Size {
@@ -786,7 +778,12 @@ mod tests {
 
     #[test]
     fn answers_are_read_as_people_type_them() {
-        let question = |option: &str| question_of(option).expect(option);
+        let question = |option: &str| {
+            let mut questions = QUESTIONS.iter();
+            questions
+                .find(|question| question.option.starts_with(option))
+                .expect(option)
+        };
         for (option, text, expected) in [
             ("--diameter-mm", " 1,18 ", 1.18e-3),
             ("--diameter-mm", "600µm", 0.6e-3),

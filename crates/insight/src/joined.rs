@@ -438,29 +438,16 @@ pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::brush;
-    use bristle::model::metrics::Metrics;
-    use bristle_grid::{CaseSummary, SPEED};
-    use bristle_input::document::Document;
+    use crate::testing::{self, brush, with_force};
+    use bristle_grid::SPEED;
     use bristle_store::results::{read_study, study_text};
 
     const HEAD: &str = brush!(4);
 
     /// A study whose cases have their numbers, counted from `first`, as forces.
     fn named(name: &str, text: &str, first: usize) -> NamedStudy {
-        let study = Document::parse(text, name)
-            .and_then(|document| document.study())
-            .expect("a study");
-        let result = |case: usize| {
-            let metrics = Metrics {
-                tool_contact_normal_force_n: (first + case) as f64,
-                ..Metrics::default()
-            };
-            Ok(CaseSummary {
-                metrics,
-                ..CaseSummary::default()
-            })
-        };
+        let study = testing::study(text);
+        let result = |case| with_force((first + case) as f64, 0.0);
         let results = (0..study.case_count()).map(result).collect();
         let saved = read_study(&study_text(&study, b"", false), name).expect("a study");
         NamedStudy {
@@ -553,55 +540,39 @@ mod tests {
     fn what_is_not_shared_is_refused_with_its_values() {
         let study =
             |name: &str, sweeps: &str| named(name, &format!("{HEAD}[study]\n{sweeps}\n"), 0);
-        let refused = |a: &str, b: &str| {
-            join(&[study("a", a), study("b", b)])
-                .expect_err("nothing is shared")
-                .to_string()
-        };
         let depth = "penetration_depth_m = [1e-3]\n";
-        let message = refused(
-            &format!("{depth}rotational_speed_rpm = [600, 900]"),
-            &format!("{depth}rotational_speed_rpm = [1200]"),
-        );
-        assert!(
-            message.contains("no rotational speed in common: a has 2 values from 600 rpm to 900 rpm, b has 1200 rpm"),
-            "{message}"
-        );
-        let message = refused(
-            "brushing_velocity_m_s = [10.0]\npenetration_depth_m = [1e-3]",
-            "brushing_velocity_m_s = [10.0]\npenetration_depth_m = [2e-3]",
-        );
-        assert!(
-            message.contains("no penetration depth in common: a has 1 mm, b has 2 mm"),
-            "{message}"
-        );
-        let message = refused(
-            &format!("{depth}rotational_speed_rpm = [600, 900]"),
-            &format!(
-                "{depth}brushing_velocity_m_s = [10.0, 11.0]\n\"filament.length_m\" = [0.04, 0.05]"
+        let speed = "brushing_velocity_m_s = [10.0]\npenetration_depth_m =";
+        for (a, b, told) in [
+            (
+                format!("{depth}rotational_speed_rpm = [600, 900]"),
+                format!("{depth}rotational_speed_rpm = [1200]"),
+                "no rotational speed in common: a has 2 values from 600 rpm to 900 rpm, b has 1200 rpm",
             ),
-        );
-        assert!(
-            message.contains("`process.rotational_speed_rpm` of b is another in each case"),
-            "{message}"
-        );
+            (
+                format!("{speed} [1e-3]"),
+                format!("{speed} [2e-3]"),
+                "no penetration depth in common: a has 1 mm, b has 2 mm",
+            ),
+            (
+                format!("{depth}rotational_speed_rpm = [600, 900]"),
+                format!(
+                    "{depth}brushing_velocity_m_s = [10.0, 11.0]\n\"filament.length_m\" = [0.04, 0.05]"
+                ),
+                "`process.rotational_speed_rpm` of b is another in each case",
+            ),
+            (
+                format!("{depth}rotational_speed_rpm = [600]"),
+                format!("{depth}rotational_speed_rpm = [600]\n[brush]"),
+                "the filaments of the tool `b` touch each other, those of `a` do not",
+            ),
+        ] {
+            let error = join(&[study("a", &a), study("b", &b)]).expect_err("nothing is shared");
+            assert!(error.to_string().contains(told), "{error}");
+        }
         let one = study("a", &format!("{depth}rotational_speed_rpm = [600]"));
-        let message = join(std::slice::from_ref(&one))
-            .expect_err("one alone")
-            .to_string();
-        assert_eq!(
-            message,
-            "one study alone cannot be compared: name at least two"
-        );
-        let brush = study(
-            "b",
-            &format!("{depth}rotational_speed_rpm = [600]\n[brush]"),
-        );
-        let message = join(&[one, brush]).expect_err("one is a brush").to_string();
-        assert!(
-            message.contains("the filaments of the tool `b` touch each other, those of `a` do not"),
-            "{message}"
-        );
+        let error = join(&[one]).expect_err("one alone");
+        let told = "one study alone cannot be compared: name at least two";
+        assert_eq!(error.to_string(), told);
     }
 
     #[test]

@@ -15,7 +15,6 @@ pub mod measured;
 pub mod quantity;
 pub mod slices;
 #[cfg(test)]
-#[path = "../../input/src/testing.rs"]
 mod testing;
 pub mod warnings;
 

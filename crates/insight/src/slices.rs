@@ -250,36 +250,34 @@ fn slices(study: &Study, x: &Setting, y: &Setting, limit: usize) -> Slices {
     }
 }
 
-/// At most `limit` positions of `count`, evenly spread from the first to the last.
+/// At most `limit` positions of `count`, evenly spread from the first to the last; the middle one
+/// if `limit` is one.
 pub fn spread(count: usize, limit: usize) -> Vec<usize> {
-    if count <= limit {
-        (0..count).collect()
-    } else {
-        (0..limit)
+    match limit {
+        _ if count <= limit => (0..count).collect(),
+        1 => vec![(count - 1) / 2],
+        _ => (0..limit)
             .map(|index| index * (count - 1) / (limit - 1))
-            .collect()
+            .collect(),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::brush;
+    use crate::testing::{self, brush};
     use bristle_grid::VELOCITY;
-    use bristle_input::document::Document;
 
     #[test]
     fn a_selection_keeps_first_and_last() {
         assert_eq!(spread(3, 12), [0, 1, 2]);
         assert_eq!(spread(101, 5), [0, 25, 50, 75, 100]);
+        assert_eq!(spread(5, 1), [2]);
     }
 
     fn study(sweeps: &str) -> Study {
         let process = "[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1.0e-3\n";
-        let text = format!("{}{process}[study]\n{sweeps}", brush!(25));
-        Document::parse(&text, "case.toml")
-            .and_then(|document| document.study())
-            .expect("a study")
+        testing::study(&format!("{}{process}[study]\n{sweeps}", brush!(25)))
     }
 
     /// The value of a setting in a case.

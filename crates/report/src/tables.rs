@@ -328,28 +328,18 @@ pub fn brush_table(result: &BrushResult) -> String {
         rows: count,
         stretch,
         interaction_factor,
-        step_error,
+        impulse_error_estimate,
         residuals,
         ..
     } = result;
-    let Stretch {
-        first,
-        last,
-        scatter,
-        drift,
-        change_with_more_columns,
-    } = stretch;
-    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+    let Stretch { first, last, .. } = stretch;
     let (columns, rows_in_words) = (plural(*across, "column"), plural(*count, "row"));
     let mut text =
         format!("{across} {columns} in {count} {rows_in_words}; {first} to {last} count\n");
     text.push_str(&aligned(&rows).join("\n"));
     text.push_str(&format!(
-        "\n  interaction factor {interaction_factor:.3}\n  p_n: scatter {}, drift {}, with 25 % more columns {}\n  \
-         steps: error {step_error:.1e}, energy to {:.1e}, momentum to {:.1e}\n",
-        percent(*scatter),
-        percent(*drift),
-        percent(*change_with_more_columns),
+        "\n  interaction factor {interaction_factor:.3}\n  p_n ± {:.2} %; energy to {:.1e}, momentum to {:.1e}\n",
+        100.0 * impulse_error_estimate,
         residuals.energy,
         residuals.momentum,
     ));

@@ -1,15 +1,17 @@
-//! How a tool that is no upright radial one is seen: along its axis and from the side.
+//! How a contact is seen: along the tool's axis and, unless the tool is an upright radial one, from
+//! the side.
 //!
-//! Everything is in the frame of the workpiece, as samples and shapes are. Upright radial tools
-//! have the view along `z` that they always had.
+//! Everything is in the frame of the workpiece, as samples and shapes are.
 
 use std::f64::consts::TAU;
 
-use bristle::equations::linear::{add, dot, scale, sub};
+use bristle::equations::linear::{add, cross, dot, scale, sub};
 use bristle::model::settings::Settings;
 use bristle::simulation::Pass;
 use bristle::tool::{Pose, Tool, Trim, places};
 use bristle::workpiece::{Workpiece, unit_normal};
+
+use crate::drawing::ends;
 
 /// Points of a circle.
 const POINTS: u32 = 180;
@@ -144,10 +146,16 @@ struct Cut {
 }
 
 impl View {
-    /// The views of a contact that `pass` is of, along the axis and from the side.
-    pub fn both(settings: &Settings, pass: &Pass) -> [Self; 2] {
+    /// The view along the tool's axis of a contact that `pass` is of.
+    pub fn along_axis(settings: &Settings, pass: &Pass) -> Self {
+        Frame::new(settings, pass).along_axis()
+    }
+
+    /// The views of a contact that `pass` is of.
+    pub fn all(settings: &Settings, pass: &Pass) -> Vec<Self> {
         let frame = Frame::new(settings, pass);
-        [frame.along_axis(), frame.side_on()]
+        let side = (!is_upright(settings)).then(|| frame.side_on());
+        [frame.along_axis()].into_iter().chain(side).collect()
     }
 
     /// Where a point is seen, in m.
@@ -185,10 +193,6 @@ fn slid(cut: Option<&Cut>, point: [f64; 3]) -> [f64; 3] {
             )
         },
     )
-}
-
-pub(crate) fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 
 /// A vector as a direction, with its length; none if it is nearly zero.
@@ -377,8 +381,7 @@ impl<'a> Frame<'a> {
             root(first, -1.0),
         ];
         let trim = vec![half(-1.0), half(1.0)];
-        let lowest =
-            |half: &&Vec<[f64; 2]>| half.iter().map(|[_, y]| *y).fold(f64::INFINITY, f64::min);
+        let lowest = |half: &&Vec<[f64; 2]>| ends(half.iter().map(|[_, y]| *y))[0];
         let nearest = trim
             .iter()
             .min_by(|a, b| lowest(a).total_cmp(&lowest(b)))
@@ -435,6 +438,11 @@ mod tests {
         settings
     }
 
+    fn both(settings: &Settings, pass: &Pass) -> [View; 2] {
+        let views = View::all(settings, pass);
+        views.try_into().expect("along the axis and from the side")
+    }
+
     fn near(found: f64, expected: f64) {
         assert!((found - expected).abs() < 1e-9, "{found}, not {expected}");
     }
@@ -451,7 +459,7 @@ mod tests {
         for (kind, tilt, skew) in cases {
             let settings = settings(kind, tilt, skew);
             let pass = sampled_pass(&settings);
-            let views = View::both(&settings, &pass);
+            let views = both(&settings, &pass);
             let [entry, exit] = pass.nominal_times();
             let angle = pass.tool().angle((entry + exit) / 2.0);
             let root = root(&pass, angle);
@@ -469,18 +477,8 @@ mod tests {
             // Seen along the axis, heights are those in the plane in which the tip turns.
             let steepness = dot(axis.up, unit_normal(&settings.workpiece));
             near(axis.place(tip)[1], -1e-3 / steepness);
-            let lowest = |lines: &[Vec<[f64; 2]>]| {
-                lines
-                    .iter()
-                    .flatten()
-                    .map(|[_, y]| *y)
-                    .fold(f64::INFINITY, f64::min)
-            };
-            assert!(
-                lowest(&axis.trim) * steepness <= -0.9e-3,
-                "{:?}",
-                lowest(&axis.trim)
-            );
+            let [lowest, _] = ends(axis.trim.iter().flatten().map(|[_, y]| *y));
+            assert!(lowest * steepness <= -0.9e-3, "{lowest}");
             for view in &views {
                 near(dot(view.across, view.up), 0.0);
                 near(dot(view.across, view.across), 1.0);
@@ -503,7 +501,7 @@ mod tests {
         let settings = settings(ToolKind::Cup, FRAC_PI_2, 0.0);
         let pass = sampled_pass(&settings);
         assert!(is_all_round(&pass) && !is_upright(&settings));
-        let [axis, side] = View::both(&settings, &pass);
+        let [axis, side] = both(&settings, &pass);
         assert!(axis.surface.is_filled && !side.surface.is_filled && side.shows_profile);
         let [x, y] = axis.place([0.1, -0.04, 0.02]);
         near(x, 0.1);
@@ -565,25 +563,13 @@ mod tests {
         };
         settings.workpiece.kind = WorkpieceKind::Edge(edge);
         let pass = sampled_pass(&settings);
-        let [axis, side] = View::both(&settings, &pass);
+        let [axis, side] = both(&settings, &pass);
         assert!(axis.surface.is_filled);
-        let rightmost = |view: &View| {
-            view.surface
-                .points
-                .iter()
-                .map(|[x, _]| *x)
-                .fold(f64::NEG_INFINITY, f64::max)
-        };
-        near(rightmost(&axis), 0.02);
-        near(rightmost(&side), 0.02);
-        near(
-            side.surface
-                .points
-                .iter()
-                .map(|[_, y]| *y)
-                .fold(f64::NEG_INFINITY, f64::max),
-            0.0,
-        );
+        let largest =
+            |view: &View, k: usize| ends(view.surface.points.iter().map(|point| point[k]))[1];
+        near(largest(&axis, 0), 0.02);
+        near(largest(&side, 0), 0.02);
+        near(largest(&side, 1), 0.0);
         assert!(side.on_profile([0.0, 0.0]).is_some() && axis.on_profile([0.0, 0.0]).is_none());
     }
 }

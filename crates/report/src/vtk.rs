@@ -12,13 +12,14 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use bristle::brush::{FilamentResult, Frame};
-use bristle::equations::linear::{add, dot, scale, sub};
+use bristle::equations::linear::{add, cross, dot, scale, sub};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Shape};
 use bristle::tool::{ClampMotion, Pose, Trim};
 use bristle::workpiece::{Workpiece, unit_normal};
 
-use crate::view::{cross, is_upright, sampled_pass};
+use crate::drawing::ends;
+use crate::view::{is_upright, sampled_pass};
 
 /// The largest number of shapes in a pass: their numbers in file names have four digits.
 pub const MAX_SHAPES: usize = 10_000;
@@ -280,9 +281,7 @@ fn extent(settings: &Settings, along: [f64; 3]) -> [f64; 2] {
     let reaches = points.flat_map(|[radius, height]| {
         [-1.0, 1.0].map(|side| side * radius * x.hypot(y) + height * z)
     });
-    reaches.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], reach| {
-        [low.min(reach), high.max(reach)]
-    })
+    ends(reaches)
 }
 
 /// The number of points, and the array of their coordinates in m.
@@ -398,33 +397,11 @@ mod tests {
     use super::*;
     use std::f64::consts::FRAC_PI_2;
 
-    use bristle::model::settings::{EdgeSettings, ToolKind, Turns, WorkpieceKind};
-    use bristle::simulation::{Sampling, Simulation, simulate_with};
+    use bristle::model::settings::{ToolKind, Turns, WorkpieceKind};
+    use bristle::simulation::{Sampling, simulate_with};
     use bristle_input::document::Document;
 
     const SHAPES: usize = 101;
-
-    fn contact() -> (Settings, Simulation) {
-        let text = include_str!("../../../examples/zirconia.toml");
-        let settings =
-            Document::parse(text, "zirconia.toml").and_then(|document| document.settings());
-        let mut settings = settings.expect("the example is right");
-        settings.workpiece.kind = WorkpieceKind::plane([1.0, 2.0, 0.5]);
-        settings.contact.friction_coefficient = 0.2;
-        settings.contact.radius_m = 0.05e-3;
-        let simulation = simulation(&settings);
-        (settings, simulation)
-    }
-
-    fn simulation(settings: &Settings) -> Simulation {
-        let sampling = Sampling {
-            shapes: SHAPES,
-            samples: SHAPES,
-            loads: true,
-            ..Sampling::default()
-        };
-        simulate_with(settings, sampling).expect("the pass ends")
-    }
 
     /// The numbers of an array.
     fn numbers(text: &str, name: &str) -> Vec<f64> {
@@ -447,121 +424,23 @@ mod tests {
             .collect()
     }
 
-    fn length(vector: [f64; 3]) -> f64 {
-        dot(vector, vector).sqrt()
-    }
-
-    #[test]
-    fn nodes_are_those_of_the_pass() {
-        let (settings, simulation) = contact();
-        let segment = settings.filament.length_m / settings.filament.segments as f64;
-        let normal = Pass::new(&settings)
-            .workpiece()
-            .surface([0.0; 3], 0.0)
-            .normal;
-        let mut touches = false;
-        for ((_, text), sample) in
-            iter::zip(files(&settings, &simulation.shapes), &simulation.history)
-        {
-            let nodes = vectors(&text, "Points");
-            assert_eq!(nodes.len(), settings.filament.segments + 1);
-            assert_eq!(numbers(&text, "TimeValue"), [sample.time_s]);
-            assert_eq!(
-                nodes[nodes.len() - 1],
-                [sample.tip_x_m, sample.tip_y_m, sample.tip_z_m]
-            );
-            let (sin, cos) = sample.base_angle_rad.sin_cos();
-            // Rounding of sine and cosine.
-            assert!(
-                length(sub(
-                    nodes[0],
-                    scale(settings.tool.body_radius_m, [cos, sin, 0.0])
-                )) < 1e-15
-            );
-            for pair in nodes.windows(2) {
-                // Each node is interpolated separately. The error is below the solver's tolerance
-                // of 1e-6.
-                assert!((length(sub(pair[1], pair[0])) / segment - 1.0).abs() < 1e-6);
-            }
-            let normal_forces = numbers(&text, "contact_normal_force_n");
-            let forces = vectors(&text, "contact_force_n");
-            let sum = forces.iter().fold([0.0; 3], |sum, &force| add(sum, force));
-            let friction = length(sub(sum, scale(dot(sum, normal), normal)));
-            // Sums of some terms, each rounded.
-            let near = |found: f64, expected: f64| {
-                (found - expected).abs() <= 1e-12 * sample.contact_normal_force_n
-            };
-            assert!(near(
-                normal_forces.iter().sum(),
-                sample.contact_normal_force_n
-            ));
-            assert!(near(dot(sum, normal), sample.contact_normal_force_n));
-            assert!(near(friction, sample.contact_tangential_force_n));
-            let gaps = numbers(&text, "gap_m");
-            assert!(
-                iter::zip(&gaps, &normal_forces).all(|(gap, force)| (*gap < 0.0) == (*force > 0.0))
-            );
-            touches |= sample.contact_tangential_force_n > 0.0;
-        }
-        assert!(touches, "there is no contact to look at");
-    }
-
-    #[test]
-    fn the_filament_starts_straight_and_turns_with_the_body() {
-        let (settings, simulation) = contact();
-        let (_, text) = files(&settings, &simulation.shapes)
-            .next()
-            .expect("a shape");
-        let nodes = vectors(&text, "Points");
-        let rate = Pass::new(&settings).tool().rate;
-        let [gaps, arc, angles] =
-            ["gap_m", "arc_length_m", "joint_angle_rad"].map(|name| numbers(&text, name));
-        for (k, (node, velocity)) in iter::zip(&nodes, vectors(&text, "velocity_m_s")).enumerate() {
-            let radius = settings.tool.body_radius_m + arc[k];
-            // Rounding of lengths of a tenth of a metre, and of speeds of ten m/s.
-            assert!(length(sub(*node, scale(radius / length(nodes[0]), nodes[0]))) < 1e-15);
-            assert!(length(sub(velocity, scale(rate, [-node[1], node[0], 0.0]))) < 1e-13);
-            assert!(angles[k] < 1e-12 && gaps[k] > 0.0);
-        }
-        assert_eq!(arc[settings.filament.segments], settings.filament.length_m);
-    }
-
-    #[test]
-    fn the_workpiece_lies_below_the_filament() {
-        let (settings, simulation) = contact();
-        let pass = Pass::new(&settings);
-        let (_, text) = files(&settings, &simulation.shapes)
-            .nth(SHAPES)
-            .expect("the workpiece");
-        let points = vectors(&text, "Points");
-        for &point in &points {
-            assert!(pass.workpiece().surface(point, 0.0).gap.abs() < 1e-15);
-        }
-        let (near, far) = points.split_at(points.len() / 2);
-        let along = sub(near[near.len() - 1], near[0]);
-        for (near, far) in iter::zip(near, far) {
-            let width = sub(*far, *near);
-            assert!(
-                (length(width) / settings.tool.width_m - 1.0).abs() < 1e-12
-                    && dot(width, along).abs() < 1e-12
-            );
-        }
-        for node in simulation.shapes.iter().flat_map(|shape| &shape.nodes_m) {
-            let place = dot(sub(*node, near[0]), along) / dot(along, along);
-            assert!(place > 0.05 && place < 0.95, "{place}");
-        }
-    }
-
     /// Tools of any pose have their nodes, gaps, joints and forces in the frame of the workpiece,
-    /// which lies below all that turns.
+    /// which lies below all that turns. `tests/formats/` reads files of upright tools back.
     #[test]
     fn tilted_tools_are_where_they_are() {
+        let text = include_str!("../../../examples/zirconia.toml");
+        let example =
+            Document::parse(text, "zirconia.toml").and_then(|document| document.settings());
+        let example = example.expect("the example is right");
         for (kind, tilt) in [
+            (ToolKind::Round, 0.0),
             (ToolKind::Round, 0.05),
             (ToolKind::Cup, 1.5),
             (ToolKind::Cup, FRAC_PI_2),
         ] {
-            let (mut settings, _) = contact();
+            let mut settings = example.clone();
+            settings.contact.friction_coefficient = 0.2;
+            settings.contact.radius_m = 0.05e-3;
             settings.workpiece.kind = WorkpieceKind::default();
             (
                 settings.tool.kind,
@@ -569,7 +448,13 @@ mod tests {
                 settings.tool.positions,
             ) = (kind, Some(tilt), Some(1));
             (settings.filament.segments, settings.process.turns) = (6, Some(Turns::Count(1)));
-            let simulation = simulation(&settings);
+            let sampling = Sampling {
+                shapes: SHAPES,
+                samples: SHAPES,
+                loads: true,
+                ..Sampling::default()
+            };
+            let simulation = simulate_with(&settings, sampling).expect("the pass ends");
             let texts: Vec<(String, String)> = files(&settings, &simulation.shapes).collect();
             let ground = settings.process.penetration_depth_m - settings.reach_m();
             let strip = vectors(&texts[SHAPES].1, "Points");
@@ -596,18 +481,18 @@ mod tests {
                     iter::zip(&normal_forces, &forces)
                         .all(|(normal, force)| (normal - force[1]).abs() < 1e-12)
                 );
-                touches |= normal_forces.iter().any(|force| *force > 0.0);
+                let [x, _, z] = forces.iter().fold([0.0; 3], |sum, &force| add(sum, force));
+                // Sums of some terms, each rounded.
+                let difference = x.hypot(z) - sample.contact_tangential_force_n;
+                assert!(difference.abs() <= 1e-12 * sample.contact_normal_force_n);
+                touches |= sample.contact_tangential_force_n > 0.0;
                 let joints = numbers(text, "joint_angle_rad");
                 // A filament starts straight, or splayed by a little; a wrong frame of the clamp
                 // would show a right angle.
                 assert!(!first || joints[0] < 0.1, "{joints:?}");
                 first = false;
                 let over = |k: usize| {
-                    let ends = strip.iter().map(|point| point[k]);
-                    let [low, high] = [
-                        ends.clone().fold(f64::INFINITY, f64::min),
-                        ends.fold(f64::NEG_INFINITY, f64::max),
-                    ];
+                    let [low, high] = ends(strip.iter().map(|point| point[k]));
                     nodes
                         .iter()
                         .all(|node| node[k] > low - 1e-3 && node[k] < high + 1e-3)
@@ -618,85 +503,23 @@ mod tests {
         }
     }
 
-    /// The outline of an edge, with the gaps and the forces of nodes at it.
     #[test]
-    fn an_edge_is_extruded_over_the_width() {
-        let (mut settings, _) = contact();
-        settings.workpiece.kind = WorkpieceKind::Edge(EdgeSettings {
-            edge_radius_m: 1e-3,
-            offset_m: 0.005,
-            ..EdgeSettings::default()
-        });
-        let simulation = simulation(&settings);
-        let pass = Pass::new(&settings);
-        let texts: Vec<(String, String)> = files(&settings, &simulation.shapes).collect();
-        let points = vectors(&texts[SHAPES].1, "Points");
-        assert!(
-            points
-                .iter()
-                .all(|&point| gap(pass.workpiece(), point, 0.0).abs() < 1e-15)
-        );
-        let arc_lengths = numbers(&texts[SHAPES].1, "arc_length_m");
-        for (point, arc_length) in iter::zip(&points, arc_lengths) {
-            let found = pass.workpiece().arc_length(*point, 0.0).expect("a place");
-            assert!((found - arc_length).abs() < 1e-12, "{found} {arc_length}");
-        }
-        let sums = iter::zip(&texts, &simulation.history).map(|((_, text), sample)| {
-            let forces = vectors(text, "contact_force_n");
-            let sum = forces.iter().fold([0.0; 3], |sum, &force| add(sum, force));
-            (
-                length(sum),
-                sample
-                    .contact_normal_force_n
-                    .hypot(sample.contact_tangential_force_n),
-            )
-        });
-        let on_edge: Vec<(f64, f64)> = sums.filter(|(_, expected)| *expected > 0.0).collect();
-        // Forces of nodes on the face and of the centreline on the edge need not be parallel.
-        let agree = on_edge
-            .iter()
-            .filter(|(sum, expected)| (sum - expected).abs() < 1e-12 * expected);
-        assert!(on_edge.len() > 10 && 10 * agree.count() > 9 * on_edge.len());
-    }
-
-    #[test]
-    fn the_collection_lists_every_file_at_every_time() {
-        let (settings, simulation) = contact();
-        let (names, texts): (Vec<String>, Vec<String>) =
-            files(&settings, &simulation.shapes).unzip();
-        let moving = (0..SHAPES).map(|k| numbered("filament", k));
-        assert_eq!(
-            names,
-            moving
-                .chain([WORKPIECE.to_owned(), COLLECTION.to_owned()])
-                .collect::<Vec<_>>()
-        );
-        assert!(names.iter().all(|name| is_file_name(name)));
-        assert!(
-            [
-                "filament_00001.vtp",
-                "filament_x000.vtp",
-                "filament.vtp",
-                "brush_1.vtp",
-                "own.pvd"
-            ]
-            .iter()
-            .all(|name| !is_file_name(name))
-        );
-        let entry = |part: usize, name: &str, file: &str, time: f64| {
-            format!(
-                "<DataSet timestep=\"{time:?}\" part=\"{part}\" name=\"{name}\" file=\"{file}\"/>"
-            )
-        };
-        let expected = iter::zip(&names, &simulation.history).flat_map(|(name, sample)| {
-            [
-                entry(0, "filament", name, sample.time_s),
-                entry(1, "workpiece", "workpiece.vtp", sample.time_s),
-            ]
-        });
-        let listed = texts[SHAPES + 1]
-            .lines()
-            .filter(|line| line.starts_with("<DataSet"));
-        assert!(listed.eq(expected));
+    fn files_of_any_run_are_told_by_their_names() {
+        let own = [
+            "filament_0001.vtp",
+            "brush_9999.vtp",
+            WORKPIECE,
+            COLLECTION,
+            BRUSH_COLLECTION,
+        ];
+        assert!(own.iter().all(|name| is_file_name(name)));
+        let others = [
+            "filament_00001.vtp",
+            "filament_x000.vtp",
+            "filament.vtp",
+            "brush_1.vtp",
+            "own.pvd",
+        ];
+        assert!(!others.iter().any(|name| is_file_name(name)));
     }
 }

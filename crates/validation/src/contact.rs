@@ -8,7 +8,7 @@ use bristle::integrate::SecondOrderSystem;
 use bristle::integrate::hermite::Knot;
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::{ContactSettings, Settings};
-use bristle::simulation::{Pass, integral, simulate, simulate_with_history};
+use bristle::simulation::{Pass, integral, simulate};
 use bristle::tool::ClampMotion;
 use serde::Deserialize;
 
@@ -193,53 +193,6 @@ pub fn impulse(trial: &mut Trial) -> Outcome {
     Ok(())
 }
 
-/// Number of metrics of two passes that differ in any bit.
-fn differences(a: &Metrics, b: &Metrics) -> f64 {
-    let differ = values(a)
-        .into_iter()
-        .zip(values(b))
-        .filter(|(a, b)| a.to_bits() != b.to_bits())
-        .count();
-    (differ + usize::from(a.contact_count != b.contact_count)) as f64
-}
-
-/// Metrics with any number of samples.
-///
-/// With samples the solver evaluates forces again at each stage, which changes metrics by far less
-/// than the tolerance of 1e-6.
-pub fn independence(trial: &mut Trial) -> Outcome {
-    for (velocity, depth) in PASSES {
-        let settings = paper_case(25, velocity, depth)?;
-        let at =
-            |samples: usize| simulate_with_history(&settings, samples).map(|pass| pass.metrics);
-        let (few, many, none) = (at(2)?, at(7919)?, at(0)?);
-        let subject = format!("2 and 7919 samples, {}", name(velocity, depth));
-        trial.check(
-            subject,
-            "metrics that differ",
-            0.0,
-            sources::EXACT,
-            differences(&few, &many),
-            tolerances::SAME,
-        );
-        let subject = format!("0 and 7919 samples, {}", name(velocity, depth));
-        let changes = values(&none)
-            .into_iter()
-            .zip(values(&many))
-            .map(|(none, many)| (none / many - 1.0).abs());
-        let quantity = "largest change of a metric";
-        trial.check(
-            subject,
-            quantity,
-            0.0,
-            sources::EXACT,
-            changes.fold(0.0, worse),
-            tolerances::SAMPLES,
-        );
-    }
-    Ok(())
-}
-
 /// The metrics whose errors are checked.
 const SYMBOLS: [&str; 5] = ["p_n", "s_n,max", "max F_n", "t_c", "ε_tc"];
 const ORDERS: [&str; 5] = [
@@ -288,7 +241,7 @@ pub fn segments(trial: &mut Trial) -> Outcome {
     Ok(())
 }
 
-/// A row of `tests/data/reference_contacts*.csv`.
+/// A row of `tests/data/reference_contacts_cvodes.csv`.
 #[derive(Deserialize)]
 struct ReferenceContact {
     brushing_velocity_m_s: f64,
@@ -302,31 +255,26 @@ struct ReferenceContact {
 }
 
 impl ReferenceContact {
-    /// Its metrics, in the order of [`values`].
-    fn values(&self) -> [f64; 5] {
-        [
+    /// The relative errors of `metrics`, in the order of [`values`].
+    fn errors(&self, metrics: &Metrics) -> [f64; 5] {
+        let expected = [
             self.contact_normal_impulse_n_s,
             self.max_tip_deflection_m,
             self.peak_contact_normal_force_n,
             self.contact_time_s,
             self.contact_time_ratio,
-        ]
-    }
-
-    /// The relative errors of `others`.
-    fn errors(&self, others: [f64; 5]) -> [f64; 5] {
-        let expected = self.values();
-        std::array::from_fn(|i| (others[i] / expected[i] - 1.0).abs())
+        ];
+        let computed = values(metrics);
+        std::array::from_fn(|i| (computed[i] / expected[i] - 1.0).abs())
     }
 }
 
-/// Errors of six passes over the tolerance of the solver, against CVODES, which agrees with Radau.
+/// Errors of six passes over the tolerance of the solver, against CVODES.
 ///
 /// Slopes use only errors above the accuracy of the references. Times suffer most: at 1 m/s, an
 /// error of 1e-6 `l_f` of the tip is 4e-5 of a contact of 1 ms.
 pub fn tolerance(trial: &mut Trial) -> Outcome {
     const DATA: &str = include_str!("../../../tests/data/reference_contacts_cvodes.csv");
-    const RADAU: &str = include_str!("../../../tests/data/reference_contacts.csv");
     const EXPONENTS: std::ops::RangeInclusive<i32> = 3..=8;
     let contacts: Vec<ReferenceContact> = trajectory_rows(DATA)?;
     let mut courses = vec![Vec::new(); SYMBOLS.len()];
@@ -343,7 +291,7 @@ pub fn tolerance(trial: &mut Trial) -> Outcome {
             settings.solver.relative_tolerance = relative;
             let metrics = simulate(&settings)?.metrics;
             wrong_counts += f64::from(u8::from(metrics.contact_count != contact.contact_count));
-            let errors = contact.errors(values(&metrics));
+            let errors = contact.errors(&metrics);
             worst = std::array::from_fn(|i| worse(errors[i], worst[i]));
         }
         for (course, error) in courses.iter_mut().zip(worst) {
@@ -365,28 +313,6 @@ pub fn tolerance(trial: &mut Trial) -> Outcome {
                 tolerances::PROPORTIONAL,
             );
         }
-    }
-    let mut apart = [0.0; 5];
-    let radau: Vec<ReferenceContact> = trajectory_rows(RADAU)?;
-    let case =
-        |contact: &ReferenceContact| (contact.brushing_velocity_m_s, contact.penetration_depth_m);
-    if !contacts.iter().map(case).eq(radau.iter().map(case)) {
-        return Err("the two references have different passes".into());
-    }
-    for (contact, radau) in contacts.iter().zip(&radau) {
-        let distances = contact.errors(radau.values());
-        apart = std::array::from_fn(|i| worse(distances[i], apart[i]));
-    }
-    for (symbol, distance) in SYMBOLS.into_iter().zip(apart) {
-        let subject = "CVODES against Radau, largest difference".to_owned();
-        trial.check(
-            subject,
-            symbol,
-            0.0,
-            sources::RADAU,
-            distance,
-            tolerances::REFERENCES,
-        );
     }
     let subject = format!("all tolerances, {} passes", contacts.len());
     trial.check(

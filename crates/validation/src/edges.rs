@@ -7,16 +7,13 @@ use bristle::equations::Clamp;
 use bristle::integrate::Tolerances;
 use bristle::integrate::tableau::ESDIRK54;
 use bristle::model::filament::bending_stiffness;
-use bristle::model::settings::{EdgeSettings, Settings, Side, WorkpieceKind};
-use bristle::simulation::{FilamentSystem, integrate, simulate_with_history};
+use bristle::model::settings::{Settings, WorkpieceKind};
+use bristle::simulation::{FilamentSystem, integrate};
 use bristle::tool::ClampMotion;
 use bristle::workpiece::{Edge, Surface, Workpiece};
 
-use super::chains::{
-    crossing, extrapolated, force_at, paper_case, trajectory_rows, unit_chain, worse,
-};
+use super::chains::{crossing, extrapolated, force_at, paper_case, unit_chain, worse};
 use super::exact::held::{Circle, Held};
-use super::peers::{Row, distances};
 use super::trial::{Failure, Outcome, Trial};
 use super::{sources, tolerances};
 
@@ -414,70 +411,6 @@ pub fn curves(trial: &mut Trial) -> Outcome {
             computed,
             tolerances::CURVES,
         );
-    }
-    Ok(())
-}
-
-/// The paper's filament at 10 m/s, passing an edge of 0.2 mm radius with friction `friction`.
-fn edge_pass(
-    segments: usize,
-    depth: f64,
-    side: Side,
-    offset: f64,
-    friction: f64,
-) -> Result<Settings, Failure> {
-    let mut settings = paper_case(segments, 10.0, depth)?;
-    settings.contact.friction_coefficient = friction;
-    let edge = EdgeSettings {
-        offset_m: offset,
-        edge_radius_m: 0.2e-3,
-        side,
-        ..EdgeSettings::default()
-    };
-    settings.workpiece.kind = WorkpieceKind::Edge(edge);
-    Ok(settings)
-}
-
-/// Forces and motions of two passes over edges of 0.2 mm at 10 m/s over time.
-///
-/// The chain and its contact with faces and edges are stated again for the plane.
-pub fn passes(trial: &mut Trial) -> Outcome {
-    const LEAVING: &str = include_str!("../../../derivations/trajectories/edge_leaving_cvodes.csv");
-    const ENTERING: &str =
-        include_str!("../../../derivations/trajectories/edge_entering_cvodes.csv");
-    for (subject, settings, text) in [
-        (
-            "leaving, 1 mm, µ = 0.3",
-            edge_pass(25, 1e-3, Side::Leaving, 0.0, 0.3)?,
-            LEAVING,
-        ),
-        (
-            "entering, 2 mm, no friction",
-            edge_pass(25, 2e-3, Side::Entering, -3e-3, 0.0)?,
-            ENTERING,
-        ),
-    ] {
-        let mut settings = settings;
-        settings.solver.relative_tolerance = 1e-10;
-        let rows: Vec<Row> = trajectory_rows(text)?;
-        let history = simulate_with_history(&settings, rows.len())?.history;
-        let quantities = [
-            ("tip, over l_f", tolerances::EDGE_TIP),
-            ("s_n, over s_n,max", tolerances::EDGE_TIP),
-            ("F_n, rms over rms", tolerances::EDGE_FORCE),
-        ];
-        for ((quantity, tolerance), distance) in
-            quantities.into_iter().zip(distances(&history, &rows)?)
-        {
-            trial.check(
-                subject,
-                quantity,
-                0.0,
-                sources::CVODES_EDGES,
-                distance,
-                tolerance,
-            );
-        }
     }
     Ok(())
 }

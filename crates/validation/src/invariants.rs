@@ -2,12 +2,10 @@
 
 use std::f64::consts::PI;
 
-use bristle::contact::ContactLaw;
 use bristle::equations::linear::{add, scale};
 use bristle::equations::{Chain, PolarAxis};
 use bristle::integrate::Tolerances;
 use bristle::integrate::tableau::ESDIRK54;
-use bristle::model::settings::ContactSettings;
 use bristle::simulation::{FilamentState, FilamentSystem, integrate};
 use bristle::tool::FixedClamp;
 use bristle::workpiece::Plane;
@@ -17,7 +15,7 @@ use super::exact::pendulum::SphericalPendulum;
 use super::trial::{Outcome, Trial, logarithmic_slope};
 use super::{sources, tolerances};
 
-/// A system that only its clamp touches, and perhaps a plane.
+/// A system that only its clamp touches.
 type System = FilamentSystem<FixedClamp, Plane>;
 
 /// Directions of the segments and their rates, independent of the charts.
@@ -29,11 +27,11 @@ fn directions(state: &FilamentState) -> Vec<[[f64; 3]; 2]> {
         .collect()
 }
 
-/// The state at time zero with these directions, and with their rates multiplied by `factor`.
-fn state_of(system: &mut System, directions: &[[[f64; 3]; 2]], factor: f64) -> FilamentState {
+/// The state at time zero with these directions and rates.
+fn state_of(system: &mut System, directions: &[[[f64; 3]; 2]]) -> FilamentState {
     let coordinates = directions
         .iter()
-        .map(|[e, rate]| PolarAxis::Z.coordinates([*e, scale(factor, *rate), [0.0; 3]]));
+        .map(|[e, rate]| PolarAxis::Z.coordinates([*e, *rate, [0.0; 3]]));
     let (q, v) = coordinates.map(|[q, v, _]| (q, v)).unzip();
     system.state(0.0, q, v)
 }
@@ -83,7 +81,7 @@ pub fn conservation(trial: &mut Trial) -> Outcome {
     for relative in [1e-7, 1e-8, 1e-9, 1e-10] {
         let (chain, start, period) = swinging();
         let mut system = untouched(chain.clone(), WALL);
-        let mut state = state_of(&mut system, &start, 1.0);
+        let mut state = state_of(&mut system, &start);
         let (energy, momentum) = (
             mechanical_energy(&mut system, &state),
             axial_momentum(&chain, &state),
@@ -145,7 +143,7 @@ pub fn spherical_pendulum(trial: &mut Trial) -> Outcome {
         let mut system = untouched(rods(1, 1.0, 1.0 / 12.0, [0.0, 0.0, -GRAVITY]), WALL);
         let [e, e_rate, _] =
             PolarAxis::Z.direction([[f64::acos(lowest), 0.0], [0.0, rate], [0.0; 2]]);
-        let start = state_of(&mut system, &[[e, e_rate]], 1.0);
+        let start = state_of(&mut system, &[[e, e_rate]]);
         let tolerances = Tolerances::of_motion(1e-11, 1.0, 1.0);
         let (mut height, mut azimuth, mut turns, mut last) = (0.0, 0.0, 0.0, 0.0);
         integrate(
@@ -180,66 +178,5 @@ pub fn spherical_pendulum(trial: &mut Trial) -> Outcome {
             );
         }
     }
-    Ok(())
-}
-
-/// The largest difference of the directions' components.
-fn distance(a: &[[[f64; 3]; 2]], b: &[[[f64; 3]; 2]]) -> f64 {
-    let differences = a
-        .iter()
-        .zip(b)
-        .flat_map(|([a, _], [b, _])| (0..3).map(|i| (a[i] - b[i]).abs()));
-    differences.fold(0.0, worse)
-}
-
-/// Return error of a motion that is reversed, free and bouncing on a floor, where each event is
-/// located from both sides.
-pub fn reversal(trial: &mut Trial) -> Outcome {
-    const TOLERANCES: [f64; 3] = [1e-8, 1e-9, 1e-10];
-    let (chain, start, period) = swinging();
-    // A floor that is never reached, and one that is hit some ten times per period.
-    let law = ContactLaw {
-        stiffness: 1e3,
-        ..ContactLaw::from(&ContactSettings::default())
-    };
-    let mut courses = Vec::new();
-    for (depth, periods, name) in [(1e6, 10.0, "free"), (0.7, 1.0, "bouncing on a floor")] {
-        let floor = Plane::new([0.0, 0.0, -depth], [0.0, 0.0, 1.0], [0.0; 3]);
-        let mut course = Vec::new();
-        for relative in TOLERANCES {
-            let tolerances = Tolerances::of_motion(relative, 1.0, 1.0);
-            let mut state = state_of(
-                &mut FilamentSystem::new(chain.clone(), WALL, law, floor, true),
-                &start,
-                1.0,
-            );
-            for _ in 0..2 {
-                let mut system = FilamentSystem::new(chain.clone(), WALL, law, floor, true);
-                let (end, _) = integrate(
-                    &mut system,
-                    state,
-                    periods * period,
-                    &ESDIRK54,
-                    tolerances,
-                    |_| (),
-                )?;
-                state = state_of(&mut system, &directions(&end), -1.0);
-            }
-            course.push((relative, distance(&directions(&state), &start)));
-        }
-        if let Some((relative, error)) = course.last() {
-            let subject = format!("{name}, tolerance {relative:e}");
-            trial.check(
-                subject,
-                "error of e",
-                0.0,
-                sources::EXACT,
-                *error,
-                tolerances::REVERSAL,
-            );
-        }
-        courses.push((name.to_owned(), course));
-    }
-    trial.check_slopes(courses, 0.0);
     Ok(())
 }

@@ -11,11 +11,9 @@ use super::{sources, tolerances};
 
 /// An instant of another code's trajectory.
 #[derive(Deserialize)]
-pub struct Row {
-    /// In s.
-    pub time_s: f64,
-    /// In N.
-    pub contact_normal_force_n: f64,
+struct Row {
+    time_s: f64,
+    contact_normal_force_n: f64,
     tip_x_m: f64,
     tip_y_m: f64,
     tip_deflection_m: f64,
@@ -44,7 +42,7 @@ fn pass(segments: usize) -> Result<Simulation, Failure> {
 ///
 /// # Errors
 /// If the instants differ.
-pub fn distances(history: &[Sample], rows: &[Row]) -> Result<[f64; 3], Failure> {
+fn distances(history: &[Sample], rows: &[Row]) -> Result<[f64; 3], Failure> {
     let differ = |(row, sample): (&Row, &Sample)| (row.time_s - sample.time_s).abs() > 1e-12;
     if rows.len() != history.len() || rows.iter().zip(history).any(differ) {
         return Err("the reference has other instants than the pass".into());
@@ -165,18 +163,6 @@ const CVODES: Peer = Peer {
     ],
 };
 
-const MUJOCO: Peer = Peer {
-    code: "MuJoCo",
-    rows: include_str!("../../../benches/peers/trajectories/pass_mujoco.csv"),
-    source: sources::MUJOCO,
-    tolerances: [
-        tolerances::MUJOCO_TIP,
-        tolerances::MUJOCO_FORCE,
-        tolerances::MUJOCO_METRICS,
-        tolerances::MUJOCO_METRICS,
-    ],
-};
-
 const ANCF: Peer = Peer {
     code: "Exudyn ANCF",
     rows: include_str!("../../../benches/peers/trajectories/pass_exudyn_ancf.csv"),
@@ -193,12 +179,6 @@ const ANCF: Peer = Peer {
 pub fn cvodes(trial: &mut Trial) -> Outcome {
     let pass = pass(25)?;
     CVODES.compare(trial, &pass.history, "n = 25", metrics(&pass))
-}
-
-/// The same chain by MuJoCo: rigid bodies on hinges, with steps of 5 ns of first order.
-pub fn mujoco(trial: &mut Trial) -> Outcome {
-    let pass = pass(25)?;
-    MUJOCO.compare(trial, &pass.history, "n = 25", metrics(&pass))
 }
 
 /// The continuous beam that the chain approximates: 64 cable elements in absolute nodal

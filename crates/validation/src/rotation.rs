@@ -1,20 +1,11 @@
 //! Rotating beams.
 
-use std::f64::consts::{FRAC_PI_2, PI};
-
-use bristle::equations::{Chain, Clamp};
-use bristle::integrate::Tolerances;
-use bristle::integrate::tableau::ESDIRK54;
+use bristle::equations::Chain;
 use bristle::model::filament::{chain, first_natural_frequency};
 use bristle::model::settings::FilamentSettings;
-use bristle::simulation::integrate;
-use bristle::tool::{ClampMotion, radial_clamp};
-use serde::Deserialize;
+use bristle::tool::radial_clamp;
 
-use super::chains::{
-    extrapolated, extrapolated_twice, lesser, paper_case, trajectory_rows, unit_beam, unit_chain,
-    untouched, worse,
-};
+use super::chains::{extrapolated_twice, paper_case, unit_chain};
 use super::exact::beam::cantilever_root;
 use super::exact::rotating_beam::{RotatingBeam, southwell};
 use super::small_motion::{Direction, modes};
@@ -161,128 +152,6 @@ fn check_paper_brush(trial: &mut Trial) -> Result<(), Failure> {
         sources::WRIGHT,
         computed,
         tolerances::FREQUENCY,
-    );
-    Ok(())
-}
-
-/// A clamp at the axis that is accelerated to 6 rad/s in 15 s (Simo and Vu-Quoc 1986).
-#[derive(Clone, Copy, Debug)]
-struct SpinUp;
-
-impl SpinUp {
-    /// ψ, ψ̇ and ψ̈ at `time`.
-    fn angle(time: f64) -> [f64; 3] {
-        const DURATION: f64 = 15.0;
-        if time >= DURATION {
-            return [6.0 * time - 45.0, 6.0, 0.0];
-        }
-        let (rate, wave) = (6.0 / DURATION, 2.0 * PI / DURATION);
-        let (sin, cos) = (wave * time).sin_cos();
-        [
-            rate * (time * time / 2.0 + (cos - 1.0) / (wave * wave)),
-            rate * (time - sin / wave),
-            rate * (1.0 - cos),
-        ]
-    }
-}
-
-impl ClampMotion for SpinUp {
-    fn at(&self, time: f64) -> Clamp<f64> {
-        let [angle, rate, acceleration] = Self::angle(time);
-        radial_clamp(0.0, angle, rate, acceleration)
-    }
-}
-
-/// A row of the spin-up.
-#[derive(Deserialize)]
-struct SpinUpRow {
-    time_s: f64,
-    tip_along_m: f64,
-    tip_across_m: f64,
-}
-
-/// Tip of the beam of Simo and Vu-Quoc (1986), clamped at the axis and turned by [`SpinUp`].
-///
-/// The published beam stretches, but the chain does not. The reference therefore has a hundred
-/// times the axial stiffness; its error is 5e-6 m.
-pub fn spin_up(trial: &mut Trial) -> Outcome {
-    const DATA: &str = include_str!("../../../benches/peers/trajectories/spin_up.csv");
-    const LENGTH: f64 = 10.0;
-    let rows: Vec<SpinUpRow> = trajectory_rows(DATA)?;
-    let end = rows.last().map_or(0.0, |row| row.time_s);
-    // E I = 1.4e4 N m², ρ A = 1.2 kg/m; any diameter.
-    let diameter: f64 = 0.1;
-    let beam = |segments: usize| FilamentSettings {
-        length_m: LENGTH,
-        diameter_m: diameter,
-        density_kg_m3: 1.2 / (PI * diameter.powi(2) / 4.0),
-        youngs_modulus_pa: 1.4e4 / (PI * diameter.powi(4) / 64.0),
-        ..unit_beam(segments)
-    };
-    // Tip along and across the clamp's direction, at the instants of the rows.
-    let course = |segments: usize| -> Result<Vec<[f64; 2]>, Failure> {
-        let mut system = untouched(chain(&beam(segments), [0.0; 3]), SpinUp);
-        let start = system.state(
-            0.0,
-            vec![[FRAC_PI_2, 0.0]; segments],
-            vec![[0.0; 2]; segments],
-        );
-        let tolerances = Tolerances::of_motion(1e-9, 0.1, 1.0);
-        let mut course = Vec::new();
-        integrate(&mut system, start, end, &ESDIRK54, tolerances, |step| {
-            while let Some(row) = rows
-                .get(course.len())
-                .filter(|row| row.time_s <= step.end.time)
-            {
-                let ([x, y, _], _) =
-                    step.node(segments - 1, (row.time_s - step.start.time) / step.length());
-                let (sin, cos) = SpinUp::angle(row.time_s)[0].sin_cos();
-                course.push([x * cos + y * sin - LENGTH, y * cos - x * sin]);
-            }
-        })?;
-        Ok(course)
-    };
-    let (coarse, fine) = (course(25)?, course(50)?);
-    let limit: Vec<[f64; 2]> = coarse
-        .iter()
-        .zip(&fine)
-        .map(|(coarse, fine)| [0, 1].map(|i| extrapolated(coarse[i], fine[i])))
-        .collect();
-    if limit.len() != rows.len() {
-        return Err("the spin-up ends before its reference".into());
-    }
-    let expected = |row: &SpinUpRow| [row.tip_along_m, row.tip_across_m];
-    for (i, quantity) in ["tip along, over L", "tip across, over L"]
-        .into_iter()
-        .enumerate()
-    {
-        let differences = rows
-            .iter()
-            .zip(&limit)
-            .map(|(row, limit)| (expected(row)[i] - limit[i]).abs() / LENGTH);
-        let subject = format!("largest difference at {} instants, n → ∞", rows.len());
-        trial.check(
-            subject,
-            quantity,
-            0.0,
-            sources::SIMO,
-            differences.fold(0.0, worse),
-            tolerances::SPIN_UP,
-        );
-    }
-    let deepest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, lesser) / LENGTH;
-    let (exact, computed) = (
-        deepest(&mut rows.iter().map(|row| row.tip_across_m)),
-        deepest(&mut limit.iter().map(|tip| tip[1])),
-    );
-    let subject = "n → ∞".to_owned();
-    trial.check(
-        subject,
-        "largest lag of the tip, over L",
-        exact,
-        sources::SIMO,
-        computed,
-        tolerances::SPIN_UP,
     );
     Ok(())
 }

@@ -66,30 +66,20 @@ sources! {
     COULOMB = "Coulomb's law of friction";
     CVODES = "tests/data/reference_contacts_cvodes.csv, by derivations/passes.py \
         contacts_cvodes: CasADi and SUNDIALS' CVODES at 1e-11";
-    RADAU = "tests/data/reference_contacts.csv, by derivations/passes.py contacts: CasADi and \
-        SciPy's Radau at 1e-9";
     CONTROL = "Errors proportional to the tolerance, the aim of a step control";
     PENALTY = "The depth F_n/k_c of a steady tip in a linear contact of stiffness k_c";
     CVODES_PASS = "derivations/trajectories/pass_casadi_cvodes.csv, by derivations/passes.py \
         trajectory";
-    CVODES_EDGES = "derivations/trajectories/edge_leaving_cvodes.csv and \
-        edge_entering_cvodes.csv, by derivations/passes.py trajectory";
     SCIPY_POSES = "tests/data/reference_poses.json, by derivations/passes.py poses: SciPy's \
         minima of energies that CasADi differentiates";
-    CVODES_ROWS = "tests/data/reference_row.json and \
-        derivations/trajectories/row_three_cvodes.csv, by derivations/passes.py row";
     MUJOCO_ROW = "tests/data/reference_row_mujoco.json, by benches/peers/trajectories.py: MuJoCo \
         4.0";
     KNOWN_ROW = "Forces of a converged planar row in docs/MODEL.md, \"Filaments that touch\"";
     CONVERGENCE = "The same row with another setting: a converged result does not depend on it";
-    MUJOCO = "benches/peers/trajectories/pass_mujoco.csv, by benches/peers/trajectories.py";
-    EXUDYN = "benches/peers/trajectories/pass_exudyn_ancf.csv, by benches/peers/trajectories.py";
+    EXUDYN = "benches/peers/trajectories/pass_exudyn_ancf.csv, by Exudyn 1.13 as \
+        benches/peers/README.md says";
     DAMPED_BEAM = "The end of a beam with damping proportional to its stiffness, as stated with \
         the case";
-    SIMO = "The beam and the motion of J. C. Simo and L. Vu-Quoc, On the dynamics of flexible \
-        beams under large overall motions, the plane case, part II, Journal of Applied Mechanics \
-        53 (1986) 855–863, by Exudyn 1.13: benches/peers/trajectories/spin_up.csv, by \
-        benches/peers/trajectories.py";
     PAPER = "E. Uhlmann and A. Hoyer, Modeling of contact forces for brushing tools, Ceramics \
         2021 (docs/MODEL.md)";
 }

@@ -71,15 +71,11 @@ tolerances! {
         mrad is not infinitely small: (10⁻³)².";
     DAMPING_25 = Relative 1e-3: "The chain's frequency is off by 0.073 % at n = 25, and so is \
         its damping ratio.";
-    SPIN_UP = Absolute 2e-6: "The error of the reference, 5e-6 m of 10 m, and as much again from \
-        the extrapolation from n = 25 and 50.";
     DRIFT = Absolute 2e3: "Half a million to two million steps, each of which loses energy, a \
         thousandth of its tolerance.";
     DRIFT_MOMENTUM = Absolute 3e2: "The same steps, whose errors in L_z have either sign.";
     TRAJECTORY = Absolute 5e-9: "Thousands of steps at a tolerance of 1e-11, whose errors add up \
         in the azimuth.";
-    REVERSAL = Absolute 1e-7: "Thousands of steps at a tolerance of 1e-10, there and back; each \
-        impact amplifies differences.";
     IMPACT = Relative 2e-7: "At a tolerance of 1e-10. With penetrations of up to 0.6 mm of 1 m, \
         the tip deviates from the straight line by their square; and p = 1.5 has no second \
         derivative at δ = 0.";
@@ -91,8 +87,6 @@ tolerances! {
         velocity.";
     MOMENTUM = Absolute 1e-6: "The default tolerance of 1e-6, as forces are evaluated at \
         interpolated states.";
-    SAMPLES = Absolute 1e-10: "With samples the force is evaluated at each stage instead of \
-        corrected to first order, which differs by the square of the correction.";
     SLOPE = Between [0.6, 1.6] 0.0: "Controlling the error per step gives slopes of 0.8 to 1 \
         with a method of order 5. From three to five points, whose errors are sums of either \
         sign, a slope is known to some 0.2. A steeper slope is not a fault.";
@@ -100,7 +94,7 @@ tolerances! {
         depth, 1.";
     PROPORTIONAL = Absolute 3.0: "Errors over the tolerance. The tolerance applies to one step; \
         contact times add up the errors of the events.";
-    REFERENCES = Absolute 2e-9: "CVODES at a tolerance of 1e-11 and Radau at 1e-9.";
+    REFERENCES = Absolute 2e-9: "The error of CVODES at a tolerance of 1e-11.";
     EDGE = Relative 1e-6: "Extrapolation from three n leaves a term of order n⁻⁴, and what the \
         mean over four edges leaves of the terms that depend on where nodes lie.";
     EDGE_ANGLE = Relative 1e-5: "The angle is that of the segment in contact, which touches \
@@ -130,13 +124,6 @@ tolerances! {
     CAPSULES = Relative 0.1: "Capsules touch at one point, where lines press on each other along \
         a length.";
     CAPSULES_MEAN = Relative 2e-2: "The same in the mean over the row.";
-    ROW_COURSE = Absolute 1e-2: "Forces between two instants are interpolated, and jump in \
-        impacts.";
-    ROW_PRESSES = Absolute 5e-2: "Impacts between filaments last some 20 µs, and steps 1 µs: \
-        what is off by a tenth of a step shows.";
-    ROW_ENERGY = Absolute 1e-4: "At a tolerance of 1e-5 or less. Steps are not cut at impacts.";
-    ROW_SLOPE = Between [0.3, 1.6] 0.0: "The step is proportional to the tolerance to the power \
-        of ⅔. Impacts begin within steps, so that a method of order 2 loses up to one order.";
     ROW_MOMENTUM = Absolute 1e-4: "The moment of the workpiece is integrated in fixed steps that \
         are not cut at impacts; vibrations remain at the end, e⁻¹⁰ of those before.";
     KNOWN_ROW = Relative 1e-2: "The forces are stated with three digits, one of them as \"about\".";
@@ -148,9 +135,6 @@ tolerances! {
         4. The impulses of tilted filaments scatter by 40 %, and the stretch of two rows has 50 \
         of them: where one carries more, its neighbours carry less.";
     STEADY_TOLERANCE = Absolute 3.0: "The tolerance applies to the mean of a long stretch.";
-    EDGE_TIP = Absolute 1e-7: "The error of CVODES at 1e-10: 2e-10 m of l_f or of s_n,max, and \
-        as much in the start of each contact.";
-    EDGE_FORCE = Absolute 3e-6: "The error of CVODES is 1e-5 N of 12 N.";
     MINIMUM = Absolute 1e-10: "Twelve digits of the other code, whose minimum is as flat as \
         rounding.";
     SPLAY = Relative 1e-6: "The beam bends by up to 3e-4 of its length. The linear theory leaves \
@@ -160,11 +144,6 @@ tolerances! {
     CVODES_TIP = Absolute 1e-8: "The error of CVODES is 4e-11 m, which is 5e-9 of s_n,max.";
     CVODES_FORCE = Absolute 2e-8: "The error of CVODES is 1e-7 N of 6 N.";
     CVODES_METRICS = Relative 3e-9: "The error of CVODES is 1e-9 in the contact time.";
-    MUJOCO_TIP = Absolute 5e-6: "The error of MuJoCo at its step is 1e-8 m, which is 1e-6 of \
-        s_n,max.";
-    MUJOCO_FORCE = Absolute 1e-4: "The error of MuJoCo at its step is 3e-4 N of 6 N.";
-    MUJOCO_METRICS = Relative 2e-5: "The error of MuJoCo at its step: 8e-7 in the impulse, 4e-5 \
-        N in the peak force, a few steps in the contact times.";
     ANCF_TIP = Absolute 2e-4: "The beam still stretches, by a ninth of the 6e-6 m by which ten \
         times the axial stiffness moves the tip, which is 8e-5 of s_n,max. The error of the chain \
         at n = 200 is 1e-5.";

@@ -9,11 +9,11 @@ use bristle_codegen::passes::calculus::gradient;
 use bristle_codegen::passes::normal_form::{Style, normalise};
 use fastrand::Rng;
 
-#[path = "../../../codegen/tests/codegen/expressions.rs"]
+#[path = "expressions.rs"]
 pub mod expressions;
 use expressions::{Instruction, VARIABLES, build};
 
-/// Number of random expressions.
+/// Number of random expressions that are emitted.
 pub const RANDOM: usize = 300;
 /// Seed of the random expressions.
 const SEED: u64 = 7;
@@ -21,10 +21,10 @@ const SEED: u64 = 7;
 /// The forms in which each random expression is emitted.
 pub const FORMS: [&str; 4] = ["raw", "simplified", "cheap", "collected"];
 
-/// The random expressions, each as a program.
-pub fn programs() -> Vec<Vec<Instruction>> {
+/// The first random expressions, each as a program.
+pub fn programs(count: usize) -> Vec<Vec<Instruction>> {
     let mut rng = Rng::with_seed(SEED);
-    (0..RANDOM)
+    (0..count)
         .map(|_| {
             (0..rng.usize(1..16))
                 .map(|_| random_instruction(&mut rng))
@@ -260,7 +260,7 @@ pub const KINDS: usize = 14;
 /// All emitted kernels: each random expression in all forms, then the list of operators.
 pub fn kernels() -> Vec<Kernel> {
     let mut kernels = Vec::new();
-    for (i, program) in programs().iter().enumerate() {
+    for (i, program) in programs(RANDOM).iter().enumerate() {
         for (form, (graph, node)) in FORMS.into_iter().zip(forms(program)) {
             kernels.push(kernel(
                 format!("random_{i}_{form}"),

@@ -3,7 +3,6 @@
 use std::io;
 use std::path::PathBuf;
 
-use bristle::model::parameters::Parameter;
 use bristle::simulation::Stop;
 use bristle_grid::VELOCITY;
 use bristle_insight::advice::{Limits, advise};
@@ -12,6 +11,7 @@ use clap::Args;
 use crate::error::CliError;
 use crate::saved::saved_study;
 use crate::terminal::{print, say, show, width};
+use crate::values::{parse_if, parse_positive, parse_setting};
 
 /// Say where the tool force of a study is high, or as wanted, from saved results
 ///
@@ -39,7 +39,7 @@ pub struct AdviseArgs {
     #[arg(long, value_name = "N", value_parser = parse_positive)]
     target_force: Option<f64>,
     /// Highest brushing velocity in m/s
-    #[arg(long, value_name = "V_B", value_parser = parse_velocity)]
+    #[arg(long, value_name = "V_B", value_parser = |text: &str| parse_setting(text, VELOCITY))]
     max_velocity: Option<f64>,
     /// Highest rotational speed in rpm
     #[arg(long, value_name = "RPM", value_parser = parse_positive)]
@@ -104,30 +104,8 @@ pub fn run(arguments: &AdviseArgs) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Parses a brushing velocity.
-fn parse_velocity(text: &str) -> Result<f64, String> {
-    let parameter = Parameter::find(VELOCITY).ok_or("no such setting")?;
-    let velocity = text
-        .parse()
-        .ok()
-        .filter(|&velocity| parameter.check(velocity).is_ok());
-    velocity.ok_or_else(|| format!("must be {}", parameter.allowed()))
-}
-
-/// Parses a limit that is a positive number.
-fn parse_positive(text: &str) -> Result<f64, String> {
-    let number = text
-        .parse()
-        .ok()
-        .filter(|&number: &f64| number > 0.0 && number.is_finite());
-    number.ok_or_else(|| "must be a positive number".to_owned())
-}
-
 /// Parses a contact time ratio.
 fn parse_ratio(text: &str) -> Result<f64, String> {
-    let ratio = text
-        .parse()
-        .ok()
-        .filter(|ratio| (0.0..=1.0).contains(ratio));
-    ratio.ok_or_else(|| "must be a number from 0 to 1".to_owned())
+    parse_if(text, |ratio| (0.0..=1.0).contains(&ratio))
+        .ok_or_else(|| "must be a number from 0 to 1".to_owned())
 }

@@ -1,7 +1,6 @@
 //! `bristle brush`.
 
 use std::io;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -9,7 +8,7 @@ use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
-use bristle_grid::check::{FINER_BRUSH, check_text, finer_steps};
+use bristle_grid::check::{FINER_BRUSH, check_text, finer_brush};
 use bristle_grid::{Interaction, calibration_band, press_brush, thread_count};
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
@@ -28,11 +27,9 @@ use clap::Args;
 
 use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};
 use crate::error::CliError;
-use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
-use crate::pictures::{
-    FIGURES, FigureArgs, Figures, draw, is_of_simulation, is_picture, say_drawn,
-};
+use crate::job::JobArgs;
+use crate::pictures::{FIGURES, Figures, draw, is_of_simulation, is_picture};
 use crate::progress::PassProgress;
 use crate::saved::{
     BRUSH, BRUSH_PAGE, CHECK, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT,
@@ -68,20 +65,15 @@ const FRAMES: u64 = 120;
 /// the same to the bit. A state of other settings or another build of Bristle is refused; --restart
 /// discards it.
 ///
-/// --check simulates the brush again in steps of half the length and prints by how much each metric
-/// changes.
+/// --check simulates the brush again at a quarter of its tolerance and prints by how much each
+/// metric changes.
 ///
 /// --vtk writes all frames for ParaView: open DIR/vtk/brush.pvd.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct BrushArgs {
     #[command(flatten)]
-    input: InputArgs,
-    /// Directory for the results, created if it does not exist
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    #[command(flatten)]
-    figures: FigureArgs,
+    job: JobArgs,
     #[command(flatten)]
     threads: ThreadArgs,
     /// Number of equally spaced times in the page and for ParaView, at most; large sectors have
@@ -104,7 +96,7 @@ pub struct BrushArgs {
     /// Time between two checkpoints, in s
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(0..=1 << 20))]
     checkpoint_every: u64,
-    /// Simulate again in steps of half the length, and say what that changes, also in
+    /// Simulate again at a quarter of the tolerance, and say what that changes, also in
     /// DIR/check.json
     #[arg(long)]
     check: bool,
@@ -123,17 +115,17 @@ impl BrushArgs {
 
 /// Runs the command.
 pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
-    let figures = arguments.figures.figures()?;
-    let text = arguments.input.read()?;
+    let figures = arguments.job.figures.figures()?;
+    let text = arguments.job.input.read()?;
     let document = text.document()?;
     let settings = document.settings()?;
     if settings.brush.is_none() {
         let error = "there is no section [brush]; add it, alone if all its defaults are right";
-        return Err(CliError::of(&arguments.input.file, error));
+        return Err(CliError::of(&arguments.job.input.file, error));
     }
     let unusual = unusual(&settings);
-    arguments.input.warn_of(&unusual)?;
-    prepare_directory(&arguments.out)?;
+    arguments.job.input.warn_of(&unusual)?;
+    prepare_directory(&arguments.job.out)?;
     let results = [
         &OF_BRUSH[..],
         &OF_CONTACT,
@@ -141,7 +133,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
     ]
     .concat();
     let _occupied = occupy(
-        &arguments.out,
+        &arguments.job.out,
         &[
             ("", &|name| results.contains(&name)),
             (FIGURES, &is_picture(is_of_simulation)),
@@ -149,7 +141,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
         ],
     )?;
     if arguments.vtk {
-        prepare_directory(&arguments.out.join(VTK))?;
+        prepare_directory(&arguments.job.out.join(VTK))?;
     }
     let (stop, force_n) = (stop_on_interrupt(), settings.process.tool_force_n);
     let Some((settings, stiffness)) = at_depth(arguments, settings, &stop)? else {
@@ -230,7 +222,7 @@ fn simulate<'a>(
     let options = arguments.options();
     let pause = Duration::from_secs(arguments.checkpoint_every);
     let (mut checkpoint, state) = CheckpointFile::open(
-        &arguments.out,
+        &arguments.job.out,
         settings,
         options.frames,
         pause,
@@ -241,7 +233,7 @@ fn simulate<'a>(
         Some(state) => BrushRun::resume(settings, options, state),
         None => BrushRun::new(settings, options),
     };
-    let mut run = run.map_err(|error| CliError::of(&arguments.input.file, error))?;
+    let mut run = run.map_err(|error| CliError::of(&arguments.job.input.file, error))?;
     if is_resumed {
         let (done, path) = (percent(&run), shown_path(checkpoint.path()));
         say(format_args!(
@@ -257,7 +249,7 @@ fn simulate<'a>(
             Ok(false) => {
                 break run
                     .finish()
-                    .map_err(|error| CliError::after(&arguments.input.file, error));
+                    .map_err(|error| CliError::after(&arguments.job.input.file, error));
             }
             Err(error) => break Err(CliError::BrushFailed(Box::new(error))),
         }
@@ -308,7 +300,7 @@ fn simulate<'a>(
     }
 }
 
-/// Simulates the brush in steps of half the length, and says how its `metrics` change. Returns
+/// Simulates the brush at a quarter of its tolerance, and says how its `metrics` change. Returns
 /// false if Ctrl-C has stopped it.
 fn check(
     arguments: &BrushArgs,
@@ -316,8 +308,12 @@ fn check(
     metrics: &Metrics,
     stop: &Stop,
 ) -> Result<bool, CliError> {
-    let run = BrushRun::new(settings, finer_steps(arguments.options()));
-    let mut run = run.map_err(|error| CliError::of(&arguments.input.file, error))?;
+    let options = RunOptions {
+        frames: 0,
+        ..arguments.options()
+    };
+    let run = BrushRun::new(&finer_brush(settings), options);
+    let mut run = run.map_err(|error| CliError::of(&arguments.job.input.file, error))?;
     let progress = PassProgress::begin("the check", 0.0);
     while run
         .advance()
@@ -332,10 +328,10 @@ fn check(
     drop(progress);
     let checked = run
         .finish()
-        .map_err(|error| CliError::after(&arguments.input.file, error))?
+        .map_err(|error| CliError::after(&arguments.job.input.file, error))?
         .tool;
     commit([StagedFile::text(
-        &arguments.out,
+        &arguments.job.out,
         CHECK,
         &check_text(FINER_BRUSH, metrics, &checked),
     )?])?;
@@ -362,7 +358,7 @@ fn write_results(
     let mut hashes = FileHashes::new();
     let band = calibration_band(&settings, &result.tool);
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
-        StagedFile::hashed(&arguments.out, name, &mut hashes, write)
+        StagedFile::hashed(&arguments.job.out, name, &mut hashes, write)
     };
     let staged = [
         stage(METRICS, &|out| {
@@ -375,7 +371,11 @@ fn write_results(
     let for_vtk = arguments
         .vtk
         .then(|| brush_files(&settings, &result.filaments, &result.frames));
-    let vtk = stage_vtk(&arguments.out, for_vtk.into_iter().flatten(), &mut hashes)?;
+    let vtk = stage_vtk(
+        &arguments.job.out,
+        for_vtk.into_iter().flatten(),
+        &mut hashes,
+    )?;
     let case = case_text(&settings, &hashes);
     let brush = Brush {
         interaction: Interaction::of(&result),
@@ -384,32 +384,31 @@ fn write_results(
         pairs: std::mem::take(&mut result.pairs),
         settings,
     };
-    let name = arguments.input.short_name();
+    let name = arguments.job.input.short_name();
     let page = StagedFile::text(
-        &arguments.out,
+        &arguments.job.out,
         BRUSH_PAGE,
         &brush_page(&name, &brush, &result, notes),
     )?;
-    StagedFile::text(&arguments.out, BRUSH, &case)?.commit()?;
+    StagedFile::text(&arguments.job.out, BRUSH, &case)?.commit()?;
     commit(staged.into_iter().chain([page]))?;
     // Of a contact that was simulated in the same directory.
     for name in OF_CONTACT {
-        remove(&arguments.out.join(name))?;
+        remove(&arguments.job.out.join(name))?;
     }
     // Of an earlier result.
-    remove(&arguments.out.join(CHECK))?;
-    commit_vtk(&arguments.out, vtk)?
+    remove(&arguments.job.out.join(CHECK))?;
+    commit_vtk(&arguments.job.out, vtk)?
         .iter()
         .for_each(|path| say_written(path));
     let threads = arguments.threads.number();
-    let drawn = draw(
-        &arguments.out,
+    draw(
+        &arguments.job.out,
         |format| brush_figures(&brush, format),
         threads,
         figures,
         is_of_simulation,
     )?;
-    say_drawn(&drawn)?;
     let band = band.map_or_else(String::new, |band| band_line(&band));
     Ok(brush_table(&result) + &band)
 }

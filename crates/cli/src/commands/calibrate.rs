@@ -1,7 +1,7 @@
 //! `bristle calibrate`.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf, absolute};
+use std::path::{Path, absolute};
 use std::process::ExitCode;
 
 use bristle::model::settings::Settings;
@@ -21,10 +21,11 @@ use clap::Args;
 use crate::error::CliError;
 use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
-use crate::pictures::{FIGURES, FigureArgs, draw, is_picture, say_drawn};
+use crate::job::JobArgs;
+use crate::pictures::{FIGURES, draw, is_picture};
 use crate::progress::PassProgress;
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
-use crate::values::{INTERRUPTED, ResourceArgs};
+use crate::values::{INTERRUPTED, ResourceArgs, parse_positive};
 
 /// Fit settings of a file to measured forces, or to the radii of an edge over time, and write
 /// DIR/calibrated.toml
@@ -52,22 +53,17 @@ use crate::values::{INTERRUPTED, ResourceArgs};
 #[command(allow_negative_numbers = true)]
 pub struct CalibrateArgs {
     #[command(flatten)]
-    input: InputArgs,
+    job: JobArgs,
     /// Setting to fit, as filament.youngs_modulus_pa, or with its range, as
     /// contact.friction_coefficient=0..0.6 [default: its usual range]; may be repeated
     #[arg(long, value_name = "KEY", required = true)]
     fit: Vec<String>,
-    /// Directory for the results, created if it does not exist
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
     /// Largest rotational speed at which can be measured next, in rpm [default: the fastest point]
-    #[arg(long, value_name = "RPM", value_parser = positive)]
+    #[arg(long, value_name = "RPM", value_parser = parse_positive)]
     max_rpm: Option<f64>,
     /// Largest depth at which can be measured next, in mm [default: the deepest point]
-    #[arg(long, value_name = "MM", value_parser = positive)]
+    #[arg(long, value_name = "MM", value_parser = parse_positive)]
     max_depth: Option<f64>,
-    #[command(flatten)]
-    figures: FigureArgs,
     #[command(flatten)]
     resources: ResourceArgs,
     /// Discard the simulated brushes in DIR/calibration.jsonl
@@ -75,20 +71,12 @@ pub struct CalibrateArgs {
     restart: bool,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text
-        .parse()
-        .ok()
-        .filter(|number: &f64| number.is_finite() && *number > 0.0);
-    number.ok_or_else(|| "must be a number greater than 0".to_owned())
-}
-
 /// Runs the command.
 pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
-    let figures = arguments.figures.figures()?;
-    let path = &arguments.input.file;
+    let figures = arguments.job.figures.figures()?;
+    let path = &arguments.job.input.file;
     let refused = |error: String| CliError::of(path, error);
-    let text = arguments.input.read()?;
+    let text = arguments.job.input.read()?;
     let document = text.document()?;
     let fitted = arguments
         .fit
@@ -117,15 +105,15 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
         .iter()
         .map(|brush| brush.settings.clone())
         .collect();
-    prepare_directory(&arguments.out)?;
+    prepare_directory(&arguments.job.out)?;
     let is_ours = |name: &str| OF_CALIBRATION.contains(&name);
     let _occupied = occupy(
-        &arguments.out,
+        &arguments.job.out,
         &[("", &is_ours), (FIGURES, &is_picture(is_of_calibration))],
     )?;
     let journal = problem
         .has_brush()
-        .then(|| ForceJournal::open(&arguments.out, arguments.restart))
+        .then(|| ForceJournal::open(&arguments.job.out, arguments.restart))
         .transpose()?;
     if let Some(earlier) = journal
         .as_ref()
@@ -134,7 +122,7 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
     {
         say(format_args!(
             "{earlier} simulated brushes are in `{}`",
-            shown_path(&arguments.out.join(FORCE_JOURNAL))
+            shown_path(&arguments.job.out.join(FORCE_JOURNAL))
         ));
     }
     let stop = stop_on_interrupt();
@@ -186,18 +174,17 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
         .then(|| restated(arguments, text.text(), &calibration))
         .transpose();
     let restated = restated.map_err(refused)?;
-    let name = arguments.input.short_name();
-    for file in write_calibration(&arguments.out, &name, &calibration, restated.as_deref())? {
+    let name = arguments.job.input.short_name();
+    for file in write_calibration(&arguments.job.out, &name, &calibration, restated.as_deref())? {
         say_written(&file);
     }
-    let drawn = draw(
-        &arguments.out,
+    draw(
+        &arguments.job.out,
         |format| calibration_figures(&calibration, format),
         None,
         &figures,
         is_of_calibration,
     )?;
-    say_drawn(&drawn)?;
     show(summary(&calibration, width()))?;
     if !is_whole {
         say(format_args!(
@@ -218,8 +205,8 @@ fn restated(
     text: &str,
     calibration: &Calibration,
 ) -> Result<String, String> {
-    let InputArgs { file, set, .. } = &arguments.input;
-    let out = arguments.out.clone();
+    let InputArgs { file, set, .. } = &arguments.job.input;
+    let out = arguments.job.out.clone();
     let moved = |path: &str| from_directory(&relative_to(file, path), &out);
     calibrated_text(&out, text, calibration, set, &moved)
 }

@@ -7,9 +7,11 @@ use bristle_inspect::comparison::{MAX_GRAPH_BYTES, States, compare_graph};
 use bristle_store::staged::read_text;
 use clap::Args;
 
-use crate::error::{CliError, agreement};
+use crate::error::CliError;
 use crate::terminal::show;
 
+/// Exit status of a comparison that found a deviation.
+const DISAGREEMENT: u8 = 1;
 /// Most states that a comparison may ask for.
 const MAX_STATES: u64 = 100_000;
 
@@ -48,5 +50,9 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, CliError> {
         .map_err(|error| CliError::of(&arguments.file, error))?;
     let agrees = comparison.agrees();
     show(comparison)?;
-    Ok(agreement(agrees))
+    Ok(if agrees {
+        ExitCode::SUCCESS
+    } else {
+        DISAGREEMENT.into()
+    })
 }

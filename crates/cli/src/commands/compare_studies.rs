@@ -95,7 +95,7 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<(), CliError> {
         &study,
         &results,
         &measured,
-        comparisons,
+        &comparisons,
         None,
         &figures,
     )?;
@@ -107,7 +107,7 @@ pub fn run(arguments: &CompareStudiesArgs) -> Result<(), CliError> {
     notes.iter().for_each(|text| say(note(text)));
     files.iter().for_each(|path| say_written(path));
     show_tables(&study, &results)?;
-    Ok(say_drawn(&drawn)?)
+    Ok(say_drawn(&drawn, &comparisons)?)
 }
 
 /// The study of an argument, which is not in the directory `out` of the comparison.

@@ -1,6 +1,5 @@
 //! `bristle converge`.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bristle::model::settings::Settings;
@@ -18,10 +17,10 @@ use clap::Args;
 
 use crate::commands::study::LONGEST_FAILURE;
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
-use crate::pictures::{FIGURES, FigureArgs, draw, is_picture, say_drawn};
-use crate::progress::{Progress, Works};
+use crate::job::JobArgs;
+use crate::pictures::{FIGURES, draw, is_picture};
+use crate::progress::Progress;
 use crate::terminal::{commit, say, say_at_the_end, show, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
 
@@ -45,12 +44,7 @@ const TABLE: &str = "converge.csv";
 #[command(allow_negative_numbers = true)]
 pub struct ConvergeArgs {
     #[command(flatten)]
-    input: InputArgs,
-    /// Directory for the results, created if it does not exist
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    #[command(flatten)]
-    figures: FigureArgs,
+    job: JobArgs,
     #[command(flatten)]
     resources: ResourceArgs,
     /// Leave out [brush]: simulate a filament alone
@@ -60,17 +54,17 @@ pub struct ConvergeArgs {
 
 /// Runs the command.
 pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
-    let figures = arguments.figures.figures()?;
-    let text = arguments.input.read()?;
+    let figures = arguments.job.figures.figures()?;
+    let text = arguments.job.input.read()?;
     let stated = text
         .document_alone_if(arguments.without_interaction)?
         .settings()?;
-    arguments.input.warn_of(&unusual(&stated))?;
+    arguments.job.input.warn_of(&unusual(&stated))?;
     // Before anything is simulated or written: what is wrong with the settings.
     Plan::new(&stated).map_err(|error| refused(arguments, error))?;
-    prepare_directory(&arguments.out)?;
+    prepare_directory(&arguments.job.out)?;
     let _occupied = occupy(
-        &arguments.out,
+        &arguments.job.out,
         &[
             ("", &|name| name == TABLE),
             (FIGURES, &is_picture(is_of_convergence)),
@@ -91,18 +85,17 @@ pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
     let convergence = plan
         .conclude(&results)
         .map_err(|error| refused(arguments, error))?;
-    let file = StagedFile::write(arguments.out.join(TABLE), |out| {
+    let file = StagedFile::write(arguments.job.out.join(TABLE), |out| {
         write_convergence(out, &convergence)
     })?;
     commit([file])?;
-    let drawn = draw(
-        &arguments.out,
+    draw(
+        &arguments.job.out,
         |format| convergence_figures(&convergence, format),
         None,
         &figures,
         is_of_convergence,
     )?;
-    say_drawn(&drawn)?;
     show(convergence_text(&convergence, width()))?;
     let mut status = ExitCode::SUCCESS;
     for series in &convergence.series {
@@ -122,7 +115,7 @@ pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
 
 fn refused(arguments: &ConvergeArgs, error: ConvergenceError) -> CliError {
     CliError::Convergence {
-        path: arguments.input.file.clone(),
+        path: arguments.job.input.file.clone(),
         error,
     }
 }
@@ -148,10 +141,10 @@ fn at_depth(arguments: &ConvergeArgs, stated: Settings) -> Result<Settings, CliE
 /// The results of all cases, or none of them if it is asked to stop.
 fn simulate(arguments: &ConvergeArgs, study: Study) -> Result<Vec<CaseResult>, CliError> {
     let resources = arguments.resources.resources();
-    arguments.input.check_brushes(&study, resources)?;
+    arguments.job.input.check_brushes(&study, resources)?;
     let count = study.case_count();
     let mut run = StudyRun::new(study);
-    let progress = Progress::begin(Works::of(&run, |_| true), 0, false);
+    let progress = Progress::begin(&run, |_| true, false);
     run.simulate(
         |_| true,
         &Means {

@@ -27,7 +27,7 @@ pub struct MergeArgs {
 
 /// Runs the command.
 pub fn run(arguments: &MergeArgs) -> Result<ExitCode, CliError> {
-    let text = arguments.study.input.read()?;
+    let text = arguments.study.job.input.read()?;
     let study = arguments.study.document(&text)?.study()?;
     let total = study.case_count();
     // Shards that are missing or of another study are found before anything is written.
@@ -38,7 +38,12 @@ pub fn run(arguments: &MergeArgs) -> Result<ExitCode, CliError> {
             *merged = merged.take().or(result);
         }
     }
-    let (mut run, _) = StudyRun::open(study, &arguments.study.out, &[], arguments.study.restart)?;
+    let (mut run, _) = StudyRun::open(
+        study,
+        &arguments.study.job.out,
+        &[],
+        arguments.study.restart,
+    )?;
     for (case, result) in merged.into_iter().enumerate() {
         result.map_or(Ok(()), |result| run.take(case, result))?;
     }
@@ -46,7 +51,7 @@ pub fn run(arguments: &MergeArgs) -> Result<ExitCode, CliError> {
     let (done, _) = run.counts();
     drop(run);
     if done < total {
-        let path = arguments.study.out.join(JOURNAL);
+        let path = arguments.study.job.out.join(JOURNAL);
         return Err(CliError::Incomplete {
             path,
             missing: total - done,

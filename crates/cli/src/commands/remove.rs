@@ -1,6 +1,5 @@
 //! `bristle remove`.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bristle_grid::removal::{RemovalError, remove};
@@ -13,9 +12,9 @@ use bristle_store::staged::{occupy, prepare_directory};
 use clap::Args;
 
 use crate::error::CliError;
-use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
-use crate::pictures::{FIGURES, FigureArgs, draw, is_picture, say_drawn};
+use crate::job::JobArgs;
+use crate::pictures::{FIGURES, draw, is_picture};
 use crate::progress::PassProgress;
 use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
@@ -34,28 +33,23 @@ use crate::values::{INTERRUPTED, ResourceArgs};
 #[command(allow_negative_numbers = true)]
 pub struct RemoveArgs {
     #[command(flatten)]
-    input: InputArgs,
-    /// Directory for the results, created if it does not exist
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    #[command(flatten)]
-    figures: FigureArgs,
+    job: JobArgs,
     #[command(flatten)]
     resources: ResourceArgs,
 }
 
 /// Runs the command.
 pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
-    let figures = arguments.figures.figures()?;
-    let text = arguments.input.read()?;
+    let figures = arguments.job.figures.figures()?;
+    let text = arguments.job.input.read()?;
     let settings = text.document()?.settings()?;
-    arguments.input.warn_of(&unusual(&settings))?;
-    let refused = |error: RemovalError| CliError::of(&arguments.input.file, error);
+    arguments.job.input.warn_of(&unusual(&settings))?;
+    let refused = |error: RemovalError| CliError::of(&arguments.job.input.file, error);
     check(&settings).map_err(|violation| refused(RemovalError::Failed(violation.to_string())))?;
-    prepare_directory(&arguments.out)?;
+    prepare_directory(&arguments.job.out)?;
     let is_ours = |name: &str| OF_REMOVAL.contains(&name);
     let _occupied = occupy(
-        &arguments.out,
+        &arguments.job.out,
         &[("", &is_ours), (FIGURES, &is_picture(is_of_removal))],
     )?;
     let stop = stop_on_interrupt();
@@ -72,18 +66,17 @@ pub fn run(arguments: &RemoveArgs) -> Result<ExitCode, CliError> {
         }
         outcome => outcome.map_err(refused)?,
     };
-    let name = arguments.input.short_name();
-    for file in write_removal(&arguments.out, &name, &settings, &removal)? {
+    let name = arguments.job.input.short_name();
+    for file in write_removal(&arguments.job.out, &name, &settings, &removal)? {
         say_written(&file);
     }
-    let drawn = draw(
-        &arguments.out,
+    draw(
+        &arguments.job.out,
         |format| removal_figures(&settings, &removal, format),
         None,
         &figures,
         is_of_removal,
     )?;
-    say_drawn(&drawn)?;
     show(removal_text(&settings, &removal, width()))?;
     warnings(&removal).iter().for_each(say);
     Ok(ExitCode::SUCCESS)

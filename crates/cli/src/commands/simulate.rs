@@ -1,12 +1,11 @@
 //! `bristle simulate`.
 
 use std::io;
-use std::path::PathBuf;
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Sampling, Shape, Stop, simulate_places};
-use bristle_grid::check::{FINER_PASS, check_text, finer};
+use bristle_grid::check::{FINER_PASS, check_text, finer_pass};
 use bristle_input::plausibility::unusual;
 use bristle_insight::assumptions::Assumptions;
 use bristle_insight::warnings::{of_contact, of_force};
@@ -25,8 +24,8 @@ use bristle_text::layout::note;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::input::InputArgs;
-use crate::pictures::{FIGURES, FigureArgs, draw, is_of_simulation, is_picture, say_drawn};
+use crate::job::JobArgs;
+use crate::pictures::{FIGURES, draw, is_of_simulation, is_picture};
 use crate::progress::PassProgress;
 use crate::saved::{
     CASE, CHECK, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, POSITIONS, PROFILE, SHAPES,
@@ -68,12 +67,7 @@ const ALONE: &str = "this filament is alone; `bristle brush` simulates those of 
 #[command(allow_negative_numbers = true)]
 pub struct SimulateArgs {
     #[command(flatten)]
-    input: InputArgs,
-    /// Directory for the results, created if it does not exist
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    #[command(flatten)]
-    figures: FigureArgs,
+    job: JobArgs,
     /// Number of rows in history.csv; overrides samples in [solver]
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, "solver.samples"))]
     samples: Option<usize>,
@@ -95,19 +89,19 @@ pub struct SimulateArgs {
 
 /// Runs the command.
 pub fn run(arguments: &SimulateArgs) -> Result<(), CliError> {
-    let figures = arguments.figures.figures()?;
-    let text = arguments.input.read()?;
+    let figures = arguments.job.figures.figures()?;
+    let text = arguments.job.input.read()?;
     let document = text.document()?;
     let (settings, unstated, material) = (
         document.settings()?,
         document.unstated(),
         document.material(),
     );
-    arguments.input.warn_of(&unusual(&settings))?;
+    arguments.job.input.warn_of(&unusual(&settings))?;
     if settings.brush.is_some() {
         say(note(ALONE));
     }
-    prepare_directory(&arguments.out)?;
+    prepare_directory(&arguments.job.out)?;
     let results = [
         METRICS,
         HISTORY,
@@ -119,7 +113,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<(), CliError> {
         CHECK,
     ];
     let _occupied = occupy(
-        &arguments.out,
+        &arguments.job.out,
         &[
             ("", &|name| results.contains(&name)),
             (FIGURES, &is_picture(is_of_simulation)),
@@ -128,7 +122,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<(), CliError> {
     )?;
     let shapes = arguments.vtk.unwrap_or(0) as usize;
     if shapes > 0 {
-        prepare_directory(&arguments.out.join(VTK))?;
+        prepare_directory(&arguments.job.out.join(VTK))?;
     }
 
     let samples = arguments.samples.unwrap_or(settings.solver.samples);
@@ -169,7 +163,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<(), CliError> {
         .collect();
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
-        StagedFile::hashed(&arguments.out, name, &mut hashes, write)
+        StagedFile::hashed(&arguments.job.out, name, &mut hashes, write)
     };
     let staged = [
         stage(METRICS, &|out| {
@@ -187,47 +181,45 @@ pub fn run(arguments: &SimulateArgs) -> Result<(), CliError> {
         .then(|| files(&contact.settings, &for_vtk))
         .into_iter()
         .flatten();
-    let vtk = stage_vtk(&arguments.out, for_vtk, &mut hashes)?;
+    let vtk = stage_vtk(&arguments.job.out, for_vtk, &mut hashes)?;
     let case = case_text(&contact.settings, &hashes);
     #[cfg(feature = "parquet")]
-    let table = StagedFile::write(arguments.out.join(HISTORY_PARQUET), |out| {
+    let table = StagedFile::write(arguments.job.out.join(HISTORY_PARQUET), |out| {
         write_history_parquet(out, &contact.history, &case)
     })?;
-    StagedFile::text(&arguments.out, CASE, &case)?.commit()?;
+    StagedFile::text(&arguments.job.out, CASE, &case)?.commit()?;
     commit(staged.into_iter().chain(along_trim))?;
     #[cfg(feature = "parquet")]
     commit([table])?;
     // Of a brush that was simulated in the same directory.
     for name in OF_BRUSH {
-        remove(&arguments.out.join(name))?;
+        remove(&arguments.job.out.join(name))?;
     }
     // Of an earlier result.
-    remove(&arguments.out.join(CHECK))?;
+    remove(&arguments.job.out.join(CHECK))?;
     if simulation.positions.is_empty() {
-        remove(&arguments.out.join(POSITIONS))?;
+        remove(&arguments.job.out.join(POSITIONS))?;
     }
     if !cfg!(feature = "parquet") {
-        remove(&arguments.out.join(HISTORY_PARQUET))?;
+        remove(&arguments.job.out.join(HISTORY_PARQUET))?;
     }
-    commit_vtk(&arguments.out, vtk)?
+    commit_vtk(&arguments.job.out, vtk)?
         .iter()
         .for_each(|path| say_written(path));
-    let drawn = draw(
-        &arguments.out,
+    draw(
+        &arguments.job.out,
         |format| contact.pictures(format),
         None,
         &figures,
         is_of_simulation,
     )?;
     let assumptions = Assumptions::of_contact(&contact.settings, &unstated).with_material(material);
-    let shown = say_drawn(&drawn).and_then(|()| {
-        show(contact_table(
-            &contact.settings,
-            &simulation.metrics,
-            &assumptions,
-            width(),
-        ))
-    });
+    let shown = show(contact_table(
+        &contact.settings,
+        &simulation.metrics,
+        &assumptions,
+        width(),
+    ));
     of_contact(
         &contact.settings,
         &simulation.metrics,
@@ -240,7 +232,7 @@ pub fn run(arguments: &SimulateArgs) -> Result<(), CliError> {
     if arguments.check {
         let checked = check(&contact.settings)?;
         let text = check_text(FINER_PASS, &simulation.metrics, &checked);
-        commit([StagedFile::text(&arguments.out, CHECK, &text)?])?;
+        commit([StagedFile::text(&arguments.job.out, CHECK, &text)?])?;
         show(format_args!(
             "\n{}",
             check_table(FINER_PASS, &simulation.metrics, &checked)
@@ -254,7 +246,7 @@ fn check(settings: &Settings) -> Result<Metrics, CliError> {
     let progress = PassProgress::begin("the check", 0.0);
     let tell = &mut |share| progress.tell(share);
     Ok(simulate_places(
-        &finer(settings),
+        &finer_pass(settings),
         Sampling::default(),
         &Stop::default(),
         tell,

@@ -1,7 +1,7 @@
 //! `bristle study`.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{self, ExitCode};
 
 use bristle::simulation::Stop;
@@ -20,9 +20,10 @@ use bristle_text::{shown, shown_path};
 use clap::Args;
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::input::{InputArgs, InputText};
-use crate::pictures::{FIGURES, FigureArgs, draw_study, is_picture, measured_forces, say_drawn};
-use crate::progress::{Progress, Works};
+use crate::input::InputText;
+use crate::job::JobArgs;
+use crate::pictures::{FIGURES, draw_study, is_picture, measured_forces, say_drawn};
+use crate::progress::Progress;
 use crate::terminal::{say, say_at_the_end, say_written, show, show_assumptions, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
 
@@ -48,29 +49,15 @@ pub const LONGEST_FAILURE: usize = 400;
 /// settings.
 ///
 /// DIR/figures has the five figures that matter most, or all with --figures all,
-/// as SVG, PNG and PDF; `bristle plot
-/// DIR` redraws them. If the input file names measured forces, the figures compare
-/// them with the simulated ones, and DIR/measured_comparison.csv lists the
-/// deviations:
-///
-///   [measured]
-///   file = "forces.csv"
-///   columns.rotational_speed_rpm = "n [rpm]"
-///   columns.penetration_depth_m = "ae [mm]"
-///   columns.force_n = "Fz [kN]"
-///
-/// Without columns, those of that file are brushing_velocity_m_s,
-/// penetration_depth_m, force_n and, if there is one, std_n. Separator and decimal
-/// comma are recognised.
+/// as SVG, PNG and PDF; `bristle plot DIR` redraws them. If the input file names
+/// measured forces under [measured], the figures compare them with the simulated
+/// ones, and DIR/measured_comparison.csv lists the deviations; `bristle explain
+/// measured` shows its keys.
 ///
 /// If the properties of the filaments are not known exactly, state standard
-/// deviations. The study then repeats each case with sampled tools. It shows the
-/// band that contains 95 % of their forces, and how much each property contributes
-/// to it:
-///
-///   [uncertainty]
-///   diameter_std_m = 0.03e-3
-///   youngs_modulus_std_pa = 0.3e9
+/// deviations under [uncertainty], as in diameter_std_m = 0.03e-3. The study then
+/// repeats each case with sampled tools. It shows the band that contains 95 % of
+/// their forces, and how much each property contributes to it.
 ///
 /// With [brush], the filaments of a case touch each other. Before the first case
 /// is simulated, all cases are checked: filaments must not overlap, nor need more
@@ -131,12 +118,7 @@ fn checked_if(study: Study, check: bool) -> Study {
 #[derive(Args)]
 pub struct StudyArgs {
     #[command(flatten)]
-    pub input: InputArgs,
-    /// Directory for the results, created if it does not exist
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    #[command(flatten)]
-    figures: FigureArgs,
+    pub job: JobArgs,
     #[command(flatten)]
     resources: ResourceArgs,
     /// Leave out [brush]: simulate each filament alone
@@ -167,8 +149,10 @@ impl StudyArgs {
 
     /// Warns of what is unusual, and checks that all brushes can be simulated.
     fn check(&self, study: &Study) -> Result<(), CliError> {
-        self.input.warn_of(&unusual_in_study(study))?;
-        self.input.check_brushes(study, self.resources.resources())
+        self.job.input.warn_of(&unusual_in_study(study))?;
+        self.job
+            .input
+            .check_brushes(study, self.resources.resources())
     }
 }
 
@@ -230,30 +214,15 @@ fn tell_of(run: &StudyRun, Found { torn, discarded }: Found, path: &Path) {
 
 /// Simulates the cases of a shard, which are then in the journal.
 fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCode, CliError> {
-    let text = arguments.input.read()?;
+    let text = arguments.job.input.read()?;
     let study = checked_if(arguments.document(&text)?.study()?, check);
     arguments.check(&study)?;
-    let mut run = open(study, &arguments.out, arguments.restart)?;
-    let count = |run: &StudyRun, is_one: fn(&Option<CaseResult>) -> bool| {
-        let own = run
-            .results()
-            .iter()
-            .enumerate()
-            .filter(|(case, result)| shard.has(*case) && is_one(result));
-        own.count()
-    };
-    let is_failure: fn(&Option<CaseResult>) -> bool = |result| matches!(result, Some(Err(_)));
-    let total = count(&run, |_| true);
-    let progress = Progress::begin(
-        Works::of(&run, |case| shard.has(case)),
-        count(&run, is_failure),
-        arguments.json,
-    );
-    run.simulate(
-        |case| shard.has(case),
-        &arguments.means(&progress, &Stop::default()),
-    )?;
-    let path = arguments.out.join(JOURNAL);
+    let mut run = open(study, &arguments.job.out, arguments.restart)?;
+    let is_own = |case| shard.has(case);
+    let progress = Progress::begin(&run, is_own, arguments.json);
+    run.simulate(is_own, &arguments.means(&progress, &Stop::default()))?;
+    let (total, failed) = progress.counts();
+    let path = arguments.job.out.join(JOURNAL);
     if !arguments.json {
         let path = shown_path(&path);
         say(format_args!(
@@ -266,40 +235,47 @@ fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCod
         ));
     }
     progress.summarise(&[path])?;
-    let failed = count(&run, is_failure);
     if failed > 0 {
         say(format_args!(
             "error: {failed} of the cases failed; the results of the study will say why"
         ));
     }
-    Ok(if failed == 0 {
+    Ok(status(failed))
+}
+
+/// The exit status of a study of which so many cases failed.
+fn status(failed: usize) -> ExitCode {
+    if failed == 0 {
         ExitCode::SUCCESS
     } else {
         SIMULATION_FAILED.into()
-    })
+    }
 }
 
 /// Simulates all cases that are not in the journal, or all with `restart`, and writes the results.
 pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<ExitCode, CliError> {
-    let figures = arguments.figures.figures()?;
-    let text = arguments.input.read()?;
+    let figures = arguments.job.figures.figures()?;
+    let text = arguments.job.input.read()?;
     let document = arguments.document(&text)?;
     let study = checked_if(document.study()?, check);
     arguments.check(&study)?;
     let measured = match document.measured() {
-        Some((file, format)) => measured_forces(&relative_to(&arguments.input.file, file), format)?,
+        Some((file, format)) => {
+            measured_forces(&relative_to(&arguments.job.input.file, file), format)?
+        }
         None => Vec::new(),
     };
     arguments
+        .job
         .input
         .warn_of(&unusual_points(&study, &measured))?;
-    let out = &arguments.out;
+    let out = &arguments.job.out;
     let run = open(study, out, restart)?;
     if figures.are_drawn() {
         prepare_directory(&out.join(FIGURES))?;
     }
-    let progress = Progress::begin(Works::of(&run, |_| true), run.counts().1, arguments.json);
-    let (stop, name) = (Stop::default(), arguments.input.short_name());
+    let progress = Progress::begin(&run, |_| true, arguments.json);
+    let (stop, name) = (Stop::default(), arguments.job.input.short_name());
     let finished = run.finish(
         &name,
         &document,
@@ -319,7 +295,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
         &study,
         &results,
         &measured,
-        comparisons,
+        &comparisons,
         arguments.resources.threads.number(),
         &figures,
     )?;
@@ -341,7 +317,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
                     show(format_args!("\n{}", answer.text(width())))
                 })
             })
-            .and_then(|()| say_drawn(&drawn))
+            .and_then(|()| say_drawn(&drawn, &comparisons))
     };
     let told = tables.and(progress.summarise(&files));
 
@@ -378,11 +354,7 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
     }
     of_study(&study, &results).iter().for_each(say);
     told?;
-    Ok(if failures.is_empty() {
-        ExitCode::SUCCESS
-    } else {
-        SIMULATION_FAILED.into()
-    })
+    Ok(status(failures.len()))
 }
 
 /// Shows the tables of a study, below that of what its named tools differ in.

@@ -148,7 +148,7 @@ fn checked_cases_of_shards_are_merged() {
 }
 
 #[test]
-fn a_brush_is_compared_with_half_the_step() {
+fn a_brush_is_compared_with_a_quarter_of_the_tolerance() {
     let brush = "[brush]\nrows = 1\ncolumns = 3\nsteady = false\n";
     let text = format!(
         "{}\n{brush}",
@@ -156,7 +156,7 @@ fn a_brush_is_compared_with_half_the_step() {
     );
     let directory = Workspace::with(&text);
     let text = directory.printed("brush case.toml --out all --check --no-figures");
-    assert!(text.contains("steps of half the length"), "{text}");
+    assert!(text.contains("quarter of the tolerance"), "{text}");
     let change = &directory.json("all/check.json")["metrics"]["contact_normal_impulse_n_s"];
     assert_eq!(
         change["value"],

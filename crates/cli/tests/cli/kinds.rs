@@ -1,11 +1,7 @@
 //! Tools of any kind and pose, and forces in place of depths: in files, studies, tables, warnings
 //! and advice.
 
-use bristle::model::settings::ToolKind;
-use bristle_input::document::Document;
-use predicates::str::contains;
-
-use crate::program::{Workspace, brush, has, settings, study, words};
+use crate::program::{Workspace, brush, has, is_near, lacks, page_data, words};
 
 /// A cup of so few filaments that they do not touch each other, with further lines of `[process]`.
 fn cup(process: &str) -> String {
@@ -23,67 +19,22 @@ const ROUND: &str = concat!(
 );
 
 #[test]
-fn kinds_and_angles_are_stated_swept_and_named_in_any_unit() {
-    let stated =
-        settings(&cup("penetration_depth_mm = 0.5").replace("positions = 1", "tilt_deg = 80"));
-    assert_eq!(
-        (stated.tool.kind, stated.tool.tilt_rad),
-        (ToolKind::Cup, Some(80_f64.to_radians()))
-    );
-    let swept = study(
-        &(cup("")
-            + "[study]\n\"tool.tilt_deg\" = [80, 90]\n\"process.tool_force_kn\" = [0.002, 0.004]\n"),
-    );
-    assert_eq!(swept.case_count(), 4);
-    let last = swept.settings(3);
-    let found = [swept.settings(0), swept.settings(2), last.clone()]
-        .map(|each| (each.tool.tilt_rad, each.process.tool_force_n));
-    assert!(
-        found.contains(&(Some(std::f64::consts::FRAC_PI_2), Some(4.0))),
-        "{found:?}"
-    );
-    assert!(swept.is_pressed_on() && last.process.penetration_depth_m == 0.0);
-    let named = study(
-        &(cup("penetration_depth_m = 5e-4")
-            + "[study]\n[study.tools.cup]\n[study.tools.round]\ntool.kind = \"round\"\n"),
-    );
-    assert_eq!(
-        [0, 1].map(|case| named.settings(case).tool.kind),
-        [ToolKind::Cup, ToolKind::Round]
-    );
-    let option = [
-        "tool.kind=\"cone\"".to_owned(),
-        "tool.filament_angle_deg=30".to_owned(),
-    ];
-    let text = cup("penetration_depth_m = 5e-4");
-    let cone = Document::parse_with(&text, "case.toml", &option)
-        .and_then(|document| document.settings())
-        .expect("a cone");
-    assert!((cone.tool.tilt_rad() - 60_f64.to_radians()).abs() < 1e-12);
-}
-
-#[test]
 fn a_cup_is_pressed_on_with_a_force() {
     let workspace = Workspace::with(&cup("tool_force_n = 6.0"));
     let [printed, said] = workspace.run("simulate case.toml --out one --no-figures --strict");
-    assert!(!said.contains("warning"), "{said}");
+    lacks(&said, &["warning"]);
     let number = |key: &str| workspace.number("one/metrics.json", key);
     let force = number("tool_contact_normal_force_n");
-    assert!((force / 6.0 - 1.0).abs() < 1.1e-3);
+    is_near(force, 6.0, 1.1e-3);
     let (depth, stiffness) = (number("penetration_depth_m"), number("force_stiffness_n_m"));
-    assert!(
-        (0.8e-3..1.6e-3).contains(&depth) && stiffness > 0.0,
-        "{depth} {stiffness}"
-    );
-    assert!(
-        words(&printed).contains(&format!("a_e in mm {:.3} ", 1e3 * depth)),
-        "{printed}"
+    assert!((0.8e-3..1.6e-3).contains(&depth) && stiffness > 0.0);
+    has(
+        &words(&printed),
+        &[&format!("a_e in mm {:.3} ", 1e3 * depth)],
     );
     // Its steady turns are the default, and filaments that touch all round have no force along x.
-    assert!(
-        number("turns") >= 2.0 && !printed.contains("F_t,w"),
-        "{printed}"
-    );
+    assert!(number("turns") >= 2.0);
+    lacks(&printed, &["F_t,w"]);
     // What is found is what it presses with at that depth.
     workspace.write(
         "depth.toml",
@@ -91,13 +42,8 @@ fn a_cup_is_pressed_on_with_a_force() {
     );
     workspace.run("simulate depth.toml --out depth --no-figures");
     let again = |key: &str| workspace.number("depth/metrics.json", key);
-    assert_eq!(
-        (
-            again("tool_contact_normal_force_n"),
-            again("force_stiffness_n_m")
-        ),
-        (force, 0.0)
-    );
+    assert_eq!(again("tool_contact_normal_force_n"), force);
+    assert_eq!(again("force_stiffness_n_m"), 0.0);
 }
 
 #[test]
@@ -106,104 +52,52 @@ fn a_study_by_force_shows_the_depths_that_it_finds() {
         &(ROUND.to_owned()
             + "tool_force_n = 200.0\n[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"),
     );
-    let [printed, said] = workspace.run("study case.toml --out results --no-figures");
+    let [printed, said] = workspace.run("study case.toml --out results --figures all,svg");
     let numbers = |key: &str| workspace.column("results/runs.csv", key);
-    assert!(
-        numbers("tool_contact_normal_force_n")
-            .iter()
-            .all(|force| (force / 200.0 - 1.0).abs() < 1.1e-3)
-    );
+    for force in numbers("tool_contact_normal_force_n") {
+        is_near(force, 200.0, 1.1e-3);
+    }
     assert_eq!(numbers("process.tool_force_n"), [200.0, 200.0]);
     let depths = numbers("penetration_depth_m");
-    assert!(
-        depths.iter().all(|depth| (1e-4..5e-3).contains(depth)),
-        "{depths:?}"
-    );
+    assert!(depths.iter().all(|depth| (1e-4..5e-3).contains(depth)));
     has(&printed, &["v_b    a_e", "a_e: penetration depth;"]);
     // Assumptions are changed at the depth that was found.
-    assert!(
-        !printed.contains("a_e = 0 mm") && words(&printed).contains("m/s, a_e = "),
-        "{printed}"
-    );
-    assert!(
-        !words(&said).contains("penetration_depth_m` is 0"),
-        "{said}"
-    );
+    lacks(&printed, &["a_e = 0 mm"]);
+    has(&words(&printed), &["m/s, a_e = "]);
+    lacks(&words(&said), &["penetration_depth_m` is 0"]);
+
+    // The force is what the file states, and the depth the result.
+    let names = workspace.names("results/figures").join("\n");
+    has(&names, &["penetration_depth_over_velocity.svg"]);
+    lacks(&names, &["\ntool_force_"]);
+    let data = page_data(&workspace.read("results/report.html"));
+    assert_eq!(data["quantities"][0]["key"], "penetration_depth_m");
+    lacks(&data["headline"].to_string(), &["a_e = 0"]);
+    // The course is that at the depth that was found.
+    let impulse = data["courses"][0][1]["turn_impulses"][0].as_f64();
+    let impulses = numbers("contact_normal_impulse_n_s");
+    is_near(impulse.expect("an impulse"), impulses[0], 1e-3);
 
     let advice = workspace.printed("advise results");
-    assert!(
-        advice.contains("Least power for each force") && !advice.contains("Highest"),
-        "{advice}"
-    );
+    has(&advice, &["Least power for each force"]);
+    lacks(&advice, &["Highest"]);
     let advice = workspace.printed("advise results --target-force 200 --no-verify");
-    let depth = |row: usize| format!("{:.3}", 1e3 * depths[row]);
-    has(
-        &words(&advice),
-        &[
-            depth(0).trim_end_matches('0'),
-            "Nothing is interpolated, as",
-        ],
-    );
+    let depth = format!("{:.3}", 1e3 * depths[0]);
+    let nothing = "Nothing is interpolated, as";
+    has(&words(&advice), &[depth.trim_end_matches('0'), nothing]);
 }
 
 #[test]
-fn forces_out_of_reach_are_refused_and_small_depths_are_told() {
+fn a_force_out_of_reach_is_refused() {
     let workspace = Workspace::with(&(ROUND.to_owned() + "tool_force_n = 1e6\n"));
-    let failed = contains(
-        "no depth up to 20.000 mm reaches process.tool_force_n = 1000000 N: the largest force is",
-    );
-    workspace
-        .bristle("simulate case.toml --out one")
-        .assert()
-        .code(3)
-        .stderr(failed);
-    workspace.write(
-        "case.toml",
-        ROUND.to_owned() + "tool_force_n = 20.0\n[study]\n\"process.tool_force_n\" = [20.0, 1e6]\n",
-    );
-    let said = words(&workspace.said("simulate case.toml --out one --no-figures"));
+    let failed = workspace.failed("simulate case.toml --out one", 3);
     has(
-        &said,
+        &failed,
         &[
-            "presses with this force at a depth of 0.0",
-            "roundness of a brush",
+            "no depth up to 20.000 mm reaches process.tool_force_n = 1000000 N: the largest force is",
         ],
     );
-    let output = workspace
-        .bristle("study case.toml --out results --no-figures")
-        .assert()
-        .code(3)
-        .get_output()
-        .clone();
-    let said = words(&String::from_utf8(output.stderr).expect("UTF-8"));
-    has(
-        &said,
-        &[
-            "row 2: no depth up to 20.000 mm reaches",
-            "in 1 of 2 cases, first in row 1",
-        ],
-    );
-}
-
-#[test]
-fn trims_that_are_lifted_or_splayed_clear_are_told() {
-    let workspace = Workspace::with(&cup("penetration_depth_m = 2e-6"));
-    let said =
-        words(&workspace.said(
-            "simulate case.toml --out one --no-figures --set process.rotational_speed_rpm=6000",
-        ));
-    assert!(
-        said.contains("the turning tool never touches the workpiece. Centrifugal forces splay"),
-        "{said}"
-    );
-    let tilted =
-        "--set tool.positions=5 --set tool.tilt_deg=60 --set process.penetration_depth_mm=0.1";
-    let refused =
-        words(&workspace.refused(&format!("simulate case.toml --out one --strict {tilted}")));
-    has(
-        &refused,
-        &["`tool.tilt_rad` is 1.047 rad; usually it is such that more of the trim reaches"],
-    );
+    assert!(workspace.names("one").is_empty(), "nothing is written");
 }
 
 #[test]
@@ -213,25 +107,48 @@ fn a_first_file_of_a_cup_runs_and_says_why_it_has_no_brush() {
     let said = directory.said(&format!(
         "new cup.toml --kind cup --filaments 1500 --friction 0.3 {sizes}"
     ));
-    assert!(
-        words(&said).contains("Those of axial and conical trims are simulated alone all the same"),
-        "{said}"
-    );
+    let alone = "Those of axial and conical trims are simulated alone all the same";
+    has(&words(&said), &[alone]);
     let quick = "--strict --no-figures --set filament.segments=4 --set tool.positions=1";
     directory.run(&format!("simulate cup.toml --out one {quick}"));
-    directory.refuses(
-        &format!("new cone.toml --kind cone --filaments 300 {sizes}"),
-        &["--filament-angle-deg"],
-    );
-    let said = directory.said(&format!(
-        "new cone.toml --kind cone --filament-angle-deg 30 --filaments 300 {sizes}"
-    ));
-    assert!(
-        !said.contains("note:")
-            && directory
-                .read("cone.toml")
-                .contains("filament_angle_deg = 30.0"),
-        "{said}"
-    );
+    let cone = format!("new cone.toml --kind cone --filaments 300 {sizes}");
+    directory.refuses(&cone, &["--filament-angle-deg"]);
+    let said = directory.said(&format!("{cone} --filament-angle-deg 30"));
+    lacks(&said, &["note:"]);
+    let angle = "filament_angle_deg = 30.0";
+    has(&directory.read("cone.toml"), &[angle]);
     directory.run(&format!("simulate cone.toml --out two {quick}"));
+}
+
+#[test]
+fn the_filaments_along_a_trim_are_in_a_file() {
+    let upright = ROUND.to_owned() + "penetration_depth_m = 1e-3\n";
+    let tilted = upright.replacen("[tool]\n", "[tool]\ntilt_rad = 0.02\npositions = 3\n", 1);
+    let directory = Workspace::with(&tilted);
+    let said = directory.told("simulate case.toml --out one --figures svg");
+    has(&said, &["positions.csv"]);
+    let positions = directory.column("one/positions.csv", "position_m");
+    assert_eq!(positions, [positions[0], 0.0, -positions[0]]);
+    assert!(directory.json("one/case.json")["sha256"]["positions.csv"].is_string());
+
+    // Both views, the trim, and the heights.
+    let drawn = directory.read("one/figures/profile_drawn.svg");
+    has(
+        &drawn,
+        &["along the axis", "from the side", "undeformed trim"],
+    );
+    let history = directory.read("one/figures/history.svg");
+    has(
+        &history,
+        &["tip in mm", "root in mm", "tip and root: their heights"],
+    );
+    directory.run("plot one --out again --figures svg");
+    let [one, again] = ["one", "again"].map(|out| directory.files(&format!("{out}/figures")));
+    assert!(one == again, "figures differ");
+
+    // A tool whose filaments are alike has none, nor these views.
+    directory.write("case.toml", &upright);
+    directory.run("simulate case.toml --out one --figures svg");
+    directory.has_no("one/positions.csv");
+    lacks(&directory.read("one/figures/history.svg"), &["root in mm"]);
 }

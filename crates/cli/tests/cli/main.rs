@@ -12,7 +12,6 @@ mod converge;
 mod corpora;
 mod first;
 mod formats;
-mod friction;
 mod hostile;
 mod kinds;
 mod metrics;

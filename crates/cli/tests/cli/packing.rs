@@ -1,9 +1,12 @@
-//! The number of filaments: stated as such or by the packing, never assumed; and the defaults that
-//! decide the force are told.
+//! The number of filaments: stated as such or by the packing, never assumed. Defaults that decide
+//! the force are told, and documents and advice say what friction does.
 
 use std::f64::consts::{PI, TAU};
 
-use crate::program::{Workspace, has, settings, study, words};
+use bristle::model::settings::Settings;
+use bristle::simulation::simulate;
+
+use crate::program::{Workspace, has, is_near, lacks, settings, words};
 
 /// A file with this line about the number of filaments.
 fn file(count: &str) -> String {
@@ -11,13 +14,6 @@ fn file(count: &str) -> String {
         "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n{count}\n[filament]\nsegments = 4\nlength_m = 0.040\n\
          diameter_m = 1.18e-3\n[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1e-3\n"
     )
-}
-
-/// The numbers of filaments in the two cases of a study.
-fn counts(text: &str) -> [f64; 2] {
-    let study = study(text);
-    assert_eq!(study.case_count(), 2);
-    [0, 1].map(|case| study.settings(case).tool.filament_count)
 }
 
 const SURFACE_M2: f64 = TAU * 0.140 * 0.020;
@@ -33,24 +29,15 @@ fn the_packing_gives_the_number() {
         ),
         (6000.0, 0.0)
     );
-    let by_area = settings(&file("filaments_per_m2 = 6e5"))
-        .tool
-        .filament_count;
-    assert!((by_area / (6e5 * SURFACE_M2) - 1.0).abs() < 1e-14);
+    let by_area = settings(&file("filaments_per_m2 = 6e5")).tool;
+    is_near(by_area.filament_count, 6e5 * SURFACE_M2, 1e-14);
     let by_share = settings(&file("fill_factor = 0.5"));
-    assert!((by_share.tool.filament_count / (0.5 * SURFACE_M2 / AREA_M2) - 1.0).abs() < 1e-14);
-    assert!((by_share.fill_factor() - 0.5).abs() < 1e-15);
-}
-
-#[test]
-fn a_packing_gives_each_diameter_its_number() {
-    let sweeps = "[study]\n\"filament.diameter_m\" = [1e-3, 2e-3]\nrotational_speed_rpm = [600]\n";
-    let [thin, thick] = counts(&(file("fill_factor = 0.5") + sweeps));
-    assert!((thin / thick - 4.0).abs() < 1e-12);
-    // A sweep replaces the number in the file.
-    let [loose, dense] =
-        counts(&(file("filament_count = 6000") + "[study]\n\"tool.fill_factor\" = [0.3, 0.6]\n"));
-    assert!((dense / loose - 2.0).abs() < 1e-12);
+    is_near(
+        by_share.tool.filament_count,
+        0.5 * SURFACE_M2 / AREA_M2,
+        1e-14,
+    );
+    is_near(by_share.fill_factor(), 0.5, 1e-15);
 }
 
 #[test]
@@ -68,10 +55,6 @@ fn defaults_that_decide_the_force_are_told() {
     has(
         &words,
         &[
-            "n_w in rpm",
-            "F_n,w in N",
-            "M_w in N m",
-            "P_w in W",
             "assumed F_n,w at +10 %",
             "filament.damping_ratio",
             "contact.stiffness_n_m",
@@ -80,19 +63,43 @@ fn defaults_that_decide_the_force_are_told() {
             "on steel dry 0.2 to 0.6",
         ],
     );
-    assert!(!told.contains("filament.youngs_modulus_pa"), "{told}");
-    assert!(
-        told.lines().all(|line| line.chars().count() <= 80),
-        "{told}"
-    );
+    lacks(&told, &["filament.youngs_modulus_pa"]);
 
     let told = said(
         &(stated + "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n"),
         "study case.toml --out results",
     );
     has(&told, &["assumed", "(row "]);
-    let page = directory.read("results/report.html");
-    assert!(
-        page.contains(r#""path":"filament.damping_ratio""#) && page.contains(r#""force_change":"#)
+    has(
+        &directory.read("results/report.html"),
+        &[r#""path":"filament.damping_ratio""#, r#""force_change":"#],
     );
+}
+
+#[test]
+fn documents_and_advice_say_what_friction_does() {
+    let force = |friction: f64| {
+        let mut settings = Settings::paper(10.0, 1e-3);
+        settings.contact.friction_coefficient = friction;
+        simulate(&settings)
+            .expect("a pass")
+            .metrics
+            .tool_contact_normal_force_n
+    };
+    let [none, little, usual, much] =
+        [0.0, 0.1, 0.3, 0.5].map(|friction| format!("{:.0}", force(friction)));
+    let told = format!("{none}, {little}, {usual} and {much} N");
+    for page in [
+        include_str!("../../../../README.md"),
+        include_str!("../../../../docs/input.md"),
+    ] {
+        has(page, &[&told]);
+    }
+    let directory = Workspace::with(&format!(
+        "{}[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n",
+        file("filament_count = 10500")
+    ));
+    directory.run("study case.toml --out results");
+    let text = directory.printed("advise results");
+    has(&words(&text), &[&told]);
 }

@@ -8,9 +8,10 @@ use std::path::Path;
 
 use bristle::model::filament::first_natural_frequency;
 use bristle::model::settings::Settings;
+use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::bristle;
+use crate::program::{bristle, has, section, words};
 
 /// A page, and what it says besides its commands, files and outputs.
 struct Page {
@@ -19,12 +20,18 @@ struct Page {
     counts: (usize, usize),
     /// Files that it tells the reader to open.
     files: &'static [&'static str],
-    /// Metrics in its prose: file, key, number, and the unit of the number's last digit.
-    metrics: &'static [(&'static str, &'static str, f64, f64)],
+    /// Metrics in its prose, one a line after the first: directory, key, number, and the unit of the number's last
+    /// digit.
+    metrics: &'static str,
 }
 
 /// Marks lines that the page leaves out.
 const LEFT_OUT: &str = "…";
+
+/// The text of a file.
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
 
 /// A block of the page that is not prose.
 #[derive(Debug)]
@@ -56,13 +63,13 @@ fn blocks(page: &'static str) -> Vec<Block<'static>> {
 /// the same within a sentence.
 fn write(directory: &Path, before: &str, text: &str) {
     // Lines may break anywhere in the sentence.
-    let before = before.split_whitespace().collect::<Vec<_>>().join(" ");
+    let before = words(before);
     let place = |words: &str| before.rfind(words).map(|at| &before[at + words.len()..]);
     let (earlier, name) = match (place("ave this as `"), place("dd this to `")) {
         (Some(name), None) => (String::new(), name),
         (None, Some(name)) => {
             let name = name.split_once('`').expect("a name in backticks").0;
-            (fs::read_to_string(directory.join(name)).expect(name), name)
+            (read(&directory.join(name)), name)
         }
         found => panic!("the page says what to do with a file: {found:?} in {before}"),
     };
@@ -142,30 +149,35 @@ fn check(page: &Page) -> TempDir {
     for name in page.files {
         assert!(directory.path().join(name).is_file(), "{name}");
     }
-    for &(file, key, told, unit) in page.metrics {
-        let metrics = fs::read_to_string(directory.path().join(file)).expect(file);
-        let metrics: serde_json::Value = serde_json::from_str(&metrics).expect("JSON");
-        let value = metrics[key].as_f64().expect(key);
-        assert!(
-            (value - told).abs() <= 0.5 * unit,
-            "{file}: {key} is {value}, and the page says {told}"
-        );
+    for line in page.metrics.lines().skip(1) {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let file = directory.path().join(words[0]).join("metrics.json");
+        let metrics: Value = serde_json::from_str(&read(&file)).expect("JSON");
+        let value = metrics[words[1]].as_f64().expect(line);
+        let [told, unit] = [2, 3].map(|word| words[word].parse::<f64>().expect(line));
+        assert!((value - told).abs() <= 0.5 * unit, "{value}, but {line}");
     }
     directory
+}
+
+/// Expects a figure to be that of a document.
+#[track_caller]
+fn is_figure(directory: &TempDir, drawn: &str, committed: &str) {
+    assert!(
+        read(&directory.path().join(drawn)) == committed,
+        "{drawn} is another figure than that of the document"
+    );
 }
 
 #[test]
 #[ignore = "with the other pages it takes minutes"]
 fn the_readme_describes_a_brush_as_it_says() {
-    let (_, section) = include_str!("../../../../README.md")
-        .split_once("\n## A brush of your own\n")
-        .expect("the section");
-    let section = section.split("\n## ").next().expect("it ends");
+    let readme = include_str!("../../../../README.md");
     check(&Page {
-        text: section,
+        text: section(readme, "A brush of your own"),
         counts: (2, 1),
         files: &["new/report.html"],
-        metrics: &[],
+        metrics: "",
     });
 }
 
@@ -184,21 +196,10 @@ fn the_tutorial_does_what_it_says() {
             "packed/runs.csv",
             "for-the-report/figures/tool_force_map.svg",
         ],
-        metrics: &[
-            ("contact/metrics.json", "contact_time_ratio", 0.80, 0.01),
-            (
-                "contact/metrics.json",
-                "contact_normal_impulse_n_s",
-                2.5e-3,
-                0.1e-3,
-            ),
-            (
-                "contact/metrics.json",
-                "tool_contact_normal_force_n",
-                234.0,
-                1.0,
-            ),
-        ],
+        metrics: "
+contact contact_time_ratio 0.80 0.01
+contact contact_normal_impulse_n_s 2.5e-3 0.1e-3
+contact tool_contact_normal_force_n 234.0 1.0",
     });
 }
 
@@ -216,12 +217,8 @@ fn choosing_speed_and_depth_does_what_it_says() {
             "wear/report.html",
             "wear/runs.csv",
         ],
-        metrics: &[(
-            "candidate/metrics.json",
-            "tool_contact_normal_force_n",
-            57.12,
-            0.01,
-        )],
+        metrics: "
+candidate tool_contact_normal_force_n 57.12 0.01",
     });
 }
 
@@ -240,111 +237,107 @@ fn forces_are_as_certain_as_the_page_says() {
             "calibrated/figures/calibration_force.png",
             "calibrated/calibration.html",
         ],
-        metrics: &[
-            (
-                "one/metrics.json",
-                "tool_contact_normal_force_n",
-                44.93,
-                0.01,
-            ),
-            (
-                "fine/metrics.json",
-                "tool_contact_normal_force_n",
-                44.94,
-                0.01,
-            ),
-        ],
+        metrics: "
+one tool_contact_normal_force_n 44.93 0.01
+fine tool_contact_normal_force_n 44.94 0.01",
     });
-    let text =
-        fs::read_to_string(directory.path().join("calibrated/calibrated.toml")).expect("a file");
-    let fitted = text
-        .lines()
-        .find(|line| line.starts_with("youngs_modulus_pa"))
-        .expect("a setting");
-    assert!(
-        fitted.contains("# E = 2.596 ± 0.018 GPa, fitted on 20"),
-        "{fitted}"
+    has(
+        &read(&directory.path().join("calibrated/calibrated.toml")),
+        &[
+            "# E = 2.596 ± 0.018 GPa, fitted on 20",
+            "file = \"../forces.csv\"",
+        ],
     );
-    assert!(text.contains("file = \"../forces.csv\""), "{text}");
     // The same table as that of the example.
     let example = include_str!("../../../../examples/laboratory.csv");
-    assert_eq!(
-        fs::read_to_string(directory.path().join("forces.csv")).expect("a file"),
-        example
-    );
+    assert_eq!(read(&directory.path().join("forces.csv")), example);
 }
 
 /// Worked numbers of docs/trust.md, by the solver's own properties of a filament
 /// where it has them.
 #[test]
 fn the_formulas_for_measurements_give_what_the_page_says() {
-    // Lines may break anywhere.
-    let words = include_str!("../../../../docs/trust.md").split_whitespace();
-    let page = words.collect::<Vec<_>>().join(" ");
-    let is_told = |text: &str| assert!(page.contains(text), "the page does not say: {text}");
-    let (length, diameter) = (0.1_f64, 1e-3_f64);
-    let about = |value: f64, told: f64, digit: f64| {
-        assert!((value - told).abs() <= 0.5 * digit, "{value}, not {told}")
-    };
-
-    is_told("20 filaments of 100 mm weigh 1.743 g, so that ρ = 1110 kg/m³");
-    let density = 4.0 * 1.743e-3 / (PI * diameter.powi(2) * length * 20.0);
-    about(density, 1110.0, 1.0);
-
-    is_told("L = 100 mm, m_w = 0.35 g (a piece of wire) and w = 9.3 mm give E = 2.5 GPa");
-    let (force, deflection) = (0.35e-3 * 9.81, 9.3e-3);
-    let bent = 64.0 * force * length.powi(3) / (3.0 * PI * diameter.powi(4) * deflection);
-    about(bent / 1e9, 2.5, 0.1);
-    assert!(deflection < 0.1 * length, "small enough for the formula");
-
-    is_told(
-        "10 periods in 114 frames of 240 per second, f = 21.1 Hz, ρ = 1110 kg/m³: E = 2.51 GPa",
-    );
+    let density = 4.0 * 1.743e-3 / (PI * 1e-6 * 0.1 * 20.0);
+    let bent = 64.0 * 0.35e-3 * 9.81 * 1e-3 / (3.0 * PI * 1e-12 * 9.3e-3);
     let frequency: f64 = 10.0 * 240.0 / 114.0;
-    about(frequency, 21.1, 0.1);
-    let rung = 16.0
-        * density
-        * (TAU * frequency * length.powi(2) / (1.8751_f64.powi(2) * diameter)).powi(2);
-    about(rung / 1e9, 2.51, 0.01);
+    let rung = 16.0 * density * (TAU * frequency * 0.01 / (1.8751_f64.powi(2) * 1e-3)).powi(2);
     // It is the frequency of such a filament.
     let mut filament = Settings::paper(10.0, 1e-3).filament;
-    (filament.length_m, filament.diameter_m) = (length, diameter);
+    (filament.length_m, filament.diameter_m) = (0.1, 1e-3);
     (filament.density_kg_m3, filament.youngs_modulus_pa) = (density, rung);
-    about(first_natural_frequency(&filament) / TAU, frequency, 0.01);
-
-    is_told("from 8.0 mm to 1.6 mm in 5 periods: Λ = 0.322, ζ = 0.051");
+    let own_frequency = first_natural_frequency(&filament) / TAU;
+    assert!(
+        (own_frequency - frequency).abs() <= 0.005,
+        "{own_frequency}"
+    );
     let decrement = (8.0_f64 / 1.6).ln() / 5.0;
-    about(decrement, 0.322, 0.001);
-    about(decrement / TAU.hypot(decrement), 0.051, 0.001);
-
-    is_told("(r_g + l_f)/r_g, here 1.58");
-    about((0.060 + 0.035) / 0.060, 1.58, 0.01);
-    is_told("20 N on the brush, and 5.2 N to pull: µ = 0.26");
-    about(5.2 / 20.0, 0.26, 0.01);
-
-    is_told("s/√(2(N − 1)): 16 % for N = 20, 11 % for 40, 7 % for 100");
     let relative = |count: f64| 1.0 / (2.0 * (count - 1.0)).sqrt();
-    for (count, percent) in [(20.0, 16.0), (40.0, 11.0), (100.0, 7.0)] {
-        about(100.0 * relative(count), percent, 1.0);
-    }
-    is_told("0.050 rad, and ten readings of one by 0.015 rad, so that s_τ = 0.048 ± 0.005 rad");
     let less = |seen: f64, other: f64| (seen.powi(2) - other.powi(2)).sqrt();
     let tilt = less(0.050, 0.015);
-    about(tilt, 0.048, 0.001);
-    about(tilt * relative(40.0), 0.005, 0.001);
-    is_told("40 lengths scatter by 0.34 mm, ten readings by 0.15 mm: s_l = 0.31 ± 0.03 mm");
-    about(less(0.34, 0.15), 0.31, 0.01);
-    about(less(0.34, 0.15) * relative(40.0), 0.03, 0.01);
-    is_told(
-        "40 tips scatter by 1.90 mm, of which 35 mm · 0.048 = 1.68 mm come from the tilts: s_root = 0.9 ± 0.6 mm",
-    );
-    about(35.0 * 0.048, 1.68, 0.01);
-    about(less(1.90, 1.68), 0.9, 0.1);
-    about(
-        relative(40.0) * 1.90_f64.powi(2).hypot(1.68_f64.powi(2)) / less(1.90, 1.68),
-        0.6,
-        0.1,
-    );
+    let (length, roots) = (less(0.34, 0.15), less(1.90, 1.68));
+    let of_roots = relative(40.0) * 1.90_f64.powi(2).hypot(1.68_f64.powi(2)) / roots;
+
+    // Each text of the page with its numbers: value, number told, and the unit of its last digit.
+    let told: [(&str, &[[f64; 3]]); 10] = [
+        (
+            "20 filaments of 100 mm weigh 1.743 g, so that ρ = 1110 kg/m³",
+            &[[density, 1110.0, 1.0]],
+        ),
+        (
+            "L = 100 mm, m_w = 0.35 g (a piece of wire) and w = 9.3 mm give E = 2.5 GPa",
+            &[[bent / 1e9, 2.5, 0.1]],
+        ),
+        (
+            "10 periods in 114 frames of 240 per second, f = 21.1 Hz, ρ = 1110 kg/m³: E = 2.51 GPa",
+            &[[frequency, 21.1, 0.1], [rung / 1e9, 2.51, 0.01]],
+        ),
+        (
+            "from 8.0 mm to 1.6 mm in 5 periods: Λ = 0.322, ζ = 0.051",
+            &[
+                [decrement, 0.322, 0.001],
+                [decrement / TAU.hypot(decrement), 0.051, 0.001],
+            ],
+        ),
+        (
+            "(r_g + l_f)/r_g, here 1.58",
+            &[[(0.060 + 0.035) / 0.060, 1.58, 0.01]],
+        ),
+        (
+            "20 N on the brush, and 5.2 N to pull: µ = 0.26",
+            &[[5.2 / 20.0, 0.26, 0.01]],
+        ),
+        (
+            "s/√(2(N − 1)): 16 % for N = 20, 11 % for 40, 7 % for 100",
+            &[
+                [relative(20.0), 0.16, 0.01],
+                [relative(40.0), 0.11, 0.01],
+                [relative(100.0), 0.07, 0.01],
+            ],
+        ),
+        (
+            "0.050 rad, and ten readings of one by 0.015 rad, so that s_τ = 0.048 ± 0.005 rad",
+            &[[tilt, 0.048, 0.001], [tilt * relative(40.0), 0.005, 0.001]],
+        ),
+        (
+            "40 lengths scatter by 0.34 mm, ten readings by 0.15 mm: s_l = 0.31 ± 0.03 mm",
+            &[[length, 0.31, 0.01], [length * relative(40.0), 0.03, 0.01]],
+        ),
+        (
+            "40 tips scatter by 1.90 mm, of which 35 mm · 0.048 = 1.68 mm come from the tilts: s_root = 0.9 ± 0.6 mm",
+            &[
+                [35.0 * 0.048, 1.68, 0.01],
+                [roots, 0.9, 0.1],
+                [of_roots, 0.6, 0.1],
+            ],
+        ),
+    ];
+    let page = words(include_str!("../../../../docs/trust.md"));
+    for (text, numbers) in told {
+        has(&page, &[text]);
+        for [value, number, digit] in numbers {
+            assert!((value - number).abs() <= 0.5 * digit, "{text}: {value}");
+        }
+    }
 }
 
 #[test]
@@ -360,26 +353,15 @@ fn cups_cones_and_tilted_brushes_do_what_the_page_says() {
             "pressed/report.html",
             "kinds/runs.csv",
         ],
-        metrics: &[
-            ("cup/metrics.json", "turns", 2.0, 1.0),
-            (
-                "cup/metrics.json",
-                "tool_contact_normal_force_n",
-                10.29,
-                0.01,
-            ),
-            ("tilted/metrics.json", "tool_lateral_force_n", -0.251, 0.001),
-        ],
+        metrics: "
+cup turns 2.0 1.0
+cup tool_contact_normal_force_n 10.29 0.01
+tilted tool_lateral_force_n -0.251 0.001",
     });
-    let drawn = fs::read_to_string(
-        directory
-            .path()
-            .join("pressed/figures/penetration_depth_over_speed.svg"),
-    );
-    let committed = include_str!("../../../../docs/cup-cone-tilted_depth.svg");
-    assert!(
-        drawn.expect("a figure") == committed,
-        "docs/cup-cone-tilted_depth.svg is another figure"
+    is_figure(
+        &directory,
+        "pressed/figures/penetration_depth_over_speed.svg",
+        include_str!("../../../../docs/cup-cone-tilted_depth.svg"),
     );
     // The examples are the files of the page.
     for example in [
@@ -416,105 +398,44 @@ fn edges_are_worked_as_the_page_says() {
             "rounding/removal.html",
             "worn/figures/worn_force.svg",
         ],
-        metrics: &[
-            (
-                "leaving/metrics.json",
-                "contact_normal_impulse_n_s",
-                1.07e-3,
-                0.01e-3,
-            ),
-            ("leaving/metrics.json", "edge_share", 0.001, 0.001),
-            ("leaving/metrics.json", "tool_torque_n_m", 6.08, 0.01),
-            (
-                "entering/metrics.json",
-                "contact_normal_impulse_n_s",
-                0.61e-3,
-                0.01e-3,
-            ),
-            ("entering/metrics.json", "edge_share", 0.336, 0.001),
-            ("entering/metrics.json", "tool_torque_n_m", 5.28, 0.01),
-            ("entering/metrics.json", "edge_evenness", 0.14, 0.01),
-            (
-                "chamfer/metrics.json",
-                "contact_normal_impulse_n_s",
-                0.60e-3,
-                0.01e-3,
-            ),
-            ("chamfer/metrics.json", "edge_share", 0.303, 0.001),
-            ("chamfer/metrics.json", "tool_torque_n_m", 5.21, 0.01),
-            ("shaft/metrics.json", "contact_angle_rad", 0.111, 0.001),
-            (
-                "shaft/metrics.json",
-                "contact_normal_impulse_n_s",
-                0.59e-3,
-                0.01e-3,
-            ),
-            (
-                "shaft/metrics.json",
-                "tool_contact_normal_force_n",
-                55.0,
-                1.0,
-            ),
-            ("shaft/metrics.json", "friction_work_j", 0.59e-3, 0.01e-3),
-            ("plane/metrics.json", "contact_angle_rad", 0.298, 0.001),
-            (
-                "plane/metrics.json",
-                "contact_normal_impulse_n_s",
-                1.26e-3,
-                0.01e-3,
-            ),
-            (
-                "plane/metrics.json",
-                "tool_contact_normal_force_n",
-                117.0,
-                1.0,
-            ),
-            ("plane/metrics.json", "friction_work_j", 2.79e-3, 0.01e-3),
-            ("ridge/metrics.json", "contact_angle_rad", 0.302, 0.001),
-            (
-                "ridge/metrics.json",
-                "contact_normal_impulse_n_s",
-                1.29e-3,
-                0.01e-3,
-            ),
-            (
-                "ridge/metrics.json",
-                "tool_contact_normal_force_n",
-                119.0,
-                1.0,
-            ),
-            ("ridge/metrics.json", "friction_work_j", 2.74e-3, 0.01e-3),
-            ("pipe/metrics.json", "contact_angle_rad", 0.558, 0.001),
-            (
-                "pipe/metrics.json",
-                "contact_normal_impulse_n_s",
-                2.40e-3,
-                0.01e-3,
-            ),
-            (
-                "pipe/metrics.json",
-                "tool_contact_normal_force_n",
-                223.0,
-                1.0,
-            ),
-            ("pipe/metrics.json", "friction_work_j", 6.50e-3, 0.01e-3),
-        ],
+        metrics: "
+leaving contact_normal_impulse_n_s 1.07e-3 0.01e-3
+leaving edge_share 0.001 0.001
+leaving tool_torque_n_m 6.08 0.01
+entering contact_normal_impulse_n_s 0.61e-3 0.01e-3
+entering edge_share 0.336 0.001
+entering tool_torque_n_m 5.28 0.01
+entering edge_evenness 0.14 0.01
+chamfer contact_normal_impulse_n_s 0.60e-3 0.01e-3
+chamfer edge_share 0.303 0.001
+chamfer tool_torque_n_m 5.21 0.01
+shaft contact_angle_rad 0.111 0.001
+shaft contact_normal_impulse_n_s 0.59e-3 0.01e-3
+shaft tool_contact_normal_force_n 55.0 1.0
+shaft friction_work_j 0.59e-3 0.01e-3
+plane contact_angle_rad 0.298 0.001
+plane contact_normal_impulse_n_s 1.26e-3 0.01e-3
+plane tool_contact_normal_force_n 117.0 1.0
+plane friction_work_j 2.79e-3 0.01e-3
+ridge contact_angle_rad 0.302 0.001
+ridge contact_normal_impulse_n_s 1.29e-3 0.01e-3
+ridge tool_contact_normal_force_n 119.0 1.0
+ridge friction_work_j 2.74e-3 0.01e-3
+pipe contact_angle_rad 0.558 0.001
+pipe contact_normal_impulse_n_s 2.40e-3 0.01e-3
+pipe tool_contact_normal_force_n 223.0 1.0
+pipe friction_work_j 6.50e-3 0.01e-3",
     });
-    for (drawn, name, committed) in [
-        (
-            "entering/figures/profile_drawn.svg",
-            "deburring.svg",
-            include_str!("../../../../docs/deburring.svg"),
-        ),
-        (
-            "rounding/figures/edge_radius.svg",
-            "edge_rounding_radius.svg",
-            include_str!("../../../../docs/edge_rounding_radius.svg"),
-        ),
-    ] {
-        let drawn = fs::read_to_string(directory.path().join(drawn)).expect("a figure");
-        assert!(drawn == committed, "docs/{name} is another figure");
-    }
+    is_figure(
+        &directory,
+        "entering/figures/profile_drawn.svg",
+        include_str!("../../../../docs/deburring.svg"),
+    );
+    is_figure(
+        &directory,
+        "rounding/figures/edge_radius.svg",
+        include_str!("../../../../docs/edge_rounding_radius.svg"),
+    );
     // The example has the coefficient besides.
     let (_, example) = include_str!("../../../../examples/edge_rounding.toml")
         .split_once("\n\n")

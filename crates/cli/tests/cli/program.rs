@@ -84,13 +84,21 @@ pub fn has(text: &str, parts: &[&str]) {
     }
 }
 
-/// The place of the first line of `case.toml` that starts with a text, as messages cite it.
-pub fn place(file: &str, text: &str) -> String {
-    let line = file
-        .lines()
-        .position(|line| line.starts_with(text))
-        .expect(text);
-    format!("case.toml:{}:", line + 1)
+/// Expects a text to have none of these parts.
+#[track_caller]
+pub fn lacks(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(!text.contains(part), "`{part}` in\n{text}");
+    }
+}
+
+/// Expects a number to be near another, by a share of it.
+#[track_caller]
+pub fn is_near(found: f64, expected: f64, share: f64) {
+    assert!(
+        (found / expected - 1.0).abs() < share,
+        "{found}, not {expected}"
+    );
 }
 
 /// The data in the page of a study.
@@ -232,6 +240,16 @@ impl Workspace {
             .collect()
     }
 
+    /// Makes a directory, and those above it.
+    pub fn make(&self, name: &str) {
+        fs::create_dir_all(self.path(name)).expect(name);
+    }
+
+    /// Removes a directory.
+    pub fn remove(&self, name: &str) {
+        fs::remove_dir_all(self.path(name)).expect(name);
+    }
+
     /// Names of the entries of a directory, sorted; none if there is no such directory.
     pub fn names(&self, directory: &str) -> Vec<String> {
         let entries = fs::read_dir(self.path(directory)).into_iter().flatten();
@@ -263,6 +281,13 @@ impl Workspace {
                 files.insert(name, self.bytes(&path));
             }
         }
+        files
+    }
+
+    /// The files of a study, without its journal, whose cases are in the order in which they ended.
+    pub fn results(&self, directory: &str) -> BTreeMap<String, Vec<u8>> {
+        let mut files = self.files(directory);
+        files.remove("journal.jsonl");
         files
     }
 
@@ -323,9 +348,9 @@ impl Workspace {
     }
 
     /// The message of a command that refuses its input, and prints nothing else.
+    #[track_caller]
     pub fn refused(&self, arguments: &str) -> String {
-        let refused = self.bristle(arguments).assert().code(2).stdout("");
-        let message = String::from_utf8(refused.get_output().stderr.clone()).expect("UTF-8");
+        let message = self.failed(arguments, 2);
         assert!(
             message.contains("error: ") && !message.contains("panicked"),
             "{arguments}: {message}"
@@ -333,15 +358,28 @@ impl Workspace {
         message
     }
 
+    /// The message of a command that ends with an exit status, and prints nothing else.
+    #[track_caller]
+    pub fn failed(&self, arguments: &str, status: i32) -> String {
+        let ended = self.bristle(arguments).assert().code(status).stdout("");
+        String::from_utf8(ended.get_output().stderr.clone()).expect("UTF-8")
+    }
+
     /// Expects a command to refuse its input with a message that has these parts.
     #[track_caller]
     pub fn refuses(&self, arguments: &str, parts: &[&str]) {
-        let message = self.refused(arguments);
-        for part in parts {
-            assert!(
-                message.contains(part),
-                "{arguments}: no `{part}` in\n{message}"
-            );
-        }
+        has(&self.refused(arguments), parts);
+    }
+
+    /// Expects a file to be there.
+    #[track_caller]
+    pub fn has_file(&self, name: &str) {
+        assert!(self.path(name).is_file(), "{name}");
+    }
+
+    /// Expects nothing to have a name.
+    #[track_caller]
+    pub fn has_no(&self, name: &str) {
+        assert!(!self.path(name).exists(), "{name}");
     }
 }

@@ -3,7 +3,6 @@
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::fs;
 use std::time::Duration;
 
 use bristle::model::parameters::{PARAMETERS, Parameter};
@@ -219,7 +218,7 @@ fn allowed_settings_have_finite_results() {
 /// Runs a call and checks status, message and files.
 fn assert_ends(files: &BTreeMap<String, Vec<u8>>, file: &str, call: &[&str], statuses: &[i32]) {
     let workspace = Workspace::new();
-    fs::create_dir(workspace.path("study")).expect("a directory");
+    workspace.make("study");
     for (name, content) in files {
         workspace.write(name, content);
     }

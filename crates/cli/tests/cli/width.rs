@@ -4,7 +4,7 @@
 use bristle_text::columns;
 use insta::assert_snapshot;
 
-use crate::program::Workspace;
+use crate::program::{Workspace, has};
 
 /// The start of all input files: a brush whose passes are quick.
 const HEAD: &str = "\
@@ -210,52 +210,21 @@ fn help_of_each_command_in_80_columns() {
 #[test]
 fn a_wider_terminal_is_used() {
     let directory = directory_of("grid", &[GRID]);
-    let heading = |text: &str, first: &str| {
-        let line = text
+    // Two parts of six velocities, or all side by side. A sentence stands below its row, or beside.
+    for (width, velocities, sentence) in [
+        (None, 6, "\n        The highest of 24 cases"),
+        (Some(120), 12, "  The highest of 24 cases"),
+    ] {
+        let study = "study grid.toml --out grid --no-figures";
+        let [tables, _] = printed(&directory, study, width);
+        let heading = tables
             .lines()
-            .find(|line| line.trim_start_matches([' ', '│']).starts_with(first));
-        line.map(|line| line.split_whitespace().count() - 1)
-    };
-    let [tables, _] = printed(&directory, "study grid.toml --out grid --no-figures", None);
-    assert_eq!(
-        heading(&tables, "2.5"),
-        Some(6),
-        "two parts of six velocities:\n{tables}"
-    );
-    let [tables, _] = printed(
-        &directory,
-        "study grid.toml --out grid --no-figures",
-        Some(120),
-    );
-    assert_eq!(
-        heading(&tables, "2.5"),
-        Some(12),
-        "all velocities side by side:\n{tables}"
-    );
-    // A sentence stands beside its row, or below.
-    let [advice, _] = printed(&directory, "advise grid", None);
-    assert!(
-        advice.contains("\n        The highest of 24 cases"),
-        "{advice}"
-    );
-    let [advice, _] = printed(&directory, "advise grid", Some(120));
-    assert!(
-        advice.contains("  The highest of 24 cases")
-            && advice.lines().any(|line| columns(line) > 80),
-        "{advice}"
-    );
-
-    let directory = directory_of("long", &[FEW, LONG_KEYS]);
-    let lists = |width| {
-        let [tables, _] = printed(&directory, "study long.toml --out long --no-figures", width);
-        tables
-            .lines()
-            .filter(|line| line.trim_start().starts_with("row "))
-            .count()
-    };
-    assert_eq!(
-        (lists(None), lists(Some(200))),
-        (2, 0),
-        "lists that are tied by the numbers of rows, or one list"
-    );
+            .find(|line| line.trim_start_matches([' ', '│']).starts_with("2.5"));
+        let words = heading.map(|line| line.split_whitespace().count());
+        assert_eq!(words, Some(velocities + 1), "{tables}");
+        let [advice, _] = printed(&directory, "advise grid", width);
+        has(&advice, &[sentence]);
+        let is_wide = advice.lines().any(|line| columns(line) > 80);
+        assert_eq!(is_wide, width.is_some(), "{advice}");
+    }
 }

@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use super::limits::Limits;
 use super::outcome::{OperatingPoint, Outcome};
+use super::table::{TableLine, write_table};
 use bristle_grid::{CaseResult, CaseSummary, Study, Sweep};
-use bristle_text::layout::{aligned, wrap, wrap_beside};
+use bristle_text::layout::wrap;
 use bristle_text::number::spanning;
 
 /// Advice on even work considers cases with at least this part of the highest force on edges.
@@ -160,30 +161,21 @@ impl EdgeAdvice {
         let headings = [
             ["row", "F_n,w", "share of", "evenness"],
             ["", "on edge", "p_n", ""],
-        ];
-        let row = |about: &EdgeSentence| {
-            [
+        ]
+        .map(|heading| heading.map(str::to_owned).to_vec());
+        let line = |about: &EdgeSentence| TableLine {
+            heading: about.topic.heading().to_owned(),
+            cells: vec![
                 about.row.to_string(),
                 format!("{} N", spanning(about.edge_force_n)),
                 format!("{:.3}", about.edge_share),
                 format!("{:.3}", about.edge_evenness),
-            ]
+            ],
+            sentence: about.sentence.clone(),
         };
-        let rows = headings
-            .map(|heading| heading.map(str::to_owned))
-            .into_iter()
-            .chain(self.advice.iter().map(row));
-        let rows: Vec<Vec<String>> = rows.map(Vec::from).collect();
-        let mut lines = aligned(&rows).into_iter();
+        let lines: Vec<TableLine> = self.advice.iter().map(line).collect();
         text.push_str("Work on the edge\n");
-        lines
-            .by_ref()
-            .take(headings.len())
-            .for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
-        for (line, about) in lines.zip(&self.advice) {
-            wrap(width, text, "", about.topic.heading());
-            wrap_beside(width, text, &line, &about.sentence);
-        }
+        write_table(text, headings, &lines, width);
         wrap(
             width,
             text,
@@ -198,69 +190,44 @@ impl EdgeAdvice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::brush;
-    use bristle_input::document::Document;
+    use crate::testing::{self, brush, result};
 
-    fn study() -> Study {
+    #[test]
+    fn the_right_cases_are_cited() {
         let sweeps = "[workpiece]\nkind = \"edge\"\nedge_radius_m = 0.5e-3\n[process]\nbrushing_velocity_m_s = 10.0\n\
                       [study]\n\"workpiece.offset_m\" = [-0.01, 0.0, 0.01]\npenetration_depth_m = [1e-3, 2e-3]\n";
-        let text = brush!(25).to_owned() + sweeps;
-        Document::parse(&text, "case.toml")
-            .and_then(|document| document.study())
-            .expect("a study")
-    }
-
-    /// Results with these tool forces in N, shares and evennesses. `None` is a case that failed.
-    fn results(cases: [Option<(f64, f64, f64)>; 6]) -> Vec<CaseResult> {
-        let result = |case: Option<(f64, f64, f64)>| {
-            let (force, edge_share, edge_evenness) = case.ok_or("failed")?;
-            let metrics = Metrics {
-                tool_contact_normal_force_n: force,
+        let study = testing::study(&(brush!(25).to_owned() + sweeps));
+        let case = |tool_contact_normal_force_n, edge_share, edge_evenness| {
+            result(Metrics {
+                tool_contact_normal_force_n,
                 contact_time_ratio: 0.9,
                 edge_share,
                 edge_evenness,
                 ..Metrics::default()
-            };
-            Ok(CaseSummary {
-                metrics,
-                ..CaseSummary::default()
             })
         };
-        cases.into_iter().map(result).collect()
-    }
-
-    #[test]
-    fn the_right_cases_are_cited() {
-        let results = results([
-            Some((100.0, 0.1, 0.9)),
-            Some((100.0, 0.4, 0.7)),
-            None,
-            Some((200.0, 0.3, 0.5)),
-            Some((10.0, 0.8, 0.8)),
-            Some((300.0, 0.0, 0.0)),
-        ]);
-        let advice = advise_on_edges(&study(), &results, &Limits::default())
+        let results = [
+            case(100.0, 0.1, 0.9),
+            case(100.0, 0.4, 0.7),
+            Err("failed".to_owned()),
+            case(200.0, 0.3, 0.5),
+            case(10.0, 0.8, 0.8),
+            case(300.0, 0.0, 0.0),
+        ];
+        let all = Limits::default();
+        let advice = advise_on_edges(&study, &results, &all)
             .expect("advice")
             .advice;
-        assert_eq!(
-            advice.iter().map(|about| about.row).collect::<Vec<_>>(),
-            [4, 5, 2]
-        );
+        let rows: Vec<usize> = advice.iter().map(|about| about.row).collect();
+        assert_eq!(rows, [4, 5, 2]);
         assert_eq!(advice[0].edge_force_n, 60.0);
         assert_eq!(advice[0].sentence, "At offset = 0 mm, a_e = 2 mm*.");
         let slow = Limits {
             max_velocity_m_s: Some(5.0),
-            ..Limits::default()
+            ..all
         };
-        assert_eq!(advise_on_edges(&study(), &results, &slow), None);
-    }
-
-    #[test]
-    fn without_an_edge_there_is_no_advice() {
-        let results = results([Some((100.0, 0.0, 0.0)); 6]);
-        assert_eq!(
-            advise_on_edges(&study(), &results, &Limits::default()),
-            None
-        );
+        assert_eq!(advise_on_edges(&study, &results, &slow), None);
+        let without = vec![case(100.0, 0.0, 0.0); 6];
+        assert_eq!(advise_on_edges(&study, &without, &all), None);
     }
 }

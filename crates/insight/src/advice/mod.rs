@@ -16,6 +16,7 @@ mod rank;
 mod recommendation;
 mod section;
 mod suggestion;
+mod table;
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -32,7 +33,7 @@ use crate::quantity::{Quantity, Readable};
 use crate::slices::{Slice, Varied, process_slices};
 use crate::warnings::turns::vibrating_note;
 use bristle_grid::{CaseResult, FORCE, FRICTION, Study, TOOL, Tool};
-use bristle_text::layout::{aligned, wrap, wrap_beside};
+use bristle_text::layout::wrap;
 use bristle_text::number::{counted, short, significant, spanning};
 
 pub use answer::Answer;
@@ -49,6 +50,7 @@ use edges::{EdgeAdvice, advise_on_edges};
 use rank::rank;
 use recommendation::recommend;
 use suggestion::suggestions;
+use table::{TableLine, write_table};
 
 /// Contact time ratios of a maximum along the tier. In the paper's study these maxima lie at 0.43
 /// to 0.53. Lower maxima lie at 0.75 and above and, in a finer grid, at 0.24, where filaments
@@ -203,14 +205,12 @@ pub fn advise(
         };
         let (advice, mut notes) = adviser.advise(limits, interpolated.len());
         if interpolated.is_empty() && limits.wanted_n().is_some() && !advice.is_empty() {
-            notes.push(
-                if is_pressed_on {
-                    FORCES_ARE_GIVEN
-                } else {
-                    NOTHING_BETWEEN
-                }
-                .to_owned(),
-            );
+            let note = if is_pressed_on {
+                FORCES_ARE_GIVEN
+            } else {
+                NOTHING_BETWEEN
+            };
+            notes.push(note.to_owned());
         }
         notes.extend(
             advice
@@ -441,21 +441,30 @@ impl Adviser<'_> {
                 .map(|row| row.iter().flatten().collect::<Vec<_>>());
             advice.extend(rows.filter_map(|cells| self.best(Topic::AtDepth, &cells)));
         }
-        if velocities
-            && let Some(top) = highest(&cells, |cell| {
-                force(cell) / cell.place.brushing_velocity_m_s
-            })
-        {
-            let share = self.share(top, top.place.brushing_velocity_m_s);
-            let sentence = format!("{share} per m/s of v_b, the highest ratio of all cases.");
-            advice.push(about(Topic::PerVelocity, top, sentence, &[]));
-        }
-        if depths
-            && let Some(top) = highest(&cells, |cell| force(cell) / cell.place.penetration_depth_m)
-        {
-            let share = self.share(top, 1e3 * top.place.penetration_depth_m);
-            let sentence = format!("{share} per mm of a_e, the highest ratio of all cases.");
-            advice.push(about(Topic::PerDepth, top, sentence, &[]));
+        type Side = fn(&OperatingPoint) -> f64;
+        let sides: [(bool, Topic, Side, &str); 2] = [
+            (
+                velocities,
+                Topic::PerVelocity,
+                |place| place.brushing_velocity_m_s,
+                "m/s of v_b",
+            ),
+            (
+                depths,
+                Topic::PerDepth,
+                |place| 1e3 * place.penetration_depth_m,
+                "mm of a_e",
+            ),
+        ];
+        for (varies, topic, side, unit) in sides {
+            let ratio = |cell: &Cited| force(cell) / side(&cell.place);
+            if varies && let Some(top) = highest(&cells, ratio) {
+                let share = short(self.forces.factor() * force(top) / side(&top.place));
+                let newtons = self.forces.unit();
+                let sentence =
+                    format!("{share} {newtons} per {unit}, the highest ratio of all cases.");
+                advice.push(about(topic, top, sentence, &[]));
+            }
         }
         self.advise_on_removal(&cells, &mut advice);
         if velocities {
@@ -618,38 +627,26 @@ impl Adviser<'_> {
             least.speed,
             least.row
         );
-        Some(match solved.get(below) {
+        let (end, others) = match solved.get(below) {
             Some(more) => {
-                let sentence = format!(
-                    "{falls}, then exceeds the maximum at {} (row {}).",
+                let end = format!(
+                    ", then exceeds the maximum at {} (row {})",
                     more.speed, more.row
                 );
-                about(Topic::Tier, peak, sentence, &[least, more])
+                (end, vec![least, *more])
             }
-            None if solved.len() < faster.len() => {
-                about(Topic::Tier, peak, format!("{falls}."), &[least])
-            }
-            None => about(
-                Topic::Tier,
-                peak,
-                format!("{falls}; no faster case exceeds the maximum."),
-                &[least],
+            None if solved.len() < faster.len() => (String::new(), vec![least]),
+            None => (
+                "; no faster case exceeds the maximum".to_owned(),
+                vec![least],
             ),
-        })
+        };
+        Some(about(Topic::Tier, peak, format!("{falls}{end}."), &others))
     }
 
     /// The force of a case, as the tables show it.
     fn newtons(&self, cell: &Cited) -> String {
         format!("{} {}", self.forces.text(cell.row - 1), self.forces.unit())
-    }
-
-    /// The force of a case, divided by `divisor`.
-    fn share(&self, cell: &Cited, divisor: f64) -> String {
-        format!(
-            "{} {}",
-            short(self.forces.factor() * force(cell) / divisor),
-            self.forces.unit()
-        )
     }
 }
 
@@ -814,7 +811,10 @@ impl Advice {
         self.write_lines(
             text,
             slice,
-            &[cited(ranking), suggested, cited(others)].concat(),
+            &[cited(ranking), suggested, cited(others)]
+                .into_iter()
+                .flatten()
+                .collect::<Vec<_>>(),
             width,
         );
         notes.iter().for_each(|note| wrap(width, text, "", note));
@@ -826,40 +826,17 @@ impl Advice {
             [&slice.x.setting.symbol(), slice.x.setting.unit()].map(|text| format!("{text} "));
         let machine =
             |text: fn(&Readable) -> &str| self.machine.iter().map(text).collect::<Vec<_>>();
+        let symbols = machine(|each| each.quantity.symbol);
         let headings = [
+            [&["row", &speed, "a_e ", "F_n,w"][..], &symbols, &["ε_tc"]],
             [
-                &["row", &speed, "a_e ", "F_n,w"][..],
-                &machine(|each| each.quantity.symbol),
-                &["ε_tc"],
-            ]
-            .concat(),
-            [
-                &["", &unit, "mm ", self.forces.unit()][..],
+                &["", &unit, "mm ", self.forces.unit()],
                 &machine(Readable::unit),
                 &[""],
-            ]
-            .concat(),
+            ],
         ]
-        .map(|heading| heading.into_iter().map(str::to_owned).collect());
-        let rows: Vec<Vec<String>> = headings
-            .into_iter()
-            .chain(lines.iter().map(|line| line.cells.clone()))
-            .collect();
-        let mut aligned = aligned(&rows).into_iter();
-        if !lines.is_empty() {
-            aligned
-                .by_ref()
-                .take(2)
-                .for_each(|line| text.push_str(&format!("{}\n", line.trim_end())));
-        }
-        let mut heading = "";
-        for (cells, line) in aligned.zip(lines) {
-            if heading != line.heading {
-                heading = &line.heading;
-                wrap(width, text, "", heading);
-            }
-            wrap_beside(width, text, &cells, &line.sentence);
-        }
+        .map(|heading| heading.concat().into_iter().map(str::to_owned).collect());
+        write_table(text, headings, lines, width);
     }
 
     fn line(
@@ -902,43 +879,47 @@ impl Advice {
                 .replace("brushing velocity", slice.x.setting.name()),
             _ => topic.heading().to_owned(),
         };
-        let machine = self
-            .machine
-            .iter()
-            .map(|each| each.text(cell.row - 1))
-            .collect();
         let place = [cell.row.to_string(), velocity, depth];
-        TableLine::new(
+        let cells = self.cells(place, &cell.outcome, |each| each.text(cell.row - 1));
+        TableLine {
             heading,
-            place,
-            self.force(&cell.outcome),
-            machine,
-            &cell.outcome,
-            sentence.clone(),
-        )
+            cells,
+            sentence: sentence.clone(),
+        }
+    }
+
+    /// The cells of a line: place, force, what the machine feels, and contact time ratio.
+    fn cells(
+        &self,
+        place: [String; 3],
+        outcome: &Outcome,
+        machine: impl Fn(&Readable) -> String,
+    ) -> Vec<String> {
+        let ratio = format!("{:.3}", outcome.contact_time_ratio);
+        place
+            .into_iter()
+            .chain([self.force(outcome)])
+            .chain(self.machine.iter().map(machine))
+            .chain([ratio])
+            .collect()
     }
 
     fn line_of_suggestion(&self, slice: &Slice, suggestion: &Suggestion) -> TableLine {
-        let machine = self
-            .machine
-            .iter()
-            .map(|each| each.text_of(&suggestion.summary))
-            .collect();
         let [velocity, depth] =
             [&slice.x, &slice.y].map(|side| format!("{} ", suggestion.shown(side)));
         let rows = suggestion.between_rows.map(|row| row.to_string()).join("–");
         let expected = &suggestion.interpolated;
-        let force = format!("≈ {}", self.force(expected));
+        let mut cells = self.cells([rows, velocity, depth], expected, |each| {
+            each.text_of(&suggestion.summary)
+        });
+        cells[3].insert_str(0, "≈ ");
         let mut sentence = format!("Not simulated; it {}.", expected.motion());
         warn_of_instability(&mut sentence, expected);
-        TableLine::new(
-            "Interpolated".to_owned(),
-            [rows, velocity, depth],
-            force,
-            machine,
-            expected,
+        TableLine {
+            heading: "Interpolated".to_owned(),
+            cells,
             sentence,
-        )
+        }
     }
 
     /// The force with its band, or else with its uncertainty.
@@ -953,85 +934,27 @@ impl Advice {
     }
 }
 
-/// A line of the table.
-#[derive(Clone)]
-struct TableLine {
-    /// Stands above lines that share it.
-    heading: String,
-    cells: Vec<String>,
-    sentence: String,
-}
-
-impl TableLine {
-    fn new(
-        heading: String,
-        place: [String; 3],
-        force: String,
-        machine: Vec<String>,
-        outcome: &Outcome,
-        sentence: String,
-    ) -> Self {
-        let ratio = format!("{:.3}", outcome.contact_time_ratio);
-        let cells = place
-            .into_iter()
-            .chain([force])
-            .chain(machine)
-            .chain([ratio])
-            .collect();
-        Self {
-            heading,
-            cells,
-            sentence,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bristle::model::metrics::{ContactRecord, Metrics, RemovalLaw};
-    use bristle::simulation::Pass;
-    use bristle_grid::CaseSummary;
+    use crate::testing::{self, metrics_of, with_force};
     use bristle_grid::uncertainty::ForceScatter;
-    use bristle_input::document::Document;
     use bristle_text::layout::WIDTH;
 
     fn study(sweeps: &str) -> Study {
-        let text = format!(
+        testing::study(&format!(
             "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\nfilament_count_uncertainty = 100\n\
              [filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[process]\nbrushing_velocity_m_s = 10.0\n\
              penetration_depth_m = 1e-3\n[contact]\nfriction_coefficient = 0.3\n[study]\n{sweeps}"
-        );
-        Document::parse(&text, "case.toml")
-            .and_then(|document| document.study())
-            .expect("a study")
+        ))
     }
 
     /// Force in N and contact time ratio of a case; `None` if it failed.
     type Case = Option<(f64, f64)>;
 
-    /// Results with these forces in N and contact time ratios. `None` is a case that failed.
-    fn results(study: &Study, cases: &[Case]) -> Vec<CaseResult> {
-        let nominal = *Pass::new(&study.settings(0)).nominal();
-        let result = |case: &Case| {
-            let (tool_contact_normal_force_n, contact_time_ratio) = case.ok_or("failed")?;
-            let untouched = Metrics::new(
-                &nominal,
-                &ContactRecord::default(),
-                1.0,
-                &RemovalLaw::default(),
-            );
-            let metrics = Metrics {
-                tool_contact_normal_force_n,
-                contact_time_ratio,
-                ..untouched
-            };
-            Ok(CaseSummary {
-                metrics,
-                ..CaseSummary::default()
-            })
-        };
-        assert_eq!(cases.len(), study.case_count());
+    fn results(cases: &[Case]) -> Vec<CaseResult> {
+        let result =
+            |case: &Case| case.map_or(Err("failed".to_owned()), |(n, ratio)| with_force(n, ratio));
         cases.iter().map(result).collect()
     }
 
@@ -1049,68 +972,98 @@ mod tests {
         Some((160.0, 0.3)),
         Some((200.0, 0.52)),
     ];
+    const NONE: Limits = Limits {
+        max_velocity_m_s: None,
+        max_rotational_speed_rpm: None,
+        max_depth_m: None,
+        max_force_n: None,
+        max_power_w: None,
+        min_ratio: None,
+        max_ratio: None,
+        target_force_n: None,
+        most: None,
+    };
+
+    fn target(force_n: f64) -> Limits {
+        Limits {
+            target_force_n: Some(force_n),
+            ..NONE
+        }
+    }
+
+    fn advice(study: &Study, cases: &[Case], limits: Limits) -> Advice {
+        assert_eq!(cases.len(), study.case_count());
+        advise(study, &results(cases), limits).expect("advice")
+    }
 
     fn section(sweeps: &str, cases: &[Case], limits: Limits) -> Section {
-        let study = study(sweeps);
-        advise(&study, &results(&study, cases), limits)
-            .expect("advice")
-            .sections
-            .remove(0)
+        advice(&study(sweeps), cases, limits).sections.remove(0)
+    }
+
+    fn error(sweeps: &str, cases: &[Case], limits: Limits) -> String {
+        let advice = advise(&study(sweeps), &results(cases), limits);
+        advice.expect_err("nothing to advise").to_string()
     }
 
     fn rows(section: &Section, topic: Topic) -> Vec<usize> {
-        section
-            .advice
-            .iter()
-            .filter(|about| about.topic == topic)
-            .map(|about| about.cell.row)
-            .collect()
+        let own = section.advice.iter().filter(|about| about.topic == topic);
+        own.map(|about| about.cell.row).collect()
     }
 
     #[test]
     fn the_right_cases_are_cited() {
-        let section = section(SWEEPS, &CASES, Limits::default());
-        assert_eq!(rows(&section, Topic::Highest), [5]);
-        assert_eq!(rows(&section, Topic::AtVelocity), [2, 4, 3, 5]);
-        assert_eq!(rows(&section, Topic::AtDepth), [5, 1]);
-        assert_eq!(rows(&section, Topic::PerVelocity), [2], "48 N for each m/s");
-        assert_eq!(rows(&section, Topic::PerDepth), [5], "300 N for each mm");
-        assert_eq!(rows(&section, Topic::Tier), [8]);
-        assert_eq!(rows(&section, Topic::WithinLimits), [0; 0]);
+        let all = section(SWEEPS, &CASES, NONE);
+        for (topic, expected) in [
+            (Topic::Highest, &[5][..]),
+            (Topic::AtVelocity, &[2, 4, 3, 5]),
+            (Topic::AtDepth, &[5, 1]),
+            // 48 N for each m/s, 300 N for each mm.
+            (Topic::PerVelocity, &[2]),
+            (Topic::PerDepth, &[5]),
+            (Topic::Tier, &[8]),
+            (Topic::WithinLimits, &[]),
+        ] {
+            assert_eq!(rows(&all, topic), expected, "{topic:?}");
+        }
         let notes = [
             "At a_e = 2 mm no local maximum lies along the line between sweeping and striking, from ε_tc = 0.3 to 0.6.",
             "In 2 of 8 cases the filament comes back still vibrating, with up to 6 % of its vibration (row 1): simulate \
              turn after turn with process.turns = \"steady\".",
         ];
-        assert_eq!(section.notes, notes);
-        let cell = &section.advice[0].cell;
+        assert_eq!(all.notes, notes);
+        let Cited { place, outcome, .. } = &all.advice[0].cell;
         assert_eq!(
-            (
-                cell.place.brushing_velocity_m_s,
-                cell.place.penetration_depth_m
-            ),
+            (place.brushing_velocity_m_s, place.penetration_depth_m),
             (20.0, 1e-3)
         );
-        assert!(
-            (cell.outcome.uncertainty_n - 30.0).abs() < 1e-12,
-            "a tenth, like that of the filaments"
-        );
+        // A tenth, like that of the filaments.
+        assert!((outcome.uncertainty_n - 30.0).abs() < 1e-12);
+
+        // Of equal forces the first, at 5 m/s and 1 mm.
+        let level = section(SWEEPS, &[Some((100.0, 0.9)); 8], NONE);
+        assert_eq!(rows(&level, Topic::Highest), [6]);
+        assert_eq!(rows(&level, Topic::AtVelocity), [6, 8, 7, 5]);
+        assert_eq!(rows(&level, Topic::AtDepth), [6, 2]);
+
+        // Cases that failed or have no force are no advice.
+        let mut cases = CASES;
+        (cases[4], cases[1], cases[5]) = (None, Some((0.0, 0.0)), Some((0.0, 0.0)));
+        let some = section(SWEEPS, &cases, NONE);
+        assert_eq!(rows(&some, Topic::Highest), [1]);
+        // Nothing at 5 m/s, nothing to compare at 20 m/s.
+        assert_eq!(rows(&some, Topic::AtVelocity), [4, 3]);
+        assert_eq!(some.notes[0], "1 of 8 cases failed and is left out.");
+        for (case, note) in [
+            (Some((0.0, 0.0)), "No case has a contact normal force."),
+            (None, "All 8 cases failed."),
+        ] {
+            let Section { advice, notes, .. } = section(SWEEPS, &[case; 8], NONE);
+            assert_eq!((advice, notes), (vec![], vec![note.to_owned()]));
+        }
     }
 
     #[test]
     fn a_headline_is_true_of_any_study() {
-        let of = |sweeps: &str, cases: &[Case], unstable: &[usize]| {
-            let study = study(sweeps);
-            let mut results = results(&study, cases);
-            for &row in unstable {
-                results[row - 1]
-                    .as_mut()
-                    .expect("a result")
-                    .metrics
-                    .laterally_unstable = true;
-            }
-            headline(&study, &results)
-        };
         let strikes = "F_n,w = 300 ± 30 N at v_b = 20 m/s, a_e = 1 mm (row 5), where the filaments strike (ε_tc = 0.250)";
         let sweeps = |force: &str| {
             format!(
@@ -1137,89 +1090,78 @@ mod tests {
             (segments, &[Some((60.0, 0.75)); 2], &[], "The highest tool force of 2 cases is F_n,w = 60.0 ± 6.0 N at v_b = 10 m/s, a_e = 1 mm, segments = 5 (row 1), where the filaments sweep (ε_tc = 0.750). All cases have the same force.".to_owned()),
         ];
         for (sweeps, cases, unstable, expected) in table {
-            assert_eq!(of(sweeps, cases, unstable), expected);
+            let mut results = results(cases);
+            for &row in unstable {
+                metrics_of(&mut results[row - 1]).laterally_unstable = true;
+            }
+            assert_eq!(headline(&study(sweeps), &results), expected);
         }
     }
 
     #[test]
     fn limits_are_kept_to() {
-        let within =
-            |max_velocity_m_s: Option<f64>, min_ratio: Option<f64>, max_ratio: Option<f64>| {
-                let limits = Limits {
+        let max_velocity_m_s = Some(15.0);
+        // 10 m/s at the tips are 530.5 rpm. Those that sweep come first, the highest to 5 %, and no
+        // more than five; a limit itself is within.
+        let table: [(Limits, &[usize]); 6] = [
+            (
+                Limits {
                     max_velocity_m_s,
-                    min_ratio,
-                    max_ratio,
-                    ..Limits::default()
-                };
-                let section = section(SWEEPS, &CASES, limits);
-                (rows(&section, Topic::WithinLimits), section.notes)
-            };
-        assert_eq!(
-            within(Some(15.0), None, None).0,
-            [2, 4, 3, 8, 6],
-            "those that sweep, the highest to 5 % first, and no more than five"
-        );
-        assert_eq!(
-            within(None, Some(0.7), None).0,
-            [1, 2, 4, 3, 6],
-            "the limit itself is within"
-        );
-        assert_eq!(within(Some(15.0), None, Some(0.5)).0, [7]);
-        let unmet = within(Some(4.0), Some(0.5), Some(0.6));
-        assert_eq!(unmet.0, [0; 0]);
-        assert_eq!(
-            unmet.1[0],
-            "No case has v_b ≤ 4 m/s and ε_tc ≥ 0.5 and ε_tc ≤ 0.6."
-        );
-
-        let study = study(SWEEPS);
+                    ..NONE
+                },
+                &[2, 4, 3, 8, 6],
+            ),
+            (
+                Limits {
+                    min_ratio: Some(0.7),
+                    ..NONE
+                },
+                &[1, 2, 4, 3, 6],
+            ),
+            (
+                Limits {
+                    max_velocity_m_s,
+                    max_ratio: Some(0.5),
+                    ..NONE
+                },
+                &[7],
+            ),
+            (
+                Limits {
+                    max_depth_m: Some(1e-3),
+                    ..NONE
+                },
+                &[8, 6, 5, 7],
+            ),
+            (
+                Limits {
+                    max_rotational_speed_rpm: Some(531.0),
+                    ..NONE
+                },
+                &[2, 4, 8, 6],
+            ),
+            (
+                Limits {
+                    max_rotational_speed_rpm: Some(530.0),
+                    ..NONE
+                },
+                &[2, 6],
+            ),
+        ];
+        for (limits, expected) in table {
+            let within = section(SWEEPS, &CASES, limits);
+            assert_eq!(rows(&within, Topic::WithinLimits), expected, "{limits}");
+        }
         let limits = Limits {
-            min_ratio: Some(0.6),
-            max_ratio: Some(0.5),
-            ..Limits::default()
+            max_velocity_m_s: Some(4.0),
+            min_ratio: Some(0.5),
+            max_ratio: Some(0.6),
+            ..NONE
         };
-        let error = advise(&study, &results(&study, &CASES), limits).expect_err("a contradiction");
-        assert_eq!(
-            error.to_string(),
-            "no contact time ratio is at least 0.6 and at most 0.5"
-        );
-        let limits = Limits {
-            max_force_n: Some(200.0),
-            target_force_n: Some(201.0),
-            ..Limits::default()
-        };
-        let error = advise(&study, &results(&study, &CASES), limits).expect_err("a contradiction");
-        assert_eq!(
-            error.to_string(),
-            "the target of 201 N is above the highest force of 200 N"
-        );
-    }
-
-    #[test]
-    fn limits_of_the_machine_are_kept_to() {
-        let within = |limits| rows(&section(SWEEPS, &CASES, limits), Topic::WithinLimits);
-        assert_eq!(
-            within(Limits {
-                max_depth_m: Some(1e-3),
-                ..Limits::default()
-            }),
-            [8, 6, 5, 7]
-        );
-        // 10 m/s at the tips are 530.5 rpm.
-        assert_eq!(
-            within(Limits {
-                max_rotational_speed_rpm: Some(531.0),
-                ..Limits::default()
-            }),
-            [2, 4, 8, 6]
-        );
-        assert_eq!(
-            within(Limits {
-                max_rotational_speed_rpm: Some(530.0),
-                ..Limits::default()
-            }),
-            [2, 6]
-        );
+        let unmet = section(SWEEPS, &CASES, limits);
+        assert_eq!(unmet.advice, []);
+        let note = "No case has v_b ≤ 4 m/s and ε_tc ≥ 0.5 and ε_tc ≤ 0.6.";
+        assert_eq!(unmet.notes[0], note);
     }
 
     /// The rows between which suggestions lie, and their depths in m.
@@ -1232,20 +1174,17 @@ mod tests {
 
     #[test]
     fn a_highest_force_ranks_first_what_is_within_it_with_its_uncertainty() {
-        let section = section(
-            SWEEPS,
-            &CASES,
-            Limits {
-                max_force_n: Some(250.0),
-                ..Limits::default()
-            },
-        );
+        let limits = Limits {
+            max_force_n: Some(250.0),
+            ..NONE
+        };
+        let section = section(SWEEPS, &CASES, limits);
         assert_eq!(rows(&section, Topic::WithinLimits), [8, 6, 7]);
-        let ranked = section
+        let ranked: Vec<&str> = section
             .advice
             .iter()
-            .filter(|sentence| sentence.topic == Topic::WithinLimits);
-        let ranked: Vec<&str> = ranked.map(|ranked| ranked.sentence.as_str()).collect();
+            .map(|ranked| &*ranked.sentence)
+            .collect();
         let best =
             "The best of 3 entirely within the limit, of 6 cases with F_n,w ≤ 250 N; it sweeps.";
         assert_eq!([ranked[0], ranked[2]], [best, "It strikes."]);
@@ -1254,22 +1193,15 @@ mod tests {
             interpolated(&section),
             [([6, 2], 1.85e-3), ([8, 4], 1.9e-3)]
         );
-        let Outcome {
-            tool_contact_normal_force_n,
-            uncertainty_n,
-            contact_time_ratio,
-            ..
-        } = section.interpolated[0].interpolated;
-        let expected = [226.5, 22.65, 0.9425];
+        let outcome = &section.interpolated[0].interpolated;
         let values = [
-            tool_contact_normal_force_n,
-            uncertainty_n,
-            contact_time_ratio,
+            (outcome.tool_contact_normal_force_n, 226.5),
+            (outcome.uncertainty_n, 22.65),
+            (outcome.contact_time_ratio, 0.9425),
         ];
         assert!(
             values
                 .iter()
-                .zip(expected)
                 .all(|(value, expected)| (value - expected).abs() < 1e-9),
             "{values:?}"
         );
@@ -1277,11 +1209,7 @@ mod tests {
 
     #[test]
     fn a_target_ranks_the_nearest_first() {
-        let limits = Limits {
-            target_force_n: Some(220.0),
-            ..Limits::default()
-        };
-        let near = section(SWEEPS, &CASES, limits);
+        let near = section(SWEEPS, &CASES, target(220.0));
         assert_eq!(rows(&near, Topic::NearTarget), [4, 3, 2]);
         let sure = "it sweeps. The target is within the uncertainty.";
         assert_eq!(
@@ -1291,33 +1219,25 @@ mod tests {
         assert_eq!(near.advice[2].sentence, format!("20 N above 220 N; {sure}"));
         assert_eq!(interpolated(&near), [([6, 2], 1.78e-3), ([8, 4], 1.67e-3)]);
         // What is interpolated is within the other limits, too.
-        let shallow = section(
-            SWEEPS,
-            &CASES,
-            Limits {
-                max_depth_m: Some(1.7e-3),
-                ..limits
-            },
-        );
+        let within = |max_depth_m: f64| Limits {
+            max_depth_m: Some(max_depth_m),
+            ..target(220.0)
+        };
+        let shallow = section(SWEEPS, &CASES, within(1.7e-3));
         assert_eq!(interpolated(&shallow), [([8, 4], 1.67e-3)]);
-        let none = section(
-            SWEEPS,
-            &CASES,
-            Limits {
-                max_depth_m: Some(1.6e-3),
-                ..limits
-            },
-        );
-        assert!(
-            none.interpolated.is_empty() && none.notes.iter().any(|note| note == NOTHING_BETWEEN)
+        let none = section(SWEEPS, &CASES, within(1.6e-3));
+        assert_eq!(interpolated(&none), []);
+        assert!(none.notes.iter().any(|note| note == NOTHING_BETWEEN));
+        // Nothing is interpolated next to cases that failed or have no force.
+        let mut cases = CASES;
+        (cases[1], cases[3]) = (None, Some((0.0, 0.0)));
+        assert_eq!(
+            interpolated(&section(SWEEPS, &cases, target(220.0))),
+            [([7, 3], 1.8e-3)]
         );
 
         let cases = [(100.0, 0.9), (200.0, 0.6)].map(Some);
-        let limits = Limits {
-            target_force_n: Some(150.0),
-            ..Limits::default()
-        };
-        let one_depth = section("brushing_velocity_m_s = [5.0, 10.0]", &cases, limits);
+        let one_depth = section("brushing_velocity_m_s = [5.0, 10.0]", &cases, target(150.0));
         assert_eq!(one_depth.interpolated[0].place.brushing_velocity_m_s, 7.5);
     }
 
@@ -1325,20 +1245,12 @@ mod tests {
     #[test]
     fn what_is_recommended_is_robust() {
         let study = study("brushing_velocity_m_s = [5.0, 10.0, 15.0, 20.0]");
-        let limits = Limits {
-            target_force_n: Some(80.0),
-            ..Limits::default()
-        };
         let recommended = |change: &dyn Fn(&mut [CaseResult])| {
-            let mut results = results(
-                &study,
-                &[(81.0, 0.9), (80.0, 0.7), (80.0, 0.3), (40.0, 0.9)].map(Some),
-            );
+            let cases = [(81.0, 0.9), (80.0, 0.7), (80.0, 0.3), (40.0, 0.9)].map(Some);
+            let mut results = results(&cases);
             change(&mut results);
-            advise(&study, &results, limits)
-                .expect("advice")
-                .recommendation
-                .expect("a recommendation")
+            let advice = advise(&study, &results, target(80.0)).expect("advice");
+            advice.recommendation.expect("a recommendation")
         };
         let with_bands = |results: &mut [CaseResult]| {
             for (result, band) in results.iter_mut().zip([[51.0, 300.0], [49.0, 139.0]]) {
@@ -1357,16 +1269,16 @@ mod tests {
             (narrow.rows, narrow.weaknesses),
             (vec![2], vec!["wide band".to_owned()])
         );
-        let stable = recommended(&|results| {
+        let unstable = |results: &mut [CaseResult]| {
             for result in &mut results[..2] {
-                result
-                    .as_mut()
-                    .expect("a result")
-                    .metrics
-                    .laterally_unstable = true;
+                metrics_of(result).laterally_unstable = true;
             }
-        });
-        assert_eq!(stable.rows, [3], "it strikes, but it is stable");
+        };
+        assert_eq!(
+            recommended(&unstable).rows,
+            [3],
+            "it strikes, but it is stable"
+        );
     }
 
     /// The force of the recommendation is that of its own simulation, in which the depth is changed
@@ -1374,12 +1286,7 @@ mod tests {
     #[test]
     fn a_recommendation_is_simulated_at_the_force_that_is_asked_for() {
         let study = study("penetration_depth_m = [1e-3, 2e-3]");
-        let expected = results(&study, &[(3.0, 0.9), (30.0, 0.9)].map(Some));
-        let limits = Limits {
-            target_force_n: Some(10.0),
-            ..Limits::default()
-        };
-        let mut advice = advise(&study, &expected, limits).expect("advice");
+        let mut advice = advice(&study, &[(3.0, 0.9), (30.0, 0.9)].map(Some), target(10.0));
         advice.verify(None, &Stop::default()).expect("threads");
         let recommendation = advice.recommendation.as_ref().expect("a recommendation");
         let verified = recommendation.verified.as_ref().expect("it was simulated");
@@ -1388,8 +1295,9 @@ mod tests {
         );
         let force = recommendation.outcome.tool_contact_normal_force_n;
         assert!((force / 10.0 - 1.0).abs() < 0.01, "{force}");
-        let mut settings = study.settings(0);
-        settings.process.penetration_depth_m = recommendation.place.penetration_depth_m;
+        let settings = study
+            .settings(0)
+            .at_depth(recommendation.place.penetration_depth_m);
         let again = bristle::simulation::simulate(&settings)
             .expect("a contact")
             .metrics;
@@ -1400,73 +1308,48 @@ mod tests {
                 && text.contains("  simulated (rows 1 and 2: "),
             "{text}"
         );
-        assert!(
-            text.lines().all(|line| line.chars().count() <= WIDTH),
-            "{text}"
-        );
-    }
-
-    #[test]
-    fn nothing_is_interpolated_next_to_cases_that_failed_or_have_no_force() {
-        let limits = Limits {
-            target_force_n: Some(220.0),
-            ..Limits::default()
-        };
-        let mut cases = CASES;
-        cases[1] = None;
-        cases[3] = Some((0.0, 0.0));
-        assert_eq!(
-            interpolated(&section(SWEEPS, &cases, limits)),
-            [([7, 3], 1.8e-3)]
-        );
     }
 
     /// The advice along the tier at one depth: velocity, sentence, and rows of the other cases.
     fn tier(cases: &[Case]) -> Option<(f64, String, Vec<usize>)> {
         let velocities: Vec<usize> = (1..=cases.len()).collect();
-        let section = section(
-            &format!("brushing_velocity_m_s = {velocities:?}"),
-            cases,
-            Limits::default(),
-        );
-        let about = section
-            .advice
-            .into_iter()
-            .find(|about| about.topic == Topic::Tier);
+        let sweeps = format!("brushing_velocity_m_s = {velocities:?}");
+        let Section { advice, notes, .. } = section(&sweeps, cases, NONE);
+        let about = advice.into_iter().find(|about| about.topic == Topic::Tier);
         assert_eq!(
             about.is_none(),
-            section
-                .notes
-                .iter()
-                .any(|note| note.starts_with("At a_e = "))
+            notes.iter().any(|note| note.starts_with("At a_e = "))
         );
-        about.map(|about| {
-            (
-                about.cell.place.brushing_velocity_m_s,
-                about.sentence,
-                about.other_rows,
-            )
-        })
+        about.map(
+            |Sentence {
+                 cell,
+                 sentence,
+                 other_rows,
+                 ..
+             }| { (cell.place.brushing_velocity_m_s, sentence, other_rows) },
+        )
     }
 
     #[test]
     fn a_maximum_along_the_tier_says_what_is_gained_by_more_velocity() {
         let slow = [(100.0, 0.9), (110.0, 0.8), (105.0, 0.7), (150.0, 0.55)];
         let row = |fast: &[(f64, f64)]| {
-            slow.iter()
-                .chain(fast)
-                .copied()
+            [&slow, fast]
+                .concat()
+                .into_iter()
                 .map(Some)
                 .collect::<Vec<_>>()
         };
-        let (velocity, sentence, others) =
-            tier(&row(&[(140.0, 0.4), (130.0, 0.3), (180.0, 0.3)])).expect("a maximum");
-        assert_eq!(velocity, 4.0);
         let falls = "Above this velocity it falls to 130.0 N at 6 m/s (row 6), then exceeds the maximum at 7 m/s (row 7).";
-        assert_eq!((sentence.as_str(), &others[..]), (falls, &[6, 7][..]));
-        let (_, sentence, others) = tier(&row(&[(140.0, 0.4), (145.0, 0.3)])).expect("a maximum");
+        assert_eq!(
+            tier(&row(&[(140.0, 0.4), (130.0, 0.3), (180.0, 0.3)])),
+            Some((4.0, falls.to_owned(), vec![6, 7]))
+        );
         let falls = "Above this velocity it falls to 140.0 N at 5 m/s (row 5); no faster case exceeds the maximum.";
-        assert_eq!((sentence.as_str(), &others[..]), (falls, &[5][..]));
+        assert_eq!(
+            tier(&row(&[(140.0, 0.4), (145.0, 0.3)])),
+            Some((4.0, falls.to_owned(), vec![5]))
+        );
         // Of two maxima, the one nearer to the line counts, although the other is higher.
         let two = tier(&row(&[(140.0, 0.4), (160.0, 0.35), (155.0, 0.3)])).expect("a maximum");
         assert_eq!(two.0, 4.0);
@@ -1480,92 +1363,31 @@ mod tests {
     }
 
     #[test]
-    fn cases_that_failed_or_have_no_force_are_no_advice() {
-        let mut cases = CASES;
-        cases[4] = None;
-        cases[1] = Some((0.0, 0.0));
-        cases[5] = Some((0.0, 0.0));
-        let advice = section(SWEEPS, &cases, Limits::default());
-        assert_eq!(rows(&advice, Topic::Highest), [1]);
-        assert_eq!(
-            rows(&advice, Topic::AtVelocity),
-            [4, 3],
-            "nothing at 5 m/s, nothing to compare at 20 m/s"
-        );
-        assert_eq!(advice.notes[0], "1 of 8 cases failed and is left out.");
-
-        let none = section(SWEEPS, &[Some((0.0, 0.0)); 8], Limits::default());
-        assert_eq!(
-            (none.advice.len(), none.notes),
-            (0, vec!["No case has a contact normal force.".to_owned()])
-        );
-        let failed = section(SWEEPS, &[None; 8], Limits::default());
-        assert_eq!(
-            (failed.advice.len(), &failed.notes[..]),
-            (0, &["All 8 cases failed.".to_owned()][..])
-        );
-    }
-
-    #[test]
-    fn of_equal_forces_the_first_is_cited() {
-        let level = section(SWEEPS, &[Some((100.0, 0.9)); 8], Limits::default());
-        assert_eq!(rows(&level, Topic::Highest), [6], "at 5 m/s and 1 mm");
-        assert_eq!(rows(&level, Topic::AtVelocity), [6, 8, 7, 5]);
-        assert_eq!(rows(&level, Topic::AtDepth), [6, 2]);
-    }
-
-    #[test]
     fn advice_is_on_what_varies() {
-        let topics = |sweeps: &str| {
-            let section = section(
-                sweeps,
-                &[Some((100.0, 0.9)), Some((110.0, 0.9))],
-                Limits::default(),
-            );
-            section
-                .advice
-                .into_iter()
-                .map(|about| about.topic)
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(
-            topics("brushing_velocity_m_s = [5.0, 10.0]"),
-            [Topic::Highest, Topic::PerVelocity]
-        );
-        assert_eq!(
-            topics("penetration_depth_m = [1e-3, 2e-3]"),
-            [Topic::Highest, Topic::PerDepth]
-        );
-        let study = study("\"filament.segments\" = [3, 4]\nbrushing_velocity_m_s = [5.0]");
-        let error = advise(
-            &study,
-            &results(&study, &[Some((1.0, 1.0)); 2]),
-            Limits::default(),
-        );
-        let error = error.expect_err("nothing to compare").to_string();
-        assert!(
-            error.starts_with("the study has only one brushing velocity and one penetration depth"),
-            "{error}"
-        );
+        for (sweeps, topic) in [
+            ("brushing_velocity_m_s = [5.0, 10.0]", Topic::PerVelocity),
+            ("penetration_depth_m = [1e-3, 2e-3]", Topic::PerDepth),
+        ] {
+            let advice = section(sweeps, &[(100.0, 0.9), (110.0, 0.9)].map(Some), NONE).advice;
+            let topics: Vec<Topic> = advice.iter().map(|about| about.topic).collect();
+            assert_eq!(topics, [Topic::Highest, topic]);
+        }
+        let sweeps = "\"filament.segments\" = [3, 4]\nbrushing_velocity_m_s = [5.0]";
+        let error = error(sweeps, &[Some((1.0, 1.0)); 2], NONE);
+        let start = "the study has only one brushing velocity and one penetration depth";
+        assert!(error.starts_with(start), "{error}");
     }
 
     #[test]
     fn friction_is_said_to_lower_the_force() {
         let sweeps =
             "brushing_velocity_m_s = [5.0, 10.0]\n\"contact.friction_coefficient\" = [0.3, 0.0]";
-        let study = study(sweeps);
         let cases = [60.0, 65.0, 160.0, 165.0].map(|force| Some((force, 0.9)));
-        let sections = advise(&study, &results(&study, &cases), Limits::default())
-            .expect("advice")
-            .sections;
+        let sections = advice(&study(sweeps), &cases, NONE).sections;
         let note = |section: &Section| section.notes.last().cloned().unwrap_or_default();
         let without = "With µ = 0 instead of 0.3, velocity and depth of the highest force give 165.0 N (row 4).";
         assert_eq!(note(&sections[1]), without);
-        assert!(
-            note(&sections[0]).starts_with("These forces are without friction"),
-            "{:?}",
-            sections[0].notes
-        );
+        assert!(note(&sections[0]).starts_with("These forces are without friction"));
     }
 
     #[test]
@@ -1573,22 +1395,17 @@ mod tests {
         let study =
             study("\"tool.filament_count\" = [1000, 2000]\nbrushing_velocity_m_s = [5.0, 10.0]");
         let cases = [10.0, 20.0, 40.0, 20.0].map(|force| Some((force, 0.9)));
-        let advice = advise(&study, &results(&study, &cases), Limits::default()).expect("advice");
+        let advice = advice(&study, &cases, NONE);
         let top = |section: &Section| {
+            let Cited { row, outcome, .. } = &section.advice[0].cell;
             (
-                section.advice[0].cell.row,
-                section.advice[0].cell.outcome.uncertainty_n,
+                *row,
+                outcome.uncertainty_n,
+                section.settings["tool.filament_count"].as_f64(),
             )
         };
-        assert_eq!(
-            advice.sections.iter().map(top).collect::<Vec<_>>(),
-            [(2, 2.0), (3, 2.0)]
-        );
-        let settings = |section: &Section| section.settings["tool.filament_count"].as_f64();
-        assert_eq!(
-            advice.sections.iter().map(settings).collect::<Vec<_>>(),
-            [Some(1000.0), Some(2000.0)]
-        );
+        let tops: Vec<_> = advice.sections.iter().map(top).collect();
+        assert_eq!(tops, [(2, 2.0, Some(1000.0)), (3, 2.0, Some(2000.0))]);
         let text = advice.text(WIDTH);
         assert!(
             text.contains("With N_f = 1000\n") && text.contains("With N_f = 2000\n"),

@@ -532,13 +532,11 @@ impl InSpace {
     ) -> Result<Self, String> {
         let force = summary.metrics.tool_contact_normal_force_n / share;
         let interaction = summary.brush.ok_or("it has no filaments that touch")?;
-        let counted = (interaction.last_counted_column - interaction.first_counted_column + 1)
-            * interaction.rows;
         Ok(Self {
             lateral_tilt_std_rad,
             is_assumed,
             tool_contact_normal_force_n: force,
-            standard_error_n: force * interaction.impulse_scatter / (counted as f64).sqrt(),
+            standard_error_n: force * interaction.impulse_error_estimate,
         })
     }
 }

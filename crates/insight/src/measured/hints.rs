@@ -169,81 +169,58 @@ fn range(side: &Varied) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bristle_input::document::Document;
+    use crate::measured::tests::{point, study};
 
     #[test]
     fn points_far_outside_of_a_study_are_told_with_their_unit() {
-        let text = "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\n\
-             [filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[study]\n\
-             brushing_velocity_m_s = [20.0, 10.0]\npenetration_depth_m = [1e-3, 2e-3, 4e-3]";
-        let study = Document::parse(text, "case.toml")
-            .and_then(|document| document.study())
-            .expect("a study");
-        let point = |speed, penetration_depth_m| Measurement {
-            speed,
-            second_speed_rpm: None,
-            penetration_depth_m,
-            force_n: 1.0,
-            std_n: None,
-            tool: None,
+        let at = |speed: f64, depth: f64| point(speed, depth, 1.0, None);
+        let rotational = |speed: f64| Measurement {
+            speed: Speed::Rotational(speed),
+            ..at(0.0, 1e-3)
         };
-        let told = |points: &[Measurement]| {
-            unusual_points(&study, points)
-                .into_iter()
-                .map(|unusual| unusual.statement)
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(told(&[]), [""; 0]);
-        assert_eq!(
-            told(&[
-                point(Speed::Velocity(15.0), 1.5e-3),
-                point(Speed::Velocity(30.0), 1e-3)
-            ]),
-            [""; 0]
-        );
-        let millimetres = told(&[
-            point(Speed::Velocity(15.0), 1.5e-3),
-            point(Speed::Velocity(15.0), 2.0),
-        ]);
-        assert!(
-            millimetres.len() == 1
-                && millimetres[0].contains("1 of 2 measured values of `penetration_depth_m`")
-        );
-        assert!(
-            millimetres[0].contains("first with 2 m; the study has 0.001 to 0.004 m"),
-            "{millimetres:?}"
-        );
-        assert!(millimetres[0].contains("unit = \"mm\""), "{millimetres:?}");
-        let minutes = told(&[point(Speed::Velocity(900.0), 1e-3)]);
-        assert!(
-            minutes[0].contains("unit = \"m/min\"") && minutes[0].contains("rotational_speed_rpm"),
-            "{minutes:?}"
-        );
-        let revolutions = told(&[point(Speed::Rotational(12.0), 1e-3)]);
-        assert!(
-            revolutions[0].contains("first with 12 rpm")
-                && revolutions[0].contains("unit = \"Hz\"")
-        );
         // At 15 m/s a tip radius of 0.18 m turns at 796 rpm.
         let both = |speed| Measurement {
             second_speed_rpm: Some(speed),
-            ..point(Speed::Velocity(15.0), 1.5e-3)
+            ..at(15.0, 1.5e-3)
         };
-        assert_eq!(told(&[both(796.0), both(800.0)]), [""; 0]);
-        let contradicting = told(&[both(800.0), both(1023.0)]);
-        assert!(contradicting.len() == 1, "{contradicting:?}");
-        assert!(
-            contradicting[0]
-                .starts_with("1 of 2 measured points have a velocity and a rotational speed that")
-        );
-        assert!(
-            contradicting[0]
-                .contains("the first 15 m/s and 1023 rpm; the tool of the study turns at 79")
-        );
-        let outside = told(&[point(Speed::Velocity(30.0), 1e-3)]);
-        assert!(
-            outside[0].starts_with("None of the 1 measured points")
-                && outside[0].contains("v_b = 10 to 20 m/s")
-        );
+        let table: [(&[Measurement], &[&str]); 8] = [
+            (&[], &[]),
+            (&[at(15.0, 1.5e-3), at(30.0, 1e-3)], &[]),
+            (
+                &[at(15.0, 1.5e-3), at(15.0, 2.0)],
+                &[
+                    "1 of 2 measured values of `penetration_depth_m`",
+                    "first with 2 m; the study has 0.001 to 0.004 m",
+                    "unit = \"mm\"",
+                ],
+            ),
+            (
+                &[at(900.0, 1e-3)],
+                &["unit = \"m/min\"", "rotational_speed_rpm"],
+            ),
+            (&[rotational(12.0)], &["first with 12 rpm", "unit = \"Hz\""]),
+            (&[both(796.0), both(800.0)], &[]),
+            (
+                &[both(800.0), both(1023.0)],
+                &[
+                    "1 of 2 measured points have a velocity and a rotational speed that",
+                    "the first 15 m/s and 1023 rpm; the tool of the study turns at 79",
+                ],
+            ),
+            (
+                &[at(30.0, 1e-3)],
+                &["None of the 1 measured points", "v_b = 10 to 20 m/s"],
+            ),
+        ];
+        for (points, expected) in table {
+            let told = unusual_points(&study(), points);
+            assert_eq!(told.len(), usize::from(!expected.is_empty()), "{told:?}");
+            for (told, part) in told
+                .iter()
+                .flat_map(|told| expected.iter().map(move |part| (told, part)))
+            {
+                assert!(told.statement.contains(part), "{told:?}");
+            }
+        }
     }
 }

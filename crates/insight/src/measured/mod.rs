@@ -528,19 +528,16 @@ pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Resu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bristle::model::metrics::Metrics;
-    use bristle_grid::{CaseSummary, DEPTH, Sweep, VELOCITY};
-    use bristle_input::document::Document;
+    use crate::testing::{self, metrics_of, with_force};
+    use bristle_grid::{DEPTH, Sweep, VELOCITY};
     use bristle_text::layout::WIDTH;
 
     /// Two velocities, three depths that are not evenly spaced.
-    fn study() -> Study {
+    pub(super) fn study() -> Study {
         let text = "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\n\
              filament_count_uncertainty = 100\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[study]\n\
              brushing_velocity_m_s = [20.0, 10.0]\npenetration_depth_m = [1e-3, 2e-3, 4e-3]";
-        Document::parse(text, "case.toml")
-            .and_then(|document| document.study())
-            .expect("a study")
+        testing::study(text)
     }
 
     /// A force of 10 N s/m · v_b + 10⁵ N/m · a_e. The case `failed` is one that failed.
@@ -548,29 +545,26 @@ mod tests {
         let case = |case: usize| {
             let process = study.settings(case).process;
             let force = 10.0 * process.brushing_velocity_m_s + 1e5 * process.penetration_depth_m;
-            let metrics = Metrics {
-                tool_contact_normal_force_n: force,
-                ..Metrics::default()
-            };
             match failed {
                 Some(number) if number == case => Err("failed".to_owned()),
-                _ => Ok(CaseSummary {
-                    metrics,
-                    ..CaseSummary::default()
-                }),
+                _ => with_force(force, 0.0),
             }
         };
         (0..study.case_count()).map(case).collect()
     }
 
-    fn point(velocity: f64, penetration_depth_m: f64, force_n: f64, std_n: f64) -> Measurement {
-        let speed = Speed::Velocity(velocity);
+    pub(super) fn point(
+        velocity: f64,
+        penetration_depth_m: f64,
+        force_n: f64,
+        std_n: impl Into<Option<f64>>,
+    ) -> Measurement {
         Measurement {
-            speed,
+            speed: Speed::Velocity(velocity),
             second_speed_rpm: None,
             penetration_depth_m,
             force_n,
-            std_n: Some(std_n),
+            std_n: std_n.into(),
             tool: None,
         }
     }
@@ -700,11 +694,7 @@ mod tests {
         let mut results = results(&study, None);
         for (index, result) in results.iter_mut().enumerate() {
             let sign = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
-            result
-                .as_mut()
-                .expect("a result")
-                .metrics
-                .tool_contact_normal_force_n = sign * 1e308;
+            metrics_of(result).tool_contact_normal_force_n = sign * 1e308;
         }
         let measured = [
             point(20.0, 1e-3, -bristle_input::measured::LARGEST, 0.0),

@@ -1,40 +1,80 @@
-//! Brushes whose steps are too long.
+//! Brushes whose mean impulse is not known to their tolerance.
 
 use bristle::model::settings::Settings;
 use bristle_grid::{CaseResult, Interaction, Study};
 use bristle_text::layout::Warning;
 
-/// The warning about one brush.
+/// Error estimate of the impulse and residual of the energy that are worth a warning, in tolerances.
+/// The steps of a brush are chosen such that its estimate is below the former.
+const ERROR_TOLERANCES: f64 = 3.0;
+const ENERGY_TOLERANCES: f64 = 10.0;
+
+/// Returns the warnings about one brush.
 #[must_use]
-pub fn of_brush(settings: &Settings, interaction: &Interaction) -> Option<Warning> {
-    is_coarse(settings, interaction).then(|| {
+pub fn of_brush(settings: &Settings, interaction: &Interaction) -> Vec<Warning> {
+    let is_uncertain = is_uncertain(settings, interaction).then(|| {
         Warning::new(format!(
-            "the steps do not resolve p_n to `brush.tolerance` = {:e}: it is expected to be off by {:.1e} (`step_error`). Forces of the brush \
-             may be off by as much or more.",
-            settings.brush_or_default().tolerance,
-            interaction.step_error
+            "p_n of the brush is known to ± {:.1} % only (`impulse_error_estimate`): more \
+             `brush.columns` help where filaments differ, a smaller `brush.tolerance` elsewhere.",
+            100.0 * interaction.impulse_error_estimate
         ))
-    })
+    });
+    let is_unbalanced = is_unbalanced(settings, interaction).then(|| {
+        Warning::new(format!(
+            "the energy of the brush balances to {:.1e} only (`energy_residual`): impacts are not \
+             resolved. Choose a smaller `brush.tolerance`.",
+            interaction.energy_residual
+        ))
+    });
+    is_uncertain.into_iter().chain(is_unbalanced).collect()
 }
 
-/// Whether the steps of a brush miss its tolerance.
-fn is_coarse(settings: &Settings, interaction: &Interaction) -> bool {
-    interaction.step_error > settings.brush_or_default().tolerance
+/// Whether the error estimate of a brush is larger than its steps allow.
+fn is_uncertain(settings: &Settings, interaction: &Interaction) -> bool {
+    interaction.impulse_error_estimate > ERROR_TOLERANCES * settings.brush_or_default().tolerance
 }
 
-/// The warning about the brushes of a study, if there is something to warn of.
-pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Option<Warning> {
-    let error = |(case, result): (usize, &CaseResult)| {
-        let interaction = result.as_ref().ok()?.brush.as_ref()?;
-        is_coarse(&study.settings(case), interaction).then_some((case + 1, interaction.step_error))
+/// Whether the energy of a brush does not balance.
+fn is_unbalanced(settings: &Settings, interaction: &Interaction) -> bool {
+    interaction.energy_residual > ENERGY_TOLERANCES * settings.brush_or_default().tolerance
+}
+
+/// Returns the warnings about the brushes of a study.
+pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
+    let brushes: Vec<(usize, &Interaction)> = results
+        .iter()
+        .enumerate()
+        .filter_map(|(case, result)| Some((case, result.as_ref().ok()?.brush.as_ref()?)))
+        .collect();
+    // The row of the largest of equal values is the first one.
+    let worst = |is_bad: fn(&Settings, &Interaction) -> bool, of: fn(&Interaction) -> f64| {
+        let bad: Vec<(usize, f64)> = brushes
+            .iter()
+            .filter(|(case, brush)| is_bad(&study.settings(*case), brush))
+            .map(|(case, brush)| (case + 1, of(brush)))
+            .collect();
+        let (row, value) = bad.iter().rev().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some((bad.len(), *row, *value))
     };
-    let coarse: Vec<(usize, f64)> = results.iter().enumerate().filter_map(error).collect();
-    // Of equal ones the first.
-    let (row, error) = coarse.iter().rev().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(Warning::new(format!(
-        "in {} of {} brushes the steps do not resolve p_n to `brush.tolerance`: it is expected to be off by up to {error:.1e} \
-         (`step_error`, row {row} of runs.csv).",
-        coarse.len(),
-        results.len()
-    )))
+    let of_error = worst(is_uncertain, |brush| brush.impulse_error_estimate);
+    let of_energy = worst(is_unbalanced, |brush| brush.energy_residual);
+    let count = results.len();
+    let uncertain = of_error.map(|(bad, row, error)| {
+        format!(
+            "p_n of {bad} of {count} brushes is known to ± {:.1} % only (`impulse_error_estimate`, row {row} of \
+             runs.csv): more `brush.columns` help where filaments differ, a smaller `brush.tolerance` elsewhere.",
+            100.0 * error
+        )
+    });
+    let unbalanced = of_energy.map(|(bad, row, residual)| {
+        format!(
+            "the energy of {bad} of {count} brushes balances to {residual:.1e} only (`energy_residual`, row {row} of \
+             runs.csv): impacts are not resolved. Choose a smaller `brush.tolerance`."
+        )
+    });
+    uncertain
+        .into_iter()
+        .chain(unbalanced)
+        .map(Warning::new)
+        .collect()
 }

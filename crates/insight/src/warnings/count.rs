@@ -3,10 +3,21 @@
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle_grid::{CaseResult, Study};
+use bristle_text::layout::Warning;
 
 /// A number of cases, as in `of 3 cases`.
 pub(super) fn cases(count: usize) -> String {
     format!("{count} {}", if count == 1 { "case" } else { "cases" })
+}
+
+/// The warning about cases in `rows` of `runs.csv`, of which there are `total`; none without a row.
+pub(super) fn of_rows(rows: &[usize], total: usize, statement: &str) -> Option<Warning> {
+    let first = rows.first()?;
+    Some(Warning::new(format!(
+        "in {} of {}, first in row {first} of runs.csv, {statement}",
+        rows.len(),
+        cases(total)
+    )))
 }
 
 /// The rows of `runs.csv` of the cases that did not fail and are like this.

@@ -56,10 +56,10 @@ pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
         touch::of_study(study, results),
         touch::of_free_cases(study, results),
         stability::of_study(study, results),
-        brush::of_study(study, results),
     ];
-    let several = pressing::of_study(study, results)
+    let several = brush::of_study(study, results)
         .into_iter()
+        .chain(pressing::of_study(study, results))
         .chain(turns::of_study(study, results));
     single.into_iter().flatten().chain(several).collect()
 }

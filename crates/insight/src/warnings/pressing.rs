@@ -1,7 +1,7 @@
 //! Tools that are pressed on with a given force: depths below the roundness of a brush, and forces
 //! that jump.
 
-use super::count::{cases, rows};
+use super::count::{of_rows, rows};
 use bristle::model::metrics::Metrics;
 use bristle_grid::{CaseResult, Study};
 use bristle_text::layout::Warning;
@@ -61,35 +61,31 @@ pub(super) fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
                 .is_some_and(|asked_n| is_one(asked_n, metrics))
         })
     };
-    let told = |rows: Vec<usize>, statement: &str| {
-        let first = *rows.first()?;
-        Some(Warning::new(format!(
-            "in {} of {}, first in row {first} of runs.csv, {statement}",
-            rows.len(),
-            cases(results.len())
-        )))
-    };
-    let shallow = told(
-        rows_where(|_, metrics| is_shallow(metrics)),
-        &format!(
-            "the tool presses with the force at a depth of less than {} mm. {SHALLOW}",
-            short(1e3 * ROUNDNESS_M)
+    let shallow = format!(
+        "the tool presses with the force at a depth of less than {} mm. {SHALLOW}",
+        short(1e3 * ROUNDNESS_M)
+    );
+    let jump =
+        format!("F_n,w jumps past process.tool_force_n at the depth that was found. {JUMPS}");
+    let told = [
+        of_rows(
+            &rows_where(|_, metrics| is_shallow(metrics)),
+            results.len(),
+            &shallow,
         ),
-    );
-    let jump = told(
-        rows_where(jumps),
-        &format!("F_n,w jumps past process.tool_force_n at the depth that was found. {JUMPS}"),
-    );
-    shallow.into_iter().chain(jump).collect()
+        of_rows(&rows_where(jumps), results.len(), &jump),
+    ];
+    told.into_iter().flatten().collect()
 }
 
 #[cfg(test)]
 mod tests {
     use bristle::model::parameters::Parameter;
     use bristle::model::settings::Settings;
-    use bristle_grid::{CaseSummary, FORCE, Sweep};
+    use bristle_grid::{FORCE, Sweep};
 
     use super::*;
+    use crate::testing::result;
 
     fn metrics(penetration_depth_m: f64, tool_contact_normal_force_n: f64) -> Metrics {
         Metrics {
@@ -100,53 +96,31 @@ mod tests {
     }
 
     #[test]
-    fn small_depths_and_jumps_are_told_at_80_columns() {
-        let told = |asked_n, metrics: &Metrics| {
-            of_force(asked_n, metrics)
-                .iter()
-                .map(Warning::to_string)
-                .collect::<Vec<_>>()
-                .join("\n")
-        };
-        let shallow = told(Some(166.0), &metrics(69.1234e-6, 166.1));
-        assert!(
-            shallow
-                .starts_with("warning: the tool presses with this force at a depth of 0.06912 mm."),
-            "{shallow}"
-        );
-        let jump = told(Some(10.0), &metrics(1e-3, 14.91)).replace("\n         ", " ");
-        assert!(
-            jump.contains("jumps past process.tool_force_n = 10 N at this depth: it is 14.91 N."),
-            "{jump}"
-        );
-        assert!(
-            shallow
-                .lines()
-                .chain(jump.lines())
-                .all(|line| line.chars().count() <= 80 || line == jump)
-        );
-        assert_eq!(
-            told(Some(10.0), &metrics(1e-3, 10.009)),
-            "",
-            "found to a thousandth"
-        );
-        assert_eq!(told(None, &metrics(1e-5, 14.91)), "", "the depth is given");
+    fn small_depths_and_jumps_are_told() {
+        let shallow = "the tool presses with this force at a depth of 0.06912 mm. That is";
+        let jump =
+            "F_n,w jumps past process.tool_force_n = 10 N at this depth: it is 14.91 N. Contact";
+        for (asked_n, metrics, expected) in [
+            (Some(166.0), metrics(69.1234e-6, 166.1), Some(shallow)),
+            (Some(10.0), metrics(1e-3, 14.91), Some(jump)),
+            // Found to a thousandth.
+            (Some(10.0), metrics(1e-3, 10.009), None),
+            // The depth is given.
+            (None, metrics(1e-5, 14.91), None),
+        ] {
+            let told = of_force(asked_n, &metrics);
+            assert_eq!(told.len(), expected.iter().len());
+            for (told, expected) in told.iter().zip(expected) {
+                assert!(told.plain().starts_with(expected), "{told}");
+            }
+        }
     }
 
     #[test]
     fn a_study_tells_the_first_of_its_cases() {
-        let force = Sweep::list(
-            Parameter::find(FORCE).expect("it exists"),
-            vec![10.0, 20.0, 30.0],
-        )
-        .expect("right");
+        let force = Parameter::find(FORCE).expect("it exists");
+        let force = Sweep::list(force, vec![10.0, 20.0, 30.0]).expect("right");
         let study = Study::new(Settings::paper(10.0, 1e-3), vec![force]).expect("right");
-        let result = |metrics| {
-            Ok(CaseSummary {
-                metrics,
-                ..CaseSummary::default()
-            })
-        };
         let results = [
             Err("failed".to_owned()),
             result(metrics(5e-5, 20.0)),
@@ -154,10 +128,10 @@ mod tests {
         ];
         let told: Vec<String> = of_study(&study, &results)
             .iter()
-            .map(|told| told.to_string().replace("\n         ", " "))
+            .map(Warning::plain)
             .collect();
-        let shallow = "warning: in 2 of 3 cases, first in row 2 of runs.csv, the tool presses";
-        let jump = "warning: in 1 of 3 cases, first in row 3 of runs.csv, F_n,w jumps past";
+        let shallow = "in 2 of 3 cases, first in row 2 of runs.csv, the tool presses";
+        let jump = "in 1 of 3 cases, first in row 3 of runs.csv, F_n,w jumps past";
         assert!(
             told[0].starts_with(shallow) && told[1].starts_with(jump),
             "{told:?}"

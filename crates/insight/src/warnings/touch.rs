@@ -6,7 +6,7 @@ use bristle::model::settings::Settings;
 use bristle::tool::Trim;
 use bristle::workpiece::{Edge, Part, Workpiece};
 
-use super::count::{cases, rows};
+use super::count::{cases, of_rows, rows};
 use bristle_grid::{CaseResult, Study};
 use bristle_text::layout::Warning;
 use bristle_text::number::short;
@@ -17,7 +17,8 @@ const DEEPEST_SHARE: f64 = 0.5;
 /// What a deep penetration means for results, and what avoids it.
 const DEEP: &str = "The force then depends on the contact stiffness: a larger `contact.stiffness_n_m` penetrates less.";
 
-/// What clears the workpiece, and what avoids it.
+/// A tool without contact, what clears the workpiece, and what avoids it.
+const FREE: &str = "the turning tool never touches the workpiece.";
 const SPLAYED: &str = "Centrifugal forces splay its filaments, whose tips then lie less deep than those of the tool at rest. Press it deeper, or turn it slower.";
 
 /// Whether a tool whose filaments splay never touches.
@@ -27,23 +28,13 @@ fn is_free(settings: &Settings, metrics: &Metrics) -> bool {
 
 /// The warning about one tool that never touches the workpiece.
 pub(super) fn of_free_contact(settings: &Settings, metrics: &Metrics) -> Option<Warning> {
-    is_free(settings, metrics).then(|| {
-        Warning::new(format!(
-            "the turning tool never touches the workpiece. {SPLAYED}"
-        ))
-    })
+    is_free(settings, metrics).then(|| Warning::new(format!("{FREE} {SPLAYED}")))
 }
 
 /// The warning about the cases of a study in which the tool never touches the workpiece.
 pub(super) fn of_free_cases(study: &Study, results: &[CaseResult]) -> Option<Warning> {
     let free = rows(study, results, is_free);
-    free.first().map(|first| {
-        Warning::new(format!(
-            "in {} of {}, first in row {first} of runs.csv, the turning tool never touches the workpiece. {SPLAYED}",
-            free.len(),
-            cases(results.len())
-        ))
-    })
+    of_rows(&free, results.len(), &format!("{FREE} {SPLAYED}"))
 }
 
 /// The warning about one contact.
@@ -78,21 +69,17 @@ fn is_deep(settings: &Settings, metrics: &Metrics) -> bool {
 
 /// The smallest radius of the workpiece's edges, in m; infinite without edges.
 fn edge_radius(settings: &Settings) -> f64 {
-    let radius = |edge: &Edge| edge.radius();
     Part::of(settings).map_or(f64::INFINITY, |(part, _)| {
-        part.edges()
-            .iter()
-            .map(radius)
-            .fold(f64::INFINITY, f64::min)
+        let radii = part.edges().iter().map(Edge::radius);
+        radii.fold(f64::INFINITY, f64::min)
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::brush;
+    use crate::testing::{brush, result};
     use bristle::model::settings::ToolKind;
-    use bristle_grid::CaseSummary;
     use bristle_input::document::Document;
 
     const FILE: &str = concat!(
@@ -117,44 +104,28 @@ mod tests {
     }
 
     #[test]
-    fn deep_edges_are_told_at_80_columns() {
+    fn deep_edges_are_told() {
         let document = Document::parse(FILE, "case.toml").expect("a document");
         let settings = document.settings().expect("settings");
-        assert_eq!(
-            of_contact(&settings, &metrics(0.1e-3)),
-            None,
-            "half of the radius is not too deep"
-        );
-        let deep = of_contact(&settings, &metrics(0.123456e-3));
-        assert_eq!(
-            deep.map(|deep| deep.to_string()).as_deref(),
-            Some(
-                "warning: the filament penetrates an edge by 0.1235 mm, more than half of its\n         radius of 0.2 mm. \
-              The force then depends on the contact stiffness: a\n         larger `contact.stiffness_n_m` penetrates less."
-            )
-        );
+        // Half of the radius is not too deep.
+        assert_eq!(of_contact(&settings, &metrics(0.1e-3)), None);
+        let deep = of_contact(&settings, &metrics(0.123456e-3)).expect("a warning");
+        let statement =
+            "the filament penetrates an edge by 0.1235 mm, more than half of its radius of 0.2 mm.";
+        assert_eq!(deep.plain(), format!("{statement} {DEEP}"));
 
         let study = document.study().expect("a study");
-        let result = |metrics| {
-            Ok(CaseSummary {
-                metrics,
-                ..CaseSummary::default()
-            })
-        };
         let results = [
             result(metrics(0.0)),
             Err("failed".to_owned()),
             result(metrics(1e-3)),
         ];
-        let told = of_study(&study, &results).expect("a warning").to_string();
-        assert!(told.starts_with(
-            "warning: in 1 of 3 cases the filament penetrates an edge by more than half of"
-        ));
+        let told = of_study(&study, &results).expect("a warning").plain();
+        let start = "in 1 of 3 cases the filament penetrates an edge by more";
         assert!(
-            told.replace("\n         ", " ").contains("first in row 3"),
-            "{told:?}"
+            told.starts_with(start) && told.contains("first in row 3"),
+            "{told}"
         );
-        assert!(told.lines().all(|line| line.chars().count() <= 80));
         assert_eq!(of_study(&study, &results[..2]), None);
     }
 
@@ -166,42 +137,21 @@ mod tests {
             contact_angle_rad: 1.0,
             ..Metrics::default()
         };
-        assert_eq!(
-            of_free_contact(&settings, &free),
-            None,
-            "radial filaments do not splay"
-        );
+        // Radial filaments do not splay.
+        assert_eq!(of_free_contact(&settings, &free), None);
         settings.tool.kind = ToolKind::Cup;
-        let told = of_free_contact(&settings, &free)
-            .expect("a warning")
-            .to_string();
-        assert!(
-            told.starts_with("warning: the turning tool never touches the workpiece. Centrifugal"),
-            "{told}"
-        );
-        assert_eq!(
-            of_free_contact(
-                &settings,
-                &Metrics {
-                    contact_count: 1,
-                    ..free.clone()
-                }
-            ),
-            None
-        );
+        let told = of_free_contact(&settings, &free).expect("a warning");
+        assert_eq!(told.plain(), format!("{FREE} {SPLAYED}"));
+        let touching = Metrics {
+            contact_count: 1,
+            ..free.clone()
+        };
+        assert_eq!(of_free_contact(&settings, &touching), None);
         let study = Study::new(settings, Vec::new()).expect("a study");
-        let result = Ok(CaseSummary {
-            metrics: free,
-            ..CaseSummary::default()
-        });
-        let told = of_free_cases(&study, &[result])
+        let told = of_free_cases(&study, &[result(free)])
             .expect("a warning")
-            .to_string();
-        assert!(
-            told.starts_with(
-                "warning: in 1 of 1 case, first in row 1 of runs.csv, the turning tool never"
-            ),
-            "{told}"
-        );
+            .plain();
+        let start = "in 1 of 1 case, first in row 1 of runs.csv, the turning tool never";
+        assert!(told.starts_with(start), "{told}");
     }
 }

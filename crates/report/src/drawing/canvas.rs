@@ -15,7 +15,6 @@ pub(super) const FINE: i32 = 10;
 pub type Point = (i32, i32);
 
 /// Converts pixels to coordinates.
-#[must_use]
 pub const fn fine(pixels: i32) -> i32 {
     pixels * FINE
 }
@@ -48,11 +47,6 @@ pub(super) enum Shape {
         points: Vec<Point>,
         stroke: Stroke,
     },
-    Circle {
-        centre: Point,
-        radius: i32,
-        fill: Color,
-    },
     Text {
         text: String,
         style: TextStyle,
@@ -70,7 +64,6 @@ pub struct Stroke {
 }
 
 /// A line style with a width in tenths of a pixel.
-#[must_use]
 pub const fn stroke(color: Color, tenths: i32) -> Stroke {
     Stroke {
         color,
@@ -106,7 +99,6 @@ pub struct TextStyle {
 }
 
 /// A text style with a font size in pixels. The text is to the right of its point and below it.
-#[must_use]
 pub const fn text(size: i32, color: Color) -> TextStyle {
     TextStyle {
         size: fine(size),
@@ -119,7 +111,6 @@ pub const fn text(size: i32, color: Color) -> TextStyle {
 
 impl TextStyle {
     /// Centres the text on its point.
-    #[must_use]
     pub const fn centred(self) -> Self {
         Self {
             anchor: Anchor::Middle,
@@ -129,7 +120,6 @@ impl TextStyle {
     }
 
     /// Puts the text to the right of its point, level with it.
-    #[must_use]
     pub const fn right(self) -> Self {
         Self {
             anchor: Anchor::Start,
@@ -139,7 +129,6 @@ impl TextStyle {
     }
 
     /// Puts the text to the left of its point, level with it.
-    #[must_use]
     pub const fn left(self) -> Self {
         Self {
             anchor: Anchor::End,
@@ -149,7 +138,6 @@ impl TextStyle {
     }
 
     /// Puts the text below its point, centred.
-    #[must_use]
     pub const fn below(self) -> Self {
         Self {
             anchor: Anchor::Middle,
@@ -159,7 +147,6 @@ impl TextStyle {
     }
 
     /// Turns the text by 90° to read upwards.
-    #[must_use]
     pub const fn upwards(self) -> Self {
         Self {
             upwards: true,
@@ -169,12 +156,6 @@ impl TextStyle {
 }
 
 impl Canvas {
-    /// An empty canvas of a width and a height in pixels.
-    #[must_use]
-    pub fn new(size: (i32, i32)) -> Self {
-        Self::on(&Format::default(), size)
-    }
-
     /// An empty canvas of a format. Width and height are pixels of its layout.
     pub(crate) fn on(format: &Format, (width, height): (i32, i32)) -> Self {
         let mut canvas = Self {
@@ -239,15 +220,6 @@ impl Canvas {
         for dash in dashes(points, [dash, gap].map(|length| length as f32)) {
             self.line(dash, stroke);
         }
-    }
-
-    /// Fills a circle; its radius is in coordinates.
-    pub fn circle(&mut self, centre: Point, radius: i32, fill: Color) {
-        self.shapes.push(Shape::Circle {
-            centre,
-            radius,
-            fill,
-        });
     }
 
     /// Writes a text. Symbols such as `F_n,w` are typeset with their subscripts, numbers with minus
@@ -328,7 +300,7 @@ mod tests {
 
     #[test]
     fn corners_of_a_rectangle_are_put_in_order() {
-        let mut canvas = Canvas::new((1, 1));
+        let mut canvas = Canvas::on(&Format::default(), (1, 1));
         canvas.rectangle([(5, 0), (0, 7)], WHITE);
         assert_eq!(
             canvas.shapes[1],

@@ -26,7 +26,6 @@ fn on_canvas([x, y]: [f64; 2]) -> Point {
 }
 
 /// The parts within `frame` of a line through points in pixels.
-#[must_use]
 pub fn clip_line(points: &[[f64; 2]], frame: Frame) -> Vec<Vec<Point>> {
     let mut parts: Vec<Vec<Point>> = Vec::new();
     let mut goes_on = false;
@@ -60,7 +59,6 @@ pub fn clip_line(points: &[[f64; 2]], frame: Frame) -> Vec<Vec<Point>> {
 
 /// The part within `frame` of a polygon with corners in pixels (Sutherland and Hodgman 1974); empty
 /// if there is none.
-#[must_use]
 pub fn clip_polygon(corners: &[[f64; 2]], frame: Frame) -> Vec<Point> {
     let mut corners = corners.to_vec();
     for edge in 0..4 {

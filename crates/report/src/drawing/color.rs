@@ -33,7 +33,6 @@ const VIRIDIS: [Color; 8] = [
 
 /// The colour of viridis at `part` of its range, 0 to 1. Its brightness rises evenly, so that a map
 /// can be read in grey.
-#[must_use]
 pub fn viridis(part: f64) -> Color {
     let at = part.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let (below, above) = (VIRIDIS[at.floor() as usize], VIRIDIS[at.ceil() as usize]);

@@ -43,15 +43,15 @@ const RESOLUTION: i32 = 5;
 #[derive(Clone, Debug)]
 pub struct Diagram {
     /// Heading.
-    pub title: String,
+    title: String,
     /// Smaller text below the heading; may be empty.
-    pub subtitle: String,
+    subtitle: String,
     /// Horizontal axis.
-    pub x: Axis,
+    x: Axis,
     /// Vertical axis.
-    pub y: Axis,
+    y: Axis,
     /// The curves, in drawing order. Bands and references are drawn before the others.
-    pub curves: Vec<Curve>,
+    curves: Vec<Curve>,
 }
 
 /// Points of a diagram.
@@ -109,7 +109,6 @@ impl Curve {
     }
 
     /// Gives the curve a pen that others may share.
-    #[must_use]
     pub fn with_pen(self, index: usize) -> Self {
         Self {
             pen: Some(index),
@@ -118,7 +117,6 @@ impl Curve {
     }
 
     /// Draws the curve some pixels to the right of its points.
-    #[must_use]
     pub fn shifted(self, shift: i32) -> Self {
         Self { shift, ..self }
     }
@@ -270,6 +268,22 @@ fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i3
 }
 
 impl Diagram {
+    /// A diagram with a title, a subtitle that may be empty, and its axes.
+    pub fn new(
+        title: impl Into<String>,
+        subtitle: impl Into<String>,
+        [x, y]: [Axis; 2],
+        curves: Vec<Curve>,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            subtitle: subtitle.into(),
+            x,
+            y,
+            curves,
+        }
+    }
+
     /// The coordinates that the vertical axis shows: of all points, but not the ends of bars that
     /// are much longer than the others, nor ends below zero of an amount without a value there.
     fn heights(&self) -> Vec<f64> {
@@ -317,14 +331,7 @@ impl Diagram {
         heights
     }
 
-    /// Draws the diagram for a screen.
-    #[must_use]
-    pub fn draw(&self) -> Canvas {
-        self.draw_in(&Format::default())
-    }
-
     /// Draws the diagram.
-    #[must_use]
     pub fn draw_in(&self, format: &Format) -> Canvas {
         let shown = self.curves.iter().flat_map(|curve| &curve.points);
         let shown =
@@ -571,14 +578,16 @@ mod tests {
                 Axis::linear(label)
             }
         };
-        let (title, subtitle) = ("Title".to_owned(), "Subtitle".to_owned());
-        Diagram {
-            title,
-            subtitle,
-            x: axis("abscissa"),
-            y: axis("ordinate"),
+        Diagram::new(
+            "Title",
+            "Subtitle",
+            [axis("abscissa"), axis("ordinate")],
             curves,
-        }
+        )
+    }
+
+    fn svg(diagram: &Diagram) -> String {
+        diagram.draw_in(&Format::default()).svg()
     }
 
     fn points(points: &[(f64, f64)]) -> Vec<Curve> {
@@ -623,7 +632,7 @@ mod tests {
         ];
         for logarithmic in [false, true] {
             for odd in odd {
-                let text = diagram(logarithmic, points(odd)).draw().svg();
+                let text = svg(&diagram(logarithmic, points(odd)));
                 assert!(
                     text.starts_with("<svg") && text.trim_end().ends_with("</svg>"),
                     "{odd:?}"
@@ -633,12 +642,7 @@ mod tests {
                     "{odd:?}\n{text}"
                 );
             }
-            assert!(
-                diagram(logarithmic, vec![])
-                    .draw()
-                    .svg()
-                    .starts_with("<svg")
-            );
+            assert!(svg(&diagram(logarithmic, vec![])).starts_with("<svg"));
         }
     }
 
@@ -677,12 +681,12 @@ mod tests {
         };
         let top = |diagram: &Diagram| diagram.heights().into_iter().fold(0.0, f64::max);
         assert_eq!([top(&bars(3.0)), top(&bars(300.0))], [33.0, 30.0]);
-        let svg = bars(300.0).draw().svg();
+        let cut = svg(&bars(300.0));
         assert!(
-            svg.contains(">330</text>") && svg.contains(">−270</text>"),
-            "{svg}"
+            cut.contains(">330</text>") && cut.contains(">−270</text>"),
+            "{cut}"
         );
-        assert!(!bars(3.0).draw().svg().contains(">33.0</text>"));
+        assert!(!svg(&bars(3.0)).contains(">33.0</text>"));
         // No axis of a force goes below zero for a bar alone.
         let least = bars(30.5)
             .heights()
@@ -714,16 +718,16 @@ mod tests {
             free_corner(&styled(&crossing), [&scale, &scale], frame, (100, 50)),
             None
         );
-        let beside = diagram(false, crossing).draw().svg();
-        assert!(beside.contains("a name"));
+        assert!(svg(&diagram(false, crossing)).contains("a name"));
     }
 
     #[test]
     fn long_histories_keep_what_can_be_seen() {
         let history = (0..100_000).map(|i| (f64::from(i), (f64::from(i) * 1e-3).sin()));
-        let text = diagram(false, vec![Curve::new("history", Look::Line, history)])
-            .draw()
-            .svg();
+        let text = svg(&diagram(
+            false,
+            vec![Curve::new("history", Look::Line, history)],
+        ));
         assert!(text.len() < 300_000, "{}", text.len());
     }
 }

@@ -359,33 +359,18 @@ mod tests {
         }
     }
 
-    #[test]
-    fn text_must_fit_into_the_width() {
-        let format = |width: f64, points: f64| Format::new(Some(width), Some(points), None);
-        assert!(format(84.0, 8.0).is_ok() && format(84.0, 10.0).is_ok());
-        let Err(FormatError::NoRoom { most, least_mm, .. }) = format(84.0, 12.0) else {
-            panic!("text of 12 pt fits")
-        };
-        assert!(
-            format(84.0, most).is_ok() && format(least_mm, 12.0).is_ok(),
-            "{most} {least_mm}"
-        );
-        assert!(
-            format(84.0, most + 0.1).is_err() && format(least_mm - 1.0, 12.0).is_err(),
-            "{most} {least_mm}"
-        );
-    }
-
     /// It advised a font of 3.6 pt, which is refused.
     #[test]
-    fn advice_is_what_figures_can_have() {
+    fn advice_is_the_least_change_that_figures_can_have() {
+        let fits = |width: f64, points: f64| Format::new(Some(width), Some(points), None);
+        assert!(fits(84.0, 8.0).is_ok() && fits(84.0, 10.0).is_ok());
         let widths = [WIDTHS_MM[0], 60.0, 84.0, 200.0, WIDTHS_MM[1]];
         let sizes = [FONT_SIZES[0], 9.0, 12.0, FONT_SIZES[1]];
         for (width, points) in widths
             .into_iter()
             .flat_map(|width| sizes.map(|points| (width, points)))
         {
-            let Err(error) = Format::new(Some(width), Some(points), None) else {
+            let Err(error) = fits(width, points) else {
                 continue;
             };
             let help = error.to_string();
@@ -393,19 +378,19 @@ mod tests {
                 let (_, rest) = help.split_once(option)?;
                 rest.split([',', '\n']).next()
             };
-            let (font, figure) = (value("--font-size "), value("--figure-width "));
+            let [font, figure] = ["--font-size ", "--figure-width "].map(value);
             assert!(font.is_some() || figure.is_some(), "{help}");
-            for advised in font.into_iter() {
-                let points = parse_font_size(advised).expect(advised);
+            if let Some(font) = font {
+                let points = parse_font_size(font).expect(font);
                 assert!(
-                    Format::new(Some(width), Some(points), None).is_ok(),
+                    fits(width, points).is_ok() && fits(width, points + 0.1).is_err(),
                     "{help}"
                 );
             }
-            for advised in figure.into_iter() {
-                let width = parse_width(advised).expect(advised);
+            if let Some(figure) = figure {
+                let width = parse_width(figure).expect(figure);
                 assert!(
-                    Format::new(Some(width), Some(points), None).is_ok(),
+                    fits(width, points).is_ok() && fits(width - 1.0, points).is_err(),
                     "{help}"
                 );
             }

@@ -279,14 +279,7 @@ fn joined(pieces: &[[Point; 2]]) -> Vec<Vec<Point>> {
 type Cell = (Option<f64>, [Point; 2]);
 
 impl Map {
-    /// Draws the map for a screen.
-    #[must_use]
-    pub fn draw(&self) -> Canvas {
-        self.draw_in(&Format::default())
-    }
-
     /// Draws the map.
-    #[must_use]
     pub fn draw_in(&self, format: &Format) -> Canvas {
         let known = self.values.iter().flatten().copied();
         let limits = self.range.into_iter().flatten();
@@ -660,6 +653,10 @@ mod tests {
         }
     }
 
+    fn svg(map: &Map) -> String {
+        map.draw_in(&Format::default()).svg()
+    }
+
     #[test]
     fn borders_lie_between_values() {
         assert_eq!(side(&[1.0, 2.0, 4.0]).borders(), [0.5, 1.5, 3.0, 5.0]);
@@ -760,8 +757,7 @@ mod tests {
                 values.into_iter().chain(values).map(Some).collect(),
             );
             map.line = Some(Contour { level: 1.0, other });
-            map.draw()
-                .svg()
+            svg(&map)
                 .matches("stroke=\"#282C34\" stroke-width=\"18\"")
                 .count()
         });
@@ -790,7 +786,7 @@ mod tests {
             ..map
         });
         for map in maps.into_iter().chain(logarithmic) {
-            let text = map.draw().svg();
+            let text = svg(&map);
             assert!(
                 text.trim_end().ends_with("</svg>")
                     && !text.contains("NaN")
@@ -805,7 +801,7 @@ mod tests {
         let values = [3.3, 95.38, 1961.2, 624_390.9].map(Some).to_vec();
         let mut map = map(&[1.0, 2.0, 3.0, 4.0], &[1.0], values);
         map.colours = Axis::logarithmic("quantity");
-        let text = map.draw().svg();
+        let text = svg(&map);
         for label in ["3.30", "95.4", "1960", "6·10⁵", "10⁵"] {
             assert!(text.contains(label), "{label}\n{text}");
         }

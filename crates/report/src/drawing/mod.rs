@@ -1,36 +1,36 @@
 //! Figures in one style: axes, curves and maps in, SVG, PNG and PDF out.
 //!
-//! [`diagram`] and [`map`] lay a figure out on a [`Canvas`], a list of shapes and texts. The canvas
+//! `diagram` and `map` lay a figure out on a [`Canvas`], a list of shapes and texts. The canvas
 //! writes itself as SVG, with its text as text, as a bitmap, with the glyphs of the one font that
 //! is part of the program, and as PDF with both.
 
 mod canvas;
-pub mod clip;
+pub(crate) mod clip;
 mod color;
-pub mod diagram;
+pub(crate) mod diagram;
 mod font;
 pub mod format;
-pub mod heading;
-pub mod map;
+pub(crate) mod heading;
+pub(crate) mod map;
 mod pdf;
-pub mod pens;
+pub(crate) mod pens;
 mod raster;
-pub mod scale;
+pub(crate) mod scale;
 mod svg;
 mod symbols;
 mod typeset;
 
 use std::f64::consts::TAU;
 
-pub use canvas::{Canvas, Point, Stroke, TextStyle, fine, stroke, text};
-pub use color::{BLUE, Color, FAINT, GREY, GRID, INK, VERMILION, WHITE, viridis};
-pub use typeset::power_of_ten;
-pub(crate) use typeset::typeset;
+pub use canvas::Canvas;
+pub(crate) use canvas::{Point, fine, stroke, text};
+pub(crate) use color::{BLUE, Color, FAINT, GREY, GRID, INK, VERMILION, WHITE, viridis};
+pub(crate) use typeset::{power_of_ten, typeset};
 
 use symbols::runs;
 
 /// Estimated width of a text in pixels. It is not exact, since an SVG viewer may use another font.
-pub fn width(text: &str, size: i32) -> i32 {
+pub(crate) fn width(text: &str, size: i32) -> i32 {
     let characters = |run: &symbols::Run<'_>| run.text.chars().count() as i32;
     runs(&typeset(text))
         .iter()
@@ -38,8 +38,16 @@ pub fn width(text: &str, size: i32) -> i32 {
         .sum()
 }
 
+/// Least and largest of some values; infinite without any.
+pub(crate) fn ends(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    values
+        .into_iter()
+        .fold(none, |[low, high], value| [low.min(value), high.max(value)])
+}
+
 /// Pairs the values of an axis with their labels.
-pub fn labelled(
+pub(crate) fn labelled(
     values: impl IntoIterator<Item = f64>,
     label: impl Fn(f64) -> String,
 ) -> Vec<(f64, String)> {
@@ -51,7 +59,7 @@ pub fn labelled(
 
 /// Draws `ticks`, which are values and their labels, at the points that `at` gives, and the name of
 /// the axis at a place in pixels.
-pub fn axis(
+pub(crate) fn axis(
     canvas: &mut Canvas,
     (name, place): (&str, (i32, i32)),
     ticks: &[(f64, String)],
@@ -79,13 +87,13 @@ pub fn axis(
 }
 
 /// A value as a label, rounded to a whole number.
-pub fn whole(value: f64) -> String {
+pub(crate) fn whole(value: f64) -> String {
     format!("{value:.0}").replace('-', "−")
 }
 
 /// A marker: a regular polygon around a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Marker {
+pub(crate) struct Marker {
     /// Number of corners; a large number makes a circle.
     pub corners: u32,
     /// Angle of the first corner in rad, clockwise from the right.
@@ -96,7 +104,7 @@ pub struct Marker {
 
 /// The style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pen {
+pub(crate) struct Pen {
     /// Colour of line and markers.
     pub color: Color,
     /// Width of the line and of outlines in tenths of a pixel.

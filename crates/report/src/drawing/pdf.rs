@@ -149,24 +149,6 @@ fn draw(content: &mut Content, shape: &Shape, glyphs: &mut Glyphs, opacities: &m
             go_through(content, points);
             content.stroke();
         }
-        Shape::Circle {
-            centre: (x, y),
-            radius,
-            fill: color,
-        } => {
-            fill(content, *color);
-            // A line of no length with round ends.
-            let [red, green, blue] = components(*color);
-            content
-                .save_state()
-                .set_line_cap(LineCapStyle::RoundCap)
-                .set_stroke_rgb(red, green, blue);
-            content
-                .set_line_width(2.0 * *radius as f32)
-                .move_to(*x as f32, *y as f32)
-                .line_to(*x as f32, *y as f32);
-            content.stroke().restore_state();
-        }
         Shape::Text { text, style, at } => {
             fill(content, style.color);
             write_text(content, text, style, *at, glyphs);
@@ -314,7 +296,6 @@ mod tests {
         let mut canvas = Canvas::on(format, (100, 50));
         canvas.area([(0, 0), (fine(10), 0), (0, fine(10))], BLUE, 0.15);
         canvas.line([(0, 0), (fine(10), fine(10))], stroke(INK, 10));
-        canvas.circle((fine(20), fine(20)), fine(3), BLUE);
         canvas.text(
             "F_n,w in N, −5·10⁻⁶",
             text(12, INK).centred().upwards(),

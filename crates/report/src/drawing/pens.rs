@@ -27,7 +27,6 @@ const MARKERS: [(u32, f64); 5] = [
 const DASHES: [(i32, i32); 6] = [(1, 0), (7, 3), (2, 3), (14, 4), (7, 8), (4, 6)];
 
 /// The pen of the coloured curve number `index`.
-#[must_use]
 pub fn pen(index: usize) -> Pen {
     let (corners, turn) = MARKERS[index % MARKERS.len()];
     let (color, dash) = (COLORS[index % COLORS.len()], DASHES[index % DASHES.len()]);
@@ -44,7 +43,6 @@ pub fn pen(index: usize) -> Pen {
 }
 
 /// The pen of reference number `index`.
-#[must_use]
 pub fn reference_pen(index: usize) -> Pen {
     Pen {
         color: GREY,

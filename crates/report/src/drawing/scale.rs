@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{fine, labelled, power_of_ten, whole};
+use super::{ends, fine, labelled, power_of_ten, whole};
 
 /// An axis of a diagram.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,7 +119,6 @@ pub struct Scale {
 
 impl Scale {
     /// The scale of an axis that shows `values` (coordinates) with a margin.
-    #[must_use]
     pub fn new(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
         if !axis.names.is_empty() {
             let (ticks, high) = (named_ticks(&axis.names), axis.names.len() as f64 - 0.5);
@@ -169,7 +168,6 @@ impl Scale {
     }
 
     /// The scale of an axis from the least to the largest of `values` (coordinates).
-    #[must_use]
     pub fn exact(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = range(values, &axis);
         // So that rounding does not remove a tick at an end.
@@ -190,14 +188,12 @@ impl Scale {
     }
 
     /// The part of the range that lies below a coordinate.
-    #[must_use]
     pub fn part(&self, at: f64) -> f64 {
         (at - self.low) / (self.high - self.low)
     }
 
     /// Maps a coordinate to a place between the pixels `low` and `high`, in coordinates of the
     /// canvas.
-    #[must_use]
     pub fn place(&self, at: f64, low: i32, high: i32) -> i32 {
         fine(low) + (self.part(at) * f64::from(fine(high - low))).round() as i32
     }
@@ -205,9 +201,7 @@ impl Scale {
 
 /// The ends of an axis for `values`, with some room if they are equal.
 fn range(values: impl Iterator<Item = f64>, axis: &Axis) -> (f64, f64) {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
+    let [low, high] = ends(values);
     if low > high {
         return (0.0, 1.0);
     }
@@ -229,7 +223,6 @@ fn range(values: impl Iterator<Item = f64>, axis: &Axis) -> (f64, f64) {
 }
 
 /// The coordinate of a value on an axis; none if it cannot be shown.
-#[must_use]
 pub fn coordinate(axis: &Axis, value: f64) -> Option<f64> {
     let shown = value.abs() < 1e300 && (value > 0.0 || !axis.logarithmic);
     shown.then(|| {
@@ -257,7 +250,6 @@ fn named_ticks(names: &[String]) -> Vec<(f64, String)> {
 
 /// Multiples of 1, 2 or 5 times a power of ten, with their labels and the factor that the labels
 /// leave out.
-#[must_use]
 pub fn linear_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
     let least = (high - low) / 7.0;
     let power = 10_f64.powf(least.log10().floor());

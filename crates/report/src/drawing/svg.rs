@@ -67,15 +67,6 @@ fn write_shape(svg: &mut String, shape: &Shape, families: &str) -> std::fmt::Res
             )?;
             write_points(svg, points)
         }
-        Shape::Circle {
-            centre: (x, y),
-            radius,
-            fill,
-        } => writeln!(
-            svg,
-            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" opacity=\"1\" fill=\"{fill}\" stroke=\"none\" \
-             stroke-width=\"1\"/>"
-        ),
         Shape::Text { text, style, at } => write_text(svg, text, *style, *at, families),
     }
 }
@@ -170,11 +161,12 @@ fn escaped(text: &str) -> String {
 mod tests {
     use super::super::canvas::text;
     use super::super::color::INK;
+    use super::super::format::Format;
     use super::*;
 
     /// What an SVG file has for a text.
     fn written(words: &str) -> String {
-        let mut canvas = Canvas::new((10, 10));
+        let mut canvas = Canvas::on(&Format::default(), (10, 10));
         canvas.text(words, text(11, INK).left().upwards(), (3, 4));
         canvas.svg().lines().nth(2).unwrap_or_default().to_owned()
     }

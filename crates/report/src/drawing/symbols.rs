@@ -39,7 +39,6 @@ impl Run<'_> {
 /// subscript. A subscript consists of lower-case letters and digits, and of commas without a space
 /// between them, or of one capital letter. Names such as `relative_tolerance` are not symbols and
 /// stay as they are.
-#[must_use]
 pub fn runs(text: &str) -> Vec<Run<'_>> {
     let mut runs = Vec::new();
     let mut add = |text, is_subscript| runs.push(Run { text, is_subscript });

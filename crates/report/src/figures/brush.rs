@@ -3,6 +3,7 @@
 
 use super::picture::{Picture, contact_title};
 use crate::drawing::diagram::{Curve, Diagram, Look};
+use crate::drawing::ends;
 use crate::drawing::format::Format;
 use crate::drawing::scale::Axis;
 use bristle::brush::{FilamentResult, PairResult, ToolSample};
@@ -65,7 +66,7 @@ fn impulses(brush: &Brush, format: &Format) -> Picture {
     let alone = 1e3 * brush.interaction.contact_normal_impulse_alone_n_s;
     let Interaction {
         interaction_factor: factor,
-        impulse_scatter: scatter,
+        impulse_error_estimate,
         ..
     } = brush.interaction;
     let curves = [
@@ -75,20 +76,19 @@ fn impulses(brush: &Brush, format: &Format) -> Picture {
         ],
         over_columns(brush, value),
     ];
-    let diagram = Diagram {
-        title: contact_title("Impulses of the filaments", &brush.settings),
-        subtitle: format!(
-            "interaction factor {factor:.3}; shaded: the columns that count, whose impulses vary by {:.2} %",
-            100.0 * scatter
+    let diagram = Diagram::new(
+        contact_title("Impulses of the filaments", &brush.settings),
+        format!(
+            "interaction factor {factor:.3}; shaded: the columns that count, with a mean known to ± {:.2} %",
+            100.0 * impulse_error_estimate
         ),
-        x: Axis::count("column; 0 meets the workpiece first"),
-        y: Axis::amount("p_n in mN s"),
-        curves: curves.concat(),
-    };
-    Picture {
-        name: IMPULSES.to_owned(),
-        canvas: diagram.draw_in(format),
-    }
+        [
+            Axis::count("column; 0 meets the workpiece first"),
+            Axis::amount("p_n in mN s"),
+        ],
+        curves.concat(),
+    );
+    Picture::of(IMPULSES, format, &diagram)
 }
 
 /// The columns that count.
@@ -148,8 +148,9 @@ fn over_columns(brush: &Brush, value: impl Fn(&FilamentResult) -> f64) -> Vec<Cu
         let values: Vec<f64> = of_column(column).map(&value).collect();
         let at = column as f64;
         means.push((at, values.iter().sum::<f64>() / values.len() as f64));
-        lower.push((at, values.iter().copied().fold(f64::INFINITY, f64::min)));
-        upper.push((at, values.iter().copied().fold(f64::NEG_INFINITY, f64::max)));
+        let [least, largest] = ends(values);
+        lower.push((at, least));
+        upper.push((at, largest));
     }
     upper.extend(lower.into_iter().rev());
     let band = Curve::new("", Look::Band, upper).with_pen(0);
@@ -184,17 +185,16 @@ fn forces(brush: &Brush, format: &Format) -> Picture {
     )];
     curves.extend(has_presses.then_some(presses));
     let Interaction { columns, rows, .. } = brush.interaction;
-    let diagram = Diagram {
-        title: contact_title("Normal forces of the sector", &brush.settings),
-        subtitle: format!("sums over {columns} × {rows} filaments"),
-        x: Axis::linear("time t in ms"),
-        y: Axis::amount("normal force in N"),
+    let diagram = Diagram::new(
+        contact_title("Normal forces of the sector", &brush.settings),
+        format!("sums over {columns} × {rows} filaments"),
+        [
+            Axis::linear("time t in ms"),
+            Axis::amount("normal force in N"),
+        ],
         curves,
-    };
-    Picture {
-        name: FORCES.to_owned(),
-        canvas: diagram.draw_in(format),
-    }
+    );
+    Picture::of(FORCES, format, &diagram)
 }
 
 /// Where along their length filaments press on each other.
@@ -232,36 +232,34 @@ fn presses_along(brush: &Brush, format: &Format) -> Picture {
         .chain(steps)
         .chain([(1e3 * length, 0.0)])
         .collect();
-    let diagram = Diagram {
-        title: contact_title("Where filaments press on each other", &brush.settings),
-        subtitle: format!(
+    let diagram = Diagram::new(
+        contact_title("Where filaments press on each other", &brush.settings),
+        format!(
             "impulse per filament that counts, in {INTERVALS} parts of its length, by the mean place of each pair’s contact"
         ),
-        x: Axis::linear("distance from the root in mm"),
-        y: Axis::from_zero("impulse in mN s"),
-        curves: vec![
+        [
+            Axis::linear("distance from the root in mm"),
+            Axis::from_zero("impulse in mN s"),
+        ],
+        vec![
             Curve::new("", Look::Band, outline.clone()).with_pen(0),
             Curve::new("", Look::Line, outline).with_pen(0),
         ],
-    };
-    Picture {
-        name: ALONG.to_owned(),
-        canvas: diagram.draw_in(format),
-    }
+    );
+    Picture::of(ALONG, format, &diagram)
 }
 
 /// The impulse with which its neighbours press on each filament, over the columns.
 fn presses_over_columns(brush: &Brush, format: &Format) -> Picture {
     let value = |filament: &FilamentResult| 1e3 * filament.press_impulse_n_s;
-    let diagram = Diagram {
-        title: contact_title("Impulse of neighbours on each filament", &brush.settings),
-        subtitle: "without regard to direction; shaded: the columns that count".to_owned(),
-        x: Axis::count("column; 0 meets the workpiece first"),
-        y: Axis::amount("impulse in mN s"),
-        curves: [vec![counted(brush)], over_columns(brush, value)].concat(),
-    };
-    Picture {
-        name: OVER_COLUMNS.to_owned(),
-        canvas: diagram.draw_in(format),
-    }
+    let diagram = Diagram::new(
+        contact_title("Impulse of neighbours on each filament", &brush.settings),
+        "without regard to direction; shaded: the columns that count",
+        [
+            Axis::count("column; 0 meets the workpiece first"),
+            Axis::amount("impulse in mN s"),
+        ],
+        [vec![counted(brush)], over_columns(brush, value)].concat(),
+    );
+    Picture::of(OVER_COLUMNS, format, &diagram)
 }

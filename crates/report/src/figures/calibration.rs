@@ -94,12 +94,14 @@ fn grown(calibration: &Calibration, radii: &Radii, format: &Format) -> Picture {
         (radii.time_s(own.point) / second, ends.map(|end| 1e3 * end))
     });
     let markers = calibration.problem.observations.iter();
-    let diagram = Diagram {
-        title: "Measured and fitted radii of the edge".to_owned(),
-        subtitle: estimates(calibration),
-        x: Axis::linear(format!("time in {unit}")),
-        y: Axis::amount("radius R of the edge in mm"),
-        curves: vec![
+    let diagram = Diagram::new(
+        "Measured and fitted radii of the edge",
+        estimates(calibration),
+        [
+            Axis::linear(format!("time in {unit}")),
+            Axis::amount("radius R of the edge in mm"),
+        ],
+        vec![
             Curve::new("", Look::Band, [upper, lower].concat()),
             Curve::new(
                 "fitted, ± 1.96 σ of the fit",
@@ -124,11 +126,8 @@ fn grown(calibration: &Calibration, radii: &Radii, format: &Format) -> Picture {
             )
             .with_pen(1),
         ],
-    };
-    Picture {
-        name: format!("{FITTED}radius"),
-        canvas: diagram.draw_in(format),
-    }
+    );
+    Picture::of(format!("{FITTED}radius"), format, &diagram)
 }
 
 /// The values of what is determined.
@@ -183,12 +182,14 @@ fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
     let bars = points
         .iter()
         .flat_map(|[fitted, value, std, _]| [(*fitted, value - std), (*fitted, value + std)]);
-    let diagram = Diagram {
-        title: "Measured and fitted forces".to_owned(),
-        subtitle: estimates(calibration),
-        x: Axis::amount(format!("fitted {name} in {unit}")),
-        y: Axis::amount(format!("measured {name} in {unit}")),
-        curves: vec![
+    let diagram = Diagram::new(
+        "Measured and fitted forces",
+        estimates(calibration),
+        [
+            Axis::amount(format!("fitted {name} in {unit}")),
+            Axis::amount(format!("measured {name} in {unit}")),
+        ],
+        vec![
             Curve::new("", Look::Band, upper.chain(lower)),
             Curve::new(
                 "measured = fitted, ± 1.96 σ of the fit",
@@ -203,11 +204,8 @@ fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
             )
             .with_pen(1),
         ],
-    };
-    Picture {
-        name: format!("{FITTED}{word}"),
-        canvas: diagram.draw_in(format),
-    }
+    );
+    Picture::of(format!("{FITTED}{word}"), format, &diagram)
 }
 
 /// The region that holds two settings.
@@ -242,24 +240,23 @@ fn ellipse(calibration: &Calibration, [a, b]: [usize; 2], format: &Format) -> Pi
         let corners = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)].map(|(x, y)| (of_a[x], of_b[y]));
         curves.push(Curve::new("95 % of each", Look::Reference, corners));
     }
-    let diagram = Diagram {
-        title: "Confidence ellipse".to_owned(),
-        subtitle: format!(
+    let diagram = Diagram::new(
+        "Confidence ellipse",
+        format!(
             "{}, {}, correlation {correlation:.2}",
             estimate(calibration, a),
             estimate(calibration, b)
         ),
-        x: Axis::linear(settings[0].label()),
-        y: Axis::linear(settings[1].label()),
+        [
+            Axis::linear(settings[0].label()),
+            Axis::linear(settings[1].label()),
+        ],
         curves,
-    };
+    );
     let name = format!(
         "{ELLIPSE}{}_{}",
         fitted[0].parameter.key(),
         fitted[1].parameter.key()
     );
-    Picture {
-        name,
-        canvas: diagram.draw_in(format),
-    }
+    Picture::of(name, format, &diagram)
 }

@@ -4,6 +4,7 @@
 use super::picture::Picture;
 use super::{Family, Sides, View, axis_along, joined, selection, values_of};
 use crate::drawing::diagram::{Curve, Diagram, Look};
+use crate::drawing::ends;
 use crate::drawing::pens::COLORS;
 use crate::drawing::scale::Axis;
 use bristle_grid::CaseSummary;
@@ -289,18 +290,9 @@ impl View<'_> {
         curves: Vec<Curve>,
     ) -> Picture {
         let subtitle = self.subtitle(parts);
-        let diagram = Diagram {
-            title: title.to_owned(),
-            subtitle,
-            x: axis_along(side),
-            y,
-            curves,
-        };
+        let diagram = Diagram::new(title, subtitle, [axis_along(side), y], curves);
         let name = format!("{what}_over_{}{}", side.setting.word(), self.slice.suffix());
-        Picture {
-            name,
-            canvas: diagram.draw_in(self.format),
-        }
+        Picture::of(name, self.format, &diagram)
     }
 
     /// Explains the bands, or what shows them.
@@ -479,18 +471,10 @@ fn marks(mut points: Vec<Marked>) -> (Vec<Marked>, bool) {
     let marks = together.map(|points| {
         let mean =
             |value: fn(&Marked) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
-        let lower = points
-            .iter()
-            .map(|point| point.bar[0])
-            .fold(f64::INFINITY, f64::min);
-        let upper = points
-            .iter()
-            .map(|point| point.bar[1])
-            .fold(f64::NEG_INFINITY, f64::max);
         Marked {
             at: mean(|point| point.at),
             force_n: mean(|point| point.force_n),
-            bar: [lower, upper],
+            bar: ends(points.iter().flat_map(|point| point.bar)),
         }
     });
     (marks.collect(), true)

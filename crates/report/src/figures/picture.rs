@@ -1,6 +1,8 @@
 //! A figure, and what titles of figures say of a contact.
 
 use crate::drawing::Canvas;
+use crate::drawing::diagram::Diagram;
+use crate::drawing::format::Format;
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle_grid::{DEPTH, SPEED, VELOCITY, equation};
@@ -12,6 +14,16 @@ pub struct Picture {
     pub name: String,
     /// The drawing.
     pub canvas: Canvas,
+}
+
+impl Picture {
+    /// The figure of a diagram.
+    pub(super) fn of(name: impl Into<String>, format: &Format, diagram: &Diagram) -> Self {
+        Self {
+            name: name.into(),
+            canvas: diagram.draw_in(format),
+        }
+    }
 }
 
 /// A title with speed and depth of the contact.

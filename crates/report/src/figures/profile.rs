@@ -478,7 +478,7 @@ fn posed_panes(
     let cells = pass.profile()?.cells;
     let mut edge = None;
     let mut panes = Vec::new();
-    for view in TiltedView::both(settings, &pass) {
+    for view in TiltedView::all(settings, &pass) {
         // As they are seen from the workpiece, which may move.
         let seen = |shape: &Shape| {
             let [x, y] = view.shift(moved(&pass, shape.time_s));

@@ -52,23 +52,10 @@ pub fn unit_of_time(seconds: f64) -> (&'static str, f64) {
 pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) -> Vec<Picture> {
     let last = removal.rows.last().map_or(0.0, |row| row.time_s);
     let (unit, second) = unit_of_time(last);
-    let picture =
-        |name: &str, title: &str, subtitle: String, [x, y]: [Axis; 2], curves: Vec<Curve>| {
-            Picture {
-                name: name.to_owned(),
-                canvas: Diagram {
-                    title: title.to_owned(),
-                    subtitle,
-                    x,
-                    y,
-                    curves,
-                }
-                .draw_in(format),
-            }
-        };
     let over_time = |name: &str, title: &str, y: Axis, curves: Vec<Curve>| {
         let x = Axis::from_zero(format!("time in {unit}"));
-        picture(name, title, subtitle(settings, removal), [x, y], curves)
+        let diagram = Diagram::new(title, subtitle(settings, removal), [x, y], curves);
+        Picture::of(name, format, &diagram)
     };
     let of = |value: &dyn Fn(&RemovalRow) -> f64| -> Vec<(f64, f64)> {
         removal
@@ -125,7 +112,14 @@ pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) 
         Axis::logarithmic("radius R of the edge in mm"),
         Axis::from_zero("sliding work W_e on the edge in mJ"),
     ];
-    let conditions = "new filaments, one pass of one of them".to_owned();
+    let curves = vec![Curve::new("", Look::Joined, work)];
+    let conditions = "new filaments, one pass of one of them";
+    let work = Diagram::new(
+        "Work on the edge over its radius",
+        conditions,
+        of_work,
+        curves,
+    );
     let mut pictures = vec![
         over_time(
             RADIUS,
@@ -134,39 +128,16 @@ pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) 
             radius,
         ),
         shape(settings, removal, format),
-        picture(
-            WORK,
-            "Work on the edge over its radius",
-            conditions,
-            of_work,
-            vec![Curve::new("", Look::Joined, work)],
-        ),
+        Picture::of(WORK, format, &work),
     ];
     if settings.removal_or_default().filament_wear_m2_n.is_some() {
-        let force = vec![Curve::new(
-            "",
-            Look::Line,
-            of(&|row| row.tool_contact_normal_force_n),
-        )];
-        let length = vec![Curve::new(
-            "",
-            Look::Line,
-            of(&|row| 1e3 * row.filament_length_m),
-        )];
-        let label = "contact normal force F_n,w in N";
-        pictures.push(over_time(
-            FORCE,
-            "Force as the filaments wear",
-            Axis::amount(label),
-            force,
-        ));
-        let label = "length l_f of the filaments in mm";
-        pictures.push(over_time(
-            LENGTH,
-            "Length of the filaments",
-            Axis::amount(label),
-            length,
-        ));
+        let line = |value: &dyn Fn(&RemovalRow) -> f64| vec![Curve::new("", Look::Line, of(value))];
+        let y = Axis::amount("contact normal force F_n,w in N");
+        let force = line(&|row| row.tool_contact_normal_force_n);
+        pictures.push(over_time(FORCE, "Force as the filaments wear", y, force));
+        let y = Axis::amount("length l_f of the filaments in mm");
+        let length = line(&|row| 1e3 * row.filament_length_m);
+        pictures.push(over_time(LENGTH, "Length of the filaments", y, length));
     }
     pictures
 }

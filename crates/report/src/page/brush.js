@@ -47,17 +47,6 @@ function showResults() {
   byId("interaction").tBodies[0].replaceChildren(...interaction);
 }
 
-function showOrigin() {
-  const work = brush.work.map(([name, count]) => `${number(count, 12)} ${name}`);
-  showEntries([
-    ["Software", [`Bristle ${brush.version}`]],
-    ["Equations of motion", [`derived by ${brush.equations.maker}`]],
-    ["Hash of the equations", [element("code", {}, brush.equations.sha256), " (SHA-256)"]],
-    ["Solver", [work.join(", ")]],
-    ["Model", ["E. Uhlmann, A. Hoyer: Modeling of Contact Forces for Brushing Tools. Ceramics 4 (2021); filaments are capsules that press on each other"]],
-  ]);
-}
-
 /** The force that few of the positive ones exceed. */
 function bulk(forces) {
   const positive = forces.filter((force) => force > 0).sort();
@@ -77,13 +66,16 @@ function createSector() {
     values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
   /** Forces at the end of the colours: few impacts are higher. */
   const most = { contact_force: bulk(motion.contact_force), press_force: bulk(motion.press_force) };
-  const [animation, side, top, slider, playButton, speed] = ["animation", "side", "top", "time", "play", "speed"].map(byId);
+  const [side, top] = ["side", "top"].map(byId);
   /** Filaments from the back to the front: the axis points at the reader. */
   const order = Array.from({ length: filaments }, (_, filament) => filament);
   if (motion.axial !== null) order.sort((a, b) => motion.axial[a * points] - motion.axial[b * points]);
   /** Place among the frames, from 0 to the last. */
   let place = 0;
-  let playing = null;
+  const player = createPlayer(PLAYING_TIME, (to) => {
+    place = to;
+    draw();
+  });
 
   /** A coordinate at the place shown. */
   function at(values, index, perFrame) {
@@ -130,11 +122,10 @@ function createSector() {
     pen.arc(x(0), y(brush.axis_height), scale * brush.body_radius, 0, 2 * Math.PI);
     pen.fillStyle = ink("body");
     pen.fill();
-    drawFilaments(pen, ink, scale, (point) => x(at(motion.along, point, filaments * points)), (point) => y(at(motion.above, point, filaments * points)));
+    drawFilaments(pen, ink, scale, x, y, motion.above);
     drawLength(pen, ink, scale, side);
     if (motion.axial !== null) drawFromAbove(ink, scale, x);
     byId("clock").textContent = withUnit(timeShown(), scaleFor("s", times[last]), 4);
-    slider.value = String((1000 * place) / last);
   }
 
   function drawWorkpiece(pen, ink, x, y) {
@@ -142,7 +133,7 @@ function createSector() {
     const surface = Array.from(outline.along, (along, k) => [x(along + shift), y(outline.above[k])]);
     const trace = () => {
       pen.beginPath();
-      surface.forEach(([across, down], k) => (k === 0 ? pen.moveTo(across, down) : pen.lineTo(across, down)));
+      for (const point of surface) pen.lineTo(...point);
     };
     trace();
     pen.fillStyle = ink("workpiece");
@@ -157,8 +148,8 @@ function createSector() {
     pen.stroke();
   }
 
-  /** Filaments as thick as they are, with an edge that separates them. */
-  function drawFilaments(pen, ink, scale, x, y) {
+  /** Filaments as thick as they are, with an edge that separates them; `upward` are the coordinates that `y` places. */
+  function drawFilaments(pen, ink, scale, x, y, upward) {
     const quantity = byId("quantity").value;
     const thick = Math.max(scale * brush.diameter, 1.2);
     const edge = Math.min(1.2, 0.25 * thick);
@@ -166,9 +157,8 @@ function createSector() {
       const force = at(motion[quantity], filament, filaments);
       pen.beginPath();
       for (let k = 0; k < points; k += 1) {
-        const point = filament * points + k;
-        if (k === 0) pen.moveTo(x(point), y(point));
-        else pen.lineTo(x(point), y(point));
+        const [along, up] = [motion.along, upward].map((values) => at(values, filament * points + k, filaments * points));
+        pen.lineTo(x(along), y(up));
       }
       pen.globalAlpha = 1;
       pen.strokeStyle = ink("paper");
@@ -189,25 +179,21 @@ function createSector() {
     const margin = ASIDE * brush.length;
     const pen = cleared(top, Math.round(scale * (high - low + 2 * margin)));
     const y = (z) => scale * (high + margin - z);
-    drawFilaments(pen, ink, scale, (point) => x(at(motion.along, point, filaments * points)), (point) => y(at(motion.axial, point, filaments * points)));
+    drawFilaments(pen, ink, scale, x, y, motion.axial);
   }
 
   /** A bar of a round length. */
   function drawLength(pen, ink, scale, canvas) {
     const length = ticks(0, canvas.clientWidth / scale / 4, 4)[1];
     const [end, level] = [canvas.clientWidth - 14, 18];
-    pen.beginPath();
-    pen.moveTo(end - scale * length, level - 4);
-    pen.lineTo(end - scale * length, level);
-    pen.lineTo(end, level);
-    pen.lineTo(end, level - 4);
+    const start = end - scale * length;
     pen.strokeStyle = ink("ink");
     pen.lineWidth = 1.5;
-    pen.stroke();
+    pen.stroke(new Path2D(`M${start} ${level - 4}V${level}H${end}V${level - 4}`));
     pen.fillStyle = ink("ink");
     pen.font = "12px system-ui, sans-serif";
     pen.textAlign = "right";
-    pen.fillText(withUnit(length, scaleFor("m", length)), end - scale * length - 6, level);
+    pen.fillText(withUnit(length, scaleFor("m", length)), start - 6, level);
   }
 
   function timeShown() {
@@ -218,53 +204,9 @@ function createSector() {
     const high = most[byId("quantity").value];
     byId("legend-low").textContent = "grey: none";
     byId("legend-high").textContent = `${withUnit(high, scaleFor("N", high), DIGITS)} or more`;
-    const stops = Array.from({ length: 9 }, (_, k) => color(k / 8));
-    byId("bar").style.background = `linear-gradient(to right, ${stops.join(", ")})`;
+    byId("bar").style.background = `linear-gradient(to right, ${VIRIDIS})`;
   }
 
-  function go(to) {
-    place = Math.min(Math.max(to, 0), last);
-    draw();
-  }
-
-  function pause() {
-    playing = null;
-    playButton.textContent = "Play";
-  }
-
-  function step(now) {
-    if (playing === null) return;
-    const passed = (now - playing) / 1000;
-    playing = now;
-    go(place + (passed * Number(speed.value) * last) / PLAYING_TIME);
-    if (place >= last) pause();
-    else requestAnimationFrame(step);
-  }
-
-  function play() {
-    if (playing !== null) {
-      pause();
-      return;
-    }
-    if (place >= last) place = 0;
-    playing = performance.now();
-    playButton.textContent = "Pause";
-    requestAnimationFrame(step);
-  }
-
-  playButton.addEventListener("click", play);
-  const stopAt = (to) => {
-    pause();
-    go(to);
-  };
-  slider.addEventListener("input", () => stopAt((Number(slider.value) / 1000) * last));
-  onKeys(animation, {
-    " ": play,
-    ArrowLeft: () => stopAt(Math.ceil(place) - 1),
-    ArrowRight: () => stopAt(Math.floor(place) + 1),
-    Home: () => stopAt(0),
-    End: () => stopAt(last),
-  });
   byId("quantity").addEventListener("change", () => {
     showLegend();
     draw();
@@ -273,12 +215,10 @@ function createSector() {
   addEventListener("resize", draw);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
   byId("from-above").hidden = motion.axial === null;
-  const slow = Math.round(PLAYING_TIME / times[last]);
-  byId("slowdown").textContent = slow > 1 ? `At speed 1 it is slowed down ${number(slow, 2)} times.` : "";
   if (filaments < brush.counted.length) byId("alike").textContent = "Filaments that move alike in several rows are drawn once. ";
   showLegend();
   // The middle of the simulation, where the sector is on the workpiece.
-  go(Math.round(last / 2));
+  player.load(last, times[last], Math.round(last / 2));
 }
 
 showHead();
@@ -286,6 +226,7 @@ datePrints(brush.version);
 showResults();
 showNotes(brush.notes);
 showSettings(brush.settings, fixedSettingText);
-showOrigin();
+const work = brush.work.map(([name, count]) => `${number(count, 12)} ${name}`);
+showOrigin(brush, [["Solver", [work.join(", ")]]], "; filaments are capsules that press on each other");
 if (brush.motion === null) byId("sector").hidden = true;
 else createSector();

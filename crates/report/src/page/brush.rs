@@ -15,17 +15,19 @@ use bristle_text::shown;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::course::{Outline, SideView};
+use super::course::outline;
 use super::packed::{Packed, rounded};
-use super::selection::spread;
 use super::{LONGEST_NAME, Notes, Page, fill, place_on_page, settings};
 use crate::drawing::format::Format;
 use crate::figures::{Brush, Picture, brush_figures};
+use crate::view::View;
+use bristle_insight::slices::spread;
 
 const SECTIONS: &str = include_str!("brush.html");
 const SCRIPT: &str = concat!(
     include_str!("format.js"),
     include_str!("settings.js"),
+    include_str!("player.js"),
     include_str!("brush.js")
 );
 
@@ -59,7 +61,7 @@ struct Frames {
 
 impl Frames {
     /// The motion in `frames`; none if there are fewer than two, as nothing moves in them.
-    fn new(frames: &[Frame], view: &SideView) -> Option<Self> {
+    fn new(frames: &[Frame], view: &View) -> Option<Self> {
         let nodes = frames
             .first()
             .and_then(|frame| frame.nodes_m.first())
@@ -81,37 +83,35 @@ impl Frames {
             .min(nodes);
         let shown =
             (MAX_COORDINATES / (dimensions * filaments.len() * points)).clamp(2, frames.len());
-        let frames: Vec<&Frame> = spread(frames.len(), shown)
-            .map(|index| &frames[index])
-            .collect();
-        let drawn: Vec<usize> = spread(nodes, points).collect();
+        let frames = spread(frames.len(), shown)
+            .into_iter()
+            .map(|index| &frames[index]);
+        let frames: Vec<&Frame> = frames.collect();
+        let drawn = spread(nodes, points);
         let coordinates = |coordinate: &dyn Fn([f64; 3]) -> f64| {
-            let mut values = Vec::new();
-            for frame in &frames {
-                for nodes in filaments.iter().map(|&filament| &frame.nodes_m[filament]) {
-                    values.extend(
-                        drawn
-                            .iter()
-                            .map(|&node| coordinate(nodes[node].map(f64::from))),
-                    );
-                }
-            }
-            Packed::new(&values)
+            let shapes = frames
+                .iter()
+                .flat_map(|frame| filaments.iter().map(|&own| &frame.nodes_m[own]));
+            let of_shape = |nodes: &Vec<[f32; 3]>| {
+                drawn
+                    .iter()
+                    .map(|&node| coordinate(nodes[node].map(f64::from)))
+                    .collect::<Vec<_>>()
+            };
+            Packed::new(shapes.flat_map(of_shape))
         };
         let forces = |force: fn(&Frame) -> &Vec<f32>| {
-            let mut values = Vec::new();
-            for frame in &frames {
-                values.extend(
-                    filaments
-                        .iter()
-                        .map(|&filament| f64::from(force(frame)[filament])),
-                );
-            }
-            Packed::new(&values)
+            let of_frame = |frame: &&Frame| {
+                filaments
+                    .iter()
+                    .map(|&own| f64::from(force(frame)[own]))
+                    .collect::<Vec<_>>()
+            };
+            Packed::new(frames.iter().flat_map(of_frame))
         };
         Some(Self {
-            along: coordinates(&|point| view.along(point)),
-            above: coordinates(&|point| view.above(point)),
+            along: coordinates(&|point| view.place(point)[0]),
+            above: coordinates(&|point| view.place(point)[1]),
             axial: (!is_planar).then(|| coordinates(&|[_, _, z]| z)),
             contact_force: forces(|frame| &frame.contact_normal_force_n),
             press_force: forces(|frame| &frame.press_force_n),
@@ -151,10 +151,7 @@ fn different(frames: &[Frame]) -> Vec<usize> {
 #[must_use]
 pub fn brush_page(name: &str, brush: &Brush, result: &BrushResult, notes: Notes<'_>) -> String {
     let name = &shown(name, LONGEST_NAME);
-    let figures: String = brush_figures(brush, &Format::default())
-        .iter()
-        .map(figure)
-        .collect();
+    let figures = drawings(&brush_figures(brush, &Format::default()));
     let page = Page {
         title: &format!("{name}: brush"),
         subject: "filaments of a brush that touch each other and a workpiece",
@@ -168,16 +165,18 @@ pub fn brush_page(name: &str, brush: &Brush, result: &BrushResult, notes: Notes<
     page.framed()
 }
 
-/// A figure as an image, to which the style of the page does not apply.
-pub(super) fn figure(Picture { name, canvas }: &Picture) -> String {
-    let image = STANDARD.encode(canvas.svg());
-    let name = name.replace('_', " ");
-    format!("<figure><img alt=\"{name}\" src=\"data:image/svg+xml;base64,{image}\"></figure>\n")
+/// Figures as images, to which the style of the page does not apply.
+pub(super) fn drawings(pictures: &[Picture]) -> String {
+    let figure = |Picture { name, canvas }: &Picture| {
+        let image = STANDARD.encode(canvas.svg());
+        let name = name.replace('_', " ");
+        format!("<figure><img alt=\"{name}\" src=\"data:image/svg+xml;base64,{image}\"></figure>\n")
+    };
+    pictures.iter().map(figure).collect()
 }
 
 fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
-    let view = SideView::new(&brush.settings);
-    let pass = Pass::new(&brush.settings);
+    let view = View::along_axis(&brush.settings, &Pass::new(&brush.settings));
     let mut metrics: Vec<&Column<Metrics>> = metric_columns(Having {
         force: false,
         ..Having::of(&brush.settings)
@@ -199,7 +198,8 @@ fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
         .collect();
     let BrushStatistics {
         steps,
-        halved_steps,
+        rejected_steps,
+        newton_failures,
         effort,
     } = result.statistics;
     json!({
@@ -211,7 +211,8 @@ fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
         "sector": sector,
         "work": [
             ["steps", steps],
-            ["steps repeated with half their length", halved_steps],
+            ["steps repeated because their error was too large", rejected_steps],
+            ["steps repeated because Newton's method failed", newton_failures],
             ["Newton iterations", effort.newton_iterations],
         ],
         "counted": result.filaments.iter().map(|filament| filament.is_counted).collect::<Vec<bool>>(),
@@ -221,9 +222,9 @@ fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
         "diameter": brush.settings.filament.diameter_m,
         "body_radius": brush.settings.tool.body_radius_m,
         "tool_radius": brush.settings.tool_radius_m(),
-        "axis_height": view.axis_height,
+        "axis_height": view.place([0.0; 3])[1],
         "feed": brush.settings.workpiece.feed_velocity_m_s,
-        "outline": Outline::new(&pass, &brush.settings, &view),
+        "outline": outline(&view),
         "motion": Frames::new(&result.frames, &view),
     })
 }

@@ -6,8 +6,8 @@ use bristle_input::measured::{MeasuredPoint, Speed};
 use bristle_text::number::{short, significant};
 use bristle_text::shown;
 
-use super::brush::figure;
-use super::{LONGEST_NAME, STYLE, document, escape_html, fill};
+use super::brush::drawings;
+use super::{LONGEST_NAME, STYLE, document, escape_html, fill, lead_and_items};
 use crate::drawing::format::Format;
 use crate::figures::{calibration_figures, unit_of_time};
 
@@ -26,12 +26,7 @@ const MOST: usize = 200;
 #[must_use]
 pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
     let name = escape_html(&shown(name, LONGEST_NAME));
-    let lines: Vec<String> = lines(calibration)
-        .iter()
-        .map(|line| escape_html(line))
-        .collect();
-    let (lead, rest) = lines.split_first().expect("values come first");
-    let rest: String = rest.iter().map(|line| format!("<li>{line}</li>")).collect();
+    let [lead, rest] = lead_and_items(&lines(calibration));
     let settings: String = (0..calibration.values.len())
         .map(|own| setting_row(calibration, own))
         .collect();
@@ -62,17 +57,14 @@ pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
     } else {
         NEXT.replace("{}", &next)
     };
-    let figures: String = calibration_figures(calibration, &Format::default())
-        .iter()
-        .map(figure)
-        .collect();
+    let figures = drawings(&calibration_figures(calibration, &Format::default()));
     let forces: String = (0..calibration.forces.len().min(MOST))
         .map(|row| force_row(calibration, row))
         .collect();
     let body = [
         ("name", &*name),
         ("measured", measured),
-        ("lead", lead),
+        ("lead", &lead),
         ("rest", &rest),
         ("settings", &settings),
         ("trust", &trust),

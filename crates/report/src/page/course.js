@@ -66,17 +66,16 @@ function material(surface, solid, thickness) {
 function createCaseView(study, grid) {
   const courses = new Map(study.courses);
   const errors = new Map(study.errors);
-  const [animation, scene, slider] = ["animation", "scene", "time"].map(byId);
-  const [playButton, speed, viewChoice] = ["play", "speed", "view"].map(byId);
+  const [animation, scene, viewChoice] = ["animation", "scene", "view"].map(byId);
+  const player = createPlayer(PLAYING_TIME, setPlace);
   let course = null;
-  /** Time shown, in s, and time of the last frame while playing. */
-  let time = 0;
-  let playing = null;
+  /** Place shown among the shapes, and the part of the pass until then. */
+  let place = 0;
+  let passed = 0;
   let parts = null;
   let diagrams = [];
 
   function show(index) {
-    pause();
     const name = grid.name(index);
     byId("case-title").replaceChildren(...rich(name));
     byId("case").dataset.index = index;
@@ -86,15 +85,14 @@ function createCaseView(study, grid) {
     byId("case-row").textContent = number(grid.row(index), 9);
     showNote(index);
     showTables(index);
-    if (course === null) return;
+    if (course === null) return player.stop();
     scene.setAttribute("aria-label", `Filament at ${name}`);
-    byId("view-choice").hidden = !course.views;
-    byId("seen").hidden = Boolean(course.views);
-    if (course.views && viewChoice.options.length === 0)
-      viewChoice.append(...course.views.map(({ name }, k) => element("option", { value: k }, name)));
-    const slow = Math.round(PLAYING_TIME / course.end);
-    byId("slowdown").textContent = slow > 1 ? `At speed 1 it is slowed down ${number(slow, 2)} times.` : "";
-    setTime(0);
+    const { views, shapes, end } = course;
+    byId("view-choice").hidden = views.length === 1;
+    byId("seen").hidden = views.length > 1;
+    if (views.length > viewChoice.options.length)
+      viewChoice.replaceChildren(...views.map(({ name }, k) => element("option", { value: k }, name)));
+    player.load(shapes - 1, end, 0);
     layOut();
   }
 
@@ -175,79 +173,54 @@ function createCaseView(study, grid) {
     drawScene();
     const worked = WORKS.filter(({ key }) => Math.max(0, ...course.work[key]) > 0);
     const known = DIAGRAMS.filter(({ series }) => course[series[0].key]);
-    diagrams = [...known.map(drawDiagram), ...worked.map(drawWork)];
     const turns = course.turn_impulses.length > 1 ? [drawTurns()] : [];
-    byId("curves").replaceChildren(...[...diagrams, ...turns].map(({ figure }) => figure));
-    for (const bars of turns) bars.layOut();
+    diagrams = [...known.map(drawDiagram), ...worked.map(drawWork), ...turns];
+    byId("curves").replaceChildren(...diagrams.map(({ figure }) => figure));
     // Sizes are known once the figures are in the page.
     for (const diagram of diagrams) diagram.layOut();
     update();
   }
 
-  /** What is seen of the course: in a view of its own, or along the axis of an upright tool. */
-  const seenView = () => course.views?.[Number(viewChoice.value)] ?? null;
-
   /** Left, right, lower and upper end of the scene, in m. */
-  function windowOf(view) {
-    const { body_radius, tool_radius, along, above } = course;
-    if (view) {
-      const [left, right, low, high] = view.window;
-      const margin = AROUND * Math.max(right - left, high - low);
-      return [left - margin, right + margin, low - margin, high + margin];
-    }
-    const margin = 0.08 * (tool_radius - body_radius);
-    return [Math.min(...along) - margin, Math.max(...along) + margin, 0, Math.max(...above) + 2 * margin];
-  }
-
-  /** The body of the tool and the undeformed trim, each a list of shapes. */
-  function toolParts(view, { x, y, scale }) {
-    const { body_radius, tool_radius, axis_height } = course;
-    if (view) {
-      const shape = (style) => ({ along, above }) =>
-        svgElement("polyline", { class: style, points: pointList(Array.from(along, (value, k) => [x(value), y(above[k])])) });
-      return [view.body.map(shape("scene-body")), view.trim.map(shape("scene-nominal"))];
-    }
-    const circle = (style, radius) =>
-      svgElement("circle", { class: style, cx: x(0), cy: y(axis_height), r: scale * radius });
-    return [[circle("scene-body", body_radius)], [circle("scene-nominal", tool_radius)]];
+  function windowOf({ window: [left, right, low, high] }) {
+    const margin = AROUND * Math.max(right - left, high - low);
+    return [left - margin, right + margin, low - margin, high + margin];
   }
 
   function drawScene() {
-    const view = seenView();
-    const { points: count, shapes, tool_radius, axis_height } = course;
-    const { along, above, outline } = view ?? course;
+    const view = course.views[Number(viewChoice.value)] ?? course.views[0];
+    const { points: count, shapes, work } = course;
+    const { nodes, outline } = view;
     const [low, high, bottom, top] = windowOf(view);
     const width = animation.clientWidth;
     const scale = Math.min(width / (high - low), 390 / (top - bottom));
-    // The workpiece is as thick as the undeformed tool penetrates it, plus the height of its label.
-    const below = view ? 28 : Math.max(scale * (tool_radius - axis_height) + 8, 28);
-    const height = Math.round(scale * (top - bottom) + below);
+    // The label of the workpiece stands below.
+    const height = Math.round(scale * (top - bottom) + 28);
     const shift = (width - scale * (high - low)) / 2;
     const x = (along) => shift + scale * (along - low);
     const y = (above) => scale * (top - above);
     scene.setAttribute("viewBox", `0 0 ${width} ${height}`);
     scene.setAttribute("height", height);
 
-    const shape = (frame) =>
-      Array.from({ length: count }, (_, k) => [x(along[frame * count + k]), y(above[frame * count + k])]);
+    const places = ({ along, above }) => Array.from(along, (value, k) => [x(value), y(above[k])]);
+    const all = places(nodes);
+    const shape = (frame) => all.slice(frame * count, (frame + 1) * count);
     const tips = Array.from({ length: shapes }, (_, frame) => shape(frame).at(-1));
     const ghosts = Array.from({ length: 15 }, (_, k) => shape(Math.round((k * (shapes - 1)) / 14)));
     // A scale bar of a round length, about a sixth of the width.
     const length = ticks(0, (high - low) / 3, 2)[1] ?? high - low;
     const label = withUnit(length, scaleFor("m", length));
     const [from, level] = [width - 14 - scale * length, height - 10];
-    const { work } = course;
-    const points = (along, above) => Array.from(along, (value, k) => [x(value), y(above[k])]);
-    const surface = points(outline.along, outline.above);
+    const surface = places(outline);
     // Friction work if there is any; it is what removes material.
     const bars = Math.max(0, ...work.friction) > 0 ? work.friction : work.impulse;
     const largest = Math.max(0, ...bars);
-    const workedLine = view ? view.work : work;
-    const worked = workedLine ? points(workedLine.along, workedLine.above) : null;
+    const worked = view.work ? places(view.work) : null;
     const raised = Array.from(worked ? bars : [], (value, k) =>
       quadrilateral(worked[k], worked[k + 1], (LONGEST_BAR * value) / largest),
     );
-    const thickness = view ? Math.max(height - y(0), THICKNESS) : height - y(0);
+    const thickness = Math.max(height - y(0), THICKNESS);
+    const line = (style) => (points) => svgElement("polyline", { class: style, points: pointList(points) });
     parts = {
       x,
       y,
@@ -257,23 +230,21 @@ function createCaseView(study, grid) {
         { id: "workpiece" },
         svgElement("path", { class: "scene-work", d: material(surface, outline.solid, thickness) }),
         svgElement("path", { class: "scene-done", d: largest > 0 ? raised.join("") : "" }),
-        svgElement("polyline", { class: "scene-surface", points: pointList(surface) }),
+        line("scene-surface")(surface),
       ),
-      trace: svgElement("polyline", { class: "scene-trace" }),
+      trace: line("scene-trace")([]),
       filament: svgElement("polyline", { class: "scene-filament", id: "filament" }),
       tip: svgElement("circle", { class: "scene-tip", r: 4.5 }),
       tips,
-      along,
-      above,
       view,
     };
-    const [body, trim] = toolParts(view, parts);
     scene.replaceChildren(
       // What is seen against its axis has the workpiece in front of its body.
-      ...(view ? [...body, parts.piece] : [parts.piece, ...body]),
-      ...trim,
-      ...ghosts.map((points) => svgElement("polyline", { class: "scene-ghost", points: pointList(points) })),
-      svgElement("polyline", { class: "scene-way", points: pointList(tips) }),
+      ...view.body.map(places).map(line("scene-body")),
+      parts.piece,
+      ...view.trim.map(places).map(line("scene-nominal")),
+      ...ghosts.map(line("scene-ghost")),
+      line("scene-way")(tips),
       parts.trace,
       parts.filament,
       parts.tip,
@@ -284,8 +255,27 @@ function createCaseView(study, grid) {
     );
   }
 
-  /** Lines across a diagram at round values of its vertical axis, whose heights `y` gives, with the values beside them. */
-  function levels([low, high], { factor }, y, left, right) {
+  /** A figure of a curve: a drawing with a title and a label, whose content `draw` returns for a frame in pixels. */
+  function plot({ title, label, height = 170, keys = [], ...attributes }, draw) {
+    const drawing = svgElement("svg", { role: "img", "aria-label": label });
+    const caption = element("figcaption", {}, ...title);
+    const figure = element("figure", { class: "curve", ...attributes }, caption, keys, drawing);
+    function layOut() {
+      const width = figure.clientWidth;
+      const frame = { left: 44, right: width - 10, top: 16, bottom: height - 34 };
+      drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
+      drawing.setAttribute("height", height);
+      drawing.replaceChildren(...draw(frame));
+    }
+    return { figure, drawing, layOut, update() {} };
+  }
+
+  /** The name of the horizontal axis of a plot. */
+  const axisName = ({ left, right, bottom }, text) =>
+    svgText({ x: (left + right) / 2, y: bottom + 30, "text-anchor": "middle" }, text);
+
+  /** Lines across a plot at round values of its vertical axis, whose heights `y` gives, with the values beside them. */
+  function levels([low, high], { factor }, y, { left, right }) {
     return ticks(low * factor, high * factor, 4).flatMap((value) => {
       const level = y(value / factor);
       return [
@@ -295,10 +285,10 @@ function createCaseView(study, grid) {
     });
   }
 
-  /** Round values of a horizontal axis in thousandths of its unit, about `count`, at the places that `x` gives. */
-  function thousandths([low, high], count, x, y) {
-    return ticks(low * 1e3, high * 1e3, Math.max(2, count)).map((value) =>
-      svgText({ x: x(value / 1e3), y, "text-anchor": "middle" }, number(value, 4)),
+  /** Round values of the horizontal axis of a plot in thousandths of its unit, at the places that `x` gives. */
+  function thousandths([low, high], x, { left, right, bottom }) {
+    return ticks(low * 1e3, high * 1e3, Math.max(2, (right - left) / 80)).map((value) =>
+      svgText({ x: x(value / 1e3), y: bottom + 15, "text-anchor": "middle" }, number(value, 4)),
     );
   }
 
@@ -308,35 +298,27 @@ function createCaseView(study, grid) {
     const values = course.work[key];
     const largest = Math.max(...values);
     const scale = scaleFor(unit, largest);
-    const title = element("figcaption", {}, ...titleParts(name, "", scale.unit));
-    const drawing = svgElement("svg", { role: "img", "aria-label": name });
-    const figure = element("figure", { class: "curve work" }, title, drawing);
-
-    function layOutWork() {
-      const width = figure.clientWidth;
-      const [left, right, top, bottom, height] = [44, 10, 16, 34, 150];
+    const title = titleParts(name, "", scale.unit);
+    return plot({ title, label: name, height: 150, class: "curve work" }, (frame) => {
+      const { left, right, top, bottom } = frame;
       const [low, high] = [arc_length[0], arc_length[cells]];
-      const x = (length) => left + ((length - low) / (high - low)) * (width - left - right);
-      const y = (value) => height - bottom - (value / largest) * (height - bottom - top);
-      drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
-      drawing.setAttribute("height", height);
+      const x = (at) => left + ((at - low) / (high - low)) * (right - left);
+      const y = (value) => bottom - (value / largest) * (bottom - top);
       const each = (draw) => Array.from({ length: cells }, (_, k) => draw(k));
-      const shaded = each((k) =>
-        on_edge[k] > 0.5
-          ? `M${x(arc_length[k]).toFixed(2)} ${top}H${x(arc_length[k + 1]).toFixed(2)}V${height - bottom}H${x(arc_length[k]).toFixed(2)}Z`
-          : "",
-      );
+      const shaded = each((k) => {
+        const [from, to] = [arc_length[k], arc_length[k + 1]].map((at) => x(at).toFixed(2));
+        return on_edge[k] > 0.5 ? `M${from} ${top}H${to}V${bottom}H${from}Z` : "";
+      });
       const steps = each((k) => [arc_length[k], arc_length[k + 1]].map((at) => [x(at), y(values[k])])).flat();
       const label = on_edge.some((value) => value > 0.5) ? "arc length in mm; shaded: edges" : "arc length in mm";
-      drawing.replaceChildren(
+      return [
         svgElement("path", { class: "work-edge", d: shaded.join("") }),
-        ...levels([0, largest], scale, y, left, width - right),
-        ...thousandths([low, high], width / 80, x, height - bottom + 15),
-        svgText({ x: (left + width - right) / 2, y: height - 4, "text-anchor": "middle" }, label),
+        ...levels([0, largest], scale, y, frame),
+        ...thousandths([low, high], x, frame),
+        axisName(frame, label),
         svgElement("polygon", { class: "work-area", points: pointList([[x(low), y(0)], ...steps, [x(high), y(0)]]) }),
-      );
-    }
-    return { figure, layOut: layOutWork, update() {} };
+      ];
+    });
   }
 
   function drawDiagram({ name, symbol: mark, unit, series }) {
@@ -350,7 +332,6 @@ function createCaseView(study, grid) {
     const last = course.samples - 1;
     const lines = curves.filter(({ area }) => !area);
     const style = (curve) => (curve.area ? "series-area" : `series-line series-${lines.indexOf(curve)}`);
-    const title = element("figcaption", {}, ...titleParts(name, mark, scale.unit));
     const outputs = curves.map(() => element("output", {}));
     const keys = curves.map((curve, k) => {
       const sample = curve.area
@@ -359,24 +340,18 @@ function createCaseView(study, grid) {
       const key = svgElement("svg", { viewBox: "0 0 26 10", "aria-hidden": "true" }, sample);
       return element("li", {}, key, curve.name, outputs[k]);
     });
-    const drawing = svgElement("svg", { role: "img", "aria-label": `${name} over time` });
-    const figure = element("figure", { class: "curve" }, title, element("ul", { class: "keys" }, ...keys), drawing);
+    const title = titleParts(name, mark, scale.unit);
     const cursor = svgElement("line", { class: "cursor" });
-    let plot = null;
+    let x = null;
 
-    function layOutDiagram() {
-      const width = figure.clientWidth;
-      const [left, right, top, bottom, height] = [44, 10, 16, 34, 170];
-      plot = { left, width: width - left - right };
-      const x = (time) => left + (time / course.end) * plot.width;
-      const y = (value) => height - bottom - ((value - lowest) / (highest - lowest || 1)) * (height - bottom - top);
-      const points = (values) => Array.from(values, (value, i) => [x((i / last) * course.end), y(value)]);
-      drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
-      drawing.setAttribute("height", height);
+    function draw(frame) {
+      const { left, right, top, bottom } = frame;
+      x = (time) => left + (time / course.end) * (right - left);
+      const y = (value) => bottom - ((value - lowest) / (highest - lowest || 1)) * (bottom - top);
       const content = [
-        ...levels([lowest, highest || 1], scale, y, left, left + plot.width),
-        ...thousandths([0, course.end], plot.width / 80, x, height - bottom + 15),
-        svgText({ x: left + plot.width / 2, y: height - 4, "text-anchor": "middle" }, "time in ms"),
+        ...levels([lowest, highest || 1], scale, y, frame),
+        ...thousandths([0, course.end], x, frame),
+        axisName(frame, "time in ms"),
       ];
       // A filament that touches all round begins each turn where it ends the last one, the first after the workpiece has come up.
       const isAllRound = course.exit - course.entry > 0.999999 * course.turn;
@@ -387,50 +362,44 @@ function createCaseView(study, grid) {
       ].slice(0, isAllRound ? 1 : 2);
       course.turn_impulses.forEach((_, turn) => {
         for (const [label, ofFirst] of marks) {
-          const time = ofFirst + turn * course.turn;
-          const at = { x1: x(time), x2: x(time), y1: top - 4, y2: height - bottom };
-          content.push(svgElement("line", { class: "nominal", ...at }));
+          const at = x(ofFirst + turn * course.turn);
+          content.push(svgElement("line", { class: "nominal", x1: at, x2: at, y1: top - 4, y2: bottom }));
           // The labels of several turns would hide each other.
-          if (course.turn_impulses.length === 1)
-            content.push(svgText({ class: "quiet", x: x(time) + 4, y: top - 5 }, label));
+          if (course.turn_impulses.length === 1) content.push(svgText({ class: "quiet", x: at + 4, y: top - 5 }, label));
         }
         if (course.turn_impulses.length > 1 && x(course.turn) - x(0) > 60)
           content.push(svgText({ class: "quiet", x: x(before + turn * course.turn) + 4, y: top - 5 }, `turn ${turn + 1}`));
       });
       for (const curve of curves) {
-        const line = points(curve.values);
-        const outline = curve.area ? [[x(0), y(0)], ...line, [x(course.end), y(0)]] : line;
-        const shape = { class: style(curve), points: pointList(outline) };
-        content.push(svgElement(curve.area ? "polygon" : "polyline", shape));
+        const points = Array.from(curve.values, (value, i) => [x((i / last) * course.end), y(value)]);
+        const outline = curve.area ? [[x(0), y(0)], ...points, [x(course.end), y(0)]] : points;
+        content.push(svgElement(curve.area ? "polygon" : "polyline", { class: style(curve), points: pointList(outline) }));
       }
       cursor.setAttribute("y1", top - 4);
-      cursor.setAttribute("y2", height - bottom);
-      drawing.replaceChildren(...content, cursor);
+      cursor.setAttribute("y2", bottom);
+      return [...content, cursor];
     }
+    const label = `${name} over time`;
+    const diagram = plot({ title, label, keys: element("ul", { class: "keys" }, ...keys) }, draw);
 
     /** Goes to the time under the pointer. */
     function seek(event) {
       if (event.buttons === 0 && event.type === "pointermove") return;
-      const x = event.clientX - drawing.getBoundingClientRect().left;
-      pause();
-      setTime(((x - plot.left) / plot.width) * course.end);
+      const at = event.clientX - diagram.drawing.getBoundingClientRect().left;
+      player.stopAt(((at - x(0)) / (x(course.end) - x(0))) * (course.shapes - 1));
     }
-    drawing.addEventListener("pointerdown", seek);
-    drawing.addEventListener("pointermove", seek);
-
-    return {
-      figure,
-      layOut: layOutDiagram,
-      update() {
-        const place = (time / course.end) * plot.width + plot.left;
-        cursor.setAttribute("x1", place);
-        cursor.setAttribute("x2", place);
-        const sample = Math.min(Math.ceil((time / course.end) * last), last);
-        curves.forEach(
-          ({ values }, k) => (outputs[k].textContent = withUnit(Math.round(values[sample] / grain) * grain, scale, DIGITS)),
-        );
-      },
+    diagram.drawing.addEventListener("pointerdown", seek);
+    diagram.drawing.addEventListener("pointermove", seek);
+    diagram.update = () => {
+      const at = x(passed * course.end);
+      cursor.setAttribute("x1", at);
+      cursor.setAttribute("x2", at);
+      const sample = Math.min(Math.ceil(passed * last), last);
+      curves.forEach(
+        ({ values }, k) => (outputs[k].textContent = withUnit(Math.round(values[sample] / grain) * grain, scale, DIGITS)),
+      );
     };
+    return diagram;
   }
 
   /** The impulse of each turn, as bars. */
@@ -438,16 +407,11 @@ function createCaseView(study, grid) {
     const values = course.turn_impulses;
     const largest = Math.max(...values);
     const scale = scaleFor("N s", largest);
-    const title = element("figcaption", {}, ...titleParts("contact normal impulse turn by turn", "p_n", scale.unit));
-    const drawing = svgElement("svg", { role: "img", "aria-label": "contact normal impulse of each turn" });
-    const figure = element("figure", { class: "curve", id: "turns" }, title, drawing);
-    function layOut() {
-      const width = figure.clientWidth;
-      const [left, right, top, bottom, height] = [44, 10, 16, 34, 170];
-      const slot = (width - left - right) / values.length;
-      const y = (value) => height - bottom - (value / (largest || 1)) * (height - bottom - top);
-      drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
-      drawing.setAttribute("height", height);
+    const title = titleParts("contact normal impulse turn by turn", "p_n", scale.unit);
+    return plot({ title, label: "contact normal impulse of each turn", id: "turns" }, (frame) => {
+      const { left, right, top, bottom } = frame;
+      const slot = (right - left) / values.length;
+      const y = (value) => bottom - (value / (largest || 1)) * (bottom - top);
       // As many labels as there is room for.
       const every = Math.ceil(24 / slot);
       const bars = values.flatMap((value, turn) => {
@@ -455,92 +419,51 @@ function createCaseView(study, grid) {
         const tip = svgElement("title", {}, `turn ${turn + 1}: ${withUnit(value, scale, DIGITS)}`);
         const rectangle = svgElement("rect", { class: "series-area", ...bar }, tip);
         if (turn % every !== 0) return [rectangle];
-        const place = { x: left + (turn + 0.5) * slot, y: height - bottom + 15, "text-anchor": "middle" };
-        return [rectangle, svgText(place, number(turn + 1))];
+        const label = { x: left + (turn + 0.5) * slot, y: bottom + 15, "text-anchor": "middle" };
+        return [rectangle, svgText(label, number(turn + 1))];
       });
-      const name = svgText({ x: (left + width - right) / 2, y: height - 4, "text-anchor": "middle" }, "turn");
-      drawing.replaceChildren(...levels([0, largest || 1], scale, y, left, width - right), ...bars, name);
-    }
-    return { figure, layOut };
+      return [...levels([0, largest || 1], scale, y, frame), ...bars, axisName(frame, "turn")];
+    });
   }
 
-  /** Updates all views to the current time. */
+  /** Updates all views to the current place. */
   function update() {
     const { points, shapes, samples, peak_force, end } = course;
-    const { along, above, view } = parts;
-    const place = (time / end) * (shapes - 1);
+    const { nodes, moved } = parts.view;
     const frame = Math.min(Math.floor(place), shapes - 2);
     const share = place - frame;
-    const between = (values, k, each = points) => {
+    const between = (values, k, each) => {
       const [here, next] = [values[frame * each + k], values[(frame + 1) * each + k]];
       return here + share * (next - here);
     };
-    const shape = Array.from({ length: points }, (_, k) => [parts.x(between(along, k)), parts.y(between(above, k))]);
-    const way = view
-      ? [between(view.moved_along, 0, 1), -between(view.moved_above, 0, 1)]
-      : [course.feed * time];
+    const shape = Array.from({ length: points }, (_, k) => [
+      parts.x(between(nodes.along, k, points)),
+      parts.y(between(nodes.above, k, points)),
+    ]);
+    const way = [between(moved.along, 0, 1), -between(moved.above, 0, 1)];
     const tip = shape.at(-1);
     parts.piece.setAttribute("transform", `translate(${way.map((part) => (parts.scale * part).toFixed(2)).join(" ")})`);
     parts.filament.setAttribute("points", pointList(shape));
     parts.trace.setAttribute("points", pointList([...parts.tips.slice(0, frame + 1), tip]));
     parts.tip.setAttribute("cx", tip[0]);
     parts.tip.setAttribute("cy", tip[1]);
-    const sample = Math.min(Math.ceil((time / end) * (samples - 1)), samples - 1);
+    const sample = Math.min(Math.ceil(passed * (samples - 1)), samples - 1);
     parts.tip.classList.toggle("touching", peak_force[sample] > 0);
-    const clock = `${(time * 1e3).toFixed(2)} of ${(end * 1e3).toFixed(2)}\u202fms`;
+    const clock = `${(passed * end * 1e3).toFixed(2)} of ${(end * 1e3).toFixed(2)}\u202fms`;
     byId("clock").textContent = clock;
-    slider.value = Math.round((time / end) * Number(slider.max));
-    slider.setAttribute("aria-valuetext", clock);
+    byId("time").setAttribute("aria-valuetext", clock);
     for (const diagram of diagrams) diagram.update();
   }
 
-  function setTime(value) {
-    time = Math.min(Math.max(value, 0), course.end);
+  function setPlace(to) {
+    place = to;
+    passed = to / (course.shapes - 1);
     if (parts && diagrams.length > 0) update();
   }
 
-  function pause() {
-    if (playing !== null) cancelAnimationFrame(playing.request);
-    playing = null;
-    playButton.textContent = "Play";
-  }
-
-  function play() {
-    if (time >= course.end) setTime(0);
-    playButton.textContent = "Pause";
-    const next = (now) => {
-      const passed = (now - playing.last) / 1e3;
-      setTime(time + (passed * Number(speed.value) * course.end) / PLAYING_TIME);
-      if (time >= course.end) {
-        pause();
-      } else {
-        playing = { last: now, request: requestAnimationFrame(next) };
-      }
-    };
-    playing = { last: performance.now(), request: requestAnimationFrame(next) };
-  }
-
-  const toggle = () => (playing === null ? play() : pause());
-  function go(shapes) {
-    pause();
-    setTime(time + (shapes * course.end) / (course.shapes - 1));
-  }
-
-  playButton.addEventListener("click", toggle);
   viewChoice.addEventListener("change", () => {
     drawScene();
     update();
-  });
-  slider.addEventListener("input", () => {
-    pause();
-    setTime((Number(slider.value) / Number(slider.max)) * course.end);
-  });
-  onKeys(animation, {
-    " ": toggle,
-    ArrowLeft: () => go(-1),
-    ArrowRight: () => go(1),
-    Home: () => go(-Infinity),
-    End: () => go(Infinity),
   });
   let width = 0;
   new ResizeObserver(() => {

@@ -5,26 +5,23 @@
 //! with two bytes per number.
 
 use std::collections::BTreeSet;
+use std::io;
 use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
 use std::sync::{Mutex, MutexGuard};
-use std::{io, thread};
 
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::packed::{Packed, rounded};
-use super::selection::{MAX_COURSES, Selection, spread};
+use super::selection::{MAX_COURSES, Selection};
+use crate::drawing::ends;
 use crate::view::{View, height, is_upright, moved, root, sampled_pass};
 use bristle::model::metrics::Metrics;
-use bristle::model::settings::Settings;
-use bristle::simulation::{
-    Job, Kind, Pass, ProfileCell, Sample, Sampling, Simulation, Stop, sample_side_by_side,
-    simulate_places,
-};
-use bristle::tool::places;
-use bristle::workpiece::{ProfileCells, Workpiece, unit_normal};
-use bristle_grid::{CaseResult, Study, thread_count};
-
-const UNBROKEN: &str = "nothing panics with the queue in hand";
+use bristle::model::settings::{Settings, UncertaintySettings};
+use bristle::simulation::{Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Stop};
+use bristle::workpiece::ProfileCells;
+use bristle_grid::{CaseResult, Study, simulate_cases};
+use bristle_insight::slices::spread;
 
 /// How a single turn is sampled: enough for curves 600 pixels wide and for smooth motion.
 const SAMPLING: Sampling = Sampling {
@@ -41,271 +38,67 @@ const SAMPLING_OF_TURNS: Sampling = Sampling {
     shapes: 281,
     ..SAMPLING
 };
-/// How far from the axis the outline of the workpiece is drawn, in radii of the tool, and how far
-/// off the drawing may be, in m.
-const OUTLINE_REACH: f64 = 1.5;
-const OUTLINE_ERROR: f64 = 2e-6;
 /// Maximum number of points of a shape; longer chains are thinned out.
 const MAX_POINTS: usize = 26;
 
 /// The course of one case.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Course {
-    /// Number of the case in its study, counted from 0.
-    #[serde(skip)]
     case: usize,
-    /// Duration of the pass, and times of nominal entry and exit in the first turn, in s.
-    end: f64,
-    entry: f64,
-    exit: f64,
-    /// Duration of a turn in s, and `p_n` of each turn in N s.
-    turn: f64,
-    turn_impulses: Vec<f64>,
-    /// Radii `r_g` and `R` in m, and height of the tool's axis above the workpiece in m.
-    body_radius: f64,
-    tool_radius: f64,
-    axis_height: f64,
-    /// The outline of the workpiece as it lies at time zero, with the material on its right-hand
-    /// side, and its velocity along the surface in m/s.
-    outline: Outline,
-    feed: f64,
-    /// Where along the profile the work is done.
-    work: Work,
-    /// Number of samples of the curves.
-    samples: usize,
-    /// Between two samples, the mean and the largest of `F_n` in N.
-    mean_force: Packed,
-    peak_force: Packed,
-    /// `s_n` in m.
-    deflection: Packed,
-    /// Energies in J.
-    kinetic: Packed,
-    potential: Packed,
-    dissipated: Packed,
-    /// Number of shapes, and of points in each.
-    shapes: usize,
-    points: usize,
-    /// Points from root to tip, shape by shape: along the surface, and above it, in m.
-    along: Packed,
-    above: Packed,
-    /// Of a tool that is no upright radial one: the views along its axis and from the side, in
-    /// place of the one that the numbers above are of, and the heights of tip and root in m.
-    #[serde(flatten, skip_serializing_if = "Option::is_none")]
-    posed: Option<Posed>,
-}
-
-/// A tool that is no upright radial one.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-struct Posed {
-    views: Vec<ViewData>,
-    /// Above the workpiece in m.
-    tip_height: Packed,
-    root_height: Packed,
-}
-
-/// A view of such a tool. Places are along the surface and above it, in m.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-struct ViewData {
-    name: &'static str,
-    /// Left, right, lower and upper end of what is shown.
-    window: [f64; 4],
-    outline: Outline,
-    /// Outlines of the body and of the undeformed trim.
-    body: Vec<Polyline>,
-    trim: Vec<Polyline>,
-    /// The ends of the cells of the work; none where they cannot be told from each other.
-    work: Option<Polyline>,
-    /// The points of the shapes, and how far the workpiece has moved with each shape.
-    along: Packed,
-    above: Packed,
-    moved_along: Packed,
-    moved_above: Packed,
+    /// The course as the script reads it, in SI units.
+    pub(super) data: Value,
 }
 
 /// Points along and above the surface in m.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-struct Polyline {
-    along: Packed,
-    above: Packed,
+fn polyline(points: &[[f64; 2]]) -> Value {
+    let [along, above] = [0, 1].map(|k| Packed::new(points.iter().map(|point| point[k])));
+    json!({ "along": along, "above": above })
 }
 
-impl Polyline {
-    fn new(points: &[[f64; 2]]) -> Self {
-        let pack = |k: usize| Packed::new(&points.iter().map(|point| point[k]).collect::<Vec<_>>());
-        Self {
-            along: pack(0),
-            above: pack(1),
-        }
-    }
+/// The outline of the workpiece where its profile is stated, with the material on its right-hand
+/// side, and whether it goes round the material.
+pub(super) fn outline(view: &View) -> Value {
+    let mut outline = polyline(&view.surface.points);
+    outline["solid"] = json!(view.surface.is_filled);
+    outline
 }
 
-impl Posed {
-    /// The views of `shapes`, of which the nodes `drawn` are shown; none of an upright tool.
-    fn new(
-        settings: &Settings,
-        pass: &Pass,
-        simulation: &Simulation,
-        drawn: &[usize],
-        worked: &ProfileCells,
-    ) -> Option<Self> {
-        if is_upright(settings) {
-            return None;
-        }
-        let Simulation {
-            shapes, history, ..
-        } = simulation;
-        let pack = |value: &dyn Fn(&Sample) -> f64| {
-            Packed::new(&history.iter().map(value).collect::<Vec<_>>())
-        };
-        let above = |point, sample: &Sample| height(settings, pass, point, sample.time_s);
-        let views = View::both(settings, pass).into_iter().map(|view| {
-            let nodes = shapes
-                .iter()
-                .flat_map(|shape| drawn.iter().map(|&node| view.place(shape.nodes_m[node])));
-            let nodes: Vec<[f64; 2]> = nodes.collect();
-            let shifts: Vec<[f64; 2]> = shapes
-                .iter()
-                .map(|shape| view.shift(moved(pass, shape.time_s)))
-                .collect();
-            let Polyline {
-                along: moved_along,
-                above: moved_above,
-            } = Polyline::new(&shifts);
-            let Polyline { along, above } = Polyline::new(&nodes);
-            let lines =
-                |lines: &[Vec<[f64; 2]>]| lines.iter().map(|line| Polyline::new(line)).collect();
-            let surface = Polyline::new(&view.surface.points);
-            let work: Option<Vec<[f64; 2]>> = worked
-                .points()
-                .into_iter()
-                .map(|end| view.on_profile(end))
-                .collect();
-            ViewData {
-                name: view.name,
-                window: window(nodes.iter().chain(&view.nearest)),
-                outline: Outline {
-                    along: surface.along,
-                    above: surface.above,
-                    solid: view.surface.is_filled,
-                },
-                body: lines(&view.body),
-                trim: lines(&view.trim),
-                work: work.as_deref().map(Polyline::new),
-                along,
-                above,
-                moved_along,
-                moved_above,
-            }
-        });
-        Some(Self {
-            views: views.collect(),
-            tip_height: pack(&|sample| {
-                above([sample.tip_x_m, sample.tip_y_m, sample.tip_z_m], sample)
-            }),
-            root_height: pack(&|sample| above(root(pass, sample.base_angle_rad), sample)),
-        })
-    }
-}
-
-/// Left, right, lower and upper end of points.
-fn window<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 4] {
-    let empty = [
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-    ];
-    points.fold(empty, |[left, right, low, high], &[x, y]| {
-        [left.min(x), right.max(x), low.min(y), high.max(y)]
+/// A view of `shapes`, of which the nodes `drawn` are shown, and of the `boundaries` of worked cells.
+fn seen(
+    view: &View,
+    pass: &Pass,
+    shapes: &[Shape],
+    drawn: &[usize],
+    boundaries: &[[f64; 2]],
+) -> Value {
+    let nodes = |shape: &Shape| {
+        drawn
+            .iter()
+            .map(|&node| view.place(shape.nodes_m[node]))
+            .collect::<Vec<_>>()
+    };
+    let nodes: Vec<[f64; 2]> = shapes.iter().flat_map(nodes).collect();
+    let window = [0, 1].map(|k| ends(nodes.iter().chain(&view.nearest).map(|point| point[k])));
+    let moved = shapes
+        .iter()
+        .map(|shape| view.shift(moved(pass, shape.time_s)));
+    let work: Option<Vec<[f64; 2]>> = boundaries.iter().map(|&end| view.on_profile(end)).collect();
+    let lines =
+        |lines: &[Vec<[f64; 2]>]| lines.iter().map(|line| polyline(line)).collect::<Vec<_>>();
+    json!({
+        "name": view.name,
+        // Left, right, lower and upper end of what is shown.
+        "window": window.as_flattened(),
+        "outline": outline(view),
+        // Outlines of the body and of the undeformed trim.
+        "body": lines(&view.body),
+        "trim": lines(&view.trim),
+        // The ends of the cells of the work; none where they cannot be told from each other.
+        "work": work.as_deref().map(polyline),
+        // Points from root to tip, shape by shape, and how far the workpiece has moved with each.
+        "nodes": polyline(&nodes),
+        "moved": polyline(&moved.collect::<Vec<_>>()),
     })
-}
-
-/// The view along the tool's axis with the workpiece below: the component of its normal across the
-/// axis points up.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SideView {
-    /// That component.
-    up: [f64; 2],
-    /// Height of the tool's axis above the workpiece in m.
-    pub(super) axis_height: f64,
-}
-
-impl SideView {
-    pub(super) fn new(settings: &Settings) -> Self {
-        let [x, y, _] = unit_normal(&settings.workpiece);
-        let across = x.hypot(y);
-        let axis_height = (settings.reach_m() - settings.process.penetration_depth_m) / across;
-        Self {
-            up: [x / across, y / across],
-            axis_height,
-        }
-    }
-
-    /// The place of a point along the surface, in m.
-    pub(super) fn along(&self, [r_x, r_y, _]: [f64; 3]) -> f64 {
-        let [x, y] = self.up;
-        y * r_x - x * r_y
-    }
-
-    /// Its height above the surface in m.
-    pub(super) fn above(&self, [r_x, r_y, _]: [f64; 3]) -> f64 {
-        let [x, y] = self.up;
-        x * r_x + y * r_y + self.axis_height
-    }
-
-    /// The places and the heights of points in the plane of rotation.
-    fn packed(&self, points: &[[f64; 2]]) -> [Packed; 2] {
-        let coordinates: [fn(&Self, [f64; 3]) -> f64; 2] = [Self::along, Self::above];
-        coordinates.map(|coordinate| {
-            Packed::new(
-                &points
-                    .iter()
-                    .map(|&[x, y]| coordinate(self, [x, y, 0.0]))
-                    .collect::<Vec<_>>(),
-            )
-        })
-    }
-}
-
-/// The outline of a workpiece: points along and above the surface in m.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Outline {
-    along: Packed,
-    above: Packed,
-    /// Whether it goes round the material.
-    solid: bool,
-}
-
-impl Outline {
-    /// The outline as it lies at time zero.
-    pub(super) fn new(pass: &Pass, settings: &Settings, view: &SideView) -> Self {
-        let outline = pass
-            .workpiece()
-            .profile(OUTLINE_REACH * settings.tool_radius_m())
-            .unwrap_or_default();
-        let [along, above] = view.packed(&outline.simplified(OUTLINE_ERROR));
-        Self {
-            along,
-            above,
-            solid: outline.is_solid(),
-        }
-    }
-}
-
-/// The work by cells of the profile.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-struct Work {
-    /// Number of cells.
-    cells: usize,
-    /// The ends of the cells: arc lengths, and places along and above the surface, in m. There is
-    /// one more than there are cells.
-    arc_length: Packed,
-    along: Packed,
-    above: Packed,
-    /// By cell: 1 on an edge, normal impulse in N s/m, and friction work in J/m.
-    on_edge: Packed,
-    impulse: Packed,
-    friction: Packed,
 }
 
 impl Course {
@@ -318,69 +111,63 @@ impl Course {
     fn new(case: usize, settings: &Settings, simulation: &Simulation) -> Self {
         let pass = sampled_pass(settings);
         let [entry, exit] = pass.nominal_times();
-        let view = SideView::new(settings);
-        let points = simulation
-            .shapes
-            .first()
-            .map_or(0, |shape| shape.nodes_m.len());
-        let drawn: Vec<usize> = spread(points, points.min(MAX_POINTS)).collect();
-        // Other tools have views of their own.
-        let shapes = if is_upright(settings) {
-            &simulation.shapes[..]
-        } else {
-            &[]
-        };
-        let (mut along, mut above) = (Vec::new(), Vec::new());
-        for shape in shapes {
-            for &node in &drawn {
-                along.push(view.along(shape.nodes_m[node]));
-                above.push(view.above(shape.nodes_m[node]));
-            }
-        }
-        let history = &simulation.history;
-        let curve =
-            |value: fn(&Sample) -> f64| Packed::new(&history.iter().map(value).collect::<Vec<_>>());
-        let [first, last] = worked(&simulation.profile);
+        let Simulation {
+            history,
+            shapes,
+            profile,
+            ..
+        } = simulation;
+        let points = shapes.first().map_or(0, |shape| shape.nodes_m.len());
+        let drawn = spread(points, MAX_POINTS);
+        let curve = |value: &dyn Fn(&Sample) -> f64| Packed::new(history.iter().map(value));
+        let above = |point, sample: &Sample| height(settings, &pass, point, sample.time_s);
+        let tip = |sample: &Sample| above([sample.tip_x_m, sample.tip_y_m, sample.tip_z_m], sample);
+        let root = |sample: &Sample| above(root(&pass, sample.base_angle_rad), sample);
+        let is_posed = !is_upright(settings);
+        let [first, last] = worked(profile);
         let cells = pass.profile().unwrap_or_default().cells;
         let cells = ProfileCells {
             cells: cells.get(first..last).unwrap_or_default().to_vec(),
             period: None,
         };
-        Self {
-            case,
-            end: simulation.end_time_s,
-            entry,
-            exit,
-            turn: pass.turn_time(),
-            turn_impulses: simulation
-                .turn_contact_normal_impulses_n_s
-                .iter()
-                .copied()
-                .map(rounded)
-                .collect(),
-            body_radius: settings.tool.body_radius_m,
-            tool_radius: settings.tool_radius_m(),
-            axis_height: view.axis_height,
-            outline: Outline::new(&pass, settings, &view),
-            feed: settings.workpiece.feed_velocity_m_s,
-            work: Work::new(
-                &cells,
-                simulation.profile.get(first..last).unwrap_or_default(),
-                &view,
-            ),
-            samples: history.len(),
-            mean_force: Packed::new(&mean_forces(history)),
-            peak_force: curve(|sample| sample.peak_contact_normal_force_n),
-            deflection: curve(|sample| sample.tip_deflection_m),
-            kinetic: curve(|sample| sample.kinetic_energy_j),
-            potential: curve(|sample| sample.potential_energy_j),
-            dissipated: curve(|sample| sample.dissipated_energy_j),
-            shapes: simulation.shapes.len(),
-            points: drawn.len(),
-            along: Packed::new(&along),
-            above: Packed::new(&above),
-            posed: Posed::new(settings, &pass, simulation, &drawn, &cells),
-        }
+        let work = profile.get(first..last).unwrap_or_default();
+        let by_cell = |value: fn(&ProfileCell) -> f64| Packed::new(work.iter().map(value));
+        let views = View::all(settings, &pass);
+        let impulses = simulation.turn_contact_normal_impulses_n_s.iter();
+        let data = json!({
+            // Duration of the pass, and times of nominal entry and exit in the first turn.
+            "end": simulation.end_time_s,
+            "entry": entry,
+            "exit": exit,
+            // Duration of a turn, and `p_n` of each turn.
+            "turn": pass.turn_time(),
+            "turn_impulses": impulses.copied().map(rounded).collect::<Vec<_>>(),
+            // The work by cells of the profile: their number and arc lengths, of which there is one
+            // more; 1 on an edge, and normal impulse and friction work per length.
+            "work": {
+                "cells": cells.cells.len(),
+                "arc_length": Packed::new(cells.boundaries()),
+                "on_edge": by_cell(|cell| f64::from(u8::from(cell.on_edge))),
+                "impulse": by_cell(|cell| cell.normal_impulse_n_s_m),
+                "friction": by_cell(|cell| cell.friction_work_j_m),
+            },
+            "samples": history.len(),
+            // The mean and the largest of `F_n` between two samples.
+            "mean_force": Packed::new(mean_forces(history)),
+            "peak_force": curve(&|sample| sample.peak_contact_normal_force_n),
+            "deflection": curve(&|sample| sample.tip_deflection_m),
+            "kinetic": curve(&|sample| sample.kinetic_energy_j),
+            "potential": curve(&|sample| sample.potential_energy_j),
+            "dissipated": curve(&|sample| sample.dissipated_energy_j),
+            // Heights above the workpiece, of tools that are no upright radial ones.
+            "tip_height": is_posed.then(|| curve(&tip)),
+            "root_height": is_posed.then(|| curve(&root)),
+            // Number of shapes, and of points in each.
+            "shapes": shapes.len(),
+            "points": drawn.len(),
+            "views": views.iter().map(|view| seen(view, &pass, shapes, &drawn, &cells.points())).collect::<Vec<_>>(),
+        });
+        Self { case, data }
     }
 }
 
@@ -395,25 +182,6 @@ fn worked(profile: &[ProfileCell]) -> [usize; 2] {
             .rposition(has_work)
             .map_or(0, |last| last + 1),
     ]
-}
-
-impl Work {
-    /// The work that is `shown` of the cells of `profile`.
-    fn new(profile: &ProfileCells, shown: &[ProfileCell], view: &SideView) -> Self {
-        let [along, above] = view.packed(&profile.points());
-        let pack = |value: fn(&ProfileCell) -> f64| {
-            Packed::new(&shown.iter().map(value).collect::<Vec<_>>())
-        };
-        Self {
-            cells: profile.cells.len(),
-            arc_length: Packed::new(&profile.boundaries()),
-            along,
-            above,
-            on_edge: pack(|cell| f64::from(u8::from(cell.on_edge))),
-            impulse: pack(|cell| cell.normal_impulse_n_s_m),
-            friction: pack(|cell| cell.friction_work_j_m),
-        }
-    }
 }
 
 /// The mean of `F_n` in N since the previous sample. Unlike values at the samples, it misses no
@@ -529,66 +297,30 @@ impl<'a> Recorder<'a> {
             .cases
             .into_iter()
             .filter(|case| !recorded.contains(case));
-        let settings =
-            |case: usize| Some(self.at_depth(case, &results[case].as_ref().ok()?.metrics));
-        let all = waiting.filter_map(|case| Some((case, settings(case)?)));
-        let (trims, alone): (Vec<_>, Vec<_>) =
-            all.partition(|(_, settings)| places(settings).len() > 1);
-        let trims = Mutex::new(trims);
-        let mut queue: Vec<(Kind, f64, usize, Settings)> = alone
-            .into_iter()
-            .map(|(case, settings)| {
-                (
-                    Kind::of(&settings),
-                    Pass::new(&settings).end_time(),
-                    case,
-                    settings,
-                )
-            })
-            .collect();
-        // Taken from the end: by kind, with the longest passes first, so that all threads finish at
-        // about the same time.
-        queue.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
-        let count = queue.len() + trims.lock().expect(UNBROKEN).len();
-        let queue = Mutex::new(queue);
-        let work = || {
-            let take = |kind: Option<Kind>| {
-                if self.stop.is_requested() {
-                    return None;
-                }
-                let mut queue = queue.lock().expect(UNBROKEN);
-                let (_, _, number, settings) =
-                    queue.pop_if(|(next, ..)| kind.is_none_or(|kind| kind == *next))?;
-                Some(Job {
-                    number,
-                    pass: Pass::new(&settings).until(&self.stop),
-                })
-            };
-            let sampling = self.sampling_of_courses();
-            sample_side_by_side(sampling, take, |number, result| {
-                if let Ok(simulation) = result {
-                    self.take(number, &simulation);
-                }
-            });
-            let next = || trims.lock().expect(UNBROKEN).pop();
-            while !self.stop.is_requested()
-                && let Some((case, settings)) = next()
-            {
-                if let Ok(simulation) =
-                    simulate_places(&settings, sampling, &self.stop, &mut |_| ())
-                {
-                    self.take(case, &simulation);
-                }
-            }
+        // Sampled tools have no courses.
+        let alone = |case: usize| {
+            let settings = self.at_depth(case, &results[case].as_ref().ok()?.metrics);
+            let uncertainty = UncertaintySettings::default();
+            Some((
+                case,
+                Settings {
+                    uncertainty,
+                    ..settings
+                },
+            ))
         };
-        let threads = thread_count(threads);
-        thread::scope(|scope| {
-            for _ in 1..threads.min(count) {
-                thread::Builder::new().spawn_scoped(scope, work)?;
-            }
-            work();
-            Ok::<_, io::Error>(())
-        })?;
+        let (cases, settings): (Vec<usize>, Vec<Settings>) = waiting.filter_map(alone).unzip();
+        if !cases.is_empty() {
+            simulate_cases(
+                &Study::of_cases(settings),
+                &(0..cases.len()).collect::<Vec<_>>(),
+                threads,
+                &self.stop,
+                self.sampling_of_courses(),
+                |number, pass| self.take(cases[number], pass),
+                |_, _| ControlFlow::Continue(()),
+            )?;
+        }
         let mut courses = self
             .courses
             .into_inner()
@@ -600,13 +332,11 @@ impl<'a> Recorder<'a> {
 
 #[cfg(test)]
 mod tests {
-    use std::ops::ControlFlow;
-
     use super::*;
     use bristle::model::parameters::Parameter;
     use bristle::model::settings::WorkpieceKind;
     use bristle::simulation::{simulate, simulate_with};
-    use bristle_grid::{Sweep, VELOCITY, run_study, simulate_cases};
+    use bristle_grid::{Sweep, VELOCITY, run_study};
     use bristle_input::document::Document;
 
     fn settings() -> Settings {
@@ -616,97 +346,34 @@ mod tests {
             .expect("the example is right")
     }
 
-    /// The example at three velocities.
-    fn study() -> Study {
+    #[test]
+    fn shapes_lie_above_the_workpiece() {
+        let mut settings = settings();
+        settings.workpiece.kind = WorkpieceKind::plane([1.0, 2.0, 0.5]);
+        let simulation = simulate_with(&settings, SAMPLING).expect("the pass ends");
+        let course = Course::new(0, &settings, &simulation);
+        let [shapes, points] = ["shapes", "points"].map(|key| course.data[key].as_u64());
+        assert_eq!((shapes, points), (Some(SAMPLING.shapes as u64), Some(26)));
+        // But for what the contact gives way, and a step of packing.
+        let least = &course.data["views"][0]["nodes"]["above"]["least"];
+        assert!(
+            least
+                .as_f64()
+                .is_some_and(|least| least > -1e-3 && least < 1e-4),
+            "{least}"
+        );
+    }
+
+    /// Sampling must not change results. A course must be that of the pass alone, whether it was
+    /// recorded in the study or made later.
+    #[test]
+    fn courses_are_those_of_the_passes_alone_and_change_nothing() {
         let velocities = Sweep::list(
             Parameter::find(VELOCITY).expect("it exists"),
             vec![10.0, 30.0, 20.0],
         );
-        Study::new(settings(), vec![velocities.expect("the values are right")])
-            .expect("the study is right")
-    }
-
-    /// In this contact the filament bounces, and samples alone would miss most of it.
-    #[test]
-    fn forces_of_intervals_miss_nothing() {
-        let settings = settings();
-        let simulation = simulate_with(&settings, SAMPLING).expect("the pass ends");
-        let history = &simulation.history;
-        assert_eq!(
-            (history.len(), simulation.shapes.len()),
-            (SAMPLING.samples, SAMPLING.shapes)
-        );
-        let impulse: f64 = mean_forces(history)
-            .iter()
-            .skip(1)
-            .zip(history.windows(2))
-            .map(|(f, w)| f * (w[1].time_s - w[0].time_s))
-            .sum();
-        let peak = history
-            .iter()
-            .map(|sample| sample.peak_contact_normal_force_n)
-            .fold(0.0, f64::max);
-        let metrics = &simulation.metrics;
-        // A sum of 300 terms, each with a difference of two integrals.
-        assert!((impulse / metrics.contact_normal_impulse_n_s - 1.0).abs() < 1e-12);
-        // The search for maxima resolves a millionth of a step; the force is level there.
-        assert!((peak / metrics.peak_contact_normal_force_n - 1.0).abs() < 1e-6);
-        let alone = simulate(&settings).expect("the pass ends").metrics;
-        assert!(
-            (metrics.contact_normal_impulse_n_s / alone.contact_normal_impulse_n_s - 1.0).abs()
-                < 1e-6
-        );
-    }
-
-    #[test]
-    fn shapes_hang_on_the_body_and_keep_their_length() {
-        let mut settings = settings();
-        settings.workpiece.kind = WorkpieceKind::plane([1.0, 2.0, 0.5]);
-        let simulation = simulate_with(&settings, SAMPLING).expect("the pass ends");
-        for shape in &simulation.shapes {
-            let [x, y, z] = shape.nodes_m[0];
-            assert!((x.hypot(y) - settings.tool.body_radius_m).abs() < 1e-12 && z == 0.0);
-            assert_eq!(shape.nodes_m.len(), settings.filament.segments + 1);
-            for pair in shape.nodes_m.windows(2) {
-                let length = (0..3)
-                    .map(|i| (pair[1][i] - pair[0][i]).powi(2))
-                    .sum::<f64>()
-                    .sqrt();
-                // Nodes are interpolated each for itself, which a step at the default tolerance
-                // bends a little.
-                assert!((length / (0.040 / 25.0) - 1.0).abs() < 1e-2, "{length}");
-            }
-        }
-        let course = Course::new(0, &settings, &simulation);
-        assert_eq!((course.shapes, course.points), (SAMPLING.shapes, 26));
-        // Above the workpiece, but for what the contact gives way, and a step of packing.
-        assert!(course.above.least() > -1e-3, "{}", course.above.least());
-        assert!(course.above.least() < 1e-4, "{}", course.above.least());
-    }
-
-    #[test]
-    fn courses_are_those_of_the_passes_alone() {
-        let study = study();
-        let results = run_study(&study, None, || {}).expect("the threads start");
-        let courses = Recorder::new(&study)
-            .finish(&results, None)
-            .expect("the threads start");
-        let alone = (0..3).map(|case| {
-            let settings = study.settings(case);
-            Course::new(
-                case,
-                &settings,
-                &simulate_with(&settings, SAMPLING).expect("the pass ends"),
-            )
-        });
-        assert!(courses == alone.collect::<Vec<_>>());
-    }
-
-    /// Sampling must not change results, and what was recorded in a study must be what a page made
-    /// later shows.
-    #[test]
-    fn courses_recorded_in_the_study_change_nothing() {
-        let study = study();
+        let study = Study::new(settings(), vec![velocities.expect("the values are right")])
+            .expect("the study is right");
         let recorder = Recorder::new(&study);
         let results = run_study(&study, None, || {}).expect("the threads start");
         let take = |case, pass: &Simulation| recorder.take(case, pass);
@@ -718,24 +385,25 @@ mod tests {
             ControlFlow::Continue(())
         };
         // As after a resume: the first case is not simulated, so its course has to be made later.
+        let sampling = recorder.sampling();
         simulate_cases(
             &study,
             &[1, 2],
             None,
             &Stop::default(),
-            recorder.sampling(),
+            sampling,
             take,
             same,
         )
         .expect("the threads start");
         assert_eq!(recorder.courses().len(), 2);
-        let recorded = recorder.finish(&results, None).expect("the threads start");
-        assert!(
-            recorded
-                == Recorder::new(&study)
-                    .finish(&results, None)
-                    .expect("the threads start")
-        );
+        let courses = recorder.finish(&results, None).expect("the threads start");
+        let alone = (0..3).map(|case| {
+            let settings = study.settings(case);
+            let simulation = simulate_with(&settings, SAMPLING).expect("the pass ends");
+            Course::new(case, &settings, &simulation)
+        });
+        assert!(courses == alone.collect::<Vec<_>>());
     }
 
     /// The dissipated energy that courses integrate less exactly cannot be told from the exact one

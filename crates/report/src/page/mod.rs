@@ -4,7 +4,6 @@
 //! comes out. It contains the data as JSON, the scripts that draw them, and their style. The same
 //! study gives the same bytes: the page contains neither dates nor durations.
 
-use serde::Serialize;
 use serde_json::{Value, json};
 
 use bristle::equations;
@@ -15,7 +14,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle_grid::brush::{Having, metric_columns};
 use bristle_grid::uncertainty::ForceScatter;
-use bristle_grid::{CaseResult, CaseSummary, Interaction, Study};
+use bristle_grid::{CaseResult, CaseSummary, Interaction, Study, Sweep};
 use bristle_input::plausibility::{Unusual, unusual_in_study};
 use bristle_insight::advice::{Answer, headline};
 use bristle_insight::assumptions::{Assumption, Assumptions};
@@ -50,6 +49,7 @@ const SCRIPT: &str = concat!(
     include_str!("settings.js"),
     include_str!("measured.js"),
     include_str!("overview.js"),
+    include_str!("player.js"),
     include_str!("course.js"),
     include_str!("script.js"),
 );
@@ -193,6 +193,13 @@ fn escape_html(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
+/// The first of some lines, and the items of a list of the others, as HTML.
+fn lead_and_items(lines: &[String]) -> [String; 2] {
+    let (lead, others) = lines.split_first().expect("a page has a first line");
+    let item = |line: &String| format!("<li>{}</li>", escape_html(line));
+    [escape_html(lead), others.iter().map(item).collect()]
+}
+
 /// JSON for a `<script>`, which it must neither end nor open a comment in. It has `<` in strings
 /// only, where it may be escaped.
 fn script_data(data: &Value) -> String {
@@ -205,47 +212,12 @@ fn script_data(data: &Value) -> String {
     }
 }
 
-/// An axis of the study in the page.
-#[derive(Serialize)]
-struct AxisData<'a> {
-    path: &'static str,
-    symbol: &'static str,
-    name: &'static str,
-    unit: &'static str,
-    /// The values shown; of named tools their positions.
-    values: Vec<f64>,
-    /// The names of the values shown; none if they are numbers.
-    names: Option<Vec<&'a str>>,
-    /// Their positions among all values, and the number of all values, which give the row of a case
-    /// in `runs.csv`.
-    positions: Vec<usize>,
-    count: usize,
-}
-
-/// A metric of all cases in the page.
-#[derive(Serialize)]
-struct QuantityData {
-    key: &'static str,
-    symbol: &'static str,
-    unit: &'static str,
-    name: &'static str,
-    meaning: &'static str,
-    /// Whether it is one of the few that a report is read for.
-    headline: bool,
-    /// Whether its scale is logarithmic.
-    logarithmic: bool,
-    /// The range of its colours, if that is not the range of its values.
-    range: Option<[f64; 2]>,
-    /// None if the case failed or the value is unknown.
-    values: Vec<Option<f64>>,
-}
-
-/// The values of a column in all cases.
+/// A column in all cases, for the script; `null` where a case failed or the value is unknown.
 fn quantity<R: Record>(
     column: &Column<R>,
     summaries: &[Option<CaseSummary>],
     record: impl Fn(&CaseSummary) -> Option<&R>,
-) -> QuantityData {
+) -> Value {
     let &Column {
         key,
         symbol,
@@ -255,23 +227,30 @@ fn quantity<R: Record>(
         display,
         ..
     } = column;
-    let logarithmic = display.scale == Scale::Logarithmic;
-    let headline = display.prominence == Prominence::Headline;
     let number =
         |summary: &Option<CaseSummary>| Some(rounded(column.get(record(summary.as_ref()?)?)));
-    QuantityData {
-        key,
-        symbol,
-        unit,
-        name,
-        meaning,
-        headline,
-        logarithmic,
-        range: display
-            .range
-            .map(|range| range.map(|end| end / display.factor)),
-        values: summaries.iter().map(number).collect(),
-    }
+    json!({
+        "key": key,
+        "symbol": symbol,
+        "unit": unit,
+        "name": name,
+        "meaning": meaning,
+        // Whether it is one of the few that a report is read for.
+        "headline": display.prominence == Prominence::Headline,
+        "logarithmic": display.scale == Scale::Logarithmic,
+        // The range of its colours, if that is not the range of its values.
+        "range": display.range.map(|range| range.map(|end| end / display.factor)),
+        "values": summaries.iter().map(number).collect::<Vec<_>>(),
+    })
+}
+
+/// Whether some value of a [`quantity`] is known and not zero.
+fn tells(quantity: &Value) -> bool {
+    let values = quantity["values"].as_array();
+    values
+        .into_iter()
+        .flatten()
+        .any(|value| value.as_f64().is_some_and(|value| value != 0.0))
 }
 
 fn data(
@@ -283,41 +262,37 @@ fn data(
     answer: Option<&Answer>,
 ) -> Value {
     let shown = Selection::shown(study);
-    let axes: Vec<AxisData<'_>> = study
-        .sweeps()
-        .iter()
-        .zip(&shown.positions)
-        .map(|(axis, positions)| {
-            let setting = axis.setting();
-            let parameter = setting.parameter();
-            let names = setting.names().map(|names| {
-                positions
-                    .iter()
-                    .map(|&position| names[position].as_str())
-                    .collect()
-            });
-            AxisData {
-                path: setting.path(),
-                symbol: parameter.map_or("", |parameter| parameter.symbol),
-                name: setting.name(),
-                unit: parameter.map_or("", |parameter| parameter.unit),
-                values: positions
-                    .iter()
-                    .map(|&position| axis.values()[position])
-                    .collect(),
-                names,
-                positions: positions.clone(),
-                count: axis.values().len(),
-            }
+    let axis = |(axis, positions): (&Sweep, &Vec<usize>)| {
+        let setting = axis.setting();
+        let [symbol, unit] = setting
+            .parameter()
+            .map_or([""; 2], |parameter| [parameter.symbol, parameter.unit]);
+        let chosen = |names: &[String]| {
+            positions
+                .iter()
+                .map(|&at| names[at].clone())
+                .collect::<Vec<_>>()
+        };
+        json!({
+            "path": setting.path(),
+            "symbol": symbol,
+            "name": setting.name(),
+            "unit": unit,
+            // The values shown; of named tools their positions, and the names.
+            "values": positions.iter().map(|&at| axis.values()[at]).collect::<Vec<_>>(),
+            "names": setting.names().map(chosen),
+            // Their positions among all values, and the number of all values, which give the row
+            // of a case in `runs.csv`.
+            "positions": positions,
+            "count": axis.values().len(),
         })
-        .collect();
+    };
+    let axes = study.sweeps().iter().zip(&shown.positions).map(axis);
     let cases: Vec<&CaseResult> = shown.cases.iter().map(|&case| &results[case]).collect();
     let summary = |result: &&CaseResult| result.as_ref().ok().cloned();
     let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
     let mut metrics: Vec<&Column<Metrics>> = metric_columns(Having::of_study(study)).collect();
     metrics.sort_by_key(|column| place_on_page(column));
-    let tells =
-        |quantity: &QuantityData| quantity.values.iter().flatten().any(|&value| value != 0.0);
     let metrics = metrics.into_iter().filter_map(|column| {
         let quantity = quantity(column, &summaries, |summary| Some(&summary.metrics));
         (!column.display.optional || tells(&quantity)).then_some(quantity)
@@ -334,11 +309,11 @@ fn data(
     // What interaction changes comes first.
     let metrics = headlines.into_iter().map(interaction).chain(metrics);
     // Without scatter there is no band, and inputs that do not scatter have no share.
-    let quantities: Vec<QuantityData> = metrics
+    let quantities: Vec<Value> = metrics
         .chain(scatter.filter(tells))
         .chain(others.into_iter().map(interaction))
         .collect();
-    let statistics: Vec<QuantityData> = Statistics::COLUMNS
+    let statistics: Vec<Value> = Statistics::COLUMNS
         .iter()
         .map(|column| quantity(column, &summaries, |summary| Some(&summary.statistics)))
         .collect();
@@ -353,9 +328,14 @@ fn data(
         .enumerate()
         .filter_map(|(index, result)| Some((index, result.as_ref().err()?)))
         .collect();
-    let courses: Vec<(usize, &Course)> = courses
+    let courses: Vec<(usize, &Value)> = courses
         .iter()
-        .filter_map(|course| Some((shown.cases.binary_search(&course.case()).ok()?, course)))
+        .filter_map(|course| {
+            Some((
+                shown.cases.binary_search(&course.case()).ok()?,
+                &course.data,
+            ))
+        })
         .collect();
     json!({
         "name": name,
@@ -365,7 +345,7 @@ fn data(
         "equations": { "sha256": equations::FINGERPRINT, "maker": equations::MAKER },
         "cases": study.case_count(),
         "failed": results.iter().filter(|result| result.is_err()).count(),
-        "axes": axes,
+        "axes": axes.collect::<Vec<_>>(),
         "tools": study.tools().iter().map(|tool| &tool.name).collect::<Vec<_>>(),
         "settings": study_settings(study),
         "quantities": quantities,

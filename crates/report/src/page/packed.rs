@@ -15,12 +15,13 @@ pub(super) struct Packed {
 }
 
 impl Packed {
-    /// The values must be finite.
-    pub(super) fn new(values: &[f64]) -> Self {
+    /// Packs values, which must be finite.
+    pub(super) fn new(values: impl IntoIterator<Item = f64>) -> Self {
+        let values: Vec<f64> = values.into_iter().collect();
         // A page has a million values: in tests, which do not optimise this crate, iterators take
         // twice as long as loops.
         let [mut least, mut largest] = [values.first().copied().unwrap_or(0.0); 2];
-        for &value in values {
+        for &value in &values {
             if value < least {
                 least = value;
             }
@@ -33,7 +34,7 @@ impl Packed {
         let origin = least / step - 0.5;
         let mut bytes = vec![0; 2 * values.len()];
         let (pairs, _) = bytes.as_chunks_mut();
-        for (pair, &value) in pairs.iter_mut().zip(values) {
+        for (pair, &value) in pairs.iter_mut().zip(&values) {
             // Rounded. Conversion to an integer is to the nearest bound, and to zero where the step
             // is zero.
             let word = (value / step - origin) as u16;
@@ -44,12 +45,6 @@ impl Packed {
             step,
             words: STANDARD.encode(bytes),
         }
-    }
-
-    /// The smallest value.
-    #[cfg(test)]
-    pub(super) fn least(&self) -> f64 {
-        self.least
     }
 }
 
@@ -67,7 +62,7 @@ mod tests {
         let values: Vec<f64> = (0..1000)
             .map(|i| -3.0 + (f64::from(i) * 0.7).sin() * f64::from(i))
             .collect();
-        let Packed { least, step, words } = Packed::new(&values);
+        let Packed { least, step, words } = Packed::new(values.clone());
         let bytes = STANDARD.decode(words).expect("base 64");
         assert_eq!(bytes.len(), 2 * values.len());
         for (pair, value) in bytes.chunks(2).zip(values) {
@@ -79,12 +74,12 @@ mod tests {
 
     #[test]
     fn a_constant_and_nothing_can_be_packed() {
-        let constant = Packed::new(&[2.5, 2.5]);
+        let constant = Packed::new([2.5, 2.5]);
         assert_eq!(
             (constant.least, constant.step, constant.words.as_str()),
             (2.5, 0.0, "AAAAAA==")
         );
-        let nothing = Packed::new(&[]);
+        let nothing = Packed::new([]);
         assert_eq!(
             (nothing.least, nothing.step, nothing.words.as_str()),
             (0.0, 0.0, "")

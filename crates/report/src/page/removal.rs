@@ -6,14 +6,16 @@ use bristle_text::number::significant;
 use bristle_text::shown;
 use serde_json::json;
 
-use super::brush::figure;
-use super::{LONGEST_NAME, SCRIPTS, STYLE, document, escape_html, fill, script_data};
+use super::brush::drawings;
+use super::{
+    LONGEST_NAME, SCRIPTS, STYLE, document, escape_html, fill, lead_and_items, script_data,
+};
 use crate::drawing::format::Format;
 use crate::figures::{corner_outline, removal_figures, unit_of_time};
 use crate::removal::lines;
 
 const TEMPLATE: &str = include_str!("removal.html");
-const SCRIPT: &str = include_str!("removal.js");
+const SCRIPT: &str = concat!(include_str!("format.js"), include_str!("removal.js"));
 /// The style of the drawing and of its slider.
 const OWN_STYLE: &str = "
 #edge svg { width: 100%; max-width: 40rem; height: auto; display: block; }
@@ -28,16 +30,8 @@ const FACES: f64 = 1.6;
 #[must_use]
 pub fn removal_page(name: &str, settings: &Settings, removal: &Removal) -> String {
     let name = escape_html(&shown(name, LONGEST_NAME));
-    let lines: Vec<String> = lines(settings, removal)
-        .iter()
-        .map(|line| escape_html(line))
-        .collect();
-    let (lead, rest) = lines.split_first().expect("the edge comes first");
-    let rest: String = rest.iter().map(|line| format!("<li>{line}</li>")).collect();
-    let figures: String = removal_figures(settings, removal, &Format::default())
-        .iter()
-        .map(figure)
-        .collect();
+    let [lead, rest] = lead_and_items(&lines(settings, removal));
+    let figures = drawings(&removal_figures(settings, removal, &Format::default()));
     let last = removal.rows.last().map_or(0.0, |row| row.time_s);
     let (unit, second) = unit_of_time(last);
     let rows = (0..ROWS).map(|i| &removal.rows[i * (removal.rows.len() - 1) / (ROWS - 1)]);
@@ -58,13 +52,7 @@ pub fn removal_page(name: &str, settings: &Settings, removal: &Removal) -> Strin
         .collect();
     let steps = || removal.rows.iter().step_by(4);
     let edge = |(edge, &angle): (usize, &f64)| {
-        let radius = |row: &RemovalRow| {
-            if edge == 0 {
-                row.edge_radius_m
-            } else {
-                row.second_edge_radius_m
-            }
-        };
+        let radius = |row: &RemovalRow| [row.edge_radius_m, row.second_edge_radius_m][edge];
         let largest = removal.rows.iter().map(radius).fold(0.0, f64::max);
         let reach = FACES * largest / (angle / 2.0).tan();
         let part = |value: f64| (1e6 * value / reach.max(1e-9)).round() / 1e6;
@@ -90,7 +78,7 @@ pub fn removal_page(name: &str, settings: &Settings, removal: &Removal) -> Strin
     let data = json!({ "unit": unit, "edges": edges, "rows": shown_rows });
     let body = [
         ("name", &*name),
-        ("lead", lead),
+        ("lead", &lead),
         ("rest", &rest),
         ("last", &(shown_rows.len() - 1).to_string()),
         ("unit", unit),

@@ -74,7 +74,7 @@ function byToolText({ by_tool: values, unit }) {
   return study.tools.map((name, k) => element("div", {}, `${name}: `, ...fixedSettingText({ value: values[k], unit })));
 }
 
-function showOrigin() {
+function showSources() {
   const sum = (values) => values.reduce((sum, value) => sum + (value ?? 0), 0);
   const total = study.statistics.map(({ name, values }) => `${number(sum(values), 12)} ${name}`);
   const kept = study.courses.length;
@@ -84,17 +84,13 @@ function showOrigin() {
       ? "of all cases that were solved"
       : `of ${kept} cases, evenly spread over the study`;
   const scatters = study.quantities.some(({ key }) => key.startsWith(SHARE));
-  showEntries([
-    ["Software", [`Bristle ${study.version}`]],
-    ["Equations of motion", [`derived by ${study.equations.maker}`]],
-    ["Hash of the equations", [element("code", {}, study.equations.sha256), " (SHA-256)"]],
+  showOrigin(study, [
     ["Solver, all cases shown", [total.join(", ")]],
     ["Courses over time", [study.brush ? courses : `${courses}, from a second integration at the same settings`]],
     [
       "Uncertainty of F_n,w",
       rich(`± from the number of filaments alone: F_n,w ΔN_f / N_f${scatters ? "; the 95 % band from sampled tools" : ""}`),
     ],
-    ["Model", ["E. Uhlmann, A. Hoyer: Modeling of Contact Forces for Brushing Tools. Ceramics 4 (2021)"]],
   ]);
 }
 
@@ -141,7 +137,7 @@ showHeadline();
 showMeasured(study.measured);
 showNotes(study.notes);
 showSettings(study.settings, settingText);
-showOrigin();
+showSources();
 // Without an address: the case of the answer, or the middle of the study, or a case with a course.
 const kept = study.courses.map(([index]) => index);
 const answered = study.answer?.rows.map((row) => indexOfRow.get(row)).find((index) => index !== undefined);

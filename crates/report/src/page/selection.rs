@@ -1,6 +1,7 @@
 //! The cases of a study that its page shows.
 
 use bristle_grid::Study;
+use bristle_insight::slices::spread;
 
 /// Maximum number of cases in a page. A page of a larger study has a selection, and stays below 10
 /// MB.
@@ -61,20 +62,9 @@ fn thinned(lists: Vec<Vec<usize>>, limit: usize) -> Vec<Vec<usize>> {
     }
     let thin = |(list, length): (Vec<usize>, usize)| {
         spread(list.len(), length)
+            .into_iter()
             .map(|index| list[index])
             .collect()
     };
     lists.into_iter().zip(lengths).map(thin).collect()
-}
-
-/// `taken` of `count` indices, evenly spread from the first to the last; the middle one if `taken`
-/// is one.
-pub(super) fn spread(count: usize, taken: usize) -> impl Iterator<Item = usize> {
-    (0..taken).map(move |i| {
-        if taken == 1 {
-            (count - 1) / 2
-        } else {
-            i * (count - 1) / (taken - 1)
-        }
-    })
 }

@@ -68,8 +68,15 @@ function datePrints(version) {
   });
 }
 
-/** Fills the list of where the numbers come from, with names and their texts. */
-function showEntries(entries) {
-  const items = entries.flatMap(([name, text]) => [element("dt", {}, ...rich(name)), element("dd", {}, ...text)]);
+/** Fills the list of where the numbers come from: program, equations, `entries` with names and texts, and model. */
+function showOrigin({ version, equations }, entries, more = "") {
+  const all = [
+    ["Software", [`Bristle ${version}`]],
+    ["Equations of motion", [`derived by ${equations.maker}`]],
+    ["Hash of the equations", [element("code", {}, equations.sha256), " (SHA-256)"]],
+    ...entries,
+    ["Model", [`E. Uhlmann, A. Hoyer: Modeling of Contact Forces for Brushing Tools. Ceramics 4 (2021)${more}`]],
+  ];
+  const items = all.flatMap(([name, text]) => [element("dt", {}, ...rich(name)), element("dd", {}, ...text)]);
   byId("origin").replaceChildren(...items);
 }

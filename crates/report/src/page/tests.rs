@@ -1,9 +1,7 @@
-use std::num::NonZeroUsize;
 use std::ops::Range;
 
 use serde_json::Value;
 
-use super::selection::spread;
 use super::*;
 use crate::testing::brush;
 use bristle::model::parameters::PARAMETERS;
@@ -12,7 +10,6 @@ use bristle::simulation::Statistics;
 use bristle_grid::{Sweep, Tool};
 use bristle_input::document::Document;
 use bristle_input::measured::{Measurement, Speed};
-use bristle_insight::assumptions::Assumptions;
 use bristle_insight::measured::compare;
 
 const FILE: &str = concat!(
@@ -79,6 +76,36 @@ fn made_up(count: usize) -> Vec<CaseResult> {
     (0..count).map(|case| Ok(summary(case))).collect()
 }
 
+/// A page without assumptions.
+fn page_of(
+    study: &Study,
+    results: &[CaseResult],
+    courses: &[Course],
+    comparisons: &[Comparison],
+) -> String {
+    let none = Assumptions::default();
+    page(
+        "study.toml",
+        study,
+        results,
+        courses,
+        &none,
+        comparisons,
+        None,
+    )
+}
+
+/// The courses of a study.
+fn courses(study: &Study, results: &[CaseResult]) -> Vec<Course> {
+    Recorder::new(study)
+        .finish(results, None)
+        .expect("the threads start")
+}
+
+fn simulated(study: &Study) -> Vec<CaseResult> {
+    bristle_grid::run_study(study, None, || {}).expect("the threads start")
+}
+
 /// The data that stand in a page, as a browser reads them.
 fn data_in(page: &str) -> Value {
     let (_, after) = page
@@ -94,15 +121,8 @@ fn hostile_text_stays_text() {
     let error = "</SCRIPT> <!-- stopped \u{2028}";
     let study = grid(1, 1);
     let results = [Err(error.to_owned())];
-    let page = page(
-        name,
-        &study,
-        &results,
-        &[],
-        &Assumptions::default(),
-        &[],
-        None,
-    );
+    let none = Assumptions::default();
+    let page = page(name, &study, &results, &[], &none, &[], None);
     assert_eq!(
         page.matches("</script>").count(),
         2,
@@ -125,15 +145,7 @@ fn texts_are_put_in_once() {
 
 #[test]
 fn a_page_holds_all_that_it_uses() {
-    let text = page(
-        "study.toml",
-        &grid(2, 2),
-        &made_up(4),
-        &[],
-        &Assumptions::default(),
-        &[],
-        None,
-    );
+    let text = page_of(&grid(2, 2), &made_up(4), &[], &[]);
     for outside in ["http://", "https://", "src=", "@import", "url("] {
         // The namespace of SVG is a name, not an address that anyone asks for.
         assert_eq!(
@@ -148,44 +160,11 @@ fn a_page_holds_all_that_it_uses() {
 }
 
 #[test]
-fn the_same_study_gives_the_same_bytes() {
-    let study = grid(3, 2);
-    let results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
-    let pages = [1, 2].map(|threads| {
-        let courses = Recorder::new(&study)
-            .finish(&results, NonZeroUsize::new(threads))
-            .expect("the threads start");
-        assert_eq!(courses.len(), 6);
-        page(
-            "study.toml",
-            &study,
-            &results,
-            &courses,
-            &Assumptions::default(),
-            &[],
-            None,
-        )
-    });
-    assert!(pages[0] == pages[1]);
-}
-
-#[test]
 fn failed_cases_are_shown_as_such() {
     let study = grid(3, 2);
-    let mut results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
+    let mut results = simulated(&study);
     results[4] = Err("it stopped".to_owned());
-    let courses = Recorder::new(&study)
-        .finish(&results, None)
-        .expect("the threads start");
-    let data = data_in(&page(
-        "study.toml",
-        &study,
-        &results,
-        &courses,
-        &Assumptions::default(),
-        &[],
-        None,
-    ));
+    let data = data_in(&page_of(&study, &results, &courses(&study, &results), &[]));
     assert_eq!(data["failed"], 1);
     assert_eq!(data["errors"], json!([[4, "it stopped"]]));
     for quantity in data["quantities"].as_array().expect("a list") {
@@ -213,19 +192,9 @@ fn large_studies_stay_small_pages() {
         ("solver.relative_tolerance", 1, 1e-2..2e-2),
     ]);
     let results = made_up(study.case_count());
-    let courses = Recorder::new(&study)
-        .finish(&results, None)
-        .expect("the threads start");
+    let courses = courses(&study, &results);
     assert!((100..=MAX_COURSES).contains(&courses.len()));
-    let page = page(
-        "study.toml",
-        &study,
-        &results,
-        &courses,
-        &Assumptions::default(),
-        &[],
-        None,
-    );
+    let page = page_of(&study, &results, &courses, &[]);
     assert!(page.len() < 10_000_000, "{} bytes", page.len());
     assert_eq!(
         data_in(&page)["quantities"][0]["values"]
@@ -270,7 +239,6 @@ fn small_studies_are_shown_whole() {
         Selection::with_course(&study).cases,
         (0..120).collect::<Vec<_>>()
     );
-    assert_eq!(spread(5, 1).collect::<Vec<_>>(), [2]);
 }
 
 #[test]
@@ -390,16 +358,8 @@ fn has_every_setting(stated: &Settings) {
 #[test]
 fn the_uncertainty_is_that_of_the_number_of_filaments() {
     let study = grid(1, 1);
-    let results = bristle_grid::run_study(&study, None, || {}).expect("the threads start");
-    let data = data_in(&page(
-        "study.toml",
-        &study,
-        &results,
-        &[],
-        &Assumptions::default(),
-        &[],
-        None,
-    ));
+    let results = simulated(&study);
+    let data = data_in(&page_of(&study, &results, &[], &[]));
     let force = results[0]
         .as_ref()
         .expect("the case is solved")
@@ -427,15 +387,7 @@ fn measured_points_are_on_the_page_with_their_places() {
         point(Speed::Velocity(99.0), 1e-3, None),
     ];
     let comparisons = compare(&study, &results, &measured);
-    let data = data_in(&page(
-        "study.toml",
-        &study,
-        &results,
-        &[],
-        &Assumptions::default(),
-        &comparisons,
-        None,
-    ));
+    let data = data_in(&page_of(&study, &results, &[], &comparisons));
     let comparison = &data["measured"]["comparisons"][0];
     assert_eq!(
         (&data["measured"]["speed"]["unit"], &comparison["count"]),
@@ -463,14 +415,6 @@ fn measured_points_are_on_the_page_with_their_places() {
         (&outside["outside"], &outside["simulated"]),
         (&json!(true), &Value::Null)
     );
-    let without = data_in(&page(
-        "study.toml",
-        &study,
-        &results,
-        &[],
-        &Assumptions::default(),
-        &[],
-        None,
-    ));
+    let without = data_in(&page_of(&study, &results, &[], &[]));
     assert!(without["measured"].is_null());
 }

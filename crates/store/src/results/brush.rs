@@ -99,13 +99,15 @@ pub fn write_brush_metrics(
         #[serde(flatten)]
         band: Option<&'a ForceScatter>,
         steps: usize,
-        halved_steps: usize,
+        rejected_steps: usize,
+        newton_failures: usize,
         newton_iterations: usize,
         turn_contact_normal_impulses_n_s: Vec<f64>,
     }
     let BrushStatistics {
         steps,
-        halved_steps,
+        rejected_steps,
+        newton_failures,
         effort,
     } = result.statistics;
     let (metrics, interaction) = (&result.tool, Interaction::of(result));
@@ -124,7 +126,8 @@ pub fn write_brush_metrics(
         interaction,
         band,
         steps,
-        halved_steps,
+        rejected_steps,
+        newton_failures,
         newton_iterations: effort.newton_iterations,
         turn_contact_normal_impulses_n_s: turn_impulses(result),
     };

@@ -1,4 +1,4 @@
-//! Random expressions for the tests of simplification and of emission.
+//! Random expressions.
 
 use bristle_codegen::ir::graph::{Graph, NodeId};
 use bristle_codegen::ir::unit::Unit;
