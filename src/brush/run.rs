@@ -367,18 +367,15 @@ impl BrushRun {
             form: self.form,
             points: self.points,
             begin: self.begin,
-            accuracy: self.accuracy(f64::INFINITY, self.interval / SAMPLE_STEPS),
+            accuracy: self.accuracy(self.interval / SAMPLE_STEPS),
             shortcuts: self.options.shortcuts,
         }
     }
 
-    /// Accuracy of steps that may add errors at `error_rate` (N) and are not longer than `longest`
-    /// (s).
-    fn accuracy(&self, error_rate: f64, longest: f64) -> Accuracy {
-        let velocity = self.settings.process.brushing_velocity_m_s;
+    /// Accuracy of steps that are not longer than `longest` (s).
+    fn accuracy(&self, longest: f64) -> Accuracy {
         Accuracy {
-            newton: NEWTON_SHARE * self.tolerance * velocity,
-            error_rate,
+            newton: NEWTON_SHARE * self.tolerance * self.settings.process.brushing_velocity_m_s,
             longest,
         }
     }
@@ -484,7 +481,7 @@ impl BrushRun {
         let plan = Plan {
             settings: &calm,
             begin: start,
-            accuracy: self.accuracy(f64::INFINITY, settling.length),
+            accuracy: self.accuracy(settling.length),
             ..self.plan(&grown)
         };
         let sectors = self.sectors.iter().zip(&settling.poses);

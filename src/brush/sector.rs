@@ -60,8 +60,6 @@ fn integral_error(values: [f64; 3]) -> f64 {
 pub struct Accuracy {
     /// Largest last correction of a node's velocity in m/s.
     pub newton: f64,
-    /// Error of the sum of all impulses that a step may add, over its length, in N.
-    pub error_rate: f64,
     /// The longest step in s.
     pub longest: f64,
 }
@@ -172,7 +170,8 @@ pub struct Sector {
     stages: [Stage; 2],
     statistics: BrushStatistics,
     balance: Balance,
-    accuracy: Accuracy,
+    /// Error of the sum of all impulses that a step may add, over its length, in N.
+    error_rate: f64,
     control: StepControl,
     /// Sum of the estimated errors of all accepted steps, in N s.
     impulse_error: f64,
@@ -216,7 +215,8 @@ struct Attempt {
 }
 
 impl Sector {
-    /// Filaments at the start of their motion, with their timetables.
+    /// Filaments at the start of their motion, with their timetables. Steps are the longest ones
+    /// until an error rate is [set](Self::set_error_rate).
     pub fn new(
         mut bundle: Bundle<Turning<RotaryTool>>,
         motion: BrushState,
@@ -252,14 +252,14 @@ impl Sector {
                 .up_to(accuracy.longest)
                 .down_to(SHORTEST_STEP * accuracy.longest)
                 .changing_by(STEP_CHANGE),
-            accuracy,
+            error_rate: f64::INFINITY,
             impulse_error: 0.0,
         }
     }
 
-    /// Allows another error over time; see [`Accuracy::error_rate`].
+    /// Limits the error of the sum of all impulses that a step may add, over its length, in N.
     pub fn set_error_rate(&mut self, error_rate: f64) {
-        self.accuracy.error_rate = error_rate;
+        self.error_rate = error_rate;
     }
 
     /// Estimated error of the sum of all impulses so far, in N s.
@@ -355,7 +355,7 @@ impl Sector {
             };
             let error = outcome
                 .as_ref()
-                .map(|attempt| attempt.impulse_error / (self.accuracy.error_rate * h));
+                .map(|attempt| attempt.impulse_error / (self.error_rate * h));
             let is_accepted =
                 self.control
                     .judge(self.motion.time, proposal, error.map_err(|cause| *cause))?;

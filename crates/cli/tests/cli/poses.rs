@@ -22,65 +22,6 @@ brushing_velocity_m_s = 10.0
 const DEPTH: &str = "penetration_depth_m = 1.0e-3\n";
 
 #[test]
-fn the_filaments_along_a_trim_are_in_a_file() {
-    let directory = Workspace::with(&file("tilt_rad = 0.02\npositions = 3", DEPTH));
-    let said = directory.told("simulate case.toml --out one --figures svg");
-    assert!(said.contains("positions.csv"), "{said}");
-    assert!(
-        directory
-            .read("one/positions.csv")
-            .starts_with("position_m,weight,")
-    );
-    let [positions, weights, forces] = ["position_m", "weight", "tool_contact_normal_force_n"]
-        .map(|key| directory.column("one/positions.csv", key));
-    assert_eq!(positions, [positions[0], 0.0, -positions[0]]);
-    let mean: f64 = weights
-        .iter()
-        .zip(forces)
-        .map(|(weight, force)| weight * force)
-        .sum();
-    let whole = directory.number("one/metrics.json", "tool_contact_normal_force_n");
-    assert!((mean / whole - 1.0).abs() < 1e-12, "{mean} {whole}");
-    let case: Value = directory.json("one/case.json");
-    assert!(case["sha256"]["positions.csv"].is_string());
-
-    // Both views, the trim, and the heights.
-    let drawn = directory.read("one/figures/profile_drawn.svg");
-    has(
-        &drawn,
-        &["along the axis", "from the side", "undeformed trim"],
-    );
-    let history = directory.read("one/figures/history.svg");
-    has(
-        &history,
-        &["tip in mm", "root in mm", "tip and root: their heights"],
-    );
-    directory.run("plot one --out again --figures svg");
-    for name in ["profile_drawn.svg", "history.svg"] {
-        assert_eq!(
-            directory.read(&format!("again/figures/{name}")),
-            directory.read(&format!("one/figures/{name}"))
-        );
-    }
-
-    // A tool whose filaments are alike has none, nor these views.
-    directory.write("case.toml", file("", DEPTH));
-    directory.run("simulate case.toml --out one --figures svg");
-    assert!(!directory.path("one/positions.csv").exists());
-    assert!(
-        !directory
-            .read("one/figures/history.svg")
-            .contains("root in mm")
-    );
-    assert!(
-        !directory
-            .read("one/figures/profile_drawn.svg")
-            .contains("from the side")
-    );
-}
-
-/// A resumed study has the page of an uninterrupted one also where filaments differ along the trim.
-#[test]
 fn the_page_of_a_cup_has_both_views() {
     let cup = file("kind = \"cup\"\ntilt_rad = 1.5\npositions = 3", DEPTH);
     let directory = Workspace::with(&format!(
