@@ -115,10 +115,11 @@ class Filament:
         bends = np.array([function.deriv(2)(points) for function in functions])
         mass = weights * self._masses_per_length(self.length_m * points)
         stiffness = weights * self._bending_stiffnesses(self.length_m * points)
-        factor = np.linalg.cholesky((values * mass) @ values.T)
-        bends = np.linalg.solve(factor, bends)
-        squares = np.linalg.eigvalsh((bends * stiffness) @ bends.T)
-        return 2 * self.damping_ratio / math.sqrt(squares[0] / self.length_m**4)
+        # The largest eigenvalue, 1/Ω_1², is known to rounding; the smallest would not be.
+        factor = np.linalg.cholesky((bends * stiffness) @ bends.T)
+        values = np.linalg.solve(factor, values)
+        squared_times = np.linalg.eigvalsh((values * mass) @ values.T)
+        return 2 * self.damping_ratio * math.sqrt(squared_times[-1]) * self.length_m**2
 
     @property
     def dampings_n_m_s(self) -> list[float]:
