@@ -31,6 +31,8 @@ TAIL_ANGLE_RAD = 0.15
 # Between filaments: the default, and Hertz's value E/(4 (1 − ν²)) with ν = 0.4.
 LINE_STIFFNESS_N_M2, HERTZ_STIFFNESS_N_M2 = 6e7, 9e8
 
+# Number of segments up to which each node presses with the whole stiffness.
+WHOLE_STIFFNESS_SEGMENTS = 25
 # A convex arc with a radius of at least so many segments is a face.
 SEGMENTS_OF_FACE = 5
 # Turns in which the filament touches all the time, at most.
@@ -54,16 +56,18 @@ class State:
 
 @dataclass(frozen=True)
 class Filament:
-    """A filament of the paper's diameter; straight and uniform unless told."""
+    """The paper's filament unless told; straight and uniform."""
 
     segments: int = 25
     length_m: float = LENGTH_M
+    diameter_m: float = DIAMETER_M
     tip_diameter_m: float = DIAMETER_M
+    density_kg_m3: float = DENSITY_KG_M3
+    youngs_modulus_pa: float = YOUNGS_MODULUS_PA
+    damping_ratio: float = DAMPING_RATIO
     waviness_amplitude_m: float = 0.0
     waviness_length_m: float = 0.020
     waviness_phase_rad: float = 0.0
-    youngs_modulus_pa: float = YOUNGS_MODULUS_PA
-    damping_ratio: float = DAMPING_RATIO
 
     @property
     def segment_m(self) -> float:
@@ -72,7 +76,8 @@ class Filament:
 
     def _diameters_m(self, arc_lengths: np.ndarray) -> np.ndarray:
         """Returns the diameters, which are linear from the root to the tip."""
-        return DIAMETER_M + (self.tip_diameter_m - DIAMETER_M) * arc_lengths / self.length_m
+        taper = self.tip_diameter_m - self.diameter_m
+        return self.diameter_m + taper * arc_lengths / self.length_m
 
     def _bending_stiffnesses(self, arc_lengths: np.ndarray) -> np.ndarray:
         """Returns E I in N m²."""
@@ -80,7 +85,11 @@ class Filament:
 
     def _masses_per_length(self, arc_lengths: np.ndarray) -> np.ndarray:
         """Returns ρ A in kg/m."""
-        return DENSITY_KG_M3 * math.pi * self._diameters_m(arc_lengths) ** 2 / 4
+        return self.density_kg_m3 * math.pi * self._diameters_m(arc_lengths) ** 2 / 4
+
+    def contact_share(self, node: int) -> float:
+        """Returns the share of the contact stiffness of a node, which is 1 at the tip."""
+        return 1.0 if node == self.segments else min(1.0, WHOLE_STIFFNESS_SEGMENTS / self.segments)
 
     @property
     def masses_kg(self) -> list[float]:
@@ -257,6 +266,7 @@ class Case:
     brush: Brush = ALONE
     tool: Tool = Tool()
     lateral_tilt_rad: float = 0.0
+    contact_stiffness_n_m: float = CONTACT_STIFFNESS_N_M
 
     @property
     def label(self) -> str:
@@ -363,10 +373,10 @@ class Case:
             keys = ("kind", "filament_angle_rad", "tilt_rad", "skew_rad", "positions")
             tool |= {key: getattr(self.tool, key) for key in keys}
         keys = ("segments", "length_m", "youngs_modulus_pa", "damping_ratio")
+        keys += ("diameter_m", "density_kg_m3")
         filament = {key: getattr(self.filament, key) for key in keys}
-        filament |= {"diameter_m": DIAMETER_M, "density_kg_m3": DENSITY_KG_M3}
         contact = {
-            "stiffness_n_m": CONTACT_STIFFNESS_N_M,
+            "stiffness_n_m": self.contact_stiffness_n_m,
             "friction_coefficient": self.friction_coefficient,
             "friction_regularisation_m_s": REGULARISATION_M_S,
         }
@@ -492,6 +502,18 @@ def calibration() -> list[Case]:
     return [Case("plane", *process, 0.15, filament) for process in processes]
 
 
+def segments() -> list[Case]:
+    """Returns soft contacts and wires with chains of more than 25 segments."""
+    wire = Filament(50, 0.03, 0.3e-3, 0.3e-3, 7850.0, 2.06e11)
+    soft = {"contact_stiffness_n_m": 1e3}
+    return [
+        Case("soft", 30.0, 4e-3, 0.2, Filament(25), **soft),
+        Case("soft", 30.0, 4e-3, 0.2, Filament(50), **soft),
+        Case("wire", 10.0, 1e-3, 0.2, wire),
+        Case("soft wire", 10.0, 2e-3, 0.2, wire, **soft),
+    ]
+
+
 def row() -> list[Case]:
     """Returns planar rows of filaments that touch each other."""
     three = Brush(3)
@@ -607,6 +629,7 @@ GROUPS = {
     "profiles": Group(profiles(), 1e-11, OVER_EDGES, True),
     "sliding": Group(sliding(), 1e-11, (*OVER_EDGES, *SLIDING, *EDGE_ANGLES)),
     "calibration": Group(calibration(), 1e-11, (NORMAL, IMPULSE_X)),
+    "segments": Group(segments(), 1e-11, (NORMAL, IMPULSE_X, WORK), True),
     "row": Group(row(), 1e-12, (NORMAL, IMPULSE_X, WORK), True),
     "space": Group(space(), 1e-11, (NORMAL, IMPULSE_X, IMPULSE_Y, IMPULSE_Z, WORK), True),
     "poses": Group(poses(), 1e-11, (NORMAL, IMPULSE_X, IMPULSE_Y, IMPULSE_Z, ANGULAR, WORK)),

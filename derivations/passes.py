@@ -40,7 +40,7 @@ import files
 import motion
 import numpy as np
 import scipy
-from cases import CONTACT_STIFFNESS_N_M, GROUPS, NORMAL, RIGHT, Case, Filament, Group
+from cases import GROUPS, NORMAL, RIGHT, Case, Filament, Group
 from files import relative_differences, rounded
 from motion import RATE_UNIT_RAD_S, Window, velocity_of
 from scipy.optimize import minimize
@@ -291,8 +291,8 @@ class Equations(motion.Equations):
         ]
         symbols, contacts = [], []
         for each in chains:
-            axis, of_contact = case.tool.pose[:, 2], self._workpiece.symbols()
-            contact = Contact(each.nodes, each.velocities, axis, case.friction_coefficient)
+            of_contact = self._workpiece.symbols()
+            contact = Contact(case, each.nodes, each.velocities)
             self._workpiece.press(contact, each.nodes, time, of_contact)
             contacts.append(contact)
             symbols += of_contact
@@ -368,7 +368,8 @@ class Statics:
             spread += h**2 / 12 * squared_distance(direction)
             centrifugal += mass / 2 * case.rate_rad_s**2 * spread
             depth = casadi.fmax(0, height - at_rest.nodes[1, k + 1])
-            stored += CONTACT_STIFFNESS_N_M / 2 * depth**2
+            share = case.filament.contact_share(k + 1)
+            stored += share * case.contact_stiffness_n_m / 2 * depth**2
         potential = at_rest.springs - centrifugal + stored
         hessian, gradient = casadi.hessian(potential, instant[1])
         results = [potential, gradient, hessian]
@@ -672,7 +673,7 @@ def of_tool(case: Case, group: Group, tolerance: float) -> dict[str, object]:
 ENTRY_OF = {
     **dict.fromkeys(("contacts_cvodes", "calibration"), of_tool),
     **dict.fromkeys(("edges", "profiles", "sliding"), over_profiles),
-    **dict.fromkeys(("row", "space"), of_brush),
+    **dict.fromkeys(("segments", "row", "space"), of_brush),
     "poses": of_trim,
 }
 
@@ -691,7 +692,7 @@ def flat_cup(case: Case) -> dict[str, object]:
     """Returns the force on a filament of a cup that is pressed flat, without friction."""
     _, nodes = Statics(case, 0.0).equilibrium(case.height_m)
     depth = float(np.sum(np.maximum(0.0, case.height_m - nodes[1:, 1])))
-    force = {"force_n": rounded(CONTACT_STIFFNESS_N_M * depth)}
+    force = {"force_n": rounded(case.contact_stiffness_n_m * depth)}
     return {**case.process, "segments": case.filament.segments, **force}
 
 

@@ -290,13 +290,6 @@ def direction_about_z(phi: SX, theta: SX) -> SX:
     )
 
 
-def direction_about_x(phi: SX, theta: SX) -> SX:
-    """e for the polar angle φ from x and the azimuth θ about x."""
-    return casadi.vertcat(
-        casadi.cos(phi), casadi.sin(phi) * casadi.cos(theta), casadi.sin(phi) * casadi.sin(theta)
-    )
-
-
 def direction_near_plane(depression: SX, theta: SX) -> SX:
     """e for the polar angle φ = π/2 + ψ from z, whose sine is exactly 1 at ψ = 0."""
     return casadi.vertcat(
@@ -946,30 +939,6 @@ def joint_to_clamp(symbols: Symbols, relaxed: SX, following: Segment) -> Joint:
     )
 
 
-def joint_about_x() -> Joint:
-    """A joint between two segments with the polar axis x."""
-    pair = Pair.new(Motion.SPATIAL, direction_about_x)
-    (_, sine), (_, cosine) = elements = sine_and_cosine("relaxed", pair.relaxed_angle)
-    doc = "sin κ, cos κ, with the relaxed angle κ"
-    angles = [pair.inner.trigonometry("previous"), pair.outer.trigonometry("next")]
-    angles += [pair.azimuth_step(), Argument("relaxed_turn", doc, elements)]
-    return pair.joint(angles, turned(pair.inner.sides[0], sine, cosine), pair.outer.sides[0])
-
-
-def crossed_joint() -> Joint:
-    """A joint between a segment with the polar axis z, outside, and one with the polar axis x.
-
-    With the segment about z inside, κ changes its sign.
-    """
-    symbols = Symbols()
-    about_z = Segment.new(symbols, Motion.SPATIAL, "z")
-    about_x = Segment.new(symbols, Motion.SPATIAL, "x", direction_about_x)
-    pair = Pair(symbols, about_z, about_x)
-    angles = [about_z.trigonometry("z_angles"), about_x.trigonometry("x_angles")]
-    angles.append(unbent_azimuth(about_z, pair.relaxed_angle))
-    return pair.joint(angles, about_x.sides[0], about_z.turned(-pair.relaxed_angle))
-
-
 def torques_kernel(
     name: str,
     summary: str,
@@ -1092,41 +1061,6 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
             [*energy.arguments, rate],
             [*energy.energies(), Result.scalar("power", power_doc, "W", power)],
         ),
-    ]
-
-
-def joint_about_x_kernels() -> list[Derived]:
-    """`joint_about_x`, `joint_about_x_tangent`."""
-    return [
-        torques_kernel(
-            "joint_about_x",
-            "Torques of a joint, as in [`joint`], between two segments whose polar axis is x: "
-            "`e = (cos φ, sin φ cos θ, sin φ sin θ)`.",
-            joint_about_x(),
-            [("previous", "previous segment"), ("next", "next segment")],
-        ),
-        tangent_kernel("joint_about_x", "such a joint", joint_about_x(), BLOCKS),
-    ]
-
-
-def crossed_joint_kernels() -> list[Derived]:
-    """`crossed_joint`, `crossed_joint_tangent`."""
-    blocks = [
-        ("z_z", "segment about z along its `q̈`"),
-        ("z_x", "segment about z along the other one's `q̈`"),
-        ("x_z", "segment about x along the other one's `q̈`"),
-        ("x_x", "segment about x along its `q̈`"),
-    ]
-    return [
-        torques_kernel(
-            "crossed_joint",
-            "Torques of a joint, as in [`joint`], between a segment whose polar axis is z and one "
-            "whose polar\naxis is x: `e = (sin φ cos θ, sin φ sin θ, cos φ)` and "
-            "`e = (cos φ, sin φ cos θ, sin φ sin θ)`.",
-            crossed_joint(),
-            [("z", "segment about z"), ("x", "segment about x")],
-        ),
-        tangent_kernel("crossed_joint", "a crossed joint", crossed_joint(), blocks),
     ]
 
 
@@ -1371,8 +1305,6 @@ def solver_kernels() -> list[Derived]:
 
     return [
         *of_motion(Motion.SPATIAL),
-        *joint_about_x_kernels(),
-        *crossed_joint_kernels(),
         rigid_rates_kernel(),
         *of_motion(Motion.PLANAR),
         lateral_segment_kernel(),

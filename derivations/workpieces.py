@@ -19,7 +19,6 @@ from itertools import pairwise
 import casadi
 import numpy as np
 from cases import (
-    CONTACT_STIFFNESS_N_M,
     EDGE_ANGLES,
     NORMAL,
     REGULARISATION_M_S,
@@ -78,17 +77,22 @@ def tangential(velocity: casadi.SX, normal: casadi.SX) -> casadi.SX:
 class Contact:
     """Contacts of one filament with the workpiece: forces on its nodes, and rates of integrals.
 
-    Nodes and their velocities are columns. Angular impulses are those about `axis`.
+    Nodes and their velocities are columns. Angular impulses are those about the tool's axis.
     """
 
-    def __init__(
-        self, nodes: casadi.SX, velocities: casadi.SX, axis: np.ndarray, coefficient: float
-    ) -> None:
-        self._nodes, self._velocities = nodes, velocities
-        self._axis, self._coefficient = casadi.DM(axis), coefficient
+    def __init__(self, case: Case, nodes: casadi.SX, velocities: casadi.SX) -> None:
+        self._case, self._nodes, self._velocities = case, nodes, velocities
+        self._axis = casadi.DM(case.tool.pose[:, 2])
         self.on_nodes = casadi.SX.zeros(*nodes.shape)
         self.pressure, self.on_edges, self.force = 0, 0, casadi.SX.zeros(3)
         self._work, self._angular, self._sliding, self._angles = 0, 0, [0, 0], [0, 0]
+
+    def press_node(
+        self, node: int, gap: casadi.SX, normal: casadi.SX, active: casadi.SX
+    ) -> None:
+        """Adds a node on a face."""
+        share = self._case.filament.contact_share(node)
+        self.press(at_node(self._case.filament.segments, node), gap, normal, share * active)
 
     def press(
         self,
@@ -99,14 +103,15 @@ class Contact:
         is_edge: bool = False,
         bisector: np.ndarray | None = None,
     ) -> None:
-        """Adds a point, which is the mean of the nodes with these weights.
+        """Adds a point, which is the mean of the nodes with these weights, if `active` is not zero.
 
         The angle of the normal from the bisector of the faces is positive towards the face that
         filaments meet last: clockwise, as the body turns counter-clockwise above the workpiece.
         """
         point, velocity = self._nodes @ weights, self._velocities @ weights
-        pressure, sliding = -active * CONTACT_STIFFNESS_N_M * gap, tangential(velocity, normal)
-        rubbing = friction(self._coefficient, pressure, sliding)
+        pressure = -active * self._case.contact_stiffness_n_m * gap
+        sliding = tangential(velocity, normal)
+        rubbing = friction(self._case.friction_coefficient, pressure, sliding)
         force = pressure * normal + rubbing
         self.on_nodes += force @ weights.T
         self.pressure, self.force = self.pressure + pressure, self.force + force
@@ -175,7 +180,7 @@ class Face:
         """Adds the nodes."""
         for k in range(self._n):
             gap, normal = self._gap(time, nodes[:, k + 1])
-            contact.press(at_node(self._n, k + 1), gap, normal, symbols[0][k])
+            contact.press_node(k + 1, gap, normal, symbols[0][k])
 
     def parameters(self, active: np.ndarray) -> np.ndarray:
         """Returns the active set as the equations take it."""
@@ -260,8 +265,7 @@ class FacesAndArcs:
         for k in range(self._n):
             normal = of_nodes[1:3, k]
             gap = casadi.dot(nodes[:2, k + 1], normal) - of_nodes[3, k]
-            weights = at_node(self._n, k + 1)
-            contact.press(weights, gap, in_space(normal), of_nodes[0, k])
+            contact.press_node(k + 1, gap, in_space(normal), of_nodes[0, k])
         for i in range(self.edge_count):
             active, is_node, at_segment = of_arcs[0, i], of_arcs[1, i], of_arcs[2:, i]
             centre = casadi.SX(self._centres[i])
@@ -425,11 +429,13 @@ class Spline:
         size, feet = 1 + 2 * (self._degree + 1), self._n + self.edge_count
         for i, column in enumerate(casadi.horzsplit(symbols[0])):
             active, polynomial, at_segment = casadi.vertsplit(column, [0, 1, size, size + self._n])
+            if i < self._n:
+                contact.press_node(i + 1, *self._foot(nodes[:2, i + 1], polynomial), active)
+                continue
             if i < feet:
                 weights = on_segment(at_segment, casadi.SX(1.0))
-                weights = at_node(self._n, i + 1) if i < self._n else weights
                 gap, normal = self._foot(nodes[:2, :] @ weights, polynomial)
-                contact.press(weights, gap, normal, active, i >= self._n)
+                contact.press(weights, gap, normal, active, True)
                 continue
             inner, outer = nodes[:2, :-1] @ at_segment, nodes[:2, 1:] @ at_segment
             # Where no segment is chosen, any direction is a finite one.

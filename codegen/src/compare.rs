@@ -296,13 +296,7 @@ const VARIATION: &str = "phi_variation";
 /// clamp vectors, positive constants.
 fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
     let symbols = kernel.graph.symbols();
-    // Off the x axis, where the second chart has its poles, if there is a segment in it.
-    let crossed = symbols.iter().any(|symbol| symbol.name == "phi_x");
-    let azimuth = if crossed {
-        0.5 * PI + symmetric(0.5, rng)
-    } else {
-        symmetric(PI, rng)
-    };
+    let azimuth = symmetric(PI, rng);
     let polar = if is_planar(kernel) {
         0.5 * PI
     } else {
@@ -313,7 +307,6 @@ fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
     let relaxed = if bend[1] > 0.0 { RELAXED } else { 0.0 };
     let clamp = clamp_vectors(angles, symmetric(relaxed, rng), rng);
     let mut relaxed_angles = BTreeMap::new();
-    let mut second_azimuth = 0.0;
     let mut values = Vec::with_capacity(symbols.len());
     for symbol in symbols {
         let name = symbol.name.as_str();
@@ -325,19 +318,6 @@ fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
         };
         let value = if let Some(component) = clamp.iter().find_map(component) {
             component
-        } else if name == "phi_x" {
-            // The same walk as in the first chart, in the coordinates of the second, to the inner
-            // side of the joint.
-            angles[1] -= relaxed_angles.values().sum::<f64>();
-            angles = [
-                bent(angles, 0, bend, crossed, rng),
-                bent(angles, 1, bend, crossed, rng),
-            ];
-            let [x, y, z] = direction(angles);
-            second_azimuth = z.atan2(y);
-            x.acos()
-        } else if name == "theta_x" {
-            second_azimuth
         } else if let Some(joint) = name.strip_prefix("relaxed_angle") {
             let angle = symmetric(relaxed, rng);
             relaxed_angles.insert(joint.to_owned(), angle);
@@ -348,7 +328,7 @@ fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
                 angles[1] += relaxed_angles.get(joint).copied().unwrap_or(0.0);
             }
             let coordinate = usize::from(!name.starts_with("phi"));
-            angles[coordinate] = bent(angles, coordinate, bend, crossed, rng);
+            angles[coordinate] = bent(angles, coordinate, bend, rng);
             angles[coordinate]
         } else if POSITIVE.iter().any(|word| name.ends_with(word)) {
             0.5 + 1.5 * rng.f64()
@@ -367,23 +347,11 @@ fn symmetric(size: f64, rng: &mut Rng) -> f64 {
 /// Below this a sine is close to that of a pole.
 const LEAST_SINE: f64 = 0.4;
 
-/// A coordinate of `angles`, changed by a bend, the other way where it would come close to a pole
-/// of `z` or, if some segment is in the second chart, of `x`.
-fn bent(
-    angles: [f64; 2],
-    coordinate: usize,
-    [least, most]: [f64; 2],
-    crossed: bool,
-    rng: &mut Rng,
-) -> f64 {
+/// A coordinate of `angles`, changed by a bend, the other way where it would come close to a pole.
+fn bent(angles: [f64; 2], coordinate: usize, [least, most]: [f64; 2], rng: &mut Rng) -> f64 {
     let bend = symmetric(most - least, rng);
     let (angle, step) = (angles[coordinate], bend + least.copysign(bend));
-    let distance = match coordinate {
-        0 => (angle + step).sin(),
-        _ if crossed => (angle + step).sin().abs(),
-        _ => 1.0,
-    };
-    if distance < LEAST_SINE {
+    if coordinate == 0 && (angle + step).sin() < LEAST_SINE {
         angle - step
     } else {
         angle + step
@@ -533,59 +501,33 @@ mod tests {
         );
     }
 
-    /// The joint angle of each of many states, whichever charts its sides are in.
+    /// The joint angle of each of many states.
     #[test]
     fn joints_are_straight_slightly_and_strongly_bent_and_never_near_the_fold() {
         let kernels = kernels().expect("the derivation is sound");
-        for (kernel, labels) in [
-            ("joint", ["previous", "next"]),
-            ("crossed_joint", ["z", "x"]),
-        ] {
-            let kernel = kernels
-                .iter()
-                .find(|other| other.name == kernel)
-                .expect("it is derived");
-            let symbols = kernel.graph.symbols();
-            let mut rng = Rng::with_seed(4);
-            for (bend, [least, most]) in
-                BENDS
-                    .into_iter()
-                    .zip([[0.0, 1e-7], [1e-6, 0.08], [1e-6, 0.5], [1e-6, 1.8]])
-            {
-                for _ in 0..1000 {
-                    let point = random_point(kernel, bend, &mut rng);
-                    let at = |name: String| {
-                        let symbol = symbols.iter().position(|symbol| symbol.name == name);
-                        point[symbol.expect("it is a symbol of the kernel")]
-                    };
-                    // The outer side of a crossed joint is that about z.
-                    let outer_label = if labels[1] == "x" {
-                        labels[0]
-                    } else {
-                        labels[1]
-                    };
-                    let [inner, mut outer] = labels.map(|label| {
-                        let relaxed = if label == outer_label {
-                            at("relaxed_angle".into())
-                        } else {
-                            0.0
-                        };
-                        direction([
-                            at(format!("phi_{label}")),
-                            at(format!("theta_{label}")) - relaxed,
-                        ])
-                    });
-                    if labels[1] == "x" {
-                        outer = [outer[2], outer[0], outer[1]];
-                    }
-                    let cosine: f64 = inner.iter().zip(outer).map(|(a, b)| a * b).sum();
-                    let angle = cosine.min(1.0).acos();
-                    assert!(
-                        (least..=most).contains(&angle) || angle < 1e-6 && least < 1e-5,
-                        "{bend:?}: {angle}"
-                    );
-                    assert!(at(format!("phi_{}", labels[1])).sin() > 0.3);
-                }
+        let mut kernels = kernels.iter();
+        let kernel = kernels.find(|kernel| kernel.name == "joint");
+        let kernel = kernel.expect("it is derived");
+        let symbols = kernel.graph.symbols();
+        let mut rng = Rng::with_seed(4);
+        let expected = [[0.0, 1e-7], [1e-6, 0.08], [1e-6, 0.5], [1e-6, 1.8]];
+        for (bend, [least, most]) in BENDS.into_iter().zip(expected) {
+            for _ in 0..1000 {
+                let point = random_point(kernel, bend, &mut rng);
+                let at = |name: &str| {
+                    let symbol = symbols.iter().position(|symbol| symbol.name == name);
+                    point[symbol.expect("it is a symbol of the kernel")]
+                };
+                let inner = direction([at("phi_previous"), at("theta_previous")]);
+                let azimuth = at("theta_next") - at("relaxed_angle");
+                let outer = direction([at("phi_next"), azimuth]);
+                let cosine: f64 = inner.iter().zip(outer).map(|(a, b)| a * b).sum();
+                let angle = cosine.min(1.0).acos();
+                assert!(
+                    (least..=most).contains(&angle) || angle < 1e-6 && least < 1e-5,
+                    "{bend:?}: {angle}"
+                );
+                assert!(at("phi_next").sin() > 0.3);
             }
         }
     }

@@ -15,6 +15,7 @@ Names are those of the input file (``docs/input.md``) and of the result files
   `ContactMetrics`, `Statistics`, `Table`, `Tool`, `SimulationError`, `ResultWarning`
 - Filaments that touch each other: `brush`, `Brush`, `Frames`, `BrushMetrics`
 - Many cases: `study`, `Study`, `Advice`; on clusters, the module `bristle.distributed`
+- Numbers of segments and tolerances that are enough: `converge`, `Convergence`
 - Settings from measured forces, or from the radii of an edge: `calibrate`, `Calibration`
 - Edges that grow round, and filaments that wear: `remove`, `Removal`
 - Equations of motion: `accelerations`, `evaluate`, `Evaluation`, `derive`
@@ -24,6 +25,7 @@ from bristle._bristle import __version__
 from bristle._brush import Brush, Frames, brush
 from bristle._calibration import Calibration, calibrate
 from bristle._contact import Contact, Shapes, simulate
+from bristle._convergence import Convergence, converge
 from bristle._equations import (
     Evaluation,
     accelerations,
@@ -66,6 +68,8 @@ __all__ = [
     "study",
     "Study",
     "Advice",
+    "converge",
+    "Convergence",
     "calibrate",
     "Calibration",
     "remove",

@@ -21,6 +21,7 @@ __all__ = [
     "accelerations",
     "brush",
     "calibrate",
+    "converge",
     "derive",
     "evaluate",
     "paper",
@@ -135,6 +136,9 @@ def calibrate(
     reach: tuple[float | None, float | None],
     means: tuple[int | None, str | None],
     tell: TellShare | None,
+) -> tuple[str, str]: ...
+def converge(
+    input: Input, means: tuple[int | None, str | None], tell: TellShare | None
 ) -> tuple[str, str]: ...
 def remove(
     input: Input, means: tuple[int | None, str | None], tell: TellShare | None

@@ -82,6 +82,14 @@ class ContactMetrics(TypedDict):
     peak_contact_normal_force_n: float
     """Peak contact normal force, max F_n in N: largest force of all nodes together."""
 
+    max_penetration_m: float
+    """Largest penetration in m: largest penetration of a node or an edge; the contact
+    is stiff as long as this is small against a_e and d."""
+
+    contact_nodes: int
+    """Nodes in contact: number of outer nodes among which are all that touched a face:
+    1 if only the tip did."""
+
     max_tip_deflection_m: float
     """Largest tip deflection, s_n,max in m: largest distance of the tip from the
     undeformed filament."""

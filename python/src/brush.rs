@@ -91,10 +91,14 @@ impl SimulatedBrush {
 
     /// What the program warns of.
     fn warnings(&self) -> Vec<String> {
-        warnings::of_brush(&self.settings, &Interaction::of(&self.result))
-            .iter()
-            .map(Warning::plain)
-            .collect()
+        warnings::of_brush(
+            &self.settings,
+            &self.result.tool,
+            &Interaction::of(&self.result),
+        )
+        .iter()
+        .map(Warning::plain)
+        .collect()
     }
 
     /// The columns of `filaments.csv`, and their units.

@@ -8,6 +8,7 @@ mod arrays;
 mod brush;
 mod calibration;
 mod contact;
+mod convergence;
 mod distributed;
 mod equations;
 mod error;
@@ -38,6 +39,7 @@ fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(contact::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(brush::brush, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
+    module.add_function(wrap_pyfunction!(convergence::converge, module)?)?;
     module.add_function(wrap_pyfunction!(removal::remove, module)?)?;
     module.add_function(wrap_pyfunction!(equations::accelerations, module)?)?;
     module.add_function(wrap_pyfunction!(equations::evaluate, module)?)?;

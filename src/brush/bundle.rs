@@ -6,7 +6,6 @@
 //! of others on its own. Sums have an order of their own, so that results do not depend on the
 //! number of threads.
 
-use std::borrow::Cow;
 use std::ops::AddAssign;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -18,7 +17,9 @@ use super::presses::PressLaw;
 use super::pressing::{Pair, Pressing};
 use super::shortcuts::Shortcuts;
 use super::team;
-use crate::equations::{ChainDynamics, LANES, LaneSet, Lanes, Lanewise, PolarAxis, Real};
+use crate::equations::{
+    ChainDynamics, LANES, LaneSet, Lanes, Lanewise, PolarAxis, Real, better_chart,
+};
 use crate::simulation::{ContactSum, Filament, Form};
 use crate::tool::ClampMotion;
 use crate::workpiece::Part;
@@ -92,7 +93,7 @@ pub struct Bundle<M> {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GroupState {
-    charts: Vec<PolarAxis>,
+    chart: PolarAxis,
     activity: Activity,
 }
 
@@ -319,11 +320,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         } = self;
         let mut any = false;
         for group in groups.iter_mut().filter(|group| !group.is_asleep()) {
-            let turns = group
-                .equations
-                .charts()
-                .iter()
-                .all(|chart| *chart == PolarAxis::Z);
+            let turns = group.equations.chart() == PolarAxis::Z;
             if !turns || !group.is_past(filaments, motion.time, *rate) {
                 continue;
             }
@@ -393,18 +390,15 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         self.place(motion, |_| true);
     }
 
-    /// The charts of the coordinates, group by group.
-    pub fn charts(&self) -> Vec<PolarAxis> {
-        self.groups
-            .iter()
-            .flat_map(|group| group.equations.charts().iter().copied())
-            .collect()
+    /// The chart of the coordinates of a group.
+    pub fn chart(&self, group: usize) -> PolarAxis {
+        self.groups[group].equations.chart()
     }
 
     /// What each group does, for [`Bundle::restore`].
     pub fn states(&self) -> Vec<GroupState> {
         let state = |group: &Group| GroupState {
-            charts: group.equations.charts().to_vec(),
+            chart: group.equations.chart(),
             activity: if group.is_asleep() {
                 group.activity
             } else {
@@ -417,13 +411,13 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// Lets each group do what it did. `None` if the states are not those of such a bundle.
     pub fn restore(&mut self, states: Vec<GroupState>) -> Option<()> {
         let fits = |(group, state): (&Group, &GroupState)| {
-            state.charts.len() == group.equations.charts().len()
+            state.chart == PolarAxis::Z || group.equations.chain().is_relaxed_straight()
         };
         if states.len() != self.groups.len() || !self.groups.iter().zip(&states).all(fits) {
             return None;
         }
-        for (group, GroupState { charts, activity }) in self.groups.iter_mut().zip(states) {
-            group.equations.set_charts(&charts);
+        for (group, GroupState { chart, activity }) in self.groups.iter_mut().zip(states) {
+            group.equations.set_chart(chart);
             group.activity = activity;
             if activity == Activity::Left {
                 self.candidates.leave_out(group.index);
@@ -451,58 +445,40 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
     }
 
-    /// Switches segments near a pole of their coordinates to their other chart, all those of a
-    /// group together, where that is better for the one that is nearest to a pole.
+    /// Lets groups with a segment near a pole take the other chart, if it is better for all segments
+    /// of all their filaments.
     fn leave_poles(&mut self, motion: &mut BrushState) {
-        /// By how much the least sine must be larger in the other chart.
-        const BETTER: f64 = 2.0;
-        /// Above this least sine, a chart is good enough.
-        const GOOD: f64 = 0.3;
         let n = self.layout.segments;
         for (index, group) in self.groups.iter_mut().enumerate() {
-            if group.equations.form() == Form::Planar || group.is_asleep() {
+            let is_asleep = group.is_asleep();
+            let equations = &mut group.equations;
+            let has_two_charts =
+                equations.form() == Form::Spatial && equations.chain().is_relaxed_straight();
+            if !has_two_charts || is_asleep {
                 continue;
             }
-            let mut charts = Cow::Borrowed(group.equations.charts());
-            for k in 0..charts.len() {
-                let (at, chart) = (index * n + k, charts[k]);
-                let sine = |lane: usize| motion.q[at][0].lane(lane).sin().abs();
-                let least = (0..LANES).map(sine).fold(f64::INFINITY, f64::min);
-                if least > GOOD {
-                    continue;
-                }
-                let turned: [_; LANES] = std::array::from_fn(|lane| {
-                    let block = |vector: &Vector| vector[at].map(|value| value.lane(lane));
-                    let blocks = [
-                        block(&motion.q),
-                        block(&motion.v),
-                        block(&motion.accelerations),
-                    ];
-                    chart.other().coordinates(chart.direction(blocks))
-                });
-                let other = turned
-                    .iter()
-                    .map(|[q, ..]| q[0].sin().abs())
-                    .fold(f64::INFINITY, f64::min);
-                if other < BETTER * least {
-                    continue;
-                }
-                for (lane, blocks) in turned.iter().enumerate() {
-                    for (vector, block) in [&mut motion.q, &mut motion.v, &mut motion.accelerations]
-                        .into_iter()
-                        .zip(blocks)
-                    {
-                        for (value, turned) in vector[at].iter_mut().zip(block) {
-                            value.set_lane(lane, *turned);
-                        }
+            let block = |vector: &Vector, (at, lane): (usize, usize)| {
+                vector[at].map(|value| value.lane(lane))
+            };
+            let places = || {
+                (index * n..(index + 1) * n).flat_map(|at| (0..LANES).map(move |lane| (at, lane)))
+            };
+            let motions = places().map(|place| {
+                [&motion.q, &motion.v, &motion.accelerations].map(|vector| block(vector, place))
+            });
+            let Some((chart, motions)) = better_chart(equations.chart(), motions) else {
+                continue;
+            };
+            for ((at, lane), blocks) in places().zip(motions) {
+                let vectors = [&mut motion.q, &mut motion.v, &mut motion.accelerations];
+                for (vector, block) in vectors.into_iter().zip(blocks) {
+                    for (value, component) in vector[at].iter_mut().zip(block) {
+                        value.set_lane(lane, component);
                     }
                 }
-                charts.to_mut()[k] = chart.other();
             }
-            if let Cow::Owned(charts) = charts {
-                group.equations.set_charts(&charts);
-                group.forget();
-            }
+            equations.set_chart(chart);
+            group.forget();
         }
     }
 
@@ -515,7 +491,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let (groups, around, forces, _) = self.parts(motion.time);
         let parts = groups.iter_mut().zip(forces.0.chunks_mut(n + 1));
         let parts = parts.filter(|(group, _)| !group.is_asleep());
-        team::for_each(parts.map(|part| (part.0.index, part)), |(group, forces)| {
+        team::for_each(parts, |(group, forces)| {
             group.meet(&around, &mut GroupField::new(group.index, n, forces));
         });
     }
@@ -571,12 +547,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(motion.by_group(n))
             .zip(nodes.by_group(n));
         let parts = parts.filter(|((group, _), _)| which(group));
-        team::for_each(
-            parts.map(|part| (part.0.0.index, part)),
-            |((group, [q, v, _]), nodes)| {
-                group.place(filaments, motion.time, [q, v], nodes);
-            },
-        );
+        team::for_each(parts, |((group, [q, v, _]), nodes)| {
+            group.place(filaments, motion.time, [q, v], nodes);
+        });
     }
 
     /// Finds where filaments press on each other, where they were placed; with `weights` also how
@@ -623,9 +596,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(motion.by_group(n))
             .zip(forces.0.chunks(n + 1).zip(linear.residual.chunks_mut(n)))
             .zip(&mut budgets);
-        let parts = parts
-            .enumerate()
-            .filter(|(_, (((group, _), _), _))| !group.is_asleep());
+        let parts = parts.filter(|(((group, _), _), _)| !group.is_asleep());
         team::for_each(parts, |(((group, state), (forces, residual)), budget)| {
             group.residual(state, forces, residual);
             let [q, v, _] = state;
@@ -715,9 +686,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(q.chunks_mut(n).zip(v.chunks_mut(n)))
             .zip(accelerations.chunks(n))
             .zip(nodes.by_group(n));
-        let parts = parts
-            .enumerate()
-            .filter(|(_, (((group, _), _), _))| group.is_open());
+        let parts = parts.filter(|(((group, _), _), _)| group.is_open());
         team::for_each(parts, |(((group, (q, v)), accelerations), nodes)| {
             stage.follow([q, v], accelerations, group.index * n);
             group.place(filaments, *time, [q, v], nodes);
@@ -736,9 +705,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(motion.by_group(n))
             .zip(forces.0.chunks_mut(n + 1))
             .zip(linear.residual.chunks_mut(n));
-        let parts = parts
-            .enumerate()
-            .filter(|(_, (((group, _), _), _))| group.is_open());
+        let parts = parts.filter(|(((group, _), _), _)| group.is_open());
         team::for_each(parts, |(((group, state), forces), residual)| {
             let mut forces = GroupField::new(group.index, n, forces);
             if group.linearise(&around, state, weights, &mut forces, residual) {
@@ -821,7 +788,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             .zip(displacements.0.chunks_mut(n + 1))
             .zip(motion.accelerations.chunks_mut(n));
         team::for_each(
-            parts.enumerate(),
+            parts,
             |(((group, corrections), displacements), accelerations)| {
                 group.correct(
                     corrections,
@@ -890,14 +857,11 @@ impl Coupled for Coupling<'_> {
             .zip(vectors)
             .zip(self.displacements.0.chunks_mut(self.segments + 1));
         let parts = parts.filter(|((group, _), _)| group.activity == Activity::Coupled);
-        team::for_each(
-            parts.map(|part| (part.0.0.index, part)),
-            |((group, (x, y)), displacements)| {
-                prepare(group.index, x, y);
-                group.equations.solve(x);
-                group.displace(x, displacements);
-            },
-        );
+        team::for_each(parts, |((group, (x, y)), displacements)| {
+            prepare(group.index, x, y);
+            group.equations.solve(x);
+            group.displace(x, displacements);
+        });
     }
 
     fn couple(
@@ -920,23 +884,20 @@ impl Coupled for Coupling<'_> {
             .zip(vectors)
             .zip(forces.0.chunks_mut(*segments + 1));
         let parts = parts.filter(|((group, _), _)| group.activity == Activity::Coupled);
-        team::for_each(
-            parts.map(|part| (part.0.0.index, part)),
-            |((group, (image, sums)), forces)| {
-                let mut forces = GroupField::new(group.index, *segments, forces);
-                forces.clear();
-                pressing.couple(group.index, displacements, &mut forces);
-                group.equations.torques(&forces.vectors()[1..], image);
-                wide(
-                    #[inline(always)]
-                    || {
-                        for block in &mut *image {
-                            *block = [block[0] * *factor, block[1] * *factor];
-                        }
-                    },
-                );
-                combine(group.index, image, sums);
-            },
-        );
+        team::for_each(parts, |((group, (image, sums)), forces)| {
+            let mut forces = GroupField::new(group.index, *segments, forces);
+            forces.clear();
+            pressing.couple(group.index, displacements, &mut forces);
+            group.equations.torques(&forces.vectors()[1..], image);
+            wide(
+                #[inline(always)]
+                || {
+                    for block in &mut *image {
+                        *block = [block[0] * *factor, block[1] * *factor];
+                    }
+                },
+            );
+            combine(group.index, image, sums);
+        });
     }
 }

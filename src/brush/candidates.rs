@@ -428,7 +428,7 @@ impl Ways {
             .zip(self.ways.chunks_mut(nodes + 2 * SPREAD))
             .zip(&mut self.farthest);
         let parts = parts.enumerate().filter(|(group, _)| moved(*group));
-        team::for_each(parts, |((((earlier, now), paths), ways), farthest)| {
+        team::for_each(parts, |(_, ((((earlier, now), paths), ways), farthest))| {
             wide(
                 #[inline(always)]
                 || {
@@ -484,7 +484,7 @@ fn copy_filaments(
         .enumerate();
     team::for_each(
         parts.filter(|(group, _)| groups(*group)),
-        |(positions, nodes)| {
+        |(_, (positions, nodes))| {
             wide(
                 #[inline(always)]
                 || {

@@ -77,12 +77,7 @@ impl Division<'_> {
             .zip(others)
             .enumerate()
             .filter(|(group, _)| self.coupled[*group]);
-        team::for_each(
-            parts.map(|(group, part)| (group, (group, part))),
-            |(group, (part, other))| {
-                work(group, part, other);
-            },
-        );
+        team::for_each(parts, |(group, (part, other))| work(group, part, other));
     }
 
     /// The sum over the coupled groups of their `index`-th sums.

@@ -144,6 +144,10 @@ pub struct WorkpieceLoad {
     /// The deepest penetration of its possible contacts in m; negative where there is none. Not
     /// known far from the workpiece: minus infinity.
     pub pressing: f64,
+    /// The deepest penetration of a contact that presses, in m.
+    pub penetration: f64,
+    /// Number of outer nodes among which are all that press on a face.
+    pub contact_nodes: usize,
     /// The deepest penetration of an edge in m.
     pub edge_penetration: f64,
     /// The edge that is worked on most.
@@ -461,6 +465,8 @@ impl Group {
                     load.sum += sum;
                     load.energy += filament.law.stored_energy(&touch.approach);
                     load.moving_power += dot(sum.force, clearance.workpiece_velocity);
+                    load.penetration = load.penetration.max(touch.approach.penetration);
+                    load.contact_nodes = load.contact_nodes.max(n.saturating_sub(contact));
                     if touch.on_edge.is_some() {
                         load.edge_penetration =
                             load.edge_penetration.max(touch.approach.penetration);

@@ -13,12 +13,9 @@ fn fill<const D: usize>(
     incoming: &[Vec<[u32; 2]>],
 ) {
     let groups = all.iter_mut().zip(incoming).enumerate();
-    team::for_each(
-        groups.map(|(group, part)| (group, (group, part))),
-        |(group, (of_group, incoming))| {
-            of_group.fill(group, tangents, incoming);
-        },
-    );
+    team::for_each(groups, |(group, (of_group, incoming))| {
+        of_group.fill(group, tangents, incoming);
+    });
 }
 
 /// A press, with both filaments: that of the point first.
@@ -174,32 +171,29 @@ impl Pressing {
             .zip(&mut *presses)
             .zip(&*earlier)
             .zip(&mut *tangents);
-        team::for_each(
-            parts.enumerate(),
-            |(((watched, presses), earlier), tangents)| {
-                presses.clear();
-                // Friction alone follows what was there.
-                let mut earlier = earlier.iter().filter(|_| law.friction > 0.0).peekable();
-                watched.for_each_near(|filaments, near| {
-                    let mut press = Press::new(law, near, layout.part_length(filaments[0]), nodes);
-                    let key = (filaments, near.key());
-                    while earlier
-                        .next_if(|(filaments, before)| (*filaments, before.near.key()) < key)
-                        .is_some()
-                    {}
-                    let before = earlier
-                        .next_if(|(filaments, before)| (*filaments, before.near.key()) == key);
-                    before
-                        .into_iter()
-                        .for_each(|(_, before)| press.follow(before));
-                    presses.push((filaments, press));
-                });
-                tangents.clear();
-                if let Some(weights) = weights {
-                    tangents.extend(presses.iter().map(|(_, press)| press.tangent(law, weights)));
-                }
-            },
-        );
+        team::for_each(parts, |(((watched, presses), earlier), tangents)| {
+            presses.clear();
+            // Friction alone follows what was there.
+            let mut earlier = earlier.iter().filter(|_| law.friction > 0.0).peekable();
+            watched.for_each_near(|filaments, near| {
+                let mut press = Press::new(law, near, layout.part_length(filaments[0]), nodes);
+                let key = (filaments, near.key());
+                while earlier
+                    .next_if(|(filaments, before)| (*filaments, before.near.key()) < key)
+                    .is_some()
+                {}
+                let before =
+                    earlier.next_if(|(filaments, before)| (*filaments, before.near.key()) == key);
+                before
+                    .into_iter()
+                    .for_each(|(_, before)| press.follow(before));
+                presses.push((filaments, press));
+            });
+            tangents.clear();
+            if let Some(weights) = weights {
+                tangents.extend(presses.iter().map(|(_, press)| press.tangent(law, weights)));
+            }
+        });
         incoming.iter_mut().for_each(Vec::clear);
         for (own, presses) in presses.iter().enumerate() {
             for (index, (_, press)) in presses.iter().enumerate() {

@@ -301,6 +301,8 @@ impl BrushRun {
                 .iter()
                 .map(|group| group.members.len().div_ceil(LANES))
                 .sum(),
+            // Loops over the filaments of a planar row are too short for several threads.
+            !is_planar,
         );
         // In a single turn, the columns behind those that may count need not come to the end of
         // their contact, unless they were asked for.

@@ -285,18 +285,16 @@ impl Sector {
     /// The pose of each filament.
     pub fn poses(&self) -> Vec<Pose> {
         let n = self.bundle.segments();
-        let (
-            charts,
-            BrushState {
-                time,
-                q,
-                v,
-                accelerations,
-            },
-        ) = (self.bundle.charts(), &self.motion);
+        let BrushState {
+            time,
+            q,
+            v,
+            accelerations,
+        } = &self.motion;
         let segment = |at: usize, lane: usize, angle: f64| {
             let block = |vector: &Vector| vector[at].map(|value| value.lane(lane));
-            let [e, rate, _] = charts[at].direction([block(q), block(v), block(accelerations)]);
+            let motion = [block(q), block(v), block(accelerations)];
+            let [e, rate, _] = self.bundle.chart(at / n).direction(motion);
             [turned(e, -angle), turned(rate, -angle)]
         };
         let filaments = self.bundle.filaments().iter().enumerate();
@@ -471,10 +469,7 @@ impl Sector {
             }
             account.end_turn(begin + h, h);
         };
-        let groups = accounts
-            .chunks_mut(LANES)
-            .enumerate()
-            .map(|(group, accounts)| (group, (group, accounts)));
+        let groups = accounts.chunks_mut(LANES).enumerate();
         team::for_each(groups, |(group, accounts)| {
             accounts
                 .iter_mut()
@@ -647,6 +642,14 @@ impl Account {
             record.edge_work[order] + mean(&|sum| sum.edge_power[order])
         });
         record.peak_force = record.peak_force.max(middle.sum.normal).max(end.sum.normal);
+        record.penetration = record
+            .penetration
+            .max(middle.penetration)
+            .max(end.penetration);
+        record.contact_nodes = record
+            .contact_nodes
+            .max(middle.contact_nodes)
+            .max(end.contact_nodes);
         record.edge_penetration = record.edge_penetration.max(end.edge_penetration);
         let part = contact_part(start.pressing, end.pressing);
         if part[1] > part[0] {
@@ -1022,7 +1025,7 @@ fn set_sum(
         .zip(start.chunks(blocks))
         .enumerate();
     team::for_each(
-        groups.map(|(group, parts)| (group, (group * blocks, parts))),
+        groups.map(|(group, parts)| (group * blocks, parts)),
         |(first, (result, start))| {
             for (k, (block, start)) in result.iter_mut().zip(start).enumerate() {
                 for i in from..2 {

@@ -29,6 +29,8 @@ pub struct Approach {
     /// How far the point is from where it no longer meets this surface, in m; negative beyond. See
     /// [`Surface::margin`].
     pub margin: f64,
+    /// Share of the law's stiffness with which the point presses ([`node_stiffness_share`]).
+    pub stiffness_share: f64,
 }
 
 impl Approach {
@@ -45,6 +47,7 @@ impl Approach {
             across: surface.across,
             turn: surface.turn,
             margin: surface.margin,
+            stiffness_share: 1.0,
         }
     }
 
@@ -52,6 +55,22 @@ impl Approach {
     #[inline]
     pub fn distance(&self) -> f64 {
         -self.penetration
+    }
+}
+
+/// Number of segments up to which every node presses with the whole stiffness of the law.
+const REFERENCE_SEGMENTS: f64 = 25.0;
+
+/// Returns the share of the stiffness with which `node` (from 1) of a chain of `segments` presses.
+///
+/// The tip is the end of the filament. The others stand for the centreline, whose stiffness per
+/// length does not depend on their number (MODEL, "Contact that converges with the number of
+/// segments").
+pub fn node_stiffness_share(node: usize, segments: usize) -> f64 {
+    if node == segments {
+        1.0
+    } else {
+        (REFERENCE_SEGMENTS / segments as f64).min(1.0)
     }
 }
 
@@ -112,7 +131,7 @@ impl From<&ContactSettings> for ContactLaw {
 }
 
 impl ContactLaw {
-    /// The node at `position` with `velocity`, relative to `workpiece` at `time`.
+    /// The tip at `position` with `velocity`, relative to `workpiece` at `time`.
     #[inline]
     pub fn approach(
         &self,
@@ -126,11 +145,15 @@ impl ContactLaw {
 
     /// `k_c |δ|^p sign δ`
     #[inline]
-    fn elastic(&self, penetration: f64) -> f64 {
+    fn elastic(&self, approach: &Approach) -> f64 {
+        let (penetration, stiffness) = (
+            approach.penetration,
+            approach.stiffness_share * self.stiffness,
+        );
         if self.exponent == 1.0 {
-            return self.stiffness * penetration;
+            return stiffness * penetration;
         }
-        self.stiffness * penetration.abs().powf(self.exponent).copysign(penetration)
+        stiffness * penetration.abs().powf(self.exponent).copysign(penetration)
     }
 
     /// `1 + χ δ̇`
@@ -175,7 +198,7 @@ impl ContactLaw {
     /// The normal force of a closed node in N.
     #[inline]
     pub fn normal_force(&self, approach: &Approach) -> f64 {
-        self.elastic(approach.penetration) * self.rate_factor(approach.penetration_rate)
+        self.elastic(approach) * self.rate_factor(approach.penetration_rate)
     }
 
     /// Normal force and friction of a closed node.
@@ -221,12 +244,12 @@ impl ContactLaw {
 
     /// Energy stored in the contact in J: the work of the elastic part, `k_c δ^(p+1)/(p+1)`.
     pub fn stored_energy(&self, approach: &Approach) -> f64 {
-        self.elastic(approach.penetration) * approach.penetration / (self.exponent + 1.0)
+        self.elastic(approach) * approach.penetration / (self.exponent + 1.0)
     }
 
     /// Power dissipated by contact damping in W.
     pub fn damped_power(&self, approach: &Approach) -> f64 {
-        self.elastic(approach.penetration) * self.damping * approach.penetration_rate.powi(2)
+        self.elastic(approach) * self.damping * approach.penetration_rate.powi(2)
     }
 
     /// `∂F/∂x` and `∂F/∂ẋ` of a closed node.
@@ -246,7 +269,6 @@ impl ContactLaw {
     /// positive sense, in N/rad.
     pub fn turned(&self, approach: &Approach) -> [f64; 3] {
         let Approach {
-            penetration,
             penetration_rate,
             normal,
             sliding,
@@ -255,7 +277,7 @@ impl ContactLaw {
         } = *approach;
         let along = dot(across, sliding);
         let force = self.normal_force(approach);
-        let by_rate = self.elastic(penetration) * self.damping;
+        let by_rate = self.elastic(approach) * self.damping;
         let speed = self.regularised_speed(approach);
         let friction = self.friction / speed;
         // The velocity along the surface changes by this; its component along `sliding` does not
@@ -278,16 +300,17 @@ impl ContactLaw {
             sliding,
             ..
         } = *approach;
+        let stiffness = approach.stiffness_share * self.stiffness;
         let slope = if self.exponent == 1.0 {
-            self.stiffness
+            stiffness
         } else {
-            self.exponent * self.stiffness * penetration.abs().powf(self.exponent - 1.0)
+            self.exponent * stiffness * penetration.abs().powf(self.exponent - 1.0)
         };
         // Along the total force per unit of normal force; δ falls along the normal.
         let speed = self.regularised_speed(approach);
         let direction = sub(normal, scale(self.friction / speed, sliding));
         let by_penetration = slope * self.rate_factor(penetration_rate);
-        let by_rate = self.elastic(penetration) * self.damping;
+        let by_rate = self.elastic(approach) * self.damping;
         let viscous = self.friction * self.normal_force(approach) / speed;
         let position = std::array::from_fn(|row| scale(-by_penetration * direction[row], normal));
         let velocity = std::array::from_fn(|row| {

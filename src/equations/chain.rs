@@ -163,6 +163,12 @@ impl<T> Chain<T> {
     pub fn segments(&self) -> usize {
         self.links.len()
     }
+
+    /// `true` if all joints between segments are relaxed straight, in all lanes.
+    pub fn is_relaxed_straight(&self) -> bool {
+        let mut joints = self.links.iter().skip(1);
+        joints.all(|link| link.relaxed_angle.is_zero)
+    }
 }
 
 impl Chain<f64> {

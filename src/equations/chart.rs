@@ -1,20 +1,16 @@
-//! The charts of a segment's direction: the axis from which its polar angle is measured, and its
-//! poles.
+//! The chart of a chain: the axis from which the polar angles of all segments are measured.
 //!
-//! Spherical coordinates about one axis are singular along it. Each segment therefore has its own
-//! [`PolarAxis`]. About `x` the same kernels hold with the axes permuted. A joint between segments
-//! of different axes has its own kernels, and so has one between segments about `x` that is relaxed
-//! at an angle about `z`.
+//! Spherical coordinates about one axis are singular along it. A chain therefore takes coordinates
+//! about `z` or about `x` ([`PolarAxis`]), and changes them between steps where the other ones are
+//! better for all of its segments. About `x` the same kernels hold with the axes permuted. Joints
+//! that are relaxed at an angle about `z` have coordinates about `z` only.
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
 use super::chain::{Clamp, Link, RelaxedAngle, turned};
-use super::kernels::{
-    self, AzimuthSteps, ClampEnergy, CrossedJoint, CrossedJointTangent, Joint, JointEnergy,
-    JointTangent, Segment,
-};
+use super::kernels::{self, AzimuthSteps, Joint, JointEnergy, JointTangent, Segment};
 use super::linear::{dot, product, scale, sub, sub_matrices};
 use super::{Lanewise, Real, StepWeights};
 
@@ -25,13 +21,10 @@ use super::{Lanewise, Real, StepWeights};
 /// it is at the equator, and an acceleration has lost twelve of its sixteen digits.
 pub const POLE: f64 = 1e-6;
 
-/// Below this `|sin φ|` a segment switches to its other chart.
-///
-/// There `|sin φ|` is `√(1 − 0.3²) ≈ 0.954` or more, so that a segment that has just changed does
-/// not change back.
+/// `|sin φ|` of a segment below which its chain takes the other chart, if it is better.
 pub const NEAR_POLE: f64 = 0.3;
 
-/// The axis that a segment's polar angle `φ` is measured from; it names the segment's chart.
+/// The axis that the polar angles `φ` of a chain are measured from; it names the chart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PolarAxis {
@@ -155,9 +148,32 @@ pub fn find_pole(q: &[[f64; 2]]) -> Option<usize> {
         .position(|[polar_angle, _]| sine_is_below(POLE, *polar_angle))
 }
 
-/// True if a segment with this `φ` should switch to its other chart: `|sin φ| <` [`NEAR_POLE`].
+/// `true` if a segment with this `φ` is near a pole of its chart: `|sin φ| <` [`NEAR_POLE`].
 pub fn near_pole(polar_angle: f64) -> bool {
     sine_is_below(NEAR_POLE, polar_angle)
+}
+
+/// Coordinates `[φ, θ]` of a segment, their rates and accelerations.
+pub type SegmentMotion = [[f64; 2]; 3];
+
+/// Converts `motions` of segments to the other chart than that about `axis`, if one of them is near
+/// a pole and the smallest `|sin φ|` of all is larger there.
+pub fn better_chart(
+    axis: PolarAxis,
+    motions: impl Iterator<Item = SegmentMotion> + Clone,
+) -> Option<(PolarAxis, Vec<SegmentMotion>)> {
+    if !motions.clone().any(|[q, ..]| near_pole(q[0])) {
+        return None;
+    }
+    let least_sine = |least: f64, [q, ..]: &SegmentMotion| least.min(q[0].sin().abs());
+    let other = axis.other();
+    let converted: Vec<SegmentMotion> = motions
+        .clone()
+        .map(|motion| other.coordinates(axis.direction(motion)))
+        .collect();
+    let here = motions.fold(1.0, |least, motion| least_sine(least, &motion));
+    let there = converted.iter().fold(1.0, least_sine);
+    (there > here).then_some((other, converted))
 }
 
 /// `|sin φ| < limit`, for limits below `cos 1`. Within one radian of the equator the sine need not
@@ -206,16 +222,13 @@ fn direction_rate<T: Real>(
     ]
 }
 
-/// One side of a joint: sines and cosines of the segment's angles, their rates in the body, and
-/// their axis.
+/// One side of a joint: sines and cosines of the segment's angles, and their rates in the body.
 #[derive(Clone, Copy, Debug)]
 pub struct JointSide<'a, T> {
     /// `sin φ, cos φ, sin θ, cos θ`
     pub angles: &'a [T; 4],
     /// `φ̇, θ̇` in rad/s, less those of a segment that turns rigidly with the body.
     pub rates: [T; 2],
-    /// The segment's chart.
-    pub axis: PolarAxis,
 }
 
 impl<T: Real> JointSide<'_, T> {
@@ -244,62 +257,58 @@ impl<T: Real> JointSide<'_, T> {
     }
 }
 
-/// How the brush body turns, from which dampers see the segments.
+/// Rotation of the brush body, from which dampers see the segments, in the order of a chart.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyRotation<T> {
-    /// `Ω` in rad/s.
+    /// `Ω` in rad/s, the component along the polar axis last.
     angular_velocity: [T; 3],
-    /// True if it is along `z` in every lane. Segments about `z` that turn with the body then have
-    /// the rates `(0, Ω_z)` everywhere.
-    is_about_z: bool,
+    /// `true` if it is along the polar axis in every lane. Segments that turn with the body then
+    /// have the rates `(0, Ω)` everywhere.
+    is_about_axis: bool,
 }
 
 impl<T: Lanewise> BodyRotation<T> {
+    /// Converts the `angular_velocity` along `(x, y, z)` in rad/s to the chart about `axis`.
     #[inline(always)]
-    pub fn new(angular_velocity: [T; 3]) -> Self {
-        let [x, y, _] = angular_velocity;
-        let is_about_z = (0..T::LANES).all(|lane| x.lane(lane) == 0.0 && y.lane(lane) == 0.0);
+    pub fn new(angular_velocity: [T; 3], axis: PolarAxis) -> Self {
+        let angular_velocity = axis.from_frame(angular_velocity);
+        let [first, second, _] = angular_velocity;
+        let is_zero = |value: T| (0..T::LANES).all(|lane| value.lane(lane) == 0.0);
         Self {
             angular_velocity,
-            is_about_z,
+            is_about_axis: is_zero(first) && is_zero(second),
         }
     }
 }
 
 impl<T: Real> BodyRotation<T> {
-    /// True if segments about `axis` that turn with the body have the same rates everywhere.
+    /// Returns `rates` as seen from the body.
     #[inline(always)]
-    fn is_about(&self, axis: PolarAxis) -> bool {
-        self.is_about_z && axis == PolarAxis::Z
-    }
-
-    /// `rates` about `axis` as seen from the body.
-    #[inline(always)]
-    pub fn seen_from(&self, angles: &[T; 4], axis: PolarAxis, [phi, theta]: [T; 2]) -> [T; 2] {
-        if self.is_about(axis) {
+    pub fn seen_from(&self, angles: &[T; 4], [phi, theta]: [T; 2]) -> [T; 2] {
+        if self.is_about_axis {
             return [phi, theta - self.angular_velocity[2]];
         }
-        sub([phi, theta], self.kernel(angles, axis).rates)
+        sub([phi, theta], self.kernel(angles).rates)
     }
 
-    /// The rates about `axis` of a segment that turns rigidly with the body.
+    /// Returns the rates of a segment that turns rigidly with the body.
     #[inline(always)]
-    pub fn rigid_rates(&self, angles: &[T; 4], axis: PolarAxis) -> [T; 2] {
-        if self.is_about(axis) {
+    pub fn rigid_rates(&self, angles: &[T; 4]) -> [T; 2] {
+        if self.is_about_axis {
             return [T::ZERO, self.angular_velocity[2]];
         }
-        self.kernel(angles, axis).rates
+        self.kernel(angles).rates
     }
 
-    /// How these rates follow the coordinates along a step with the weight `w_q`; none if they do
-    /// not.
+    /// Returns the derivative of these rates along a step with the weight `w_q`; `None` if they do
+    /// not depend on the coordinates.
     #[inline(always)]
     pub fn slopes(&self, side: &JointSide<'_, T>, coordinate_weight: T) -> Option<[[T; 2]; 2]> {
-        if self.is_about(side.axis) {
+        if self.is_about_axis {
             return None;
         }
         Some(
-            self.kernel(side.angles, side.axis)
+            self.kernel(side.angles)
                 .slopes
                 .map(|row| scale(coordinate_weight, row)),
         )
@@ -307,8 +316,8 @@ impl<T: Real> BodyRotation<T> {
 
     #[cold]
     #[inline(never)]
-    fn kernel(&self, angles: &[T; 4], axis: PolarAxis) -> kernels::RigidRates<T> {
-        kernels::rigid_rates(*angles, axis.from_frame(self.angular_velocity))
+    fn kernel(&self, angles: &[T; 4]) -> kernels::RigidRates<T> {
+        kernels::rigid_rates(*angles, self.angular_velocity)
     }
 }
 
@@ -326,23 +335,13 @@ pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: Segment<T, 2, 3>) -> 
     }
 }
 
-/// True if `kernels::joint` serves the joint: about `x` it does where the joint is relaxed
-/// straight, because then the axis of the azimuths does not matter.
-#[inline(always)]
-fn is_plain<T>(previous: &JointSide<'_, T>, next: &JointSide<'_, T>, link: &Link<T>) -> bool {
-    previous.axis == next.axis && (next.axis == PolarAxis::Z || link.relaxed_angle.is_zero)
-}
-
-/// [`kernels::joint`] between any two charts.
+/// [`kernels::joint`] between two segments.
 #[inline(always)]
 pub fn joint<T: Real>(
     previous: JointSide<'_, T>,
     next: JointSide<'_, T>,
     link: &Link<T>,
 ) -> Joint<T, 2> {
-    if !is_plain(&previous, &next, link) {
-        return joint_with_x(previous, next, link);
-    }
     kernels::joint(
         previous.polar(),
         next.polar(),
@@ -360,7 +359,7 @@ pub fn damper_torques<T: Real>(
     joint(previous, next, &link.without_spring())
 }
 
-/// [`kernels::joint_tangent`] between any two charts on a body that turns in any way.
+/// [`kernels::joint_tangent`] on a body that turns in any way.
 #[inline(always)]
 pub fn joint_tangent<T: Real>(
     previous: JointSide<'_, T>,
@@ -370,7 +369,7 @@ pub fn joint_tangent<T: Real>(
     weights: StepWeights<T>,
 ) -> JointTangent<T, 2> {
     let tangent = joint_tangent_at_rest(previous, next, link, weights);
-    if body.is_about(previous.axis) && body.is_about(next.axis) {
+    if body.is_about_axis {
         return tangent;
     }
     joint_tangent_on_body(tangent, previous, next, link, body, weights)
@@ -406,7 +405,7 @@ fn joint_tangent_on_body<T: Real>(
     tangent
 }
 
-/// [`kernels::joint_tangent`] between any two charts.
+/// [`kernels::joint_tangent`] on a body at rest.
 #[inline(always)]
 fn joint_tangent_at_rest<T: Real>(
     previous: JointSide<'_, T>,
@@ -414,140 +413,22 @@ fn joint_tangent_at_rest<T: Real>(
     link: &Link<T>,
     weights: StepWeights<T>,
 ) -> JointTangent<T, 2> {
-    if !is_plain(&previous, &next, link) {
-        return joint_tangent_with_x(previous, next, link, weights);
-    }
     let steps = azimuth_steps(&previous, &next, link);
     kernels::joint_tangent(previous.polar(), next.polar(), steps, link.joint(), weights)
 }
 
-/// [`kernels::joint_energy`] between any two charts.
+/// [`kernels::joint_energy`] between two segments.
 #[inline(always)]
 pub fn joint_energy<T: Real>(
     previous: JointSide<'_, T>,
     next: JointSide<'_, T>,
     link: &Link<T>,
 ) -> JointEnergy<T> {
-    if !is_plain(&previous, &next, link) {
-        return joint_energy_with_x(previous, next, link);
-    }
     let unbent = link.relaxed_angle.taken_from(next.azimuth());
     kernels::joint_energy(previous.whole(), next.whole(), unbent, link.joint())
 }
 
-#[cold]
-#[inline(never)]
-fn joint_energy_with_x<T: Real>(
-    previous: JointSide<'_, T>,
-    next: JointSide<'_, T>,
-    link: &Link<T>,
-) -> JointEnergy<T> {
-    // To the spring the inner segment takes the role of the clamp.
-    let relaxed = turned(
-        previous.axis.to_frame(direction(*previous.angles)),
-        &link.relaxed_angle,
-    );
-    let (none, relaxed) = (T::ZERO, next.axis.from_frame(relaxed));
-    let ClampEnergy { spring, .. } =
-        kernels::clamp_energy(relaxed, next.whole(), link.joint(), [none; 3]);
-    // `D` is half of what the dampers take.
-    let torques = damper_torques(previous, next, link);
-    let power = |[a, b]: [T; 2], [c, d]: [T; 2]| a * c + b * d;
-    let dissipation = T::from_f64(-0.5)
-        * (power(previous.rates, torques.previous) + power(next.rates, torques.next));
-    JointEnergy {
-        spring,
-        dissipation,
-    }
-}
-
-/// The sine and cosine of the azimuth of the segment about `z` at a crossed joint, turned to the
-/// other segment by the relaxed angle.
-fn unbent_azimuth<T: Real>(z: &JointSide<'_, T>, is_previous: bool, link: &Link<T>) -> [T; 2] {
-    if is_previous {
-        link.relaxed_angle.added_to(z.azimuth())
-    } else {
-        link.relaxed_angle.taken_from(z.azimuth())
-    }
-}
-
-/// [`kernels::joint`] where one or both segments have the polar axis `x`.
-#[cold]
-#[inline(never)]
-fn joint_with_x<T: Real>(
-    previous: JointSide<'_, T>,
-    next: JointSide<'_, T>,
-    link: &Link<T>,
-) -> Joint<T, 2> {
-    if previous.axis == next.axis {
-        let (step, turn) = (
-            azimuth_steps(&previous, &next, link).plain,
-            [link.relaxed_angle.sine, link.relaxed_angle.cosine],
-        );
-        return kernels::joint_about_x(previous.whole(), next.whole(), step, turn, link.joint());
-    }
-    let previous_is_z = previous.axis == PolarAxis::Z;
-    let (z, x) = if previous_is_z {
-        (previous, next)
-    } else {
-        (next, previous)
-    };
-    let unbent = unbent_azimuth(&z, previous_is_z, link);
-    let CrossedJoint { z, x } = kernels::crossed_joint(z.whole(), x.whole(), unbent, link.joint());
-    let (previous, next) = if previous_is_z { (z, x) } else { (x, z) };
-    Joint { previous, next }
-}
-
-/// [`kernels::joint_tangent`] where one or both segments have the polar axis `x`.
-#[cold]
-#[inline(never)]
-fn joint_tangent_with_x<T: Real>(
-    previous: JointSide<'_, T>,
-    next: JointSide<'_, T>,
-    link: &Link<T>,
-    weights: StepWeights<T>,
-) -> JointTangent<T, 2> {
-    if previous.axis == next.axis {
-        let (step, turn) = (
-            azimuth_steps(&previous, &next, link).plain,
-            [link.relaxed_angle.sine, link.relaxed_angle.cosine],
-        );
-        return kernels::joint_about_x_tangent(
-            previous.whole(),
-            next.whole(),
-            step,
-            turn,
-            link.joint(),
-            weights,
-        );
-    }
-    let previous_is_z = previous.axis == PolarAxis::Z;
-    let (z, x) = if previous_is_z {
-        (previous, next)
-    } else {
-        (next, previous)
-    };
-    let unbent = unbent_azimuth(&z, previous_is_z, link);
-    let CrossedJointTangent { z_z, z_x, x_z, x_x } =
-        kernels::crossed_joint_tangent(z.whole(), x.whole(), unbent, link.joint(), weights);
-    if previous_is_z {
-        JointTangent {
-            previous_previous: z_z,
-            previous_next: z_x,
-            next_previous: x_z,
-            next_next: x_x,
-        }
-    } else {
-        JointTangent {
-            previous_previous: x_x,
-            previous_next: x_z,
-            next_previous: z_x,
-            next_next: z_z,
-        }
-    }
-}
-
-/// How the azimuth changes from `previous` to `next`.
+/// Returns the change of the azimuth from `previous` to `next`.
 #[inline(always)]
 fn azimuth_steps<T: Real>(
     previous: &JointSide<'_, T>,

@@ -23,12 +23,12 @@ use super::{
 /// recursions.
 ///
 /// Arrays are indexed by segment; `0` is the one at the clamp. `q` holds `[φ, θ]` in rad, about the
-/// polar axis that [`Dynamics::charts`] has for the segment (in all lanes). Nodes, loads and clamp
-/// are in the frame in the public interface.
+/// polar axis [`Dynamics::chart`] in all lanes. Nodes, loads and clamp are in the frame in the
+/// public interface.
 #[derive(Clone, Debug)]
 pub struct Dynamics<T> {
     chain: Chain<T>,
-    charts: Vec<PolarAxis>,
+    chart: PolarAxis,
     angles: Vec<[T; 4]>,
     memory: Memory<T, 2, 3>,
 }
@@ -44,7 +44,7 @@ impl<T: Real> Dynamics<T> {
         let angles = vec![[T::ZERO; 4]; n];
         Self {
             chain,
-            charts: vec![PolarAxis::default(); n],
+            chart: PolarAxis::default(),
             angles,
             memory: Memory::new(n),
         }
@@ -60,18 +60,24 @@ impl<T: Real> Dynamics<T> {
         &mut self.chain
     }
 
-    /// The polar axis of each segment's coordinates.
-    pub fn charts(&self) -> &[PolarAxis] {
-        &self.charts
+    /// The polar axis of the coordinates.
+    pub fn chart(&self) -> PolarAxis {
+        self.chart
     }
 
-    /// Takes coordinates about `charts` from now on. The caller converts them
+    /// Takes coordinates about `chart` from now on. The caller converts them
     /// ([`PolarAxis::coordinates`]).
     ///
     /// # Panics
-    /// If the numbers of charts and segments differ.
-    pub fn set_charts(&mut self, charts: &[PolarAxis]) {
-        self.charts.copy_from_slice(charts);
+    /// If joints of the chain are relaxed at an angle, and `chart` is not about `z`.
+    pub fn set_chart(&mut self, chart: PolarAxis) {
+        if chart != self.chart {
+            assert!(
+                chart == PolarAxis::Z || self.chain.is_relaxed_straight(),
+                "bent filaments have coordinates about z"
+            );
+            self.chart = chart;
+        }
     }
 
     /// Positions of the nodes `r_1 … r_n` in m, at the state of the last [`ChainDynamics::place`],
@@ -107,7 +113,7 @@ struct Spatial<'a, T> {
     length: T,
     gravity: [T; 3],
     links: &'a [Link<T>],
-    charts: &'a [PolarAxis],
+    axis: PolarAxis,
     angles: &'a [[T; 4]],
     v: &'a [[T; 2]],
     clamp: &'a Clamp<T>,
@@ -118,7 +124,7 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
     #[inline(always)]
     fn new(
         chain: &'a Chain<T>,
-        charts: &'a [PolarAxis],
+        axis: PolarAxis,
         angles: &'a [[T; 4]],
         ChainState { clamp, v, .. }: ChainState<'a, T>,
     ) -> Self {
@@ -127,30 +133,28 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
             length: chain.length,
             gravity: chain.gravity,
             links: &chain.links[..n],
-            charts: &charts[..n],
+            axis,
             angles: &angles[..n],
             v: &v[..n],
             clamp,
-            body: BodyRotation::new(clamp.angular_velocity),
+            body: BodyRotation::new(clamp.angular_velocity, axis),
         }
     }
 
     /// One side of a joint, by segment.
     #[inline(always)]
     fn side(&self, k: usize) -> JointSide<'a, T> {
-        let (angles, axis) = (&self.angles[k], self.charts[k]);
+        let angles = &self.angles[k];
         JointSide {
             angles,
-            rates: self.body.seen_from(angles, axis, self.v[k]),
-            axis,
+            rates: self.body.seen_from(angles, self.v[k]),
         }
     }
 
-    /// `ē_0` in the chart of the first segment.
+    /// `ē_0` in the chart.
     #[inline(always)]
     fn relaxed_clamp(&self) -> [T; 3] {
-        self.clamp
-            .relaxed(self.charts[0], &self.links[0].relaxed_angle)
+        self.clamp.relaxed(self.axis, &self.links[0].relaxed_angle)
     }
 
     #[inline(always)]
@@ -161,7 +165,7 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
     #[inline(always)]
     fn clamp_energy(&self) -> ClampEnergy<T> {
         let (side, link) = (self.side(0), &self.links[0]);
-        let relaxed_rate = side
+        let relaxed_rate = self
             .axis
             .from_frame(turned(self.clamp.direction_rate, &link.relaxed_angle));
         kernels::clamp_energy(
@@ -176,7 +180,7 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
     /// `Ω·∂D/∂Ω` is the power of the dampers on segments that turn rigidly with it.
     fn clamp_torque_power(&self) -> T {
         let rigid = |k: usize, torque: [T; 2]| {
-            let rates = self.body.rigid_rates(&self.angles[k], self.charts[k]);
+            let rates = self.body.rigid_rates(&self.angles[k]);
             rates[0] * torque[0] + rates[1] * torque[1]
         };
         let mut power = self.clamp_energy().power
@@ -193,7 +197,7 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
 impl<T: Lanewise> Energetic<T, 2, 3> for Spatial<'_, T> {
     #[inline(always)]
     fn segment_energy(&self, k: usize, position: [T; 3], velocity: [T; 3]) -> SegmentEnergy<T> {
-        let axis = self.charts[k];
+        let axis = self.axis;
         let [x, x_rate, g] =
             [position, velocity, self.gravity].map(|vector| axis.from_frame(vector));
         kernels::segment_energy(
@@ -266,7 +270,7 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
             self.v[k],
             self.links[k].segment(self.length),
         );
-        match self.charts[k] {
+        match self.axis {
             PolarAxis::Z => segment,
             axis => chart::segment_to_frame(axis, segment),
         }
@@ -302,7 +306,7 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
         outer_force: [T; 3],
         weights: StepWeights<T>,
     ) -> SegmentTangent<T, 2, 3> {
-        let axis = self.charts[k];
+        let axis = self.axis;
         let mut tangent = kernels::segment_tangent(
             self.angles[k],
             self.v[k],
@@ -415,7 +419,7 @@ impl<T: SpatialLoops> ChainDynamics<T> for Dynamics<T> {
 impl<T: Lanewise> Dynamics<T> {
     /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
     pub fn energies(&self, at: ChainState<'_, T>) -> Energies<T> {
-        let posture = Spatial::new(&self.chain, &self.charts, &self.angles, at);
+        let posture = Spatial::new(&self.chain, self.chart, &self.angles, at);
         recursion::energies(&self.memory, &posture, posture.clamp_torque_power())
     }
 
@@ -455,7 +459,7 @@ impl Dynamics<f64> {
             Some(k) => Err(PoleError {
                 segment: k + 1,
                 polar_angle: q[k][0],
-                axis: self.charts[k],
+                axis: self.chart,
             }),
             None => Ok(()),
         }
@@ -507,11 +511,11 @@ impl<T: Lanewise, const POINTS: bool> Loop for Factorisation<'_, T, POINTS> {
     fn run(self) {
         let Dynamics {
             chain,
-            charts,
+            chart,
             angles,
             memory,
         } = self.dynamics;
-        let posture = Spatial::new(&*chain, charts, angles, self.step.trial.at);
+        let posture = Spatial::new(&*chain, *chart, angles, self.step.trial.at);
         recursion::factorise::<T, _, 2, 3, POINTS>(memory, &posture, &self.step);
     }
 }
@@ -533,18 +537,18 @@ impl<T: Lanewise> Loop for Recursion<'_, T> {
     fn run(self) {
         let Dynamics {
             chain,
-            charts,
+            chart,
             angles,
             memory,
         } = self.dynamics;
-        let n = chain.segments();
+        let (n, axis) = (chain.segments(), *chart);
         if let Some(q) = self.task.new_coordinates() {
             T::sines_and_cosines(&q[..n], &mut angles[..n]);
         }
         recursion::perform(
             memory,
             n,
-            |at| Spatial::new(&*chain, charts, angles, at),
+            |at| Spatial::new(&*chain, axis, angles, at),
             self.task,
         );
     }

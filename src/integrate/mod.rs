@@ -5,7 +5,7 @@
 //! factorised tangent. [`StepControl`] chooses the steps of one integration.
 //!
 //! Coordinates come in blocks of `D`, as in the elimination of a chain. A state can also record the
-//! charts of its coordinates; only the system knows their meaning. Events, and with them changes of
+//! chart of its coordinates; only the system knows their meaning. Events, and with them changes of
 //! the system, lie between steps. The caller handles them.
 
 use std::error::Error;
@@ -45,8 +45,8 @@ pub struct Point<'a, T, const D: usize> {
 /// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along
 /// its motion; or one system per lane of `T`.
 pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
-    /// The charts that give a state's coordinates their meaning; `()` if they always mean the same.
-    type Charts: Clone + Default;
+    /// The chart that gives a state's coordinates their meaning; `()` if they always mean the same.
+    type Chart: Copy + Default;
 
     /// Why a step cannot start or end at a state; [`Infallible`](std::convert::Infallible) if it
     /// always can.
@@ -121,14 +121,14 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
         let _ = (at, weights, correction);
     }
 
-    /// The charts in which the system takes coordinates.
-    fn charts(&self) -> Self::Charts {
-        Self::Charts::default()
+    /// The chart in which the system takes coordinates.
+    fn chart(&self) -> Self::Chart {
+        Self::Chart::default()
     }
 
-    /// Takes coordinates in `charts` from now on.
-    fn set_charts(&mut self, charts: &Self::Charts) {
-        let _ = charts;
+    /// Takes coordinates in `chart` from now on.
+    fn set_chart(&mut self, chart: Self::Chart) {
+        let _ = chart;
     }
 
     /// The reason why no step can start or end at the coordinates `q`, if there is one.
@@ -143,8 +143,8 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
 pub struct State<C, const D: usize, const Q: usize> {
     /// Time in s.
     pub time: f64,
-    /// The charts of the coordinates.
-    pub charts: C,
+    /// The chart of the coordinates.
+    pub chart: C,
     /// Coordinates.
     pub q: Vec<[f64; D]>,
     /// Their rates, per second.
@@ -157,11 +157,11 @@ pub struct State<C, const D: usize, const Q: usize> {
     pub rates: [f64; Q],
 }
 
-impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
-    /// The state `(q, v)` at `time`, in the charts of `system`, with the accelerations and rates
+impl<C: Copy + Default, const D: usize, const Q: usize> State<C, D, Q> {
+    /// The state `(q, v)` at `time`, in the chart of `system`, with the accelerations and rates
     /// from `system`.
     pub fn new(
-        system: &mut impl SecondOrderSystem<f64, D, Q, Charts = C>,
+        system: &mut impl SecondOrderSystem<f64, D, Q, Chart = C>,
         time: f64,
         q: Vec<[f64; D]>,
         v: Vec<[f64; D]>,
@@ -176,7 +176,7 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
         });
         Self {
             time,
-            charts: system.charts(),
+            chart: system.chart(),
             q,
             v,
             accelerations,
@@ -189,7 +189,7 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
     ///
     /// # Errors
     /// If the system refuses it, or its accelerations are not finite.
-    pub fn check<T, S: SecondOrderSystem<T, D, Q, Charts = C>>(
+    pub fn check<T, S: SecondOrderSystem<T, D, Q, Chart = C>>(
         &self,
         system: &S,
     ) -> Result<(), IntegrationError<S::Refusal>> {
@@ -215,7 +215,7 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
     ///
     /// # Errors
     /// If the attempt gave no state, or one that the system refuses.
-    pub fn outcome<T: Lanewise, S: SecondOrderSystem<T, D, Q, Charts = C>>(
+    pub fn outcome<T: Lanewise, S: SecondOrderSystem<T, D, Q, Chart = C>>(
         &mut self,
         lane: usize,
         stepper: &Stepper<T, D, Q>,
@@ -224,7 +224,7 @@ impl<C: Clone + Default, const D: usize, const Q: usize> State<C, D, Q> {
         step: f64,
     ) -> Result<f64, RejectionCause<S::Refusal>> {
         self.time = start.time + step;
-        self.charts.clone_from(&start.charts);
+        self.chart = start.chart;
         let outcome = stepper.outcome(lane, self);
         match system.refuse(&self.q) {
             Some(reason) => Err(RejectionCause::Refused(reason)),

@@ -144,6 +144,14 @@ crate::record! {
         peak_contact_normal_force_n: f64 =
             ["max F_n", "N", "peak contact normal force", "largest force of all nodes together"]
             => largest(Display::DETAIL),
+        max_penetration_m: f64 = [
+            "", "m", "largest penetration",
+            "largest penetration of a node or an edge; the contact is stiff as long as this is small against a_e and d"
+        ] => largest(Display::DETAIL),
+        contact_nodes: usize = [
+            "", "", "nodes in contact",
+            "number of outer nodes among which are all that touched a face: 1 if only the tip did"
+        ] => largest(Display::DETAIL),
         max_tip_deflection_m: f64 = [
             "s_n,max", "m", "largest tip deflection",
             "largest distance of the tip from the undeformed filament"
@@ -304,6 +312,10 @@ pub struct ContactRecord {
     pub edge_impulse: f64,
     /// Mean over largest value, among parts of the edges, of `∫ F_n |v_t| dt` per length.
     pub edge_evenness: f64,
+    /// Largest penetration in m.
+    pub penetration: f64,
+    /// Number of outer nodes among which are all that touched a face.
+    pub contact_nodes: usize,
     /// Largest penetration of an edge in m.
     pub edge_penetration: f64,
     /// Energy taken by friction in J.
@@ -424,6 +436,8 @@ impl Metrics {
                 0.0
             },
             peak_contact_normal_force_n: record.peak_force,
+            max_penetration_m: record.penetration,
+            contact_nodes: record.contact_nodes,
             max_tip_deflection_m: record.max_deflection,
             tool_contact_normal_force_n: of_tool(record.impulse),
             contact_impulse_x_n_s: impulse_x,

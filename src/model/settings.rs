@@ -322,6 +322,17 @@ impl Default for ContactSettings {
     }
 }
 
+impl ContactSettings {
+    /// Returns the contact stiffness in N/m that follows from `E d` of a filament, as that of bodies
+    /// in contact does: 1e5 N/m for the paper's brush.
+    #[must_use]
+    pub fn stiffness_of(youngs_modulus_pa: f64, diameter_m: f64) -> f64 {
+        const PAPER_MODULUS_PA: f64 = 3.0e9;
+        const PAPER_DIAMETER_M: f64 = 1.18e-3;
+        1.0e5 * (youngs_modulus_pa * diameter_m / (PAPER_MODULUS_PA * PAPER_DIAMETER_M))
+    }
+}
+
 /// The workpiece.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(

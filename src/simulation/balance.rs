@@ -79,11 +79,10 @@ pub(super) fn energy_residual<T: Tool, W: Workpiece>(
 ) -> f64 {
     let end = trajectory.start();
     let integrals = &end.integrals;
-    let charts = vec![PolarAxis::Z; equations.charts().len()];
     let [q, v] = start;
-    let (start_energy, start_momentum) = energy(filament, equations, 0.0, &charts, q, v);
+    let (start_energy, start_momentum) = energy(filament, equations, 0.0, PolarAxis::Z, q, v);
     let (end_energy, end_momentum) =
-        energy(filament, equations, end.time, &end.charts, &end.q, &end.v);
+        energy(filament, equations, end.time, end.chart, &end.q, &end.v);
     // That of the contacts which took over from others is theirs.
     let stored = contact_energy(filament, trajectory) - trajectory.taken_over();
     let losses = integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION];
@@ -129,12 +128,12 @@ fn energy<M: ClampMotion, W>(
     filament: &Filament<M, W>,
     equations: &mut Equations<f64>,
     time: f64,
-    charts: &[PolarAxis],
+    chart: PolarAxis,
     q: &[[f64; 2]],
     v: &[[f64; 2]],
 ) -> ([f64; 2], f64) {
     let clamp = filament.motion.at(time);
-    equations.set_charts(charts);
+    equations.set_chart(chart);
     let at = clamp.holding(q, v);
     equations.place(at);
     let energies = equations.energies(at);

@@ -415,7 +415,11 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
     } else {
         let (start, end) = (&step.start_nodes[contact], &step.end_nodes[contact]);
         let near = |s, knot: &Knot<3>, time| {
-            look(s, contact, &filament.approach(knot.value, knot.rate, time))
+            look(
+                s,
+                contact,
+                &filament.approach(contact, knot.value, knot.rate, time),
+            )
         };
         let ends = [
             near(0.0, start, step.start.time),
@@ -434,7 +438,7 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             look(
                 s,
                 contact,
-                &filament.approach(position, velocity, step.time(s)),
+                &filament.approach(contact, position, velocity, step.time(s)),
             )
         };
         let margin_way = GAP_RATE * (bounds[0] + drift);

@@ -42,7 +42,11 @@ impl RigidShape {
             ..chain.clone()
         };
         let n = chain.segments();
-        let axis = PolarAxis::X;
+        let axis = if chain.is_relaxed_straight() {
+            PolarAxis::X
+        } else {
+            PolarAxis::Z
+        };
         let clamp = tool.clamp(ANGLE, 0.0);
         let none = [0.0; 2];
         let mut q: Vec<[f64; 2]> = chain
@@ -58,7 +62,7 @@ impl RigidShape {
             masses: chain.links.iter().map(|link| link.mass).collect(),
         };
         let mut dynamics = Dynamics::new(chain);
-        dynamics.set_charts(&vec![axis; n]);
+        dynamics.set_chart(axis);
         let mut residual = rest.clone();
         // A time in which the filament moves by little at first.
         let (mut weight, mut before, mut last) =

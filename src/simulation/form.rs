@@ -70,17 +70,17 @@ impl<T: Compiled> Equations<T> {
         each!(self, dynamics => dynamics.chain_mut())
     }
 
-    /// The charts of the coordinates; planar ones have none.
-    pub fn charts(&self) -> &[PolarAxis] {
+    /// The chart of the coordinates; for planar ones, which have none, the default.
+    pub fn chart(&self) -> PolarAxis {
         match self {
-            Self::Spatial(dynamics) => dynamics.charts(),
-            Self::Planar(_) => &[],
+            Self::Spatial(dynamics) => dynamics.chart(),
+            Self::Planar(_) => PolarAxis::default(),
         }
     }
 
-    pub fn set_charts(&mut self, charts: &[PolarAxis]) {
+    pub fn set_chart(&mut self, chart: PolarAxis) {
         if let Self::Spatial(dynamics) = self {
-            dynamics.set_charts(charts);
+            dynamics.set_chart(chart);
         }
     }
 

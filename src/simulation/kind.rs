@@ -16,7 +16,7 @@ pub struct Kind {
     solution: StageSolution,
     /// Whether the work of clamp and workpiece is integrated.
     integrates_work: bool,
-    /// Whether all segments begin with coordinates about `x`, rather than about `z`.
+    /// `true` if coordinates are about `x` at the start, rather than about `z`.
     about_x: bool,
 }
 

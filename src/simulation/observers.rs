@@ -157,6 +157,12 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             self.record.count += usize::from(!self.was_closed);
             self.record.peak_force =
                 maximum_in_step(|s| self.normal_force(step, s), self.record.peak_force);
+            self.record.penetration =
+                maximum_in_step(|s| self.penetration(step, s), self.record.penetration);
+            let nodes = step.start_nodes.len();
+            if let Some(inner) = step.closed[..nodes].iter().position(|&closed| closed) {
+                self.record.contact_nodes = self.record.contact_nodes.max(nodes - inner);
+            }
         }
         self.was_closed = closed;
         let integrals: [f64; integral::COUNT] =
@@ -222,6 +228,13 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
                     .max(0.0)
             })
             .sum()
+    }
+
+    /// The largest penetration of a closed contact in m.
+    fn penetration(&self, step: &Step<'_>, s: f64) -> f64 {
+        step.contacts()
+            .map(|contact| self.approach(step, contact, s).penetration)
+            .fold(0.0, f64::max)
     }
 
     /// The largest normal force between the fractions `start` and `end` of a step, or `least` if
@@ -615,7 +628,7 @@ impl Sampler {
         let equations = self.equations.as_mut().expect("a sample is asked for");
         let clamp = observer.filament.motion.at(step.time(s));
         step.coordinates(s, &mut self.q, &mut self.v);
-        equations.set_charts(step.charts());
+        equations.set_chart(step.chart());
         let at = clamp.holding(&self.q, &self.v);
         equations.place(at);
         equations.energies(at)

@@ -10,6 +10,7 @@ use super::kind::Kind;
 use super::observers::{ContactObserver, Sample, Sampler, Sampling, Shape};
 use super::profile::{Ledger, ProfileCell};
 use super::result::Simulation;
+use super::side_by_side::simulate_one;
 use super::statistics::Statistics;
 use super::step::Step;
 use super::stop::Stop;
@@ -20,7 +21,7 @@ use crate::contact::{Approach, ContactLaw};
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{Chain, Clamp, PolarAxis, sin_cos};
 use crate::integrate::tableau::{ESDIRK54, Tableau};
-use crate::integrate::{Stepper, Tolerances};
+use crate::integrate::{SecondOrderSystem, Stepper, Tolerances};
 use crate::model::filament;
 use crate::model::metrics::{ContactRecord, Metrics, NominalContact, RemovalLaw};
 use crate::model::pose::Pose;
@@ -510,8 +511,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// The polar axis of the coordinates at the start: `x` for filaments that stand along `z`, or
     /// nearly so. They then seldom change to other coordinates on their way round.
     fn axis(&self) -> PolarAxis {
-        let shape = self.setting.shape.as_ref().filter(|shape| shape.is_axial());
-        if shape.is_some() {
+        let shape = self.setting.shape.as_ref();
+        let is_straight = self.filament.chain.is_relaxed_straight();
+        if is_straight && shape.is_some_and(RigidShape::is_axial) {
             PolarAxis::X
         } else {
             PolarAxis::Z
@@ -570,9 +572,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
         let start = self.start(&mut self.system(false));
         let square = self.filament.motion.rate.powi(2);
-        let bends = start.charts.iter().enumerate().map(|(k, chart)| {
-            let [[x, y, _], _, bend] =
-                chart.direction([start.q[k], start.v[k], start.accelerations[k]]);
+        let bends = (0..start.q.len()).map(|k| {
+            let motion = [start.q[k], start.v[k], start.accelerations[k]];
+            let [[x, y, _], _, bend] = start.chart.direction(motion);
             let relative = add(bend, scale(square, [x, y, 0.0]));
             dot(relative, relative).sqrt() / square
         });
@@ -641,31 +643,17 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         &self,
         system: &mut FilamentSystem<Turning<T>, W>,
         start: FilamentState,
-        observe: impl FnMut(&Step<'_>),
-    ) -> Result<(FilamentState, Statistics), IntegrationError> {
-        let (trajectory, _) = self.follow(system, start, observe)?;
-        Ok(trajectory.into_end())
-    }
-
-    /// [`Pass::integrate`], with the course through the turns.
-    fn follow(
-        &self,
-        system: &mut FilamentSystem<Turning<T>, W>,
-        start: FilamentState,
         mut observe: impl FnMut(&Step<'_>),
-    ) -> Result<(Trajectory, Itinerary), IntegrationError> {
+    ) -> Result<(FilamentState, Statistics), IntegrationError> {
         let mut trajectory = self.trajectory_from(system, start);
-        let mut stepper = Stepper::new(
-            METHOD,
-            self.filament.stage_solution(),
-            self.filament.chain.segments(),
-        );
-        stepper.set_tolerances(0, self.tolerances);
         let mut itinerary = self.itinerary();
+        let solution = system.filament(0).stage_solution();
+        let mut stepper = Stepper::new(METHOD, solution, system.blocks());
+        stepper.set_tolerances(0, self.tolerances);
         loop {
             trajectory.finish(system, &mut stepper, &mut observe)?;
             if !itinerary.proceed(&mut trajectory) {
-                return Ok((trajectory, itinerary));
+                return Ok(trajectory.into_end());
             }
         }
     }
@@ -730,26 +718,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         sampling: Sampling,
         mut tell: impl FnMut(f64),
     ) -> Result<Simulation, SimulationError> {
-        let (mut end_time, mut share) = (self.expected_end(), 0.0_f64);
-        loop {
-            let mut system = self.system_for(sampling);
-            let start = self.start(&mut system);
-            let mut observer = self.observer();
-            let mut sampler = self.sampler(sampling, end_time);
-            let duration = end_time.unwrap_or(self.end_time());
-            let (trajectory, itinerary) = self.follow(&mut system, start, |step| {
-                observer.observe(step);
-                sampler.observe(step, &observer);
-                share = share.max((step.end.time / duration).min(1.0));
-                tell(share);
-            })?;
-            let ended = trajectory.start().time;
-            if sampler.covers(ended) {
-                return self.conclude(&observer, &trajectory, itinerary, sampler);
-            }
-            // The same again, now that its end is known.
-            end_time = Some(ended);
-        }
+        let mut share = 0.0_f64;
+        simulate_one(self.clone(), sampling, &mut |done| {
+            share = share.max(done);
+            tell(share);
+        })
     }
 
     /// The part of the profile of the workpiece that the filament can touch during the pass; none

@@ -1,7 +1,6 @@
-//! Many passes side by side, in the lanes of the machine's vector units.
+//! The driver of passes: many side by side, in the lanes of the machine's vector units, or one.
 
 use super::error::SimulationError;
-use super::form::Form;
 use super::kind::Kind;
 use super::observers::{ContactObserver, Sampler, Sampling};
 use super::pass::{METHOD, Pass};
@@ -9,7 +8,7 @@ use super::result::Simulation;
 use super::system::{COORDINATES, FilamentSystem};
 use super::trajectory::Trajectory;
 use super::turns::Itinerary;
-use crate::equations::{LANES, Lanes, Lanewise, PolarAxis, Real, lanes_are_compiled};
+use crate::equations::{Compiled, Lanes, PolarAxis, lanes_are_compiled};
 use crate::integrate::{SecondOrderSystem, Stepper};
 use crate::model::settings::Settings;
 use crate::tool::{RotaryTool, Tool, Turning};
@@ -77,14 +76,26 @@ pub fn sample_any_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
             continue;
         }
         let kind = first.pass.kind();
-        let mut batch = Batch::new(&first.pass, sampling);
+        let mut batch = Batch::<T, W, Lanes>::new(&first.pass, sampling);
         let mut first = Some(first);
         batch.run(
             || first.take().or_else(|| take(Some(kind))),
-            kind,
             &mut done,
+            &mut |_| (),
         );
     }
+}
+
+/// Simulates one pass, and calls `tell` after each step with the share that is done, from 0 to 1.
+pub(super) fn simulate_one<T: Tool + Clone, W: Workpiece + Clone>(
+    pass: Pass<T, W>,
+    sampling: Sampling,
+    tell: &mut dyn FnMut(f64),
+) -> Result<Simulation, SimulationError> {
+    let mut batch = Batch::<T, W, f64>::new(&pass, sampling);
+    let (mut job, mut result) = (Some(Job { number: 0, pass }), None);
+    batch.run(|| job.take(), &mut |_, one| result = Some(one), tell);
+    result.expect("the job is reported")
 }
 
 /// A job being simulated.
@@ -95,6 +106,8 @@ struct Run<T, W> {
     sampler: Sampler,
     trajectory: Trajectory,
     itinerary: Itinerary,
+    /// The expected end in s.
+    duration: f64,
 }
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
@@ -102,7 +115,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
     /// repeated with that one (s).
     fn report(
         self,
-        done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
+        done: &mut dyn FnMut(usize, Result<Simulation, SimulationError>),
     ) -> Option<(Job<T, W>, f64)> {
         let Self {
             number,
@@ -111,6 +124,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
             sampler,
             trajectory,
             itinerary,
+            ..
         } = self;
         let end_time = trajectory.start().time;
         if !sampler.covers(end_time) {
@@ -124,56 +138,53 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
     }
 }
 
-/// Lanes for passes with the same number of segments.
-struct Batch<T, W> {
-    system: FilamentSystem<Turning<T>, W, Lanes>,
-    stepper: Stepper<Lanes, COORDINATES, { super::integral::COUNT }>,
-    runs: [Option<Run<T, W>>; LANES],
-    steps: Lanes,
+/// Lanes for passes of the same kind, or one for any pass.
+struct Batch<T, W, L: Compiled> {
+    kind: Kind,
+    system: FilamentSystem<Turning<T>, W, L>,
+    stepper: Stepper<L, COORDINATES, { super::integral::COUNT }>,
+    /// One per lane.
+    runs: Vec<Option<Run<T, W>>>,
+    steps: L,
     sampling: Sampling,
     /// The polar axis of all coordinates.
     axis: PolarAxis,
 }
 
-impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
+impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
     fn new(example: &Pass<T, W>, sampling: Sampling) -> Self {
-        let filament = example.filament();
+        let (kind, filament) = (example.kind(), example.filament());
+        let filaments = vec![filament.clone(); L::LANES];
         let energy = example.tracks_energy(sampling);
-        let mut system =
-            FilamentSystem::side_by_side(example.form(), vec![filament.clone(); LANES], energy);
-        let axis = example.kind().axis();
-        system.set_charts(&vec![
-            axis;
-            if example.form() == Form::Spatial {
-                filament.chain.segments()
-            } else {
-                0
-            }
-        ]);
-        let stepper = Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments());
+        let mut system = FilamentSystem::side_by_side(example.form(), filaments, energy);
+        let axis = kind.axis();
+        system.set_chart(axis);
         Self {
+            kind,
             system,
-            stepper,
-            runs: [const { None }; LANES],
-            steps: Lanes::ZERO,
+            stepper: Stepper::new(METHOD, filament.stage_solution(), filament.chain.segments()),
+            runs: (0..L::LANES).map(|_| None).collect(),
+            steps: L::ZERO,
             sampling,
             axis,
         }
     }
 
+    /// Simulates the jobs that `take` returns, until there are no more, and those that are in
+    /// lanes. Calls `tell` after each step with the share of its pass that is done.
     fn run(
         &mut self,
         mut take: impl FnMut() -> Option<Job<T, W>>,
-        kind: Kind,
-        done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
+        done: &mut dyn FnMut(usize, Result<Simulation, SimulationError>),
+        tell: &mut dyn FnMut(f64),
     ) {
         loop {
             // A job that has ended may be followed by others.
             let mut exhausted = false;
-            for lane in 0..LANES {
+            for lane in 0..L::LANES {
                 while !self.prepare(lane, done) && !exhausted {
                     match take() {
-                        Some(Job { number, pass }) if pass.kind() != kind => {
+                        Some(Job { number, pass }) if pass.kind() != self.kind => {
                             done(number, pass.simulate(self.sampling))
                         }
                         Some(job) => {
@@ -187,13 +198,13 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
             let Some(busy) = self.runs.iter().position(Option::is_some) else {
                 return;
             };
-            for lane in 0..LANES {
+            for lane in 0..L::LANES {
                 if self.runs[lane].is_none() {
                     self.idle(lane, busy);
                 }
             }
             self.stepper.attempt(&mut self.system, self.steps);
-            for lane in 0..LANES {
+            for lane in 0..L::LANES {
                 let Some(run) = &mut self.runs[lane] else {
                     continue;
                 };
@@ -203,6 +214,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
                         .conclude(lane, &self.stepper, &mut self.system, |step| {
                             observer.observe(step);
                             sampler.observe(step, observer);
+                            tell((step.end.time / run.duration).min(1.0));
                         });
                 if let Err(error) = outcome {
                     done(run.number, Err(error.into()));
@@ -215,24 +227,34 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     /// Starts a job in a free lane. Samples are those of a pass that ends at `end_time` (s).
     fn start(&mut self, lane: usize, job: Job<T, W>, end_time: Option<f64>) {
         let Job { number, pass } = job;
-        let mut alone = pass.system_for(self.sampling);
-        let trajectory = pass.trajectory(&mut alone);
-        self.system.set_filament(lane, pass.filament().clone());
-        trajectory.enter(lane, &mut self.system);
-        self.stepper.set_tolerances(lane, trajectory.tolerances());
+        let trajectory = pass.trajectory(&mut pass.system_for(self.sampling));
         let (observer, sampler, itinerary) = (
             pass.observer(),
             pass.sampler(self.sampling, end_time),
             pass.itinerary(),
         );
-        self.runs[lane] = Some(Run {
-            number,
-            pass,
-            observer,
-            sampler,
-            trajectory,
-            itinerary,
-        });
+        let duration = end_time.unwrap_or(pass.end_time());
+        self.enter(
+            lane,
+            Run {
+                number,
+                pass,
+                observer,
+                sampler,
+                trajectory,
+                itinerary,
+                duration,
+            },
+        );
+    }
+
+    /// Puts a job into a free lane, wherever it is on its way.
+    fn enter(&mut self, lane: usize, run: Run<T, W>) {
+        self.system.set_filament(lane, run.pass.filament().clone());
+        run.trajectory.enter(lane, &mut self.system);
+        self.stepper
+            .set_tolerances(lane, run.trajectory.tolerances());
+        self.runs[lane] = Some(run);
     }
 
     /// Prepares the next step of a lane. Returns false if the lane is free, or its pass has just
@@ -240,23 +262,23 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
     fn prepare(
         &mut self,
         lane: usize,
-        done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
+        done: &mut dyn FnMut(usize, Result<Simulation, SimulationError>),
     ) -> bool {
         let Some(run) = &mut self.runs[lane] else {
             return false;
         };
-        if run
-            .trajectory
-            .start()
-            .charts
-            .iter()
-            .any(|&axis| axis != self.axis)
-        {
-            // All lanes share their charts: a filament that leaves those of its start continues
-            // alone.
+        let axis = run.trajectory.start().chart;
+        if axis != self.axis && L::LANES > 1 {
+            // All lanes share their chart: a filament that leaves it continues alone.
             let run = self.runs[lane].take().expect("the lane has a job");
-            self.finish_alone(run, done);
+            let mut alone = Batch::<T, W, f64>::new(&run.pass, self.sampling);
+            alone.enter(0, run);
+            alone.run(|| None, done, &mut |_| ());
             return false;
+        }
+        if axis != self.axis {
+            self.system.set_chart(axis);
+            self.axis = axis;
         }
         let result = loop {
             match run.trajectory.next_step(&self.system) {
@@ -281,36 +303,6 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Batch<T, W> {
             Err(error) => done(run.number, Err(error.into())),
         }
         false
-    }
-
-    fn finish_alone(
-        &self,
-        mut run: Run<T, W>,
-        done: &mut impl FnMut(usize, Result<Simulation, SimulationError>),
-    ) {
-        let mut system = run.pass.system_for(self.sampling);
-        run.trajectory.enter(0, &mut system);
-        let solution = system.filament(0).stage_solution();
-        let mut stepper = Stepper::new(METHOD, solution, self.system.blocks());
-        stepper.set_tolerances(0, run.trajectory.tolerances());
-        let (observer, sampler) = (&mut run.observer, &mut run.sampler);
-        let finished = loop {
-            let finished = run.trajectory.finish(&mut system, &mut stepper, |step| {
-                observer.observe(step);
-                sampler.observe(step, observer);
-            });
-            if finished.is_err() || !run.itinerary.proceed(&mut run.trajectory) {
-                break finished;
-            }
-        };
-        match finished {
-            Ok(()) => {
-                if let Some((Job { number, pass }, _)) = run.report(done) {
-                    done(number, pass.simulate(self.sampling));
-                }
-            }
-            Err(error) => done(run.number, Err(error.into())),
-        }
     }
 
     /// Keeps a lane without a job at rest in the state of a busy one, with all contacts open, so

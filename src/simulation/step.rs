@@ -88,13 +88,13 @@ impl Step<'_> {
         filament.touch(contact, &self.nodes(filament, s), start, self.time(s))
     }
 
-    /// The polar axes of the segments' coordinates, the same at the start and at the end.
-    pub fn charts(&self) -> &[PolarAxis] {
-        &self.start.charts
+    /// The polar axis of the coordinates, the same at the start and at the end.
+    pub fn chart(&self) -> PolarAxis {
+        self.start.chart
     }
 
     /// Coordinates and rates at the fraction `s` of the step, into `q` and `v`, about
-    /// [`Step::charts`].
+    /// [`Step::chart`].
     pub fn coordinates(&self, s: f64, q: &mut [[f64; 2]], v: &mut [[f64; 2]]) {
         let knot = |state: &FilamentState, k: usize| Knot {
             value: state.q[k],

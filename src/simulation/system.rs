@@ -6,12 +6,12 @@ use std::ops::{AddAssign, Range};
 use super::error::Obstacle;
 use super::form::{Equations, Form};
 use crate::contact::edge::{EdgeContact, Nodes, Station};
-use crate::contact::{Approach, ContactLaw};
+use crate::contact::{Approach, ContactLaw, node_stiffness_share};
 use crate::equations::linear::{add, dot, in_lane, zero};
 use crate::equations::{
     Chain, ChainDynamics, ChainState, Clamp, Compiled, Energies, LANES, LaneSet, Lanewise,
     NodeLoads, NodeMotion, NodeTangent, PointDamping, PointLoad, PointTangent, PolarAxis,
-    StepWeights, find_pole, near_pole,
+    StepWeights, better_chart, find_pole,
 };
 use crate::integrate::hermite::Knot;
 use crate::integrate::{Point, SecondOrderSystem, StageSolution, State};
@@ -63,35 +63,11 @@ pub const COORDINATES: usize = 2;
 
 /// The state of a filament, with the integrals of [`integral`].
 ///
-/// Coordinates are in rad, as their [`Form`] defines them. In space the charts are the polar axes
-/// of the segments' coordinates; planar coordinates have no charts.
-pub type FilamentState = State<Vec<PolarAxis>, COORDINATES, COUNT>;
+/// Coordinates are in rad, as their [`Form`] defines them. In space the chart is the polar axis of
+/// the coordinates; planar ones have no chart.
+pub type FilamentState = State<PolarAxis, COORDINATES, COUNT>;
 
 impl FilamentState {
-    /// Converts coordinates, rates and accelerations of `segment` (by index) to those about `axis`.
-    ///
-    /// The same motion to rounding, which grows as `1/sin² φ` where `axis` is near the segment's
-    /// direction.
-    ///
-    /// # Panics
-    /// If there is no such segment.
-    pub fn change_chart(&mut self, segment: usize, axis: PolarAxis) {
-        if self.charts[segment] == axis {
-            return;
-        }
-        let motion = [
-            self.q[segment],
-            self.v[segment],
-            self.accelerations[segment],
-        ];
-        [
-            self.q[segment],
-            self.v[segment],
-            self.accelerations[segment],
-        ] = axis.coordinates(self.charts[segment].direction(motion));
-        self.charts[segment] = axis;
-    }
-
     /// Keeps the lateral variation of a planar state finite. Its equations are linear, and where it
     /// is divided, the tilt of the clamp that drives them is far too small to matter.
     pub(super) fn rescale_variation(&mut self) {
@@ -116,20 +92,21 @@ impl FilamentState {
         self.integrals[integral::VARIATION_SCALE] -= factor.ln();
     }
 
-    /// Switches segments near a pole of their coordinates to their other chart, and returns their
-    /// number.
+    /// Takes the other chart if a segment is near a pole of this one and the other is better for all
+    /// segments ([`better_chart`]). Returns `true` if it does.
     ///
-    /// Call this between steps. A segment that has just switched is far from the poles of its new
-    /// chart.
-    pub fn leave_poles(&mut self) -> usize {
-        let mut changes = 0;
-        for segment in 0..self.charts.len() {
-            if near_pole(self.q[segment][0]) {
-                self.change_chart(segment, self.charts[segment].other());
-                changes += 1;
-            }
+    /// Call this between steps, in space, with joints that are relaxed straight.
+    pub fn leave_pole(&mut self) -> bool {
+        let segments = self.q.iter().zip(&self.v).zip(&self.accelerations);
+        let motions = segments.map(|((q, v), acceleration)| [*q, *v, *acceleration]);
+        let Some((chart, motions)) = better_chart(self.chart, motions) else {
+            return false;
+        };
+        self.chart = chart;
+        for (k, [q, v, acceleration]) in motions.into_iter().enumerate() {
+            (self.q[k], self.v[k], self.accelerations[k]) = (q, v, acceleration);
         }
-        changes
+        true
     }
 }
 
@@ -197,9 +174,20 @@ pub struct Filament<M, W> {
 }
 
 impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
-    /// A node at `position` with `velocity`, relative to the workpiece at `time`.
-    pub fn approach(&self, position: [f64; 3], velocity: [f64; 3], time: f64) -> Approach {
-        self.law.approach(&self.workpiece, position, velocity, time)
+    /// The outer end of `segment` (from 0) at `position` with `velocity`, relative to the workpiece
+    /// at `time`.
+    #[inline]
+    pub fn approach(
+        &self,
+        segment: usize,
+        position: [f64; 3],
+        velocity: [f64; 3],
+        time: f64,
+    ) -> Approach {
+        Approach {
+            stiffness_share: node_stiffness_share(segment + 1, self.chain.segments()),
+            ..self.law.approach(&self.workpiece, position, velocity, time)
+        }
     }
 
     /// The number of its possible contacts: one for each node, and one for each edge of the
@@ -230,7 +218,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         Touch {
             station,
             position,
-            approach: self.approach(position, velocity, time),
+            approach: self.approach(contact, position, velocity, time),
             on_edge: None,
         }
     }
@@ -423,14 +411,14 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     /// The state at `time` with the coordinates `q` and the rates `v`: in space those about `z`.
     /// Nodes that press on the workpiece in this state are closed.
     ///
-    /// Segments near the poles of `z` are switched to their other chart, as stated in the returned
-    /// state. At a pole itself, `θ` is that of the plane in which `φ` moves, and `θ̇` is
-    /// meaningless.
+    /// Where a segment is near a pole of `z`, the chart about `x` is taken if it is better, as stated
+    /// in the returned state. At a pole itself, `θ` is that of the plane in which `φ` moves, and
+    /// `θ̇` is meaningless.
     pub fn state(&mut self, time: f64, q: Vec<[f64; 2]>, v: Vec<[f64; 2]>) -> FilamentState {
         self.state_about(PolarAxis::Z, time, q, v)
     }
 
-    /// The same, which changes all segments to coordinates about `preferred`.
+    /// The same, which converts the coordinates to those about `preferred`.
     pub(super) fn state_about(
         &mut self,
         preferred: PolarAxis,
@@ -438,15 +426,21 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         mut q: Vec<[f64; 2]>,
         mut v: Vec<[f64; 2]>,
     ) -> FilamentState {
-        let mut charts = vec![PolarAxis::Z; self.equations.charts().len()];
-        for (axis, (q, v)) in charts.iter_mut().zip(q.iter_mut().zip(&mut v)) {
-            if near_pole(q[0]) || preferred != PolarAxis::Z {
-                let direction = axis.direction([*q, *v, [0.0; 2]]);
-                *axis = axis.other();
-                [*q, *v, _] = axis.coordinates(direction);
-            }
+        let motions = q.iter().zip(&v).map(|(q, v)| [*q, *v, [0.0; 2]]);
+        let converted = if preferred != PolarAxis::Z {
+            let motions = motions.map(|motion| PolarAxis::Z.direction(motion));
+            let motions = motions.map(|motion| preferred.coordinates(motion));
+            Some((preferred, motions.collect()))
+        } else if self.has_two_charts() {
+            better_chart(PolarAxis::Z, motions)
+        } else {
+            None
+        };
+        let (chart, motions) = converted.unwrap_or_default();
+        for (k, [of_q, of_v, _]) in motions.into_iter().enumerate() {
+            (q[k], v[k]) = (of_q, of_v);
         }
-        self.equations.set_charts(&charts);
+        self.equations.set_chart(chart);
         let (equations, at, _) = self.parts(time, &q, &v);
         equations.place(at);
         for contact in 0..self.closed.len() {
@@ -484,14 +478,14 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
     }
 
     fn place(&mut self, state: &FilamentState) {
-        self.equations.set_charts(&state.charts);
+        self.equations.set_chart(state.chart);
         let (equations, at, _) = self.parts(state.time, &state.q, &state.v);
         equations.place(at);
     }
 
     /// Position, velocity and acceleration of every node at a state.
     pub(super) fn track(&mut self, state: &FilamentState, knots: &mut [Knot<3>]) {
-        self.equations.set_charts(&state.charts);
+        self.equations.set_chart(state.chart);
         let (equations, at, _) = self.parts(state.time, &state.q, &state.v);
         equations.track(at, &state.accelerations);
         self.nodes(0, knots);
@@ -552,6 +546,11 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         for closed in &mut self.closed {
             closed.remove(lane);
         }
+    }
+
+    /// `true` if a motion may change its chart: in space, with joints that are relaxed straight.
+    pub fn has_two_charts(&self) -> bool {
+        self.equations.form() == Form::Spatial && self.equations.chain().is_relaxed_straight()
     }
 
     /// The filament of a lane.
@@ -706,7 +705,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
 impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES, COUNT>
     for FilamentSystem<M, W, T>
 {
-    type Charts = Vec<PolarAxis>;
+    type Chart = PolarAxis;
     type Refusal = Obstacle;
 
     fn blocks(&self) -> usize {
@@ -775,12 +774,12 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
         rates
     }
 
-    fn charts(&self) -> Vec<PolarAxis> {
-        self.equations.charts().to_vec()
+    fn chart(&self) -> PolarAxis {
+        self.equations.chart()
     }
 
-    fn set_charts(&mut self, charts: &Vec<PolarAxis>) {
-        self.equations.set_charts(charts);
+    fn set_chart(&mut self, chart: PolarAxis) {
+        self.equations.set_chart(chart);
     }
 
     fn controlled_integrals(&self) -> &'static [[usize; 2]] {
@@ -922,7 +921,7 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
                 &mut result,
                 lane,
                 &filament.law,
-                &filament.approach(position, velocity, self.time.lane(lane)),
+                &filament.approach(node, position, velocity, self.time.lane(lane)),
             );
         }
         Some(result)

@@ -56,7 +56,7 @@ const SIMULTANEOUS: f64 = 1e-9;
 /// Steps end where a node closes or opens, located to [`Filament::event_tolerance`].
 ///
 /// Between steps, segments near a pole of their coordinates switch to their other chart. A state
-/// records its charts ([`FilamentState::charts`]). Nodes and energies do not depend on them.
+/// records its chart ([`FilamentState::chart`]). Nodes and energies do not depend on it.
 ///
 /// # Errors
 /// If a step cannot be taken.
@@ -101,6 +101,7 @@ pub struct Trajectory {
     released: [f64; 2],
     control: StepControl,
     contact_events: usize,
+    has_two_charts: bool,
     chart_changes: usize,
     start: FilamentState,
     end: FilamentState,
@@ -240,7 +241,8 @@ impl Trajectory {
         let control = StepControl::new(tableau, 1e-3 * duration)
             .within(effort(n, duration))
             .up_to(LARGEST_TURN / rate.abs());
-        let chart_changes = start.leave_poles();
+        let has_two_charts = system.has_two_charts();
+        let chart_changes = usize::from(has_two_charts && start.leave_pole());
         let none = Knot {
             value: [0.0; 3],
             rate: [0.0; 3],
@@ -270,6 +272,7 @@ impl Trajectory {
             phase: Phase::Advance(control.propose(start.time, end_time)),
             control,
             contact_events: 0,
+            has_two_charts,
             chart_changes,
             end: start.clone(),
             start,
@@ -509,7 +512,7 @@ impl Trajectory {
             observe(&self.step());
             std::mem::swap(&mut self.start, &mut self.end);
             std::mem::swap(&mut self.start_nodes, &mut self.end_nodes);
-            self.chart_changes += self.start.leave_poles();
+            self.chart_changes += usize::from(self.has_two_charts && self.start.leave_pole());
             if system.carries_variation() {
                 self.start.rescale_variation();
             }
@@ -699,7 +702,7 @@ impl Trajectory {
         mut observe: impl FnMut(&Step<'_>),
     ) -> Result<(), IntegrationError> {
         while let Some(step) = self.next_step(system)? {
-            system.set_charts(&self.start.charts);
+            system.set_chart(self.start.chart);
             self.prepare(0, stepper);
             stepper.attempt(system, step);
             self.conclude(0, stepper, system, &mut observe)?;

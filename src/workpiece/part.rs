@@ -1,7 +1,7 @@
 //! The workpieces of the settings.
 
 use std::f64::consts::PI;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use super::outline::Corner;
 use super::{
@@ -281,24 +281,14 @@ fn check_bore(settings: &Settings, radius_m: f64, [x, y]: [f64; 2]) -> Result<()
     Ok(())
 }
 
-/// The spline of a profile. The last one is kept, because all cases of a study mostly have the
-/// same.
+/// The spline of a profile.
 fn spline(profile: &ProfileSettings) -> Result<Arc<Spline>, Violation> {
-    type Curve = (Vec<[f64; 2]>, usize, bool);
-    static LAST: Mutex<Option<(Curve, Arc<Spline>)>> = Mutex::new(None);
     let ProfileSettings {
         control_points_m,
         degree,
         closed,
         ..
     } = profile;
-    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(((points, last_degree, last_closed), spline)) = &*last
-        && points == control_points_m
-        && (last_degree, last_closed) == (degree, closed)
-    {
-        return Ok(Arc::clone(spline));
-    }
     let violation = |allowed: String| Violation {
         path: "workpiece.control_points_m",
         value: format!("{} points", control_points_m.len()),
@@ -313,12 +303,7 @@ fn spline(profile: &ProfileSettings) -> Result<Arc<Spline>, Violation> {
                 .to_owned(),
         ));
     }
-    let spline = Arc::new(spline);
-    *last = Some((
-        (control_points_m.clone(), *degree, *closed),
-        Arc::clone(&spline),
-    ));
-    Ok(spline)
+    Ok(Arc::new(spline))
 }
 
 /// The brush body must be outside the material.

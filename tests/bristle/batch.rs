@@ -74,7 +74,7 @@ fn states_of_a_batch_have_the_same_results_as_alone() {
                 );
                 assert_eq!(
                     *accelerations,
-                    state.accelerations(&state.charts()),
+                    state.accelerations(PolarAxis::Z),
                     "n = {segments}, {i} of {count}"
                 );
             }

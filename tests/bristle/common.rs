@@ -194,22 +194,17 @@ pub struct RandomState {
 
 impl RandomState {
     /// The accelerations by the recursion, without loads, with the segments about the axes of
-    /// `charts`.
-    pub fn accelerations(&self, charts: &[PolarAxis]) -> Vec<[f64; 2]> {
+    /// `axis`.
+    pub fn accelerations(&self, axis: PolarAxis) -> Vec<[f64; 2]> {
         let mut accelerations = vec![[0.0; 2]; self.q.len()];
         let mut dynamics = Dynamics::new(self.chain.clone());
-        dynamics.set_charts(charts);
+        dynamics.set_chart(axis);
         dynamics.accelerations(
             self.clamp.holding(&self.q, &self.v),
             &NoLoads,
             &mut accelerations,
         );
         accelerations
-    }
-
-    /// The charts in which the state is drawn.
-    pub fn charts(&self) -> Vec<PolarAxis> {
-        vec![PolarAxis::Z; self.q.len()]
     }
 }
 

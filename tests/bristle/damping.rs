@@ -15,7 +15,7 @@ use crate::common::{RandomState, filament as paper, largest, random_pairs, toler
 struct State {
     chain: Chain<f64>,
     clamp: Clamp<f64>,
-    charts: Vec<PolarAxis>,
+    chart: PolarAxis,
     q: Vec<[f64; 2]>,
     /// The rates of the segments that turn rigidly with the body.
     rigid: Vec<[f64; 2]>,
@@ -43,31 +43,46 @@ impl State {
             direction_rate: cross(turning, start),
             angular_velocity: turning,
         };
-        let mut directions = vec![start];
-        let (mut charts, mut q, mut rigid) = (vec![], vec![], vec![]);
-        for _ in 0..segments {
-            let bent = add(
-                directions[q.len()],
-                random(rng, 1.0 / (segments as f64).sqrt()),
-            );
-            let direction = scale(1.0 / dot(bent, bent).sqrt(), bent);
-            let far = |axis: f64| axis.abs() < 0.9;
-            let chart = match (far(direction[2]), far(direction[0])) {
-                (true, true) if rng.bool() => PolarAxis::X,
-                (true, _) => PolarAxis::Z,
-                (false, _) => PolarAxis::X,
+        // Directions in a cone of about one radian are away from the poles of one chart or of both.
+        let is_far = |axis: f64| axis.abs() < 0.9;
+        let draw = |rng: &mut Rng| {
+            let mut directions = vec![start];
+            for k in 0..segments {
+                let bent = add(directions[k], random(rng, 1.0 / (segments as f64).sqrt()));
+                directions.push(scale(1.0 / dot(bent, bent).sqrt(), bent));
+            }
+            directions
+        };
+        let (chart, directions) = loop {
+            let directions = draw(rng);
+            let is_good = |component: usize| {
+                let mut all = directions[1..].iter();
+                all.all(|direction| is_far(direction[component]))
             };
-            let [coordinates, rates, _] =
-                chart.coordinates([direction, cross(turning, direction), [0.0; 3]]);
-            directions.push(direction);
-            charts.push(chart);
-            q.push(coordinates);
-            rigid.push(rates);
+            match (is_good(2), is_good(0)) {
+                (true, true) if rng.bool() => break (PolarAxis::X, directions),
+                (true, _) => break (PolarAxis::Z, directions),
+                (false, true) => break (PolarAxis::X, directions),
+                (false, false) => {}
+            }
+        };
+        if chart == PolarAxis::X {
+            for link in &mut chain.links[1..] {
+                link.relaxed_angle = RelaxedAngle::new(0.0);
+            }
         }
+        let (q, rigid) = directions[1..]
+            .iter()
+            .map(|direction| {
+                let [q, rates, _] =
+                    chart.coordinates([*direction, cross(turning, *direction), [0.0; 3]]);
+                (q, rates)
+            })
+            .unzip();
         Self {
             chain,
             clamp,
-            charts,
+            chart,
             q,
             rigid,
         }
@@ -97,7 +112,7 @@ impl State {
             .iter_mut()
             .for_each(|link| link.damping *= damping);
         let mut dynamics = Dynamics::new(chain);
-        dynamics.set_charts(&self.charts);
+        dynamics.set_chart(self.chart);
         dynamics
     }
 
@@ -132,7 +147,7 @@ impl State {
     fn dissipation(&self, v: &[[f64; 2]]) -> f64 {
         let (mut sum, mut inner) = (0.0, [0.0; 3]);
         for (k, link) in self.chain.links.iter().enumerate() {
-            let [direction, rate, _] = self.charts[k].direction([self.q[k], v[k], [0.0; 2]]);
+            let [direction, rate, _] = self.chart.direction([self.q[k], v[k], [0.0; 2]]);
             let outer = cross(
                 direction,
                 sub(rate, cross(self.clamp.angular_velocity, direction)),

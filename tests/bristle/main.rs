@@ -25,6 +25,7 @@ mod poses;
 mod profile;
 mod reference;
 mod resolved;
+mod segments;
 mod shape;
 mod shortcuts;
 mod slow;

@@ -9,8 +9,7 @@ use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
 use crate::model::chain::{
-    self, ACCELERATION, ANGULAR_RATE, Body, Hinge, Motion, Segment, VELOCITY, Vec3, turned_back,
-    vector_symbol,
+    self, ACCELERATION, ANGULAR_RATE, Body, Hinge, Motion, Segment, VELOCITY, Vec3, vector_symbol,
 };
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 use crate::passes::dimension;
@@ -249,8 +248,12 @@ impl FreeSegment {
 /// What a segment needs at its inner end for given accelerations and a given outer force.
 pub(super) struct InverseDynamics {
     pub free: FreeSegment,
+    /// The symbols of `ẍ`.
+    pub base_acceleration: Vec3,
     /// The symbols of `q̈`.
     pub accelerations: Vec<NodeId>,
+    /// The symbols of `F`.
+    pub outer_force: Vec3,
     /// `τ`, one component per coordinate.
     pub torque: Vec<NodeId>,
     /// `p` in N.
@@ -292,7 +295,9 @@ impl InverseDynamics {
         let reach_acceleration = directional_derivative(g, &free.reach_rate, &moving);
         Self {
             free,
+            base_acceleration,
             accelerations,
+            outer_force,
             torque,
             base_force,
             reach_acceleration,
@@ -354,47 +359,6 @@ impl Joint {
                     to_spring: turned,
                     ..next
                 },
-            ]
-        })
-    }
-
-    /// Between two segments whose polar axis is `x`.
-    pub fn about_x() -> Self {
-        Self::new(
-            Motion::Spatial,
-            &["previous", "next"],
-            |graph, hinge, segments| {
-                let [previous, next] = [segments[0], segments[1]]
-                    .map(|segment| Neighbour::of(graph, segment).about_x());
-                let turn = [
-                    graph.sin(hinge.relaxed_angle),
-                    graph.cos(hinge.relaxed_angle),
-                ];
-                let turned = turned_back(graph, next.to_spring, turn);
-                [
-                    previous,
-                    Neighbour {
-                        to_spring: turned,
-                        ..next
-                    },
-                ]
-            },
-        )
-    }
-
-    /// Between a segment whose polar axis is `z` and one whose polar axis is `x`, in either order:
-    /// the energies are the same from both sides, except that the relaxed angle changes its sign.
-    /// Here the former is the outer one.
-    pub fn crossed() -> Self {
-        Self::new(Motion::Spatial, &["z", "x"], |graph, hinge, segments| {
-            let [z, x] = [segments[0], segments[1]].map(|segment| Neighbour::of(graph, segment));
-            let turned = segments[0].unbent_direction(graph, hinge);
-            [
-                Neighbour {
-                    to_spring: turned,
-                    ..z
-                },
-                x.about_x(),
             ]
         })
     }
@@ -528,23 +492,12 @@ pub(super) fn tangent(
 }
 
 impl Neighbour {
-    /// That of `segment`, whose polar axis is `z`, as it is. Its rates are those in the body.
+    /// That of `segment` as it is. Its rates are those in the body.
     fn of(graph: &mut Graph, segment: Segment) -> Self {
         let direction = segment.direction(graph);
         Self {
             to_spring: direction,
             to_damper: Some((direction, segment.direction_rate(graph))),
-        }
-    }
-
-    /// The same with the polar axis `x`: `e = (cos φ, sin φ cos θ, sin φ sin θ)`.
-    fn about_x(self) -> Self {
-        let along_x = |[x, y, z]: Vec3| [z, x, y];
-        Self {
-            to_spring: along_x(self.to_spring),
-            to_damper: self
-                .to_damper
-                .map(|(direction, rate)| (along_x(direction), along_x(rate))),
         }
     }
 }
@@ -638,17 +591,6 @@ pub(super) fn unbent_azimuth(graph: &mut Graph, label: &str) -> Input {
     Input::new(
         &name,
         "sin(θ − κ), cos(θ − κ), with the relaxed angle κ",
-        elements,
-    )
-}
-
-/// Sine and cosine of the relaxed angle.
-pub(super) fn relaxed_turn(graph: &mut Graph) -> Input {
-    let angle = Hinge::new(graph, "").relaxed_angle;
-    let elements = sine_and_cosine(graph, "relaxed", angle);
-    Input::new(
-        "relaxed_turn",
-        "sin κ, cos κ, with the relaxed angle κ",
         elements,
     )
 }

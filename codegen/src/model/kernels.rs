@@ -31,13 +31,14 @@ use crate::model::chain::{
 };
 use crate::model::elements::{
     BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, RelaxedClamp, RigidRates,
-    TORQUE, azimuth_steps, clamp_inputs, joint_constants, rates, rates_in_body, relaxed_turn,
-    segment_constants, sine_and_cosine, step_weights, tangent_kernel, transpose, trigonometry,
-    unbent_azimuth, vector_input, weights,
+    TORQUE, azimuth_steps, clamp_inputs, joint_constants, rates, rates_in_body, segment_constants,
+    sine_and_cosine, step_weights, tangent_kernel, transpose, trigonometry, unbent_azimuth,
+    vector_input, weights,
 };
 use crate::model::lateral;
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 use crate::passes::normal_form::Style;
+use crate::passes::specialise::substitute;
 
 /// Kernels for motion in space, in the order in which the solver uses them.
 ///
@@ -45,13 +46,7 @@ use crate::passes::normal_form::Style;
 /// If a term of the derivation makes no physical sense.
 pub fn spatial_kernels() -> Result<Vec<Kernel>, String> {
     let mut kernels = of_motion(Motion::Spatial)?;
-    kernels.extend([
-        joint_about_x()?,
-        joint_about_x_tangent()?,
-        crossed_joint()?,
-        crossed_joint_tangent()?,
-        rigid_rates()?,
-    ]);
+    kernels.push(rigid_rates()?);
     Ok(kernels)
 }
 
@@ -95,23 +90,29 @@ fn of_motion(motion: Motion) -> Result<Vec<Kernel>, String> {
 }
 
 fn segment(motion: Motion) -> Result<Kernel, String> {
-    let mut free = FreeSegment::new(motion);
-    let moving = free.rates_of_coordinates();
-    let [coordinates, rates_of] = free.variables();
-    let d = coordinates.len();
+    let InverseDynamics {
+        mut free,
+        base_acceleration,
+        accelerations,
+        outer_force,
+        torque,
+        base_force,
+        reach_acceleration,
+    } = InverseDynamics::new(motion);
     let g = &mut free.graph;
-    let base_momentum = gradient(g, free.kinetic_energy, &free.base_velocity);
-    let momentum = gradient(g, free.kinetic_energy, &rates_of);
-    let coupling = jacobian(g, &base_momentum, &rates_of);
-    let inertia = jacobian(g, &momentum, &rates_of);
-    let base_bias = directional_derivative(g, &base_momentum, &moving);
-    let momentum_rate = directional_derivative(g, &momentum, &moving);
-    let kinetic_gradient = gradient(g, free.kinetic_energy, &coordinates);
-    let bias = (0..d)
-        .map(|i| g.sub(momentum_rate[i], kinetic_gradient[i]))
+    let inertia = jacobian(g, &torque, &accelerations);
+    let coupling = jacobian(g, &base_force, &accelerations);
+    let reach_jacobian = jacobian(g, &reach_acceleration, &accelerations);
+    let zero = g.integer(0);
+    let at_rest = accelerations
+        .iter()
+        .chain(&base_acceleration)
+        .chain(&outer_force)
+        .map(|symbol| (*symbol, zero))
         .collect();
-    let reach_jacobian = jacobian(g, &free.reach, &coordinates);
-    let reach_bias = directional_derivative(g, &free.reach_rate, &moving);
+    let bias = substitute(g, &torque, &at_rest);
+    let base_bias = substitute(g, &base_force, &at_rest);
+    let reach_bias = substitute(g, &reach_acceleration, &at_rest);
     let outputs = vec![
         Output::matrix("inertia", "`I = ∂²E_kin/∂q̇²`", INERTIA, inertia),
         Output::matrix("coupling", "`C = ∂²E_kin/∂ẋ∂q̇`", MASS_LENGTH, coupling),
@@ -170,6 +171,7 @@ fn segment_tangent(motion: Motion) -> Result<Kernel, String> {
         torque,
         base_force,
         reach_acceleration,
+        ..
     } = InverseDynamics::new(motion);
     let [coordinates, rates_of] = free.variables();
     let g = &mut free.graph;
@@ -453,91 +455,6 @@ fn rigid_rates() -> Result<Kernel, String> {
             ),
         ]
     })
-}
-
-/// The kernels of joints with segments whose polar axis is `x`.
-fn about_x_inputs(graph: &mut Graph) -> Vec<Input> {
-    let inputs = vec![
-        trigonometry(graph, Motion::Spatial, "previous", "previous"),
-        trigonometry(graph, Motion::Spatial, "next", "next"),
-        // As it is: `κ` enters by the turn.
-        azimuth_steps(graph)[0].clone(),
-        relaxed_turn(graph),
-        rates_in_body(graph, Motion::Spatial, "previous_rates", "previous"),
-        rates_in_body(graph, Motion::Spatial, "next_rates", "next"),
-    ];
-    [inputs, joint_constants(graph)].concat()
-}
-
-fn joint_about_x() -> Result<Kernel, String> {
-    let summary = "Torques of a joint as in [`joint`], between two segments with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x).";
-    torques_kernel(
-        "joint_about_x",
-        summary,
-        Joint::about_x(),
-        &SIDES,
-        about_x_inputs,
-    )
-}
-
-fn joint_about_x_tangent() -> Result<Kernel, String> {
-    let summary = "Tangent of a joint about x: minus the derivative of the torques of [`joint_about_x`] along `q̈`, when\n\
-                   `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
-    tangent_kernel(
-        Motion::Spatial,
-        "joint_about_x_tangent",
-        summary,
-        Joint::about_x().tangent(),
-        &BLOCKS,
-        about_x_inputs,
-    )
-}
-
-fn crossed_joint_inputs(graph: &mut Graph) -> Vec<Input> {
-    let inputs = vec![
-        trigonometry(graph, Motion::Spatial, "z_angles", "z"),
-        trigonometry(graph, Motion::Spatial, "x_angles", "x"),
-        unbent_azimuth(graph, "z"),
-        rates_in_body(graph, Motion::Spatial, "z_rates", "z"),
-        rates_in_body(graph, Motion::Spatial, "x_rates", "x"),
-    ];
-    [inputs, joint_constants(graph)].concat()
-}
-
-fn crossed_joint() -> Result<Kernel, String> {
-    let sides = [
-        ("z", "segment with polar axis z"),
-        ("x", "segment with polar axis x"),
-    ];
-    let summary = "Torques of a joint as in [`joint`], between a segment with `e = (sin φ cos θ, sin φ sin θ, cos φ)`\n\
-                   (polar axis z) and one with `e = (cos φ, sin φ cos θ, sin φ sin θ)` (polar axis x), in either order.\n\
-                   `κ` is the relaxed angle where the segment about z is the outer one, and minus that angle where it is the inner one.";
-    torques_kernel(
-        "crossed_joint",
-        summary,
-        Joint::crossed(),
-        &sides,
-        crossed_joint_inputs,
-    )
-}
-
-fn crossed_joint_tangent() -> Result<Kernel, String> {
-    let blocks = [
-        ("z_z", "the segment with polar axis z along its `q̈`"),
-        ("z_x", "the segment with polar axis z along the other's `q̈`"),
-        ("x_z", "the segment with polar axis x along the other's `q̈`"),
-        ("x_x", "the segment with polar axis x along its `q̈`"),
-    ];
-    let summary = "Tangent of a joint between polar axes: minus the derivative of the torques of [`crossed_joint`]\n\
-                   along `q̈`, when `δq = w_q δq̈` and `δq̇ = w_v δq̈`. Each block is 2 × 2.";
-    tangent_kernel(
-        Motion::Spatial,
-        "crossed_joint_tangent",
-        summary,
-        Joint::crossed().tangent(),
-        &blocks,
-        crossed_joint_inputs,
-    )
 }
 
 fn clamp(motion: Motion) -> Result<Kernel, String> {

@@ -123,6 +123,7 @@ impl LateralSegment {
             torque,
             base_force,
             reach_acceleration,
+            ..
         } = InverseDynamics::new(Motion::Spatial);
         let FreeSegment {
             mut graph,

@@ -18,7 +18,7 @@ const ORIGIN: Origin<'_> = Origin {
 };
 
 /// Operations of each kernel: the number when the limit was set, plus a tenth.
-const OPERATIONS: [(&str, usize); 29] = [
+const OPERATIONS: [(&str, usize); 25] = [
     ("segment", 92),
     ("segment_tangent", 231),
     ("segment_energy", 57),
@@ -28,10 +28,6 @@ const OPERATIONS: [(&str, usize); 29] = [
     ("clamp", 34),
     ("clamp_tangent", 106),
     ("clamp_energy", 56),
-    ("joint_about_x", 118),
-    ("joint_about_x_tangent", 613),
-    ("crossed_joint", 101),
-    ("crossed_joint_tangent", 575),
     ("rigid_rates", 23),
     ("planar_segment", 30),
     ("planar_segment_tangent", 48),

@@ -8,7 +8,7 @@ use bristle_text::{columns, shown};
 use crate::cells::has_thousands;
 use crate::document::Document;
 use crate::input_error::{InputError, LONGEST_KEY};
-use crate::materials::Material;
+use crate::materials::{CONTACT_STIFFNESS, Material, default_contact_stiffness};
 use crate::packing::{PACKED, tip_spacing};
 use crate::plausibility::{Unusual, unusual_in_study, unusual_value};
 use crate::units::other_paths;
@@ -389,6 +389,11 @@ pub fn first_file(
         };
         format!("\n[{name}]\n{stated}{material}{what}{left_out}")
     };
+    let known_modulus = material.filter(|_| !has_modulus);
+    let stiffness = rounded(default_contact_stiffness(
+        known_modulus.map_or(modulus, |material| material.youngs_modulus_pa),
+        diameter,
+    ));
     let mut filament = vec![
         ("filament.length_m", length, true),
         ("filament.diameter_m", diameter, true),
@@ -437,7 +442,7 @@ pub fn first_file(
         section("filament", &filament),
         section(
             "contact",
-            &[("contact.friction_coefficient", friction, has_friction), ("contact.stiffness_n_m", 1e5, false)],
+            &[("contact.friction_coefficient", friction, has_friction), (CONTACT_STIFFNESS, stiffness, false)],
         ),
         section("process", &[(SPEED, rounded(speed / 2.0), true), (DEPTH, rounded(depth / 2.0), true)]),
         format!(

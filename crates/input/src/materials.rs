@@ -7,6 +7,7 @@
 //! published modulus are left out, except filaments with abrasive grains, which are computed from
 //! their parts. A kpsi is 6.895 MPa.
 
+use bristle::model::settings::ContactSettings;
 use bristle_text::columns;
 use bristle_text::layout::{aligned, left, wrap};
 use bristle_text::number::{short, significant};
@@ -20,6 +21,21 @@ pub(crate) const MODULUS: &str = "filament.youngs_modulus_pa";
 
 /// A brush maker's table of densities and water uptake.
 const DENSITIES: &str = "Simoni, Filaments";
+
+/// Young's modulus in Pa from which on a filament is a metal wire. Polymers have up to 10 GPa.
+const WIRE_MODULUS_PA: f64 = 50e9;
+
+/// The path of the contact stiffness.
+pub(crate) const CONTACT_STIFFNESS: &str = "contact.stiffness_n_m";
+
+/// Returns the contact stiffness in N/m of a file that states none: that of the paper, or for metal
+/// wires, which would penetrate too deep with it, one that grows with `E d`.
+pub(crate) fn default_contact_stiffness(youngs_modulus_pa: f64, diameter_m: f64) -> f64 {
+    if youngs_modulus_pa < WIRE_MODULUS_PA {
+        return ContactSettings::default().stiffness_n_m;
+    }
+    ContactSettings::stiffness_of(youngs_modulus_pa, diameter_m)
+}
 
 /// A material.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,14 +6,43 @@
 
 use std::io::{self, Write};
 
+use bristle::model::metrics::Metrics;
 use bristle::model::parameters::{Parameter, Violation};
+use bristle::model::record::{Column, Record};
 use bristle::model::settings::{Settings, UncertaintySettings};
 use bristle_grid::uncertainty::check;
-use bristle_grid::{CaseResult, Setting, Study};
+use bristle_grid::{CaseResult, CaseSummary, Setting, Study};
+use bristle_store::results::Origin;
+use serde_json::json;
 use thiserror::Error;
 
 /// The error of `F_n,w` for which values are chosen, over it.
 pub const GOAL: f64 = 0.01;
+
+/// Keys of the metrics that are judged. The first is the force, for which values are chosen.
+const JUDGED: [&str; 6] = [
+    "tool_contact_normal_force_n",
+    "contact_normal_impulse_n_s",
+    "peak_contact_normal_force_n",
+    "contact_time_ratio",
+    "max_tip_deflection_m",
+    "contact_time_s",
+];
+
+/// Returns the metrics that are judged. The first is the force `F_n,w`.
+pub fn judged() -> impl Iterator<Item = &'static Column<Metrics>> {
+    JUDGED.iter().map(|key| {
+        let mut columns = Metrics::COLUMNS.iter();
+        columns
+            .find(|column| column.key == *key)
+            .expect("the table has these metrics")
+    })
+}
+
+/// Returns the force `F_n,w` among the metrics.
+pub fn force() -> &'static Column<Metrics> {
+    judged().next().expect("the force is the first one")
+}
 
 const SEGMENTS: &str = "filament.segments";
 const SOLVER_TOLERANCE: &str = "solver.relative_tolerance";
@@ -142,9 +171,37 @@ impl Plan {
                 .collect(),
         });
         Ok(Convergence {
+            settings: stated.clone(),
             series: series.collect(),
         })
     }
+}
+
+/// Simulates the cases for the settings that a file states, by `simulate`, and returns what they
+/// say. With a force (N) in place of a depth, `at_depth` learns it, and the settings at the depth
+/// that reaches it; all cases have this depth.
+///
+/// # Errors
+/// Those of `simulate`, and `refused` if nothing can be said.
+pub fn converge<E>(
+    stated: Settings,
+    mut simulate: impl FnMut(Study) -> Result<Vec<CaseResult>, E>,
+    at_depth: impl FnOnce(f64, &Settings),
+    refused: impl Fn(ConvergenceError) -> E,
+) -> Result<Convergence, E> {
+    let mut settings = stated;
+    if let Some(force) = settings.process.tool_force_n {
+        let study = Study::of_cases(vec![settings]);
+        let results = simulate(study.clone())?;
+        if let Err(error) = &results[0] {
+            return Err(refused(ConvergenceError::Stated(error.clone())));
+        }
+        settings = study.settings_found(0, &results[0]);
+        at_depth(force, &settings);
+    }
+    let plan = Plan::new(&settings).map_err(&refused)?;
+    let results = simulate(plan.study())?;
+    plan.conclude(&results).map_err(refused)
 }
 
 /// The values of a setting that are compared, from coarse to fine.
@@ -228,13 +285,13 @@ pub struct Series {
     pub results: Vec<CaseResult>,
 }
 
-/// The force that finer and finer values tend to.
+/// The value of a metric that finer and finer values of a setting tend to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
-    /// The force `F_n,w` in N.
-    pub force: f64,
-    /// The power of the length of a segment with which the error falls, if the force is
-    /// extrapolated with it; none if it is that of the finest value.
+    /// In the metric's unit.
+    pub value: f64,
+    /// The power of the length of a segment with which the error falls, if the metric is
+    /// extrapolated with it; none if the limit is the metric of the finest value.
     pub order: Option<f64>,
 }
 
@@ -245,12 +302,17 @@ impl Series {
         Setting::Number(self.parameter)
     }
 
-    /// The force `F_n,w` in N; none where the simulation failed.
-    fn force(&self, index: usize) -> Option<f64> {
-        self.results[index]
-            .as_ref()
-            .ok()
-            .map(|summary| summary.metrics.tool_contact_normal_force_n)
+    /// The result of the value at a position; none where the simulation failed.
+    #[must_use]
+    pub fn summary(&self, index: usize) -> Option<&CaseSummary> {
+        self.results[index].as_ref().ok()
+    }
+
+    /// The metric of the value at a position; none where the simulation failed.
+    #[must_use]
+    pub fn value(&self, metric: &Column<Metrics>, index: usize) -> Option<f64> {
+        self.summary(index)
+            .map(|summary| metric.get(&summary.metrics))
     }
 
     /// The position of the finest value that has a result.
@@ -258,40 +320,63 @@ impl Series {
     pub fn finest(&self) -> usize {
         (0..self.values.len())
             .rev()
-            .find(|&index| self.force(index).is_some())
+            .find(|&index| self.results[index].is_ok())
             .expect("the stated value has a result")
+    }
+
+    /// The position of the stated value.
+    #[must_use]
+    pub fn stated(&self) -> usize {
+        let mut values = self.values.iter();
+        values
+            .position(|value| *value == self.stated)
+            .expect("the stated value is among them")
     }
 
     /// The force of the value at a position against that of the finest one, as a part of it; none
     /// where the simulation failed.
     #[must_use]
     pub fn change(&self, index: usize) -> Option<f64> {
-        let finest = self.force(self.finest())?;
-        Some((self.force(index)? - finest) / finest)
+        let finest = self.value(force(), self.finest())?;
+        Some((self.value(force(), index)? - finest) / finest)
     }
 
-    /// What the force tends to. It is extrapolated (Richardson) over the number of segments alone,
-    /// where the error is known to fall with a power of their length, and only if the finest four
-    /// agree on this power.
+    /// The numbers of outer nodes that touched, if they differ among the finest four numbers of
+    /// segments: the contact itself changes, and nothing is extrapolated.
     #[must_use]
-    pub fn limit(&self) -> Limit {
-        /// Powers that agree, and the least change over the force that is none of the tolerance's.
+    pub fn changing_nodes(&self) -> Option<Vec<usize>> {
+        let finest = self.finest();
+        let known = (0..=finest).filter_map(|index| self.summary(index));
+        let nodes: Vec<usize> = known.map(|summary| summary.metrics.contact_nodes).collect();
+        let last = nodes[nodes.len().saturating_sub(4)..].to_vec();
+        let changes = last.iter().any(|count| *count != last[0]);
+        (self.parameter.path == SEGMENTS && changes).then_some(last)
+    }
+
+    /// Returns what a metric tends to.
+    ///
+    /// It is extrapolated (Richardson) over the number of segments alone, where the error is known
+    /// to fall with a power of their length, and only if the finest four agree on this power and on
+    /// the number of nodes that touch.
+    #[must_use]
+    pub fn limit(&self, metric: &Column<Metrics>) -> Limit {
+        /// Powers that agree, and the least relative change that is none of the tolerance's.
         const AGREES: f64 = 0.25;
         const RESOLVED: f64 = 1e-5;
         let finest = self.finest();
-        let force = self.force(finest).expect("it has a result");
-        let unknown = Limit { force, order: None };
+        let value = self.value(metric, finest).expect("it has a result");
+        let unknown = Limit { value, order: None };
         let known: Vec<(f64, f64)> = (0..=finest)
-            .filter_map(|index| Some((1.0 / self.values[index], self.force(index)?)))
+            .filter_map(|index| Some((1.0 / self.values[index], self.value(metric, index)?)))
             .collect();
-        if self.parameter.path != SEGMENTS || known.len() < 4 {
+        if self.parameter.path != SEGMENTS || known.len() < 4 || self.changing_nodes().is_some() {
             return unknown;
         }
         let last = &known[known.len() - 4..];
         let changes = last.windows(2).map(|pair| pair[1].1 - pair[0].1);
         if changes
             .clone()
-            .any(|change| change.abs() < RESOLVED * force.abs())
+            .any(|change| change.abs() < RESOLVED * value.abs())
         {
             return unknown;
         }
@@ -304,36 +389,44 @@ impl Series {
         let [(coarse, at_coarse), (fine, at_fine)] = [last[2], last[3]];
         let share = fine.powf(order) / (coarse.powf(order) - fine.powf(order));
         Limit {
-            force: at_fine + share * (at_fine - at_coarse),
+            value: at_fine + share * (at_fine - at_coarse),
             order: Some(order),
         }
     }
 
-    /// The error of the force at a position against [`Series::limit`], as a part of it; none where
+    /// The error of a metric at a position against [`Series::limit`], as a part of it; none where
     /// it is unknown: where the simulation failed, and at the finest value if nothing is
     /// extrapolated.
     #[must_use]
-    pub fn error(&self, index: usize) -> Option<f64> {
-        let limit = self.limit();
+    pub fn error(&self, metric: &Column<Metrics>, index: usize) -> Option<f64> {
+        let limit = self.limit(metric);
         if limit.order.is_none() && index >= self.finest() {
             return None;
         }
-        Some((self.force(index)? / limit.force - 1.0).abs())
+        let value = self.value(metric, index)?;
+        Some(if value == limit.value {
+            0.0
+        } else {
+            (value / limit.value - 1.0).abs()
+        })
     }
 
-    /// The error with the value that is stated.
+    /// The error of a metric with the value that is stated.
     #[must_use]
-    pub fn stated_error(&self) -> Option<f64> {
-        self.error(self.values.iter().position(|value| *value == self.stated)?)
+    pub fn stated_error(&self, metric: &Column<Metrics>) -> Option<f64> {
+        self.error(metric, self.stated())
     }
 
-    /// The coarsest value from which on all errors are at most `goal`.
+    /// The coarsest value from which on all errors of the force are at most `goal`.
     #[must_use]
     pub fn enough(&self, goal: f64) -> Option<f64> {
         let known = (0..=self.finest())
             .rev()
-            .skip_while(|&index| self.error(index).is_none());
-        let good = known.take_while(|&index| self.error(index).is_some_and(|error| error <= goal));
+            .skip_while(|&index| self.error(force(), index).is_none());
+        let good = known.take_while(|&index| {
+            self.error(force(), index)
+                .is_some_and(|error| error <= goal)
+        });
         good.last().map(|index| self.values[index])
     }
 }
@@ -366,6 +459,8 @@ fn order(points: &[(f64, f64)]) -> Option<f64> {
 
 /// What results say about the precision of their computation.
 pub struct Convergence {
+    /// The settings as they are stated, at their depth.
+    pub settings: Settings,
     /// One per setting.
     pub series: Vec<Series>,
 }
@@ -384,10 +479,53 @@ impl Convergence {
             .map(|series| series.enough(self.goal_of_each()))
     }
 
-    /// The sum of the errors of the values that are stated; none if one of them is not known.
+    /// The sum of the errors of a metric of the values that are stated; none if one of them is not
+    /// known.
     #[must_use]
-    pub fn stated_error(&self) -> Option<f64> {
-        self.series.iter().map(Series::stated_error).sum()
+    pub fn stated_error(&self, metric: &Column<Metrics>) -> Option<f64> {
+        let errors = self.series.iter().map(|series| series.stated_error(metric));
+        errors.sum()
+    }
+
+    /// The text of `converge.json`: version, settings, and for each setting its values with the
+    /// metrics, their limits and the errors as stated.
+    #[must_use]
+    pub fn json(&self) -> String {
+        let of_metric = |series: &Series, metric: &Column<Metrics>| {
+            let Limit { value, order } = series.limit(metric);
+            let values = (0..series.values.len()).map(|index| series.value(metric, index));
+            let numbers = json!({
+                "values": values.collect::<Vec<_>>(),
+                "limit": value,
+                "order": order,
+                "error": series.stated_error(metric),
+            });
+            (metric.key.to_owned(), numbers)
+        };
+        let of_series = |series: &Series| {
+            let of_each = |of: fn(&CaseSummary) -> usize| -> Vec<Option<usize>> {
+                let all = 0..series.values.len();
+                all.map(|index| series.summary(index).map(of)).collect()
+            };
+            let metrics: serde_json::Map<_, _> =
+                judged().map(|metric| of_metric(series, metric)).collect();
+            json!({
+                "setting": series.parameter.path,
+                "stated": series.stated,
+                "values": series.values,
+                "steps": of_each(|summary| summary.statistics.steps),
+                "contact_nodes": of_each(|summary| summary.metrics.contact_nodes),
+                "metrics": metrics,
+            })
+        };
+        let Origin { version, equations } = Origin::here();
+        let whole = json!({
+            "version": version,
+            "equations": equations,
+            "settings": self.settings,
+            "series": self.series.iter().map(of_series).collect::<Vec<_>>(),
+        });
+        format!("{whole:#}\n")
     }
 }
 
@@ -397,40 +535,31 @@ impl Convergence {
 /// If `out` cannot be written to.
 pub fn write_convergence(out: impl Write, convergence: &Convergence) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    let keys = [
-        "contact_normal_impulse_n_s",
-        "tool_contact_normal_force_n",
-        "change",
-        "steps",
-        "status",
-    ];
-    writer.write_record(["setting", "value"].into_iter().chain(keys))?;
+    let metrics: Vec<&Column<Metrics>> = judged().collect();
+    let keys = metrics.iter().map(|metric| metric.key);
+    let others = ["contact_nodes", "change", "steps", "status"];
+    let heading = ["setting", "value"].into_iter().chain(keys).chain(others);
+    writer.write_record(heading)?;
     for series in &convergence.series {
         for (index, (value, result)) in series.values.iter().zip(&series.results).enumerate() {
-            let cells = match (result, series.change(index)) {
-                (Ok(summary), Some(change)) => {
-                    let metrics = &summary.metrics;
-                    let numbers = [
-                        metrics.contact_normal_impulse_n_s,
-                        metrics.tool_contact_normal_force_n,
-                        change,
-                    ];
-                    let [impulse, force, change] = numbers.map(|number| number.to_string());
-                    let steps = summary.statistics.steps.to_string();
-                    [impulse, force, change, steps, "ok".to_owned()]
+            let mut cells = vec![series.parameter.path.to_owned(), value.to_string()];
+            match result {
+                Ok(summary) => {
+                    let numbers = metrics.iter().map(|metric| metric.get(&summary.metrics));
+                    cells.extend(numbers.map(|number| number.to_string()));
+                    cells.extend([
+                        summary.metrics.contact_nodes.to_string(),
+                        series.change(index).unwrap_or(0.0).to_string(),
+                        summary.statistics.steps.to_string(),
+                        "ok".to_owned(),
+                    ]);
                 }
-                (result, _) => {
-                    let message = result.as_ref().err().cloned().unwrap_or_default();
-                    let mut cells = <[String; 5]>::default();
-                    cells[4] = message;
-                    cells
+                Err(message) => {
+                    cells.extend(vec![String::new(); metrics.len() + others.len() - 1]);
+                    cells.push(message.clone());
                 }
-            };
-            writer.write_record(
-                [series.parameter.path.to_owned(), value.to_string()]
-                    .into_iter()
-                    .chain(cells),
-            )?;
+            }
+            writer.write_record(cells)?;
         }
     }
     writer.flush()
@@ -439,7 +568,7 @@ pub fn write_convergence(out: impl Write, convergence: &Convergence) -> io::Resu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::with_force;
+    use crate::testing::{metrics_of, with_force};
 
     /// A series whose force is a function of the value.
     fn series(path: &str, stated: f64, force: impl Fn(f64) -> f64) -> Series {
@@ -489,10 +618,10 @@ mod tests {
                 "{found:?}"
             );
         };
-        let limit = regular.limit();
+        let limit = regular.limit(force());
         near(limit.order, 2.0, 1e-6);
-        near(Some(limit.force), 100.0, 1e-6);
-        near(regular.stated_error(), 3.0 / 625.0, 1e-8);
+        near(Some(limit.value), 100.0, 1e-6);
+        near(regular.stated_error(force()), 3.0 / 625.0, 1e-8);
         // 3/17² is just above one per cent, 3/25² half of it.
         assert_eq!(
             [0.01, 0.001, 0.02].map(|goal| regular.enough(goal)),
@@ -515,7 +644,10 @@ mod tests {
         ] {
             let finest = irregular.finest();
             assert_eq!(
-                (irregular.limit().order, irregular.error(finest)),
+                (
+                    irregular.limit(force()).order,
+                    irregular.error(force(), finest)
+                ),
                 (None, None)
             );
         }
@@ -526,6 +658,15 @@ mod tests {
             [0.01, 1e-5].map(|goal| by_tolerance.enough(goal)),
             [Some(1e-4), Some(1e-7)]
         );
+    }
+
+    #[test]
+    fn nothing_is_extrapolated_while_the_number_of_nodes_in_contact_changes() {
+        let mut series = series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 3.0 / (n * n)));
+        let last = series.values.len() - 1;
+        metrics_of(&mut series.results[last]).contact_nodes = 2;
+        assert_eq!(series.changing_nodes(), Some(vec![0, 0, 0, 2]));
+        assert_eq!(series.limit(force()).order, None);
     }
 
     #[test]
@@ -544,7 +685,7 @@ mod tests {
         );
         assert!(
             series
-                .limit()
+                .limit(force())
                 .order
                 .is_some_and(|order| (order - 2.0).abs() < 1e-6)
         );
@@ -552,18 +693,19 @@ mod tests {
         write_convergence(
             &mut text,
             &Convergence {
+                settings: Settings::paper(10.0, 1e-3),
                 series: vec![series],
             },
         )
         .expect("a table");
         let text = String::from_utf8(text).expect("text");
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines[1], "filament.segments,5,,,,,failed");
+        assert_eq!(lines[1], "filament.segments,5,,,,,,,,,,failed");
         assert!(
-            lines[6].starts_with("filament.segments,35,0,100.2") && lines[6].ends_with(",0,0,ok"),
+            lines[6].starts_with("filament.segments,35,100.2") && lines[6].ends_with(",0,0,ok"),
             "{text}"
         );
-        assert_eq!(lines[7], "filament.segments,50,,,,,\"failed, too\"");
+        assert_eq!(lines[7], "filament.segments,50,,,,,,,,,,\"failed, too\"");
     }
 
     #[test]

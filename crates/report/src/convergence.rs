@@ -3,7 +3,7 @@
 use std::iter;
 
 use bristle_grid::CaseResult;
-use bristle_insight::convergence::{Convergence, GOAL, Series};
+use bristle_insight::convergence::{Convergence, GOAL, Series, force, judged};
 use bristle_insight::quantity::{Quantity, Readable};
 use bristle_text::layout::{aligned, wrap};
 use bristle_text::number::short;
@@ -19,7 +19,9 @@ pub fn convergence_text(convergence: &Convergence, width: usize) -> String {
         wrap(width, &mut text, "", &sentence(series, goal));
         text.push('\n');
     }
-    let stated = match convergence.stated_error() {
+    text.push_str(&judged_table(convergence));
+    text.push('\n');
+    let stated = match convergence.stated_error(force()) {
         Some(error) if error <= GOAL => format!("As stated, F_n,w is good to {}.", percent(error)),
         Some(error) => format!("As stated, F_n,w may be off by {}.", percent(error)),
         None => "How good F_n,w is as stated is not known.".to_owned(),
@@ -104,6 +106,42 @@ fn table(series: &Series) -> String {
         .collect()
 }
 
+/// The metrics that a paper reports: as stated, what they tend to with finer segments, and the sum
+/// of the errors as stated.
+fn judged_table(convergence: &Convergence) -> String {
+    let heading = ["", "as stated", "limit", "error"].map(str::to_owned);
+    let mut rows: Vec<Vec<String>> = vec![heading.to_vec()];
+    let Some(series) = convergence.series.first() else {
+        return String::new();
+    };
+    for metric in judged() {
+        let (unit, factor) = match metric.display.unit {
+            "" => (metric.unit, 1.0),
+            unit => (unit, metric.display.factor),
+        };
+        let heading = match unit {
+            "" => metric.symbol.to_owned(),
+            unit => format!("{} in {unit}", metric.symbol),
+        };
+        let number = |value: f64| short(factor * value);
+        let unknown = || "–".to_owned();
+        rows.push(vec![
+            heading,
+            series
+                .value(metric, series.stated())
+                .map_or_else(unknown, number),
+            number(series.limit(metric).value),
+            convergence
+                .stated_error(metric)
+                .map_or_else(unknown, percent),
+        ]);
+    }
+    aligned(&rows)
+        .iter()
+        .map(|line| format!("{}\n", line.trim_end()))
+        .collect()
+}
+
 /// A change in per cent: with its sign, and two digits or more.
 fn signed(change: f64) -> String {
     if change == 0.0 {
@@ -131,14 +169,20 @@ fn sentence(series: &Series, goal: f64) -> String {
         .trim_end()
         .to_owned()
     };
-    let limit = series.limit();
+    let limit = series.limit(force());
     let finest = series.values[series.finest()];
     let against = match limit.order {
         Some(order) => format!(
             "F_n,w tends to {} N: the finest four agree on an error that falls with the power {order:.1} of a segment’s length. ",
-            force_text(limit.force)
+            force_text(limit.value)
         ),
-        None => String::new(),
+        None => series.changing_nodes().map_or_else(String::new, |nodes| {
+            let counts: Vec<String> = nodes.iter().map(usize::to_string).collect();
+            format!(
+                "The outer {} nodes touched with the finest values: their number changes, so that nothing is extrapolated. ",
+                counts.join(", ")
+            )
+        }),
     };
     let enough = match series.enough(goal) {
         Some(value) => format!("{} is enough for {}", equation(value), percent(goal)),
@@ -148,7 +192,7 @@ fn sentence(series: &Series, goal: f64) -> String {
             percent(goal)
         ),
     };
-    let stated = match series.stated_error() {
+    let stated = match series.stated_error(force()) {
         Some(error) => format!(
             "; {}, as stated, is off by {}.",
             equation(series.stated),

@@ -5,6 +5,7 @@
 //! that are there already.
 
 pub mod calibration;
+pub mod convergence;
 pub mod removal;
 
 use std::io;

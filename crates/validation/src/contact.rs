@@ -152,7 +152,7 @@ fn momentum_balance(settings: &Settings) -> Result<[f64; 3], Failure> {
             let filament = watching.filament(0);
             for node in (0..step.closed.len()).filter(|&node| step.closed[node]) {
                 let position = dynamics.positions()[node];
-                let approach = filament.approach(position, dynamics.velocities()[node], time);
+                let approach = filament.approach(node, position, dynamics.velocities()[node], time);
                 torque += axial(position, filament.law.force(&approach).total(&approach));
             }
             turned += weight * torque;

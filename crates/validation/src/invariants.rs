@@ -22,7 +22,7 @@ type System = FilamentSystem<FixedClamp, Plane>;
 fn directions(state: &FilamentState) -> Vec<[[f64; 3]; 2]> {
     let motion = |k: usize| [state.q[k], state.v[k], [0.0; 2]];
     (0..state.q.len())
-        .map(|k| state.charts[k].direction(motion(k)))
+        .map(|k| state.chart.direction(motion(k)))
         .map(|[e, rate, _]| [e, rate])
         .collect()
 }

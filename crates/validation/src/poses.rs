@@ -67,8 +67,8 @@ fn tip(settings: &Settings) -> [f64; 2] {
         settings.tool.body_radius_m * sin,
         0.0,
     ];
-    for (q, chart) in start.q.iter().zip(&start.charts) {
-        let [direction, ..] = chart.direction([*q, none, none]);
+    for q in &start.q {
+        let [direction, ..] = start.chart.direction([*q, none, none]);
         [x, y, z] = [
             x + length * direction[0],
             y + length * direction[1],

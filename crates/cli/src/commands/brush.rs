@@ -158,7 +158,7 @@ pub fn run(arguments: &BrushArgs) -> Result<ExitCode, CliError> {
         unusual: &unusual,
         assumptions: &assumptions,
     };
-    let warnings = of_brush(&settings, &Interaction::of(&result));
+    let warnings = of_brush(&settings, &metrics, &Interaction::of(&result));
     let table = write_results(arguments, settings.clone(), result, notes, &figures)?;
     checkpoint.remove()?;
     show(table)?;

@@ -5,11 +5,12 @@ use std::process::ExitCode;
 use bristle::model::settings::Settings;
 use bristle_grid::{CaseResult, Study};
 use bristle_input::plausibility::unusual;
-use bristle_insight::convergence::{ConvergenceError, Plan, write_convergence};
+use bristle_insight::convergence::{ConvergenceError, Plan, converge};
 use bristle_report::convergence::convergence_text;
 use bristle_report::figures::{convergence_figures, is_of_convergence};
+use bristle_run::convergence::{OF_CONVERGENCE, write_convergence};
 use bristle_run::{Means, RunError, StudyRun};
-use bristle_store::staged::{StagedFile, occupy, prepare_directory};
+use bristle_store::staged::{occupy, prepare_directory};
 use bristle_text::layout::note;
 use bristle_text::number::counted;
 use bristle_text::shown;
@@ -21,13 +22,10 @@ use crate::interrupt::stop_on_interrupt;
 use crate::job::JobArgs;
 use crate::pictures::{FIGURES, draw, is_picture};
 use crate::progress::Progress;
-use crate::terminal::{commit, say, say_at_the_end, show, width};
+use crate::terminal::{say, say_at_the_end, say_written, show, width};
 use crate::values::{INTERRUPTED, ResourceArgs};
 
-/// The table of the results.
-const TABLE: &str = "converge.csv";
-
-/// Say how many segments and which tolerance a contact needs, and write DIR/converge.csv
+/// Say how many segments and which tolerance a contact needs, and write DIR/converge.csv and .json
 ///
 /// Simulates the contact of [process] with coarser and finer values of one setting after the other:
 /// the number of segments, filament.segments, and the tolerance, solver.relative_tolerance. With
@@ -36,8 +34,9 @@ const TABLE: &str = "converge.csv";
 /// brush.stiffness_n_m2.
 ///
 /// Prints the force F_n,w for each value with its change against the finest one, what to choose for
-/// an error of 1 %, and how good the force is as stated. Where the finest four numbers of segments
-/// agree on the power with which the error falls, the force is extrapolated.
+/// an error of 1 %, and how good each metric is as stated. Where the finest four numbers of
+/// segments agree on the power with which the error falls, and the same number of nodes touches,
+/// metrics are extrapolated.
 /// DIR/figures/converge.svg and .png show the errors. [study] is ignored, [uncertainty] too without
 /// [brush]. A force in place of the depth is reached first, and the depth then kept.
 #[derive(Args)]
@@ -66,29 +65,32 @@ pub fn run(arguments: &ConvergeArgs) -> Result<ExitCode, CliError> {
     let _occupied = occupy(
         &arguments.job.out,
         &[
-            ("", &|name| name == TABLE),
+            ("", &|name| OF_CONVERGENCE.contains(&name)),
             (FIGURES, &is_picture(is_of_convergence)),
         ],
     )?;
-    let outcome = at_depth(arguments, stated).and_then(|settings| {
-        let plan = Plan::new(&settings).map_err(|error| refused(arguments, error))?;
-        let results = simulate(arguments, plan.study())?;
-        Ok((plan, results))
-    });
-    let (plan, results) = match outcome {
+    let at_depth = |force: f64, settings: &Settings| {
+        let depth = 1e3 * settings.process.penetration_depth_m;
+        say(note(&format!(
+            "the depth that reaches {force} N as stated, {depth:.4} mm, is the same in all cases"
+        )));
+    };
+    let outcome = converge(
+        stated,
+        |study| simulate(arguments, study),
+        at_depth,
+        |error| refused(arguments, error),
+    );
+    let convergence = match outcome {
         Err(CliError::Run(RunError::Stopped)) => {
             say_at_the_end("stopped: nothing was written");
             return Ok(INTERRUPTED.into());
         }
         outcome => outcome?,
     };
-    let convergence = plan
-        .conclude(&results)
-        .map_err(|error| refused(arguments, error))?;
-    let file = StagedFile::write(arguments.job.out.join(TABLE), |out| {
-        write_convergence(out, &convergence)
-    })?;
-    commit([file])?;
+    for file in write_convergence(&arguments.job.out, &convergence)? {
+        say_written(&file);
+    }
     draw(
         &arguments.job.out,
         |format| convergence_figures(&convergence, format),
@@ -118,24 +120,6 @@ fn refused(arguments: &ConvergeArgs, error: ConvergenceError) -> CliError {
         path: arguments.job.input.file.clone(),
         error,
     }
-}
-
-/// The settings, at the depth that reaches the force which they state in place of one.
-fn at_depth(arguments: &ConvergeArgs, stated: Settings) -> Result<Settings, CliError> {
-    let Some(force) = stated.process.tool_force_n else {
-        return Ok(stated);
-    };
-    let study = Study::of_cases(vec![stated]);
-    let results = simulate(arguments, study.clone())?;
-    if let Err(error) = &results[0] {
-        return Err(refused(arguments, ConvergenceError::Stated(error.clone())));
-    }
-    let settings = study.settings_found(0, &results[0]);
-    let depth = 1e3 * settings.process.penetration_depth_m;
-    say(note(&format!(
-        "the depth that reaches {force} N as stated, {depth:.4} mm, is the same in all cases"
-    )));
-    Ok(settings)
 }
 
 /// The results of all cases, or none of them if it is asked to stop.

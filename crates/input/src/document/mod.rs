@@ -23,7 +23,7 @@ use crate::cells::{DECIMALS, SEPARATORS};
 use crate::goal::{GOAL, MOST, MOST_OF, NUMBERS, allowed, largest};
 use crate::input_error::{InputError, LONGEST_KEY, LONGEST_MESSAGE, Source};
 use crate::keys::{CONTROL_POINTS, FILAMENT, MATERIAL_KEY, STUDY, TOOLS, WORKPIECE};
-use crate::materials::Material;
+use crate::materials::{CONTACT_STIFFNESS, Material, default_contact_stiffness};
 use crate::measured::{ColumnName, Format, Quantity};
 use crate::mistakes::{Mistake, value_mistake};
 use crate::options::{self, Assignment};
@@ -664,6 +664,12 @@ impl<'t> Document<'t> {
         })?;
         if let Some(workpiece) = workpiece {
             settings.workpiece = self.read_workpiece(&table, workpiece)?;
+        }
+        if find(&table, CONTACT_STIFFNESS).is_none() && settings.contact.exponent == 1.0 {
+            settings.contact.stiffness_n_m = default_contact_stiffness(
+                settings.filament.youngs_modulus_pa,
+                settings.filament.diameter_m,
+            );
         }
         self.check_lengths(&table, &settings)?;
         if !followed.is_empty() {

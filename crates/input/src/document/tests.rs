@@ -11,6 +11,23 @@ const FILE: &str = concat!(
     "[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1.0e-3\n"
 );
 
+/// A wire of steel would penetrate too deep with the stiffness of the paper's filament.
+#[test]
+fn metal_wires_have_a_stiff_contact_by_default() {
+    let stiffness = |filament: &str, contact: &str| {
+        let text = FILE.replace("[process]", &format!("{filament}\n{contact}\n[process]"));
+        let document = Document::parse(&text, "wire").expect("a document");
+        document.settings().expect("settings").contact.stiffness_n_m
+    };
+    assert_eq!(stiffness("", ""), 1e5);
+    assert_eq!(stiffness("youngs_modulus_pa = 9e9", ""), 1e5);
+    let steel = 1e5 * 206.0 / 3.0;
+    let found = stiffness("material = \"steel\"", "");
+    assert!((found / steel - 1.0).abs() < 1e-12, "{found}");
+    let stated = stiffness("material = \"steel\"", "[contact]\nstiffness_n_m = 3e5");
+    assert_eq!(stated, 3e5);
+}
+
 #[test]
 fn named_tools_change_slowest_and_have_their_own_settings() {
     let text = "[study]\nbrushing_velocity_m_s = [5.0, 10.0]\n\"contact.exponent\" = [1.0, 1.5]\n\

@@ -1,8 +1,11 @@
 //! Brushes whose mean impulse is not known to their tolerance.
 
+use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle_grid::{CaseResult, Interaction, Study};
 use bristle_text::layout::Warning;
+
+use super::touch;
 
 /// Error estimate of the impulse and residual of the energy that are worth a warning, in tolerances.
 /// The steps of a brush are chosen such that its estimate is below the former.
@@ -11,7 +14,7 @@ const ENERGY_TOLERANCES: f64 = 10.0;
 
 /// Returns the warnings about one brush.
 #[must_use]
-pub fn of_brush(settings: &Settings, interaction: &Interaction) -> Vec<Warning> {
+pub fn of_brush(settings: &Settings, metrics: &Metrics, interaction: &Interaction) -> Vec<Warning> {
     let is_uncertain = is_uncertain(settings, interaction).then(|| {
         Warning::new(format!(
             "p_n of the brush is known to ± {:.1} % only (`impulse_error_estimate`): more \
@@ -26,7 +29,11 @@ pub fn of_brush(settings: &Settings, interaction: &Interaction) -> Vec<Warning> 
             interaction.energy_residual
         ))
     });
-    is_uncertain.into_iter().chain(is_unbalanced).collect()
+    let is_soft = touch::of_soft_contact(settings, metrics);
+    [is_uncertain, is_unbalanced, is_soft]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Whether the error estimate of a brush is larger than its steps allow.

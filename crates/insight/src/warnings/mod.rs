@@ -29,6 +29,7 @@ pub fn of_contact(settings: &Settings, metrics: &Metrics, statistics: &Statistic
         limited_work::of_contact(statistics),
         packing::of_contact(settings),
         touch::of_contact(settings, metrics),
+        touch::of_soft_contact(settings, metrics),
         touch::of_free_contact(settings, metrics),
         stability::of_contact(settings, metrics),
     ];
@@ -54,6 +55,7 @@ pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Warning> {
         limited_work::of_study(results),
         packing::of_study(study, results),
         touch::of_study(study, results),
+        touch::of_soft_cases(study, results),
         touch::of_free_cases(study, results),
         stability::of_study(study, results),
     ];

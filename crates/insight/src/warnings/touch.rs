@@ -17,6 +17,14 @@ const DEEPEST_SHARE: f64 = 0.5;
 /// What a deep penetration means for results, and what avoids it.
 const DEEP: &str = "The force then depends on the contact stiffness: a larger `contact.stiffness_n_m` penetrates less.";
 
+/// Shares of `a_e` and of `d` up to which a contact is stiff (MODEL, "Contact that converges with
+/// the number of segments").
+const STIFF_DEPTH_SHARE: f64 = 1.0 / 20.0;
+const STIFF_DIAMETER_SHARE: f64 = 1.0 / 4.0;
+
+/// The consequence of a large penetration.
+const SOFT: &str = "more than a twentieth of a_e or a quarter of d: the contact is softer than the workpiece can be.";
+
 /// A tool without contact, what clears the workpiece, and what avoids it.
 const FREE: &str = "the turning tool never touches the workpiece.";
 const SPLAYED: &str = "Centrifugal forces splay its filaments, whose tips then lie less deep than those of the tool at rest. Press it deeper, or turn it slower.";
@@ -35,6 +43,59 @@ pub(super) fn of_free_contact(settings: &Settings, metrics: &Metrics) -> Option<
 pub(super) fn of_free_cases(study: &Study, results: &[CaseResult]) -> Option<Warning> {
     let free = rows(study, results, is_free);
     of_rows(&free, results.len(), &format!("{FREE} {SPLAYED}"))
+}
+
+/// The contact stiffness in N/m^p at which a face is penetrated as little as it should be; `None`
+/// if it is. A contact that stores the same energy has it.
+fn stiffness_needed(settings: &Settings, metrics: &Metrics) -> Option<f64> {
+    // The depth of a case that states a force is that which was found.
+    let depth = if metrics.penetration_depth_m > 0.0 {
+        metrics.penetration_depth_m
+    } else {
+        settings.process.penetration_depth_m
+    };
+    let diameter = settings.filament.diameter_m;
+    let stiff = (STIFF_DEPTH_SHARE * depth).min(STIFF_DIAMETER_SHARE * diameter);
+    let ratio = metrics.max_penetration_m / stiff;
+    let contact = &settings.contact;
+    (ratio > 1.0 && !is_deep(settings, metrics))
+        .then(|| contact.stiffness_n_m * ratio.powf(contact.exponent + 1.0))
+}
+
+/// Advises a stiffness, rounded up to two digits.
+fn stiffness_advice(stiffness: f64) -> String {
+    let digit = 10.0_f64.powf(stiffness.log10().floor() - 1.0);
+    format!(
+        "`contact.stiffness_n_m = {:.1e}` would not be.",
+        (stiffness / digit).ceil() * digit
+    )
+}
+
+/// The warning about one contact that is too soft.
+pub(super) fn of_soft_contact(settings: &Settings, metrics: &Metrics) -> Option<Warning> {
+    let stiffness = stiffness_needed(settings, metrics)?;
+    Some(Warning::new(format!(
+        "nodes penetrate the workpiece by {} mm, {SOFT} {}",
+        short(1e3 * metrics.max_penetration_m),
+        stiffness_advice(stiffness)
+    )))
+}
+
+/// The warning about the cases of a study whose contact is too soft.
+pub(super) fn of_soft_cases(study: &Study, results: &[CaseResult]) -> Option<Warning> {
+    let soft = rows(study, results, |settings, metrics| {
+        stiffness_needed(settings, metrics).is_some()
+    });
+    let needed = soft.iter().filter_map(|row| {
+        let metrics = &results[row - 1].as_ref().ok()?.metrics;
+        stiffness_needed(&study.settings(row - 1), metrics)
+    });
+    let advice = stiffness_advice(needed.fold(0.0, f64::max));
+    of_rows(
+        &soft,
+        results.len(),
+        &format!("nodes penetrate the workpiece (max_penetration_m) by {SOFT} {advice}"),
+    )
 }
 
 /// The warning about one contact.
@@ -127,6 +188,33 @@ mod tests {
             "{told}"
         );
         assert_eq!(of_study(&study, &results[..2]), None);
+    }
+
+    #[test]
+    fn soft_contacts_are_told_with_a_stiffness_that_is_enough() {
+        let document = Document::parse(FILE, "case.toml").expect("a document");
+        let settings = document.settings().expect("settings");
+        let soft = |max_penetration_m: f64| Metrics {
+            max_penetration_m,
+            ..Metrics::default()
+        };
+        // A twentieth of 1 mm.
+        assert_eq!(of_soft_contact(&settings, &soft(0.05e-3)), None);
+        let told = of_soft_contact(&settings, &soft(0.1e-3)).expect("a warning");
+        let statement = "nodes penetrate the workpiece by 0.1 mm, ";
+        let advice = "`contact.stiffness_n_m = 4.0e5` would not be.";
+        assert_eq!(told.plain(), format!("{statement}{SOFT} {advice}"));
+        let study = document.study().expect("a study");
+        let results = [soft(0.0), soft(0.1e-3), soft(0.2e-3)].map(result);
+        let told = of_soft_cases(&study, &results).expect("a warning").plain();
+        assert!(
+            told.starts_with("in 2 of 3 cases, first in row 2"),
+            "{told}"
+        );
+        assert!(
+            told.ends_with("`contact.stiffness_n_m = 1.6e6` would not be."),
+            "{told}"
+        );
     }
 
     #[test]

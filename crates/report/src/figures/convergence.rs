@@ -1,6 +1,6 @@
 //! The figure of a convergence.
 
-use bristle_insight::convergence::{Convergence, GOAL, Series};
+use bristle_insight::convergence::{Convergence, GOAL, Series, force};
 
 use super::picture::Picture;
 use crate::drawing::diagram::{Frame, draw_axes, left_of};
@@ -61,7 +61,7 @@ pub fn is_of_convergence(name: &str) -> bool {
 /// The values with an error that can be shown, and these errors in per cent.
 fn errors(series: &Series) -> Vec<(f64, f64)> {
     let all = (0..series.values.len())
-        .filter_map(|index| Some((series.values[index], 100.0 * series.error(index)?)));
+        .filter_map(|index| Some((series.values[index], 100.0 * series.error(force(), index)?)));
     all.filter(|(_, error)| *error > 0.0).collect()
 }
 
@@ -108,7 +108,7 @@ fn draw_series(canvas: &mut Canvas, series: &Series, [x, y]: &[Scale; 2], frame:
         let own: Vec<Point> = own.into_iter().filter_map(place).collect();
         pen(index).markers(canvas, &own, false);
     }
-    if let Some(order) = series.limit().order {
+    if let Some(order) = series.limit(force()).order {
         let at = (fine(left + 8), fine(bottom - 14));
         canvas.text(&format!("order {order:.1}"), text(12, GREY).right(), at);
     }
