@@ -13,8 +13,8 @@
 //!    [`model::kernels`] derives the functions of one segment and one joint, from which the solver
 //!    computes accelerations and implicit steps in O(n), and [`model::lateral`] those of the
 //!    variation of a planar motion out of its plane;
-//! 4. [`back`]: [`back::languages`] emits either form as Rust, C, MATLAB, NumPy or SymPy,
-//!    [`back::json`] writes and reads JSON, [`back::print`] writes text, LaTeX or Markdown.
+//! 4. [`back`]: [`back::languages`] emits either form as Rust, [`back::json`] writes and reads JSON.
+//!    `bristle-inspect` has other languages, text, LaTeX and Markdown.
 //!
 //! Two tools complete them: [`fingerprint`] hashes texts and sources and uses no layer, and
 //! [`mod@compare`] evaluates two derivations of the same kernels.

@@ -1,8 +1,6 @@
-//! The outputs of the engine: kernels in programming languages, as JSON, and as mathematics for
-//! people to read.
+//! The outputs of the engine: kernels as Rust, and as JSON. `bristle-inspect` writes them in other
+//! languages, and as mathematics for people to read.
 
 pub mod json;
 pub mod languages;
-pub(crate) mod latex;
-pub mod print;
 pub mod source;

@@ -77,7 +77,7 @@ pub struct Origin<'a> {
 
 /// The header: origin, fingerprint of the expressions, and operations. Each line is a comment after
 /// `mark`.
-pub(crate) fn header(kernels: &[Kernel], origin: Origin<'_>, mark: &str) -> Result<String, String> {
+pub fn header(kernels: &[Kernel], origin: Origin<'_>, mark: &str) -> Result<String, String> {
     let fingerprint = fingerprint(kernels)
         .map_err(|error| format!("the expressions have no fingerprint: {error}"))?;
     let operations: usize = kernels
@@ -97,7 +97,7 @@ pub(crate) fn header(kernels: &[Kernel], origin: Origin<'_>, mark: &str) -> Resu
 }
 
 /// `text` as comment lines after `mark`.
-pub(crate) fn comment(text: &str, mark: &str) -> String {
+pub fn comment(text: &str, mark: &str) -> String {
     text.lines()
         .map(|line| format!("{mark} {line}").trim_end().to_string() + "\n")
         .collect()

@@ -381,7 +381,7 @@ impl Graph {
     }
 
     /// The same without what only the nodes need that `is_given` names.
-    pub(crate) fn reachable_until(
+    pub fn reachable_until(
         &self,
         outputs: &[NodeId],
         is_given: impl Fn(NodeId) -> bool,

@@ -49,7 +49,7 @@ impl Kernel {
 }
 
 /// The operands whose values an operation needs: all except the base of a zeroth power.
-pub(crate) fn computed_operands(node: Node) -> impl Iterator<Item = NodeId> {
+pub fn computed_operands(node: Node) -> impl Iterator<Item = NodeId> {
     node.operands()
         .filter(move |_| !matches!(node, Node::Powi(_, 0)))
 }
@@ -66,7 +66,8 @@ pub struct Input {
 }
 
 impl Input {
-    pub(crate) fn new(name: &str, doc: &str, elements: Vec<(String, NodeId)>) -> Self {
+    /// Creates an input from named elements.
+    pub fn new(name: &str, doc: &str, elements: Vec<(String, NodeId)>) -> Self {
         Self {
             name: name.into(),
             doc: doc.into(),
@@ -78,7 +79,7 @@ impl Input {
     ///
     /// # Panics
     /// If the graph has no such symbol.
-    pub(crate) fn symbols(graph: &Graph, name: &str, doc: &str, names: &[&str]) -> Self {
+    pub fn symbols(graph: &Graph, name: &str, doc: &str, names: &[&str]) -> Self {
         let find = |symbol: &&str| {
             let node = graph
                 .find_symbol(symbol)
@@ -127,7 +128,8 @@ pub struct Output {
 }
 
 impl Output {
-    pub(crate) fn scalar(name: &str, doc: &str, unit: Unit, node: NodeId) -> Self {
+    /// Creates a scalar output.
+    pub fn scalar(name: &str, doc: &str, unit: Unit, node: NodeId) -> Self {
         Self {
             name: name.into(),
             doc: doc.into(),
@@ -137,7 +139,8 @@ impl Output {
         }
     }
 
-    pub(crate) fn vector(name: &str, doc: &str, unit: Unit, nodes: Vec<NodeId>) -> Self {
+    /// Creates an output of several values.
+    pub fn vector(name: &str, doc: &str, unit: Unit, nodes: Vec<NodeId>) -> Self {
         Self {
             name: name.into(),
             doc: doc.into(),
@@ -147,7 +150,8 @@ impl Output {
         }
     }
 
-    pub(crate) fn matrix(name: &str, doc: &str, unit: Unit, rows: Vec<Vec<NodeId>>) -> Self {
+    /// Creates an output of rows of values.
+    pub fn matrix(name: &str, doc: &str, unit: Unit, rows: Vec<Vec<NodeId>>) -> Self {
         let shape = Shape::Matrix(rows.len(), rows.first().map_or(0, Vec::len));
         Self {
             name: name.into(),
@@ -159,7 +163,7 @@ impl Output {
     }
 
     /// The unit, to follow what the output is.
-    pub(crate) fn in_unit(&self) -> String {
+    pub fn in_unit(&self) -> String {
         if self.unit == Unit::ONE {
             String::new()
         } else {
@@ -169,7 +173,7 @@ impl Output {
 }
 
 /// The elements of `outputs`, in order.
-pub(crate) fn output_nodes(outputs: &[Output]) -> Vec<NodeId> {
+pub fn output_nodes(outputs: &[Output]) -> Vec<NodeId> {
     outputs
         .iter()
         .flat_map(|output| output.nodes.iter().copied())
@@ -177,7 +181,7 @@ pub(crate) fn output_nodes(outputs: &[Output]) -> Vec<NodeId> {
 }
 
 /// Puts `nodes` in the place of [`output_nodes`], as a pass returns them.
-pub(crate) fn set_output_nodes(outputs: &mut [Output], nodes: Vec<NodeId>) {
+pub fn set_output_nodes(outputs: &mut [Output], nodes: Vec<NodeId>) {
     let mut nodes = nodes.into_iter();
     for output in outputs {
         output.nodes = nodes.by_ref().take(output.nodes.len()).collect();

@@ -7,9 +7,9 @@
 pub mod constant;
 pub mod graph;
 pub mod kernel;
-pub(crate) mod naming;
-pub(crate) mod notation;
+pub mod naming;
+pub mod notation;
 pub mod simplify;
 pub mod special;
 pub mod unit;
-pub(crate) mod writer;
+pub mod writer;

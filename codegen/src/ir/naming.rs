@@ -1,7 +1,7 @@
 //! Names: what a name becomes in Rust.
 
 /// `segment_tangent` as `SegmentTangent`.
-pub(crate) fn camel_case(name: &str) -> String {
+pub fn camel_case(name: &str) -> String {
     let capitalise = |word: &str| {
         let mut letters = word.chars();
         letters

@@ -4,21 +4,27 @@ use crate::ir::constant::Constant;
 use crate::ir::unit::superscript;
 
 /// Binding strengths.
-pub(crate) const SUM: u8 = 1;
+pub const SUM: u8 = 1;
 /// A fraction with a slash: next to another factor, its denominator would be ambiguous.
-pub(crate) const QUOTIENT: u8 = 2;
-pub(crate) const PRODUCT: u8 = 3;
-pub(crate) const POWER: u8 = 4;
-pub(crate) const ATOM: u8 = 5;
+pub const QUOTIENT: u8 = 2;
+/// See [`SUM`].
+pub const PRODUCT: u8 = 3;
+/// See [`SUM`].
+pub const POWER: u8 = 4;
+/// See [`SUM`].
+pub const ATOM: u8 = 5;
 
 /// A written expression and how strongly it binds.
 #[derive(Clone, Debug)]
-pub(crate) struct Written {
+pub struct Written {
+    /// The expression.
     pub text: String,
+    /// How strongly it holds together.
     pub strength: u8,
 }
 
 impl Written {
+    /// Creates an expression of the given strength.
     pub fn new(text: impl Into<String>, strength: u8) -> Self {
         Self {
             text: text.into(),
@@ -39,7 +45,7 @@ impl Written {
 /// A way of writing mathematics. The writer builds sums, products and parentheses from these parts.
 ///
 /// A sign between terms has a space on each side, where lines can be broken.
-pub(crate) trait Notation {
+pub trait Notation {
     /// The sign of a difference.
     fn minus(&self) -> char;
     /// A constant that is not negative.
@@ -63,13 +69,13 @@ pub(crate) trait Notation {
 }
 
 /// Plain text.
-pub(crate) struct Text;
+pub struct Text;
 
 /// From this size on, and below its inverse, a float is written with a power of ten.
 const LARGE: f64 = 1e7;
 
 /// Mantissa and exponent of a float that is written with a power of ten; none for the others.
-pub(crate) fn scientific(value: f64) -> Option<(String, String)> {
+pub fn scientific(value: f64) -> Option<(String, String)> {
     let plain = value == 0.0 || !value.is_finite() || (1.0 / LARGE..LARGE).contains(&value.abs());
     let (mantissa, exponent) = (!plain)
         .then(|| format!("{value:e}"))?

@@ -211,7 +211,7 @@ impl Display for Dimension {
 }
 
 /// `number` in superscript digits.
-pub(crate) fn superscript(number: i32) -> String {
+pub fn superscript(number: i32) -> String {
     let digit = |character| match character {
         '-' => '⁻',
         '1' => '¹',

@@ -9,7 +9,7 @@ use crate::ir::unit::Unit;
 ///
 /// Sums and products of any length are written without recursion. Other operations recurse once per
 /// level, so that whoever writes deep expressions must cut them by names.
-pub(crate) struct Writer<'a> {
+pub struct Writer<'a> {
     graph: &'a Graph,
     notation: &'a dyn Notation,
     /// Names of nodes, by index; empty for the others.
@@ -18,7 +18,7 @@ pub(crate) struct Writer<'a> {
 
 impl<'a> Writer<'a> {
     /// Without names.
-    pub(crate) fn new(graph: &'a Graph, notation: &'a dyn Notation) -> Self {
+    pub fn new(graph: &'a Graph, notation: &'a dyn Notation) -> Self {
         Self {
             graph,
             notation,
@@ -27,12 +27,12 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes `id` as `name` from now on.
-    pub(crate) fn set_name(&mut self, id: NodeId, name: String) {
+    pub fn set_name(&mut self, id: NodeId, name: String) {
         self.names[id.index()] = name;
     }
 
     /// The name of `id`; empty if it has none.
-    pub(crate) fn name(&self, id: NodeId) -> &str {
+    pub fn name(&self, id: NodeId) -> &str {
         &self.names[id.index()]
     }
 
@@ -41,7 +41,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The expression at `id`: its name, or else its operation.
-    pub(crate) fn expression(&self, id: NodeId) -> Written {
+    pub fn expression(&self, id: NodeId) -> Written {
         match self.is_named(id) {
             true => Written::new(self.names[id.index()].clone(), ATOM),
             false => self.operation(id),
@@ -49,7 +49,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The operation at `id`, whether it has a name or not.
-    pub(crate) fn operation(&self, id: NodeId) -> Written {
+    pub fn operation(&self, id: NodeId) -> Written {
         let of = |id, context| self.expression(id).within(context);
         let minus = self.notation.minus();
         match self.graph.node(id) {
@@ -201,7 +201,7 @@ const EXCERPT_DEPTH: usize = 5;
 const EXCERPT_LENGTH: usize = 120;
 
 /// The outer operations of `id` as text, for messages; an ellipsis marks what is left out.
-pub(crate) fn excerpt(graph: &Graph, id: NodeId) -> String {
+pub fn excerpt(graph: &Graph, id: NodeId) -> String {
     let mut copy = Graph::raw();
     let top = copy_levels(graph, id, &mut copy, EXCERPT_DEPTH);
     let text = Writer::new(&copy, &Text).expression(top).text;

@@ -3,10 +3,11 @@
 
 use std::io::{self, Write};
 
+use crate::languages::{self, SourceFile};
+use crate::print::{self, PageForm, Walkthrough};
 use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
-use bristle_codegen::back::languages::{self, SourceFile};
-use bristle_codegen::back::print::{self, PageForm, Walkthrough};
+use bristle_codegen::back::languages::rust::emit_file;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::kernels::{kernels, planar_kernels};
@@ -256,7 +257,7 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Str
             to_json(&computing()?, GENERATOR)
                 .map_err(|error| format!("cannot write the graph as JSON: {error}"))?,
         ),
-        DeriveFormat::Rust => text(languages::rust::emit_file(&computing()?, origin)?),
+        DeriveFormat::Rust => text(emit_file(&computing()?, origin)?),
         DeriveFormat::Numpy => text(languages::numpy::emit(&computing()?, origin)?),
         DeriveFormat::Sympy => text(languages::sympy::emit(
             &equations.derived(Purpose::Reading)?,

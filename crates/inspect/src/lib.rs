@@ -1,8 +1,10 @@
 //! Tools for the equations of motion themselves: show them ([`derive`](mod@derive)), compare them
 //! with those of another engine ([`comparison`]), and evaluate them at one state ([`evaluation`],
-//! [`state`]).
+//! [`state`]). [`languages`] and [`print`] write them for other programs and for people.
 
 pub mod comparison;
 pub mod derive;
 pub mod evaluation;
+pub mod languages;
+pub mod print;
 pub mod state;

@@ -10,12 +10,12 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use bristle_codegen::back::languages::{SourceFile, c, matlab, numpy, sympy};
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
 use bristle_emitted::catalogue::{self, COVERAGE};
 use bristle_emitted::chains::{self, CHAINS};
 use bristle_emitted::{emitted, whole};
+use bristle_inspect::languages::{SourceFile, c, matlab, numpy, sympy};
 use fastrand::Rng;
 use tempfile::TempDir;
 

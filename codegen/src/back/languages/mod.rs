@@ -1,38 +1,25 @@
-//! Rust, C, MATLAB, NumPy and SymPy from expressions: one function per kernel, one named
-//! intermediate per shared operation.
+//! Rust and other languages from expressions: one function per kernel, one named intermediate per
+//! shared operation.
 //!
 //! The languages agree in how sums, products and parentheses are written, so that one writer serves
-//! them all; a `Dialect` has the rest. Powers are products, and the order of all operations is that
+//! them all; a [`Dialect`] has the rest. Powers are products, and the order of all operations is that
 //! of the graph: the same kernels give the same bytes in each language, and up to the last bits of
 //! sines and cosines the same values.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::back::source::{Origin, header};
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
-use crate::ir::kernel::{Input, Kernel, Output, Shape, computed_operands};
-use crate::ir::special;
+use crate::ir::kernel::{Input, Kernel, Output, computed_operands};
 
-pub mod c;
-pub mod matlab;
-pub mod numpy;
 pub mod rust;
-pub mod sympy;
-
-/// A file of source.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SourceFile {
-    /// Its name, without a directory.
-    pub name: String,
-    /// What is in it.
-    pub text: String,
-}
 
 /// How strongly an expression holds together: sums, products, what needs no parentheses.
-type Strength = u8;
-const SUM: Strength = 0;
-const PRODUCT: Strength = 1;
+pub type Strength = u8;
+/// The strength of a sum.
+pub const SUM: Strength = 0;
+/// The strength of a product.
+pub const PRODUCT: Strength = 1;
 const ATOM: Strength = 2;
 
 /// An expression and its strength.
@@ -61,7 +48,7 @@ impl Piece {
 }
 
 /// What languages write differently.
-pub(crate) trait Dialect {
+pub trait Dialect {
     /// A number: in double precision, with a decimal point or an exponent.
     fn number(&self, value: Constant) -> String {
         format!("{:?}", value.value())
@@ -276,7 +263,7 @@ fn base_of_power(graph: &Graph, id: NodeId) -> Option<NodeId> {
 }
 
 /// The body of a function up to its result.
-pub(crate) struct FunctionBody {
+pub struct FunctionBody {
     /// The statements that take the elements that are used out of the inputs, and compute the
     /// intermediates.
     pub statements: String,
@@ -286,6 +273,10 @@ pub(crate) struct FunctionBody {
 }
 
 impl FunctionBody {
+    /// Writes the body of `kernel`.
+    ///
+    /// # Errors
+    /// If an output needs a symbol that no input provides, or a constant is not finite.
     pub fn new(kernel: &Kernel, dialect: &impl Dialect) -> Result<Self, String> {
         let uses = uses(kernel);
         let mut writer = Writer {
@@ -327,107 +318,4 @@ impl FunctionBody {
             .map(|node| self.expressions[node].text.as_str())
             .collect()
     }
-}
-
-/// What an output is, with its shape and its unit.
-fn describe(output: &Output) -> String {
-    let shape = match output.shape {
-        Shape::Scalar | Shape::Matrix(..) => String::new(),
-        Shape::Vector(length) => format!(", {length} values"),
-    };
-    format!("{}{shape}{}", output.doc, output.in_unit())
-}
-
-/// What an input is, with its size.
-fn describe_input(input: &Input) -> String {
-    match input.elements.len() {
-        1 => input.doc.clone(),
-        size => format!("{}, {size} values", input.doc),
-    }
-}
-
-/// The text of a kernel for people: what it computes, of what.
-fn documentation(kernel: &Kernel) -> String {
-    let mut text = kernel.summary.clone() + "\n\n";
-    for input in &kernel.inputs {
-        text += &format!("{}: {}\n", input.name, describe_input(input));
-    }
-    text += match &kernel.outputs[..] {
-        [_] => "\nResult:\n",
-        _ => "\nResult, by the names of its fields:\n",
-    };
-    for output in &kernel.outputs {
-        text += &format!("{}: {}\n", output.name, describe(output));
-    }
-    text
-}
-
-/// Whether a kernel needs `S`.
-fn uses_half_angle_squared(kernels: &[Kernel]) -> bool {
-    let is_it = |kernel: &Kernel, id| matches!(kernel.graph.node(id), Node::HalfAngleSquared(..));
-    kernels
-        .iter()
-        .any(|kernel| kernel.computed().into_iter().any(|id| is_it(kernel, id)))
-}
-
-/// The coefficients of the power series of `S` and its derivatives, lowest power first, each row
-/// between `open` and `close`.
-fn series_rows(open: &str, close: &str, after: &str) -> String {
-    let row = |coefficients: &[f64]| {
-        let numbers: Vec<String> = coefficients
-            .iter()
-            .map(|value| format!("{value:?}"))
-            .collect();
-        format!("    {open}{}{close}", numbers.join(", "))
-    };
-    special::SERIES
-        .iter()
-        .map(|coefficients| row(coefficients))
-        .collect::<Vec<_>>()
-        .join(after)
-}
-
-/// A template of `S` and its derivatives with the numbers of its power series.
-fn series_filled(template: &str, open: &str, close: &str, after: &str) -> String {
-    template
-        .replace("@ROWS@", &series_rows(open, close, after))
-        .replace("@MAX_ORDER@", &special::MAX_ORDER.to_string())
-        .replace("@LIMIT@", &format!("{:?}", special::SERIES_LIMIT))
-}
-
-/// The header of a file, whose title names the language. Each line is a comment after `mark`.
-fn header_in(
-    language: &str,
-    kernels: &[Kernel],
-    origin: Origin<'_>,
-    mark: &str,
-) -> Result<String, String> {
-    let title = format!("{} In {language}.", origin.title);
-    header(
-        kernels,
-        Origin {
-            title: &title,
-            ..origin
-        },
-        mark,
-    )
-}
-
-/// A Python docstring with the [`documentation`] of a kernel, indented as the body of its function.
-/// Empty lines hold no blanks.
-fn docstring(kernel: &Kernel) -> String {
-    let text = documentation(kernel);
-    let mut lines = text.trim_end().lines();
-    let first = lines.next().unwrap_or_default();
-    let rest = lines.map(|line| {
-        if line.is_empty() {
-            "\n".to_owned()
-        } else {
-            format!("\n    {line}")
-        }
-    });
-    format!(
-        "    \"\"\"{first}{}\n    \"\"\"\n",
-        rest.collect::<String>()
-    )
 }

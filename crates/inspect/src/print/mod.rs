@@ -1,0 +1,307 @@
+//! Expressions as readable mathematics, in the notation of the model: as text, as LaTeX, and as
+//! Markdown.
+//!
+//! A page has a legend of the symbols and a definition of each output. The whole equations for
+//! reading are sums of products and are written in closed form. Other expressions can be deep and
+//! share much: what is used more than once, or nested too deeply, gets a name, so that the printer
+//! never recurses far.
+
+use std::io::{self, Write};
+
+use crate::print::page::Page;
+use crate::print::printer::Printer;
+use crate::print::wording::{CYLINDER, PLANE};
+use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::model::chain::{Motion, Shape};
+
+mod latex;
+mod legend;
+mod page;
+mod printer;
+mod walkthrough;
+mod wording;
+
+pub use crate::print::page::PageForm;
+pub use crate::print::walkthrough::Walkthrough;
+pub use crate::print::wording::title;
+
+/// The equations of `motion` of a chain of `segments` segments.
+///
+/// `kernels` are those of [`whole_kernels`](bristle_codegen::model::whole::whole_kernels) for reading, of
+/// `shape`. `again` is the command that makes the page.
+///
+/// # Errors
+/// If `out` cannot be written to.
+pub fn equations(
+    out: &mut dyn Write,
+    form: PageForm,
+    segments: usize,
+    motion: Motion,
+    shape: Shape,
+    kernels: &[Kernel],
+    again: &str,
+) -> io::Result<()> {
+    let mut page = Page::new(out, form, &title(segments, motion), again);
+    let coordinates = match motion {
+        Motion::Spatial => "φ1, θ1, …, φn, θn",
+        Motion::Planar => "θ1, …, θn",
+    };
+    page.prose(&format!(
+        "`M(q) q̈ = f(q, q̇, t) + Q`,   `q = ({coordinates})`,   `n = {segments}`\n\
+         from `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`,   `L = E_kin − E_spring − E_grav`"
+    ));
+    if motion == Motion::Planar {
+        page.prose(PLANE);
+    }
+    if shape.is_cylinder {
+        page.prose(CYLINDER);
+    }
+    page.legend(&legend::rows(
+        kernels
+            .iter()
+            .map(|kernel| (&kernel.graph, kernel.output_nodes())),
+    ));
+    for kernel in kernels {
+        page.begin(&kernel.name);
+        page.prose(&kernel.summary);
+        let printer = Printer::closed(
+            &kernel.graph,
+            &kernel.output_nodes(),
+            motion,
+            page.notation(),
+        );
+        let wholes = kernel
+            .outputs
+            .iter()
+            .filter(|_| page.has_matrices())
+            .filter_map(|output| printer.whole(output));
+        page.definitions(wholes.collect::<Vec<_>>());
+        let outputs = kernel
+            .outputs
+            .iter()
+            .flat_map(|output| printer.output(output));
+        page.definitions(printer.named_definitions().chain(outputs));
+    }
+    page.finish()
+}
+
+/// Any kernels, with a name for each intermediate that is shared or deep.
+///
+/// `again` is the command that makes the page.
+///
+/// # Errors
+/// If `out` cannot be written to.
+pub fn kernels(
+    out: &mut dyn Write,
+    form: PageForm,
+    title: &str,
+    kernels: &[Kernel],
+    again: &str,
+) -> io::Result<()> {
+    let mut page = Page::new(out, form, title, again);
+    page.prose(
+        "Each kernel is a list of definitions: `t1`, `t2`, … are its intermediates, the others its results.\n\
+         Results that are zero, and those that symmetry repeats, are left out.",
+    );
+    page.legend(&legend::rows(
+        kernels
+            .iter()
+            .map(|kernel| (&kernel.graph, kernel.output_nodes())),
+    ));
+    for kernel in kernels {
+        page.begin(&kernel.name);
+        page.heading(&kernel.name);
+        page.prose(&kernel.summary);
+        let printer = Printer::shared(kernel, page.notation());
+        for input in &kernel.inputs {
+            let given = input
+                .elements
+                .iter()
+                .filter(|(_, node)| printer.is_given(*node));
+            for (name, _) in given {
+                page.item(&format!(
+                    "`{name}` is given as part of `{}`: {}",
+                    input.name, input.doc
+                ));
+            }
+        }
+        page.definitions(printer.named_definitions());
+        for output in &kernel.outputs {
+            page.item(&format!(
+                "`{}`: {}{}",
+                output.name,
+                output.doc,
+                output.in_unit()
+            ));
+            page.definitions(printer.whole(output).filter(|_| page.has_matrices()));
+            page.definitions(printer.output(output));
+        }
+    }
+    page.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::print::latex::Latex;
+    use bristle_codegen::back::json::{from_json, to_json};
+    use bristle_codegen::ir::constant::Constant;
+    use bristle_codegen::ir::graph::{Graph, Node, NodeId};
+    use bristle_codegen::ir::kernel::{Input, Output};
+    use bristle_codegen::ir::notation::{Notation, Text};
+    use bristle_codegen::ir::unit::Unit;
+    use bristle_codegen::ir::writer::Writer;
+
+    fn kernel(graph: Graph, node: NodeId) -> Kernel {
+        let symbols: Vec<String> = graph
+            .symbols()
+            .iter()
+            .map(|symbol| symbol.name.clone())
+            .collect();
+        let inputs = symbols
+            .iter()
+            .map(|name| Input::symbols(&graph, name, "", &[name]))
+            .collect();
+        let outputs = vec![Output::scalar("value", "the value", Unit::ONE, node)];
+        Kernel {
+            name: "example".into(),
+            summary: "An example.".into(),
+            graph,
+            inputs,
+            outputs,
+        }
+    }
+
+    fn written(build: impl FnOnce(&mut Graph, [NodeId; 2]) -> NodeId) -> [String; 2] {
+        let mut graph = Graph::raw();
+        let symbols = ["a", "b"].map(|name| graph.symbol(name, name, Unit::ONE));
+        let node = build(&mut graph, symbols);
+        let notations: [&dyn Notation; 2] = [&Text, &Latex];
+        notations.map(|notation| Writer::new(&graph, notation).expression(node).text)
+    }
+
+    #[test]
+    fn operators_keep_their_meaning_in_both_notations() {
+        let quotients = written(|g, [a, b]| {
+            let (first, second) = (g.div(a, b), g.div(b, a));
+            let product = g.mul(first, second);
+            g.sub(product, first)
+        });
+        assert_eq!(
+            quotients,
+            [
+                "(a/b) (b/a) − a/b",
+                "\\frac{a}{b} \\frac{b}{a} - \\frac{a}{b}"
+            ]
+        );
+        let functions = written(|g, [a, b]| {
+            let (less, angle, root) = (g.less_than(a, b), g.asin(a), g.sqrt(b));
+            let product = g.mul(less, angle);
+            g.div(product, root)
+        });
+        assert_eq!(
+            functions,
+            [
+                "[a < b] asin a/√(b)",
+                "\\frac{[a < b] \\arcsin a}{\\sqrt{b}}"
+            ]
+        );
+        let powers = written(|g, [a, b]| {
+            let (sin, root, sum) = (g.sin(a), g.sqrt(b), g.add(a, b));
+            let powers = [
+                g.powi(sin, 2),
+                g.powi(sin, -1),
+                g.powi(root, 2),
+                g.powi(sum, 3),
+            ];
+            let constant = g.constant(Constant::Float(-2.5e-9));
+            let sum = g.sum(powers);
+            g.add(constant, sum)
+        });
+        let latex =
+            "-2.5 \\cdot 10^{-9} + \\sin^{2} a + (\\sin a)^{-1} + (\\sqrt{b})^{2} + (a + b)^{3}";
+        assert_eq!(
+            powers,
+            ["−2.5e-9 + sin² a + (sin a)⁻¹ + (√(b))² + (a + b)³", latex]
+        );
+        let derivative = written(|g, [a, _]| g.intern(Node::HalfAngleSquared(2, a)));
+        assert_eq!(derivative, ["S″(a)", "S''(a)"]);
+    }
+
+    #[test]
+    fn long_chains_of_operations_are_printed() {
+        // A recursion this deep does not fit on the stack of a thread.
+        const LENGTH: usize = 100_000;
+        let mut graph = Graph::raw();
+        let (a, b) = (
+            graph.symbol("a", "a", Unit::ONE),
+            graph.symbol("b", "b", Unit::ONE),
+        );
+        let mut node = a;
+        for i in 0..LENGTH {
+            node = match i % 6 {
+                0 => graph.intern(Node::Sin(node)),
+                1 => graph.intern(Node::Neg(node)),
+                2 => graph.intern(Node::Add(b, node)),
+                3 => graph.intern(Node::Div(b, node)),
+                4 => graph.intern(Node::Mul(node, b)),
+                _ => graph.intern(Node::Sub(b, node)),
+            };
+        }
+        // The printer must handle whatever the reader accepts.
+        let file = to_json(&[kernel(graph, node)], "a test").expect("the chain can be written");
+        let kernels = from_json(&file).expect("the chain can be read").kernels;
+        for form in [
+            PageForm::Text,
+            PageForm::Latex,
+            PageForm::Fragment,
+            PageForm::Markdown,
+        ] {
+            let page = kernels_page(form, &kernels);
+            assert!(page.contains("value = ") || page.contains("\\mathrm{value} &= "));
+            let longest = page.lines().map(str::len).max();
+            assert!(longest < Some(400), "{longest:?}");
+        }
+    }
+
+    fn kernels_page(form: PageForm, kernels: &[Kernel]) -> String {
+        let mut page = Vec::new();
+        super::kernels(&mut page, form, "A graph", kernels, "bristle")
+            .expect("memory can be written to");
+        String::from_utf8(page).expect("a page is text")
+    }
+
+    #[test]
+    fn sums_of_one_kind_are_cut_too() {
+        let mut graph = Graph::raw();
+        let a = graph.symbol("a", "a", Unit::ONE);
+        let sum = (0..100_000).fold(a, |sum, _| graph.intern(Node::Add(a, sum)));
+        let page = kernels_page(PageForm::Text, &[kernel(graph, sum)]);
+        assert!(
+            page.contains("t2 = a + a") && page.lines().all(|line| line.chars().count() <= 110)
+        );
+    }
+
+    #[test]
+    fn what_comes_from_a_file_is_escaped() {
+        let mut graph = Graph::raw();
+        let hostile = graph.symbol(
+            "hostile",
+            "}\\input{/etc/passwd}$_^#&%~<b>|漢\u{202e}",
+            Unit::ONE,
+        );
+        let mut kernel = kernel(graph, hostile);
+        kernel.summary =
+            "\\end{document} $ % & # _ ^ ~ <script> `\\def\\x{` [`a`] 漢 --> *b* |".into();
+        let latex = kernels_page(PageForm::Latex, std::slice::from_ref(&kernel));
+        assert!(latex.is_ascii());
+        for command in ["\\input{", "\\def", "\\end{document} "] {
+            assert!(!latex.contains(command), "{command}");
+        }
+        let markdown = kernels_page(PageForm::Markdown, &[kernel]);
+        assert!(
+            !markdown.contains("<script>") && !markdown.contains("<b>"),
+            "{markdown}"
+        );
+    }
+}

@@ -1,0 +1,558 @@
+//! Pages of definitions: text, a LaTeX document, or Markdown with formulas as GitHub shows them.
+//!
+//! Sentences hold formulas between backticks, as doc comments do. Everything else in them is taken
+//! literally.
+
+use std::io::{self, Write};
+
+use crate::print::latex::{self, Latex};
+use crate::print::legend::Row;
+use bristle_codegen::ir::notation::{Notation, Text};
+
+/// What a page is written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PageForm {
+    /// Plain text.
+    Text,
+    /// A LaTeX document, in ASCII; it needs amsmath, longtable and geometry.
+    Latex,
+    /// Equations with labels for the LaTeX of a paper, without a preamble or sentences, in ASCII;
+    /// they need amsmath.
+    Fragment,
+    /// Markdown with formulas between dollar signs.
+    Markdown,
+}
+
+/// `head = body`, in the page's notation.
+#[derive(Clone, Debug)]
+pub(super) struct Definition {
+    pub head: String,
+    pub body: String,
+}
+
+/// Maximum width of a line, where a sum can be broken: in characters, including what precedes the
+/// sum, and in thousandths of an em, without it.
+const TEXT_WIDTH: usize = 110;
+const FORMULA_WIDTH: usize = 38_000;
+/// The same beside a number, in the text of an article.
+const NUMBERED_WIDTH: usize = 28_000;
+/// Maximum number of lines in a display of formulas: TeX keeps a whole display in memory.
+const LATEX_LINES: usize = 30;
+const MARKDOWN_LINES: usize = 10;
+
+/// Columns between symbol and meaning of a legend in text.
+const LEGEND_INDENT: usize = 20;
+
+/// A page that goes to `out` as it is written, so that it never is in memory as a whole.
+pub(super) struct Page<'w> {
+    form: PageForm,
+    out: &'w mut dyn Write,
+    /// What labels begin with.
+    subject: String,
+    /// The first error of `out`; nothing is written after it.
+    result: io::Result<()>,
+}
+
+impl<'w> Page<'w> {
+    /// An empty page; `again` is the command that makes it.
+    pub fn new(out: &'w mut dyn Write, form: PageForm, title: &str, again: &str) -> Self {
+        let again: String = again
+            .chars()
+            .map(|letter| if letter.is_control() { ' ' } else { letter })
+            .collect();
+        let ascii = |text: &str| text.replace(|letter: char| !letter.is_ascii(), "?");
+        let text = match form {
+            PageForm::Text => format!("{title}\n"),
+            PageForm::Latex => format!(
+                "% To make it again: {}\n\
+                 \\documentclass[fleqn,a4paper]{{article}}\n\
+                 \\usepackage{{amsmath}}\n\
+                 \\usepackage{{longtable}}\n\
+                 \\usepackage[margin=20mm]{{geometry}}\n\
+                 \\setlength{{\\parindent}}{{0pt}}\n\
+                 \\setlength{{\\parskip}}{{1ex}}\n\
+                 \\setlength{{\\mathindent}}{{0pt}}\n\
+                 \\setlength{{\\LTleft}}{{0pt}}\n\
+                 \\allowdisplaybreaks\n\
+                 \\raggedright\n\
+                 \\begin{{document}}\n\n\
+                 \\section*{{{}}}\n",
+                ascii(&again),
+                latex::words(title)
+            ),
+            PageForm::Fragment => format!(
+                "% {}\n% To make it again: {}\n",
+                latex::words(title),
+                ascii(&again)
+            ),
+            PageForm::Markdown => format!(
+                "<!-- To make it again: {} -->\n\n# {}\n",
+                again.replace("-->", "--&gt;"),
+                markdown_words(title)
+            ),
+        };
+        let mut page = Self {
+            form,
+            out,
+            subject: String::new(),
+            result: Ok(()),
+        };
+        page.write(&text);
+        page
+    }
+
+    fn write(&mut self, text: &str) {
+        if self.result.is_ok() {
+            self.result = self.out.write_all(text.as_bytes());
+        }
+    }
+
+    pub fn notation(&self) -> &'static dyn Notation {
+        match self.form {
+            PageForm::Text => &Text,
+            PageForm::Latex | PageForm::Fragment | PageForm::Markdown => &Latex,
+        }
+    }
+
+    /// Begins the definitions of a kernel, whose name is in their labels.
+    pub fn begin(&mut self, kernel: &str) {
+        self.subject = label(kernel);
+        if self.form == PageForm::Fragment {
+            self.write(&format!("\n% {}\n", self.subject));
+        }
+    }
+
+    /// Whether vectors and matrices are shown as a whole, too.
+    pub fn has_matrices(&self) -> bool {
+        self.form == PageForm::Fragment
+    }
+
+    pub fn heading(&mut self, title: &str) {
+        let text = match self.form {
+            // Its first paragraph follows without an empty line.
+            PageForm::Text => format!("\n{title}"),
+            PageForm::Latex => format!("\n\\subsection*{{{}}}\n", latex::words(title)),
+            PageForm::Fragment => return,
+            PageForm::Markdown => format!("\n## {}\n", markdown_words(title)),
+        };
+        self.write(&text);
+    }
+
+    /// A paragraph.
+    pub fn prose(&mut self, sentences: &str) {
+        if self.form == PageForm::Fragment {
+            return;
+        }
+        let text = format!("\n{}\n", self.sentences(sentences));
+        self.write(&text);
+    }
+
+    /// A line above the definitions that it introduces.
+    pub fn item(&mut self, sentence: &str) {
+        let sentence = self.sentences(sentence);
+        let text = match self.form {
+            PageForm::Text => format!("  {}\n", sentence.replace('\n', "\n  ")),
+            PageForm::Fragment => return,
+            PageForm::Latex | PageForm::Markdown => format!("\n{sentence}\n"),
+        };
+        self.write(&text);
+    }
+
+    fn sentences(&self, text: &str) -> String {
+        let parts: Vec<&str> = text.split('`').collect();
+        if parts.len().is_multiple_of(2) {
+            // The backticks are not paired, as they are in a doc comment.
+            return self.words(text);
+        }
+        let mut result = String::new();
+        for (i, part) in parts.iter().enumerate() {
+            let links = |at: Option<usize>, bracket: char, start: bool| {
+                let part = at.and_then(|at| parts.get(at)).copied().unwrap_or("");
+                if start {
+                    part.starts_with(bracket)
+                } else {
+                    part.ends_with(bracket)
+                }
+            };
+            if i % 2 == 0 {
+                let after_link =
+                    i > 0 && links(Some(i), ']', true) && links(i.checked_sub(2), '[', false);
+                let before_link = links(Some(i), '[', false) && links(Some(i + 2), ']', true);
+                let part = if after_link { &part[1..] } else { part };
+                let part = if before_link {
+                    part.strip_suffix('[').unwrap_or(part)
+                } else {
+                    part
+                };
+                result.push_str(&self.words(part));
+            } else if links(i.checked_sub(1), '[', false) && links(Some(i + 1), ']', true) {
+                result.push_str(&match self.form {
+                    PageForm::Text => (*part).to_owned(),
+                    PageForm::Latex | PageForm::Fragment => {
+                        format!("\\texttt{{{}}}", latex::words(part))
+                    }
+                    PageForm::Markdown => format!("`{part}`"),
+                });
+            } else {
+                result.push_str(&match self.form {
+                    PageForm::Text => (*part).to_owned(),
+                    PageForm::Latex | PageForm::Fragment => format!("${}$", latex::formula(part)),
+                    PageForm::Markdown => format!("${}$", in_markdown(&latex::formula(part))),
+                });
+            }
+        }
+        result
+    }
+
+    fn words(&self, text: &str) -> String {
+        match self.form {
+            PageForm::Text => text.into(),
+            PageForm::Latex | PageForm::Fragment => latex::words(text),
+            PageForm::Markdown => markdown_words(text),
+        }
+    }
+
+    /// Formulas one below the other, aligned at their equality signs. Each is asked for once those
+    /// before it are written.
+    pub fn definitions(&mut self, definitions: impl IntoIterator<Item = Definition>) {
+        if self.form == PageForm::Text {
+            for Definition { head, body } in definitions {
+                let head = format!("  {head} = ");
+                let indent = head.chars().count();
+                let width = TEXT_WIDTH.saturating_sub(indent).max(TEXT_WIDTH / 4);
+                let lines = lines(&Text, &body, width, ANYWHERE);
+                self.write(&format!(
+                    "{head}{}\n",
+                    lines.join(&format!("\n{}", " ".repeat(indent)))
+                ));
+            }
+            return;
+        }
+        let mut display: Vec<String> = Vec::new();
+        for Definition { head, body } in definitions {
+            let (width, breaks) = match self.form {
+                PageForm::Fragment => (NUMBERED_WIDTH, BETWEEN_TERMS),
+                _ => (FORMULA_WIDTH, ANYWHERE),
+            };
+            let lines = lines(&Latex, &body, width, breaks);
+            let continued = lines.iter().skip(1).map(|line| format!("&\\quad {line}"));
+            let first = display.len();
+            display.push(format!("{head} &= {}", lines[0]));
+            display.extend(continued);
+            if self.form == PageForm::Fragment {
+                let last = display.len() - 1;
+                display[first..last]
+                    .iter_mut()
+                    .for_each(|line| line.push_str(" \\notag"));
+                display[last].push_str(&format!(
+                    " \\label{{eq:{}:{}}}",
+                    self.subject,
+                    label(&head)
+                ));
+            }
+            if display.len() >= self.display_lines() {
+                self.display(&std::mem::take(&mut display));
+            }
+        }
+        if !display.is_empty() {
+            self.display(&display);
+        }
+    }
+
+    fn display_lines(&self) -> usize {
+        if self.form == PageForm::Markdown {
+            MARKDOWN_LINES
+        } else {
+            LATEX_LINES
+        }
+    }
+
+    fn display(&mut self, lines: &[String]) {
+        let text = match self.form {
+            PageForm::Text => unreachable!("text has no displays"),
+            PageForm::Fragment => format!(
+                "\\begin{{align}}\n{}\n\\end{{align}}\n",
+                lines.join(" \\\\{}\n")
+            ),
+            // An empty group keeps a bracket at the start of a line from being an option of the
+            // line break.
+            PageForm::Latex => format!(
+                "\\begin{{align*}}\n{}\n\\end{{align*}}\n",
+                lines.join(" \\\\{}\n")
+            ),
+            // Not `\\`, which Markdown may take for an escaped backslash.
+            PageForm::Markdown => {
+                format!(
+                    "\n$$\n\\begin{{aligned}}\n{}\n\\end{{aligned}}\n$$\n",
+                    in_markdown(&lines.join(" \\cr\n"))
+                )
+            }
+        };
+        self.write(&text);
+    }
+
+    /// The symbols with their meaning and unit.
+    pub fn legend(&mut self, rows: &[Row]) {
+        let symbols = |row: &Row| {
+            let written: Vec<String> = row
+                .symbols
+                .iter()
+                .map(|symbol| self.notation().symbol(symbol))
+                .collect();
+            written.join(", ")
+        };
+        let mut text = String::new();
+        match self.form {
+            PageForm::Fragment => return,
+            PageForm::Text => {
+                text.push_str("\nSymbols, with SI units; a dot is a time derivative\n");
+                for row in rows {
+                    let symbols = symbols(row);
+                    let width = symbols
+                        .chars()
+                        .filter(|&letter| !latex::is_accent(letter))
+                        .count();
+                    let pad = " ".repeat(LEGEND_INDENT.saturating_sub(width).max(2));
+                    let unit = row.unit.as_ref().filter(|unit| *unit != "1");
+                    let unit = unit.map(|unit| format!(", {unit}")).unwrap_or_default();
+                    text.push_str(&format!(
+                        "  {symbols}{pad}{}{unit}\n",
+                        self.sentences(&row.meaning)
+                    ));
+                }
+            }
+            PageForm::Latex => {
+                text.push_str(
+                    "\nA dot is a time derivative.\n\n\
+                     \\begin{longtable}{@{}p{0.28\\textwidth}p{0.52\\textwidth}p{0.12\\textwidth}@{}}\n\
+                     symbol & meaning & unit \\\\\n\\hline\\noalign{\\vskip 2pt}\n\\endhead\n",
+                );
+                for row in rows {
+                    let unit = row.unit.as_deref().map(latex::words).unwrap_or_default();
+                    // Broken between the symbols, where there are many.
+                    let symbols = symbols(row).replace(", ", "$, $");
+                    text.push_str(&format!(
+                        "${symbols}$ & {} & {unit} \\\\\n",
+                        self.sentences(&row.meaning)
+                    ));
+                }
+                text.push_str("\\end{longtable}\n");
+            }
+            PageForm::Markdown => {
+                text.push_str(
+                    "\nA dot is a time derivative.\n\n| symbol | meaning | unit |\n|---|---|---|\n",
+                );
+                for row in rows {
+                    let unit = row.unit.as_deref().map(markdown_words).unwrap_or_default();
+                    let symbols = in_markdown(&symbols(row));
+                    let meaning = self.sentences(&row.meaning);
+                    text.push_str(&format!("| ${symbols}$ | {meaning} | {unit} |\n"));
+                }
+            }
+        }
+        self.write(&text);
+    }
+
+    /// Ends the page.
+    ///
+    /// # Errors
+    /// The first one of writing it.
+    pub fn finish(mut self) -> io::Result<()> {
+        if self.form == PageForm::Latex {
+            self.write("\n\\end{document}\n");
+        }
+        self.result
+    }
+}
+
+/// A name for a label: its letters and digits, with a hyphen for whatever else is between them.
+fn label(name: &str) -> String {
+    let letters: String = name
+        .chars()
+        .map(|letter| {
+            if letter.is_ascii_alphanumeric() {
+                letter
+            } else {
+                ' '
+            }
+        })
+        .collect();
+    letters
+        .split_whitespace()
+        .filter(|word| *word != "mathrm")
+        .collect::<Vec<_>>()
+        .join("-")
+}
+
+/// A formula without signs that Markdown would take for HTML.
+fn in_markdown(formula: &str) -> String {
+    formula.replace('<', "\\lt ").replace('>', "\\gt ")
+}
+
+/// Words with the signs of Markdown escaped.
+fn markdown_words(text: &str) -> String {
+    let mut result = String::new();
+    for letter in text.chars() {
+        match letter {
+            '<' => result.push_str("&lt;"),
+            '>' => result.push_str("&gt;"),
+            '&' => result.push_str("&amp;"),
+            '\\' | '`' | '*' | '_' | '$' | '|' | '[' | ']' | '#' | '~' | '!' => {
+                result.extend(['\\', letter])
+            }
+            _ => result.push(letter),
+        }
+    }
+    result
+}
+
+/// Added to the depth of a break between factors.
+const FACTORS: usize = 6;
+/// The depths of brackets at which lines are broken: where they may be broken anyway, and where
+/// they are broken if a piece is too wide.
+type Breaks = [usize; 2];
+const ANYWHERE: Breaks = [1, 12];
+/// Before signs alone, and within brackets only if what they hold is too wide.
+const BETWEEN_TERMS: Breaks = [0, FACTORS - 1];
+/// Added inside braces, where LaTeX cannot break.
+const BRACES: usize = 100;
+
+/// A part of a formula that stays on one line, with the number of brackets around the break before
+/// it.
+struct Piece<'a> {
+    text: &'a str,
+    width: usize,
+    depth: usize,
+}
+
+/// `body` on lines of at most `width`. With [`ANYWHERE`] lines are broken before signs outside all
+/// brackets or in the outermost pair; deeper, or between factors, only where a piece is too wide
+/// otherwise.
+fn lines(notation: &dyn Notation, body: &str, width: usize, breaks: Breaks) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    let mut filled = 0;
+    for group in groups(&pieces(notation, body), breaks, width) {
+        let size: usize = group.iter().map(|piece| piece.width).sum();
+        if filled > 0 && filled + size > width {
+            lines.push(String::new());
+            filled = 0;
+        }
+        let line = lines.last_mut().expect("there is a first line");
+        let text: String = group.iter().map(|piece| piece.text).collect();
+        let start = if filled == 0 {
+            text.trim_start()
+        } else {
+            &text
+        };
+        line.push_str(start);
+        filled += if start.len() < text.len() {
+            notation.width(start)
+        } else {
+            size
+        };
+    }
+    lines
+}
+
+/// The pieces between breaks of at most `depth`, and of a larger depth, up to the `deepest`, where
+/// they are too wide.
+fn groups<'a, 'b>(
+    pieces: &'b [Piece<'a>],
+    [depth, deepest]: Breaks,
+    width: usize,
+) -> Vec<&'b [Piece<'a>]> {
+    let mut result = Vec::new();
+    let mut start = 0;
+    for end in 1..=pieces.len() {
+        if end < pieces.len() && pieces[end].depth > depth {
+            continue;
+        }
+        let group = &pieces[start..end];
+        let size: usize = group.iter().map(|piece| piece.width).sum();
+        if size > width && depth < deepest && group.len() > 1 {
+            result.extend(groups(group, [depth + 1, deepest], width));
+        } else {
+            result.push(group);
+        }
+        start = end;
+    }
+    result
+}
+
+/// `body`, cut before each space at which it may be broken.
+fn pieces<'a>(notation: &dyn Notation, body: &'a str) -> Vec<Piece<'a>> {
+    let mut pieces = Vec::new();
+    let (mut start, mut start_depth, mut depth) = (0, 0, 0_usize);
+    // Start of the current word, whose backslash marks a command.
+    let mut word = 0;
+    for (index, character) in body.char_indices() {
+        match character {
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth = depth.saturating_sub(1),
+            '{' => depth += BRACES,
+            '}' => depth = depth.saturating_sub(BRACES),
+            ' ' => {
+                let sign = |text: &str| matches!(text, "+" | "-" | "−");
+                let next = body[index + 1..]
+                    .chars()
+                    .next()
+                    .map_or("", |next| &body[index + 1..index + 1 + next.len_utf8()]);
+                let last = &body[word..index];
+                let bound = sign(last)
+                    || last == "<"
+                    || next == "<"
+                    || is_command(last)
+                    || is_function(last);
+                word = index + 1;
+                if !bound {
+                    let text = &body[start..index];
+                    pieces.push(Piece {
+                        text,
+                        width: notation.width(text),
+                        depth: start_depth,
+                    });
+                    start = index;
+                    start_depth = if sign(next) { depth } else { depth + FACTORS };
+                }
+            }
+            _ => {}
+        }
+    }
+    let text = &body[start..];
+    pieces.push(Piece {
+        text,
+        width: notation.width(text),
+        depth: start_depth,
+    });
+    pieces
+}
+
+/// True for a word that ends in a LaTeX command, whose argument may follow.
+fn is_command(word: &str) -> bool {
+    word.rfind('\\').is_some_and(|start| {
+        let name = word[start + 1..].trim_end_matches(|last: char| last.is_ascii_digit());
+        let name = name.split(['^', '{']).next().unwrap_or_default();
+        matches!(
+            name,
+            "sin"
+                | "cos"
+                | "arcsin"
+                | "cdot"
+                | "dot"
+                | "ddot"
+                | "dddot"
+                | "hat"
+                | "tilde"
+                | "bar"
+                | "vec"
+        )
+    })
+}
+
+/// True for a word that ends in the name of a function of a text, whose argument follows.
+fn is_function(word: &str) -> bool {
+    let name = word
+        .trim_start_matches(['(', '[', '−'])
+        .trim_end_matches(|last| "⁰¹²³⁴⁵⁶⁷⁸⁹".contains(last));
+    matches!(name, "sin" | "cos" | "asin")
+}

@@ -1,0 +1,283 @@
+//! The definitions of a page: which intermediates get a name, and how each element of an output is
+//! headed.
+
+use crate::print::page::Definition;
+use bristle_codegen::ir::graph::{Graph, Node, NodeId};
+use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
+use bristle_codegen::ir::notation::Notation;
+use bristle_codegen::ir::writer::Writer;
+use bristle_codegen::model::chain::Motion;
+
+/// Expressions deeper than this are cut by a name.
+const MAX_DEPTH: usize = 6;
+/// Expressions of more symbols and numbers than this are cut by a name.
+const MAX_LENGTH: usize = 60;
+
+/// Writes the expressions of one graph.
+pub(super) struct Printer<'a> {
+    graph: &'a Graph,
+    notation: &'a dyn Notation,
+    writer: Writer<'a>,
+    /// The nodes that get a definition, in the order in which they are defined.
+    defined: Vec<NodeId>,
+    /// By index: whether the node is an input under its name.
+    given: Vec<bool>,
+    /// The motion whose coordinates are the rows and columns of all outputs, if they are.
+    motion: Option<Motion>,
+}
+
+impl<'a> Printer<'a> {
+    /// Without names.
+    fn plain(graph: &'a Graph, notation: &'a dyn Notation) -> Self {
+        let (writer, given) = (
+            Writer::new(graph, notation),
+            vec![false; graph.nodes().len()],
+        );
+        Self {
+            graph,
+            notation,
+            writer,
+            defined: Vec::new(),
+            given,
+            motion: None,
+        }
+    }
+
+    /// Whole equations of `motion` in closed form: the arguments of `S` are named, nothing else.
+    pub fn closed(
+        graph: &'a Graph,
+        outputs: &[NodeId],
+        motion: Motion,
+        notation: &'a dyn Notation,
+    ) -> Self {
+        let mut printer = Self {
+            motion: Some(motion),
+            ..Self::plain(graph, notation)
+        };
+        let mut arguments: Vec<NodeId> = graph
+            .reachable(outputs)
+            .into_iter()
+            .filter_map(|id| match graph.node(id) {
+                Node::HalfAngleSquared(_, argument) => Some(argument),
+                _ => None,
+            })
+            .collect();
+        // In the order of the joints: the outermost segment that an argument depends on identifies
+        // its joint.
+        arguments.sort_unstable();
+        arguments.dedup();
+        arguments.sort_by_key(|&argument| {
+            let needed = graph.reachable(&[argument]);
+            needed
+                .into_iter()
+                .filter(|&id| graph.symbol_name(id).is_some())
+                .max()
+        });
+        for (i, &argument) in arguments.iter().enumerate() {
+            printer
+                .writer
+                .set_name(argument, notation.symbol(&format!("u{}", i + 1)));
+        }
+        printer.defined = arguments;
+        printer
+    }
+
+    /// With a name for each operation that is used more than once, or at which a deep or long
+    /// expression is cut.
+    pub fn shared(kernel: &'a Kernel, notation: &'a dyn Notation) -> Self {
+        let graph = &kernel.graph;
+        let mut printer = Self::plain(graph, notation);
+        let size = graph.nodes().len();
+        // An input that is not a simple function of symbols is shown under its name.
+        let mut is_input = vec![false; size];
+        for (name, node) in kernel.inputs.iter().flat_map(|input| &input.elements) {
+            is_input[node.index()] = true;
+            if !printer.is_simple(*node, 4) {
+                printer.given[node.index()] = true;
+                printer.writer.set_name(*node, notation.symbol(name));
+            }
+        }
+        let outputs = kernel.output_nodes();
+        let order = graph.reachable_until(&outputs, |id| printer.is_given(id));
+        let mut uses = vec![0_u32; size];
+        let operands = order
+            .iter()
+            .filter(|id| !printer.given[id.index()])
+            .flat_map(|&id| graph.node(id).operands());
+        for operand in operands.chain(outputs) {
+            uses[operand.index()] += 1;
+        }
+        let (mut depths, mut lengths) = (vec![0_usize; size], vec![1_usize; size]);
+        for &id in &order {
+            if printer.given[id.index()] {
+                continue;
+            }
+            let node = graph.node(id);
+            let is_sum = |node: Node| matches!(node, Node::Add(..) | Node::Sub(..));
+            for operand in node.operands() {
+                // The terms of a sum are on one level, however its additions are nested.
+                let same_level = is_sum(node) && is_sum(graph.node(operand));
+                let depth = depths[operand.index()] + usize::from(!same_level);
+                depths[id.index()] = depths[id.index()].max(depth);
+            }
+            lengths[id.index()] = node
+                .operands()
+                .map(|operand| lengths[operand.index()])
+                .sum::<usize>()
+                .max(1);
+            let shared = uses[id.index()] > 1
+                && !printer.is_simple(id, if is_input[id.index()] { 4 } else { 2 });
+            if shared || depths[id.index()] > MAX_DEPTH || lengths[id.index()] > MAX_LENGTH {
+                printer.defined.push(id);
+                printer
+                    .writer
+                    .set_name(id, notation.symbol(&format!("t{}", printer.defined.len())));
+                (depths[id.index()], lengths[id.index()]) = (0, 1);
+            }
+        }
+        printer
+    }
+
+    /// True if `id` is an input that the page shows under its own name.
+    pub fn is_given(&self, id: NodeId) -> bool {
+        self.given[id.index()]
+    }
+
+    /// True for what is as good as a name: a symbol, its sine, a power of these, and with more
+    /// `levels` the sine of a difference.
+    fn is_simple(&self, id: NodeId, levels: u8) -> bool {
+        let below = |operand| levels > 0 && self.is_simple(operand, levels - 1);
+        match self.graph.node(id) {
+            Node::Constant(_) | Node::Symbol(_) => true,
+            Node::Sin(a) | Node::Cos(a) | Node::Powi(a, _) => below(a),
+            Node::Add(a, b) | Node::Sub(a, b) => levels > 2 && below(a) && below(b),
+            _ => false,
+        }
+    }
+
+    /// The definitions of the named intermediates.
+    pub fn named_definitions(&self) -> impl Iterator<Item = Definition> {
+        let definition = move |&id: &NodeId| Definition {
+            head: self.writer.name(id).to_owned(),
+            body: self.writer.operation(id).within(0),
+        };
+        self.defined.iter().map(definition)
+    }
+
+    /// A vector or a matrix by its elements, as [`Printer::output`] names them; none if it is a
+    /// scalar, zero, or too large to be read.
+    pub fn whole(&self, output: &Output) -> Option<Definition> {
+        /// The largest number of rows.
+        const READABLE: usize = 10;
+        let (rows, columns) = match output.shape {
+            Shape::Scalar => return None,
+            Shape::Vector(rows) => (rows, 1),
+            Shape::Matrix(rows, columns) => (rows, columns),
+        };
+        if rows.max(columns) > READABLE || output.nodes.iter().all(|&node| self.graph.is_zero(node))
+        {
+            return None;
+        }
+        let element = |row: usize, column: usize| {
+            let node = output.nodes[row * columns + column];
+            let repeats =
+                rows == columns && row > column && output.nodes[column * columns + row] == node;
+            let (row, column) = if repeats {
+                (column, row)
+            } else {
+                (row, column)
+            };
+            let indices: &[usize] = if let Shape::Vector(_) = output.shape {
+                &[row]
+            } else {
+                &[row, column]
+            };
+            if self.graph.is_zero(node) {
+                "0".to_owned()
+            } else {
+                self.head(output, indices)
+            }
+        };
+        let line = |row| {
+            (0..columns)
+                .map(|column| element(row, column))
+                .collect::<Vec<_>>()
+                .join(" & ")
+        };
+        let lines: Vec<String> = (0..rows).map(line).collect();
+        let body = format!(
+            "\\begin{{bmatrix}} {} \\end{{bmatrix}}",
+            lines.join(" \\\\ ")
+        );
+        Some(Definition {
+            head: self.notation.symbol(symbol(output)),
+            body,
+        })
+    }
+
+    /// The name of an element.
+    fn head(&self, output: &Output, indices: &[usize]) -> String {
+        let index = |i: usize| {
+            self.motion
+                .map_or_else(|| (i + 1).to_string(), |motion| coordinate(motion, i))
+        };
+        let indices: Vec<String> = indices.iter().map(|&i| index(i)).collect();
+        self.notation.element(symbol(output), &indices)
+    }
+
+    /// A definition for each element, without zeros and without repetitions by symmetry.
+    pub fn output(&self, output: &Output) -> impl Iterator<Item = Definition> {
+        let symbol = symbol(output);
+        let head = |indices: &[usize]| self.head(output, indices);
+        let elements: Vec<(String, NodeId)> = match output.shape {
+            Shape::Scalar => vec![(self.notation.symbol(symbol), output.nodes[0])],
+            Shape::Vector(_) => output
+                .nodes
+                .iter()
+                .enumerate()
+                .map(|(i, &node)| (head(&[i]), node))
+                .collect(),
+            Shape::Matrix(rows, columns) => (0..rows * columns)
+                .map(|i| (i / columns, i % columns, output.nodes[i]))
+                .filter(|&(row, column, node)| {
+                    rows != columns || row <= column || output.nodes[column * columns + row] != node
+                })
+                .map(|(row, column, node)| (head(&[row, column]), node))
+                .collect(),
+        };
+        let filled: Vec<_> = elements
+            .into_iter()
+            .filter(|(_, node)| !self.graph.is_zero(*node))
+            .collect();
+        let nothing = filled.is_empty().then(|| Definition {
+            head: self.notation.symbol(symbol),
+            body: "0".into(),
+        });
+        let define = |(head, node)| Definition {
+            head,
+            body: self.writer.expression(node).text,
+        };
+        nothing.into_iter().chain(filled.into_iter().map(define))
+    }
+}
+
+/// The symbol of a result.
+fn symbol(output: &Output) -> &str {
+    match output.name.as_str() {
+        "mass_matrix" => "M",
+        "force" => "f",
+        "kinetic" => "E_kin",
+        "spring" => "E_spring",
+        "gravity" => "E_grav",
+        "dissipation" => "D",
+        name => name,
+    }
+}
+
+/// The coordinate at position `i` of `q`.
+pub(super) fn coordinate(motion: Motion, i: usize) -> String {
+    match motion {
+        Motion::Spatial => format!("{}{}", ["φ", "θ"][i % 2], i / 2 + 1),
+        Motion::Planar => format!("θ{}", i + 1),
+    }
+}
