@@ -20,6 +20,7 @@ pub fn convergence_text(convergence: &Convergence, width: usize) -> String {
         text.push('\n');
     }
     text.push_str(&judged_table(convergence));
+    wrap(width, &mut text, "", &touching_nodes(convergence));
     text.push('\n');
     let stated = match convergence.stated_error(force()) {
         Some(error) if error <= GOAL => format!("As stated, F_n,w is good to {}.", percent(error)),
@@ -140,6 +141,18 @@ fn judged_table(convergence: &Convergence) -> String {
         .iter()
         .map(|line| format!("{}\n", line.trim_end()))
         .collect()
+}
+
+/// Which nodes touched with the stated settings.
+fn touching_nodes(convergence: &Convergence) -> String {
+    let stated = convergence.series.first();
+    let stated = stated.and_then(|series| series.summary(series.stated()));
+    let nodes = stated.map_or(0, |summary| summary.metrics.contact_nodes);
+    match (nodes, convergence.settings.filament.segments) {
+        (0, _) => "As stated, no node touched a face.".to_owned(),
+        (1, _) => "As stated, only the tip touched.".to_owned(),
+        (nodes, segments) => format!("As stated, the outer {nodes} of {segments} nodes touched."),
+    }
 }
 
 /// A change in per cent: with its sign, and two digits or more.

@@ -30,7 +30,15 @@ fn the_choice_is_as_good_as_it_says() {
     let numbers: Vec<f64> = segments.iter().map(|[number, _]| *number).collect();
     assert_eq!(numbers, [5.0, 8.0, 10.0, 12.0, 17.0, 25.0, 35.0, 50.0]);
     assert_eq!(forces(&rows, "solver.relative_tolerance").len(), 6);
-    has(&said, &["power 2.", " as stated\n"]);
+    has(
+        &said,
+        &[
+            "power 2.",
+            " as stated\n",
+            "max F_n in N",
+            "As stated, only the tip touched.",
+        ],
+    );
     // Each case is what `simulate` says.
     let simulated = |options: &str| {
         directory.run(&format!(
