@@ -6,11 +6,11 @@ use std::hint::black_box;
 use std::io::stdin;
 use std::time::Instant;
 
-use bristle::equations::{Batch, Member};
 use bristle::model::filament;
 use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
 use bristle_input::document::Document;
+use bristle_inspect::batch::{Batch, Member};
 
 const FILE: &str = include_str!("../examples/zirconia.toml");
 const STATES: usize = 10_000;

@@ -10,13 +10,14 @@ use std::io::{BufRead, Write, stdin, stdout};
 use std::time::Instant;
 
 use bristle::brush::simulate_brush;
-use bristle::equations::{Batch, Chain, ChainDynamics, Clamp, Dynamics, Member, NoLoads};
+use bristle::equations::{Chain, ChainDynamics, Clamp, Dynamics, NoLoads};
 use bristle::model::filament;
 use bristle::model::settings::{BrushSettings, Settings};
 use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
 use bristle_grid::{Study, run_study};
 use bristle_input::document::Document;
+use bristle_inspect::batch::{Batch, Member};
 use serde::Deserialize;
 use serde_json::{Value, json};
 

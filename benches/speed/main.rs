@@ -19,9 +19,7 @@ use std::hint::black_box;
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
-use bristle::equations::{
-    Batch, ChainDynamics, Clamp, Dynamics, LaneSet, Member, NoLoads, StepWeights,
-};
+use bristle::equations::{ChainDynamics, Clamp, Dynamics, LaneSet, NoLoads, StepWeights};
 use bristle::model::filament;
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
@@ -33,6 +31,7 @@ use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_grid::run_study;
 use bristle_input::document::Document;
+use bristle_inspect::batch::{Batch, Member};
 use criterion::{Criterion, criterion_group, criterion_main};
 
 /// The origin stated in the emitted source.

@@ -8,11 +8,12 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use bristle::equations::{
-    Batch, Chain, ChainDynamics, Clamp, Compiled, Dynamics, LANES, Lanes, Member, NoLoads,
-    PlanarDynamics, lanes_are_compiled,
+    Chain, ChainDynamics, Clamp, Compiled, Dynamics, LANES, Lanes, NoLoads, PlanarDynamics,
+    lanes_are_compiled,
 };
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Pass, simulate_side_by_side};
+use bristle_inspect::batch::{Batch, Member};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion};
 

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use bristle::equations::{Batch, Member};
 use bristle::model::filament;
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::FilamentSettings;
 use bristle::simulation::Stop;
 use bristle::tool::radial_clamp;
+use bristle_inspect::batch::{Batch, BatchError, Member};
 use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, Shape, derive as derived};
 use bristle_inspect::evaluation;
 use bristle_inspect::state::parse_state;
@@ -102,8 +102,7 @@ pub fn accelerations<'py>(
         Ok(result.into_flattened())
     });
     watch.end()?;
-    let result: Vec<f64> =
-        result.map_err(|error: bristle::equations::BatchError| of_value(error))?;
+    let result: Vec<f64> = result.map_err(|error: BatchError| of_value(error))?;
     PyArray1::from_vec(py, result).reshape([count, segments, 2])
 }
 

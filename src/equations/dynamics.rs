@@ -56,7 +56,7 @@ impl<T: Real> Dynamics<T> {
     }
 
     /// The constants, to be replaced by others with the same number of segments.
-    pub(crate) fn chain_mut(&mut self) -> &mut Chain<T> {
+    pub fn chain_mut(&mut self) -> &mut Chain<T> {
         &mut self.chain
     }
 

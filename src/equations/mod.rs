@@ -4,10 +4,8 @@
 //! joint. [`Dynamics`] joins them to whole chains: accelerations, the residual of the equations,
 //! and the linear solve of an implicit step, each in time proportional to the number of segments.
 //! [`PlanarDynamics`] does the same in the plane of rotation. [`PolarAxis`] names the two sets of
-//! coordinates that a segment can have, so that no segment stays near its poles. [`Batch`] computes
-//! the accelerations of many chains side by side, with the same loops on [`Lanes`].
+//! coordinates that a chain can have, so that no segment stays near its poles.
 
-mod batch;
 mod chain;
 mod chart;
 mod compiled;
@@ -22,7 +20,6 @@ mod recursion;
 mod single;
 mod tasks;
 
-pub use batch::{Batch, BatchError, Member};
 pub use chain::{
     Chain, ChainState, Clamp, Energies, Link, NoLoads, NodeLoads, NodeMotion, NodeTangent,
     PointDamping, PointLoad, PointTangent, RelaxedAngle, UniformChain,

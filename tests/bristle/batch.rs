@@ -7,12 +7,13 @@ use crate::poses::cup;
 use crate::shape::shaped;
 use crate::turns::turning;
 use crate::{profile, workpieces};
-use bristle::equations::{Batch, Member, PolarAxis};
+use bristle::equations::PolarAxis;
 use bristle::model::filament;
 use bristle::model::settings::{Settings, Turns};
 use bristle::simulation::{
     Job, Kind, Pass, Sampling, Simulation, SimulationError, simulate, simulate_side_by_side,
 };
+use bristle_inspect::batch::{Batch, Member};
 use fastrand::Rng;
 
 /// Chains with different constants, bent and straight; some joints are far beyond the range of the

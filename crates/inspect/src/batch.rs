@@ -10,13 +10,12 @@
 //!
 //! All coordinates are about `z`, and nodes carry no loads.
 
-use std::error::Error;
-use std::fmt;
-
-use super::{
+use bristle::equations::linear::zero;
+use bristle::equations::{
     Chain, ChainDynamics, Clamp, Dynamics, LANES, Lanes, NoLoads, PolarAxis, PoleError, find_pole,
-    lanes_are_compiled, linear::zero,
+    lanes_are_compiled,
 };
+use thiserror::Error;
 
 /// One filament of a batch: its constants, its clamp and its state about `z`.
 #[derive(Clone, Copy, Debug)]
@@ -32,35 +31,22 @@ pub struct Member<'a> {
 }
 
 /// A member of a batch whose accelerations are meaningless.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error("state {member} of the batch: {pole}")]
 pub struct BatchError {
     /// Its number, counted from 1.
     pub member: usize,
     /// The segment at a pole of its coordinates about `z`.
+    #[source]
     pub pole: PoleError,
-}
-
-impl fmt::Display for BatchError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            formatter,
-            "state {} of the batch: {}",
-            self.member, self.pole
-        )
-    }
-}
-
-impl Error for BatchError {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        Some(&self.pole)
-    }
 }
 
 /// Memory for computing batches of chains with the same number of segments.
 ///
 /// ```
-/// use bristle::equations::{Batch, Chain, Member, UniformChain};
+/// use bristle::equations::{Chain, UniformChain};
 /// use bristle::tool::{ClampMotion, FixedClamp};
+/// use bristle_inspect::batch::{Batch, Member};
 ///
 /// let chain = Chain::from(UniformChain {
 ///     segments: 2,
@@ -80,7 +66,7 @@ impl Error for BatchError {
 /// Batch::new(2).accelerations(&members, &mut accelerations)?;
 /// // The outer segment springs back; the larger the bend, the faster.
 /// assert!(accelerations[1][1] < 0.0 && accelerations[5][1] < accelerations[3][1]);
-/// # Ok::<(), bristle::equations::BatchError>(())
+/// # Ok::<(), bristle_inspect::batch::BatchError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Batch {
