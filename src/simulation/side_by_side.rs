@@ -33,7 +33,7 @@ impl Job {
     }
 }
 
-/// Simulates the jobs that `take` returns, [`LANES`] at a time, and reports each to `done`.
+/// Simulates the jobs that `take` returns, [`LANES`](crate::equations::LANES) at a time, and reports each to `done`.
 ///
 /// Whenever a lane is free, `take` is called for a job of the given kind, or of any kind. Each lane
 /// goes at its own pace. A job of another kind than the given one is simulated alone. A result

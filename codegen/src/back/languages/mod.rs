@@ -66,7 +66,7 @@ pub trait Dialect {
     /// 1 where `a < b`, else 0.
     fn less_than(&self, a: &str, b: &str) -> String;
 
-    /// The derivative of the order `order` of `S` at `u`, see [`special`].
+    /// The derivative of the order `order` of `S` at `u`, see [`special`](crate::ir::special).
     fn half_angle_squared(&self, order: u8, u: &str) -> String {
         format!("half_angle_squared({order}, {u})")
     }
