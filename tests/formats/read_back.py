@@ -21,7 +21,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
 # Columns that count something; the status is text, all others are real numbers.
 COUNTS = {
-    "segments", "contact_count", "laterally_unstable", "turns", "unsteady_turns", "steps", "unresolved_steps", "rejected_steps",
+    "segments", "contact_count", "contact_nodes", "laterally_unstable", "turns", "unsteady_turns", "steps", "unresolved_steps", "rejected_steps",
     "newton_iterations", "newton_failures", "factorisations", "contact_events", "failed_samples",
 }
 # Arrays at the nodes, with their components.
