@@ -22,7 +22,7 @@ use super::{Lanewise, Real, StepWeights};
 pub const POLE: f64 = 1e-6;
 
 /// `|sin φ|` of a segment below which its chain takes the other chart, if it is better.
-pub const NEAR_POLE: f64 = 0.3;
+const NEAR_POLE: f64 = 0.3;
 
 /// The axis that the polar angles `φ` of a chain are measured from; it names the chart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -149,7 +149,7 @@ pub fn find_pole(q: &[[f64; 2]]) -> Option<usize> {
 }
 
 /// `true` if a segment with this `φ` is near a pole of its chart: `|sin φ| <` [`NEAR_POLE`].
-pub fn near_pole(polar_angle: f64) -> bool {
+fn near_pole(polar_angle: f64) -> bool {
     sine_is_below(NEAR_POLE, polar_angle)
 }
 

@@ -24,9 +24,8 @@ pub use chain::{
     Chain, ChainState, Clamp, Energies, Link, NoLoads, NodeLoads, NodeMotion, NodeTangent,
     PointDamping, PointLoad, PointTangent, RelaxedAngle, UniformChain,
 };
-pub use chart::{
-    NEAR_POLE, POLE, PolarAxis, PoleError, SegmentMotion, better_chart, find_pole, near_pole,
-};
+pub(crate) use chart::better_chart;
+pub use chart::{POLE, PolarAxis, PoleError, find_pole};
 pub use compiled::Compiled;
 pub use dispatch::lanes_are_compiled;
 pub use dynamics::Dynamics;

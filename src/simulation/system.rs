@@ -93,7 +93,7 @@ impl FilamentState {
     }
 
     /// Takes the other chart if a segment is near a pole of this one and the other is better for all
-    /// segments ([`better_chart`]). Returns `true` if it does.
+    /// segments. Returns `true` if it does.
     ///
     /// Call this between steps, in space, with joints that are relaxed straight.
     pub fn leave_pole(&mut self) -> bool {

@@ -489,13 +489,6 @@ pub fn outer_end(graph: &mut Graph, body: &Body, base: Vec3, direction: Vec3) ->
     along(graph, base, body.length, (1, 1), direction)
 }
 
-/// The `vector` turned back about `z` by the angle with the sine and cosine `turn`.
-pub fn turned_back(graph: &mut Graph, [x, y, z]: Vec3, [sin, cos]: [NodeId; 2]) -> Vec3 {
-    let (x_cos, y_sin) = (graph.mul(x, cos), graph.mul(y, sin));
-    let (y_cos, x_sin) = (graph.mul(y, cos), graph.mul(x, sin));
-    [graph.add(x_cos, y_sin), graph.sub(y_cos, x_sin), z]
-}
-
 /// Three symbols, `name_x` and so on, in `unit`.
 pub fn vector_symbol(graph: &mut Graph, name: &str, notation: &str, unit: Unit) -> Vec3 {
     ["x", "y", "z"].map(|axis| {

@@ -389,11 +389,9 @@ pub fn first_file(
         };
         format!("\n[{name}]\n{stated}{material}{what}{left_out}")
     };
-    let known_modulus = material.filter(|_| !has_modulus);
-    let stiffness = rounded(default_contact_stiffness(
-        known_modulus.map_or(modulus, |material| material.youngs_modulus_pa),
-        diameter,
-    ));
+    let of_material = material.filter(|_| !has_modulus);
+    let modulus_pa = of_material.map_or(modulus, |material| material.youngs_modulus_pa);
+    let stiffness = rounded(default_contact_stiffness(modulus_pa, diameter));
     let mut filament = vec![
         ("filament.length_m", length, true),
         ("filament.diameter_m", diameter, true),
