@@ -20,7 +20,7 @@ use crate::equations::{LANES, lanes_are_compiled};
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
 use crate::model::trim::differ;
-use crate::simulation::{Form, Pass, Sampling, Stop, is_steady};
+use crate::simulation::{Form, Pass, Sampling, Stop, are_steady};
 
 /// How a brush is simulated. Results do not depend on it, except for the frames that it requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -841,8 +841,7 @@ impl BrushRun {
 
     /// Whether the turns, which were to become steady, have done so.
     fn has_steady_turns(&self) -> bool {
-        self.pass.turns() == Turns::Steady
-            && matches!(self.turn_impulses()[..], [.., before, last] if is_steady(before, last))
+        self.pass.turns() == Turns::Steady && are_steady(&self.turn_impulses())
     }
 
     /// Whether a filament that is followed to the end of its contact still touches.

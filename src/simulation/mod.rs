@@ -47,7 +47,7 @@ pub use stop::Stop;
 pub(crate) use system::ContactSum;
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
 pub use trajectory::{Trajectory, integrate};
-pub(crate) use turns::is_steady;
+pub(crate) use turns::are_steady;
 
 /// SHA-256 of all code between settings and metrics, in hexadecimal digits. Builds that differ here
 /// may differ in results.

@@ -104,7 +104,7 @@ impl Itinerary {
     fn is_over(&self) -> bool {
         // What is not finite will not become steady either.
         let has_settled = || {
-            self.is_steady()
+            are_steady(&self.impulses)
                 || self
                     .impulses
                     .last()
@@ -114,14 +114,9 @@ impl Itinerary {
             || (self.turns == Turns::Steady && has_settled())
     }
 
-    /// Whether the last two turns have the same impulse.
-    fn is_steady(&self) -> bool {
-        matches!(self.impulses[..], [.., before, last] if is_steady(before, last))
-    }
-
     /// Whether the turns should have become steady, but have not.
     pub fn is_unsteady(&self) -> bool {
-        self.turns == Turns::Steady && !self.is_steady()
+        self.turns == Turns::Steady && !are_steady(&self.impulses)
     }
 
     /// The normal impulse in N s of each turn.
@@ -130,9 +125,10 @@ impl Itinerary {
     }
 }
 
-/// Whether two successive turns have the same impulse. Two turns without contact have.
-pub(crate) fn is_steady(before: f64, last: f64) -> bool {
-    last == before || (last - before).abs() < STEADY * last
+/// `true` if the last two of the turns with these normal impulses (N s) have the same one. Two turns
+/// without contact have.
+pub(crate) fn are_steady(impulses: &[f64]) -> bool {
+    matches!(*impulses, [.., before, last] if last == before || (last - before).abs() < STEADY * last)
 }
 
 #[cfg(test)]
@@ -142,8 +138,17 @@ mod tests {
 
     #[test]
     fn impulses_are_steady_within_a_thousandth_of_the_later_one() {
-        assert!(is_steady(0.0, 0.0) && is_steady(0.9991, 1.0) && is_steady(1.0009, 1.0));
-        assert!(!is_steady(0.9989, 1.0) && !is_steady(1.0, 0.0) && !is_steady(0.0, 1e-300));
+        assert!(
+            [[0.0, 0.0], [0.9991, 1.0], [1.0009, 1.0]]
+                .iter()
+                .all(|pair| are_steady(pair))
+        );
+        assert!(
+            ![[0.9989, 1.0], [1.0, 0.0], [0.0, 1e-300]]
+                .iter()
+                .any(|pair| are_steady(pair))
+        );
+        assert!(!are_steady(&[1.0]));
     }
 
     #[test]
