@@ -12,11 +12,14 @@ pub const SEPARATORS: [char; 3] = [',', ';', '\t'];
 /// What may separate decimals.
 pub const DECIMALS: [char; 2] = ['.', ','];
 
-/// The separator of a table: the first with which it `has_all` headings that are needed, or else
-/// the most frequent in the heading.
+/// The separator of a table: that of its first line, or the first with which it `has_all` headings
+/// that are needed, or else the most frequent in the heading.
 pub(crate) fn separator_of(source: &Source<'_>, has_all: impl Fn(&[String]) -> bool) -> char {
-    let first_line = source.text.lines().next().unwrap_or_default();
-    let count = |separator: &char| first_line.matches(*separator).count();
+    if let Some(stated) = source.stated_separator() {
+        return stated;
+    }
+    let heading = source.heading_text();
+    let count = |separator: &char| heading.matches(*separator).count();
     let most = SEPARATORS.into_iter().rev().max_by_key(count);
     let separates = |separator: &char| has_all(&source.headings(*separator));
     SEPARATORS

@@ -37,7 +37,7 @@ pub fn read_control_points(text: &str, name: &str) -> Result<Vec<[f64; 2]>, Data
     };
     let separator = separator_of(&source, |headings| unit_in(headings).is_some());
     let table = source.table_separated_by(separator, ADVICE)?;
-    let unit = unit_in(&table.headings());
+    let unit = unit_in(table.headings());
     let names = COLUMNS.map(|column| {
         unit.and_then(|unit| unit.key_of(column))
             .unwrap_or_else(|| column.to_owned())

@@ -10,7 +10,7 @@ use bristle_text::units::Unit;
 
 use crate::cells::number;
 use crate::columns::{Format, Quantity, unit_in};
-use crate::table::Table;
+use crate::table::{Table, tidy_heading};
 
 /// Longest heading that is guessed from, in bytes. Longer ones are not names.
 const LONGEST_HEADING: usize = 100;
@@ -70,7 +70,7 @@ pub(crate) fn lines_to_paste(
     for (quantity, named) in &format.columns {
         let Some(position) = columns
             .iter()
-            .position(|column| column.heading == named.heading)
+            .position(|column| column.heading == tidy_heading(&named.heading))
         else {
             continue;
         };
@@ -153,11 +153,11 @@ fn described(table: &Table<'_>) -> Vec<Described> {
             .filter_map(|cell| number(cell, false).or_else(|| number(cell, true)))
             .fold(0.0, |a: f64, b| a.max(b.abs()))
     };
-    let headings = table.headings().into_iter().enumerate();
+    let headings = table.headings().iter().enumerate();
     let names =
         headings.filter(|(_, heading)| !heading.is_empty() && heading.len() <= LONGEST_HEADING);
     names
-        .map(|(position, heading)| Described::of(heading, largest(position)))
+        .map(|(position, heading)| Described::of(heading.clone(), largest(position)))
         .collect()
 }
 

@@ -13,10 +13,10 @@ use bristle_text::shortened;
 use bristle_text::units::Unit;
 use csv::StringRecord;
 
-use crate::cells::{self, has_decimal_comma, not_a_number, number};
+use crate::cells::{self, SEPARATORS, has_decimal_comma, not_a_number, number};
 use crate::columns::unit_in;
 use crate::headings::lines_to_paste;
-use crate::table::{DataError, Source, Table};
+use crate::table::{DataError, Source, Table, tidy_heading};
 use bristle_grid::{Study, TOOL};
 
 pub use crate::columns::{ColumnName, Format, LARGEST, Quantity};
@@ -226,7 +226,7 @@ impl Format {
     /// quantity's key, in any unit.
     fn heading<'h>(&self, quantity: Quantity, headings: &'h [String]) -> Option<&'h str> {
         let is_its = |heading: &&'h str| match self.named(quantity) {
-            Some(column) => *heading == column.heading,
+            Some(column) => **heading == tidy_heading(&column.heading),
             None => Quantity::of_key(heading).is_some_and(|(of_key, _)| of_key == quantity),
         };
         headings.iter().map(String::as_str).find(is_its)
@@ -236,12 +236,12 @@ impl Format {
     /// under its own key. `None` if tools are not compared, or the table does not say with which it
     /// was measured.
     fn tool_column(&self, table: &Table<'_>) -> Result<Option<usize>, DataError> {
-        let heading = self.tool.as_deref().unwrap_or(TOOL);
-        let is_there = self.tool.is_some() || table.headings().iter().any(|own| own == heading);
+        let heading = tidy_heading(self.tool.as_deref().unwrap_or(TOOL));
+        let is_there = self.tool.is_some() || table.headings().contains(&heading);
         if self.tools.is_empty() || !is_there {
             Ok(None)
         } else {
-            Ok(Some(table.columns(&[heading])?[0]))
+            table.column(&heading).map(Some)
         }
     }
 
@@ -293,15 +293,39 @@ impl Format {
             .collect()
     }
 
+    /// `true` if the headings have all that is needed.
+    fn is_complete(&self, headings: &[String], wanted: Wanted) -> bool {
+        self.quantities(headings, wanted)
+            .iter()
+            .all(|&quantity| self.heading(quantity, headings).is_some())
+    }
+
     /// The separator of a table: the one stated, or else by its headings.
     fn separator_of(&self, source: &Source<'_>, wanted: Wanted) -> char {
-        let has_all = |headings: &[String]| {
-            self.quantities(headings, wanted)
-                .iter()
-                .all(|&quantity| self.heading(quantity, headings).is_some())
-        };
+        let has_all = |headings: &[String]| self.is_complete(headings, wanted);
         self.separator
             .unwrap_or_else(|| cells::separator_of(source, has_all))
+    }
+
+    /// The line with the headings, counted from 1, below a title block.
+    fn heading_below_title(&self, source: &Source<'_>, wanted: Wanted) -> Option<usize> {
+        /// Programs of dynamometers write a few dozen lines above the headings.
+        const MAX_TITLE_LINES: usize = 200;
+        let separator = self.separator_of(source, wanted);
+        if self.is_complete(&source.headings(separator), wanted) {
+            return None;
+        }
+        let has_headings = |text: &str| {
+            let line = Source {
+                name: source.name,
+                text,
+            };
+            let separators = SEPARATORS.into_iter().chain(self.separator);
+            let mut headings = separators.map(|separator| line.headings(separator));
+            headings.any(|headings| self.is_complete(&headings, wanted))
+        };
+        let mut lines = source.text.lines().take(MAX_TITLE_LINES).skip(1);
+        lines.position(has_headings).map(|index| index + 2)
     }
 }
 
@@ -402,9 +426,24 @@ fn opened<'s>(
     format: &Format,
     wanted: Wanted,
 ) -> Result<(Table<'s>, Vec<Column>, bool), DataError> {
+    opened_at_first_line(source, format, wanted).map_err(|error| {
+        let Some(line) = format.heading_below_title(source, wanted) else {
+            return error;
+        };
+        let problem = format!("the headings are in line {line}, below other lines");
+        source.error(1, None, problem, "remove the lines above the headings")
+    })
+}
+
+/// [`opened`] of a table that begins with its headings.
+fn opened_at_first_line<'s>(
+    source: &'s Source<'s>,
+    format: &Format,
+    wanted: Wanted,
+) -> Result<(Table<'s>, Vec<Column>, bool), DataError> {
     let separator = format.separator_of(source, wanted);
     let table = source.table_separated_by(separator, wanted.advice())?;
-    let has = |quantity: Quantity| format.heading(quantity, &table.headings()).is_some();
+    let has = |quantity: Quantity| format.heading(quantity, table.headings()).is_some();
     if wanted != Wanted::Radii
         && has(Quantity::EdgeRadius)
         && !Quantity::FORCES.into_iter().any(has)
@@ -417,7 +456,7 @@ fn opened<'s>(
             advice,
         ));
     }
-    let quantities = format.quantities(&table.headings(), wanted).into_iter();
+    let quantities = format.quantities(table.headings(), wanted).into_iter();
     let columns = quantities.map(|quantity| column(quantity, &table, source, format, wanted));
     let columns = columns.collect::<Result<Vec<Column>, _>>()?;
     let has_comma = match format.decimal {
@@ -558,12 +597,23 @@ impl Column {
             unit,
         } = self;
         let cell = row.get(position).unwrap_or_default();
-        if may_be_empty && cell.trim().is_empty() {
+        let is_missing =
+            cell.trim().is_empty() || (quantity.is_std() && cell.eq_ignore_ascii_case("nan"));
+        if may_be_empty && is_missing {
             return Ok(None);
         }
         let wrong = |problem: String| Err(table.wrong(row, position, problem));
         let Some(number) = number(cell, has_comma).map(|number| unit.to_own(number)) else {
-            return wrong(not_a_number(cell, has_comma));
+            let is_unit = quantity
+                .unit_written(cell.trim_matches(['[', ']', '(', ')']))
+                .is_some();
+            return wrong(match is_unit {
+                true => format!(
+                    "`{}` is a unit: write units into the headings, and remove their row",
+                    shortened(cell)
+                ),
+                false => not_a_number(cell, has_comma),
+            });
         };
         let (least, in_words) = quantity.least();
         if !(least..=LARGEST).contains(&number) {
@@ -587,8 +637,11 @@ fn column(
         ..error
     };
     let named = format.named(quantity);
-    let heading = format.heading(quantity, &headings);
-    let heading = heading.unwrap_or(named.map_or(quantity.key(), |column| &column.heading));
+    let missing = named.map_or_else(
+        || quantity.key().to_owned(),
+        |column| tidy_heading(&column.heading),
+    );
+    let heading = format.heading(quantity, headings).unwrap_or(&missing);
     let position = table.column(heading).map_err(with_lines)?;
     let of_key =
         |heading: &str| Quantity::of_key(heading).filter(|(of_key, _)| *of_key == quantity);
@@ -878,6 +931,80 @@ mod tests {
         for points in [velocities, vec![unsure]] {
             assert_eq!(read(&measured_text(&points, &[])), Ok(points));
         }
+    }
+
+    #[test]
+    fn lines_are_those_of_the_file() {
+        let named = format(&[
+            (Quantity::RotationalSpeed, "n [1/min]", None),
+            (Quantity::Depth, "ae [mm]", None),
+            (Quantity::Force, "Fz [N]", None),
+        ]);
+        let rows = "n [1/min];ae [mm];Fz [N]\n600;1,0;8,5\n\n;;\n1200;x;16,2\n";
+        for (text, line) in [
+            (rows.to_owned(), 5),
+            (rows.replace('\n', "\r\n"), 5),
+            (rows.replace("\n\n;;", ""), 3),
+            (rows.replace("\n\n;;", "").replace('\n', "\r\n"), 3),
+            (format!("sep=;\r\n{rows}"), 6),
+        ] {
+            let expected = format!("forces.csv:{line}, column ae [mm]: `x` is not a finite number");
+            let message = refusal(&text, &named);
+            assert!(message.starts_with(&expected), "{text:?}: {message}");
+            // Rows without any cell are no points.
+            let points = read_measured(&text.replace('x', "2,0"), "forces.csv", &named);
+            let lines: Vec<f64> = points
+                .expect("a table")
+                .iter()
+                .map(|point| point.force_n)
+                .collect();
+            assert_eq!(lines, [8.5, 16.2], "{text:?}");
+        }
+        let short = refusal(&rows.replace("600;1,0;8,5", "600;1,0"), &named);
+        assert!(
+            short.starts_with("forces.csv:2: 2 cells, but the heading has 3"),
+            "{short}"
+        );
+    }
+
+    #[test]
+    fn headings_are_found_as_spreadsheets_write_them() {
+        let named = format(&[
+            (Quantity::Velocity, "v [m/s]", None),
+            (Quantity::Depth, "a e [µm]", None),
+            (Quantity::Force, "F", None),
+            (Quantity::Std, "s", None),
+        ]);
+        let expected = vec![Measurement {
+            std_n: None,
+            ..point(10.0, 5e-4, 5.0, 0.0)
+        }];
+        for heading in [
+            "v [m/s];a e [µm];F;s",
+            "v [m/s];a\u{a0}e [\u{3bc}m];F;s",
+            "\"v\n[m/s]\";\"a e\r\n[µm]\";F;s",
+        ] {
+            let text = format!("{heading}\n10;500;5;NaN\n");
+            assert_eq!(
+                read_measured(&text, "forces.csv", &named).as_ref(),
+                Ok(&expected),
+                "{text}"
+            );
+        }
+        let refused = |above: &str, below: &str| {
+            let text = format!("{above}v [m/s];a e [µm];F;s\n{below}10;500;5;0\n");
+            refusal(&text, &named)
+        };
+        let title = refused("Measurement;7\nOperator;Somebody\n\n", "");
+        assert!(
+            title.contains("the headings are in line 4, below other lines"),
+            "{title}"
+        );
+        let units = refused("", "m/s;µm;N;N\n");
+        assert!(
+            units.starts_with("forces.csv:2, column v [m/s]: `m/s` is a unit"),
+            "{units}"
+        );
     }
 
     #[test]

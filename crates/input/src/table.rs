@@ -110,13 +110,43 @@ impl Source<'_> {
     /// The cells of the heading of a table with an ASCII `separator`; none if there is no such
     /// heading.
     pub(crate) fn headings(&self, separator: char) -> Vec<String> {
-        let first = reader(self.text, separator).into_records().next();
-        first.and_then(Result::ok).map_or_else(Vec::new, |heading| {
-            heading.iter().map(str::to_owned).collect()
-        })
+        let first = reader(self.body(), separator).into_records().next();
+        first
+            .and_then(Result::ok)
+            .map_or_else(Vec::new, |heading| tidy_headings(&heading))
     }
 
-    /// [`Source::table`] with another ASCII separator than a comma.
+    /// The separator that a first line `sep=;` states, as spreadsheets read it.
+    pub(crate) fn stated_separator(&self) -> Option<char> {
+        let line = self.text.lines().next()?.trim_end_matches(['"', ' ']);
+        let mut letters = line.trim_start_matches('"').chars();
+        let name: String = letters.by_ref().take(4).collect();
+        let separator = letters.next().filter(char::is_ascii)?;
+        let is_hint = name.eq_ignore_ascii_case("sep=") && letters.next().is_none();
+        is_hint.then_some(separator)
+    }
+
+    /// The text without a line that states the separator.
+    fn body(&self) -> &str {
+        match self.stated_separator() {
+            Some(_) => self.text.split_once('\n').map_or("", |(_, body)| body),
+            None => self.text,
+        }
+    }
+
+    /// The text of the heading, whose quoted cells may have line breaks.
+    pub(crate) fn heading_text(&self) -> &str {
+        let body = self.body();
+        let mut is_quoted = false;
+        let end = body.find(|letter| {
+            is_quoted ^= letter == '"';
+            letter == '\n' && !is_quoted
+        });
+        &body[..end.unwrap_or(body.len())]
+    }
+
+    /// [`Source::table`] with another ASCII separator than a comma. Rows without any cell are left
+    /// out.
     pub(crate) fn table_separated_by(
         &self,
         separator: char,
@@ -130,30 +160,38 @@ impl Source<'_> {
             let problem = format!("a line of more than {MAX_LINE_BYTES} bytes");
             return Err(self.error(line as u64 + 1, None, problem, advice));
         }
-        let mut rows = Vec::new();
-        for record in reader(self.text, separator).into_records() {
-            let record = record.map_err(|error| {
-                let line = error.position().map_or(1, csv::Position::line);
-                let problem = match error.kind() {
-                    csv::ErrorKind::UnequalLengths {
-                        expected_len, len, ..
-                    } => {
-                        format!("{len} cells, but the heading has {expected_len}")
-                    }
-                    _ => error.to_string(),
-                };
-                self.error(line, None, problem, advice)
+        let body = self.body();
+        let mut lines = Lines {
+            text: body,
+            place: 0,
+            line: 1 + u64::from(body.len() < self.text.len()),
+        };
+        let mut rows: Vec<csv::StringRecord> = Vec::new();
+        for record in reader(body, separator).into_records() {
+            let mut record = record.map_err(|error| {
+                let place = error.position().map_or(0, csv::Position::byte);
+                self.error(lines.at(place), None, error.to_string(), advice)
             })?;
+            let mut position = record
+                .position()
+                .cloned()
+                .unwrap_or_else(csv::Position::new);
+            let line = lines.at(position.byte());
+            if record.iter().all(str::is_empty) {
+                continue;
+            }
+            if let Some(heading) = rows.first().filter(|row| row.len() != record.len()) {
+                let [count, expected] = [record.len(), heading.len()];
+                let problem = format!("{count} cells, but the heading has {expected}");
+                return Err(self.error(line, None, problem, advice));
+            }
             // The heading is one of them.
             if rows.len() > MAX_ROWS {
-                let line = record.position().map_or(1, csv::Position::line);
-                return Err(self.error(
-                    line,
-                    None,
-                    format!("more than {MAX_ROWS} rows below the heading"),
-                    advice,
-                ));
+                let problem = format!("more than {MAX_ROWS} rows below the heading");
+                return Err(self.error(line, None, problem, advice));
             }
+            position.set_line(line);
+            record.set_position(Some(position));
             rows.push(record);
         }
         if rows.is_empty() {
@@ -162,10 +200,35 @@ impl Source<'_> {
         let heading = rows.remove(0);
         Ok(Table {
             source: self,
-            heading,
+            line: heading.position().map_or(1, csv::Position::line),
+            heading: tidy_headings(&heading),
             rows,
             advice,
         })
+    }
+}
+
+/// The number of the line at a place of a text. Places must not decrease.
+struct Lines<'t> {
+    text: &'t str,
+    place: usize,
+    line: u64,
+}
+
+impl Lines<'_> {
+    /// The line of the first cell at `place` or behind it. A record's own position is that of the
+    /// line break before it, or of empty lines.
+    fn at(&mut self, place: u64) -> u64 {
+        let bytes = self.text.as_bytes();
+        let place = usize::try_from(place).map_or(bytes.len(), |place| place.min(bytes.len()));
+        let breaks = bytes[place..]
+            .iter()
+            .take_while(|byte| b"\r\n".contains(byte));
+        let start = place + breaks.count();
+        let passed = &bytes[self.place.min(start)..start];
+        self.line += passed.iter().filter(|byte| **byte == b'\n').count() as u64;
+        self.place = start.max(self.place);
+        self.line
     }
 }
 
@@ -175,15 +238,29 @@ fn reader(text: &str, separator: char) -> csv::Reader<&[u8]> {
     let separator = u8::try_from(separator).expect("a separator is ASCII");
     builder
         .has_headers(false)
+        .flexible(true)
         .delimiter(separator)
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes())
 }
 
+/// Headings as they are compared: `µ` is one letter of two, and any white space is a space.
+fn tidy_headings(heading: &csv::StringRecord) -> Vec<String> {
+    heading.iter().map(tidy_heading).collect()
+}
+
+/// A heading, as [`Table::headings`] has it.
+pub(crate) fn tidy_heading(heading: &str) -> String {
+    let words: Vec<&str> = heading.split_whitespace().collect();
+    words.join(" ").replace('\u{3bc}', "\u{b5}")
+}
+
 /// A table as text.
 pub struct Table<'t> {
     source: &'t Source<'t>,
-    heading: csv::StringRecord,
+    /// Line of the heading.
+    line: u64,
+    heading: Vec<String>,
     rows: Vec<csv::StringRecord>,
     advice: &'static str,
 }
@@ -195,15 +272,20 @@ impl Table<'_> {
     }
 
     /// The cells of the heading.
-    pub fn headings(&self) -> Vec<String> {
-        self.heading.iter().map(str::to_owned).collect()
+    pub fn headings(&self) -> &[String] {
+        &self.heading
+    }
+
+    /// The error about the heading.
+    pub(crate) fn wrong_heading(&self, problem: impl Into<String>) -> DataError {
+        self.source.error(self.line, None, problem, self.advice)
     }
 
     /// The position of a column. Columns that nobody asks for may have equal names.
     pub fn column(&self, name: &str) -> Result<usize, DataError> {
         let mut positions =
-            (0..self.heading.len()).filter(|&position| &self.heading[position] == name);
-        let error = |problem: String| Err(self.source.error(1, None, problem, self.advice));
+            (0..self.heading.len()).filter(|&position| self.heading[position] == name);
+        let error = |problem: String| Err(self.wrong_heading(problem));
         match (positions.next(), positions.next()) {
             (Some(position), None) => Ok(position),
             (Some(first), Some(second)) => error(format!(
@@ -247,7 +329,7 @@ impl Table<'_> {
     ) -> DataError {
         self.source.error(
             self.line(row),
-            self.heading.get(column).map(str::to_owned),
+            self.heading.get(column).cloned(),
             problem,
             self.advice,
         )

@@ -124,8 +124,11 @@ pub fn read_table(path: &Path) -> Result<String, FileError> {
     read_as(path, MAX_TABLE_BYTES, as_table)
 }
 
+/// The characters of the bytes from 0x80 to 0x9F in Windows-1252; bytes without one are themselves.
+const WINDOWS_1252: &str = "€\u{81}‚ƒ„…†‡ˆ‰Š‹Œ\u{8d}Ž\u{8f}\u{90}‘’“”•–—˜™š›œ\u{9d}žŸ";
+
 /// The text of a table as spreadsheets export it: in UTF-8, in UTF-16 with a byte order mark, or in
-/// Latin-1.
+/// Windows-1252, which contains Latin-1.
 fn as_table(bytes: Vec<u8>) -> io::Result<String> {
     let utf_16 = |unit: fn([u8; 2]) -> u16| {
         let (pairs, rest) = bytes[2..].as_chunks::<2>();
@@ -143,14 +146,20 @@ fn as_table(bytes: Vec<u8>) -> io::Result<String> {
         Some([0xfe, 0xff]) => return utf_16(u16::from_be_bytes),
         _ => {}
     }
-    // Of Latin-1 these are control characters; where they are letters or quotes, the encoding is
-    // another.
-    let is_latin_1 = !bytes.iter().any(|byte| (0x80..0xa0).contains(byte));
-    as_text(bytes.clone()).or_else(|error| match is_latin_1 {
-        true => Ok(bytes.iter().map(|&byte| char::from(byte)).collect()),
-        false => Err(io::Error::other(format!(
-            "{error}, nor Latin-1: save the table as CSV in UTF-8"
-        ))),
+    as_text(bytes.clone()).or_else(|error| {
+        let letter = |&byte: &u8| match byte {
+            0x80..0xa0 => WINDOWS_1252
+                .chars()
+                .nth(usize::from(byte - 0x80))
+                .filter(|letter| *letter != char::from(byte)),
+            byte => Some(char::from(byte)),
+        };
+        let text: Option<String> = bytes.iter().map(letter).collect();
+        text.ok_or_else(|| {
+            io::Error::other(format!(
+                "{error}, nor Windows-1252: save the table as CSV in UTF-8"
+            ))
+        })
     })
 }
 
@@ -486,7 +495,11 @@ mod tests {
         ] {
             assert_eq!(as_table(bytes).expect("a table"), text);
         }
-        for wrong in [b"F\n\x93".to_vec(), vec![0xff, 0xfe, 0x00, 0xd8]] {
+        assert_eq!(
+            as_table(b"F [\x80]\n\x93".to_vec()).expect("a table"),
+            "F [€]\n“"
+        );
+        for wrong in [b"F\n\x81".to_vec(), vec![0xff, 0xfe, 0x00, 0xd8]] {
             assert!(as_table(wrong).is_err());
         }
         assert_eq!(as_table(Vec::new()).expect("no text"), "");

@@ -14,15 +14,16 @@ const FAR: f64 = 10.0;
 /// often rounded.
 const ROUNDED: f64 = 0.05;
 
-/// What is unusual about measured points in view of a study: two speeds that do not belong
-/// together, speeds or depths far outside of it, or no point within.
+/// What is unusual about measured points in view of a study: forces of the wrong sign, two speeds
+/// that do not belong together, speeds or depths far outside of it, or no point within.
 #[must_use]
 pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
     let slices = compared_slices(study, measured);
     let Some(slice) = slices.first() else {
         return Vec::new();
     };
-    let speeds_contradict = contradiction(study, &slices, measured);
+    let mut unusual = Vec::from_iter(wrong_sign(measured));
+    unusual.extend(contradiction(study, &slices, measured));
     let depths: Vec<f64> = measured
         .iter()
         .map(|point| point.penetration_depth_m)
@@ -53,15 +54,24 @@ pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
             range(&slice.x),
             range(&slice.y)
         );
-        return speeds_contradict
-            .into_iter()
-            .chain([Unusual {
-                path: "measured.file",
-                statement,
-            }])
-            .collect();
+        unusual.push(Unusual {
+            path: "measured.file",
+            statement,
+        });
     }
-    speeds_contradict.into_iter().chain(far).collect()
+    unusual.extend(far);
+    unusual
+}
+
+/// The hint that the axis of the dynamometer points the other way.
+fn wrong_sign(measured: &[Measurement]) -> Option<Unusual> {
+    let are_negative = measured.iter().all(|point| point.force_n < 0.0);
+    are_negative.then(|| Unusual {
+        path: "measured.file",
+        statement: "All measured normal forces are negative. A force that presses on the workpiece counts positive: change the sign in \
+             the table."
+            .to_owned(),
+    })
 }
 
 /// What is unusual about points with a rotational speed that none of the tools that they may belong
@@ -183,7 +193,7 @@ mod tests {
             second_speed_rpm: Some(speed),
             ..at(15.0, 1.5e-3)
         };
-        let table: [(&[Measurement], &[&str]); 8] = [
+        let table: [(&[Measurement], &[&str]); 9] = [
             (&[], &[]),
             (&[at(15.0, 1.5e-3), at(30.0, 1e-3)], &[]),
             (
@@ -200,6 +210,13 @@ mod tests {
             ),
             (&[rotational(12.0)], &["first with 12 rpm", "unit = \"Hz\""]),
             (&[both(796.0), both(800.0)], &[]),
+            (
+                &[
+                    point(15.0, 1.5e-3, -5.0, None),
+                    point(15.0, 2e-3, -7.0, None),
+                ],
+                &["All measured normal forces are negative"],
+            ),
             (
                 &[both(800.0), both(1023.0)],
                 &[
