@@ -11,29 +11,22 @@ use crate::words::estimate;
 const UNCERTAINTY: &str = "uncertainty";
 const CALIBRATION: &str = "calibration";
 
-/// What is written around the fitted values.
-pub struct Frame<'a> {
-    /// The day, for comments.
-    pub date: &'a str,
-    /// What `--set` states.
-    pub options: &'a [String],
-    /// From a path in the file to the same from the place of the new one.
-    pub moved: &'a dyn Fn(&str) -> String,
-}
-
-/// The text of an input file with the values of a calibration. Comments and order stay.
+/// The text of an input file with the values of a calibration, and with what the `options` of
+/// `--set` state. Comments and order stay. `moved` turns a path in the file into the same from the
+/// place of the new one.
 ///
 /// # Errors
 /// What cannot be restated, in words.
 pub fn calibrated(
     text: &str,
     calibration: &Calibration,
-    frame: &Frame<'_>,
+    options: &[String],
+    moved: &dyn Fn(&str) -> String,
 ) -> Result<String, String> {
     let mut document: DocumentMut = text
         .parse()
         .map_err(|error: toml_edit::TomlError| error.to_string())?;
-    for option in frame.options {
+    for option in options {
         restate(&mut document, option)?;
     }
     for (setting, fitted) in calibration.problem.fitted.iter().enumerate() {
@@ -42,11 +35,9 @@ pub fn calibrated(
             calibration.values[setting],
             calibration.standard_error(setting),
         ));
-        value.decor_mut().set_suffix(format!(
-            "  # {}, fitted on {}",
-            estimate(calibration, setting),
-            frame.date
-        ));
+        value
+            .decor_mut()
+            .set_suffix(format!("  # {}, fitted", estimate(calibration, setting)));
         let table = section_of(&mut document, section)?;
         let others: Vec<&str> = fitted
             .parameter
@@ -63,7 +54,7 @@ pub fn calibrated(
             .and_then(|table| table.get_mut(key))
             && let Some(old) = path.as_str()
         {
-            *path = toml_edit::value((frame.moved)(old));
+            *path = toml_edit::value(moved(old));
         }
     }
     if calibration.problem.radii.is_some() {

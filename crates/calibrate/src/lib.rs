@@ -22,7 +22,7 @@ mod words;
 use nalgebra::DVector;
 use spec_math::cephes64::{chdtrc, stdtri};
 
-pub use calibrated::{Frame, calibrated};
+pub use calibrated::calibrated;
 pub use edge::Radii;
 use model::Model;
 pub use next::{Next, Reach};

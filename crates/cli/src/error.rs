@@ -16,7 +16,6 @@ use bristle_inspect::evaluation::EvaluationError;
 use bristle_report::drawing::format::FormatError;
 use bristle_run::RunError;
 use bristle_store::checkpoint::CheckpointError;
-use bristle_store::force_journal::ForceJournalError;
 use bristle_store::journal_file::JournalFileError;
 use bristle_store::staged::{DocumentError, FileError};
 use bristle_store::study_files::STUDY;
@@ -63,8 +62,6 @@ pub enum CliError {
         path: PathBuf,
         error: ConvergenceError,
     },
-    #[error(transparent)]
-    ForceJournal(#[from] ForceJournalError),
     /// The checkpoint in the directory of a brush does not belong to this simulation.
     #[error(
         "cannot resume from `{}`: {error}\n{}",

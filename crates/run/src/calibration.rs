@@ -1,9 +1,8 @@
 //! The files of a calibration.
 
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
-use bristle_calibrate::{Calibration, Frame, calibrated};
+use bristle_calibrate::{Calibration, calibrated};
 use bristle_grid::uncertainty::check;
 use bristle_report::page::calibration_page;
 use bristle_store::force_journal::FORCE_JOURNAL;
@@ -69,12 +68,7 @@ pub fn calibrated_text(
     options: &[String],
     moved: &dyn Fn(&str) -> String,
 ) -> Result<String, String> {
-    let frame = Frame {
-        date: &today(),
-        options,
-        moved,
-    };
-    let text = calibrated(text, calibration, &frame)?;
+    let text = calibrated(text, calibration, options, moved)?;
     // What cannot be read again, or states something else, would be worse than no file.
     let path = directory.join(CALIBRATED);
     let document =
@@ -92,51 +86,4 @@ pub fn calibrated_text(
         }
     }
     Ok(text)
-}
-
-/// The date in Greenwich, as 2026-11-24.
-fn today() -> String {
-    let seconds = SystemTime::now()
-        .duration_since(SystemTime::UNIX_EPOCH)
-        .map_or(0, |since| since.as_secs());
-    date(seconds / 86_400)
-}
-
-/// The date so many days after 1 January 1970, by the Gregorian calendar.
-fn date(days: u64) -> String {
-    // Years begin in March, so that the day that some of them have more is their last; 400 of them
-    // have 146 097 days.
-    let days = days + 719_468;
-    let (era, day) = (days / 146_097, days % 146_097);
-    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-    let of_year = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * of_year + 2) / 153;
-    let of_month = of_year - (153 * month + 2) / 5 + 1;
-    let (month, later) = if month < 10 {
-        (month + 3, 0)
-    } else {
-        (month - 9, 1)
-    };
-    format!("{:04}-{month:02}-{of_month:02}", 400 * era + year + later)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn dates_are_those_of_the_calendar() {
-        let expected = [
-            (0, "1970-01-01"),
-            (11_016, "2000-02-29"),
-            (11_017, "2000-03-01"),
-            (20_781, "2026-11-24"),
-            (47_540, "2100-02-28"),
-            (47_541, "2100-03-01"),
-        ];
-        assert_eq!(
-            expected.map(|(days, _)| date(days)),
-            expected.map(|(_, text)| text.to_owned())
-        );
-    }
 }

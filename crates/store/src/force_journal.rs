@@ -9,12 +9,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
 use bristle::model::settings::Settings;
-use bristle::simulation::SOLVER_FINGERPRINT;
 use bristle_text::shown_path;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use crate::digest::digest;
+use crate::disk::{MAX_JOURNAL_BYTES, lock, synced};
+use crate::journal::SOLVER;
+use crate::journal_file::JournalFileError;
 use crate::origin::{Program, listed, sealed, unsealed};
 use crate::staged::FileError;
 
@@ -25,17 +26,6 @@ const UNBROKEN: &str = "nothing panics with the journal in hand";
 
 /// Normal force, tangential force, torque and power of a tool.
 pub type Forces = [f64; 4];
-
-/// Why a journal cannot be used.
-#[derive(Debug, Error)]
-pub enum ForceJournalError {
-    /// It cannot be read or written.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// It is no journal of a calibration, or of another program, in words.
-    #[error("{0}")]
-    Refused(String),
-}
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -65,8 +55,9 @@ impl ForceJournal {
     /// or it is to `restart`.
     ///
     /// # Errors
-    /// If there is one that is not of this program, or it cannot be read or written.
-    pub fn open(directory: &Path, restart: bool) -> Result<Self, ForceJournalError> {
+    /// If another process writes there, the journal is not of this program, or it cannot be read or
+    /// written.
+    pub fn open(directory: &Path, restart: bool) -> Result<Self, JournalFileError> {
         let path = directory.join(FORCE_JOURNAL);
         let opened = OpenOptions::new()
             .read(true)
@@ -75,8 +66,11 @@ impl ForceJournal {
             .truncate(false)
             .open(&path);
         let mut file = opened.map_err(|error| FileError::new("open", &path, error))?;
+        lock(&file, &path, directory)?;
         let mut text = String::new();
-        file.read_to_string(&mut text)
+        (&file)
+            .take(MAX_JOURNAL_BYTES)
+            .read_to_string(&mut text)
             .map_err(|error| FileError::new("read", &path, error))?;
         let mut known = HashMap::new();
         let mut intact = 0;
@@ -84,14 +78,12 @@ impl ForceJournal {
             let header: Option<Header> =
                 unsealed("", line).filter(|header: &Header| header.journal == KIND);
             let refused = |why: String| {
-                ForceJournalError::Refused(format!("`{}` is {why}", shown_path(&path)))
+                JournalFileError::Refused(format!("`{}` is {why}", shown_path(&path)))
             };
             let header = header.ok_or_else(|| {
                 refused("no journal of a calibration: choose another directory with --out".into())
             })?;
-            let differences = header
-                .program
-                .differences(&Program::here(SOLVER_FINGERPRINT));
+            let differences = header.program.differences(&Program::here(&SOLVER));
             if !differences.is_empty() && !restart {
                 return Err(refused(format!(
                     "of another build of Bristle:{}\nhelp: --restart discards it",
@@ -117,7 +109,7 @@ impl ForceJournal {
             if intact == 0 {
                 let header = Header {
                     journal: KIND.to_owned(),
-                    program: Program::here(SOLVER_FINGERPRINT),
+                    program: Program::here(&SOLVER),
                 };
                 file.write_all(sealed("", &header).as_bytes())?;
             }
@@ -179,7 +171,7 @@ impl ForceJournal {
     /// The first error since the journal was opened.
     pub fn settle(&self) -> Result<(), FileError> {
         let (file, error) = &mut *self.file();
-        let settled = error.take().map_or_else(|| file.sync_data(), Err);
+        let settled = error.take().map_or_else(|| synced(file.sync_data()), Err);
         settled.map_err(|error| FileError::new("write", &self.path, error))
     }
 }
@@ -213,6 +205,8 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("a journal");
         std::fs::write(&path, &text[..text.len() - 9]).expect("a disk");
         let journal = open(false).expect("the same journal");
+        let other = open(true).expect_err("another process").to_string();
+        assert!(other.starts_with("another command is writing"), "{other}");
         let recalled = settings.each_ref().map(|own| journal.recall(own));
         assert_eq!(recalled, [Some([1.0; 4]), None, None]);
         assert!(journal.append(&settings[1], [2.0; 4]).is_continue());
@@ -220,6 +214,6 @@ mod tests {
         assert_eq!(open(false).expect("the same journal").earlier(), 2);
         assert_eq!(open(true).expect("a new journal").earlier(), 0);
         std::fs::write(&path, "mine\n").expect("a disk");
-        assert!(matches!(open(true), Err(ForceJournalError::Refused(_))));
+        assert!(matches!(open(true), Err(JournalFileError::Refused(_))));
     }
 }

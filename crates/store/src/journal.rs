@@ -39,7 +39,7 @@ use bristle_grid::{CaseResult, CaseSummary, Study, SweepText, Tool, ToolText};
 pub const FORMAT: u32 = 1;
 
 /// SHA-256 of all code that affects results: the core's and that of `bristle-grid`.
-static SOLVER: LazyLock<String> = LazyLock::new(|| {
+pub(crate) static SOLVER: LazyLock<String> = LazyLock::new(|| {
     digest(
         [SOLVER_FINGERPRINT, bristle_grid::SOURCES]
             .concat()

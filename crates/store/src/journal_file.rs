@@ -5,7 +5,7 @@
 //! time: waiting for the disk after each case would take longer than simulating it.
 
 use std::convert::Infallible;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, Seek, SeekFrom, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -19,6 +19,7 @@ use bristle_text::shown_path;
 use thiserror::Error;
 use tracing::{debug, warn};
 
+use crate::disk::{lock, synced};
 use crate::staged::FileError;
 
 /// Name of the file in the results directory.
@@ -30,11 +31,11 @@ const PAUSE: Duration = Duration::from_millis(100);
 
 const UNBROKEN: &str = "nothing panics while holding the state";
 
-/// Why a study cannot resume from the journal in its directory, or cannot start a new one.
+/// Why a command cannot resume from the journal in its directory, or cannot start a new one.
 #[derive(Debug, Error)]
 pub enum JournalFileError {
-    /// Another process has the lock, the journal is one of another study, or the thread that syncs
-    /// to disk cannot be started, in words.
+    /// Another process has the lock, the journal is another one, or the thread that syncs to disk
+    /// cannot be started, in words.
     #[error("{0}")]
     Refused(String),
     /// The file cannot be opened, read or written.
@@ -276,23 +277,6 @@ impl JournalFile {
     }
 }
 
-/// Takes the lock. The operating system releases it when the process ends, however it ends.
-fn lock(file: &File, path: &Path, directory: &Path) -> Result<(), JournalFileError> {
-    match file.try_lock() {
-        Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(JournalFileError::Refused(format!(
-            "another study is writing to the directory `{}`: wait until it ends, or choose another \
-             directory with --out",
-            shown_path(directory)
-        ))),
-        Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {
-            warn!(path = %shown_path(path), "this file system has no locks: a second study would go unnoticed");
-            Ok(())
-        }
-        Err(TryLockError::Error(error)) => Err(FileError::new("lock", path, error).into()),
-    }
-}
-
 impl Shared {
     fn state(&self) -> MutexGuard<'_, Written> {
         self.state.lock().expect(UNBROKEN)
@@ -311,9 +295,9 @@ impl Shared {
             }
             state.fresh = false;
             drop(state);
-            let synced = self.file.sync_data();
+            let outcome = synced(self.file.sync_data());
             state = self.state();
-            if let Err(error) = synced {
+            if let Err(error) = outcome {
                 state.error.get_or_insert(error);
             }
             state = self
@@ -331,7 +315,7 @@ impl Written {
         self.cut(file)?;
         if let Err(error) = file
             .write_all(header.as_bytes())
-            .and_then(|()| file.sync_all())
+            .and_then(|()| synced(file.sync_all()))
         {
             let _ = self.cut(file);
             return Err(error);

@@ -7,6 +7,7 @@
 
 pub mod checkpoint;
 pub mod digest;
+mod disk;
 pub mod force_journal;
 pub mod journal;
 pub mod journal_file;

@@ -6,6 +6,7 @@ use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::digest::digest;
+use crate::disk::synced;
 use bristle_input::control_points::read_control_points;
 use bristle_input::document::Document;
 use bristle_input::input_error::InputError;
@@ -403,7 +404,7 @@ impl StagedFile {
             content(&mut writer)?;
             writer.flush()?;
             drop(writer);
-            file.as_file().sync_all()?;
+            synced(file.as_file().sync_all())?;
             Ok(file.into_temp_path())
         };
         let file = write().map_err(|error| FileError::new("write", &target, error))?;
@@ -433,6 +434,17 @@ impl StagedFile {
         result(&mut content).expect("memory takes what is written to it");
         hashes.insert(name.to_owned(), digest(&content));
         Self::write(directory.join(name), |out| out.write_all(&content))
+    }
+
+    /// Gives the file its final name unless there is one, and returns the path.
+    ///
+    /// # Errors
+    /// If that is not possible; [`io::ErrorKind::AlreadyExists`] if there is a file of that name.
+    pub fn commit_new(self) -> Result<PathBuf, FileError> {
+        let Self { file, target } = self;
+        file.persist_noclobber(&target)
+            .map_err(|error| FileError::new("write", &target, error.error))?;
+        Ok(target)
     }
 
     /// Gives the file its final name, replacing an older file, and returns the path.
@@ -503,6 +515,25 @@ mod tests {
             assert!(as_table(wrong).is_err());
         }
         assert_eq!(as_table(Vec::new()).expect("no text"), "");
+    }
+
+    #[test]
+    fn a_new_file_replaces_none() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("brush.toml");
+        let staged = |text: &'static str| {
+            StagedFile::text(directory.path(), "brush.toml", text).expect("a disk")
+        };
+        let [first, second] = ["first", "second"].map(staged);
+        first.commit_new().expect("a new file");
+        let error = second.commit_new().expect_err("it exists");
+        assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!(fs::read_to_string(&path).expect("a file"), "first");
+        assert_eq!(
+            entries(directory.path()).count(),
+            1,
+            "nothing is left behind"
+        );
     }
 
     #[test]

@@ -15,7 +15,7 @@ use bristle_text::layout;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
 use crate::error::CliError;
-use crate::terminal::{commit, say};
+use crate::terminal::{say, say_written};
 
 /// Write a first input file from a few answers: kind of brush, filaments, and the limits of the
 /// machine
@@ -138,9 +138,14 @@ pub fn run(arguments: &NewArgs) -> Result<(), CliError> {
         say(layout::note(&note));
     }
     let directory = path.parent().unwrap_or(Path::new(""));
-    Ok(commit([StagedFile::write(directory.join(name), |out| {
-        out.write_all(text.as_bytes())
-    })?])?)
+    let file = StagedFile::write(directory.join(name), |out| out.write_all(text.as_bytes()))?;
+    // Somebody may have written it while the questions were asked.
+    let written = file.commit_new().map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => CliError::Exists(path.clone()),
+        _ => error.into(),
+    })?;
+    say_written(&written);
+    Ok(())
 }
 
 /// What is known of the brush.

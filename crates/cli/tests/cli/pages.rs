@@ -244,7 +244,7 @@ fine tool_contact_normal_force_n 44.94 0.01",
     has(
         &read(&directory.path().join("calibrated/calibrated.toml")),
         &[
-            "# E = 2.596 ± 0.018 GPa, fitted on 20",
+            "# E = 2.596 ± 0.018 GPa, fitted\n",
             "file = \"../forces.csv\"",
         ],
     );

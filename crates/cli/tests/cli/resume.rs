@@ -352,7 +352,7 @@ fn a_second_study_in_the_same_directory_is_refused() {
     workspace.wait_for_lines(2, &mut first);
     for options in ["", "--restart"] {
         let message = ends(&workspace.study(options), REFUSED);
-        let other = "another study is writing to the directory `results`";
+        let other = "another command is writing to the directory `results`";
         has(&message, &[other]);
     }
     assert!(
