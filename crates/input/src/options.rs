@@ -149,6 +149,16 @@ pub(crate) fn state<'t>(
             .group()
             .for_each(|same| drop(entries.remove(same.key())));
     }
+    // A key of a table in the section, such as `measured.columns.force_n`.
+    let (entries, key) = match key.split_once('.') {
+        Some((inner, key)) if section != STUDY => {
+            let Some(entries) = section_in(entries, inner, &key_span) else {
+                return;
+            };
+            (entries, key)
+        }
+        _ => (entries, key),
+    };
     // The entry is removed first: an insertion alone would keep the old key's place.
     entries.remove(key);
     let key = Spanned::new(key_span, Cow::Owned(key.to_owned()));

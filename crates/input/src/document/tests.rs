@@ -624,3 +624,39 @@ fn the_lines_of_the_message_name_the_columns() {
         );
     }
 }
+
+#[test]
+fn options_state_keys_of_tables_in_a_section() {
+    let text = format!("{FILE}[measured]\nfile = \"forces.csv\"\ncolumns.force_n = \"F\"\n");
+    let options = [
+        "measured.columns.force_n=\"Fz [N]\"",
+        "measured.columns.penetration_depth_mm=ae",
+        "removal.until.turns=5",
+        "removal.observed.time_s=60",
+        "removal.observed.edge_radius_m=8e-5",
+    ]
+    .map(str::to_owned);
+    let document = Document::parse_with(&text, "case.toml", &options)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let (_, format) = document.measured().expect("a section");
+    let headings: Vec<&str> = format
+        .columns
+        .iter()
+        .map(|(_, column)| column.heading.as_str())
+        .collect();
+    assert_eq!(headings, ["ae", "Fz [N]"]);
+    let settings = document
+        .settings()
+        .unwrap_or_else(|error| panic!("{error}"));
+    let removal = settings.removal.expect("a section");
+    assert!(
+        removal.until.is_some() && removal.observed.is_some(),
+        "{removal:?}"
+    );
+    let wrong = ["removal.until.turn=5".to_owned()];
+    let error = Document::parse_with(&text, "case.toml", &wrong)
+        .and_then(|document| document.settings())
+        .expect_err("no such key")
+        .to_string();
+    assert!(error.contains("--set"), "{error}");
+}
