@@ -1,4 +1,4 @@
-"""The exchange format of derived equations, `bristle-graph` version 2: build it and write it.
+"""The exchange format of derived equations, `bristle-graph` version 3: build it and write it.
 
 What enters: operations, one at a time, from a derivation in any algebra system.
 What leaves: a JSON text of kernels. A kernel is a function in single-assignment form: operations
@@ -159,6 +159,6 @@ def file_text(generator: str, kernels: Sequence[Kernel]) -> str:
     """The whole file."""
     texts = ",\n".join(kernel.text() for kernel in kernels)
     return (
-        f'{{"format":"bristle-graph",\n"version":2,\n"generator":{compact(generator)},\n'
+        f'{{"format":"bristle-graph",\n"version":3,\n"generator":{compact(generator)},\n'
         f'"kernels":[\n{texts}]}}\n'
     )

@@ -1,9 +1,10 @@
 """Equations of motion of the segment chain, derived by CasADi from its energies.
 
-What enters: the number of segments, or `--kernels`; the energies of the project's model page.
+What enters: the number of segments, or `--kernels`, or `--operators`; the energies of the project's
+model page.
 What leaves: a JSON file of single-assignment operations (`graph_format.py`), either the whole
 equations of a chain (mass matrix, force, energies), in space or in the plane of rotation, or the
-kernels of the solver's O(n) loops.
+kernels of the solver's O(n) loops, or functions that only energies of one's own need.
 
 Only energies, positions and directions are stated here; CasADi differentiates them. No derivative
 is written by hand.
@@ -67,6 +68,7 @@ Run from the repository root:
     python derivations/segment_chain.py --segments 2 --planar --out chain_2_planar.json
     python derivations/segment_chain.py --kernels --out derivations/graphs/kernels.json
     python derivations/segment_chain.py --kernels --out derivations/graphs/kernels.json --check
+    python derivations/segment_chain.py --operators --out derivations/graphs/operators.json
 """
 
 import argparse
@@ -1314,6 +1316,35 @@ def solver_kernels() -> list[Derived]:
     ]
 
 
+# ---------------------------------------------------------------------------- operators
+
+
+def operators_kernel() -> Derived:
+    """`operators`: functions that only energies of one's own need, with their gradients."""
+    symbols = Symbols()
+    a, b = (symbols.scalar(name, name, "1") for name in "ab")
+    values = casadi.vertcat(
+        casadi.exp(a),
+        casadi.log(a),
+        casadi.tanh(a),
+        casadi.fabs(a - b),
+        casadi.atan2(a, b),
+        a**b,
+        a**2.5,
+    )
+    variables = casadi.vertcat(a, b)
+    return Derived(
+        "operators",
+        "Functions of `a` and `b`: `exp a, ln a, tanh a, |a − b|, atan2(a, b), a^b, a^(5/2)`.",
+        symbols,
+        [Argument.of_symbols("variables", "a, b", variables)],
+        [
+            Result.vector("values", "their values", "1", values),
+            Result.matrix("gradients", "by `a, b`", "1", casadi.jacobian(values, variables)),
+        ],
+    )
+
+
 # ---------------------------------------------------------------------------- export
 
 
@@ -1328,6 +1359,13 @@ INSTRUCTIONS = {
     casadi.OP_SIN: "sin",
     casadi.OP_COS: "cos",
     casadi.OP_ASIN: "asin",
+    casadi.OP_EXP: "exp",
+    casadi.OP_LOG: "ln",
+    casadi.OP_TANH: "tanh",
+    casadi.OP_FABS: "abs",
+    casadi.OP_ATAN2: "atan2",
+    casadi.OP_POW: "pow",
+    casadi.OP_CONSTPOW: "pow",
     casadi.OP_LT: "less_than",
 }
 
@@ -1375,6 +1413,11 @@ def exported(derived: Derived) -> Kernel:
                 operation = graph.operation("mul", graph.number(2.0), nodes[0])
             elif code == casadi.OP_INV:
                 operation = graph.operation("div", graph.number(1.0), nodes[0])
+            elif code == casadi.OP_SIGN:
+                zero = graph.number(0.0)
+                positive = graph.operation("less_than", zero, nodes[0])
+                negative = graph.operation("less_than", nodes[0], zero)
+                operation = graph.operation("sub", positive, negative)
             else:
                 reason = f"the format has no operation for CasADi's instruction {code}"
                 raise RuntimeError(f"kernel {derived.name}: {reason}")
@@ -1399,6 +1442,9 @@ def main() -> None:
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--segments", type=int, help="number of segments of the whole equations")
     what.add_argument("--kernels", action="store_true", help="all kernels of the solver")
+    what.add_argument(
+        "--operators", action="store_true", help="functions for energies of one's own"
+    )
     parser.add_argument(
         "--planar", action="store_true", help="with --segments: in the plane of rotation"
     )
@@ -1409,16 +1455,20 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.check and arguments.out == "-":
         parser.error("--check compares with a file, so --out cannot be -")
-    if arguments.planar and arguments.kernels:
+    if arguments.planar and arguments.segments is None:
         parser.error("--kernels derives the planar kernels, too; --planar belongs to --segments")
-    if not arguments.kernels and not 1 <= arguments.segments <= LARGEST_SEGMENT_COUNT:
+    if arguments.segments is not None and not 1 <= arguments.segments <= LARGEST_SEGMENT_COUNT:
         parser.error(f"possible are 1 to {LARGEST_SEGMENT_COUNT} segments")
 
     motion = Motion.PLANAR if arguments.planar else Motion.SPATIAL
-    choice = "--kernels" if arguments.kernels else f"--segments {arguments.segments}"
-    choice += " --planar" if arguments.planar else ""
+    if arguments.kernels:
+        choice, derived = "--kernels", solver_kernels()
+    elif arguments.operators:
+        choice, derived = "--operators", [operators_kernel()]
+    else:
+        choice = f"--segments {arguments.segments}" + (" --planar" if arguments.planar else "")
+        derived = whole_equations(arguments.segments, motion)
     command = f"derivations/segment_chain.py {choice}"
-    derived = solver_kernels() if arguments.kernels else whole_equations(arguments.segments, motion)
     kernels = [exported(function) for function in derived]
     text = file_text(f"{command}, CasADi {casadi.__version__}", kernels)
     if arguments.out == "-":

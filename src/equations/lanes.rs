@@ -163,6 +163,36 @@ impl Real for Lanes {
     }
 
     #[inline(always)]
+    fn exp(self) -> Self {
+        each!(lane, self.0[lane].exp())
+    }
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        each!(lane, self.0[lane].ln())
+    }
+
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        each!(lane, self.0[lane].tanh())
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        each!(lane, self.0[lane].abs())
+    }
+
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        each!(lane, self.0[lane].atan2(x.0[lane]))
+    }
+
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        each!(lane, self.0[lane].powf(exponent.0[lane]))
+    }
+
+    #[inline(always)]
     fn less_than(self, other: Self) -> Self {
         each!(lane, f64::from(u8::from(self.0[lane] < other.0[lane])))
     }
@@ -199,11 +229,6 @@ impl Lanewise for Lanes {
     #[inline(always)]
     fn set_lane(&mut self, lane: usize, value: f64) {
         self.0[lane] = value;
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        each!(lane, self.0[lane].abs())
     }
 
     #[inline(always)]
@@ -250,7 +275,7 @@ mod tests {
         for _ in 0..20_000 {
             let (a, b) = (arguments(&mut rng), arguments(&mut rng));
             let (x, y) = (Lanes(a), Lanes(b));
-            let results: [(Lanes, Scalar); 14] = [
+            let results: [(Lanes, Scalar); 19] = [
                 (x + y, |a, b| a + b),
                 (x - y, |a, b| a - b),
                 (x * y, |a, b| a * b),
@@ -260,6 +285,12 @@ mod tests {
                 (x.cos(), |a, _| Real::cos(a)),
                 (x.sqrt(), |a, _| Real::sqrt(a)),
                 (x.asin(), |a, _| Real::asin(a)),
+                (x.exp(), |a, _| Real::exp(a)),
+                (x.ln(), |a, _| Real::ln(a)),
+                (x.tanh(), |a, _| Real::tanh(a)),
+                (x.abs(), |a, _| Real::abs(a)),
+                (x.atan2(y), |a, b| Real::atan2(a, b)),
+                (x.powf(y), |a, b| Real::powf(a, b)),
                 (x.less_than(y), |a, b| a.less_than(b)),
                 (Lanes::half_angle_squared::<1>(x), |a, _| {
                     f64::half_angle_squared::<1>(a)
@@ -267,7 +298,6 @@ mod tests {
                 (Lanes::half_angle_squared::<2>(x), |a, _| {
                     f64::half_angle_squared::<2>(a)
                 }),
-                (Lanewise::abs(x), |a, _| Lanewise::abs(a)),
                 (Lanewise::max(x, y), |a, b| Lanewise::max(a, b)),
             ];
             for (operation, (Lanes(values), scalar)) in results.into_iter().enumerate() {

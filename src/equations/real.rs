@@ -55,6 +55,24 @@ pub trait Real:
     /// The arc sine, in rad.
     fn asin(self) -> Self;
 
+    /// The exponential.
+    fn exp(self) -> Self;
+
+    /// The natural logarithm.
+    fn ln(self) -> Self;
+
+    /// The hyperbolic tangent.
+    fn tanh(self) -> Self;
+
+    /// The magnitude.
+    fn abs(self) -> Self;
+
+    /// The angle of the point `(x, self)`, in rad.
+    fn atan2(self, x: Self) -> Self;
+
+    /// The real power.
+    fn powf(self, exponent: Self) -> Self;
+
     /// 1 where `self < other`, else 0.
     fn less_than(self, other: Self) -> Self;
 
@@ -73,9 +91,6 @@ pub trait Lanewise: Real {
 
     /// Changes the number in one lane.
     fn set_lane(&mut self, lane: usize, value: f64);
-
-    /// The magnitude.
-    fn abs(self) -> Self;
 
     /// The larger one; `self` if `other` is NaN.
     fn max(self, other: Self) -> Self;

@@ -70,6 +70,36 @@ impl Real for f64 {
     }
 
     #[inline(always)]
+    fn exp(self) -> Self {
+        self.exp()
+    }
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.ln()
+    }
+
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        self.tanh()
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        self.atan2(x)
+    }
+
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        self.powf(exponent)
+    }
+
+    #[inline(always)]
     fn less_than(self, other: Self) -> Self {
         Self::from(u8::from(self < other))
     }
@@ -91,11 +121,6 @@ impl Lanewise for f64 {
     #[inline(always)]
     fn set_lane(&mut self, _: usize, value: f64) {
         *self = value;
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        f64::abs(self)
     }
 
     #[inline(always)]

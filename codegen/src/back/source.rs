@@ -13,8 +13,8 @@ pub struct OperationCount {
     pub multiplications: usize,
     /// Divisions.
     pub divisions: usize,
-    /// Square roots, sines, cosines, arc sines, comparisons, and evaluations of `S` and its
-    /// derivatives.
+    /// Functions such as square roots and sines, real powers, comparisons, and evaluations of `S`
+    /// and its derivatives.
     pub functions: usize,
 }
 
@@ -57,6 +57,12 @@ pub fn count_operations(kernel: &Kernel) -> OperationCount {
             | Node::Sin(_)
             | Node::Cos(_)
             | Node::Asin(_)
+            | Node::Exp(_)
+            | Node::Ln(_)
+            | Node::Tanh(_)
+            | Node::Abs(_)
+            | Node::Atan2(..)
+            | Node::Pow(..)
             | Node::LessThan(..)
             | Node::HalfAngleSquared(..) => count.functions += 1,
         }

@@ -89,6 +89,23 @@ impl Constant {
         self.value() < 0.0
     }
 
+    /// The magnitude.
+    pub fn abs(self) -> Self {
+        if self.value().is_sign_negative() {
+            -self
+        } else {
+            self
+        }
+    }
+
+    /// The exact integer that it is, if it is one.
+    pub fn integer(self) -> Option<i32> {
+        match self {
+            Self::Rational(value) if value.is_integer() => value.to_i32(),
+            _ => None,
+        }
+    }
+
     /// The inverse; none for zero.
     pub fn recip(self) -> Option<Self> {
         match self {

@@ -32,6 +32,10 @@ impl SymbolId {
     }
 }
 
+/// Maximum magnitude of the exponent of a [`Node::Powi`] that is read or that a rule makes: it is
+/// emitted as that many multiplications.
+pub const MAX_EXPONENT: i32 = 64;
+
 /// How a symbol is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Symbol {
@@ -70,6 +74,19 @@ pub enum Node {
     Cos(NodeId),
     /// `asin a`
     Asin(NodeId),
+    /// `eᵃ`
+    Exp(NodeId),
+    /// `ln a`, singular at `a = 0` and undefined below
+    Ln(NodeId),
+    /// `tanh a`
+    Tanh(NodeId),
+    /// `|a|`; its derivative at the kink `a = 0` is taken as zero
+    Abs(NodeId),
+    /// `atan2(a, b)`, the angle from the positive `b` axis to the point `(b, a)`, in `[−π, π]`;
+    /// singular at the origin, and it jumps across the negative `b` axis
+    Atan2(NodeId, NodeId),
+    /// `aᵇ` for a real `b`, defined for `a > 0`; [`Node::Powi`] has the integers
+    Pow(NodeId, NodeId),
     /// 1 where `a < b`, else 0
     LessThan(NodeId, NodeId),
     /// The k-th derivative of `S(u) = ½ arccos²(1 − u)`, see [`crate::ir::special`].
@@ -85,6 +102,8 @@ impl Node {
             | Self::Sub(a, b)
             | Self::Mul(a, b)
             | Self::Div(a, b)
+            | Self::Atan2(a, b)
+            | Self::Pow(a, b)
             | Self::LessThan(a, b) => (Some(a), Some(b)),
             Self::Neg(a)
             | Self::Powi(a, _)
@@ -92,6 +111,10 @@ impl Node {
             | Self::Sin(a)
             | Self::Cos(a)
             | Self::Asin(a)
+            | Self::Exp(a)
+            | Self::Ln(a)
+            | Self::Tanh(a)
+            | Self::Abs(a)
             | Self::HalfAngleSquared(_, a) => (Some(a), None),
         };
         first.into_iter().chain(second)
@@ -111,6 +134,12 @@ impl Node {
             Self::Sin(a) => Self::Sin(operand(a)),
             Self::Cos(a) => Self::Cos(operand(a)),
             Self::Asin(a) => Self::Asin(operand(a)),
+            Self::Exp(a) => Self::Exp(operand(a)),
+            Self::Ln(a) => Self::Ln(operand(a)),
+            Self::Tanh(a) => Self::Tanh(operand(a)),
+            Self::Abs(a) => Self::Abs(operand(a)),
+            Self::Atan2(a, b) => Self::Atan2(operand(a), operand(b)),
+            Self::Pow(a, b) => Self::Pow(operand(a), operand(b)),
             Self::LessThan(a, b) => Self::LessThan(operand(a), operand(b)),
             Self::HalfAngleSquared(order, a) => Self::HalfAngleSquared(order, operand(a)),
         }
@@ -350,6 +379,36 @@ impl Graph {
         self.make(Node::Asin(a))
     }
 
+    /// `eᵃ`
+    pub fn exp(&mut self, a: NodeId) -> NodeId {
+        self.make(Node::Exp(a))
+    }
+
+    /// The natural logarithm `ln a`, for `a > 0`
+    pub fn ln(&mut self, a: NodeId) -> NodeId {
+        self.make(Node::Ln(a))
+    }
+
+    /// `tanh a`
+    pub fn tanh(&mut self, a: NodeId) -> NodeId {
+        self.make(Node::Tanh(a))
+    }
+
+    /// `|a|`
+    pub fn abs(&mut self, a: NodeId) -> NodeId {
+        self.make(Node::Abs(a))
+    }
+
+    /// The angle of the point `(x, y)`, `atan2(y, x)`, away from the origin
+    pub fn atan2(&mut self, y: NodeId, x: NodeId) -> NodeId {
+        self.make(Node::Atan2(y, x))
+    }
+
+    /// `a^exponent` for `a > 0` and any real exponent
+    pub fn pow(&mut self, a: NodeId, exponent: NodeId) -> NodeId {
+        self.make(Node::Pow(a, exponent))
+    }
+
     /// 1 where `a < b`, else 0
     pub fn less_than(&mut self, a: NodeId, b: NodeId) -> NodeId {
         self.make(Node::LessThan(a, b))
@@ -488,6 +547,12 @@ impl Graph {
                 Node::Sin(a) => at(a).sin(),
                 Node::Cos(a) => at(a).cos(),
                 Node::Asin(a) => at(a).asin(),
+                Node::Exp(a) => at(a).exp(),
+                Node::Ln(a) => at(a).ln(),
+                Node::Tanh(a) => at(a).tanh(),
+                Node::Abs(a) => at(a).abs(),
+                Node::Atan2(a, b) => at(a).atan2(at(b)),
+                Node::Pow(a, b) => at(a).powf(at(b)),
                 Node::LessThan(a, b) => f64::from(u8::from(at(a) < at(b))),
                 Node::HalfAngleSquared(order, a) => special::half_angle_squared(order, at(a)),
             });

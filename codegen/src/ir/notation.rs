@@ -58,6 +58,10 @@ pub trait Notation {
     fn fraction(&self, above: &Written, below: &Written) -> Option<String>;
     /// A power of a base that is an atom or in parentheses.
     fn raised(&self, base: &str, exponent: i32) -> String;
+    /// A real power of a base that is an atom or in parentheses.
+    fn real_power(&self, base: &str, exponent: Written) -> String;
+    /// The magnitude.
+    fn magnitude(&self, argument: &str) -> String;
     /// The square root.
     fn root(&self, argument: &str) -> String;
     /// The name of a function, to a power other than one.
@@ -126,6 +130,14 @@ impl Notation for Text {
 
     fn raised(&self, base: &str, exponent: i32) -> String {
         format!("{base}{}", superscript(exponent))
+    }
+
+    fn real_power(&self, base: &str, exponent: Written) -> String {
+        format!("{base}^{}", exponent.within(ATOM))
+    }
+
+    fn magnitude(&self, argument: &str) -> String {
+        format!("|{argument}|")
     }
 
     fn root(&self, argument: &str) -> String {

@@ -5,7 +5,7 @@
 //! was made with.
 
 use crate::ir::constant::Constant;
-use crate::ir::graph::{Graph, Node, NodeId, Rule};
+use crate::ir::graph::{Graph, MAX_EXPONENT, Node, NodeId, Rule};
 
 impl Default for Graph {
     fn default() -> Self {
@@ -75,9 +75,27 @@ pub const RULES: &[Rule] = &[
     ),
     rule(
         "parity",
-        "sin(−a) → −sin a, cos(−a) → cos a, asin(−a) → −asin a",
+        "sin(−a) → −sin a, cos(−a) → cos a, |−a| → |a|; asin, tanh and atan2 as sin",
         "everywhere",
         parity,
+    ),
+    rule(
+        "magnitude",
+        "||a|| → |a|, |c a| → |c| |a|, |a|^(2k) → a^(2k)",
+        "c constant",
+        magnitude,
+    ),
+    rule(
+        "inverse-function",
+        "ln(exp a) → a, exp(ln a) → a",
+        "a > 0 in ln a",
+        inverse_function,
+    ),
+    rule(
+        "real-power",
+        "a^b → a^k for an integer b = k, a^½ → √a, (a^b)^c → a^(b c)",
+        "a > 0",
+        real_power,
     ),
     rule(
         "order-operands",
@@ -111,8 +129,12 @@ fn fold_constants(graph: &mut Graph, node: Node) -> Option<NodeId> {
         Node::Neg(a) => -value(a)?,
         Node::Powi(a, exponent) => value(a)?.powi(exponent)?,
         Node::LessThan(a, b) => Constant::from(i64::from(value(a)?.value() < value(b)?.value())),
-        Node::Sin(a) | Node::Asin(a) if graph.is_zero(a) => Constant::from(0),
-        Node::Cos(a) if graph.is_zero(a) => Constant::from(1),
+        Node::Sin(a) | Node::Asin(a) | Node::Tanh(a) if graph.is_zero(a) => Constant::from(0),
+        Node::Cos(a) | Node::Exp(a) if graph.is_zero(a) => Constant::from(1),
+        Node::Ln(a) if value(a)?.is_one() => Constant::from(0),
+        Node::Pow(a, _) if value(a)?.is_one() => Constant::from(1),
+        Node::Atan2(a, b) if graph.is_zero(a) && value(b)?.value() > 0.0 => Constant::from(0),
+        Node::Abs(a) => value(a)?.abs(),
         _ => return None,
     };
     result.value().is_finite().then(|| graph.constant(result))
@@ -280,16 +302,68 @@ fn same_base(graph: &mut Graph, node: Node) -> Option<NodeId> {
 }
 
 fn parity(graph: &mut Graph, node: Node) -> Option<NodeId> {
-    let (Node::Sin(a) | Node::Cos(a) | Node::Asin(a)) = node else {
-        return None;
+    let value = match node {
+        Node::Atan2(a, b) => {
+            let positive = negated(graph, a)?;
+            graph.atan2(positive, b)
+        }
+        Node::Sin(a) | Node::Cos(a) | Node::Asin(a) | Node::Tanh(a) | Node::Abs(a) => {
+            let positive = negated(graph, a)?;
+            graph.make(node.map(|_| positive))
+        }
+        _ => return None,
     };
-    let a = negated(graph, a)?;
-    let value = graph.make(node.map(|_| a));
-    Some(if let Node::Cos(_) = node {
+    Some(if let Node::Cos(_) | Node::Abs(_) = node {
         value
     } else {
         graph.neg(value)
     })
+}
+
+fn magnitude(graph: &mut Graph, node: Node) -> Option<NodeId> {
+    match node {
+        Node::Abs(a) if matches!(graph.node(a), Node::Abs(_)) => Some(a),
+        Node::Abs(a) => {
+            let (factor, body) = split_coefficient(graph, a);
+            let rest = (body != a).then(|| graph.abs(body))?;
+            Some(scaled(graph, factor.abs(), rest))
+        }
+        Node::Powi(a, exponent) if exponent % 2 == 0 => match graph.node(a) {
+            Node::Abs(base) => Some(graph.powi(base, exponent)),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn inverse_function(graph: &mut Graph, node: Node) -> Option<NodeId> {
+    let (Node::Ln(outer) | Node::Exp(outer)) = node else {
+        return None;
+    };
+    match (node, graph.node(outer)) {
+        (Node::Ln(_), Node::Exp(a)) | (Node::Exp(_), Node::Ln(a)) => Some(a),
+        _ => None,
+    }
+}
+
+fn real_power(graph: &mut Graph, node: Node) -> Option<NodeId> {
+    let (base, outer) = match node {
+        Node::Pow(base, outer) => (base, outer),
+        Node::Powi(base, exponent) if matches!(graph.node(base), Node::Pow(..)) => {
+            (base, graph.integer(exponent.into()))
+        }
+        _ => return None,
+    };
+    if let Node::Pow(base, inner) = graph.node(base) {
+        let exponent = graph.mul(inner, outer);
+        return Some(graph.pow(base, exponent));
+    }
+    let exponent = graph.as_constant(outer)?;
+    if exponent == Constant::ratio(1, 2) {
+        return Some(graph.sqrt(base));
+    }
+    let exponent = exponent.integer().filter(|k| k.abs() <= MAX_EXPONENT)?;
+    Some(graph.powi(base, exponent))
 }
 
 fn order_operands(graph: &mut Graph, node: Node) -> Option<NodeId> {

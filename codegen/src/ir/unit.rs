@@ -176,12 +176,12 @@ impl Dimension {
         self.combine(Self([exponent; 3]), i32::checked_mul)
     }
 
-    /// The dimension of a square root; none if an exponent is odd.
-    pub fn sqrt(self) -> Option<Self> {
+    /// The dimension of a root; none if an exponent is not a multiple of `degree`.
+    pub fn root(self, degree: i32) -> Option<Self> {
         self.0
             .iter()
-            .all(|exponent| exponent % 2 == 0)
-            .then(|| Self(self.0.map(|exponent| exponent / 2)))
+            .all(|exponent| exponent % degree == 0)
+            .then(|| Self(self.0.map(|exponent| exponent / degree)))
     }
 
     fn combine(self, other: Self, operation: fn(i32, i32) -> Option<i32>) -> Option<Self> {
@@ -267,10 +267,10 @@ mod tests {
         );
         assert_eq!(Unit::RADIAN.dimension(), Dimension::NONE);
         assert_eq!(
-            Unit::METRE.powi(2).dimension().sqrt(),
+            Unit::METRE.powi(2).dimension().root(2),
             Some(Unit::METRE.dimension())
         );
-        assert_eq!(Unit::METRE.dimension().sqrt(), None);
+        assert_eq!(Unit::METRE.dimension().root(2), None);
         assert_eq!(
             Unit::METRE
                 .dimension()

@@ -89,6 +89,18 @@ impl<'a> Writer<'a> {
             Node::Sin(a) => Written::new(self.function("sin", 1, a), POWER),
             Node::Cos(a) => Written::new(self.function("cos", 1, a), POWER),
             Node::Asin(a) => Written::new(self.function("asin", 1, a), POWER),
+            Node::Exp(a) => Written::new(self.function("exp", 1, a), POWER),
+            Node::Ln(a) => Written::new(self.function("ln", 1, a), POWER),
+            Node::Tanh(a) => Written::new(self.function("tanh", 1, a), POWER),
+            Node::Abs(a) => Written::new(self.notation.magnitude(&of(a, 0)), POWER),
+            Node::Atan2(a, b) => {
+                let name = self.notation.function("atan2", 1);
+                Written::new(format!("{name}({}, {})", of(a, 0), of(b, 0)), POWER)
+            }
+            Node::Pow(a, b) => {
+                let (base, exponent) = (of(a, ATOM), self.expression(b));
+                Written::new(self.notation.real_power(&base, exponent), POWER)
+            }
             Node::LessThan(a, b) => Written::new(format!("[{} < {}]", of(a, 0), of(b, 0)), POWER),
             Node::HalfAngleSquared(order, a) => Written::new(
                 format!("{}({})", self.notation.half_angle_squared(order), of(a, 0)),
@@ -164,8 +176,8 @@ impl<'a> Writer<'a> {
             Node::Symbol(_) => 1,
             Node::Powi(base, _) => return (self.rank(base).0, base),
             Node::HalfAngleSquared(..) => 2,
-            Node::Sin(_) | Node::Cos(_) | Node::Asin(_) | Node::Sqrt(_) | Node::LessThan(..) => 3,
-            _ => 4,
+            Node::Add(..) | Node::Sub(..) | Node::Neg(_) | Node::Mul(..) | Node::Div(..) => 4,
+            _ => 3,
         };
         (rank, factor)
     }
@@ -179,8 +191,8 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// A positive power of a sine or cosine has its exponent after the name; `sin⁻¹` would be read
-    /// as an arc sine.
+    /// A positive power of a sine, cosine or hyperbolic tangent has its exponent after the name;
+    /// `sin⁻¹` would be read as an arc sine.
     fn power(&self, base: NodeId, exponent: i32) -> String {
         match self.graph.node(base) {
             Node::Sin(argument) if exponent > 0 && !self.is_named(base) => {
@@ -188,6 +200,9 @@ impl<'a> Writer<'a> {
             }
             Node::Cos(argument) if exponent > 0 && !self.is_named(base) => {
                 self.function("cos", exponent, argument)
+            }
+            Node::Tanh(argument) if exponent > 0 && !self.is_named(base) => {
+                self.function("tanh", exponent, argument)
             }
             _ => self
                 .notation

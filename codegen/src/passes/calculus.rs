@@ -39,6 +39,29 @@ fn local_derivatives(graph: &mut Graph, id: NodeId) -> Vec<NodeId> {
             let root = graph.sqrt(rest);
             vec![graph.div(one, root)]
         }
+        Node::Exp(_) => vec![id],
+        Node::Ln(a) => vec![graph.div(one, a)],
+        Node::Tanh(_) => {
+            let square = graph.powi(id, 2);
+            vec![graph.sub(one, square)]
+        }
+        // Zero at the kink.
+        Node::Abs(a) => {
+            let zero = graph.integer(0);
+            let (positive, negative) = (graph.less_than(zero, a), graph.less_than(a, zero));
+            vec![graph.sub(positive, negative)]
+        }
+        Node::Atan2(a, b) => {
+            let square = graph.dot(&[a, b], &[a, b]);
+            let slope = graph.div(a, square);
+            vec![graph.div(b, square), graph.neg(slope)]
+        }
+        Node::Pow(a, b) => {
+            let lower = graph.sub(b, one);
+            let power = graph.pow(a, lower);
+            let logarithm = graph.ln(a);
+            vec![graph.mul(b, power), graph.mul(id, logarithm)]
+        }
         Node::LessThan(..) => {
             let zero = graph.integer(0);
             vec![zero, zero]
@@ -180,8 +203,8 @@ mod tests {
     use super::*;
     use crate::ir::unit::Unit;
 
-    /// `f(x, y) = sin(x y)/(y² + cos(x y)) − √(x + S(y/4))`; `tests/emitted` tests every operator
-    /// alone.
+    /// `f(x, y) = sin(x y)/(y² + cos(x y)) − √(x + S(y/4)) + |x − y|^tanh(x) atan2(exp y, ln x)`;
+    /// `tests/emitted` tests every operator alone.
     fn example(graph: &mut Graph) -> (NodeId, [NodeId; 2]) {
         let (x, y) = (
             graph.symbol("x", "x", Unit::ONE),
@@ -199,8 +222,38 @@ mod tests {
         let under_root = graph.add(x, special);
         let root = graph.sqrt(under_root);
         let negative = graph.neg(root);
-        let function = graph.add(ratio, negative);
+        let (difference, tanh) = (graph.sub(x, y), graph.tanh(x));
+        let distance = graph.abs(difference);
+        let (exp, ln) = (graph.exp(y), graph.ln(x));
+        let (power, angle) = (graph.pow(distance, tanh), graph.atan2(exp, ln));
+        let product = graph.mul(power, angle);
+        let function = graph.sum([ratio, negative, product]);
         (function, [x, y])
+    }
+
+    /// What docs/library.md says of the points at which functions or their derivatives are singular.
+    #[test]
+    fn singular_points_are_as_declared() {
+        let mut graph = Graph::new();
+        let g = &mut graph;
+        let [a, b] = ["a", "b"].map(|name| g.symbol(name, name, Unit::ONE));
+        let third = g.ratio(1, 3);
+        let functions = [g.abs(a), g.ln(a), g.pow(a, third), g.atan2(a, b)];
+        let slopes = functions.map(|function| gradient(g, function, &[a])[0]);
+        let at = |a: f64, b: f64| {
+            let values = graph.evaluate(&[a, b]);
+            [functions, slopes].map(|nodes| nodes.map(|node| values[node.index()]))
+        };
+        let [functions, slopes] = at(0.0, 0.0);
+        assert_eq!(functions, [0.0, f64::NEG_INFINITY, 0.0, 0.0]);
+        assert_eq!(slopes[..3], [0.0, f64::INFINITY, f64::INFINITY]);
+        assert!(slopes[3].is_nan());
+        let [functions, slopes] = at(-1.0, -1.0);
+        assert_eq!([functions[0], slopes[0]], [1.0, -1.0]);
+        assert!(functions[1].is_nan() && functions[2].is_nan());
+        assert_eq!(slopes[3], -0.5);
+        let [[.., above], [.., below]] = [1e-9, -1e-9].map(|a| at(a, -1.0)[0]);
+        assert!((above - below - 2.0 * std::f64::consts::PI).abs() < 1e-8);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //!
 //! The symbols of the graph carry units. The result is nothing, or the first inconsistent term.
 
+use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
 use crate::ir::kernel::{Output, output_nodes};
 use crate::ir::unit::Dimension;
@@ -61,7 +62,7 @@ fn dimension(
     match graph.node(id) {
         Node::Constant(value) => Ok((!value.is_zero()).then_some(Dimension::NONE)),
         Node::Symbol(symbol) => Ok(Some(graph.symbols()[symbol.index()].unit.dimension())),
-        Node::Add(a, b) | Node::Sub(a, b) | Node::LessThan(a, b) => {
+        Node::Add(a, b) | Node::Sub(a, b) | Node::Atan2(a, b) | Node::LessThan(a, b) => {
             if let (Some(left), Some(right)) = (of(a), of(b))
                 && left != right
             {
@@ -71,11 +72,9 @@ fn dimension(
                      combined in `{term}`"
                 ));
             }
-            let compared = matches!(graph.node(id), Node::LessThan(..));
-            Ok(if compared {
-                Some(Dimension::NONE)
-            } else {
-                of(a).or(of(b))
+            Ok(match graph.node(id) {
+                Node::Atan2(..) | Node::LessThan(..) => Some(Dimension::NONE),
+                _ => of(a).or(of(b)),
             })
         }
         Node::Mul(a, b) => of(a)
@@ -91,8 +90,30 @@ fn dimension(
         Node::Powi(a, exponent) => of(a)
             .map(|base| whole(base.powi(exponent), base))
             .transpose(),
-        Node::Sqrt(a) => of(a).map(|square| whole(square.sqrt(), square)).transpose(),
-        Node::Sin(a) | Node::Cos(a) | Node::Asin(a) | Node::HalfAngleSquared(_, a) => number(a),
+        Node::Sqrt(a) => of(a)
+            .map(|square| whole(square.root(2), square))
+            .transpose(),
+        Node::Abs(a) => Ok(of(a)),
+        Node::Sin(a)
+        | Node::Cos(a)
+        | Node::Asin(a)
+        | Node::Exp(a)
+        | Node::Ln(a)
+        | Node::Tanh(a)
+        | Node::HalfAngleSquared(_, a) => number(a),
+        Node::Pow(a, b) => {
+            number(b)?;
+            match (of(a), graph.as_constant(b)) {
+                (Some(base), Some(Constant::Rational(exponent))) if base != Dimension::NONE => {
+                    let [power, degree] = [*exponent.numer(), *exponent.denom()].map(i32::try_from);
+                    let root = power.ok().zip(degree.ok()).and_then(|(power, degree)| {
+                        base.powi(power).and_then(|power| power.root(degree))
+                    });
+                    whole(root, base).map(Some)
+                }
+                _ => number(a),
+            }
+        }
     }
 }
 
@@ -132,6 +153,20 @@ mod tests {
             text,
             "`√(h)` has no dimension with whole exponents: its operand is m"
         );
+        let text = message(|graph, length, angle| graph.pow(length, angle));
+        assert_eq!(text, "`h` is m, but `h^φ1` is defined for numbers only");
+        let text = message(|graph, length, _| {
+            let exponent = graph.ratio(2, 3);
+            graph.pow(length, exponent)
+        });
+        assert!(text.contains("whole exponents"), "{text}");
+        let text = message(|graph, length, _| {
+            let (cube, exponent) = (graph.powi(length, 3), graph.ratio(2, 3));
+            graph.pow(cube, exponent)
+        });
+        assert_eq!(text, "output `force` is stated in N but is m²: `(h³)^(⅔)`");
+        let text = message(|graph, length, angle| graph.atan2(length, angle));
+        assert!(text.contains("cannot be combined"), "{text}");
         let text =
             message(|graph, length, _| (0..40).fold(length, |power, _| graph.powi(power, 8)));
         assert!(text.contains("whole exponents"), "{text}");

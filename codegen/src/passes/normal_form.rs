@@ -439,7 +439,7 @@ impl Normaliser {
                 let atom = self
                     .graph
                     .symbol(&symbol.name, &symbol.notation, symbol.unit);
-                self.atom(atom, 1)
+                self.atom(atom)
             }
             Node::Add(..) | Node::Sub(..) => unreachable!("sums take the forms of their terms"),
             Node::Neg(a) => {
@@ -467,23 +467,28 @@ impl Normaliser {
             | Node::Sin(_)
             | Node::Cos(_)
             | Node::Asin(_)
+            | Node::Exp(_)
+            | Node::Ln(_)
+            | Node::Tanh(_)
+            | Node::Abs(_)
+            | Node::Atan2(..)
+            | Node::Pow(..)
             | Node::LessThan(..)
             | Node::HalfAngleSquared(..) => {
                 let function = node.map(|operand| self.build(&of(operand).compact));
                 let atom = self.graph.make(function);
-                self.atom(atom, 1)
+                self.atom(atom)
             }
         }
     }
 
-    fn atom(&mut self, atom: NodeId, exponent: i32) -> Sums {
-        // A constructor may have folded a function into a constant or pulled out a sign.
-        let sum = match self.graph.node(atom) {
-            Node::Constant(value) => constant_sum(value),
-            Node::Neg(positive) => Sum::from([(vec![(positive, exponent)], Constant::from(-1))]),
-            _ => Sum::from([(vec![(atom, exponent)], Constant::from(1))]),
-        };
-        Sums::single(sum)
+    fn atom(&mut self, atom: NodeId) -> Sums {
+        // A constructor may have folded a function into a constant or pulled out a factor.
+        if let Some(value) = self.graph.as_constant(atom) {
+            return Sums::single(constant_sum(value));
+        }
+        let (factor, atom) = split_coefficient(&self.graph, atom);
+        Sums::single(Sum::from([(vec![(atom, 1)], factor)]))
     }
 
     fn inverse_power(&mut self, base: &Sums, exponent: i32) -> Sums {

@@ -7,10 +7,13 @@ use std::path::Path;
 
 use bristle_codegen::back::json::{GraphFile, from_json};
 use bristle_codegen::compare::{States, TOLERANCE, compare, whole_chain};
+use bristle_codegen::ir::graph::Graph;
 use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::ir::unit::Unit;
 use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
+use bristle_codegen::passes::calculus::jacobian;
 
 /// Number of states at which each pair of derivations is compared.
 const STATES: usize = 1000;
@@ -58,4 +61,37 @@ fn casadi_derives_the_same_whole_equations() {
 #[test]
 fn casadi_derives_the_same_kernels_and_tangents() {
     assert_agreement(&kernels().expect("the derivation is sound"), "kernels.json");
+}
+
+#[test]
+fn casadi_has_the_same_functions_and_gradients() {
+    let kernel = &committed("operators.json").kernels[0];
+    let mut graph = Graph::new();
+    let g = &mut graph;
+    let [a, b] = ["a", "b"].map(|name| g.symbol(name, name, Unit::ONE));
+    let (difference, exponent) = (g.sub(a, b), g.ratio(5, 2));
+    let values = [
+        g.exp(a),
+        g.ln(a),
+        g.tanh(a),
+        g.abs(difference),
+        g.atan2(a, b),
+        g.pow(a, b),
+        g.pow(a, exponent),
+    ];
+    let gradients = jacobian(g, &values, &[a, b]).concat();
+    let expected = [&values[..], &gradients].concat();
+    let mut rng = fastrand::Rng::with_seed(4);
+    for _ in 0..STATES {
+        let point = [0; 2].map(|_| 0.1 + 2.0 * rng.f64());
+        let values = [graph.evaluate(&point), kernel.graph.evaluate(&point)];
+        for (&expected, found) in expected.iter().zip(kernel.output_nodes()) {
+            let (expected, found) = (values[0][expected.index()], values[1][found.index()]);
+            let difference = (expected - found).abs();
+            assert!(
+                difference <= TOLERANCE * expected.abs().max(1.0),
+                "{point:?}: {expected} {found}"
+            );
+        }
+    }
 }

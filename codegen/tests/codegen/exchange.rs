@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 const EXAMPLE: &str = include_str!("../../../docs/graph-format.example.json");
 const PAGE: &str = include_str!("../../../docs/library.md");
+const OPERATORS: &str = include_str!("../../../derivations/graphs/operators.json");
 const SCHEMA: &str = include_str!("../../../docs/graph-format.schema.json");
 
 fn origin(maker: &str) -> Origin<'_> {
@@ -52,7 +53,7 @@ fn refused_with(text: &str, part: &str) -> String {
     message
 }
 
-/// What the engine derives and writes.
+/// What the engine derives and writes, and functions that only energies of one's own need.
 fn derived() -> Vec<Vec<Kernel>> {
     let mut derived = vec![kernels().expect("the derivation is sound")];
     for motion in [Motion::Spatial, Motion::Planar] {
@@ -61,6 +62,7 @@ fn derived() -> Vec<Vec<Kernel>> {
         };
         derived.extend([1, 2, 3, 5].map(whole));
     }
+    derived.push(from_json(OPERATORS).expect("it is valid").kernels);
     derived
 }
 
@@ -149,7 +151,7 @@ fn files_of_another_kind_are_refused() {
         (
             "/version",
             json!(1),
-            "the version is 1; this program reads version 2: derive the graph again",
+            "the version is 1; this program reads version 3: derive the graph again",
         ),
         (
             "/generator",
@@ -547,7 +549,7 @@ fn deep_and_long_json_is_refused_in_time() {
 /// output.
 fn file_of(operations: impl Iterator<Item = String>) -> String {
     let mut text = String::from(
-        "{\"format\":\"bristle-graph\",\"version\":2,\"generator\":\"a test\",\"kernels\":[{\"name\":\"long\",\
+        "{\"format\":\"bristle-graph\",\"version\":3,\"generator\":\"a test\",\"kernels\":[{\"name\":\"long\",\
          \"summary\":\"\",\"inputs\":[{\"name\":\"x\",\"doc\":\"\",\"elements\":[[\"x\",0]]}],\
          \"operations\":[[\"symbol\",\"x\",\"x\",\"1\"]",
     );

@@ -34,10 +34,14 @@ fn every_rule_fires_and_keeps_the_value() {
             graph.integer(0),
             graph.integer(1),
         );
-        let minus_x = graph.neg(x);
+        let (minus_x, minus_two) = (graph.neg(x), graph.integer(-2));
         let difference = graph.sub(x, y);
         let (two_x, three_x) = (graph.mul(two, x), graph.mul(three, x));
         let (square, inverse) = (graph.powi(x, 2), graph.powi(x, -1));
+        let (exp, ln, tanh) = (graph.exp(x), graph.ln(square), graph.tanh(x));
+        let (abs, minus_two_x) = (graph.abs(x), graph.neg(two_x));
+        let (half, third) = (graph.ratio(1, 2), graph.ratio(1, 3));
+        let root = graph.pow(square, third);
         let candidates = [
             Node::Add(two, three),
             Node::Add(x, zero),
@@ -74,6 +78,30 @@ fn every_rule_fires_and_keeps_the_value() {
             Node::Sin(zero),
             Node::Cos(zero),
             Node::Asin(zero),
+            Node::Exp(zero),
+            Node::Ln(one),
+            Node::Tanh(zero),
+            Node::Abs(minus_two),
+            Node::Pow(one, x),
+            Node::Atan2(zero, two),
+            Node::Atan2(zero, minus_two),
+            Node::Tanh(minus_x),
+            Node::Abs(minus_x),
+            Node::Atan2(minus_x, y),
+            Node::Abs(abs),
+            Node::Abs(two_x),
+            Node::Abs(minus_two_x),
+            Node::Powi(abs, 4),
+            Node::Powi(abs, 3),
+            Node::Ln(exp),
+            Node::Exp(ln),
+            Node::Exp(tanh),
+            Node::Pow(square, three),
+            Node::Pow(square, half),
+            Node::Pow(square, x),
+            Node::Pow(root, x),
+            Node::Pow(root, three),
+            Node::Powi(root, 2),
         ];
         for candidate in candidates {
             let expected = graph.intern(candidate);

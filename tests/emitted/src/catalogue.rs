@@ -35,7 +35,7 @@ pub fn programs(count: usize) -> Vec<Vec<Instruction>> {
 
 fn random_instruction(rng: &mut Rng) -> Instruction {
     let (a, b) = (rng.usize(0..64), rng.usize(0..64));
-    match rng.usize(0..14) {
+    match rng.usize(0..20) {
         0 => Instruction::Constant(rng.i64(-4..5), rng.i64(1..4)),
         1 => Instruction::Add(a, b),
         2 => Instruction::Sub(a, b),
@@ -49,6 +49,12 @@ fn random_instruction(rng: &mut Rng) -> Instruction {
         10 => Instruction::Cos(a),
         11 => Instruction::Asin(a),
         12 => Instruction::LessThan(a, b),
+        13 => Instruction::Exp(a),
+        14 => Instruction::Ln(a),
+        15 => Instruction::Tanh(a),
+        16 => Instruction::Abs(a),
+        17 => Instruction::Atan2(a, b),
+        18 => Instruction::Pow(a, b),
         _ => Instruction::HalfAngleSquared(a),
     }
 }
@@ -157,6 +163,51 @@ pub const COVERAGE: &[Covered] = &[
         slopes: |a, _| [1.0 / (1.0 - a * a).sqrt(), 0.0],
     },
     Covered {
+        name: "exp",
+        build: |g, a, _| g.exp(a),
+        value: |a, _| a.exp(),
+        slopes: |a, _| [a.exp(), 0.0],
+    },
+    Covered {
+        name: "ln",
+        build: |g, _, b| g.ln(b),
+        value: |_, b| b.ln(),
+        slopes: |_, b| [0.0, 1.0 / b],
+    },
+    Covered {
+        name: "tanh",
+        build: |g, a, _| g.tanh(a),
+        value: |a, _| a.tanh(),
+        slopes: |a, _| [1.0 / a.cosh().powi(2), 0.0],
+    },
+    Covered {
+        name: "abs",
+        build: |g, a, b| {
+            let difference = g.sub(a, b);
+            g.abs(difference)
+        },
+        value: |a, b| (a - b).abs(),
+        slopes: |a, b| [(a - b).signum(), (b - a).signum()],
+    },
+    Covered {
+        name: "atan2",
+        build: |g, a, b| {
+            let negative = g.neg(b);
+            g.atan2(a, negative)
+        },
+        value: |a, b| std::f64::consts::PI - (a / b).atan(),
+        slopes: |a, b| [-b / (a * a + b * b), a / (a * a + b * b)],
+    },
+    Covered {
+        name: "pow",
+        build: Graph::pow,
+        value: |a, b| (b * a.ln()).exp(),
+        slopes: |a, b| {
+            let power = (b * a.ln()).exp();
+            [b * power / a, power * a.ln()]
+        },
+    },
+    Covered {
         name: "less_than",
         build: Graph::less_than,
         value: |a, b| if a < b { 1.0 } else { 0.0 },
@@ -251,11 +302,17 @@ pub fn kind(node: Node) -> usize {
         Node::Asin(_) => 11,
         Node::LessThan(..) => 12,
         Node::HalfAngleSquared(..) => 13,
+        Node::Exp(_) => 14,
+        Node::Ln(_) => 15,
+        Node::Tanh(_) => 16,
+        Node::Abs(_) => 17,
+        Node::Atan2(..) => 18,
+        Node::Pow(..) => 19,
     }
 }
 
 /// The number of kinds of operations.
-pub const KINDS: usize = 14;
+pub const KINDS: usize = 20;
 
 /// All emitted kernels: each random expression in all forms, then the list of operators.
 pub fn kernels() -> Vec<Kernel> {

@@ -32,6 +32,18 @@ pub enum Instruction {
     Cos(usize),
     /// `asin(½ sin a)`
     Asin(usize),
+    /// `exp(sin a)`
+    Exp(usize),
+    /// `ln(1 + a²)`
+    Ln(usize),
+    /// `tanh a`
+    Tanh(usize),
+    /// `|a|`
+    Abs(usize),
+    /// `atan2(a, 1 + b²)`
+    Atan2(usize, usize),
+    /// `(1 + a²)^(cos b)`
+    Pow(usize, usize),
     /// `[a < b + 1/7]`; the offset keeps the sides from being equal up to rounding
     LessThan(usize, usize),
     /// `S(sin²a)`
@@ -80,6 +92,24 @@ pub fn build(graph: &mut Graph, program: &[Instruction]) -> NodeId {
                 let (half, sin) = (graph.ratio(1, 2), graph.sin(at(a)));
                 let argument = graph.mul(half, sin);
                 graph.asin(argument)
+            }
+            Instruction::Exp(a) => {
+                let sin = graph.sin(at(a));
+                graph.exp(sin)
+            }
+            Instruction::Ln(a) => {
+                let argument = one_and_square(graph, at(a));
+                graph.ln(argument)
+            }
+            Instruction::Tanh(a) => graph.tanh(at(a)),
+            Instruction::Abs(a) => graph.abs(at(a)),
+            Instruction::Atan2(a, b) => {
+                let x = one_and_square(graph, at(b));
+                graph.atan2(at(a), x)
+            }
+            Instruction::Pow(a, b) => {
+                let (base, exponent) = (one_and_square(graph, at(a)), graph.cos(at(b)));
+                graph.pow(base, exponent)
             }
             Instruction::LessThan(a, b) => {
                 let offset = graph.ratio(1, 7);

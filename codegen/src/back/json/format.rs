@@ -8,6 +8,7 @@ use serde::de::{self, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::ir::constant::Constant;
+pub use crate::ir::graph::MAX_EXPONENT;
 use crate::ir::graph::{Node, NodeId};
 use crate::ir::special;
 use crate::ir::unit::Unit;
@@ -15,7 +16,7 @@ use crate::ir::unit::Unit;
 /// The name of the format, as files state it.
 pub const FORMAT: &str = "bristle-graph";
 /// The version of the format that is written and read.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// Maximum size of a file, in bytes.
 pub const MAX_BYTES: usize = 256 << 20;
@@ -29,8 +30,6 @@ pub const MAX_FIELDS: usize = 1000;
 pub const MAX_ELEMENTS: usize = 1_000_000;
 /// Maximum length of a chain of operations that use each other.
 pub const MAX_DEPTH: u32 = 1_000_000;
-/// Maximum magnitude of an integer exponent: a power is emitted as that many multiplications.
-pub const MAX_EXPONENT: i32 = 64;
 /// Maximum length of a name, in characters.
 pub const MAX_NAME: usize = 64;
 /// Maximum length of any other text, in characters.
@@ -58,7 +57,7 @@ const fn operator(
     }
 }
 
-pub(super) const OPERATORS: [Operator; 12] = [
+pub(super) const OPERATORS: [Operator; 18] = [
     operator("add", 2, |[a, b], _| Node::Add(a, b)),
     operator("sub", 2, |[a, b], _| Node::Sub(a, b)),
     operator("mul", 2, |[a, b], _| Node::Mul(a, b)),
@@ -68,6 +67,12 @@ pub(super) const OPERATORS: [Operator; 12] = [
     operator("sin", 1, |[a, _], _| Node::Sin(a)),
     operator("cos", 1, |[a, _], _| Node::Cos(a)),
     operator("asin", 1, |[a, _], _| Node::Asin(a)),
+    operator("exp", 1, |[a, _], _| Node::Exp(a)),
+    operator("ln", 1, |[a, _], _| Node::Ln(a)),
+    operator("tanh", 1, |[a, _], _| Node::Tanh(a)),
+    operator("abs", 1, |[a, _], _| Node::Abs(a)),
+    operator("atan2", 2, |[a, b], _| Node::Atan2(a, b)),
+    operator("pow", 2, |[a, b], _| Node::Pow(a, b)),
     operator("less_than", 2, |[a, b], _| Node::LessThan(a, b)),
     Operator {
         name: "powi",
@@ -106,6 +111,12 @@ pub(super) fn name_and_parameter(node: Node) -> (&'static str, Option<i64>) {
         Node::Sin(_) => ("sin", None),
         Node::Cos(_) => ("cos", None),
         Node::Asin(_) => ("asin", None),
+        Node::Exp(_) => ("exp", None),
+        Node::Ln(_) => ("ln", None),
+        Node::Tanh(_) => ("tanh", None),
+        Node::Abs(_) => ("abs", None),
+        Node::Atan2(..) => ("atan2", None),
+        Node::Pow(..) => ("pow", None),
         Node::LessThan(..) => ("less_than", None),
         Node::HalfAngleSquared(order, _) => ("half_angle_squared", Some(order.into())),
     }

@@ -54,11 +54,13 @@ pub trait Dialect {
         format!("{:?}", value.value())
     }
 
-    /// What stands before the names of `sqrt`, `sin` and `cos`.
+    /// What stands before the names of functions.
     const LIBRARY: &'static str = "";
 
-    /// The name of the arc sine.
-    const ARC_SINE: &'static str = "asin";
+    /// The name of a function, given as in the exchange format.
+    fn name(function: &'static str) -> &'static str {
+        function
+    }
 
     /// How strongly the operands of a comparison must hold together.
     const COMPARED: Strength = PRODUCT;
@@ -110,8 +112,11 @@ impl<D: Dialect> Writer<'_, D> {
             ),
             strength,
         };
-        let named =
-            |name: &str, a: NodeId| Piece::atom(format!("{}{name}({})", D::LIBRARY, of(a).text));
+        let named = |name: &'static str, arguments: &[NodeId]| {
+            let arguments: Vec<&str> = arguments.iter().map(|&a| of(a).text.as_str()).collect();
+            let arguments = arguments.join(", ");
+            Piece::atom(format!("{}{}({arguments})", D::LIBRARY, D::name(name)))
+        };
         match node {
             Node::Constant(_) | Node::Symbol(_) => {
                 unreachable!("constants and symbols are no operations")
@@ -144,10 +149,16 @@ impl<D: Dialect> Writer<'_, D> {
                     },
                 }
             }
-            Node::Sqrt(a) => named("sqrt", a),
-            Node::Sin(a) => named("sin", a),
-            Node::Cos(a) => named("cos", a),
-            Node::Asin(a) => named(D::ARC_SINE, a),
+            Node::Sqrt(a) => named("sqrt", &[a]),
+            Node::Sin(a) => named("sin", &[a]),
+            Node::Cos(a) => named("cos", &[a]),
+            Node::Asin(a) => named("asin", &[a]),
+            Node::Exp(a) => named("exp", &[a]),
+            Node::Ln(a) => named("ln", &[a]),
+            Node::Tanh(a) => named("tanh", &[a]),
+            Node::Abs(a) => named("abs", &[a]),
+            Node::Atan2(a, b) => named("atan2", &[a, b]),
+            Node::Pow(a, b) => named("pow", &[a, b]),
             Node::LessThan(a, b) => Piece::atom(
                 self.dialect
                     .less_than(&of(a).within(D::COMPARED), &of(b).within(D::COMPARED)),

@@ -459,6 +459,11 @@ struct Rust<'a>(BTreeMap<&'a str, &'a str>);
 
 impl Dialect for Rust<'_> {
     const LIBRARY: &'static str = "T::";
+
+    fn name(function: &'static str) -> &'static str {
+        if function == "pow" { "powf" } else { function }
+    }
+
     // They are arguments.
     const COMPARED: Strength = SUM;
 

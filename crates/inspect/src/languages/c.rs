@@ -17,6 +17,14 @@ const PREFIX: &str = "bristle_";
 struct C;
 
 impl Dialect for C {
+    fn name(function: &'static str) -> &'static str {
+        match function {
+            "ln" => "log",
+            "abs" => "fabs",
+            other => other,
+        }
+    }
+
     fn less_than(&self, a: &str, b: &str) -> String {
         format!("({a} < {b} ? 1.0 : 0.0)")
     }

@@ -9,6 +9,14 @@ use super::{SourceFile, documentation, header_in, series_filled, uses_half_angle
 struct Matlab;
 
 impl Dialect for Matlab {
+    fn name(function: &'static str) -> &'static str {
+        match function {
+            "ln" => "log",
+            "pow" => "power",
+            other => other,
+        }
+    }
+
     fn less_than(&self, a: &str, b: &str) -> String {
         format!("double({a} < {b})")
     }

@@ -12,7 +12,16 @@ struct NumPy;
 
 impl Dialect for NumPy {
     const LIBRARY: &'static str = "np.";
-    const ARC_SINE: &'static str = "arcsin";
+
+    fn name(function: &'static str) -> &'static str {
+        match function {
+            "asin" => "arcsin",
+            "ln" => "log",
+            "atan2" => "arctan2",
+            "pow" => "power",
+            other => other,
+        }
+    }
 
     fn less_than(&self, a: &str, b: &str) -> String {
         format!("np.where({a} < {b}, 1.0, 0.0)")

@@ -10,6 +10,15 @@ use super::{docstring, header_in, uses_half_angle_squared};
 struct SymPy;
 
 impl Dialect for SymPy {
+    fn name(function: &'static str) -> &'static str {
+        match function {
+            "ln" => "log",
+            "abs" => "Abs",
+            "pow" => "Pow",
+            other => other,
+        }
+    }
+
     /// Exact, so that SymPy can simplify.
     fn number(&self, value: Constant) -> String {
         match value {
@@ -61,8 +70,8 @@ def _half_angle_squared(order, u, closed_form):
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
     let mut text = header_in("Python, as matrices of SymPy", kernels, origin, "#")?;
-    text += "\nfrom sympy import (Dummy, Float, Integer, Matrix, Piecewise, Rational, Symbol, acos, asin, cos, diff, factorial,\n    \
-             hyper, rf, sin, sqrt)\n";
+    text += "\nfrom sympy import (Abs, Dummy, Float, Integer, Matrix, Piecewise, Pow, Rational, Symbol, acos, asin, atan2, cos,\n    \
+             diff, exp, factorial, hyper, log, rf, sin, sqrt, tanh)\n";
     text += "\n\ndef _symbols(*names):\n    return [Symbol(name, real=True) for name in names]\n";
     if uses_half_angle_squared(kernels) {
         text += HALF_ANGLE_SQUARED;

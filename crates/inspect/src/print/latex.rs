@@ -32,7 +32,9 @@ const SIGNS: &str = r"
 /// Raised characters, and what they are on the line.
 const RAISED: [&str; 2] = ["⁰¹²³⁴⁵⁶⁷⁸⁹⁻ᵀ", "0123456789-T"];
 
-const FUNCTIONS: [&str; 6] = ["arccos", "arcsin", "cos", "max", "min", "sin"];
+const FUNCTIONS: [&str; 9] = [
+    "arccos", "arcsin", "cos", "exp", "ln", "max", "min", "sin", "tanh",
+];
 
 fn find(table: &'static str, character: char) -> Option<&'static str> {
     table
@@ -327,7 +329,8 @@ pub(super) fn width(formula: &str) -> usize {
                     name.push(next);
                 }
                 match name.as_str() {
-                    "sin" | "cos" => 1700,
+                    "sin" | "cos" | "exp" | "ln" => 1700,
+                    "tanh" => 2300,
                     "arcsin" | "arccos" => 2900,
                     "dot" | "ddot" | "dddot" | "hat" | "tilde" | "bar" | "vec" | "mathrm"
                     | "text" | "tfrac" | "frac" => 0,
@@ -409,6 +412,14 @@ impl Notation for Latex {
         format!("{base}^{{{exponent}}}")
     }
 
+    fn real_power(&self, base: &str, exponent: Written) -> String {
+        format!("{base}^{{{}}}", exponent.text)
+    }
+
+    fn magnitude(&self, argument: &str) -> String {
+        format!("\\vert {argument}\\vert")
+    }
+
     fn root(&self, argument: &str) -> String {
         match self.width(argument) <= MAX_FRACTION {
             true => format!("\\sqrt{{{argument}}}"),
@@ -417,10 +428,10 @@ impl Notation for Latex {
     }
 
     fn function(&self, name: &str, exponent: i32) -> String {
-        let name = if name == "asin" {
-            "\\arcsin".into()
-        } else {
-            format!("\\{name}")
+        let name = match name {
+            "asin" => "\\arcsin".into(),
+            "atan2" => "\\mathrm{atan2}".into(),
+            _ => format!("\\{name}"),
         };
         if exponent == 1 {
             name

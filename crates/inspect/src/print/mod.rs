@@ -206,6 +206,22 @@ mod tests {
                 "\\frac{[a < b] \\arcsin a}{\\sqrt{b}}"
             ]
         );
+        let more = written(|g, [a, b]| {
+            let (exponent, product) = (g.ratio(5, 2), g.mul(a, b));
+            let power = g.pow(a, exponent);
+            let (power, decay) = (g.pow(power, b), g.neg(product));
+            let (exp, ln, tanh) = (g.exp(decay), g.ln(product), g.tanh(a));
+            let (tanh, abs, angle) = (g.powi(tanh, 2), g.abs(decay), g.atan2(a, b));
+            g.sum([power, exp, ln, tanh, abs, angle])
+        });
+        assert_eq!(
+            more,
+            [
+                "(a^(5/2))^b + exp(−a b) + ln(a b) + tanh² a + |−a b| + atan2(a, b)",
+                "(a^{\\tfrac{5}{2}})^{b} + \\exp(-a b) + \\ln(a b) + \\tanh^{2} a + \\vert -a b\\vert \
+                 + \\mathrm{atan2}(a, b)"
+            ]
+        );
         let powers = written(|g, [a, b]| {
             let (sin, root, sum) = (g.sin(a), g.sqrt(b), g.add(a, b));
             let powers = [

@@ -554,5 +554,5 @@ fn is_function(word: &str) -> bool {
     let name = word
         .trim_start_matches(['(', '[', '−'])
         .trim_end_matches(|last| "⁰¹²³⁴⁵⁶⁷⁸⁹".contains(last));
-    matches!(name, "sin" | "cos" | "asin")
+    matches!(name, "sin" | "cos" | "asin" | "exp" | "ln" | "tanh")
 }
