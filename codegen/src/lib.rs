@@ -16,6 +16,42 @@
 //! 4. [`back`]: [`back::languages`] emits either form as Rust, [`back::json`] writes and reads JSON.
 //!    `bristle-inspect` has other languages, text, LaTeX and Markdown.
 //!
+//! Energies of one's own enter before Lagrange's equations. This chain of two segments also adheres to
+//! the plane `y = 0`, with an energy that decays over a length `λ`:
+//!
+//! ```
+//! use bristle_codegen::back::languages::rust::emit;
+//! use bristle_codegen::back::source::Origin;
+//! use bristle_codegen::ir::unit::Unit;
+//! use bristle_codegen::model::chain::{Motion, Shape};
+//! use bristle_codegen::model::lagrange::whole_equations_with;
+//! use bristle_codegen::model::whole::Purpose;
+//!
+//! let whole = whole_equations_with(2, Motion::Planar, Shape::default(), |chain| {
+//!     let depth = chain.constant("adhesion_energy", "E_a", Unit::JOULE);
+//!     let length = chain.constant("adhesion_length", "λ", Unit::METRE);
+//!     let [_, height, _] = chain.positions[2];
+//!     let g = &mut chain.graph;
+//!     let ratio = g.div(height, length);
+//!     let exponent = g.neg(ratio);
+//!     let decay = g.exp(exponent);
+//!     let energy = g.mul(depth, decay);
+//!     let energy = g.neg(energy);
+//!     chain.other.push(energy);
+//! });
+//! let kernels = whole.kernels(Purpose::Computing)?;
+//! let source = emit(
+//!     &kernels,
+//!     Origin { title: "A chain that adheres.", maker: "an example", again: "cargo test" },
+//! )?;
+//! assert!(source.contains("pub fn planar_force<T: Real>("));
+//! assert!(source.contains("T::exp("));
+//! # Ok::<(), String>(())
+//! ```
+//!
+//! The dimensions are checked: without the division, the error says that `exp` is defined for
+//! numbers only. `codegen/examples/own_energy/` is a program that integrates such a chain.
+//!
 //! Two tools complete them: [`fingerprint`] hashes texts and sources and uses no layer, and
 //! [`mod@compare`] evaluates two derivations of the same kernels.
 

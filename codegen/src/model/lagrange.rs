@@ -3,19 +3,128 @@
 use std::collections::BTreeMap;
 
 use crate::ir::graph::{Graph, NodeId};
+use crate::ir::unit::Unit;
 use crate::model::chain::{self, Clamp, Motion, Parameters, Segment, Shape, Vec3};
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 
+/// The terms of a chain of `n` segments, stated in space, from which Lagrange's equations follow.
+///
+/// A term of one's own is pushed to one of the lists. It may depend on all symbols of the chain, and
+/// on constants of one's own.
+#[derive(Clone, Debug)]
+pub struct ChainTerms {
+    /// The graph that holds the expressions.
+    pub graph: Graph,
+    /// The constants.
+    pub parameters: Parameters,
+    /// The motion of the clamp.
+    pub clamp: Clamp,
+    /// The coordinates and rates of each segment.
+    pub segments: Vec<Segment>,
+    /// The root `r_0` and the outer ends `r_1, …, r_n` in m.
+    pub positions: Vec<Vec3>,
+    /// Their velocities in m/s.
+    pub velocities: Vec<Vec3>,
+    /// Kinetic energies in J.
+    pub kinetic: Vec<NodeId>,
+    /// Energies of springs in J.
+    pub spring: Vec<NodeId>,
+    /// Energies of weights in J.
+    pub gravity: Vec<NodeId>,
+    /// Dissipation functions in W. Torques are minus their derivatives by the rates.
+    pub dissipation: Vec<NodeId>,
+    /// Other potential energies in J: none but those of one's own.
+    pub other: Vec<NodeId>,
+    /// Names and descriptions of the constants of one's own.
+    constants: Vec<(String, String)>,
+}
+
+impl ChainTerms {
+    fn new(segments: usize, shape: Shape) -> Self {
+        let mut graph = Graph::new();
+        let g = &mut graph;
+        let parameters = Parameters::new(g, segments, shape);
+        let clamp = Clamp::new(g);
+        let segments: Vec<Segment> = (1..=segments)
+            .map(|k| Segment::new(g, &k.to_string()))
+            .collect();
+        let (mut kinetic, mut spring, mut gravity, mut dissipation) =
+            (vec![], vec![], vec![], vec![]);
+        let (mut position, mut velocity) = (clamp.position, clamp.velocity);
+        let (mut positions, mut velocities) = (vec![position], vec![velocity]);
+        let (mut previous, mut previous_in_body) = (clamp.direction, None);
+        for ((segment, body), hinge) in segments
+            .iter()
+            .zip(&parameters.bodies)
+            .zip(&parameters.hinges)
+        {
+            let (direction, rate) = (segment.direction(g), segment.direction_rate(g));
+            let unbent = segment.unbent_direction(g, hinge);
+            kinetic.push(chain::kinetic_energy(g, body, velocity, rate));
+            gravity.push(chain::gravity_energy(
+                g,
+                body,
+                parameters.gravity,
+                position,
+                direction,
+            ));
+            spring.push(chain::spring_energy(g, hinge.stiffness, previous, unbent));
+            let in_body = (
+                direction,
+                chain::rate_in_body(g, clamp.angular_velocity, direction, rate),
+            );
+            dissipation.push(chain::dissipation(
+                g,
+                hinge.damping,
+                previous_in_body,
+                in_body,
+            ));
+            position = chain::outer_end(g, body, position, direction);
+            velocity = chain::outer_end(g, body, velocity, rate);
+            positions.push(position);
+            velocities.push(velocity);
+            (previous, previous_in_body) = (direction, Some(in_body));
+        }
+        Self {
+            graph,
+            parameters,
+            clamp,
+            segments,
+            positions,
+            velocities,
+            kinetic,
+            spring,
+            gravity,
+            dissipation,
+            other: Vec::new(),
+            constants: Vec::new(),
+        }
+    }
+
+    /// A constant of one's own: the symbol `name`, written `notation`, in `unit`. It becomes an
+    /// argument of the functions, after those of the chain.
+    ///
+    /// A name that ends in `_z` is that of a component along `z`, which vanishes in the plane.
+    pub fn constant(&mut self, name: &str, notation: &str, unit: Unit) -> NodeId {
+        let doc = format!("{notation} in {unit}");
+        self.constants.push((name.into(), doc));
+        self.graph.symbol(name, notation, unit)
+    }
+}
+
 /// The whole equations of a chain of `n` segments, as expressions.
 ///
-/// `M q̈ = f + Q` is `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, `L = E_kin − E_spring − E_grav` (Uhlmann
-/// and Hoyer 2021, Eq. 1), with the terms in `q̈` on the left. Coordinates are in the order `φ1,
+/// `M q̈ = f + Q` is `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, `L = E_kin − E_spring − E_grav − E_other`
+/// (Uhlmann and Hoyer 2021, Eq. 1, where `E_other = 0`), with the terms in `q̈` on the left.
+/// Coordinates are in the order `φ1,
 /// θ1, …, φn, θn`; in the plane of rotation, where every `φ = π/2`, in the order `θ1, …, θn`. In
 /// what follows `N` is their number.
 #[derive(Clone, Debug)]
 pub struct WholeEquations {
     /// How the chain moves.
     pub motion: Motion,
+    /// What is known of its shape.
+    pub shape: Shape,
     /// The graph that holds the expressions.
     pub graph: Graph,
     /// The constants.
@@ -36,8 +145,12 @@ pub struct WholeEquations {
     pub gravity_energy: NodeId,
     /// `D` in W.
     pub dissipation: NodeId,
+    /// `E_other` in J: zero, or the potential energies of one's own.
+    pub other_energy: NodeId,
     /// The tip `r_n` in m.
     pub tip: Vec3,
+    /// Names and descriptions of the constants of one's own.
+    pub(super) constants: Vec<(String, String)>,
 }
 
 /// Derives the whole equations of `motion` for `segments` segments of any shape.
@@ -55,71 +168,56 @@ pub fn whole_equations(segments: usize, motion: Motion) -> WholeEquations {
 /// # Panics
 /// If `segments` is zero.
 pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> WholeEquations {
-    assert!(segments > 0, "a chain has at least one segment");
-    let mut graph = Graph::new();
-    let g = &mut graph;
-    let parameters = Parameters::new(g, segments, shape);
-    let clamp = Clamp::new(g);
-    let segments: Vec<Segment> = (1..=segments)
-        .map(|k| Segment::new(g, &k.to_string()))
-        .collect();
+    whole_equations_with(segments, motion, shape, |_| ())
+}
 
-    let (mut kinetic, mut spring, mut gravity, mut dissipation) = (vec![], vec![], vec![], vec![]);
-    let (mut position, mut velocity) = (clamp.position, clamp.velocity);
-    let (mut previous, mut previous_in_body) = (clamp.direction, None);
-    for ((segment, body), hinge) in segments
-        .iter()
-        .zip(&parameters.bodies)
-        .zip(&parameters.hinges)
-    {
-        let (direction, rate) = (segment.direction(g), segment.direction_rate(g));
-        let unbent = segment.unbent_direction(g, hinge);
-        kinetic.push(chain::kinetic_energy(g, body, velocity, rate));
-        gravity.push(chain::gravity_energy(
-            g,
-            body,
-            parameters.gravity,
-            position,
-            direction,
-        ));
-        spring.push(chain::spring_energy(g, hinge.stiffness, previous, unbent));
-        let in_body = (
-            direction,
-            chain::rate_in_body(g, clamp.angular_velocity, direction, rate),
-        );
-        dissipation.push(chain::dissipation(
-            g,
-            hinge.damping,
-            previous_in_body,
-            in_body,
-        ));
-        position = chain::outer_end(g, body, position, direction);
-        velocity = chain::outer_end(g, body, velocity, rate);
-        (previous, previous_in_body) = (direction, Some(in_body));
-    }
-    let [kinetic_energy, spring_energy, gravity_energy, dissipation] =
-        [kinetic, spring, gravity, dissipation].map(|terms| g.sum(terms));
-    let [x, y, z] = position;
+/// The same with terms of one's own, which `state` adds to those of the chain.
+///
+/// Terms are stated in space; those of a planar chain are specialised like all others.
+///
+/// # Panics
+/// If `segments` is zero.
+pub fn whole_equations_with(
+    segments: usize,
+    motion: Motion,
+    shape: Shape,
+    state: impl FnOnce(&mut ChainTerms),
+) -> WholeEquations {
+    assert!(segments > 0, "a chain has at least one segment");
+    let mut terms = ChainTerms::new(segments, shape);
+    state(&mut terms);
+    let ChainTerms {
+        mut graph,
+        parameters,
+        clamp,
+        segments,
+        positions,
+        constants,
+        ..
+    } = terms;
+    let g = &mut graph;
+    let lists = [
+        terms.kinetic,
+        terms.spring,
+        terms.gravity,
+        terms.dissipation,
+        terms.other,
+    ];
+    let [kinetic, spring, gravity, dissipation, other] = lists.map(|terms| g.sum(terms));
+    let [x, y, z] = positions[segments.len()];
     let [
         kinetic_energy,
         spring_energy,
         gravity_energy,
         dissipation,
+        other_energy,
         x,
         y,
         z,
     ] = motion.specialise(
         g,
         &segments,
-        [
-            kinetic_energy,
-            spring_energy,
-            gravity_energy,
-            dissipation,
-            x,
-            y,
-            z,
-        ],
+        [kinetic, spring, gravity, dissipation, other, x, y, z],
     );
 
     let [coordinates, rates] = motion.variables(&segments);
@@ -128,7 +226,7 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
     let momentum_rates =
         directional_derivative(g, &momenta, &free_motion(&coordinates, &rates, &clamp));
     let kinetic_gradient = gradient(g, kinetic_energy, &coordinates);
-    let potential = g.add(spring_energy, gravity_energy);
+    let potential = g.sum([spring_energy, gravity_energy, other_energy]);
     let potential_gradient = gradient(g, potential, &coordinates);
     let damping_torques = gradient(g, dissipation, &rates);
     let force = (0..coordinates.len()).map(|i| {
@@ -139,6 +237,7 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
     let force = force.collect();
     WholeEquations {
         motion,
+        shape,
         graph,
         parameters,
         clamp,
@@ -149,7 +248,9 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
         spring_energy,
         gravity_energy,
         dissipation,
+        other_energy,
         tip: [x, y, z],
+        constants,
     }
 }
 
@@ -182,6 +283,8 @@ pub struct Parts {
     pub gravity: Vec<NodeId>,
     /// `−∂D/∂q̇`
     pub damping: Vec<NodeId>,
+    /// `−∂E_other/∂q`
+    pub other: Vec<NodeId>,
 }
 
 impl WholeEquations {
@@ -210,12 +313,14 @@ impl WholeEquations {
         let spring = negative_gradient(self.spring_energy, &coordinates);
         let gravity = negative_gradient(self.gravity_energy, &coordinates);
         let damping = negative_gradient(self.dissipation, &rates);
+        let other = negative_gradient(self.other_energy, &coordinates);
         Parts {
             momenta,
             inertial,
             spring,
             gravity,
             damping,
+            other,
         }
     }
 }
@@ -291,7 +396,11 @@ mod tests {
         // The sums have some tens of terms of order one.
         const TOLERANCE: f64 = 1e-12;
         for motion in [Motion::Spatial, Motion::Planar] {
-            let mut whole = whole_equations(3, motion);
+            let mut whole = whole_equations_with(3, motion, Shape::default(), |chain| {
+                let weight = chain.constant("tip_weight", "W", Unit::NEWTON);
+                let energy = chain.graph.mul(weight, chain.positions[3][1]);
+                chain.other.push(energy);
+            });
             let parts = whole.parts();
             let point: Vec<f64> = (0..whole.graph.symbols().len())
                 .map(|i| 0.3 + 0.1 * (i as f64).sin())
@@ -304,6 +413,7 @@ mod tests {
                     &parts.spring,
                     &parts.gravity,
                     &parts.damping,
+                    &parts.other,
                 ];
                 let sum: f64 = parts.map(|part| at(part[i])).iter().sum();
                 assert!(

@@ -42,163 +42,196 @@ pub fn whole_kernels(
         Purpose::ReadingOf(shape) => shape,
         Purpose::Reading | Purpose::Computing => Shape::default(),
     };
-    let whole = whole_equations_of(segments, motion, shape);
-    let size = whole.force.len();
-    let coordinates = match motion {
-        Motion::Spatial => "φ1, θ1, φ2, …",
-        Motion::Planar => "θ1, θ2, …",
-    };
-    let mass_matrix = Output::matrix(
-        "mass_matrix",
-        &format!("`M`, {size} × {size}, symmetric, rows and columns `{coordinates}`"),
-        INERTIA,
-        whole.mass_matrix.clone(),
-    );
-    let force = Output::vector(
-        "force",
-        "`f` of `M q̈ = f + Q`, without contact",
-        STIFFNESS,
-        whole.force.clone(),
-    );
-    let energies = vec![
-        Output::scalar("kinetic", "`E_kin`", Unit::JOULE, whole.kinetic_energy),
-        Output::scalar("spring", "`E_spring`", Unit::JOULE, whole.spring_energy),
-        Output::scalar("gravity", "`E_grav`", Unit::JOULE, whole.gravity_energy),
-        Output::scalar("dissipation", "`D`", Unit::WATT, whole.dissipation),
-    ];
-    let plural = if segments == 1 { "" } else { "s" };
-    let planar = match motion {
-        Motion::Spatial => "",
-        Motion::Planar => "planar ",
-    };
-    let chain = format!("of a {planar}chain of {segments} segment{plural}");
-    let relaxed = if shape.is_straight {
-        ",\n"
-    } else {
-        "\n(`α` from `e` turned about `z` by `κ`), "
-    };
-    let [mass_matrix_name, force_name, energies_name] = NAMES;
-    [
-        (mass_matrix_name, format!("Mass matrix {chain}: `M = ∂²E_kin/∂q̇²`."), vec![mass_matrix]),
-        (
-            force_name,
-            format!(
-                "Generalised force {chain}: `f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n\
-                 the first term without its part in `q̈`, `E_pot = E_spring + E_grav`."
-            ),
-            vec![force],
-        ),
-        (
-            energies_name,
-            format!(
-                "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`{relaxed}\
-                 `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`,\n\
-                 `ω = e × (ė − Ω × e)`, zero at the clamp."
-            ),
-            energies,
-        ),
-    ]
-    .into_iter()
-    .map(|(name, summary, outputs)| kernel(&whole, purpose, &motion.name_for(name), summary, outputs))
-    .collect()
+    whole_equations_of(segments, motion, shape).kernels(purpose)
 }
 
-fn kernel(
-    whole: &WholeEquations,
-    purpose: Purpose,
-    name: &str,
-    summary: String,
-    mut outputs: Vec<Output>,
-) -> Result<Kernel, String> {
-    dimension::check(&whole.graph, &outputs)?;
-    let nodes = output_nodes(&outputs);
-    let (graph, nodes) = match purpose {
-        Purpose::Reading | Purpose::ReadingOf(_) => {
-            let normalised = normalise(
-                &whole.graph,
-                &nodes,
-                Style::Collected(&whole.parameters.constants()),
-            );
-            (normalised.graph, normalised.outputs)
+impl WholeEquations {
+    /// The functions [`NAMES`] of these equations.
+    ///
+    /// Each takes all inputs, so that all are called in the same way.
+    ///
+    /// # Errors
+    /// If a term of the derivation makes no physical sense.
+    pub fn kernels(&self, purpose: Purpose) -> Result<Vec<Kernel>, String> {
+        let (motion, shape, segments) = (self.motion, self.shape, self.segments.len());
+        let size = self.force.len();
+        let coordinates = match motion {
+            Motion::Spatial => "φ1, θ1, φ2, …",
+            Motion::Planar => "θ1, θ2, …",
+        };
+        let mass_matrix = Output::matrix(
+            "mass_matrix",
+            &format!("`M`, {size} × {size}, symmetric, rows and columns `{coordinates}`"),
+            INERTIA,
+            self.mass_matrix.clone(),
+        );
+        let force = Output::vector(
+            "force",
+            "`f` of `M q̈ = f + Q`, without contact",
+            STIFFNESS,
+            self.force.clone(),
+        );
+        let mut energies = vec![
+            Output::scalar("kinetic", "`E_kin`", Unit::JOULE, self.kinetic_energy),
+            Output::scalar("spring", "`E_spring`", Unit::JOULE, self.spring_energy),
+            Output::scalar("gravity", "`E_grav`", Unit::JOULE, self.gravity_energy),
+            Output::scalar("dissipation", "`D`", Unit::WATT, self.dissipation),
+        ];
+        let has_other = !self.graph.is_zero(self.other_energy);
+        if has_other {
+            energies.push(Output::scalar(
+                "other",
+                "`E_other`",
+                Unit::JOULE,
+                self.other_energy,
+            ));
         }
-        Purpose::Computing => whole.graph.extract(&nodes),
-    };
-    set_output_nodes(&mut outputs, nodes);
-    dimension::check(&graph, &outputs)?;
-    let inputs = inputs(whole, &graph);
-    Ok(Kernel {
-        name: name.into(),
-        summary,
-        graph,
-        inputs,
-        outputs,
-    })
-}
+        let plural = if segments == 1 { "" } else { "s" };
+        let planar = match motion {
+            Motion::Spatial => "",
+            Motion::Planar => "planar ",
+        };
+        let chain = format!("of a {planar}chain of {segments} segment{plural}");
+        let other = if has_other { " + E_other" } else { "" };
+        let relaxed = if shape.is_straight {
+            ",\n"
+        } else {
+            "\n(`α` from `e` turned about `z` by `κ`), "
+        };
+        let [mass_matrix_name, force_name, energies_name] = NAMES;
+        [
+            (mass_matrix_name, format!("Mass matrix {chain}: `M = ∂²E_kin/∂q̇²`."), vec![mass_matrix]),
+            (
+                force_name,
+                format!(
+                    "Generalised force {chain}: `f = −d/dt(∂E_kin/∂q̇) + ∂E_kin/∂q − ∂E_pot/∂q − ∂D/∂q̇`,\n\
+                     the first term without its part in `q̈`, `E_pot = E_spring + E_grav{other}`."
+                ),
+                vec![force],
+            ),
+            (
+                energies_name,
+                format!(
+                    "Energies and dissipation function {chain}: `E_kin = Σ ½ m |ċ|² + ½ J |ė|²`, `E_spring = Σ ½ c α²`{relaxed}\
+                     `E_grav = −Σ m g·c` (`c` are the centres here), `D = Σ ½ d |ω' − ω|²`,\n\
+                     `ω = e × (ė − Ω × e)`, zero at the clamp."
+                ),
+                energies,
+            ),
+        ]
+        .into_iter()
+        .map(|(name, summary, outputs)| {
+            self.kernel(&motion.name_for(name), &summary, outputs, purpose)
+        })
+        .collect()
+    }
 
-/// The arguments, the same for each function.
-fn inputs(whole: &WholeEquations, graph: &Graph) -> Vec<Input> {
-    let group = |name: &str, doc: &str, symbols: Vec<NodeId>| {
-        let names = symbols
-            .into_iter()
-            .filter_map(|symbol| whole.graph.symbol_name(symbol));
-        Input::symbols(graph, name, doc, &names.collect::<Vec<_>>())
-    };
-    let WholeEquations {
-        motion,
-        parameters,
-        clamp,
-        ..
-    } = whole;
-    let vector =
-        |name: &str, doc: &str, symbols: Vec3| group(name, doc, symbols[..motion.axes()].to_vec());
-    let bodies = |name: &str, doc: &str, of: fn(&Body) -> NodeId| {
-        group(name, doc, parameters.bodies.iter().map(of).collect())
-    };
-    let hinges = |name: &str, doc: &str, of: fn(&Hinge) -> NodeId| {
-        group(name, doc, parameters.hinges.iter().map(of).collect())
-    };
-    let [coordinates, rates] = whole.variables();
-    let [coordinates_doc, rates_doc] = match motion {
-        Motion::Spatial => ["φ1, θ1, φ2, … in rad", "φ̇1, θ̇1, φ̇2, … in rad/s"],
-        Motion::Planar => ["θ1, θ2, … in rad", "θ̇1, θ̇2, … in rad/s"],
-    };
-    vec![
-        group("q", coordinates_doc, coordinates),
-        group("v", rates_doc, rates),
-        vector("root_position", "r0 in m", clamp.position),
-        vector("root_velocity", "ṙ0 in m/s", clamp.velocity),
-        vector("root_acceleration", "r̈0 in m/s²", clamp.acceleration),
-        vector("clamp_direction", "e0", clamp.direction),
-        match motion {
-            Motion::Spatial => group(
-                "angular_velocity",
-                "Ω of the body in rad/s",
-                clamp.angular_velocity.to_vec(),
+    /// The function `name` of any expressions in [`WholeEquations::graph`], with the arguments of
+    /// the whole equations.
+    ///
+    /// # Errors
+    /// If a term makes no physical sense.
+    pub fn kernel(
+        &self,
+        name: &str,
+        summary: &str,
+        mut outputs: Vec<Output>,
+        purpose: Purpose,
+    ) -> Result<Kernel, String> {
+        dimension::check(&self.graph, &outputs)?;
+        let nodes = output_nodes(&outputs);
+        let (graph, nodes) = match purpose {
+            Purpose::Reading | Purpose::ReadingOf(_) => {
+                let own = self.constants.iter();
+                let own = own.filter_map(|(name, _)| self.graph.find_symbol(name));
+                let constants: Vec<NodeId> =
+                    self.parameters.constants().into_iter().chain(own).collect();
+                let normalised = normalise(&self.graph, &nodes, Style::Collected(&constants));
+                (normalised.graph, normalised.outputs)
+            }
+            Purpose::Computing => self.graph.extract(&nodes),
+        };
+        set_output_nodes(&mut outputs, nodes);
+        dimension::check(&graph, &outputs)?;
+        let inputs = self.inputs(&graph);
+        Ok(Kernel {
+            name: name.into(),
+            summary: summary.into(),
+            graph,
+            inputs,
+            outputs,
+        })
+    }
+
+    /// The arguments of the whole equations, the same for each function, as symbols of `graph`.
+    pub fn inputs(&self, graph: &Graph) -> Vec<Input> {
+        let group = |name: &str, doc: &str, symbols: Vec<NodeId>| {
+            let names = symbols
+                .into_iter()
+                .filter_map(|symbol| self.graph.symbol_name(symbol));
+            Input::symbols(graph, name, doc, &names.collect::<Vec<_>>())
+        };
+        let Self {
+            motion,
+            parameters,
+            clamp,
+            ..
+        } = self;
+        let vector = |name: &str, doc: &str, symbols: Vec3| {
+            group(name, doc, symbols[..motion.axes()].to_vec())
+        };
+        let bodies = |name: &str, doc: &str, of: fn(&Body) -> NodeId| {
+            group(name, doc, parameters.bodies.iter().map(of).collect())
+        };
+        let hinges = |name: &str, doc: &str, of: fn(&Hinge) -> NodeId| {
+            group(name, doc, parameters.hinges.iter().map(of).collect())
+        };
+        let [coordinates, rates] = self.variables();
+        let [coordinates_doc, rates_doc] = match motion {
+            Motion::Spatial => ["φ1, θ1, φ2, … in rad", "φ̇1, θ̇1, φ̇2, … in rad/s"],
+            Motion::Planar => ["θ1, θ2, … in rad", "θ̇1, θ̇2, … in rad/s"],
+        };
+        let inputs = vec![
+            group("q", coordinates_doc, coordinates),
+            group("v", rates_doc, rates),
+            vector("root_position", "r0 in m", clamp.position),
+            vector("root_velocity", "ṙ0 in m/s", clamp.velocity),
+            vector("root_acceleration", "r̈0 in m/s²", clamp.acceleration),
+            vector("clamp_direction", "e0", clamp.direction),
+            match motion {
+                Motion::Spatial => group(
+                    "angular_velocity",
+                    "Ω of the body in rad/s",
+                    clamp.angular_velocity.to_vec(),
+                ),
+                Motion::Planar => group(
+                    "angular_velocity",
+                    "Ω of the body in rad/s, along z",
+                    vec![clamp.angular_velocity[2]],
+                ),
+            },
+            vector("gravity", "g in m/s²", parameters.gravity),
+            group(
+                "segment_length",
+                "h in m",
+                vec![parameters.bodies[0].length],
             ),
-            Motion::Planar => group(
-                "angular_velocity",
-                "Ω of the body in rad/s, along z",
-                vec![clamp.angular_velocity[2]],
-            ),
-        },
-        vector("gravity", "g in m/s²", parameters.gravity),
-        group(
-            "segment_length",
-            "h in m",
-            vec![parameters.bodies[0].length],
-        ),
-        bodies("segment_mass", "m1, m2, … in kg", |body| body.mass),
-        bodies("segment_inertia", "J1, J2, … in kg m²", |body| {
-            body.inertia
-        }),
-        hinges("joint_stiffness", "c1, c2, … in N m", |hinge| {
-            hinge.stiffness
-        }),
-        hinges("joint_damping", "d1, d2, … in N m s", |hinge| {
-            hinge.damping
-        }),
-        hinges("relaxed_angle", "κ1, κ2, … in rad", |hinge| {
-            hinge.relaxed_angle
-        }),
-    ]
+            bodies("segment_mass", "m1, m2, … in kg", |body| body.mass),
+            bodies("segment_inertia", "J1, J2, … in kg m²", |body| {
+                body.inertia
+            }),
+            hinges("joint_stiffness", "c1, c2, … in N m", |hinge| {
+                hinge.stiffness
+            }),
+            hinges("joint_damping", "d1, d2, … in N m s", |hinge| {
+                hinge.damping
+            }),
+            hinges("relaxed_angle", "κ1, κ2, … in rad", |hinge| {
+                hinge.relaxed_angle
+            }),
+        ];
+        let own = self.constants.iter();
+        let own = own.map(|(name, doc)| Input::symbols(graph, name, doc, &[name]));
+        inputs.into_iter().chain(own).collect()
+    }
 }
