@@ -83,9 +83,11 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
             direction,
         ));
         spring.push(chain::spring_energy(g, hinge.stiffness, previous, unbent));
+        let rate_in_body = chain::rate_in_body(g, clamp.angular_velocity, direction, rate);
+        let of_segment = (segment.theta, "theta");
         let in_body = (
             direction,
-            chain::rate_in_body(g, clamp.angular_velocity, direction, rate),
+            chain::name_vector(g, "rate_in_body", of_segment, rate_in_body),
         );
         dissipation.push(chain::dissipation(
             g,
@@ -95,6 +97,8 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
         ));
         position = chain::outer_end(g, body, position, direction);
         velocity = chain::outer_end(g, body, velocity, rate);
+        chain::name_vector(g, "outer_end", of_segment, position);
+        chain::name_vector(g, "outer_end_velocity", of_segment, velocity);
         (previous, previous_in_body) = (direction, Some(in_body));
     }
     let [kinetic_energy, spring_energy, gravity_energy, dissipation] =

@@ -370,7 +370,7 @@ impl Forms {
 /// The result of [`normalise`].
 #[derive(Clone, Debug)]
 pub struct Normalised {
-    /// The graph with the outputs; its symbols are those of the source.
+    /// The graph with the outputs; its symbols and names are those of the source.
     pub graph: Graph,
     /// The outputs, in the order asked for.
     pub outputs: Vec<NodeId>,
@@ -396,14 +396,23 @@ pub fn normalise(source: &Graph, outputs: &[NodeId], style: Style<'_>) -> Normal
     };
     let needed = source.reachable(outputs);
     let mut forms = Forms::new(source, &needed, outputs);
+    let mut named = Vec::new();
     for id in needed {
         let form = normaliser.form(source, source.node(id), &mut forms);
+        if let Some(name) = source.name(id) {
+            named.push((name, form.compact.clone()));
+        }
         forms.forms[id.index()] = Some(form);
     }
     let outputs = outputs
         .iter()
         .map(|&output| normaliser.build(&forms.take(output).compact))
         .collect();
+    // Last, so that names do not change the order of the nodes.
+    for (name, sum) in named {
+        let node = normaliser.build(&sum);
+        normaliser.graph.set_name(node, name);
+    }
     Normalised {
         graph: normaliser.graph,
         outputs,

@@ -5,12 +5,16 @@
 //! them all; a [`Dialect`] has the rest. Powers are products, and the order of all operations is that
 //! of the graph: the same kernels give the same bytes in each language, and up to the last bits of
 //! sines and cosines the same values.
+//!
+//! Names of kernels, inputs, elements and outputs are written as they are. A name that the language
+//! or the emitted source needs for itself is an error; intermediates take none of them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
-use crate::ir::kernel::{Input, Kernel, Output, computed_operands};
+use crate::ir::kernel::{Input, Kernel, Output, Shape, computed_operands};
+use crate::ir::naming::{camel_case, is_identifier};
 
 pub mod rust;
 
@@ -54,14 +58,19 @@ pub trait Dialect {
         format!("{:?}", value.value())
     }
 
-    /// What stands before the names of `sqrt`, `sin` and `cos`.
-    const LIBRARY: &'static str = "";
+    /// Words that are no names: keywords, and what the emitted source uses itself.
+    const RESERVED: &'static str;
 
     /// The name of the arc sine.
     const ARC_SINE: &'static str = "asin";
 
     /// How strongly the operands of a comparison must hold together.
     const COMPARED: Strength = PRODUCT;
+
+    /// What stands before the names of `sqrt`, `sin` and `cos`.
+    fn library(&self) -> &'static str {
+        ""
+    }
 
     /// 1 where `a < b`, else 0.
     fn less_than(&self, a: &str, b: &str) -> String;
@@ -85,9 +94,155 @@ pub trait Dialect {
     }
 }
 
+/// Checks the names in `kernels`: each is an identifier and none of the `reserved` words; functions
+/// and types differ from each other, and variables of one function too.
+///
+/// # Errors
+/// The first name that cannot be written.
+pub fn check_names(kernels: &[Kernel], reserved: &str) -> Result<(), String> {
+    let reserved: HashSet<&str> = reserved.split_whitespace().collect();
+    let check = |name: &str, what: &str, kernel: &Kernel| {
+        let problem = match name {
+            _ if !is_identifier(name) => "is no identifier: use letters, digits and `_`",
+            _ if reserved.contains(name) => "is reserved in this language",
+            _ => return Ok(()),
+        };
+        Err(format!(
+            "kernel `{}`: {what} `{name}` {problem}",
+            kernel.name
+        ))
+    };
+    let taken = |name: &str, what: &str, kernel: &Kernel| {
+        format!("kernel `{}`: {what} `{name}` is taken", kernel.name)
+    };
+    let places = || kernels.iter().flat_map(|kernel| &kernel.inputs);
+    let mut types: HashSet<String> = places()
+        .filter_map(|input| Some(input.place.as_ref()?.group.name.to_owned()))
+        .collect();
+    for kernel in kernels {
+        let result = camel_case(&kernel.name);
+        check(&kernel.name, "the name", kernel)?;
+        check(&result, "the type of the result", kernel)?;
+        if !types.insert(result.clone()) {
+            return Err(taken(&result, "the type of the result", kernel));
+        }
+    }
+    let mut functions = HashSet::new();
+    for kernel in kernels {
+        if types.contains(&kernel.name) || !functions.insert(&kernel.name) {
+            return Err(taken(&kernel.name, "the name", kernel));
+        }
+        let mut variables = HashSet::new();
+        for (name, what) in variables_of(kernel) {
+            check(name, what, kernel)?;
+            if types.contains(name) || !variables.insert(name) {
+                return Err(taken(name, what, kernel));
+            }
+        }
+        let mut fields = HashSet::new();
+        for Output { name, .. } in &kernel.outputs {
+            check(name, "the output", kernel)?;
+            if !fields.insert(name) {
+                return Err(taken(name, "the output", kernel));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The names that can be variables of the function of `kernel`: arguments that are structures, the
+/// inputs that are none of these, and elements. One element may be called like its input.
+fn variables_of(kernel: &Kernel) -> impl Iterator<Item = (&str, &'static str)> {
+    let mut structures: Vec<(&str, &str)> = Vec::new();
+    for place in kernel
+        .inputs
+        .iter()
+        .filter_map(|input| input.place.as_ref())
+    {
+        let structure = (place.argument.as_str(), place.group.name);
+        if !structures.contains(&structure) {
+            structures.push(structure);
+        }
+    }
+    let is_in_structure = move |input: &Input, name: &str| {
+        input
+            .place
+            .as_ref()
+            .is_some_and(|place| place.argument == name)
+    };
+    let inputs = kernel.inputs.iter().flat_map(move |input| {
+        let is_element = matches!(&input.elements[..], [(element, _)] if *element == input.name);
+        let own = (!is_element && !is_in_structure(input, &input.name)).then_some(&input.name);
+        let elements = input.elements.iter().map(|(name, _)| name.as_str());
+        own.map(|name| (name.as_str(), "the input"))
+            .into_iter()
+            .chain(elements.map(|name| (name, "the element")))
+    });
+    let structures = structures
+        .into_iter()
+        .map(|(name, _)| (name, "the argument"));
+    structures.chain(inputs)
+}
+
+/// The names of intermediates: those that the graph has, those of outputs with their indices, and
+/// `t0`, `t1`, … for the others. None of them is taken twice.
+struct Intermediates<'a> {
+    graph: &'a Graph,
+    outputs: BTreeMap<NodeId, String>,
+    taken: HashSet<String>,
+    numbers: std::ops::RangeFrom<usize>,
+}
+
+impl<'a> Intermediates<'a> {
+    fn new(kernel: &'a Kernel, reserved: &str) -> Self {
+        let mut outputs = BTreeMap::new();
+        for output in &kernel.outputs {
+            for (k, &node) in output.nodes.iter().enumerate() {
+                let name = match output.shape {
+                    Shape::Scalar => output.name.clone(),
+                    Shape::Vector(_) => format!("{}_{k}", output.name),
+                    Shape::Matrix(_, columns) => {
+                        format!("{}_{}_{}", output.name, k / columns, k % columns)
+                    }
+                };
+                outputs.entry(node).or_insert(name);
+            }
+        }
+        let variables = variables_of(kernel).map(|(name, _)| name);
+        // An input in a structure is a variable in languages without structures.
+        let inputs = kernel.inputs.iter().map(|input| input.name.as_str());
+        let taken = variables.chain(inputs).chain(reserved.split_whitespace());
+        let result = camel_case(&kernel.name);
+        Self {
+            graph: &kernel.graph,
+            outputs,
+            taken: taken.map(str::to_owned).chain([result]).collect(),
+            numbers: 0..,
+        }
+    }
+
+    /// The name of the intermediate that holds `id`.
+    fn name(&mut self, id: NodeId) -> String {
+        let output = self.outputs.get(&id).map(String::as_str);
+        let given = self
+            .graph
+            .name(id)
+            .or(output)
+            .filter(|name| is_identifier(name));
+        let numbers = self.numbers.by_ref().map(|number| format!("t{number}"));
+        given
+            .map(str::to_owned)
+            .into_iter()
+            .chain(numbers)
+            .find(|name| self.taken.insert(name.clone()))
+            .expect("there are more names than nodes")
+    }
+}
+
 struct Writer<'a, D> {
     dialect: &'a D,
     statements: String,
+    intermediates: Intermediates<'a>,
 }
 
 impl<D: Dialect> Writer<'_, D> {
@@ -110,8 +265,8 @@ impl<D: Dialect> Writer<'_, D> {
             ),
             strength,
         };
-        let named =
-            |name: &str, a: NodeId| Piece::atom(format!("{}{name}({})", D::LIBRARY, of(a).text));
+        let library = self.dialect.library();
+        let named = |name: &str, a: NodeId| Piece::atom(format!("{library}{name}({})", of(a).text));
         match node {
             Node::Constant(_) | Node::Symbol(_) => {
                 unreachable!("constants and symbols are no operations")
@@ -159,8 +314,8 @@ impl<D: Dialect> Writer<'_, D> {
     }
 
     /// Writes the statement that gives an intermediate its value, and returns what stands for it.
-    fn intermediate(&mut self, number: usize, value: Piece) -> Piece {
-        let name = format!("t{number}");
+    fn intermediate(&mut self, id: NodeId, value: Piece) -> Piece {
+        let name = self.intermediates.name(id);
         self.statements += &self.dialect.assignment(&name, &value.text);
         Piece::atom(name)
     }
@@ -213,7 +368,6 @@ fn write_body<D: Dialect>(
         .iter()
         .filter_map(|&id| base_of_power(&kernel.graph, id))
         .collect();
-    let mut names = 0;
     for id in order {
         let node = kernel.graph.node(id);
         let expression = match node {
@@ -245,8 +399,7 @@ fn write_body<D: Dialect>(
             .unwrap_or(&0);
         let shared = uses[&id] > 1 || depth > MAX_DEPTH || bases.contains(&id);
         if shared && !matches!(node, Node::Constant(_)) {
-            expressions.insert(id, writer.intermediate(names, expression));
-            names += 1;
+            expressions.insert(id, writer.intermediate(id, expression));
         } else {
             expressions.insert(id, expression);
             depths.insert(id, depth);
@@ -277,11 +430,12 @@ impl FunctionBody {
     ///
     /// # Errors
     /// If an output needs a symbol that no input provides, or a constant is not finite.
-    pub fn new(kernel: &Kernel, dialect: &impl Dialect) -> Result<Self, String> {
+    pub fn new<D: Dialect>(kernel: &Kernel, dialect: &D) -> Result<Self, String> {
         let uses = uses(kernel);
         let mut writer = Writer {
             dialect,
             statements: String::new(),
+            intermediates: Intermediates::new(kernel, D::RESERVED),
         };
         let mut unused = Vec::new();
         for input in &kernel.inputs {

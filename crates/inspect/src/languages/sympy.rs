@@ -1,15 +1,22 @@
 //! A Python module of functions that return SymPy matrices.
 
-use bristle_codegen::back::languages::{Dialect, FunctionBody};
+use bristle_codegen::back::languages::{Dialect, FunctionBody, check_names};
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::constant::Constant;
 use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
 
 use super::{docstring, header_in, uses_half_angle_squared};
 
+const RESERVED: &str = reserved_in_python!(
+    "Dummy Float Integer Matrix Piecewise Rational Symbol acos asin cos diff factorial hyper rf sin \
+     sqrt closed_form"
+);
+
 struct SymPy;
 
 impl Dialect for SymPy {
+    const RESERVED: &'static str = RESERVED;
+
     /// Exact, so that SymPy can simplify.
     fn number(&self, value: Constant) -> String {
         match value {
@@ -60,6 +67,7 @@ def _half_angle_squared(order, u, closed_form):
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
+    check_names(kernels, RESERVED)?;
     let mut text = header_in("Python, as matrices of SymPy", kernels, origin, "#")?;
     text += "\nfrom sympy import (Dummy, Float, Integer, Matrix, Piecewise, Rational, Symbol, acos, asin, cos, diff, factorial,\n    \
              hyper, rf, sin, sqrt)\n";

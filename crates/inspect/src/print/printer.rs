@@ -1,6 +1,8 @@
 //! The definitions of a page: which intermediates get a name, and how each element of an output is
 //! headed.
 
+use std::collections::HashSet;
+
 use crate::print::page::Definition;
 use bristle_codegen::ir::graph::{Graph, Node, NodeId};
 use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
@@ -107,6 +109,19 @@ impl<'a> Printer<'a> {
         for operand in operands.chain(outputs) {
             uses[operand.index()] += 1;
         }
+        let symbols = graph
+            .symbols()
+            .iter()
+            .map(|symbol| symbol.notation.as_str());
+        let elements = kernel.inputs.iter().flat_map(|input| &input.elements);
+        let taken: HashSet<String> = symbols
+            .chain(elements.map(|(name, _)| name.as_str()))
+            .chain(kernel.outputs.iter().map(symbol))
+            .map(|name| notation.symbol(name))
+            .collect();
+        let mut names = (1..)
+            .map(|number| notation.symbol(&format!("t{number}")))
+            .filter(|name| !taken.contains(name));
         let (mut depths, mut lengths) = (vec![0_usize; size], vec![1_usize; size]);
         for &id in &order {
             if printer.given[id.index()] {
@@ -129,9 +144,8 @@ impl<'a> Printer<'a> {
                 && !printer.is_simple(id, if is_input[id.index()] { 4 } else { 2 });
             if shared || depths[id.index()] > MAX_DEPTH || lengths[id.index()] > MAX_LENGTH {
                 printer.defined.push(id);
-                printer
-                    .writer
-                    .set_name(id, notation.symbol(&format!("t{}", printer.defined.len())));
+                let name = names.next().expect("there are more names than nodes");
+                printer.writer.set_name(id, name);
                 (depths[id.index()], lengths[id.index()]) = (0, 1);
             }
         }
