@@ -9,47 +9,16 @@
 //! Names of kernels, inputs, elements and outputs are written as they are. A name that the language
 //! or the emitted source needs for itself is an error; intermediates take none of them.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, HashSet};
 
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, Shape, computed_operands};
 use crate::ir::naming::{camel_case, is_identifier};
+use crate::ir::notation::{ATOM, Notation, POWER, PRODUCT, QUOTIENT, SUM, Written};
+use crate::ir::writer::Writer;
 
 pub mod rust;
-
-/// How strongly an expression holds together: sums, products, what needs no parentheses.
-pub type Strength = u8;
-/// The strength of a sum.
-pub const SUM: Strength = 0;
-/// The strength of a product.
-pub const PRODUCT: Strength = 1;
-const ATOM: Strength = 2;
-
-/// An expression and its strength.
-#[derive(Clone, Debug)]
-pub(crate) struct Piece {
-    text: String,
-    strength: Strength,
-}
-
-impl Piece {
-    fn atom(text: impl Into<String>) -> Self {
-        Self {
-            text: text.into(),
-            strength: ATOM,
-        }
-    }
-
-    /// The text where operands of at least `strength` stand.
-    fn within(&self, strength: Strength) -> String {
-        if self.strength < strength {
-            format!("({})", self.text)
-        } else {
-            self.text.clone()
-        }
-    }
-}
 
 /// What languages write differently.
 pub trait Dialect {
@@ -65,7 +34,7 @@ pub trait Dialect {
     const ARC_SINE: &'static str = "asin";
 
     /// How strongly the operands of a comparison must hold together.
-    const COMPARED: Strength = PRODUCT;
+    const COMPARED: u8 = QUOTIENT;
 
     /// What stands before the names of `sqrt`, `sin` and `cos`.
     fn library(&self) -> &'static str {
@@ -239,85 +208,65 @@ impl<'a> Intermediates<'a> {
     }
 }
 
-struct Writer<'a, D> {
-    dialect: &'a D,
-    statements: String,
-    intermediates: Intermediates<'a>,
-}
+/// The notation of a program.
+struct Program<'a, D>(&'a D);
 
-impl<D: Dialect> Writer<'_, D> {
-    fn constant(&self, constant: Constant) -> Piece {
-        let text = self.dialect.number(constant);
-        Piece {
-            strength: if text.starts_with('-') { SUM } else { ATOM },
-            text,
+impl<D: Dialect> Notation for Program<'_, D> {
+    fn is_mathematics(&self) -> bool {
+        false
+    }
+
+    fn minus(&self) -> char {
+        '-'
+    }
+
+    fn number(&self, value: Constant) -> String {
+        self.0.number(value)
+    }
+
+    fn constant(&self, value: Constant) -> Written {
+        let text = self.number(value);
+        let strength = if text.starts_with('-') { SUM } else { ATOM };
+        Written::new(text, strength)
+    }
+
+    fn symbol(&self, notation: &str) -> String {
+        unreachable!("the symbol {notation} of a kernel is given by an input")
+    }
+
+    fn quotient(&self, above: Written, below: Written) -> Written {
+        let text = format!("{} / {}", above.within(PRODUCT), below.within(POWER));
+        Written::new(text, PRODUCT)
+    }
+
+    /// As a product.
+    fn raised(&self, base: &str, exponent: i32) -> Written {
+        let product = vec![base; exponent.unsigned_abs() as usize].join(" * ");
+        let one = self.number(Constant::from(1));
+        match exponent {
+            1 => Written::new(product, ATOM),
+            2.. => Written::new(product, PRODUCT),
+            -1 => Written::new(format!("{one} / {product}"), PRODUCT),
+            _ => Written::new(format!("{one} / ({product})"), PRODUCT),
         }
     }
 
-    /// An operation on operands that `of` returns. It is neither a constant nor a symbol, and no
-    /// power of zero.
-    fn operation<'a>(&self, node: Node, of: &dyn Fn(NodeId) -> &'a Piece) -> Piece {
-        let binary = |a: NodeId, operator: &str, b: NodeId, strength: Strength| Piece {
-            text: format!(
-                "{} {operator} {}",
-                of(a).within(strength),
-                of(b).within(strength + 1)
-            ),
-            strength,
-        };
-        let library = self.dialect.library();
-        let named = |name: &str, a: NodeId| Piece::atom(format!("{library}{name}({})", of(a).text));
-        match node {
-            Node::Constant(_) | Node::Symbol(_) => {
-                unreachable!("constants and symbols are no operations")
-            }
-            Node::Add(a, b) => binary(a, "+", b, SUM),
-            Node::Sub(a, b) => binary(a, "-", b, SUM),
-            Node::Mul(a, b) => binary(a, "*", b, PRODUCT),
-            Node::Div(a, b) => binary(a, "/", b, PRODUCT),
-            Node::Neg(a) => Piece {
-                text: format!("-{}", of(a).within(ATOM)),
-                strength: SUM,
-            },
-            Node::Powi(a, exponent) => {
-                let base = of(a).within(ATOM);
-                let product = vec![base; exponent.unsigned_abs() as usize].join(" * ");
-                let one = self.constant(Constant::from(1)).text;
-                match exponent {
-                    1 => Piece::atom(product),
-                    2.. => Piece {
-                        text: product,
-                        strength: PRODUCT,
-                    },
-                    -1 => Piece {
-                        text: format!("{one} / {product}"),
-                        strength: PRODUCT,
-                    },
-                    _ => Piece {
-                        text: format!("{one} / ({product})"),
-                        strength: PRODUCT,
-                    },
-                }
-            }
-            Node::Sqrt(a) => named("sqrt", a),
-            Node::Sin(a) => named("sin", a),
-            Node::Cos(a) => named("cos", a),
-            Node::Asin(a) => named(D::ARC_SINE, a),
-            Node::LessThan(a, b) => Piece::atom(
-                self.dialect
-                    .less_than(&of(a).within(D::COMPARED), &of(b).within(D::COMPARED)),
-            ),
-            Node::HalfAngleSquared(order, a) => {
-                Piece::atom(self.dialect.half_angle_squared(order, &of(a).text))
-            }
-        }
+    fn root(&self, argument: &str) -> String {
+        format!("{}sqrt({argument})", self.0.library())
     }
 
-    /// Writes the statement that gives an intermediate its value, and returns what stands for it.
-    fn intermediate(&mut self, id: NodeId, value: Piece) -> Piece {
-        let name = self.intermediates.name(id);
-        self.statements += &self.dialect.assignment(&name, &value.text);
-        Piece::atom(name)
+    fn function(&self, name: &str, _: i32, argument: Written) -> String {
+        let name = if name == "asin" { D::ARC_SINE } else { name };
+        format!("{}{name}({})", self.0.library(), argument.text)
+    }
+
+    fn less_than(&self, a: Written, b: Written) -> String {
+        self.0
+            .less_than(&a.within(D::COMPARED), &b.within(D::COMPARED))
+    }
+
+    fn half_angle_squared(&self, order: u8, argument: &str) -> String {
+        self.0.half_angle_squared(order, argument)
     }
 }
 
@@ -325,94 +274,61 @@ impl<D: Dialect> Writer<'_, D> {
 /// stack.
 const MAX_DEPTH: usize = 6;
 
-/// How often each node is an operand or an output of `kernel`.
-fn uses(kernel: &Kernel) -> BTreeMap<NodeId, usize> {
-    let mut uses: BTreeMap<NodeId, usize> = BTreeMap::new();
-    let operands = kernel
-        .computed()
-        .into_iter()
-        .flat_map(|id| computed_operands(kernel.graph.node(id)));
+/// How often each node is an operand or an output of `kernel`, by index.
+fn uses(kernel: &Kernel, order: &[NodeId]) -> Vec<usize> {
+    let mut uses = vec![0; kernel.graph.nodes().len()];
+    let operands = order
+        .iter()
+        .flat_map(|&id| computed_operands(kernel.graph.node(id)));
     for operand in operands.chain(kernel.output_nodes()) {
-        *uses.entry(operand).or_default() += 1;
+        uses[operand.index()] += 1;
     }
     uses
 }
 
-/// Writes the intermediates of `kernel`, whose nodes have these [`uses`], and returns the
-/// expressions of its outputs by their nodes.
-///
-/// What is used more than once gets a name, and so does the base of a power, which a product
-/// repeats. A constant is as short as a name.
-///
-/// # Errors
-/// If an output needs a symbol that no input provides, or a constant is not finite.
-fn write_body<D: Dialect>(
-    kernel: &Kernel,
-    uses: &BTreeMap<NodeId, usize>,
-    writer: &mut Writer<'_, D>,
-) -> Result<BTreeMap<NodeId, Piece>, String> {
+/// Checks that `kernel`, whose nodes are computed in this `order`, can be written.
+fn check_nodes(kernel: &Kernel, order: &[NodeId]) -> Result<(), String> {
     if let Some(symbol) = kernel.unbound_symbol() {
         return Err(format!(
             "kernel `{}` uses `{symbol}`, which is not one of its inputs",
             kernel.name
         ));
     }
-    let mut uses_left = uses.clone();
-    let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
-    let elements = kernel.inputs.iter().flat_map(|input| &input.elements);
-    let mut expressions: BTreeMap<NodeId, Piece> = elements
-        .map(|(name, node)| (*node, Piece::atom(name)))
-        .collect();
-    let order = kernel.computed();
-    let bases: BTreeSet<NodeId> = order
-        .iter()
-        .filter_map(|&id| base_of_power(&kernel.graph, id))
-        .collect();
-    for id in order {
-        let node = kernel.graph.node(id);
-        let expression = match node {
-            Node::Constant(constant) if !constant.value().is_finite() => {
-                return Err(format!(
-                    "kernel `{}` holds the constant {}, which is not finite",
-                    kernel.name,
-                    constant.value()
-                ));
-            }
-            Node::Constant(constant) => writer.constant(constant),
-            Node::Powi(_, 0) => writer.constant(Constant::from(1)),
-            Node::Symbol(_) => unreachable!("the symbols of a kernel are given"),
-            _ => writer.operation(node, &|operand| &expressions[&operand]),
-        };
-        for operand in computed_operands(node) {
-            // Expressions are dropped after their last use.
-            let left = uses_left
-                .get_mut(&operand)
-                .expect("every operand is counted");
-            *left -= 1;
-            if *left == 0 {
-                expressions.remove(&operand);
-            }
-        }
-        let depth = 1 + computed_operands(node)
-            .filter_map(|operand| depths.get(&operand))
-            .max()
-            .unwrap_or(&0);
-        let shared = uses[&id] > 1 || depth > MAX_DEPTH || bases.contains(&id);
-        if shared && !matches!(node, Node::Constant(_)) {
-            expressions.insert(id, writer.intermediate(id, expression));
-        } else {
-            expressions.insert(id, expression);
-            depths.insert(id, depth);
-        }
+    let constants = order.iter().filter_map(|&id| kernel.graph.as_constant(id));
+    let mut values = constants.map(Constant::value);
+    if let Some(value) = values.find(|value| !value.is_finite()) {
+        return Err(format!(
+            "kernel `{}` holds the constant {value}, which is not finite",
+            kernel.name
+        ));
     }
-    Ok(expressions)
+    Ok(())
 }
 
-fn base_of_power(graph: &Graph, id: NodeId) -> Option<NodeId> {
-    match graph.node(id) {
-        Node::Powi(base, exponent) => (exponent != 0).then_some(base),
-        _ => None,
+/// The nodes that get a variable, operands before users: what is used more than once, the base of a
+/// power, which a product repeats, and where a deep expression is cut. A constant is as short as a
+/// name.
+fn intermediates(kernel: &Kernel, order: &[NodeId], uses: &[usize]) -> Vec<NodeId> {
+    let graph = &kernel.graph;
+    let mut is_base = vec![false; uses.len()];
+    for &id in order {
+        if let Node::Powi(base, exponent) = graph.node(id) {
+            is_base[base.index()] |= exponent != 0;
+        }
     }
+    let mut depths = vec![0; uses.len()];
+    let mut chosen = Vec::new();
+    for &id in order {
+        let operands = computed_operands(graph.node(id)).map(|operand| depths[operand.index()]);
+        let depth = 1 + operands.max().unwrap_or(0);
+        let is_needed = uses[id.index()] > 1 || depth > MAX_DEPTH || is_base[id.index()];
+        if is_needed && !matches!(graph.node(id), Node::Constant(_)) {
+            chosen.push(id);
+        } else {
+            depths[id.index()] = depth;
+        }
+    }
+    chosen
 }
 
 /// The body of a function up to its result.
@@ -422,7 +338,8 @@ pub struct FunctionBody {
     pub statements: String,
     /// The inputs of which nothing is used.
     pub unused: Vec<String>,
-    expressions: BTreeMap<NodeId, Piece>,
+    /// The expressions of the outputs, by their nodes.
+    results: BTreeMap<NodeId, String>,
 }
 
 impl FunctionBody {
@@ -431,16 +348,16 @@ impl FunctionBody {
     /// # Errors
     /// If an output needs a symbol that no input provides, or a constant is not finite.
     pub fn new<D: Dialect>(kernel: &Kernel, dialect: &D) -> Result<Self, String> {
-        let uses = uses(kernel);
-        let mut writer = Writer {
-            dialect,
-            statements: String::new(),
-            intermediates: Intermediates::new(kernel, D::RESERVED),
-        };
-        let mut unused = Vec::new();
+        let order = kernel.computed();
+        check_nodes(kernel, &order)?;
+        let uses = uses(kernel, &order);
+        let notation = Program(dialect);
+        let mut writer = Writer::new(&kernel.graph, &notation);
+        let (mut statements, mut unused) = (String::new(), Vec::new());
         for input in &kernel.inputs {
             let Input { name, elements, .. } = input;
-            if !elements.iter().any(|(_, node)| uses.contains_key(node)) {
+            let is_used = |node: NodeId| uses[node.index()] > 0;
+            if !elements.iter().any(|&(_, node)| is_used(node)) {
                 unused.push(name.clone());
             }
             let argument = dialect.argument(input);
@@ -451,16 +368,24 @@ impl FunctionBody {
                 } else {
                     dialect.element(&argument, index)
                 };
-                if uses.contains_key(node) && source != *element {
-                    writer.statements += &dialect.assignment(element, &source);
+                if is_used(*node) && source != *element {
+                    statements += &dialect.assignment(element, &source);
                 }
+                writer.set_name(*node, element.clone());
             }
         }
-        let expressions = write_body(kernel, &uses, &mut writer)?;
+        let mut names = Intermediates::new(kernel, D::RESERVED);
+        for id in intermediates(kernel, &order, &uses) {
+            let name = names.name(id);
+            statements += &dialect.assignment(&name, &writer.operation(id).text);
+            writer.set_name(id, name);
+        }
+        let nodes = kernel.output_nodes().into_iter();
+        let results = nodes.map(|node| (node, writer.expression(node).text));
         Ok(Self {
-            statements: writer.statements,
+            statements,
             unused,
-            expressions,
+            results: results.collect(),
         })
     }
 
@@ -469,7 +394,7 @@ impl FunctionBody {
         output
             .nodes
             .iter()
-            .map(|node| self.expressions[node].text.as_str())
+            .map(|node| self.results[node].as_str())
             .collect()
     }
 }

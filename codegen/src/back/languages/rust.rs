@@ -10,11 +10,12 @@ use std::fmt::Display;
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{ToTokens, format_ident, quote};
 
-use crate::back::languages::{Dialect, FunctionBody, SUM, Strength, check_names};
+use crate::back::languages::{Dialect, FunctionBody, check_names};
 use crate::back::source::{Origin, count_operations, header};
 use crate::ir::constant::Constant;
 use crate::ir::kernel::{Group, Input, Kernel, Output, Shape};
 use crate::ir::naming::camel_case;
+use crate::ir::notation::SUM;
 
 /// A function of more operations than this is not marked to be inlined.
 const MAX_INLINED_OPERATIONS: usize = 1000;
@@ -381,7 +382,7 @@ struct Rust<'a> {
 
 impl Dialect for Rust<'_> {
     // They are arguments.
-    const COMPARED: Strength = SUM;
+    const COMPARED: u8 = SUM;
     const RESERVED: &'static str = RESERVED;
 
     fn library(&self) -> &'static str {

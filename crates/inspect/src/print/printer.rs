@@ -6,9 +6,27 @@ use std::collections::HashSet;
 use crate::print::page::Definition;
 use bristle_codegen::ir::graph::{Graph, Node, NodeId};
 use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
-use bristle_codegen::ir::notation::Notation;
+use bristle_codegen::ir::notation::{Notation, Text};
 use bristle_codegen::ir::writer::Writer;
 use bristle_codegen::model::chain::Motion;
+
+/// What a page needs of a notation besides expressions.
+pub(super) trait Layout: Notation {
+    /// An element of a vector or matrix.
+    fn element(&self, array: &str, indices: &[String]) -> String;
+    /// The width of a piece, in the unit of the notation.
+    fn width(&self, text: &str) -> usize;
+}
+
+impl Layout for Text {
+    fn element(&self, array: &str, indices: &[String]) -> String {
+        format!("{array}[{}]", indices.join(", "))
+    }
+
+    fn width(&self, text: &str) -> usize {
+        text.chars().count()
+    }
+}
 
 /// Expressions deeper than this are cut by a name.
 const MAX_DEPTH: usize = 6;
@@ -18,7 +36,7 @@ const MAX_LENGTH: usize = 60;
 /// Writes the expressions of one graph.
 pub(super) struct Printer<'a> {
     graph: &'a Graph,
-    notation: &'a dyn Notation,
+    notation: &'a dyn Layout,
     writer: Writer<'a>,
     /// The nodes that get a definition, in the order in which they are defined.
     defined: Vec<NodeId>,
@@ -30,7 +48,7 @@ pub(super) struct Printer<'a> {
 
 impl<'a> Printer<'a> {
     /// Without names.
-    fn plain(graph: &'a Graph, notation: &'a dyn Notation) -> Self {
+    fn plain(graph: &'a Graph, notation: &'a dyn Layout) -> Self {
         let (writer, given) = (
             Writer::new(graph, notation),
             vec![false; graph.nodes().len()],
@@ -50,7 +68,7 @@ impl<'a> Printer<'a> {
         graph: &'a Graph,
         outputs: &[NodeId],
         motion: Motion,
-        notation: &'a dyn Notation,
+        notation: &'a dyn Layout,
     ) -> Self {
         let mut printer = Self {
             motion: Some(motion),
@@ -86,7 +104,7 @@ impl<'a> Printer<'a> {
 
     /// With a name for each operation that is used more than once, or at which a deep or long
     /// expression is cut.
-    pub fn shared(kernel: &'a Kernel, notation: &'a dyn Notation) -> Self {
+    pub fn shared(kernel: &'a Kernel, notation: &'a dyn Layout) -> Self {
         let graph = &kernel.graph;
         let mut printer = Self::plain(graph, notation);
         let size = graph.nodes().len();
