@@ -89,6 +89,14 @@ impl Constant {
         self.value() < 0.0
     }
 
+    /// The magnitude.
+    pub fn abs(self) -> Self {
+        match self.is_negative() {
+            true => -self,
+            false => self,
+        }
+    }
+
     /// The inverse; none for zero.
     pub fn recip(self) -> Option<Self> {
         match self {

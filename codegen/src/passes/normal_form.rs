@@ -1,7 +1,7 @@
 //! Sums of products over atoms: expanded, reduced by identities between terms, and factored again.
 
-use std::cmp::Ordering;
-use std::collections::{BTreeMap, BTreeSet};
+use std::cmp::{Ordering, Reverse};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
@@ -589,12 +589,11 @@ impl Normaliser {
             let groups = collect(&self.graph, symbols, sum);
             return self.build_groups(groups);
         }
-        if let Some(common) = common_magnitude(sum) {
-            let rest = self.build(&scale(
-                sum,
-                common.recip().expect("coefficients are not zero"),
-            ));
-            return scaled(&mut self.graph, common, rest);
+        let unit = unit_of(sum);
+        if !unit.is_one() {
+            let primitive = scale(sum, unit.recip().expect("coefficients are not zero"));
+            let rest = self.build(&primitive);
+            return scaled(&mut self.graph, unit, rest);
         }
         let Some(factor) = frequent_factor(sum) else {
             return self.build_terms(sum);
@@ -747,16 +746,39 @@ fn common_factor(sum: &Sum) -> Monomial {
         .collect()
 }
 
+/// The coefficient by which a sum is divided, so that all its multiples are one sum.
+///
+/// Its magnitude is the most frequent one, because those terms need no multiplication then; among
+/// several that of the term with the fewest factors. Its sign is that of the term with the most
+/// factors, which makes the kernels shortest. It is a rational number: others would round.
+fn unit_of(sum: &Sum) -> Constant {
+    let mut counts: HashMap<Constant, usize> = HashMap::new();
+    for coefficient in sum.values() {
+        *counts.entry(coefficient.abs()).or_default() += 1;
+    }
+    let factors = |monomial: &Monomial| -> u32 {
+        let exponents = monomial.iter().map(|(_, exponent)| exponent.unsigned_abs());
+        exponents.sum()
+    };
+    let rarity = |(monomial, coefficient): &(&Monomial, &Constant)| {
+        (Reverse(counts[&coefficient.abs()]), factors(monomial))
+    };
+    let (_, frequent) = sum.iter().min_by_key(rarity).expect("a sum has terms");
+    let length = |(monomial, _): &(&Monomial, &Constant)| Reverse(factors(monomial));
+    let (_, longest) = sum.iter().min_by_key(length).expect("a sum has terms");
+    let magnitude = match frequent {
+        Constant::Rational(_) => frequent.abs(),
+        Constant::Float(_) => Constant::from(1),
+    };
+    match longest.is_negative() {
+        true => -magnitude,
+        false => magnitude,
+    }
+}
+
 /// The magnitude that all coefficients share, if it is not one.
 fn common_magnitude(sum: &Sum) -> Option<Constant> {
-    let magnitude = |coefficient: Constant| {
-        if coefficient.is_negative() {
-            -coefficient
-        } else {
-            coefficient
-        }
-    };
-    let mut magnitudes = sum.values().map(|&coefficient| magnitude(coefficient));
+    let mut magnitudes = sum.values().map(|coefficient| coefficient.abs());
     let first = magnitudes.next()?;
     (!first.is_one() && magnitudes.all(|other| other == first)).then_some(first)
 }

@@ -193,6 +193,34 @@ fn kernel(graph: Graph, inputs: Vec<Input>, node: NodeId) -> Kernel {
     }
 }
 
+#[test]
+fn multiples_of_a_sum_are_computed_once() {
+    let mut graph = Graph::new();
+    let g = &mut graph;
+    let [a, b, c] = ["a", "b", "c"].map(|name| g.symbol(name, name, Unit::ONE));
+    let quarter = g.ratio(1, 4);
+    let product = g.mul(b, c);
+    let part = g.mul(quarter, product);
+    let sums = [g.add(a, b), g.add(a, part)];
+    let difference = g.sub(a, part);
+    // `−(a − b)` is `b − a`, which is as short.
+    let cases = [
+        (sums[0], [(1, 1), (-1, 1), (2, 1), (-3, 2)]),
+        (sums[1], [(1, 1), (-1, 1), (2, 1), (-3, 2)]),
+        (difference, [(2, 1), (-2, 1), (3, 2), (-3, 2)]),
+    ];
+    for (sum, factors) in cases {
+        let multiples = factors.map(|(numerator, denominator)| {
+            let factor = g.ratio(numerator, denominator);
+            g.mul(factor, sum)
+        });
+        let normal = normalise(g, &multiples, Style::Cheap);
+        let nodes = normal.graph.reachable(&normal.outputs).into_iter();
+        let is_sum = |id: &NodeId| matches!(normal.graph.node(*id), Node::Add(..) | Node::Sub(..));
+        assert_eq!(nodes.filter(is_sum).count(), 1);
+    }
+}
+
 /// With these symbols as inputs.
 fn kernel_of(graph: Graph, names: &[&str], node: NodeId) -> Kernel {
     let input = |name: &&str| Input::symbols(&graph, name, "", &[name]);
