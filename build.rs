@@ -141,7 +141,7 @@ fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Err
     let cached = fs::read_to_string(&graph)
         .ok()
         .and_then(|text| json::from_json(&text).ok());
-    let file = match cached {
+    let mut file = match cached {
         Some(file) => file,
         None => {
             derive(&python, &graph)?;
@@ -150,8 +150,9 @@ fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Err
                 .map_err(|error| format!("the graph that {SCRIPT} has written: {error}"))?
         }
     };
+    let built_in = kernels()?;
     let deviations =
-        compare(&kernels()?, &file.kernels, STATES, States::All, 1).map_err(|error| {
+        compare(&built_in, &file.kernels, STATES, States::All, 1).map_err(|error| {
             format!("{SCRIPT} derives other kernels than the solver needs: {error}")
         })?;
     for Deviation {
@@ -167,6 +168,12 @@ fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Err
             println!(
                 "cargo::warning={output} of {kernel} deviates by {largest:.1e} from the built-in derivation"
             );
+        }
+    }
+    // The file does not state which arguments are structures.
+    for (kernel, expected) in file.kernels.iter_mut().zip(built_in) {
+        for (input, expected) in kernel.inputs.iter_mut().zip(expected.inputs) {
+            input.place = expected.place;
         }
     }
     Ok((file.kernels, file.generator))

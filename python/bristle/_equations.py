@@ -137,7 +137,7 @@ def derive(
     segments: int | None = 2,
     *,
     planar: bool = False,
-    format: Literal["math", "latex", "markdown", "rust", "json", "numpy"] = "math",
+    format: Literal["math", "latex", "markdown", "rust", "rust-f64", "json", "numpy"] = "math",
 ) -> str: ...
 @overload
 def derive(
@@ -167,9 +167,9 @@ def derive(
         segments: Number of segments; ``None`` for the kernels of one segment and one
             joint that the solver loops over.
         planar: Whether the filament moves in the plane of rotation.
-        format: ``"math"``, ``"latex"``, ``"markdown"``, ``"rust"``, ``"numpy"``,
-            ``"json"``, the graph (``docs/library.md``), ``"c"``, ``"matlab"`` or
-            ``"sympy"``, which must be installed.
+        format: ``"math"``, ``"latex"``, ``"markdown"``, ``"rust"``,
+            ``"rust-f64"``, ``"numpy"``, ``"json"``, the graph (``docs/library.md``),
+            ``"c"``, ``"matlab"`` or ``"sympy"``, which must be installed.
 
     Returns:
         A text; of C and MATLAB the texts of several files by their names; of SymPy the

@@ -179,6 +179,7 @@ pub struct Graph {
     interned: HashMap<Node, NodeId>,
     symbols: Vec<Symbol>,
     by_name: BTreeMap<String, NodeId>,
+    names: BTreeMap<NodeId, String>,
     rules: &'static [Rule],
 }
 
@@ -195,6 +196,7 @@ impl Graph {
             interned: HashMap::new(),
             symbols: Vec::new(),
             by_name: BTreeMap::new(),
+            names: BTreeMap::new(),
             rules,
         }
     }
@@ -248,8 +250,20 @@ impl Graph {
     }
 
     /// The symbol `name`, written `notation`, in `unit`; the existing one if the name is known.
+    ///
+    /// # Panics
+    /// If the existing one has another unit.
+    #[track_caller]
     pub fn symbol(&mut self, name: &str, notation: &str, unit: Unit) -> NodeId {
         if let Some(&id) = self.by_name.get(name) {
+            let Node::Symbol(known) = self.node(id) else {
+                unreachable!("names belong to symbols")
+            };
+            let known = self.symbols[known.index()].unit;
+            assert!(
+                known == unit,
+                "the symbol `{name}` is in {known} already and cannot be in {unit}"
+            );
             return id;
         }
         let symbol = SymbolId(self.symbols.len() as u32);
@@ -276,6 +290,19 @@ impl Graph {
         }
     }
 
+    /// Calls the operation at `id` by `name` where a program gives it a variable. A node keeps its
+    /// first name; constants and symbols need none.
+    pub fn set_name(&mut self, id: NodeId, name: &str) {
+        if !matches!(self.node(id), Node::Constant(_) | Node::Symbol(_)) {
+            self.names.entry(id).or_insert_with(|| name.to_owned());
+        }
+    }
+
+    /// The name of an operation, if it has one.
+    pub fn name(&self, id: NodeId) -> Option<&str> {
+        self.names.get(&id).map(String::as_str)
+    }
+
     /// An empty graph with the symbols of this one, in the same order.
     pub fn with_same_symbols(&self) -> Self {
         let mut graph = Self::with_rules(self.rules);
@@ -285,7 +312,7 @@ impl Graph {
         graph
     }
 
-    /// A graph with the same symbols and only what `outputs` need, and the outputs in it.
+    /// A graph with the same symbols and names and only what `outputs` need, and the outputs in it.
     pub fn extract(&self, outputs: &[NodeId]) -> (Self, Vec<NodeId>) {
         let mut graph = self.with_same_symbols();
         let mut ids: HashMap<NodeId, NodeId> = HashMap::new();
@@ -296,6 +323,9 @@ impl Graph {
                 node => graph.intern(node.map(|operand| ids[&operand])),
             };
             ids.insert(id, copy);
+            if let Some(name) = self.name(id) {
+                graph.set_name(copy, name);
+            }
         }
         let outputs = outputs.iter().map(|output| ids[output]).collect();
         (graph, outputs)
@@ -576,6 +606,14 @@ mod tests {
         assert_eq!(a, b);
         assert_eq!(graph.symbol("x", "x", Unit::ONE), x);
         assert_eq!(graph.validate(), Ok(()));
+    }
+
+    #[test]
+    #[should_panic(expected = "the symbol `x` is in m already and cannot be in s")]
+    fn a_symbol_has_one_unit() {
+        let mut graph = Graph::raw();
+        graph.symbol("x", "x", Unit::METRE);
+        graph.symbol("x", "x", Unit::SECOND);
     }
 
     #[test]

@@ -63,15 +63,52 @@ pub struct Input {
     pub doc: String,
     /// Its elements: a local name, and the node whose value it is. One element makes a scalar.
     pub elements: Vec<(String, NodeId)>,
+    /// Its place in a structure, in languages whose arguments are structures.
+    pub place: Option<Place>,
+}
+
+/// A structure of inputs that belong together.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Group {
+    /// Name of the type.
+    pub name: &'static str,
+    /// What it holds.
+    pub doc: &'static str,
+    /// Its fields, with their descriptions.
+    pub fields: &'static [(&'static str, &'static str)],
+}
+
+/// The place of an [`Input`] in a [`Group`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The structure.
+    pub group: &'static Group,
+    /// Name of the argument that is this structure.
+    pub argument: String,
+    /// Name of the field.
+    pub field: &'static str,
 }
 
 impl Input {
-    /// Creates an input from named elements.
+    /// Creates an input from named elements, which is an argument of its own.
     pub fn new(name: &str, doc: &str, elements: Vec<(String, NodeId)>) -> Self {
         Self {
             name: name.into(),
             doc: doc.into(),
             elements,
+            place: None,
+        }
+    }
+
+    /// This input as a field of `argument`.
+    pub fn in_group(self, group: &'static Group, argument: &str, field: &'static str) -> Self {
+        Self {
+            place: Some(Place {
+                group,
+                argument: argument.into(),
+                field,
+            }),
+            ..self
         }
     }
 

@@ -1,4 +1,13 @@
-//! Names: what a name becomes in Rust.
+//! Names: what every language accepts, and what a name becomes as a type.
+
+/// True for an ASCII letter, followed by letters, digits and `_`.
+pub fn is_identifier(name: &str) -> bool {
+    let mut letters = name.chars();
+    letters
+        .next()
+        .is_some_and(|first| first.is_ascii_alphabetic())
+        && letters.all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+}
 
 /// `segment_tangent` as `SegmentTangent`.
 pub fn camel_case(name: &str) -> String {

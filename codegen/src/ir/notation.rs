@@ -42,34 +42,58 @@ impl Written {
     }
 }
 
-/// A way of writing mathematics. The writer builds sums, products and parentheses from these parts.
+/// A way of writing expressions, as mathematics or in a programming language. The writer builds
+/// sums, products and parentheses from these parts.
 ///
 /// A sign between terms has a space on each side, where lines can be broken.
 pub trait Notation {
+    /// True for mathematics, which has terms and factors in the customary order. A program has the
+    /// operations of the graph, in its order.
+    fn is_mathematics(&self) -> bool {
+        true
+    }
     /// The sign of a difference.
     fn minus(&self) -> char;
     /// A constant that is not negative.
     fn number(&self, value: Constant) -> String;
+    /// A constant.
+    fn constant(&self, value: Constant) -> Written {
+        match value.is_negative() {
+            true => Written::new(format!("{}{}", self.minus(), self.number(-value)), SUM),
+            false => Written::new(self.number(value), PRODUCT),
+        }
+    }
     /// A name, in the notation of the model.
     fn symbol(&self, notation: &str) -> String;
-    /// An element of a vector or matrix.
-    fn element(&self, array: &str, indices: &[String]) -> String;
-    /// A quotient with a horizontal line, if there is one that fits.
-    fn fraction(&self, above: &Written, below: &Written) -> Option<String>;
+    /// A quotient.
+    fn quotient(&self, above: Written, below: Written) -> Written {
+        let text = format!("{}/{}", above.within(PRODUCT), below.within(POWER));
+        Written::new(text, QUOTIENT)
+    }
     /// A power of a base that is an atom or in parentheses.
-    fn raised(&self, base: &str, exponent: i32) -> String;
-    /// A real power of a base that is an atom or in parentheses.
-    fn real_power(&self, base: &str, exponent: Written) -> String;
+    fn raised(&self, base: &str, exponent: i32) -> Written;
+    /// A real power.
+    fn real_power(&self, base: Written, exponent: Written) -> String;
     /// The magnitude.
-    fn magnitude(&self, argument: &str) -> String;
+    fn magnitude(&self, argument: Written) -> String;
     /// The square root.
     fn root(&self, argument: &str) -> String;
-    /// The name of a function, to a power other than one.
-    fn function(&self, name: &str, exponent: i32) -> String;
-    /// The name of `S` or of one of its derivatives.
-    fn half_angle_squared(&self, order: u8) -> String;
-    /// The width of a piece, in the unit of the notation.
-    fn width(&self, text: &str) -> usize;
+    /// A function such as `sin`, to a power.
+    fn function(&self, name: &str, exponent: i32, argument: Written) -> String;
+    /// 1 where `a < b`, else 0.
+    fn less_than(&self, a: Written, b: Written) -> String {
+        format!("[{} < {}]", a.text, b.text)
+    }
+    /// `S` or one of its derivatives.
+    fn half_angle_squared(&self, order: u8, argument: &str) -> String;
+}
+
+/// A function by its name, with parentheses unless the argument is an atom.
+pub fn applied(name: &str, argument: &Written) -> String {
+    match argument.strength {
+        ATOM => format!("{name} {}", argument.text),
+        _ => format!("{name}({})", argument.text),
+    }
 }
 
 /// Plain text.
@@ -120,46 +144,34 @@ impl Notation for Text {
         notation.into()
     }
 
-    fn element(&self, array: &str, indices: &[String]) -> String {
-        format!("{array}[{}]", indices.join(", "))
+    fn raised(&self, base: &str, exponent: i32) -> Written {
+        Written::new(format!("{base}{}", superscript(exponent)), POWER)
     }
 
-    fn fraction(&self, _: &Written, _: &Written) -> Option<String> {
-        None
+    fn real_power(&self, base: Written, exponent: Written) -> String {
+        format!("{}^{}", base.within(ATOM), exponent.within(ATOM))
     }
 
-    fn raised(&self, base: &str, exponent: i32) -> String {
-        format!("{base}{}", superscript(exponent))
-    }
-
-    fn real_power(&self, base: &str, exponent: Written) -> String {
-        format!("{base}^{}", exponent.within(ATOM))
-    }
-
-    fn magnitude(&self, argument: &str) -> String {
-        format!("|{argument}|")
+    fn magnitude(&self, argument: Written) -> String {
+        format!("|{}|", argument.text)
     }
 
     fn root(&self, argument: &str) -> String {
         format!("√({argument})")
     }
 
-    fn function(&self, name: &str, exponent: i32) -> String {
-        if exponent == 1 {
-            name.into()
-        } else {
-            self.raised(name, exponent)
+    fn function(&self, name: &str, exponent: i32, argument: Written) -> String {
+        match exponent {
+            1 => applied(name, &argument),
+            _ => applied(&self.raised(name, exponent).text, &argument),
         }
     }
 
-    fn half_angle_squared(&self, order: u8) -> String {
+    fn half_angle_squared(&self, order: u8, argument: &str) -> String {
         const PRIMES: [&str; 4] = ["", "′", "″", "‴"];
-        PRIMES
-            .get(usize::from(order))
-            .map_or_else(|| format!("S^({order})"), |primes| format!("S{primes}"))
-    }
-
-    fn width(&self, text: &str) -> usize {
-        text.chars().count()
+        match PRIMES.get(usize::from(order)) {
+            Some(primes) => format!("S{primes}({argument})"),
+            None => format!("S^({order})({argument})"),
+        }
     }
 }

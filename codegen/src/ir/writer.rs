@@ -1,4 +1,4 @@
-//! Expressions as readable mathematics: one expression at a time, in a given [`Notation`].
+//! Expressions as text, one at a time, in a given [`Notation`].
 
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
@@ -53,10 +53,7 @@ impl<'a> Writer<'a> {
         let of = |id, context| self.expression(id).within(context);
         let minus = self.notation.minus();
         match self.graph.node(id) {
-            Node::Constant(value) if value.is_negative() => {
-                Written::new(format!("{minus}{}", self.notation.number(-value)), SUM)
-            }
-            Node::Constant(value) => Written::new(self.notation.number(value), PRODUCT),
+            Node::Constant(value) => self.notation.constant(value),
             Node::Symbol(symbol) => Written::new(
                 self.notation
                     .symbol(&self.graph.symbols()[symbol.index()].notation),
@@ -65,7 +62,7 @@ impl<'a> Writer<'a> {
             Node::Add(..) | Node::Sub(..) => Written::new(self.sum(id), SUM),
             Node::Neg(a) => Written::new(format!("{minus}{}", of(a, QUOTIENT)), SUM),
             Node::Mul(a, b) => match self.graph.as_constant(a) {
-                Some(factor) if factor.is_negative() => {
+                Some(factor) if factor.is_negative() && self.notation.is_mathematics() => {
                     let rest = match factor.is_minus_one() {
                         true => String::new(),
                         false => format!("{} ", self.notation.number(-factor)),
@@ -74,39 +71,43 @@ impl<'a> Writer<'a> {
                 }
                 _ => Written::new(self.product(id), PRODUCT),
             },
-            Node::Div(a, b) => {
-                let (above, below) = (self.expression(a), self.expression(b));
-                match self.notation.fraction(&above, &below) {
-                    Some(fraction) => Written::new(fraction, PRODUCT),
-                    None => Written::new(
-                        format!("{}/{}", above.within(PRODUCT), below.within(POWER)),
-                        QUOTIENT,
-                    ),
-                }
+            Node::Div(a, b) => self
+                .notation
+                .quotient(self.expression(a), self.expression(b)),
+            // The base may not be computed.
+            Node::Powi(_, 0) if !self.notation.is_mathematics() => {
+                self.notation.constant(Constant::from(1))
             }
-            Node::Powi(a, exponent) => Written::new(self.power(a, exponent), POWER),
+            Node::Powi(a, exponent) => self.power(a, exponent),
             Node::Sqrt(a) => Written::new(self.notation.root(&of(a, 0)), POWER),
-            Node::Sin(a) => Written::new(self.function("sin", 1, a), POWER),
-            Node::Cos(a) => Written::new(self.function("cos", 1, a), POWER),
-            Node::Asin(a) => Written::new(self.function("asin", 1, a), POWER),
-            Node::Exp(a) => Written::new(self.function("exp", 1, a), POWER),
-            Node::Ln(a) => Written::new(self.function("ln", 1, a), POWER),
-            Node::Tanh(a) => Written::new(self.function("tanh", 1, a), POWER),
-            Node::Abs(a) => Written::new(self.notation.magnitude(&of(a, 0)), POWER),
+            Node::Sin(a) => self.function("sin", 1, a),
+            Node::Cos(a) => self.function("cos", 1, a),
+            Node::Asin(a) => self.function("asin", 1, a),
+            Node::Exp(a) => self.function("exp", 1, a),
+            Node::Ln(a) => self.function("ln", 1, a),
+            Node::Tanh(a) => self.function("tanh", 1, a),
+            Node::Abs(a) => Written::new(self.notation.magnitude(self.expression(a)), POWER),
             Node::Atan2(a, b) => {
-                let name = self.notation.function("atan2", 1);
-                Written::new(format!("{name}({}, {})", of(a, 0), of(b, 0)), POWER)
+                let arguments = Written::new(format!("{}, {}", of(a, 0), of(b, 0)), SUM);
+                Written::new(self.notation.function("atan2", 1, arguments), POWER)
             }
             Node::Pow(a, b) => {
-                let (base, exponent) = (of(a, ATOM), self.expression(b));
-                Written::new(self.notation.real_power(&base, exponent), POWER)
+                let (base, exponent) = (self.expression(a), self.expression(b));
+                Written::new(self.notation.real_power(base, exponent), POWER)
             }
-            Node::LessThan(a, b) => Written::new(format!("[{} < {}]", of(a, 0), of(b, 0)), POWER),
-            Node::HalfAngleSquared(order, a) => Written::new(
-                format!("{}({})", self.notation.half_angle_squared(order), of(a, 0)),
-                POWER,
-            ),
+            Node::LessThan(a, b) => {
+                let (a, b) = (self.expression(a), self.expression(b));
+                Written::new(self.notation.less_than(a, b), POWER)
+            }
+            Node::HalfAngleSquared(order, a) => {
+                Written::new(self.notation.half_angle_squared(order, &of(a, 0)), POWER)
+            }
         }
+    }
+
+    /// True for an operand that is written as a part of the sum or product `top`.
+    fn continues(&self, top: NodeId, id: NodeId) -> bool {
+        id == top || (self.notation.is_mathematics() && !self.is_named(id))
     }
 
     /// The terms with their signs. Without recursion, because a sum can have more terms than fit on
@@ -116,10 +117,10 @@ impl<'a> Writer<'a> {
         let mut pending = vec![(top, false)];
         while let Some((id, negative)) = pending.pop() {
             match self.graph.node(id) {
-                Node::Add(a, b) if id == top || !self.is_named(id) => {
+                Node::Add(a, b) if self.continues(top, id) => {
                     pending.extend([(b, negative), (a, negative)])
                 }
-                Node::Sub(a, b) if id == top || !self.is_named(id) => {
+                Node::Sub(a, b) if self.continues(top, id) => {
                     pending.extend([(b, !negative), (a, negative)])
                 }
                 _ => {
@@ -147,9 +148,13 @@ impl<'a> Writer<'a> {
         let mut pending = vec![top];
         while let Some(id) = pending.pop() {
             match self.graph.node(id) {
-                Node::Mul(a, b) if id == top || !self.is_named(id) => pending.extend([b, a]),
+                Node::Mul(a, b) if self.continues(top, id) => pending.extend([b, a]),
                 _ => factors.push(id),
             }
+        }
+        if let ([a, b], false) = (&factors[..], self.notation.is_mathematics()) {
+            let (a, b) = (self.expression(*a), self.expression(*b));
+            return format!("{} * {}", a.within(PRODUCT), b.within(POWER));
         }
         let is_one = |factor: NodeId| self.graph.as_constant(factor).is_some_and(Constant::is_one);
         if !factors.iter().all(|&factor| is_one(factor)) {
@@ -160,7 +165,7 @@ impl<'a> Writer<'a> {
         let write = |equal: &[NodeId]| match equal {
             [factor] if several => self.expression(*factor).within(PRODUCT),
             [factor] => self.expression(*factor).within(QUOTIENT),
-            _ => self.power(equal[0], equal.len() as i32),
+            _ => self.power(equal[0], equal.len() as i32).text,
         };
         factors
             .chunk_by(|a, b| a == b)
@@ -182,18 +187,14 @@ impl<'a> Writer<'a> {
         (rank, factor)
     }
 
-    fn function(&self, name: &str, exponent: i32, argument: NodeId) -> String {
-        let name = self.notation.function(name, exponent);
+    fn function(&self, name: &str, exponent: i32, argument: NodeId) -> Written {
         let argument = self.expression(argument);
-        match argument.strength {
-            ATOM => format!("{name} {}", argument.text),
-            _ => format!("{name}({})", argument.text),
-        }
+        Written::new(self.notation.function(name, exponent, argument), POWER)
     }
 
     /// A positive power of a sine, cosine or hyperbolic tangent has its exponent after the name;
     /// `sin⁻¹` would be read as an arc sine.
-    fn power(&self, base: NodeId, exponent: i32) -> String {
+    fn power(&self, base: NodeId, exponent: i32) -> Written {
         match self.graph.node(base) {
             Node::Sin(argument) if exponent > 0 && !self.is_named(base) => {
                 self.function("sin", exponent, argument)

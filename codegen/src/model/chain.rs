@@ -375,14 +375,16 @@ impl Segment {
 
     /// The unit vector `e` along the segment.
     pub fn direction(&self, graph: &mut Graph) -> Vec3 {
-        self.direction_at(graph, self.theta)
+        let direction = self.direction_at(graph, self.theta);
+        name_vector(graph, "direction", (self.theta, "theta"), direction)
     }
 
     /// `e` turned back about `z` by the relaxed angle of the joint at its inner end: where the
     /// spring is relaxed, it equals the direction of the inner side.
     pub fn unbent_direction(&self, graph: &mut Graph, hinge: &Hinge) -> Vec3 {
         let azimuth = graph.sub(self.theta, hinge.relaxed_angle);
-        self.direction_at(graph, azimuth)
+        let direction = self.direction_at(graph, azimuth);
+        name_vector(graph, "unbent_direction", (self.theta, "theta"), direction)
     }
 
     fn direction_at(&self, graph: &mut Graph, azimuth: NodeId) -> Vec3 {
@@ -399,7 +401,8 @@ impl Segment {
     pub fn direction_rate(&self, graph: &mut Graph) -> Vec3 {
         let direction = self.direction(graph);
         let rates = BTreeMap::from([(self.phi, self.phi_rate), (self.theta, self.theta_rate)]);
-        to_vec3(directional_derivative(graph, &direction, &rates))
+        let rate = to_vec3(directional_derivative(graph, &direction, &rates));
+        name_vector(graph, "direction_rate", (self.theta, "theta"), rate)
     }
 }
 
@@ -412,6 +415,12 @@ pub fn kinetic_energy(
     direction_rate: Vec3,
 ) -> NodeId {
     let velocity = along(graph, base_velocity, body.length, (1, 2), direction_rate);
+    let velocity = name_vector(
+        graph,
+        "centre_velocity",
+        (body.mass, "segment_mass"),
+        velocity,
+    );
     let translation = half_square(graph, body.mass, velocity);
     let rotation = half_square(graph, body.inertia, direction_rate);
     graph.add(translation, rotation)
@@ -426,6 +435,7 @@ pub fn gravity_energy(
     direction: Vec3,
 ) -> NodeId {
     let centre = along(graph, base_position, body.length, (1, 2), direction);
+    let centre = name_vector(graph, "centre", (body.mass, "segment_mass"), centre);
     let height = graph.dot(&gravity, &centre);
     let energy = graph.mul(body.mass, height);
     graph.neg(energy)
@@ -441,6 +451,8 @@ pub fn spring_energy(graph: &mut Graph, stiffness: NodeId, previous: Vec3, next:
     let chord = difference(graph, next, previous);
     let one = graph.integer(1);
     let u = half_square(graph, one, chord);
+    let end = ending_of(graph, stiffness, "joint_stiffness");
+    graph.set_name(u, &format!("u{end}"));
     let half_angle_squared = graph.half_angle_squared(u);
     graph.mul(stiffness, half_angle_squared)
 }
@@ -487,6 +499,27 @@ pub fn dissipation(
 /// Position (or velocity) of the outer end of a segment: `x + h e` (or `ẋ + h ė`).
 pub fn outer_end(graph: &mut Graph, body: &Body, base: Vec3, direction: Vec3) -> Vec3 {
     along(graph, base, body.length, (1, 1), direction)
+}
+
+/// Calls the components of `vector` `name_x` and so on; `name_1_x` if it belongs to `symbol`, which
+/// is `family_1`.
+pub(super) fn name_vector(
+    graph: &mut Graph,
+    name: &str,
+    (symbol, family): (NodeId, &str),
+    vector: Vec3,
+) -> Vec3 {
+    let end = ending_of(graph, symbol, family);
+    for (axis, component) in ["x", "y", "z"].into_iter().zip(vector) {
+        graph.set_name(component, &format!("{name}{end}_{axis}"));
+    }
+    vector
+}
+
+/// What follows `family` in the name of `symbol`; nothing if it is no symbol of this family.
+fn ending_of(graph: &Graph, symbol: NodeId, family: &str) -> String {
+    let name = graph.symbol_name(symbol).unwrap_or_default();
+    name.strip_prefix(family).unwrap_or_default().into()
 }
 
 /// Three symbols, `name_x` and so on, in `unit`.

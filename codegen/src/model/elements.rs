@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
+use crate::model::arguments::{AZIMUTH_STEPS, SIDE, joint_constants, weights};
 use crate::model::chain::{
     self, ACCELERATION, ANGULAR_RATE, Body, Hinge, Motion, Segment, VELOCITY, Vec3, vector_symbol,
 };
@@ -105,6 +106,11 @@ pub(super) fn trigonometry(graph: &mut Graph, motion: Motion, name: &str, label:
     }
 }
 
+/// Those of the segment on a side of a joint in space, which is called like the segment.
+pub(super) fn side(graph: &mut Graph, name: &str) -> Input {
+    trigonometry(graph, Motion::Spatial, name, name).in_group(&SIDE, name, "angles")
+}
+
 /// The elements of an input: sine and cosine of an `angle` with this name.
 pub(super) fn sine_and_cosine(
     graph: &mut Graph,
@@ -131,25 +137,22 @@ pub(super) fn rates(graph: &Graph, motion: Motion, name: &str, label: &str) -> I
     }
 }
 
-/// The rates of a segment as seen from the body, like [`rates`].
+/// The rates of a segment as seen from the body, like [`rates`]. In space they belong to a side of
+/// the joint.
 pub(super) fn rates_in_body(graph: &Graph, motion: Motion, name: &str, label: &str) -> Input {
     let rates = rates(graph, motion, name, label);
-    Input {
+    let rates = Input {
         doc: format!("{}, {IN_BODY}", rates.doc),
         ..rates
+    };
+    match motion {
+        Motion::Spatial => rates.in_group(&SIDE, label, "rates"),
+        Motion::Planar => rates,
     }
 }
 
 /// What the rates of joints are less than those of the segments.
 const IN_BODY: &str = "less those of a segment that turns rigidly with the body";
-
-pub(super) fn segment_constants(graph: &Graph) -> Vec<Input> {
-    vec![
-        Input::symbols(graph, "segment_length", "h in m", &["segment_length"]),
-        Input::symbols(graph, "segment_mass", "m in kg", &["segment_mass"]),
-        Input::symbols(graph, "segment_inertia", "J in kg m²", &["segment_inertia"]),
-    ]
-}
 
 /// The symbols `w_q` and `w_v`.
 pub(super) fn step_weights(graph: &mut Graph) -> (NodeId, NodeId) {
@@ -158,23 +161,6 @@ pub(super) fn step_weights(graph: &mut Graph) -> (NodeId, NodeId) {
         coordinates,
         graph.symbol("rate_weight", "w_v", Unit::SECOND),
     )
-}
-
-pub(super) fn weights(graph: &Graph) -> Vec<Input> {
-    vec![
-        Input::symbols(
-            graph,
-            "coordinate_weight",
-            "w_q in s²: δq = w_q δq̈",
-            &["coordinate_weight"],
-        ),
-        Input::symbols(
-            graph,
-            "rate_weight",
-            "w_v in s: δq̇ = w_v δq̈",
-            &["rate_weight"],
-        ),
-    ]
 }
 
 pub(super) fn vector_input(graph: &Graph, motion: Motion, name: &str, doc: &str) -> Input {
@@ -547,32 +533,31 @@ pub(super) const BLOCKS: [(&str, &str); 4] = [
     ("next_next", "the next segment along its `q̈`"),
 ];
 
-pub(super) fn joint_constants(graph: &Graph) -> Vec<Input> {
-    vec![
-        Input::symbols(graph, "joint_stiffness", "c in N m", &["joint_stiffness"]),
-        Input::symbols(graph, "joint_damping", "d in N m s", &["joint_damping"]),
-    ]
-}
-
 /// The azimuth of the next segment less that of the previous one enters by its sine and cosine: as
 /// it is, and less the relaxed angle.
 pub(super) fn azimuth_steps(graph: &mut Graph) -> [Input; 2] {
     let (previous, next) = (Segment::new(graph, "previous"), Segment::new(graph, "next"));
     let relaxed_angle = Hinge::new(graph, "").relaxed_angle;
     let unbent = graph.sub(next.theta, relaxed_angle);
-    let mut step = |name: &str, doc: &str, next: NodeId| {
+    let mut step = |name: &str, doc: &str, field, next: NodeId| {
         let step = graph.sub(previous.theta, next);
-        Input::new(name, doc, sine_and_cosine(graph, name, step))
+        Input::new(name, doc, sine_and_cosine(graph, name, step)).in_group(
+            &AZIMUTH_STEPS,
+            "steps",
+            field,
+        )
     };
     [
         step(
             "azimuth_step",
             "sin(θ − θ'), cos(θ − θ'), with θ' of the next segment",
+            "plain",
             next.theta,
         ),
         step(
             "unbent_step",
             "sin(θ − θ' + κ), cos(θ − θ' + κ), with the relaxed angle κ",
+            "unbent",
             unbent,
         ),
     ]
@@ -596,6 +581,10 @@ pub(super) fn unbent_azimuth(graph: &mut Graph, label: &str) -> Input {
 }
 
 pub(super) fn clamp_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
+    let next = match motion {
+        Motion::Spatial => side(graph, "next"),
+        Motion::Planar => trigonometry(graph, motion, "next", "next"),
+    };
     let inputs = vec![
         vector_input(
             graph,
@@ -603,7 +592,7 @@ pub(super) fn clamp_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
             "relaxed_direction",
             "ē0, which is e0 turned about z by the relaxed angle",
         ),
-        trigonometry(graph, motion, "next", "next"),
+        next,
         rates_in_body(graph, motion, "next_rates", "next"),
     ];
     [inputs, joint_constants(graph)].concat()

@@ -26,14 +26,14 @@ use std::collections::BTreeMap;
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output};
 use crate::ir::unit::Unit;
+use crate::model::arguments::{COORDINATE, SIDE, joint_constants, segment_constants, weights};
 use crate::model::chain::{
     self, ACCELERATION, ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, vector_symbol,
 };
 use crate::model::elements::{
     BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, RelaxedClamp, RigidRates,
-    TORQUE, azimuth_steps, clamp_inputs, joint_constants, rates, rates_in_body, segment_constants,
-    sine_and_cosine, step_weights, tangent_kernel, transpose, trigonometry, unbent_azimuth,
-    vector_input, weights,
+    TORQUE, azimuth_steps, clamp_inputs, rates, rates_in_body, side, sine_and_cosine, step_weights,
+    tangent_kernel, transpose, trigonometry, unbent_azimuth, vector_input,
 };
 use crate::model::lateral;
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
@@ -276,34 +276,33 @@ fn joint_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
         Motion::Spatial => {
             let [previous, next] = ["previous", "next"].map(|name| {
                 let polar = Segment::new(graph, name).phi;
-                Input::new(
-                    name,
-                    "sin φ, cos φ",
-                    sine_and_cosine(graph, &format!("phi_{name}"), polar),
-                )
+                let angles = sine_and_cosine(graph, &format!("phi_{name}"), polar);
+                Input::new(name, "sin φ, cos φ", angles).in_group(&SIDE, name, "angles")
             });
             let [plain, unbent] = azimuth_steps(graph);
             vec![previous, next, plain, unbent]
         }
         Motion::Planar => vec![
-            Input::symbols(graph, "theta_previous", "θ in rad", &["theta_previous"]),
+            Input::symbols(graph, "theta_previous", "θ in rad", &["theta_previous"]).in_group(
+                &COORDINATE,
+                "previous",
+                "value",
+            ),
             Input::symbols(
                 graph,
                 "theta_next",
                 "θ' in rad, less than π from θ + κ",
                 &["theta_next"],
-            ),
+            )
+            .in_group(&COORDINATE, "next", "value"),
             Input::symbols(graph, "relaxed_angle", "κ in rad", &["relaxed_angle"]),
         ],
     };
-    // In the plane only their difference enters.
-    let rates_of = if motion == Motion::Spatial {
-        rates_in_body
-    } else {
-        rates
-    };
-    let rates =
-        ["previous", "next"].map(|label| rates_of(graph, motion, &format!("{label}_rates"), label));
+    let rates = ["previous", "next"].map(|label| match motion {
+        Motion::Spatial => rates_in_body(graph, motion, &format!("{label}_rates"), label),
+        // Only their difference enters.
+        Motion::Planar => rates(graph, motion, "", label).in_group(&COORDINATE, label, "rate"),
+    });
     [angles, rates.into(), joint_constants(graph)].concat()
 }
 
@@ -418,8 +417,8 @@ fn joint_energy(motion: Motion) -> Result<Kernel, String> {
         |graph| match motion {
             Motion::Spatial => {
                 let inputs = vec![
-                    trigonometry(graph, motion, "previous", "previous"),
-                    trigonometry(graph, motion, "next", "next"),
+                    side(graph, "previous"),
+                    side(graph, "next"),
                     unbent_azimuth(graph, "next"),
                     rates_in_body(graph, motion, "previous_rates", "previous"),
                     rates_in_body(graph, motion, "next_rates", "next"),

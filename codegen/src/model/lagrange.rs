@@ -69,9 +69,11 @@ impl ChainTerms {
                 direction,
             ));
             spring.push(chain::spring_energy(g, hinge.stiffness, previous, unbent));
+            let rate_in_body = chain::rate_in_body(g, clamp.angular_velocity, direction, rate);
+            let of_segment = (segment.theta, "theta");
             let in_body = (
                 direction,
-                chain::rate_in_body(g, clamp.angular_velocity, direction, rate),
+                chain::name_vector(g, "rate_in_body", of_segment, rate_in_body),
             );
             dissipation.push(chain::dissipation(
                 g,
@@ -81,6 +83,8 @@ impl ChainTerms {
             ));
             position = chain::outer_end(g, body, position, direction);
             velocity = chain::outer_end(g, body, velocity, rate);
+            chain::name_vector(g, "outer_end", of_segment, position);
+            chain::name_vector(g, "outer_end_velocity", of_segment, velocity);
             positions.push(position);
             velocities.push(velocity);
             (previous, previous_in_body) = (direction, Some(in_body));

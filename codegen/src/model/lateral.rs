@@ -20,11 +20,12 @@ use std::collections::BTreeMap;
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::kernel::{Input, Kernel, Output};
 use crate::ir::unit::Unit;
+use crate::model::arguments::{COORDINATE, joint_constants, segment_constants, weights};
 use crate::model::chain::{ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, in_plane};
 use crate::model::elements::{
     BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, TORQUE, Tangent,
-    azimuth_steps, clamp_inputs, joint_constants, labelled, rates, rates_in_body,
-    segment_constants, step_weights, tangent, tangent_kernel, trigonometry, vector_input, weights,
+    azimuth_steps, clamp_inputs, labelled, rates, rates_in_body, step_weights, tangent,
+    tangent_kernel, trigonometry, vector_input,
 };
 use crate::passes::calculus::directional_derivative;
 use crate::passes::normal_form::Style;
@@ -79,9 +80,17 @@ impl Variation {
 
     fn inputs(graph: &Graph, label: &str) -> Vec<Input> {
         let [polar, rate] = Self::names(label);
+        let argument = match label {
+            "" => "variation".into(),
+            _ => format!("{label}_variation"),
+        };
         vec![
-            Input::symbols(graph, &polar, "η", &[&polar]),
-            Input::symbols(graph, &rate, "η̇ in 1/s", &[&rate]),
+            Input::symbols(graph, &polar, "η", &[&polar]).in_group(&COORDINATE, &argument, "value"),
+            Input::symbols(graph, &rate, "η̇ in 1/s", &[&rate]).in_group(
+                &COORDINATE,
+                &argument,
+                "rate",
+            ),
         ]
     }
 }

@@ -1,5 +1,6 @@
 //! The filament: its energies, and the equations of motion that follow from them.
 
+mod arguments;
 pub mod chain;
 mod elements;
 pub mod kernels;

@@ -1,7 +1,7 @@
 //! Sums of products over atoms: expanded, reduced by identities between terms, and factored again.
 
-use std::cmp::Ordering;
-use std::collections::{BTreeMap, BTreeSet};
+use std::cmp::{Ordering, Reverse};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
@@ -370,7 +370,7 @@ impl Forms {
 /// The result of [`normalise`].
 #[derive(Clone, Debug)]
 pub struct Normalised {
-    /// The graph with the outputs; its symbols are those of the source.
+    /// The graph with the outputs; its symbols and names are those of the source.
     pub graph: Graph,
     /// The outputs, in the order asked for.
     pub outputs: Vec<NodeId>,
@@ -396,14 +396,23 @@ pub fn normalise(source: &Graph, outputs: &[NodeId], style: Style<'_>) -> Normal
     };
     let needed = source.reachable(outputs);
     let mut forms = Forms::new(source, &needed, outputs);
+    let mut named = Vec::new();
     for id in needed {
         let form = normaliser.form(source, source.node(id), &mut forms);
+        if let Some(name) = source.name(id) {
+            named.push((name, form.compact.clone()));
+        }
         forms.forms[id.index()] = Some(form);
     }
     let outputs = outputs
         .iter()
         .map(|&output| normaliser.build(&forms.take(output).compact))
         .collect();
+    // Last, so that names do not change the order of the nodes.
+    for (name, sum) in named {
+        let node = normaliser.build(&sum);
+        normaliser.graph.set_name(node, name);
+    }
     Normalised {
         graph: normaliser.graph,
         outputs,
@@ -585,12 +594,11 @@ impl Normaliser {
             let groups = collect(&self.graph, symbols, sum);
             return self.build_groups(groups);
         }
-        if let Some(common) = common_magnitude(sum) {
-            let rest = self.build(&scale(
-                sum,
-                common.recip().expect("coefficients are not zero"),
-            ));
-            return scaled(&mut self.graph, common, rest);
+        let unit = unit_of(sum);
+        if !unit.is_one() {
+            let primitive = scale(sum, unit.recip().expect("coefficients are not zero"));
+            let rest = self.build(&primitive);
+            return scaled(&mut self.graph, unit, rest);
         }
         let Some(factor) = frequent_factor(sum) else {
             return self.build_terms(sum);
@@ -743,16 +751,39 @@ fn common_factor(sum: &Sum) -> Monomial {
         .collect()
 }
 
+/// The coefficient by which a sum is divided, so that all its multiples are one sum.
+///
+/// Its magnitude is the most frequent one, because those terms need no multiplication then; among
+/// several that of the term with the fewest factors. Its sign is that of the term with the most
+/// factors, which makes the kernels shortest. It is a rational number: others would round.
+fn unit_of(sum: &Sum) -> Constant {
+    let mut counts: HashMap<Constant, usize> = HashMap::new();
+    for coefficient in sum.values() {
+        *counts.entry(coefficient.abs()).or_default() += 1;
+    }
+    let factors = |monomial: &Monomial| -> u32 {
+        let exponents = monomial.iter().map(|(_, exponent)| exponent.unsigned_abs());
+        exponents.sum()
+    };
+    let rarity = |(monomial, coefficient): &(&Monomial, &Constant)| {
+        (Reverse(counts[&coefficient.abs()]), factors(monomial))
+    };
+    let (_, frequent) = sum.iter().min_by_key(rarity).expect("a sum has terms");
+    let length = |(monomial, _): &(&Monomial, &Constant)| Reverse(factors(monomial));
+    let (_, longest) = sum.iter().min_by_key(length).expect("a sum has terms");
+    let magnitude = match frequent {
+        Constant::Rational(_) => frequent.abs(),
+        Constant::Float(_) => Constant::from(1),
+    };
+    match longest.is_negative() {
+        true => -magnitude,
+        false => magnitude,
+    }
+}
+
 /// The magnitude that all coefficients share, if it is not one.
 fn common_magnitude(sum: &Sum) -> Option<Constant> {
-    let magnitude = |coefficient: Constant| {
-        if coefficient.is_negative() {
-            -coefficient
-        } else {
-            coefficient
-        }
-    };
-    let mut magnitudes = sum.values().map(|&coefficient| magnitude(coefficient));
+    let mut magnitudes = sum.values().map(|coefficient| coefficient.abs());
     let first = magnitudes.next()?;
     (!first.is_one() && magnitudes.all(|other| other == first)).then_some(first)
 }

@@ -67,7 +67,7 @@ fn import(graph: &mut Graph, source: &Graph, node: NodeId) -> NodeId {
     images[&node]
 }
 
-/// Builds the `outputs` again, operands before users. `image` gives a node's image, from its own id
+/// Builds the `outputs` again, operands before users, under the names of what they replace. `image` gives a node's image, from its own id
 /// and from the node with the images of its operands.
 fn rewrite(
     graph: &mut Graph,
@@ -78,6 +78,9 @@ fn rewrite(
     for id in graph.reachable(outputs) {
         let node = graph.node(id).map(|operand| images[&operand]);
         let result = image(graph, id, node);
+        if let Some(name) = graph.name(id).map(str::to_owned) {
+            graph.set_name(result, &name);
+        }
         images.insert(id, result);
     }
     outputs.iter().map(|output| images[output]).collect()

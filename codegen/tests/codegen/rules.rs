@@ -5,7 +5,7 @@ use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::constant::Constant;
 use bristle_codegen::ir::graph::{Graph, Node, NodeId};
-use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};
+use bristle_codegen::ir::kernel::{Group, Input, Kernel, Output, Shape};
 use bristle_codegen::ir::simplify::RULES;
 use bristle_codegen::ir::unit::Unit;
 use bristle_codegen::model::chain::Motion;
@@ -221,16 +221,37 @@ fn kernel(graph: Graph, inputs: Vec<Input>, node: NodeId) -> Kernel {
     }
 }
 
+#[test]
+fn multiples_of_a_sum_are_computed_once() {
+    let mut graph = Graph::new();
+    let g = &mut graph;
+    let [a, b, c] = ["a", "b", "c"].map(|name| g.symbol(name, name, Unit::ONE));
+    let quarter = g.ratio(1, 4);
+    let product = g.mul(b, c);
+    let part = g.mul(quarter, product);
+    let sums = [g.add(a, b), g.add(a, part)];
+    let difference = g.sub(a, part);
+    // `−(a − b)` is `b − a`, which is as short.
+    let cases = [
+        (sums[0], [(1, 1), (-1, 1), (2, 1), (-3, 2)]),
+        (sums[1], [(1, 1), (-1, 1), (2, 1), (-3, 2)]),
+        (difference, [(2, 1), (-2, 1), (3, 2), (-3, 2)]),
+    ];
+    for (sum, factors) in cases {
+        let multiples = factors.map(|(numerator, denominator)| {
+            let factor = g.ratio(numerator, denominator);
+            g.mul(factor, sum)
+        });
+        let normal = normalise(g, &multiples, Style::Cheap);
+        let nodes = normal.graph.reachable(&normal.outputs).into_iter();
+        let is_sum = |id: &NodeId| matches!(normal.graph.node(*id), Node::Add(..) | Node::Sub(..));
+        assert_eq!(nodes.filter(is_sum).count(), 1);
+    }
+}
+
 /// With these symbols as inputs.
 fn kernel_of(graph: Graph, names: &[&str], node: NodeId) -> Kernel {
-    let input = |name: &&str| Input {
-        name: (*name).into(),
-        doc: String::new(),
-        elements: vec![(
-            (*name).into(),
-            graph.find_symbol(name).expect("it is a symbol"),
-        )],
-    };
+    let input = |name: &&str| Input::symbols(&graph, name, "", &[name]);
     let inputs = names.iter().map(input).collect();
     kernel(graph, inputs, node)
 }
@@ -276,44 +297,102 @@ fn emission_keeps_precedence_and_constants() {
     );
 }
 
-#[test]
-fn inputs_that_belong_together_are_one_argument_unless_its_names_are_taken() {
-    let emitted = |function: &str, names: [&str; 3]| {
-        let mut graph = Graph::raw();
-        let [a, b, c] = names.map(|name| graph.symbol(name, name, Unit::ONE));
-        let sum = graph.add(a, b);
-        let sum = graph.add(sum, c);
-        let kernel = Kernel {
-            name: function.into(),
-            ..kernel_of(graph, &names, sum)
-        };
-        emit(&[kernel], ORIGIN).expect("it can be emitted")
-    };
-    let source = emitted("example", ["coordinate_weight", "x", "rate_weight"]);
-    assert!(
-        source.contains("(weights: StepWeights<T>, x: T)"),
-        "{source}"
-    );
-    for (function, other) in [("example", "weights"), ("step_weights", "x")] {
-        let source = emitted(function, ["coordinate_weight", other, "rate_weight"]);
-        assert!(!source.contains(": StepWeights<T>"), "{source}");
+/// Two values that belong together.
+static PAIR: Group = Group {
+    name: "Pair",
+    doc: "Two values.",
+    fields: &[("first", "The first."), ("second", "The second.")],
+};
+
+/// The sum of `names`, of which the last and the first are fields of one argument.
+fn sum_of_pair(function: &str, names: [&str; 3], fields: [&'static str; 2]) -> Kernel {
+    let mut graph = Graph::raw();
+    let symbols = names.map(|name| graph.symbol(name, name, Unit::ONE));
+    let sum = graph.sum(symbols);
+    let mut kernel = kernel_of(graph, &names, sum);
+    for (index, field) in [2, 0].into_iter().zip(fields) {
+        let input = kernel.inputs[index].clone();
+        kernel.inputs[index] = input.in_group(&PAIR, "pair", field);
+    }
+    Kernel {
+        name: function.into(),
+        ..kernel
     }
 }
 
 #[test]
-fn names_of_inputs_do_not_hide_elements() {
+fn inputs_of_a_group_are_one_argument() {
+    let kernel = sum_of_pair("example", ["a", "b", "c"], ["first", "second"]);
+    let source = emit(&[kernel], ORIGIN).expect("it can be emitted");
+    for text in [
+        "pub struct Pair<T>",
+        "(pair: Pair<T>, b: T)",
+        "let a = pair.second;",
+        "let c = pair.first;",
+    ] {
+        assert!(source.contains(text), "{text}: {source}");
+    }
+    let twice = sum_of_pair("example", ["a", "b", "c"], ["first", "first"]);
+    assert_eq!(
+        emit(&[twice], ORIGIN).expect_err("a field is missing"),
+        "argument `pair` of kernel `example` does not have each field of `Pair` once"
+    );
+}
+
+#[test]
+fn names_that_mean_something_else_are_refused() {
+    let fields = ["first", "second"];
+    let other = |name: &'static str| sum_of_pair("example", ["a", name, "c"], fields);
+    let function = |name: &str| sum_of_pair(name, ["a", "b", "c"], fields);
+    let mut two_outputs = function("example");
+    two_outputs.outputs.push(two_outputs.outputs[0].clone());
     let mut graph = Graph::raw();
     let [a, b] = ["a", "b"].map(|name| graph.symbol(name, name, Unit::ONE));
-    let difference = graph.sub(a, b);
-    let input = |name: &str, element: &str, node| Input {
-        name: name.into(),
-        doc: String::new(),
-        elements: vec![(element.into(), node)],
-    };
-    let inputs = vec![input("b", "a", a), input("a", "b", b)];
-    let source = emit(&[kernel(graph, inputs, difference)], ORIGIN).expect("it can be emitted");
-    assert!(
-        source.contains("(a: T, b: T)") && source.contains("value: a - b"),
-        "{source}"
-    );
+    let sum = graph.add(a, b);
+    let input =
+        |name: &str, element: &str, node| Input::new(name, "", vec![(element.into(), node)]);
+    let crossed = kernel(graph, vec![input("b", "a", a), input("a", "b", b)], sum);
+    for (kernels, message) in [
+        (vec![other("a b")], "the element `a b` is no identifier"),
+        (vec![other("φ")], "the element `φ` is no identifier"),
+        (vec![other("fn")], "the element `fn` is reserved"),
+        (vec![other("pair")], "the element `pair` is taken"),
+        (vec![other("Pair")], "the element `Pair` is taken"),
+        (vec![crossed], "is taken"),
+        (
+            vec![function("pair")],
+            "the type of the result `Pair` is taken",
+        ),
+        (
+            vec![function("real")],
+            "the type of the result `Real` is reserved",
+        ),
+        (vec![function("f"), function("f")], "`F` is taken"),
+        (vec![two_outputs], "the output `value` is taken"),
+    ] {
+        let error = emit(&kernels, ORIGIN).expect_err(message);
+        assert!(error.contains(message), "{error}");
+    }
+}
+
+#[test]
+fn intermediates_have_names_of_the_model_and_hide_nothing() {
+    let mut graph = Graph::raw();
+    let [a, b] = ["t0", "twice"].map(|name| graph.symbol(name, name, Unit::ONE));
+    let (sum, product, difference) = (graph.add(a, b), graph.mul(a, b), graph.sub(a, b));
+    for (node, name) in [(sum, "total"), (product, "twice"), (difference, "let")] {
+        graph.set_name(node, name);
+    }
+    let factors = [graph.mul(sum, sum), graph.mul(product, product)];
+    let last = graph.mul(difference, difference);
+    let node = graph.sum([factors[0], factors[1], last]);
+    let source = emit(&[kernel_of(graph, &["t0", "twice"], node)], ORIGIN).expect("it is right");
+    for line in [
+        "let total = t0 + twice;",
+        "let t1 = t0 * twice;",
+        "let t2 = t0 - twice;",
+        "value: total * total + t1 * t1 + t2 * t2",
+    ] {
+        assert!(source.contains(line), "{line}: {source}");
+    }
 }

@@ -7,7 +7,6 @@ use crate::languages::{self, SourceFile};
 use crate::print::{self, PageForm, Walkthrough};
 use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
-use bristle_codegen::back::languages::rust::emit_file;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::model::kernels::{kernels, planar_kernels};
@@ -144,7 +143,8 @@ formats! {
     Math = "math": "Readable mathematics, as text",
     Latex = "latex": "A LaTeX document",
     Markdown = "markdown": "A page with formulas; for whole equations, the derivation from the energies",
-    Rust = "rust": "Rust source",
+    Rust = "rust": "Rust source, generic over the scalar type",
+    RustF64 = "rust-f64": "A Rust module on f64, without dependencies",
     Json = "json": "The expression graph",
     C = "c": "C11, a header and a source file",
     Matlab = "matlab": "Function files for MATLAB and GNU Octave; with --segments also one_pass.m, which integrates a contact",
@@ -257,7 +257,8 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Str
             to_json(&computing()?, GENERATOR)
                 .map_err(|error| format!("cannot write the graph as JSON: {error}"))?,
         ),
-        DeriveFormat::Rust => text(emit_file(&computing()?, origin)?),
+        DeriveFormat::Rust => text(languages::rust::emit_generic(&computing()?, origin)?),
+        DeriveFormat::RustF64 => text(languages::rust::emit(&computing()?, origin)?),
         DeriveFormat::Numpy => text(languages::numpy::emit(&computing()?, origin)?),
         DeriveFormat::Sympy => text(languages::sympy::emit(
             &equations.derived(Purpose::Reading)?,

@@ -370,11 +370,7 @@ fn kernel(name: String, graph: Graph, variables: &[&str], nodes: Vec<NodeId>) ->
         let node = graph
             .find_symbol(name)
             .expect("it is a symbol of the graph");
-        Input {
-            name: name.into(),
-            doc: "a variable".into(),
-            elements: vec![(name.into(), node)],
-        }
+        Input::new(name, "a variable", vec![(name.into(), node)])
     });
     let shape = if nodes.len() == 1 {
         Shape::Scalar

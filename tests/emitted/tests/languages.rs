@@ -1,23 +1,33 @@
 //! Is it right in every language? The emitted sources are run by their compilers and interpreters,
 //! and agree with Rust.
 //!
-//! C is always run. Octave and Python are run where the environment variables `BRISTLE_TEST_OCTAVE`
+//! C and Rust on `f64` are always run. Octave and Python are run where the environment variables `BRISTLE_TEST_OCTAVE`
 //! and `BRISTLE_TEST_PYTHON` name their programs; Python needs NumPy and SymPy.
 
+use std::collections::HashMap;
 use std::env;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use bristle::model::filament;
+use bristle::model::settings::{FilamentSettings, Settings};
+use bristle::tool::radial_clamp;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
+use bristle_codegen::model::chain::Motion;
+use bristle_codegen::model::lagrange::whole_equations;
 use bristle_emitted::catalogue::{self, COVERAGE};
 use bristle_emitted::chains::{self, CHAINS};
 use bristle_emitted::{emitted, whole};
-use bristle_inspect::languages::{SourceFile, c, matlab, numpy, sympy};
+use bristle_inspect::evaluation::{ChainState, evaluate, symbol_values};
+use bristle_inspect::languages::{SourceFile, c, matlab, numpy, rust, sympy};
 use fastrand::Rng;
 use tempfile::TempDir;
+
+#[path = "languages/names.rs"]
+mod names;
 
 const ORIGIN: Origin<'_> = Origin {
     title: "A test.",
@@ -34,31 +44,108 @@ const STATES_OF_SYMPY: usize = 3;
 /// differ in their last bits.
 const TOLERANCE: f64 = 1e-12;
 
-/// Functions with the same inputs, the states at which they are compared, and what Rust has there.
+/// Numbers of segments of the chains that `bristle evaluate` evaluates, number of states, and the
+/// deviation from it, relative as above.
+const EVALUATE: &str = "evaluate ";
+const EVALUATED: [usize; 3] = [1, 3, 7];
+const STATES_OF_EVALUATE: usize = 100;
+const TOLERANCE_OF_EVALUATE: f64 = 1e-13;
+
+/// Functions with the same inputs, the states at which they are compared, and their values there.
 struct Sample {
-    name: &'static str,
+    name: String,
     kernels: Vec<Kernel>,
+    /// The names of the elements of a state.
+    symbols: Vec<String>,
+    tolerance: f64,
     states: Vec<Vec<f64>>,
     values: Vec<Vec<f64>>,
 }
 
 impl Sample {
-    fn new(name: &'static str, kernels: Vec<Kernel>, values: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+    fn new(name: &str, kernels: Vec<Kernel>, values: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         let mut rng = Rng::with_seed(21);
         let states: Vec<Vec<f64>> = (0..STATES)
             .map(|_| chains::state(&kernels[0], &mut rng))
             .collect();
         let values = states.iter().map(|state| values(state)).collect();
         Self {
-            name,
+            name: name.into(),
+            symbols: elements(&kernels[0]),
             kernels,
+            tolerance: TOLERANCE,
             states,
             values,
         }
     }
 
-    /// Chains, and every operator.
-    fn all() -> Vec<Self> {
+    /// A chain in space, with the numbers of `bristle evaluate`.
+    fn evaluated(segments: usize) -> Self {
+        let kernels = chains::kernels(segments, Motion::Spatial);
+        let symbols = elements(&kernels[0]);
+        let (settings, whole) = (
+            Settings::paper(10.0, 1e-3),
+            whole_equations(segments, Motion::Spatial),
+        );
+        let filament = FilamentSettings {
+            segments,
+            ..settings.filament
+        };
+        let radius = 0.1;
+        let mut rng = Rng::with_seed(22);
+        let mut between = |start: f64, end: f64| start + rng.f64() * (end - start);
+        let (mut states, mut values) = (Vec::new(), Vec::new());
+        for _ in 0..STATES_OF_EVALUATE {
+            let [base_angle, base_rate] = [between(-2.0, -1.0), between(50.0, 150.0)];
+            let (mut q, mut v) = (Vec::new(), Vec::new());
+            for _ in 0..segments {
+                q.push([between(1.2, 1.9), base_angle + between(-0.3, 0.3)]);
+                v.push([between(-50.0, 50.0), base_rate + between(-50.0, 50.0)]);
+            }
+            let state = ChainState {
+                base_angle,
+                base_rate,
+                base_acceleration: between(-100.0, 100.0),
+                gravity: [0.0, -9.81, 0.0],
+                q: q.as_flattened().to_vec(),
+                v: v.as_flattened().to_vec(),
+            };
+            let chain = filament::chain(&filament, state.gravity);
+            let clamp = radial_clamp(radius, base_angle, base_rate, state.base_acceleration);
+            let point = symbol_values(&whole, &chain, &clamp, &q, &v);
+            let named: HashMap<&str, f64> = (whole.graph.symbols().iter())
+                .map(|symbol| symbol.name.as_str())
+                .zip(point.iter().copied())
+                .collect();
+            states.push(symbols.iter().map(|name| named[name.as_str()]).collect());
+            let evaluation = evaluate(&filament, radius, &state).expect("the state is regular");
+            let product = |row: &Vec<f64>| {
+                let terms = row.iter().zip(&evaluation.accelerations);
+                terms.map(|(a, b)| a * b).sum::<f64>()
+            };
+            let gravity = whole.graph.evaluate(&point)[whole.gravity_energy.index()];
+            let mut numbers = evaluation.mass_matrix.concat();
+            numbers.extend(evaluation.mass_matrix.iter().map(product));
+            numbers.extend([
+                evaluation.kinetic_energy_j,
+                evaluation.potential_energy_j - gravity,
+                gravity,
+                evaluation.dissipation_w,
+            ]);
+            values.push(numbers);
+        }
+        Self {
+            name: format!("{EVALUATE}{segments}"),
+            kernels,
+            symbols,
+            tolerance: TOLERANCE_OF_EVALUATE,
+            states,
+            values,
+        }
+    }
+
+    /// Chains, every operator, and names that `emit` could take for its own.
+    fn all(emit: impl Fn(&[Kernel]) -> Result<Vec<SourceFile>, String>) -> Vec<Self> {
         let chains = CHAINS.into_iter().zip(whole::VALUES);
         let mut samples: Vec<Self> = chains
             .map(|((name, segments, motion), values)| {
@@ -76,6 +163,8 @@ impl Sample {
                 .collect()
         }));
         assert_eq!(samples[CHAINS.len()].kernels.len(), COVERAGE.len());
+        samples.extend(EVALUATED.map(Self::evaluated));
+        samples.push(names::sample(emit));
         samples
     }
 
@@ -83,7 +172,7 @@ impl Sample {
     fn directory(&self, files: &[SourceFile], driver: SourceFile, count: usize) -> TempDir {
         let directory = TempDir::new().expect("a temporary directory");
         let mut states = String::new();
-        for state in &self.states[..count] {
+        for state in self.states.iter().take(count) {
             let numbers: Vec<String> = state.iter().map(f64::to_string).collect();
             writeln!(states, "{}", numbers.join(" ")).expect("a string takes text");
         }
@@ -100,13 +189,13 @@ impl Sample {
     /// Compares the values in the file `values.txt`, in the order of states, functions and
     /// elements.
     fn check(&self, language: &str, directory: &Path, count: usize) {
-        let name = self.name;
+        let name = &self.name;
         let text =
             fs::read_to_string(directory.join("values.txt")).expect("the driver has written it");
         let mut numbers = text
             .split_whitespace()
             .map(|number| number.parse::<f64>().expect("a number"));
-        for (k, values) in self.values[..count].iter().enumerate() {
+        for (k, values) in self.values.iter().take(count).enumerate() {
             let mut rest = &values[..];
             for kernel in &self.kernels {
                 for output in &kernel.outputs {
@@ -117,8 +206,8 @@ impl Sample {
                         .fold(0.0, |largest: f64, value| largest.max(value.abs()));
                     for (i, expected) in expected.iter().enumerate() {
                         let value = numbers.next().expect("a value for each");
-                        let is_close =
-                            (value - expected).abs() <= TOLERANCE * scale.max(f64::MIN_POSITIVE);
+                        let is_close = (value - expected).abs()
+                            <= self.tolerance * scale.max(f64::MIN_POSITIVE);
                         assert!(
                             is_close,
                             "{language}, {name}, {}, state {k}, {}[{i}]: {value:e} instead of {expected:e}",
@@ -150,6 +239,20 @@ impl Sample {
     }
 }
 
+/// The names of the elements of all inputs.
+fn elements(kernel: &Kernel) -> Vec<String> {
+    let elements = kernel.inputs.iter().flat_map(|input| &input.elements);
+    elements.map(|(name, _)| name.clone()).collect()
+}
+
+/// The only file of a language.
+fn single(name: &str, text: String) -> Vec<SourceFile> {
+    vec![SourceFile {
+        name: name.into(),
+        text,
+    }]
+}
+
 /// Runs a program in a directory. It succeeds.
 fn run(directory: &Path, program: &str, arguments: &[&str]) {
     let output = Command::new(program)
@@ -176,8 +279,9 @@ fn program(variable: &str) -> Option<String> {
 
 #[test]
 fn c_agrees() {
-    for sample in Sample::all() {
-        let files = c::emit(&sample.kernels, ORIGIN).expect("the kernels can be emitted");
+    let emit = |kernels: &[Kernel]| c::emit(kernels, ORIGIN);
+    for sample in Sample::all(emit) {
+        let files = emit(&sample.kernels).expect("the kernels can be emitted");
         let arguments = sample.arguments(
             |start| format!("x[{start}]"),
             |start, _| format!("x + {start}"),
@@ -216,7 +320,12 @@ fn c_agrees() {
                 outputs => {
                     let printed: String = outputs
                         .iter()
-                        .map(|output| format!(" print(&r.{}, 1);", output.name))
+                        .map(|output| match output.shape {
+                            Shape::Vector(length) => {
+                                format!(" print(r.{}, {length});", output.name)
+                            }
+                            _ => format!(" print(&r.{}, 1);", output.name),
+                        })
                         .collect();
                     format!("struct bristle_{name} r; bristle_{name}({arguments}, &r);{printed}")
                 }
@@ -251,13 +360,87 @@ fn c_agrees() {
     }
 }
 
+const RUST_DRIVER: &str = r#"
+mod bristle_chain;
+use bristle_chain as chain;
+
+fn print(values: &[f64]) {
+    for value in values {
+        println!("{value:e}");
+    }
+}
+
+fn main() {
+    for line in std::io::stdin().lines() {
+        let line = line.unwrap();
+        let x: Vec<f64> = line.split(' ').map(|number| number.parse().unwrap()).collect();
+@CALLS@    }
+}
+"#;
+
+#[test]
+fn rust_on_f64_agrees() {
+    let emit = |kernels: &[Kernel]| {
+        rust::emit(kernels, ORIGIN).map(|text| single("bristle_chain.rs", text))
+    };
+    // Words of the source, which serve as names, may have capitals.
+    let compile = [
+        "--edition=2024",
+        "-Dwarnings",
+        "-Anon-snake-case",
+        "-Copt-level=1",
+    ];
+    for sample in Sample::all(emit) {
+        let files = emit(&sample.kernels).expect("the kernels can be emitted");
+        let arguments = sample.arguments(
+            |start| format!("x[{start}]"),
+            |start, end| format!("x[{start}..{end}].try_into().unwrap()"),
+        );
+        let mut calls = String::new();
+        for kernel in &sample.kernels {
+            writeln!(
+                calls,
+                "        let r = chain::{}({arguments});",
+                kernel.name
+            )
+            .expect("a string takes text");
+            for Output { name, shape, .. } in &kernel.outputs {
+                let value = match shape {
+                    Shape::Scalar => format!("&[r.{name}]"),
+                    Shape::Vector(_) => format!("&r.{name}"),
+                    Shape::Matrix(..) => format!("r.{name}.as_flattened()"),
+                };
+                writeln!(calls, "        print({value});").expect("a string takes text");
+            }
+        }
+        let driver = SourceFile {
+            name: "driver.rs".into(),
+            text: RUST_DRIVER.replace("@CALLS@", &calls),
+        };
+        let directory = sample.directory(&files, driver, STATES);
+        let path = directory.path();
+        run(path, "rustc", &[&compile[..], &["driver.rs"]].concat());
+        run(path, "sh", &["-c", "./driver < states.txt > values.txt"]);
+        sample.check("Rust", path, STATES);
+
+        // A program that calls none of the functions.
+        fs::write(
+            path.join("unused.rs"),
+            "mod bristle_chain;\n\nfn main() {}\n",
+        )
+        .expect("the file can be written");
+        run(path, "rustc", &[&compile[..], &["unused.rs"]].concat());
+    }
+}
+
 #[test]
 fn octave_agrees() {
     let Some(octave) = program("BRISTLE_TEST_OCTAVE") else {
         return;
     };
-    for sample in Sample::all() {
-        let files = matlab::emit(&sample.kernels, ORIGIN).expect("the kernels can be emitted");
+    let emit = |kernels: &[Kernel]| matlab::emit(kernels, ORIGIN);
+    for sample in Sample::all(emit) {
+        let files = emit(&sample.kernels).expect("the kernels can be emitted");
         let arguments = sample.arguments(
             |start| format!("x({})", start + 1),
             |start, end| format!("x({}:{end})", start + 1),
@@ -269,7 +452,7 @@ fn octave_agrees() {
                 outputs => {
                     let fields: Vec<String> = outputs
                         .iter()
-                        .map(|output| format!("r.{}", output.name))
+                        .map(|output| format!("r.{}.'", output.name))
                         .collect();
                     format!("[{}]", fields.join(", "))
                 }
@@ -307,12 +490,11 @@ fn numpy_agrees() {
     let Some(python) = program("BRISTLE_TEST_PYTHON") else {
         return;
     };
-    for sample in Sample::all() {
-        let text = numpy::emit(&sample.kernels, ORIGIN).expect("the kernels can be emitted");
-        let files = [SourceFile {
-            name: "bristle_chain.py".into(),
-            text,
-        }];
+    let emit = |kernels: &[Kernel]| {
+        numpy::emit(kernels, ORIGIN).map(|text| single("bristle_chain.py", text))
+    };
+    for sample in Sample::all(emit) {
+        let files = emit(&sample.kernels).expect("the kernels can be emitted");
         let arguments = sample.arguments(
             |start| format!("x[:, {start}]"),
             |start, end| format!("x[:, {start}:{end}]"),
@@ -374,17 +556,18 @@ fn sympy_agrees() {
     let Some(python) = program("BRISTLE_TEST_PYTHON") else {
         return;
     };
-    for sample in Sample::all() {
-        let text = sympy::emit(&sample.kernels, ORIGIN).expect("the kernels can be emitted");
-        let files = [SourceFile {
-            name: "bristle_chain_sympy.py".into(),
-            text,
-        }];
-        let elements = sample.kernels[0]
-            .inputs
+    let emit = |kernels: &[Kernel]| {
+        sympy::emit(kernels, ORIGIN).map(|text| single("bristle_chain_sympy.py", text))
+    };
+    // SymPy expands the expressions of long chains for minutes.
+    let samples = Sample::all(emit).into_iter();
+    for sample in samples.filter(|sample| !sample.name.starts_with(EVALUATE)) {
+        let files = emit(&sample.kernels).expect("the kernels can be emitted");
+        let names: Vec<String> = sample
+            .symbols
             .iter()
-            .flat_map(|input| &input.elements);
-        let names: Vec<String> = elements.map(|(name, _)| format!("\"{name}\"")).collect();
+            .map(|name| format!("\"{name}\""))
+            .collect();
         let mut calls = String::new();
         for kernel in &sample.kernels {
             let function = &kernel.name;

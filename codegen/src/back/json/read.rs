@@ -412,11 +412,7 @@ impl KernelEntry {
                 }
                 checked.push((element, node));
             }
-            checked_inputs.push(Input {
-                name,
-                doc,
-                elements: checked,
-            });
+            checked_inputs.push(Input::new(&name, &doc, checked));
         }
 
         if outputs.is_empty() {

@@ -1,7 +1,8 @@
-//! Rust, generic over the scalar type, so that one source serves single values and several at once.
+//! Rust: generic over the scalar type, so that one source serves single values and several at once,
+//! or on `f64`.
 //!
 //! Kernels whose results have the same fields share one type, whatever the sizes of these are: what
-//! uses the functions can be generic in the sizes. Inputs that belong together are one argument.
+//! uses the functions can be generic in the sizes. Inputs of a [`Group`] are one argument.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -9,140 +10,52 @@ use std::fmt::Display;
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{ToTokens, format_ident, quote};
 
-use crate::back::languages::{Dialect, FunctionBody, SUM, Strength};
+use crate::back::languages::{Dialect, FunctionBody, check_names};
 use crate::back::source::{Origin, count_operations, header};
 use crate::ir::constant::Constant;
-use crate::ir::kernel::{Input, Kernel, Output, Shape};
+use crate::ir::kernel::{Group, Input, Kernel, Output, Shape};
 use crate::ir::naming::camel_case;
+use crate::ir::notation::SUM;
 
 /// A function of more operations than this is not marked to be inlined.
 const MAX_INLINED_OPERATIONS: usize = 1000;
 
-/// Inputs that are one argument, of a structure, wherever a kernel has all of them.
-struct Group {
-    /// The name of the structure.
-    name: &'static str,
-    doc: &'static str,
-    /// Its fields, with their descriptions.
-    fields: &'static [(&'static str, &'static str)],
-    /// Whether they are arrays.
-    arrays: bool,
-    /// The arguments, each with the inputs that are its fields.
-    arguments: &'static [(&'static str, &'static [&'static str])],
+/// The scalar type of emitted Rust.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scalar {
+    /// Any type with the trait `Real`, as Bristle's runtime defines it, which must be in scope.
+    Generic,
+    /// `f64`. What uses the derivative of an order of `S` needs a function
+    /// `half_angle_squared(order: u8, u: f64) -> f64` in scope.
+    Double,
 }
 
-const GROUPS: [Group; 6] = [
-    Group {
-        name: "SegmentConstants",
-        doc: "The constants of a segment.",
-        fields: &[
-            ("length", "Its length, `h` in m."),
-            ("mass", "Its mass, `m` in kg."),
-            (
-                "inertia",
-                "Its transverse moment of inertia about its centre, `J` in kg m².",
-            ),
-        ],
-        arrays: false,
-        arguments: &[(
-            "segment",
-            &["segment_length", "segment_mass", "segment_inertia"],
-        )],
-    },
-    Group {
-        name: "JointConstants",
-        doc: "The constants of a joint.",
-        fields: &[
-            ("stiffness", "Its stiffness, `c` in N m."),
-            ("damping", "Its damping, `d` in N m s."),
-        ],
-        arrays: false,
-        arguments: &[("joint", &["joint_stiffness", "joint_damping"])],
-    },
-    Group {
-        name: "StepWeights",
-        doc: "How an implicit step moves coordinates and rates with the accelerations: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.",
-        fields: &[("coordinates", "`w_q` in s²."), ("rates", "`w_v` in s.")],
-        arrays: false,
-        arguments: &[("weights", &["coordinate_weight", "rate_weight"])],
-    },
-    Group {
-        name: "Side",
-        doc: "One side of a joint.",
-        fields: &[
-            (
-                "angles",
-                "`sin φ, cos φ`, and where the function takes four, `sin θ, cos θ`.",
-            ),
-            (
-                "rates",
-                "`φ̇, θ̇` in rad/s, less those of a segment that turns rigidly with the body.",
-            ),
-        ],
-        arrays: true,
-        arguments: &[
-            ("previous", &["previous", "previous_rates"]),
-            ("next", &["next", "next_rates"]),
-            ("z", &["z_angles", "z_rates"]),
-            ("x", &["x_angles", "x_rates"]),
-        ],
-    },
-    Group {
-        name: "AzimuthSteps",
-        doc: "How the azimuth changes at a joint, `θ` of the previous segment less `θ'` of the next.",
-        fields: &[
-            ("plain", "`sin(θ − θ'), cos(θ − θ')`"),
-            (
-                "unbent",
-                "`sin(θ − θ' + κ), cos(θ − θ' + κ)`, with the relaxed angle `κ`.",
-            ),
-        ],
-        arrays: true,
-        arguments: &[("steps", &["azimuth_step", "unbent_step"])],
-    },
-    Group {
-        name: "Coordinate",
-        doc: "An azimuth or the variation of a polar angle, with its rate.",
-        fields: &[
-            ("value", "`θ` in rad, or `η`."),
-            ("rate", "`θ̇` in rad/s, or `η̇` in 1/s."),
-        ],
-        arrays: false,
-        arguments: &[
-            ("previous", &["theta_previous", "theta_rate_previous"]),
-            ("next", &["theta_next", "theta_rate_next"]),
-            ("variation", &["phi_variation", "phi_variation_rate"]),
-            (
-                "previous_variation",
-                &["phi_variation_previous", "phi_variation_rate_previous"],
-            ),
-            (
-                "next_variation",
-                &["phi_variation_next", "phi_variation_rate_next"],
-            ),
-        ],
-    },
-];
+impl Scalar {
+    fn kind(self) -> TokenStream {
+        match self {
+            Self::Generic => quote!(T),
+            Self::Double => quote!(f64),
+        }
+    }
 
-impl Group {
-    /// The inputs of `kernel` with these names, if it has them all. A scalar of another name is one
-    /// of several: `segment_mass_1`.
-    fn find<'a>(&self, kernel: &'a Kernel, names: &[&str]) -> Option<Vec<&'a Input>> {
-        let is_alike = |Input { name, elements, .. }: &Input| match &elements[..] {
-            [(element, _)] => !self.arrays && element == name,
-            _ => self.arrays,
-        };
-        let find = |name: &&str| {
-            kernel
-                .inputs
-                .iter()
-                .find(|input| input.name == **name && is_alike(input))
-        };
-        names.iter().map(find).collect()
+    /// The parameters or arguments of a type: the scalar, if it is one of them, and `sizes`.
+    fn with(self, sizes: impl Iterator<Item = TokenStream>) -> TokenStream {
+        let scalar = (self == Self::Generic).then(|| quote!(T));
+        let all: Vec<TokenStream> = scalar.into_iter().chain(sizes).collect();
+        match &all[..] {
+            [] => TokenStream::new(),
+            _ => quote!(<#(#all),*>),
+        }
+    }
+
+    /// The attribute of an item. A file of its own may hold more than its user calls.
+    fn attribute(self) -> Option<TokenStream> {
+        (self == Self::Double).then(|| quote!(#[allow(dead_code)]))
     }
 }
 
-/// The formatted Rust source of `kernels`, below a header that states its `origin`.
+/// The formatted Rust source of `kernels`, generic over the scalar type, below a header that states
+/// its `origin`.
 ///
 /// The same kernels give the same bytes. The source expects a trait `Real` in scope, as Bristle's
 /// runtime defines it.
@@ -150,62 +63,41 @@ impl Group {
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
-    emit_with("", kernels, origin)
+    // First, because an error here names the kernel.
+    let items = items(kernels, Scalar::Generic)?;
+    Ok(header(kernels, origin, "//")? + &items)
 }
 
-/// The same as a file for users of the solver, which imports that trait.
+/// Structures and functions of `kernels`, each after an empty line.
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
-pub fn emit_file(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
-    emit_with("\nuse bristle::equations::Real;\n", kernels, origin)
-}
-
-fn emit_with(imports: &str, kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
-    // First, because an error here names the kernel.
-    let items = items(kernels)?;
-    Ok(header(kernels, origin, "//")? + imports + &items)
-}
-
-/// Structures and functions, each after an empty line.
-fn items(kernels: &[Kernel]) -> Result<String, String> {
+pub fn items(kernels: &[Kernel], scalar: Scalar) -> Result<String, String> {
+    check_names(kernels, RESERVED)?;
     let mut text = String::new();
-    // A file may give a kernel's result the name of a structure.
-    let is_free = |group: &&Group| {
-        kernels
-            .iter()
-            .all(|kernel| camel_case(&kernel.name) != group.name)
-    };
-    let groups: Vec<&Group> = GROUPS.iter().filter(is_free).collect();
-    let arguments: Vec<Vec<Argument>> = kernels
-        .iter()
-        .map(|kernel| arguments(kernel, &groups))
-        .collect();
+    let arguments: Vec<Vec<Argument>> = kernels.iter().map(arguments).collect::<Result<_, _>>()?;
     let mut structures = BTreeMap::new();
-    for Group {
-        name,
-        doc,
-        fields,
-        arrays,
-        ..
-    } in groups
-    {
-        let uses = arguments
+    let mut groups: Vec<&Group> = Vec::new();
+    for argument in arguments.iter().flatten() {
+        groups.extend(argument.group.filter(|group| !groups.contains(group)));
+    }
+    for group in groups {
+        let uses: Vec<&Argument> = arguments
             .iter()
             .flatten()
-            .filter(|argument| argument.structure == Some(*name));
-        let sizes: Vec<Vec<usize>> = uses.map(Argument::sizes).collect();
-        if !sizes.is_empty() {
-            let structure = Structure::new((*name).into(), &sizes);
-            let fields = fields
-                .iter()
-                .map(|&(name, doc)| (name, doc.into(), usize::from(*arrays)));
-            text += &format!(
-                "\n{}",
-                structure.declaration(doc, quote!(Clone, Copy, Debug, PartialEq), fields)?
-            );
-            structures.insert(*name, structure);
-        }
+            .filter(|argument| argument.group == Some(group))
+            .collect();
+        let sizes: Vec<Vec<usize>> = uses.iter().map(|argument| argument.sizes()).collect();
+        let structure = Structure::new(group.name.into(), scalar, &sizes);
+        let fields = group.fields.iter().zip(&uses[0].inputs);
+        let fields = fields.map(|(&(name, doc), (input, _))| {
+            (name, doc.into(), usize::from(input.elements.len() > 1))
+        });
+        text += &format!(
+            "\n{}",
+            structure.declaration(group.doc, quote!(Clone, Copy, Debug, PartialEq), fields)?
+        );
+        structures.insert(group.name, structure);
     }
     let mut alike: BTreeMap<Vec<(&str, usize)>, Vec<&Kernel>> = BTreeMap::new();
     for kernel in kernels {
@@ -213,7 +105,8 @@ fn items(kernels: &[Kernel]) -> Result<String, String> {
     }
     let result_of = |(fields, alike): (_, &Vec<&Kernel>)| {
         let sizes: Vec<Vec<usize>> = alike.iter().map(|kernel| result_sizes(kernel)).collect();
-        (fields, Structure::new(camel_case(&alike[0].name), &sizes))
+        let name = camel_case(&alike[0].name);
+        (fields, Structure::new(name, scalar, &sizes))
     };
     let results: BTreeMap<_, Structure> = alike.iter().map(result_of).collect();
     for (kernel, arguments) in kernels.iter().zip(&arguments) {
@@ -232,7 +125,7 @@ fn items(kernels: &[Kernel]) -> Result<String, String> {
                 .map(|(k, &(name, size))| (name, description(alike, k), size));
             text += &result.declaration(&doc, quote!(Clone, Copy, Debug), fields)?;
         }
-        text += &function(kernel, arguments, &structures, result)?;
+        text += &function(kernel, scalar, arguments, &structures, result)?;
     }
     Ok(text)
 }
@@ -256,9 +149,9 @@ fn lines(doc: &str) -> impl Iterator<Item = String> {
 /// An argument of a function.
 struct Argument<'a> {
     name: &'a str,
-    /// The name of its type, if it is a structure.
-    structure: Option<&'static str>,
-    /// The inputs in it, each with the expression that stands for it.
+    /// Its type, if it is a structure.
+    group: Option<&'static Group>,
+    /// The inputs in it, in the order of the fields, each with the expression that stands for it.
     inputs: Vec<(&'a Input, String)>,
 }
 
@@ -272,61 +165,69 @@ impl Argument<'_> {
             .collect()
     }
 
-    fn declaration(&self, structures: &BTreeMap<&str, Structure>) -> TokenStream {
+    fn declaration(&self, scalar: Scalar, structures: &BTreeMap<&str, Structure>) -> TokenStream {
         let (name, sizes) = (format_ident!("{}", self.name), self.sizes());
-        let kind = match self.structure {
-            Some(name) => structures[name].with(&sizes),
-            None => array(
-                &sizes
-                    .into_iter()
-                    .map(Literal::usize_unsuffixed)
-                    .collect::<Vec<_>>(),
-            ),
+        let kind = match self.group {
+            Some(group) => structures[group.name].with(&sizes),
+            None => {
+                let sizes = sizes.into_iter().map(Literal::usize_unsuffixed);
+                array(scalar, &sizes.collect::<Vec<_>>())
+            }
         };
         quote!(#name: #kind)
     }
 }
 
-/// The arguments of the function of `kernel`: its inputs, of which those of `groups` are put
-/// together.
-fn arguments<'a>(kernel: &'a Kernel, groups: &[&Group]) -> Vec<Argument<'a>> {
-    let single = |input: &'a Input| {
-        let name = parameter_name(input);
-        Argument {
-            name,
-            structure: None,
-            inputs: vec![(input, name.into())],
-        }
-    };
-    let mut arguments: Vec<Argument> = kernel.inputs.iter().map(single).collect();
-    for group in groups {
-        for (name, members) in group.arguments {
-            let Some(inputs) = group.find(kernel, members) else {
-                continue;
-            };
-            // A file may use the name for something else.
-            let is_taken = |input: &Input| {
-                (input.name == *name && !members.contains(name))
-                    || input.elements.iter().any(|(element, _)| element == name)
-            };
-            if !kernel.inputs.iter().any(is_taken) {
-                let fields = inputs.into_iter().zip(group.fields);
-                let inputs = fields
-                    .map(|(input, (field, _))| (input, format!("{name}.{field}")))
-                    .collect();
-                arguments.retain(|argument| !members[1..].contains(&argument.name));
-                let first = arguments
-                    .iter_mut()
-                    .find(|argument| argument.name == members[0]);
-                *first.expect("it is an input") = Argument {
-                    name,
-                    structure: Some(group.name),
-                    inputs,
-                };
-            }
+/// The arguments of the function of `kernel`: its inputs, of which those of a group are one.
+fn arguments(kernel: &Kernel) -> Result<Vec<Argument<'_>>, String> {
+    let mut arguments: Vec<Argument> = Vec::new();
+    for input in &kernel.inputs {
+        let Some(place) = &input.place else {
+            let name = parameter_name(input);
+            arguments.push(Argument {
+                name,
+                group: None,
+                inputs: vec![(input, name.into())],
+            });
+            continue;
+        };
+        let text = format!("{}.{}", place.argument, place.field);
+        let is_it = |argument: &&mut Argument| {
+            argument.name == place.argument && argument.group == Some(place.group)
+        };
+        match arguments.iter_mut().find(is_it) {
+            Some(argument) => argument.inputs.push((input, text)),
+            None => arguments.push(Argument {
+                name: &place.argument,
+                group: Some(place.group),
+                inputs: vec![(input, text)],
+            }),
         }
     }
-    arguments
+    for Argument {
+        name,
+        group,
+        inputs,
+    } in &mut arguments
+    {
+        let Some(group) = group else { continue };
+        let field = |input: &Input| input.place.as_ref().map(|place| place.field);
+        let order = |input| {
+            group
+                .fields
+                .iter()
+                .position(|(name, _)| field(input) == Some(name))
+        };
+        inputs.sort_by_key(|(input, _)| order(input));
+        let found = inputs.iter().map(|(input, _)| field(input));
+        if !found.eq(group.fields.iter().map(|(name, _)| Some(*name))) {
+            return Err(format!(
+                "argument `{name}` of kernel `{}` does not have each field of `{}` once",
+                kernel.name, group.name
+            ));
+        }
+    }
+    Ok(arguments)
 }
 
 /// A scalar is named as the element that it is, because the names of elements differ from each
@@ -339,16 +240,17 @@ fn parameter_name(input: &Input) -> &str {
 }
 
 /// The type of an array of these sizes, from the outermost inwards.
-fn array(sizes: &[impl ToTokens]) -> TokenStream {
+fn array(scalar: Scalar, sizes: &[impl ToTokens]) -> TokenStream {
     sizes
         .iter()
         .rev()
-        .fold(quote!(T), |of, size| quote!([#of; #size]))
+        .fold(scalar.kind(), |of, size| quote!([#of; #size]))
 }
 
 /// A structure for several sizes of its fields.
 struct Structure {
     name: String,
+    scalar: Scalar,
     /// The sizes of all fields as they are declared: a number where all uses agree, else a
     /// parameter.
     sizes: Vec<TokenStream>,
@@ -358,7 +260,7 @@ struct Structure {
 
 impl Structure {
     /// For these `uses`, each with the sizes of all fields.
-    fn new(name: String, uses: &[Vec<usize>]) -> Self {
+    fn new(name: String, scalar: Scalar, uses: &[Vec<usize>]) -> Self {
         let (mut sizes, mut parameters) = (Vec::new(), Vec::new());
         for (place, &size) in uses[0].iter().enumerate() {
             if uses.iter().all(|sizes| sizes[place] == size) {
@@ -374,6 +276,7 @@ impl Structure {
         }
         Self {
             name,
+            scalar,
             sizes,
             parameters,
         }
@@ -385,8 +288,9 @@ impl Structure {
         let parameters = self
             .parameters
             .iter()
-            .map(|&place| Literal::usize_unsuffixed(sizes[place]));
-        quote!(#name<T #(, #parameters)*>)
+            .map(|&place| Literal::usize_unsuffixed(sizes[place]).into_token_stream());
+        let parameters = self.scalar.with(parameters);
+        quote!(#name #parameters)
     }
 
     /// Its definition, with the names, descriptions and dimensions of its fields.
@@ -397,18 +301,27 @@ impl Structure {
         fields: impl Iterator<Item = (&'a str, String, usize)>,
     ) -> Result<String, String> {
         let (name, docs) = (format_ident!("{}", self.name), lines(doc));
-        let parameters = (0..self.parameters.len()).map(size_name);
+        let parameters = (0..self.parameters.len()).map(|number| {
+            let name = size_name(number);
+            quote!(const #name: usize)
+        });
+        let (parameters, attribute) = (self.scalar.with(parameters), self.scalar.attribute());
         let mut rest = &self.sizes[..];
         let fields = fields.map(|(name, doc, dimensions)| {
             let (sizes, others) = rest.split_at(dimensions);
             rest = others;
-            let (name, docs, kind) = (format_ident!("{name}"), lines(&doc), array(sizes));
+            let (name, docs, kind) = (
+                format_ident!("{name}"),
+                lines(&doc),
+                array(self.scalar, sizes),
+            );
             quote!(#(#[doc = #docs])* pub #name: #kind)
         });
         format(quote! {
             #(#[doc = #docs])*
             #[derive(#traits)]
-            pub struct #name<T #(, const #parameters: usize)*> {
+            #attribute
+            pub struct #name #parameters {
                 #(#fields,)*
             }
         })
@@ -454,29 +367,54 @@ fn description(kernels: &[&Kernel], number: usize) -> String {
     texts.join("; ")
 }
 
+/// Words that are no names: keywords, what the source uses itself, and what no variable may shadow.
+const RESERVED: &str = "\
+    as break const continue crate else enum extern false fn for if impl in let loop match mod \
+    move mut pub ref return self Self static struct super trait true type unsafe use where while \
+    async await dyn abstract become box do final gen macro override priv try typeof unsized \
+    virtual yield Real T f64 half_angle_squared None Some Ok Err";
+
 /// Rust, with the expressions that stand for inputs.
-struct Rust<'a>(BTreeMap<&'a str, &'a str>);
+struct Rust<'a> {
+    scalar: Scalar,
+    places: BTreeMap<&'a str, &'a str>,
+}
 
 impl Dialect for Rust<'_> {
-    const LIBRARY: &'static str = "T::";
-
-    fn name(function: &'static str) -> &'static str {
+    fn name(function: &str) -> &str {
         if function == "pow" { "powf" } else { function }
     }
 
     // They are arguments.
-    const COMPARED: Strength = SUM;
+    const COMPARED: u8 = SUM;
+    const RESERVED: &'static str = RESERVED;
+
+    fn library(&self) -> &'static str {
+        match self.scalar {
+            Scalar::Generic => "T::",
+            Scalar::Double => "f64::",
+        }
+    }
 
     fn number(&self, value: Constant) -> String {
-        format!("T::from_f64({:?})", value.value())
+        match self.scalar {
+            Scalar::Generic => format!("T::from_f64({:?})", value.value()),
+            Scalar::Double => format!("{:?}", value.value()),
+        }
     }
 
     fn less_than(&self, a: &str, b: &str) -> String {
-        format!("T::less_than({a}, {b})")
+        match self.scalar {
+            Scalar::Generic => format!("T::less_than({a}, {b})"),
+            Scalar::Double => format!("f64::from({a} < {b})"),
+        }
     }
 
     fn half_angle_squared(&self, order: u8, u: &str) -> String {
-        format!("T::half_angle_squared::<{order}>({u})")
+        match self.scalar {
+            Scalar::Generic => format!("T::half_angle_squared::<{order}>({u})"),
+            Scalar::Double => format!("half_angle_squared({order}, {u})"),
+        }
     }
 
     fn assignment(&self, name: &str, value: &str) -> String {
@@ -484,12 +422,13 @@ impl Dialect for Rust<'_> {
     }
 
     fn argument(&self, input: &Input) -> String {
-        self.0[input.name.as_str()].into()
+        self.places[input.name.as_str()].into()
     }
 }
 
 fn function(
     kernel: &Kernel,
+    scalar: Scalar,
     arguments: &[Argument],
     structures: &BTreeMap<&str, Structure>,
     result: &Structure,
@@ -498,7 +437,7 @@ fn function(
     let places = inputs()
         .map(|(input, place)| (input.name.as_str(), place.as_str()))
         .collect();
-    let body = FunctionBody::new(kernel, &Rust(places))?;
+    let body = FunctionBody::new(kernel, &Rust { scalar, places })?;
     let operations = count_operations(kernel);
     let given: String = inputs()
         .map(|(input, place)| format!("- `{place}`: {}\n", input.doc))
@@ -513,11 +452,14 @@ fn function(
     );
     let parameters = arguments
         .iter()
-        .map(|argument| argument.declaration(structures));
+        .map(|argument| argument.declaration(scalar, structures));
+    let generic = (scalar == Scalar::Generic).then(|| quote!(<T: Real>));
+    let attribute = scalar.attribute();
     let head = format(quote! {
         #(#[doc = #docs])*
+        #attribute
         #inline
-        pub fn #name<T: Real>(#(#parameters),*) -> #kind {}
+        pub fn #name #generic(#(#parameters),*) -> #kind {}
     })?;
     let head = head
         .trim_end()

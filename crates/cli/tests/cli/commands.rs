@@ -292,8 +292,8 @@ const EQUATIONS: [&str; 4] = [
 ];
 
 /// The values of `--format` in `derive` that are one text.
-const FORMATS: [&str; 7] = [
-    "math", "latex", "markdown", "rust", "json", "numpy", "sympy",
+const FORMATS: [&str; 8] = [
+    "math", "latex", "markdown", "rust", "rust-f64", "json", "numpy", "sympy",
 ];
 
 /// Those that are several files, each with a file that the whole equations of motion in space have.

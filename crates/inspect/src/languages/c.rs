@@ -1,6 +1,6 @@
 //! C11: a header and a source file without dependencies beyond `math.h`.
 
-use bristle_codegen::back::languages::{Dialect, FunctionBody};
+use bristle_codegen::back::languages::{Dialect, FunctionBody, check_names};
 use bristle_codegen::back::source::{Origin, comment};
 use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
 use bristle_codegen::ir::special;
@@ -14,10 +14,24 @@ use super::{
 const NAME: &str = "bristle_chain";
 const PREFIX: &str = "bristle_";
 
+/// Keywords of C and, because the header serves it too, of C++; macros; what the functions use.
+const RESERVED: &str = "\
+    auto break case char const continue default do double else enum extern float for goto if \
+    inline int long register restrict return short signed sizeof static struct switch typedef \
+    union unsigned void volatile while alignas alignof and and_eq asm bitand bitor bool catch \
+    char16_t char32_t char8_t class co_await co_return co_yield compl concept const_cast \
+    consteval constexpr constinit decltype delete dynamic_cast explicit export false friend \
+    mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public \
+    reinterpret_cast requires static_assert static_cast template this thread_local throw true \
+    try typeid typename typeof typeof_unqual using virtual wchar_t xor xor_eq result sqrt sin \
+    cos asin exp log tanh fabs atan2 pow half_angle_squared BRISTLE_CHAIN_H HUGE_VAL INFINITY NAN linux unix";
+
 struct C;
 
 impl Dialect for C {
-    fn name(function: &'static str) -> &'static str {
+    const RESERVED: &'static str = RESERVED;
+
+    fn name(function: &str) -> &str {
         match function {
             "ln" => "log",
             "abs" => "fabs",
@@ -42,6 +56,7 @@ impl Dialect for C {
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, String> {
+    check_names(kernels, RESERVED)?;
     let head = header_in("C11", kernels, origin, "//")?;
     let mut declarations = format!(
         "{head}\n#ifndef BRISTLE_CHAIN_H\n#define BRISTLE_CHAIN_H\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"

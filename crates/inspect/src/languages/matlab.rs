@@ -1,15 +1,25 @@
 //! Function files for MATLAB and GNU Octave.
 
-use bristle_codegen::back::languages::{Dialect, FunctionBody};
+use bristle_codegen::back::languages::{Dialect, FunctionBody, check_names};
 use bristle_codegen::back::source::{Origin, comment};
 use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
 
 use super::{SourceFile, documentation, header_in, series_filled, uses_half_angle_squared};
 
+/// Keywords of MATLAB and Octave, and what the functions use.
+const RESERVED: &str = "\
+    arguments break case catch classdef continue do else elseif end end_try_catch \
+    end_unwind_protect endfor endfunction endif endparfor endswitch endwhile \
+    for function global if otherwise parfor persistent return spmd switch try \
+    until unwind_protect unwind_protect_cleanup while result zeros double sqrt sin cos asin exp \
+    log tanh abs atan2 power half_angle_squared";
+
 struct Matlab;
 
 impl Dialect for Matlab {
-    fn name(function: &'static str) -> &'static str {
+    const RESERVED: &'static str = RESERVED;
+
+    fn name(function: &str) -> &str {
         match function {
             "ln" => "log",
             "pow" => "power",
@@ -38,6 +48,7 @@ impl Dialect for Matlab {
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, String> {
+    check_names(kernels, RESERVED)?;
     let mut files = Vec::new();
     for kernel in kernels {
         let body = FunctionBody::new(kernel, &Matlab)?;

@@ -1,13 +1,26 @@
-//! C, MATLAB, NumPy and SymPy from expressions, by the writer that emits Rust.
+//! C, MATLAB, NumPy, SymPy and Rust on `f64` from expressions, by the writer that emits the kernels.
 
 use bristle_codegen::back::source::{Origin, header};
 use bristle_codegen::ir::graph::Node;
 use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};
 use bristle_codegen::ir::special;
 
+/// Keywords of Python, and the `words` that a module uses.
+macro_rules! reserved_in_python {
+    ($words:literal) => {
+        concat!(
+            "False None True and as assert async await break class continue def del elif else \
+             except finally for from global if import in is lambda nonlocal not or pass raise \
+             return try while with yield ",
+            $words
+        )
+    };
+}
+
 pub mod c;
 pub mod matlab;
 pub mod numpy;
+pub mod rust;
 pub mod sympy;
 
 /// A file of source.

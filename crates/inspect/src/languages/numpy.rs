@@ -1,6 +1,6 @@
 //! A Python module of functions on NumPy arrays.
 
-use bristle_codegen::back::languages::{Dialect, FunctionBody};
+use bristle_codegen::back::languages::{Dialect, FunctionBody, check_names};
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};
 use bristle_codegen::ir::naming::camel_case;
@@ -8,12 +8,14 @@ use bristle_codegen::ir::special;
 
 use super::{docstring, header_in, series_rows, uses_half_angle_squared};
 
+const RESERVED: &str = reserved_in_python!("np NamedTuple");
+
 struct NumPy;
 
 impl Dialect for NumPy {
-    const LIBRARY: &'static str = "np.";
+    const RESERVED: &'static str = RESERVED;
 
-    fn name(function: &'static str) -> &'static str {
+    fn name(function: &str) -> &str {
         match function {
             "asin" => "arcsin",
             "ln" => "log",
@@ -21,6 +23,10 @@ impl Dialect for NumPy {
             "pow" => "power",
             other => other,
         }
+    }
+
+    fn library(&self) -> &'static str {
+        "np."
     }
 
     fn less_than(&self, a: &str, b: &str) -> String {
@@ -53,6 +59,7 @@ const STACK: &str = "\n\ndef _array(shape, elements):\n    \
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
+    check_names(kernels, RESERVED)?;
     let mut text = header_in(
         "Python, on NumPy arrays with any leading axes",
         kernels,

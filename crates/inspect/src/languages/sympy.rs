@@ -1,16 +1,23 @@
 //! A Python module of functions that return SymPy matrices.
 
-use bristle_codegen::back::languages::{Dialect, FunctionBody};
+use bristle_codegen::back::languages::{Dialect, FunctionBody, check_names};
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::constant::Constant;
 use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
 
 use super::{docstring, header_in, uses_half_angle_squared};
 
+const RESERVED: &str = reserved_in_python!(
+    "Abs Dummy Float Integer Matrix Piecewise Pow Rational Symbol acos asin atan2 cos diff exp log tanh factorial hyper rf sin \
+     sqrt closed_form"
+);
+
 struct SymPy;
 
 impl Dialect for SymPy {
-    fn name(function: &'static str) -> &'static str {
+    const RESERVED: &'static str = RESERVED;
+
+    fn name(function: &str) -> &str {
         match function {
             "ln" => "log",
             "abs" => "Abs",
@@ -69,6 +76,7 @@ def _half_angle_squared(order, u, closed_form):
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
+    check_names(kernels, RESERVED)?;
     let mut text = header_in("Python, as matrices of SymPy", kernels, origin, "#")?;
     text += "\nfrom sympy import (Abs, Dummy, Float, Integer, Matrix, Piecewise, Pow, Rational, Symbol, acos, asin, atan2, cos,\n    \
              diff, exp, factorial, hyper, log, rf, sin, sqrt, tanh)\n";

@@ -4,7 +4,11 @@
 //! nothing else.
 
 use bristle_codegen::ir::constant::Constant;
-use bristle_codegen::ir::notation::{Notation, Written, scientific};
+use bristle_codegen::ir::notation::{
+    Notation, POWER, PRODUCT, QUOTIENT, Written, applied, scientific,
+};
+
+use crate::print::printer::Layout;
 
 /// Accents, as combining marks, each with its command behind it.
 const ACCENTS: &str = "\u{307}\\dot \u{308}\\ddot \u{20db}\\dddot \u{302}\\hat \u{303}\\tilde \u{304}\\bar \u{305}\\bar \u{20d7}\\vec";
@@ -392,32 +396,29 @@ impl Notation for Latex {
         symbol(notation)
     }
 
-    fn element(&self, array: &str, indices: &[String]) -> String {
-        let array = symbol(array);
-        let indices: Vec<String> = indices.iter().map(|index| symbol(index)).collect();
-        let indices = indices.join(",");
-        match array.strip_suffix('}') {
-            Some(subscribed) if array.contains("_{") => format!("{subscribed},{indices}}}"),
-            _ => format!("{array}_{{{indices}}}"),
+    /// A fraction where it is narrow enough.
+    fn quotient(&self, above: Written, below: Written) -> Written {
+        let is_narrow = |part: &Written| self.width(&part.text) <= MAX_FRACTION;
+        if is_narrow(&above) && is_narrow(&below) {
+            return Written::new(
+                format!("\\frac{{{}}}{{{}}}", above.text, below.text),
+                PRODUCT,
+            );
         }
+        let text = format!("{}/{}", above.within(PRODUCT), below.within(POWER));
+        Written::new(text, QUOTIENT)
     }
 
-    fn fraction(&self, above: &Written, below: &Written) -> Option<String> {
-        let narrow = |part: &Written| self.width(&part.text) <= MAX_FRACTION;
-        (narrow(above) && narrow(below))
-            .then(|| format!("\\frac{{{}}}{{{}}}", above.text, below.text))
+    fn raised(&self, base: &str, exponent: i32) -> Written {
+        Written::new(format!("{base}^{{{exponent}}}"), POWER)
     }
 
-    fn raised(&self, base: &str, exponent: i32) -> String {
-        format!("{base}^{{{exponent}}}")
+    fn real_power(&self, base: Written, exponent: Written) -> String {
+        format!("{}^{{{}}}", base.within(ATOM), exponent.text)
     }
 
-    fn real_power(&self, base: &str, exponent: Written) -> String {
-        format!("{base}^{{{}}}", exponent.text)
-    }
-
-    fn magnitude(&self, argument: &str) -> String {
-        format!("\\vert {argument}\\vert")
+    fn magnitude(&self, argument: Written) -> String {
+        format!("\\vert {}\\vert", argument.text)
     }
 
     fn root(&self, argument: &str) -> String {
@@ -427,21 +428,32 @@ impl Notation for Latex {
         }
     }
 
-    fn function(&self, name: &str, exponent: i32) -> String {
+    fn function(&self, name: &str, exponent: i32, argument: Written) -> String {
         let name = match name {
             "asin" => "\\arcsin".into(),
             "atan2" => "\\mathrm{atan2}".into(),
             _ => format!("\\{name}"),
         };
-        if exponent == 1 {
-            name
-        } else {
-            self.raised(&name, exponent)
+        match exponent {
+            1 => applied(&name, &argument),
+            _ => applied(&self.raised(&name, exponent).text, &argument),
         }
     }
 
-    fn half_angle_squared(&self, order: u8) -> String {
-        format!("S{}", "'".repeat(order.into()))
+    fn half_angle_squared(&self, order: u8, argument: &str) -> String {
+        format!("S{}({argument})", "'".repeat(order.into()))
+    }
+}
+
+impl Layout for Latex {
+    fn element(&self, array: &str, indices: &[String]) -> String {
+        let array = symbol(array);
+        let indices: Vec<String> = indices.iter().map(|index| symbol(index)).collect();
+        let indices = indices.join(",");
+        match array.strip_suffix('}') {
+            Some(subscribed) if array.contains("_{") => format!("{subscribed},{indices}}}"),
+            _ => format!("{array}_{{{indices}}}"),
+        }
     }
 
     fn width(&self, text: &str) -> usize {

@@ -299,6 +299,25 @@ mod tests {
     }
 
     #[test]
+    fn intermediates_are_not_called_like_symbols() {
+        let mut graph = Graph::raw();
+        let [a, b] = ["t1", "t3"].map(|name| graph.symbol(name, name, Unit::ONE));
+        let (sum, product) = (graph.add(a, b), graph.mul(a, b));
+        let (left, right) = (graph.div(sum, product), graph.div(product, sum));
+        let node = graph.add(left, right);
+        for (form, lines) in [
+            (PageForm::Text, ["t2 = t1 + t3", "t4 = t1 t3"]),
+            (
+                PageForm::Latex,
+                ["t_{2} &= t_{1} + t_{3}", "t_{4} &= t_{1} t_{3}"],
+            ),
+        ] {
+            let page = kernels_page(form, &[kernel(graph.clone(), node)]);
+            assert!(lines.iter().all(|line| page.contains(line)), "{page}");
+        }
+    }
+
+    #[test]
     fn what_comes_from_a_file_is_escaped() {
         let mut graph = Graph::raw();
         let hostile = graph.symbol(

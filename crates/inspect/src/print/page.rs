@@ -7,7 +7,8 @@ use std::io::{self, Write};
 
 use crate::print::latex::{self, Latex};
 use crate::print::legend::Row;
-use bristle_codegen::ir::notation::{Notation, Text};
+use crate::print::printer::Layout;
+use bristle_codegen::ir::notation::Text;
 
 /// What a page is written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +108,7 @@ impl<'w> Page<'w> {
         }
     }
 
-    pub fn notation(&self) -> &'static dyn Notation {
+    pub fn notation(&self) -> &'static dyn Layout {
         match self.form {
             PageForm::Text => &Text,
             PageForm::Latex | PageForm::Fragment | PageForm::Markdown => &Latex,
@@ -428,7 +429,7 @@ struct Piece<'a> {
 /// `body` on lines of at most `width`. With [`ANYWHERE`] lines are broken before signs outside all
 /// brackets or in the outermost pair; deeper, or between factors, only where a piece is too wide
 /// otherwise.
-fn lines(notation: &dyn Notation, body: &str, width: usize, breaks: Breaks) -> Vec<String> {
+fn lines(notation: &dyn Layout, body: &str, width: usize, breaks: Breaks) -> Vec<String> {
     let mut lines = vec![String::new()];
     let mut filled = 0;
     for group in groups(&pieces(notation, body), breaks, width) {
@@ -480,7 +481,7 @@ fn groups<'a, 'b>(
 }
 
 /// `body`, cut before each space at which it may be broken.
-fn pieces<'a>(notation: &dyn Notation, body: &'a str) -> Vec<Piece<'a>> {
+fn pieces<'a>(notation: &dyn Layout, body: &'a str) -> Vec<Piece<'a>> {
     let mut pieces = Vec::new();
     let (mut start, mut start_depth, mut depth) = (0, 0, 0_usize);
     // Start of the current word, whose backslash marks a command.

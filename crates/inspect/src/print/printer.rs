@@ -1,12 +1,32 @@
 //! The definitions of a page: which intermediates get a name, and how each element of an output is
 //! headed.
 
+use std::collections::HashSet;
+
 use crate::print::page::Definition;
 use bristle_codegen::ir::graph::{Graph, Node, NodeId};
 use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
-use bristle_codegen::ir::notation::Notation;
+use bristle_codegen::ir::notation::{Notation, Text};
 use bristle_codegen::ir::writer::Writer;
 use bristle_codegen::model::chain::Motion;
+
+/// What a page needs of a notation besides expressions.
+pub(super) trait Layout: Notation {
+    /// An element of a vector or matrix.
+    fn element(&self, array: &str, indices: &[String]) -> String;
+    /// The width of a piece, in the unit of the notation.
+    fn width(&self, text: &str) -> usize;
+}
+
+impl Layout for Text {
+    fn element(&self, array: &str, indices: &[String]) -> String {
+        format!("{array}[{}]", indices.join(", "))
+    }
+
+    fn width(&self, text: &str) -> usize {
+        text.chars().count()
+    }
+}
 
 /// Expressions deeper than this are cut by a name.
 const MAX_DEPTH: usize = 6;
@@ -16,7 +36,7 @@ const MAX_LENGTH: usize = 60;
 /// Writes the expressions of one graph.
 pub(super) struct Printer<'a> {
     graph: &'a Graph,
-    notation: &'a dyn Notation,
+    notation: &'a dyn Layout,
     writer: Writer<'a>,
     /// The nodes that get a definition, in the order in which they are defined.
     defined: Vec<NodeId>,
@@ -28,7 +48,7 @@ pub(super) struct Printer<'a> {
 
 impl<'a> Printer<'a> {
     /// Without names.
-    fn plain(graph: &'a Graph, notation: &'a dyn Notation) -> Self {
+    fn plain(graph: &'a Graph, notation: &'a dyn Layout) -> Self {
         let (writer, given) = (
             Writer::new(graph, notation),
             vec![false; graph.nodes().len()],
@@ -48,7 +68,7 @@ impl<'a> Printer<'a> {
         graph: &'a Graph,
         outputs: &[NodeId],
         motion: Motion,
-        notation: &'a dyn Notation,
+        notation: &'a dyn Layout,
     ) -> Self {
         let mut printer = Self {
             motion: Some(motion),
@@ -84,7 +104,7 @@ impl<'a> Printer<'a> {
 
     /// With a name for each operation that is used more than once, or at which a deep or long
     /// expression is cut.
-    pub fn shared(kernel: &'a Kernel, notation: &'a dyn Notation) -> Self {
+    pub fn shared(kernel: &'a Kernel, notation: &'a dyn Layout) -> Self {
         let graph = &kernel.graph;
         let mut printer = Self::plain(graph, notation);
         let size = graph.nodes().len();
@@ -107,6 +127,19 @@ impl<'a> Printer<'a> {
         for operand in operands.chain(outputs) {
             uses[operand.index()] += 1;
         }
+        let symbols = graph
+            .symbols()
+            .iter()
+            .map(|symbol| symbol.notation.as_str());
+        let elements = kernel.inputs.iter().flat_map(|input| &input.elements);
+        let taken: HashSet<String> = symbols
+            .chain(elements.map(|(name, _)| name.as_str()))
+            .chain(kernel.outputs.iter().map(symbol))
+            .map(|name| notation.symbol(name))
+            .collect();
+        let mut names = (1..)
+            .map(|number| notation.symbol(&format!("t{number}")))
+            .filter(|name| !taken.contains(name));
         let (mut depths, mut lengths) = (vec![0_usize; size], vec![1_usize; size]);
         for &id in &order {
             if printer.given[id.index()] {
@@ -129,9 +162,8 @@ impl<'a> Printer<'a> {
                 && !printer.is_simple(id, if is_input[id.index()] { 4 } else { 2 });
             if shared || depths[id.index()] > MAX_DEPTH || lengths[id.index()] > MAX_LENGTH {
                 printer.defined.push(id);
-                printer
-                    .writer
-                    .set_name(id, notation.symbol(&format!("t{}", printer.defined.len())));
+                let name = names.next().expect("there are more names than nodes");
+                printer.writer.set_name(id, name);
                 (depths[id.index()], lengths[id.index()]) = (0, 1);
             }
         }
