@@ -5,7 +5,7 @@
 
 use bristle_codegen::ir::constant::Constant;
 use bristle_codegen::ir::notation::{
-    Notation, POWER, PRODUCT, QUOTIENT, Written, applied, scientific,
+    ATOM, Notation, POWER, PRODUCT, QUOTIENT, Written, applied, scientific,
 };
 
 use crate::print::printer::Layout;
